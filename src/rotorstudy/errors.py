@@ -1,0 +1,28 @@
+"""Errors for the person who made the mistake: what, where, what is allowed, what to do."""
+
+from difflib import get_close_matches
+
+
+class RotorstudyError(Exception):
+    """A mistake in the input, told in one line."""
+
+
+class PluginError(RotorstudyError):
+    """A plugin file that does not import, a name registered twice, a plugin that returns nonsense."""
+
+
+class UnidentifiableError(RotorstudyError):
+    """The data cannot separate the unknowns; `parameters` names those that trade off."""
+
+    def __init__(self, message, parameters=()):
+        super().__init__(message)
+        self.parameters = tuple(parameters)
+
+
+def unknown_name(kind, name, known, where="", error=RotorstudyError):
+    """The error for a name nobody registered, with the near miss: `unknown crack 'swiching'; ...`."""
+    near = get_close_matches(str(name), [str(k) for k in known], n=1)
+    hint = f"; did you mean '{near[0]}'?" if near else ""
+    place = f" in {where}" if where else ""
+    allowed = ", ".join(sorted(map(str, known))) or "none"
+    return error(f"unknown {kind} '{name}'{place}{hint} (known: {allowed})")

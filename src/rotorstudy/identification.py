@@ -1,0 +1,234 @@
+"""Amplitudes from a spectrum: what every estimator shares.
+
+An estimator plugin gets a Problem and returns an Estimate. Two errors can be made small: that of the equations of
+motion (linear in the unknowns, fast, but the measured harmonics and their noise stand in the columns) and that of the
+output (the predicted harmonics against the measured ones: with their covariance, maximum likelihood).
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rotorstudy.errors import RotorstudyError, UnidentifiableError
+from rotorstudy.regression import regression, residual_sensitivity
+from rotorstudy.response import COUPLED_ORDER, measured_response
+from rotorstudy.spectrum import components
+
+RANK_TOLERANCE = 1e-9  # smallest over largest singular value of unit-length columns; round-off is near 1e-15
+STEP_IN_SIGMA = 1e-6  # a fit has converged when its step is this small against its own standard deviation
+STEP_RELATIVE = 1e-12  # or against the amplitudes, for data without noise
+TRIALS_AT_ONCE = 200  # bounds the memory of a Monte Carlo
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Which amplitudes of which model are sought, from which spectrum."""
+
+    model: object
+    spectrum: object
+    names: tuple
+    order: int = COUPLED_ORDER
+
+    def equations(self):
+        """Real linear system A (..., row, parameter), b (..., row) of the equation error, in newtons."""
+        return regression(self.model, self.spectrum, self.names, order=self.order).real_system()
+
+    def equation_error_covariance(self, theta):
+        """First-order covariance (parameter, parameter) of a linear estimate theta = A^+ b.
+
+        The residual A theta - b moves with the spectrum by a known matrix; noise in A is in it, its square is not.
+        """
+        mean = self.spectrum.amplitude.reshape(-1, *self.spectrum.amplitude.shape[-3:]).mean(axis=0)
+        problem = replace(self, spectrum=self.spectrum.with_amplitude(mean))
+        a, _ = problem.equations()
+        gain = np.linalg.pinv(a / np.linalg.norm(a, axis=0)) / np.linalg.norm(a, axis=0)[:, None]
+        theta = np.asarray(theta).reshape(-1, len(self.names)).mean(axis=0)
+        sensitivity = residual_sensitivity(self.model, problem.spectrum, self.names, theta, order=self.order)
+        gain = gain.reshape(len(self.names), len(self.spectrum.speed), -1)
+        through = np.einsum("psr,src->psc", gain, sensitivity)
+        return np.einsum("psc,scd,qsd->pq", through, self.spectrum.full_covariance(), through)
+
+    def chunks(self):
+        """The problem itself, or for many trials at once a few at a time; bounds the memory."""
+        amplitude = self.spectrum.amplitude
+        if amplitude.ndim == 3:
+            yield self
+            return
+        for first in range(0, len(amplitude), TRIALS_AT_ONCE):
+            part = self.spectrum.with_amplitude(amplitude[first : first + TRIALS_AT_ONCE])
+            yield replace(self, spectrum=part)
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Estimated amplitudes.
+
+    theta      : (..., parameter)
+    covariance : (..., parameter, parameter) or (parameter, parameter) for all trials
+    misfit     : (...) weighted sum of squares of the residual; NaN for estimators without one
+    """
+
+    names: tuple
+    theta: np.ndarray
+    covariance: np.ndarray
+    misfit: np.ndarray
+
+    @property
+    def std(self):
+        return np.sqrt(np.diagonal(self.covariance, axis1=-2, axis2=-1))
+
+
+def check_identifiable(columns, names):
+    """Raise if columns (row, parameter) cannot tell the unknowns apart; name those that trade off."""
+    if columns.shape[0] < columns.shape[1]:
+        raise UnidentifiableError(
+            f"{columns.shape[0]} equations for {columns.shape[1]} unknowns ({', '.join(names)}); "
+            "add harmonics or speeds, or fix some unknowns",
+            names,
+        )
+    length = np.linalg.norm(columns, axis=0)
+    dead = [name for name, size in zip(names, length, strict=True) if size == 0]
+    if dead:
+        raise UnidentifiableError(f"the data do not depend on {', '.join(dead)}; fix it, or measure what it acts on", dead)
+    _, singular, vectors = np.linalg.svd(columns / length, full_matrices=False)
+    if singular[-1] < RANK_TOLERANCE * singular[0]:
+        weak = np.abs(vectors[singular < RANK_TOLERANCE * singular[0]]).max(axis=0)
+        traded = [name for name, share in zip(names, weak, strict=True) if share > 0.05]
+        raise UnidentifiableError(
+            f"rank-deficient regression: {' and '.join(traded)} trade off against each other; "
+            "fix one of them, or add speeds or harmonics",
+            traded,
+        )
+
+
+def solve_linear(columns, right_side, names):
+    """Least squares A theta = b, batched, by QR with columns scaled to unit length.
+
+    columns, right_side : (..., row, parameter), (..., row); real
+    raises : UnidentifiableError if the unknowns of the first trial cannot be told apart
+    """
+    check_identifiable(columns.reshape(-1, *columns.shape[-2:])[0], names)
+    length = np.linalg.norm(columns, axis=-2, keepdims=True)
+    q, r = np.linalg.qr(columns / length)
+    scaled = np.linalg.solve(r, np.swapaxes(q, -1, -2) @ right_side[..., None])[..., 0]
+    return scaled / length[..., 0, :]
+
+
+def predicted_derivatives(problem, theta):
+    """Whitened prediction (..., component) and its derivatives (..., component, parameter) by the unknowns."""
+    model, spectrum = problem.model, problem.spectrum
+    position = model.position(problem.names)
+    full = np.concatenate([term.theta for term in model.terms])
+    full = np.broadcast_to(full, (*theta.shape[:-1], len(full))).copy()
+    full[..., position] = theta
+    if np.isnan(full).any():
+        missing = [model.names[p] for p in np.flatnonzero(np.isnan(full).reshape(-1, full.shape[-1]).any(axis=0))]
+        raise RotorstudyError(f"{', '.join(missing)}: neither among the unknowns nor given a value")
+    shown, change = measured_response(
+        model, spectrum.speed, spectrum.harmonics, full, order=problem.order, jacobian=True
+    )
+    whitener = spectrum.whitener()
+    change = np.moveaxis(change[..., position], -1, 0)
+    whitened = np.einsum("smij,...sjm->...smi", whitener, components(np.stack([shown, *change])))
+    whitened = whitened.reshape(*whitened.shape[:-3], -1)
+    return whitened[0], np.moveaxis(whitened[1:], 0, -1)
+
+
+def whitened_measurement(spectrum):
+    """(..., component) measured harmonics of all speeds in units of their standard deviation."""
+    whitened = np.einsum("smij,...sjm->...smi", spectrum.whitener(), components(spectrum.amplitude))
+    return whitened.reshape(*whitened.shape[:-3], -1)
+
+
+def start_values(problem):
+    """(..., parameter) where a fit starts: equation-error least squares where it exists, else the values given or typical."""
+    given = np.concatenate([term.theta for term in problem.model.terms])
+    nominal = np.where(np.isnan(given), problem.model.typical, given)[problem.model.position(problem.names)]
+    linear = [n for n in problem.names if n in {u.name for u in problem.model.rotor_unknowns}]
+    start = np.broadcast_to(nominal, (*problem.spectrum.amplitude.shape[:-3], len(nominal))).copy()
+    if len(linear) < len(problem.names):
+        return start
+    try:
+        return solve_linear(*problem.equations(), problem.names)
+    except RotorstudyError:
+        return start
+
+
+def output_error_fit(problem, start=None, iterations=40):
+    """Levenberg-Marquardt fit of the predicted to the measured harmonics, weighted by their covariance; all trials at once.
+
+    start   : (..., parameter), see `start_values`
+    returns : Estimate with covariance (J^T J)^-1, and the misfit
+    raises  : UnidentifiableError if the unknowns trade off at the start; RotorstudyError if a trial does not converge
+    """
+    measured = whitened_measurement(problem.spectrum)
+    theta = np.array(start_values(problem) if start is None else start, float)
+    shape, measured = theta.shape, measured.reshape(-1, measured.shape[-1])
+    theta = np.broadcast_to(theta.reshape(-1, shape[-1]), (len(measured), shape[-1])).copy()
+    trials = np.arange(len(theta))
+    damping = np.full(len(theta), 1e-6)
+    predicted, jacobian = predicted_derivatives(problem, theta)
+    check_identifiable(jacobian[0], problem.names)
+    residual = measured - predicted
+    misfit = np.sum(residual**2, axis=-1)
+    normal = np.zeros((len(theta), shape[-1], shape[-1]))
+    for _ in range(iterations):
+        normal[trials] = np.swapaxes(jacobian, -1, -2) @ jacobian
+        scale = np.sqrt(np.diagonal(normal[trials], axis1=-2, axis2=-1))
+        scaled = normal[trials] / (scale[:, :, None] * scale[:, None, :])
+        scaled = scaled + damping[trials, None, None] * np.eye(shape[-1])
+        gradient = (np.swapaxes(jacobian, -1, -2) @ residual[..., None])[..., 0] / scale
+        step = np.linalg.solve(scaled, gradient[..., None])[..., 0] / scale
+        tried = theta[trials] + step
+        new_predicted, new_jacobian = predicted_derivatives(problem, tried)
+        new_residual = measured[trials] - new_predicted
+        new_misfit = np.sum(new_residual**2, axis=-1)
+        better = new_misfit <= misfit[trials] * (1 + 1e-12)
+        in_sigma = np.sqrt(np.einsum("tp,tpq,tq->t", step, normal[trials], step))
+        small = (in_sigma < STEP_IN_SIGMA) | np.all(np.abs(step) <= STEP_RELATIVE * np.abs(tried), axis=-1)
+        theta[trials[better]] = tried[better]
+        misfit[trials[better]] = new_misfit[better]
+        damping[trials] *= np.where(better, 0.1, 10.0)
+        jacobian = np.where(better[:, None, None], new_jacobian, jacobian)[~small]
+        residual = np.where(better[:, None], new_residual, residual)[~small]
+        trials = trials[~small]
+        if not len(trials):
+            break
+    if len(trials):
+        raise RotorstudyError(f"maximum likelihood: {len(trials)} of {len(theta)} fits did not converge in {iterations} "
+                              "steps; start closer, or fix a weak parameter")  # fmt: skip
+    return Estimate(problem.names, theta.reshape(shape), invert(normal).reshape(*shape, shape[-1]), misfit.reshape(shape[:-1]))
+
+
+def invert(normal):
+    """Inverse of (..., parameter, parameter) J^T J, scaled: parameters differ by many orders of magnitude."""
+    scale = np.sqrt(np.diagonal(normal, axis1=-2, axis2=-1))
+    outer = scale[..., :, None] * scale[..., None, :]
+    return np.linalg.inv(normal / outer) / outer
+
+
+def cramer_rao_bound(problem, theta):
+    """(parameter, parameter) smallest covariance an unbiased estimate can have at the true amplitudes theta."""
+    _, jacobian = predicted_derivatives(problem, np.asarray(theta, float))
+    check_identifiable(jacobian, problem.names)
+    return invert(jacobian.T @ jacobian)
+
+
+def magnitude_and_phase(names, theta, covariance):
+    """Complex amplitudes as engineers read them: real and imaginary parts turned into magnitude and phase.
+
+    returns : names, theta (..., parameter), covariance (..., parameter, parameter); x_real, x_imag become x, x_phase
+    """
+    names, theta = list(names), np.array(theta, float)
+    turn = np.broadcast_to(np.eye(len(names)), (*theta.shape[:-1], len(names), len(names))).copy()
+    for i, name in enumerate(names):
+        stem = name.removesuffix("_real")
+        if stem == name or i + 1 == len(names) or names[i + 1] != f"{stem}_imag":
+            continue
+        a, b = theta[..., i].copy(), theta[..., i + 1].copy()
+        size = np.hypot(a, b)
+        turn[..., i, i], turn[..., i, i + 1] = a / size, b / size
+        turn[..., i + 1, i], turn[..., i + 1, i + 1] = -b / size**2, a / size**2
+        theta[..., i], theta[..., i + 1] = size, np.arctan2(b, a)
+        names[i], names[i + 1] = stem, f"{stem}_phase"
+    return tuple(names), theta, turn @ covariance @ np.swapaxes(turn, -1, -2)

@@ -1,0 +1,110 @@
+"""The same model in time: force of a term, and direct integration of the equations of motion."""
+
+import numpy as np
+
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.response import check_speed
+
+RELATIVE_TOLERANCE = 1e-10  # of the integrator (DOP853, order 8); the harmonics then agree to about 1e-8
+ABSOLUTE_TOLERANCE = 1e-16  # m and m/s; displacements here are micrometres
+
+
+def force_in_time(entries, speed, time, displacement, velocity=None, acceleration=None):
+    """Force of a table at given motion.
+
+    speed        : rad/s; time : (time,) s
+    displacement : (time, dof) complex coordinates including their static part, m; derivatives alike
+    returns      : (time, row) complex, N
+    raises       : RotorstudyError for an effect that exists in frequency only
+    """
+    motion = (displacement, velocity, acceleration)
+    total = 0
+    for entry in entries:
+        if entry.frequency_only:
+            raise RotorstudyError("an effect of this model exists in frequency only; it has no force in time")
+        turning = (np.exp(1j * entry.shift * speed * time) * entry.gain_at(speed, 0))[:, None]
+        if entry.on == "one":
+            total = total + turning * entry.matrix
+        else:
+            source = motion[entry.order] if entry.on == "z" else motion[entry.order].conj()
+            total = total + turning * (source @ np.asarray(entry.matrix).T)
+    return total
+
+
+def time_response(
+    model, speed, time, theta=None, *, start=None, relative_tolerance=RELATIVE_TOLERANCE, absolute_tolerance=ABSOLUTE_TOLERANCE
+):
+    """Integrate the equations of motion from rest at the static deflection, or from `start`.
+
+    speed   : rad/s
+    time    : (time,) s, increasing; integration starts at time 0 with the transient, samples are given at `time`
+    start   : (displacement (dof,), velocity (dof,)) at time 0
+    returns : (time, dof) complex displacement from the static deflection, m (rad for tilts)
+    raises  : RotorstudyError for an effect without a form in time, or if the integration fails
+    """
+    from scipy.integrate import solve_ivp
+
+    speed = check_speed(speed)[0]
+    theta = np.asarray(model.theta if theta is None else theta, float)
+    structure, dof = model.structure, len(model.structure.dofs)
+    constant, stiffness, damping, mass = _time_matrices(model, theta, speed)
+    inverse_mass = np.linalg.inv(structure.mass + mass)
+    shifts = np.array(sorted({*constant, *stiffness["z"], *stiffness["conj"], *damping["z"], *damping["conj"], 0}))
+    table = {
+        name: np.array([part.get(s, np.zeros((dof, dof))) for s in shifts])
+        for name, part in (("kz", stiffness["z"]), ("kc", stiffness["conj"]), ("cz", damping["z"]), ("cc", damping["conj"]))
+    }
+    still = int(np.flatnonzero(shifts == 0)[0])
+    table["kz"][still] -= structure.stiffness
+    table["cz"][still] += 1j * speed * structure.gyroscopic
+    force = np.array([constant.get(s, np.zeros(dof)) for s in shifts], complex)
+    force[still] += structure.static_load
+    table = {name: inverse_mass @ value for name, value in table.items() if np.any(value)}
+    force = force @ inverse_mass.T
+    reference = structure.static_deflection
+
+    def derivative(t, state):
+        turning = np.exp(1j * shifts * speed * t)
+        position, velocity = state[:dof] + reference, state[dof:]
+        acceleration = turning @ force
+        for name, vector in (("kz", position), ("kc", position.conj()), ("cz", velocity), ("cc", velocity.conj())):
+            if name in table:
+                acceleration = acceleration + np.tensordot(turning, table[name], 1) @ vector
+        return np.concatenate([velocity, acceleration])
+
+    initial = np.zeros(2 * dof, complex) if start is None else np.concatenate(start).astype(complex)
+    solution = solve_ivp(
+        derivative,
+        (0.0, float(time[-1])),
+        initial,
+        method="DOP853",
+        t_eval=time,
+        rtol=relative_tolerance,
+        atol=absolute_tolerance,
+        max_step=2 * np.pi / speed / 8,
+    )
+    if not solution.success:
+        raise RotorstudyError(f"time integration at {speed:g} rad/s failed: {solution.message}")
+    return solution.y[:dof].T
+
+
+def _time_matrices(model, theta, speed):
+    """Sums of the tables by shift: constant force, stiffness and damping on z and conj(z), and added mass."""
+    constant, mass = {}, 0
+    stiffness, damping = {"z": {}, "conj": {}}, {"z": {}, "conj": {}}
+    for value, unknown in zip(theta, model.rotor_unknowns, strict=False):
+        for entry in unknown.entries:
+            if entry.frequency_only:
+                raise RotorstudyError(f"{unknown.name!r} exists in frequency only; it cannot be integrated in time")
+            amount = value * entry.gain_at(speed, 0) * np.asarray(entry.matrix)
+            if entry.on == "one":
+                target = constant
+            elif entry.order < 2:
+                target = (stiffness, damping)[entry.order][entry.on]
+            elif entry.on == "z" and entry.shift == 0:
+                mass = mass - amount
+                continue
+            else:
+                raise RotorstudyError(f"{unknown.name!r} has an inertia that turns; it cannot be integrated in time")
+            target[entry.shift] = target.get(entry.shift, 0) + amount
+    return constant, stiffness, damping, mass

@@ -1,0 +1,140 @@
+"""A model: base structure + terms + output terms, with the values of its amplitudes."""
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.terms import Term
+
+
+@dataclass(frozen=True)
+class Structure:
+    """The rotor without its effects: M q'' - j w G q' + K q = f, in complex nodal coordinates.
+
+    mass, stiffness, gyroscopic : (dof, dof)
+    static_load : (dof,) gravity, real part along the downward x axis, N (N m for a tilt)
+    dofs        : one (node, "translation" or "tilt") for each coordinate
+    stiffness_loss : name -> (pattern (dof, dof), unit); where and how a crack takes stiffness away
+    """
+
+    mass: np.ndarray
+    stiffness: np.ndarray
+    gyroscopic: np.ndarray
+    static_load: np.ndarray
+    dofs: tuple[tuple[int, str], ...]
+    stiffness_loss: dict = field(default_factory=dict)
+
+    @property
+    def nodes(self):
+        return tuple(sorted({node for node, _ in self.dofs}))
+
+    def index(self, node, motion="translation"):
+        """Position of a coordinate; an unknown node is an error that lists the nodes there are."""
+        if (node, motion) not in self.dofs:
+            raise unknown_name(f"{motion} at node", node, [n for n, m in self.dofs if m == motion], "the rotor")
+        return self.dofs.index((node, motion))
+
+    def unit(self, node, motion="translation"):
+        """(dof,) vector with a one at a coordinate."""
+        return np.eye(len(self.dofs))[self.index(node, motion)]
+
+    def default_node(self):
+        """The only node, or an error asking for one: effects that act at a node call this."""
+        if len(self.nodes) > 1:
+            raise RotorstudyError(f"this rotor has nodes {list(self.nodes)}; say which with 'node:'")
+        return self.nodes[0]
+
+    @cached_property
+    def static_deflection(self):
+        """(dof,) deflection under the static load, from the bearing line; zeros if the shaft is not supported."""
+        if not np.any(self.static_load) or np.linalg.cond(self.stiffness) > 1e14:
+            return np.zeros(len(self.dofs))
+        return np.linalg.solve(self.stiffness, self.static_load)
+
+
+@dataclass(frozen=True)
+class Model:
+    """Structure + terms; displacements count from the structure's static deflection.
+
+    sensors : nodes where the translation is measured (all by default)
+    theta   : (parameter,) real amplitudes of `names`, rotor terms first, then output terms
+    """
+
+    structure: Structure
+    terms: tuple[Term, ...] = ()
+    sensors: tuple[int, ...] = ()
+
+    def __post_init__(self):
+        if not self.sensors:
+            object.__setattr__(self, "sensors", self.structure.nodes)
+        for node in self.sensors:
+            self.structure.index(node)
+        ordered = sorted(self.terms, key=lambda term: term.acts_on == "output")
+        object.__setattr__(self, "terms", tuple(ordered))
+        doubled = {name for name in self.names if self.names.count(name) > 1}
+        if doubled:
+            raise RotorstudyError(
+                f"two terms share the amplitude {sorted(doubled)[0]!r}; give each its own 'label:' to tell them apart"
+            )
+
+    @cached_property
+    def unknowns(self):
+        """Real amplitudes of all terms, in the order of `theta`."""
+        return tuple(unknown for term in self.terms for unknown in term.unknowns)
+
+    @cached_property
+    def names(self):
+        return tuple(unknown.name for unknown in self.unknowns)
+
+    @cached_property
+    def units(self):
+        return tuple(unknown.unit for unknown in self.unknowns)
+
+    @cached_property
+    def typical(self):
+        return np.array([unknown.typical for unknown in self.unknowns])
+
+    @cached_property
+    def theta(self):
+        """(parameter,) the values given; an amplitude without one is an error that names it."""
+        theta = np.concatenate([term.theta for term in self.terms]) if self.terms else np.zeros(0)
+        missing = [name for name, value in zip(self.names, theta, strict=True) if np.isnan(value)]
+        if missing:
+            raise RotorstudyError(f"no value for {', '.join(missing)}; give one in the rig file to simulate")
+        return theta
+
+    @cached_property
+    def rotor_unknowns(self):
+        return tuple(u for term in self.terms if term.acts_on == "rotor" for u in term.unknowns)
+
+    @cached_property
+    def output_unknowns(self):
+        return tuple(u for term in self.terms if term.acts_on == "output" for u in term.unknowns)
+
+    @cached_property
+    def measured(self):
+        """(sensor,) positions of the measured translations among the coordinates."""
+        return np.array([self.structure.index(node) for node in self.sensors])
+
+    @cached_property
+    def static_residual(self):
+        """(dof,) static load that the reference deflection does not carry, N."""
+        structure = self.structure
+        return structure.static_load - structure.stiffness @ structure.static_deflection
+
+    def position(self, names):
+        """Positions of amplitudes by name in `theta`."""
+        for name in names:
+            if name not in self.names:
+                raise unknown_name("parameter", name, self.names, "this model")
+        return np.array([self.names.index(name) for name in names], int)
+
+    def without(self, kinds):
+        """The model with the terms of some kinds taken out."""
+        return replace(self, terms=tuple(term for term in self.terms if term.kind not in kinds))
+
+    def plus(self, *terms):
+        """The model extended by terms."""
+        return replace(self, terms=self.terms + terms)

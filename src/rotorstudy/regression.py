@@ -1,0 +1,153 @@
+"""The table read the other way: harmonics known, amplitudes unknown.
+
+With the harmonics R of a spectrum, D_known R - f_known = sum over unknowns of theta * column(R) is linear in theta.
+Coordinates (and harmonics) that are not measured are eliminated exactly, by the Schur complement of D_known.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.response import COUPLED_ORDER, check_speed, force_columns, gather, layout, operator
+from rotorstudy.terms import apply_entries
+
+
+@dataclass(frozen=True)
+class Regression:
+    """Equations columns @ theta = right_side, in newtons, a complex row for each measured harmonic and sensor.
+
+    columns    : (..., speed, row, parameter) complex
+    right_side : (..., speed, row) complex
+    names      : (parameter,) the unknowns
+    """
+
+    columns: np.ndarray
+    right_side: np.ndarray
+    names: tuple
+
+    def real_system(self):
+        """All speeds stacked, real rows then imaginary rows of each speed: A (..., row, parameter), b (..., row)."""
+        a = np.concatenate([self.columns.real, self.columns.imag], axis=-2)
+        b = np.concatenate([self.right_side.real, self.right_side.imag], axis=-1)
+        return a.reshape(*a.shape[:-3], -1, a.shape[-1]), b.reshape(*b.shape[:-2], -1)
+
+
+def regression(model, spectrum, names, *, order=COUPLED_ORDER):
+    """Equations for the unknown amplitudes `names` from a spectrum.
+
+    model    : gives the values of all amplitudes that are not in `names`
+    spectrum : Spectrum; its sensors must be the model's
+    returns  : Regression
+    raises   : RotorstudyError if an unknown acts on coordinates or harmonics that were not measured, or on the output
+    """
+    if tuple(spectrum.sensors) != tuple(model.sensors):
+        raise RotorstudyError(f"the spectrum is of sensors {spectrum.sensors}, the model of {model.sensors}")
+    speed, harmonics = check_speed(spectrum.speed), np.asarray(spectrum.harmonics)
+    blocks = layout(model, harmonics, order)
+    carried, dof = blocks.harmonics, len(model.structure.dofs)
+    count = len(carried)
+    unknowns = [_rotor_unknown(model, name) for name in names]
+    known = _known_amplitudes(model, names)
+    is_measured = np.zeros((count, dof), bool)
+    is_measured[np.ix_(np.isin(carried, harmonics), model.measured)] = True
+    for unknown in unknowns:
+        _check_reads_measured(model, unknown, is_measured, carried)
+
+    displacement = np.zeros((*spectrum.amplitude.shape[:-2], count, dof), complex)
+    places = [int(np.flatnonzero(carried == n)[0]) for n in harmonics]
+    displacement[..., np.array(places)[:, None], model.measured] = _without_output(model, spectrum)
+    reference = model.structure.static_deflection
+    columns = [apply_entries(u.entries, displacement, speed, carried, reference) for u in unknowns]
+    columns = np.stack(columns, axis=0)
+    force = np.tensordot(known, force_columns(model, speed, carried), 1)
+    force[..., carried == 0, :] += model.static_residual
+
+    left, right, keys = [], [], []
+    for matrix, group in zip(operator(model, known, speed, blocks), blocks.groups, strict=True):
+        coordinate = (group[..., None] * dof + np.arange(dof)).reshape(len(group), -1)  # unknown and dof in one number
+        measured = np.concatenate([is_measured, is_measured]).ravel()[coordinate[0]]
+        direct = coordinate[0][measured] < count * dof
+        residual = np.einsum("sbij,...sbj->...sbi", matrix, gather(displacement, group, count, carried))
+        residual = residual - gather(force, group, count, carried)
+        for side, rows in ((right, residual), (left, gather(columns, group, count, carried))):
+            reduced = _eliminate(matrix, measured, rows)[..., direct]
+            side.append(reduced.reshape(*reduced.shape[:-2], -1))
+        keys.append(coordinate[:, measured][:, direct].ravel())
+    in_order = np.argsort(np.concatenate(keys))
+    right = np.concatenate(right, axis=-1)[..., in_order]
+    left = np.concatenate(left, axis=-1)[..., in_order]
+    return Regression(np.moveaxis(left, 0, -1), right, tuple(names))
+
+
+def residual_sensitivity(model, spectrum, names, theta, *, order=COUPLED_ORDER):
+    """How the residual columns @ theta - right_side moves with the spectrum; its covariance follows from it.
+
+    theta   : (parameter,) values of `names`
+    returns : (speed, row, component) real, rows as in `Regression.real_system`, components of all sensors together
+    """
+    harmonics, sensors = spectrum.amplitude.shape[-2:]
+    basis = np.eye(harmonics * sensors).reshape(-1, 1, harmonics, sensors) * np.ones((len(spectrum.speed), 1, 1))
+    trials = np.concatenate([0 * basis[:1], basis, 1j * basis]).astype(complex)
+    equations = regression(model, spectrum.with_amplitude(trials), names, order=order)
+    residual = equations.columns @ theta - equations.right_side  # (trial, speed, row), affine in the spectrum
+    change = residual[1:] - residual[0]
+    return np.moveaxis(np.concatenate([change.real, change.imag], axis=-1), 0, -1)
+
+
+def _eliminate(matrix, measured, rows):
+    """Rows (..., speed, block, coordinate) reduced to the measured ones by D_ms D_ss^-1."""
+    if measured.all():
+        return rows
+    hidden = ~measured
+    transfer = np.linalg.solve(np.swapaxes(matrix[..., hidden, :][..., hidden], -1, -2),
+                               np.swapaxes(matrix[..., measured, :][..., hidden], -1, -2))  # fmt: skip
+    return rows[..., measured] - np.einsum("sbhm,...sbh->...sbm", transfer, rows[..., hidden])
+
+
+def _rotor_unknown(model, name):
+    model.position([name])
+    for unknown in model.rotor_unknowns:
+        if unknown.name == name:
+            return unknown
+    raise RotorstudyError(f"{name!r} acts on the sensor, not on the rotor: no equation of motion contains it; "
+                          "use the estimator 'maximum_likelihood'")  # fmt: skip
+
+
+def _known_amplitudes(model, names):
+    """(rotor parameter,) values of the known rotor amplitudes, zero for the unknown ones."""
+    values = np.concatenate([term.theta for term in model.terms])[: len(model.rotor_unknowns)]
+    for p, unknown in enumerate(model.rotor_unknowns):
+        if unknown.name in names:
+            values[p] = 0
+        elif np.isnan(values[p]):
+            raise RotorstudyError(f"{unknown.name!r} is neither among the unknowns {list(names)} nor given a value")
+    return values
+
+
+def _check_reads_measured(model, unknown, is_measured, carried):
+    measured_harmonics = {int(n) for n in carried[is_measured.any(axis=1)]}
+    unmeasured_harmonics = {int(n) for n in carried} - measured_harmonics
+    for entry in (e for e in unknown.entries if e.on != "one"):
+        read = np.flatnonzero(np.any(entry.matrix, axis=0))
+        hidden = [model.structure.dofs[i] for i in read if i not in model.measured]
+        source = [(n - entry.shift) * (1 if entry.on == "z" else -1) for n in measured_harmonics]
+        lost = sorted(unmeasured_harmonics.intersection(source))
+        if hidden or lost:
+            what = f"coordinates {hidden}" if hidden else f"harmonics {lost}"
+            raise RotorstudyError(f"{unknown.name!r} acts on {what}, which were not measured, so the equations are not "
+                                  "linear in it; use the estimator 'maximum_likelihood'")  # fmt: skip
+
+
+def _without_output(model, spectrum):
+    """Spectrum with the known constant output terms taken off; (..., speed, harmonic, sensor)."""
+    amplitude = spectrum.amplitude
+    values = np.concatenate([term.theta for term in model.terms])[len(model.rotor_unknowns) :]
+    for value, unknown in zip(values, model.output_unknowns, strict=True):
+        if np.isnan(value) or (value and any(e.on != "one" for e in unknown.entries)):
+            raise RotorstudyError(f"the sensor term {unknown.name!r} cannot be taken off the spectrum; "
+                                  "give it a value, or use the estimator 'maximum_likelihood'")  # fmt: skip
+        if value:
+            zeros = np.zeros(amplitude.shape, complex)
+            amplitude = amplitude - value * apply_entries(unknown.entries, zeros, spectrum.speed, spectrum.harmonics)
+    return amplitude

@@ -1,0 +1,227 @@
+"""Steady-state harmonic response of a model and its derivatives by the amplitudes.
+
+Without entries on conj(z) or with a shift, harmonics do not see each other and are solved one by one. Otherwise
+R_n is coupled with R_{n-k} and conj(R_{-n}); then q_n and w_n = conj(q_{-n}) are unknowns side by side, and the
+blocks that really are connected are solved together. All speeds, harmonics and trials go through one batched solve.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.terms import apply_entries
+
+COUPLED_ORDER = 15  # harmonics -15..15 are carried when harmonics are coupled; a caller may ask for more
+
+
+class Layout(NamedTuple):
+    """Which unknowns are solved together.
+
+    harmonics : (harmonic,) all harmonics carried; unknown i is q of harmonic i, unknown i + H is w of harmonic i
+    groups    : arrays (block, member) of unknowns; every block of a group has the same size
+    doubled   : True if the w_n are carried
+    """
+
+    harmonics: np.ndarray
+    groups: tuple[np.ndarray, ...]
+    doubled: bool
+
+
+def check_speed(speed):
+    """Speeds as a (speed,) array, or an error: harmonics of a rotor that does not turn do not exist."""
+    speed = np.atleast_1d(np.asarray(speed, float))
+    if not np.all(np.isfinite(speed)) or np.any(speed <= 0):
+        bad = speed[~(np.isfinite(speed) & (speed > 0))][0]
+        raise RotorstudyError(f"speed {bad:g} rad/s: harmonics need a rotor that turns; give speeds > 0 rad/s")
+    return speed
+
+
+def layout(model, harmonics, order=COUPLED_ORDER):
+    """Find the blocks of harmonics that the model couples."""
+    harmonics = np.asarray(harmonics, int)
+    rotor = [e for u in model.rotor_unknowns for e in u.entries if e.on != "one"]
+    output = [e for u in model.output_unknowns for e in u.entries if e.on != "one"]
+    doubled = any(e.on == "conj" for e in rotor)
+    if any(e.shift for e in rotor):
+        reach = max(order, np.abs(harmonics).max())
+        carried = np.arange(-reach, reach + 1)
+    elif doubled or any(e.on == "conj" for e in output):
+        carried = np.unique(np.concatenate([harmonics, -harmonics]))
+    else:
+        carried = harmonics
+    if not any(e.shift or e.on == "conj" for e in rotor):
+        return Layout(carried, (np.arange(len(carried))[:, None],), False)
+
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    size = len(carried) * (2 if doubled else 1)
+    row, column = np.concatenate([_links(e, carried, doubled)[:2] for e in rotor], axis=1)
+    _, block = connected_components(coo_array((np.ones(len(row)), (row, column)), (size, size)), directed=False)
+    wanted = np.isin(carried, harmonics)
+    groups = {}
+    for b in np.unique(block[: len(carried)][wanted]):
+        members = np.flatnonzero(block == b)
+        # members are grouped by what they are made of, so that a group shares its measured pattern
+        kind = tuple((m >= len(carried), bool(wanted[m % len(carried)])) for m in members)
+        groups.setdefault(kind, []).append(members)
+    return Layout(carried, tuple(np.array(members) for members in groups.values()), doubled)
+
+
+def _links(entry, carried, doubled):
+    """Unknowns (row, column) an entry connects, and the harmonic of the equation each pair belongs to."""
+    count = len(carried)
+    index = {int(n): i for i, n in enumerate(carried)}
+    links = []
+    for copy in (0, 1) if doubled else (0,):
+        sign = 1 if copy == 0 else -1
+        other = copy if entry.on == "z" else 1 - copy
+        for i, n in enumerate(carried):
+            source = int(n) - sign * entry.shift
+            if source in index:
+                links.append((copy * count + i, other * count + index[source], sign * int(n)))
+    return np.array(links, int).reshape(-1, 3).T
+
+
+def operator(model, theta, speed, blocks):
+    """Dynamic stiffness D of each group, D q = force.
+
+    theta   : (..., rotor parameter)
+    speed   : (speed,) rad/s
+    returns : list of (..., speed, block, member * dof, member * dof) complex
+    """
+    structure, carried = model.structure, blocks.harmonics
+    count, dof = len(carried), len(structure.dofs)
+    speed = np.asarray(speed, float)
+    unknown_block = np.full(2 * count, -1)
+    member = np.zeros(2 * count, int)
+    unknown_group = np.full(2 * count, -1)
+    result = []
+    for g, group in enumerate(blocks.groups):
+        unknown_block[group], member[group] = np.arange(len(group))[:, None], np.arange(group.shape[1])
+        unknown_group[group] = g
+        n = np.where(group < count, carried[group % count], -carried[group % count])  # harmonic of the equation
+        nw = n * speed[:, None, None]
+        base = structure.stiffness - (nw**2)[..., None, None] * structure.mass
+        base = base + (nw * speed[:, None, None])[..., None, None] * structure.gyroscopic
+        base = np.where((group < count)[..., None, None], base, base.conj())
+        full = np.zeros((*theta.shape[:-1], len(speed), *group.shape, dof, group.shape[1], dof), complex)
+        for m in range(group.shape[1]):
+            full[..., m, :, m, :] = base[:, :, m]
+        result.append(full)
+    for p, unknown in enumerate(model.rotor_unknowns):
+        for entry in (e for e in unknown.entries if e.on != "one"):
+            row, column, n = _links(entry, carried, blocks.doubled)
+            order = (1j * (n - entry.shift) * speed[:, None]) ** entry.order
+            factor = entry.gain_at(speed[:, None], n) * order
+            is_w = row >= count
+            factor = np.where(is_w, np.conj(factor), factor)
+            coefficient = theta[..., p, None, None] * factor  # (..., speed, link)
+            matrix = np.where(is_w[:, None, None], np.conj(entry.matrix), entry.matrix)
+            for g, full in enumerate(result):
+                here = unknown_group[row] == g
+                if not here.any():
+                    continue
+                r, c = row[here], column[here]
+                change = coefficient[..., here, None, None] * matrix[here]
+                # advanced indices around slices come first: (link, ..., speed, dof, dof)
+                full[..., unknown_block[r], member[r], :, member[c], :] -= np.moveaxis(change, -3, 0)
+    return [full.reshape(*full.shape[:-4], full.shape[-4] * dof, full.shape[-4] * dof) for full in result]
+
+
+def force_columns(model, speed, carried):
+    """Force harmonics of each unit amplitude on a rotor at its static deflection; (parameter, speed, harmonic, dof)."""
+    structure = model.structure
+    rest = np.zeros((len(speed), len(carried), len(structure.dofs)), complex)
+    columns = [apply_entries(u.entries, rest, speed, carried, structure.static_deflection) for u in model.rotor_unknowns]
+    return np.array(columns).reshape(len(columns), *rest.shape)
+
+
+def gather(amplitudes, group, count, harmonics):
+    """Harmonics (..., speed, harmonic, dof) as the unknowns of a group, (..., speed, block, member * dof)."""
+    if group.max() >= count:
+        mirror = {int(n): i for i, n in enumerate(harmonics)}
+        negative = [mirror[-int(n)] for n in harmonics]
+        amplitudes = np.concatenate([amplitudes, amplitudes[..., negative, :].conj()], axis=-2)
+    taken = amplitudes[..., group, :]
+    return taken.reshape(*taken.shape[:-2], -1)
+
+
+def _solve(matrices, force, blocks):
+    """Solve every group; force and result (..., speed, harmonic, dof, column)."""
+    count, dof = len(blocks.harmonics), force.shape[-2]
+    result = np.zeros_like(force)
+    columns = np.moveaxis(force, -1, 0)
+    for matrix, group in zip(matrices, blocks.groups, strict=True):
+        right = np.moveaxis(gather(columns, group, count, blocks.harmonics), 0, -1)
+        solved = right / matrix if matrix.shape[-1] == 1 else np.linalg.solve(matrix, right)
+        solved = solved.reshape(*solved.shape[:-2], group.shape[1], dof, solved.shape[-1])
+        direct = group < count
+        result[..., group[direct], :, :] = solved[..., direct, :, :]
+    return result
+
+
+def harmonic_response(model, speed, harmonics, theta=None, *, order=COUPLED_ORDER, jacobian=False):
+    """Displacement harmonics of the coordinates, from the static deflection.
+
+    speed     : (speed,) rad/s
+    harmonics : (harmonic,) int, n > 0 forward, n < 0 backward
+    theta     : (..., parameter) amplitudes in the order of `model.names`; the model's own by default
+    order     : harmonics -order..order are carried where the model couples harmonics
+    returns   : (..., speed, harmonic, dof) complex, m for translations, rad for tilts; with `jacobian` also its
+                derivatives (..., speed, harmonic, dof, parameter)
+    """
+    speed, theta = check_speed(speed), np.asarray(model.theta if theta is None else theta, float)
+    blocks = layout(model, harmonics, order)
+    found, derivatives = _carried_response(model, speed, theta, blocks, jacobian)
+    chosen = [int(np.flatnonzero(blocks.harmonics == n)[0]) for n in harmonics]
+    if not jacobian:
+        return found[..., chosen, :]
+    return found[..., chosen, :], derivatives[..., chosen, :, :]
+
+
+def _carried_response(model, speed, theta, blocks, jacobian):
+    rotor = theta[..., : len(model.rotor_unknowns)]
+    matrices = operator(model, rotor, speed, blocks)
+    force = np.tensordot(rotor, force_columns(model, speed, blocks.harmonics), 1)
+    force[..., blocks.harmonics == 0, :] += model.static_residual
+    found = _solve(matrices, force[..., None], blocks)[..., 0]
+    if not jacobian:
+        return found, None
+    reference = model.structure.static_deflection
+    columns = [apply_entries(u.entries, found, speed, blocks.harmonics, reference) for u in model.rotor_unknowns]
+    columns = np.stack(columns, axis=-1) if columns else np.zeros((*found.shape, 0))
+    derivatives = np.zeros((*found.shape, theta.shape[-1]), complex)
+    derivatives[..., : columns.shape[-1]] = _solve(matrices, columns, blocks)
+    return found, derivatives
+
+
+def measured_response(model, speed, harmonics, theta=None, *, order=COUPLED_ORDER, jacobian=False):
+    """What the sensors show: the translations at `model.sensors` changed by the output terms.
+
+    returns : (..., speed, harmonic, sensor) complex in m; with `jacobian` also (..., speed, harmonic, sensor, parameter)
+    """
+    speed, theta = check_speed(speed), np.asarray(model.theta if theta is None else theta, float)
+    blocks = layout(model, harmonics, order)
+    found, derivatives = _carried_response(model, speed, theta, blocks, jacobian)
+    true = found[..., model.measured]
+    shown, first = true.copy(), len(model.rotor_unknowns)
+    if jacobian:
+        derivatives = derivatives[..., model.measured, :]
+        shown_derivatives = derivatives.copy()
+    for p, unknown in enumerate(model.output_unknowns, start=first):
+        amplitude = theta[..., p, None, None, None]
+        change = apply_entries(unknown.entries, true, speed, blocks.harmonics)
+        shown += amplitude * change
+        if jacobian:
+            moving = tuple(e for e in unknown.entries if e.on != "one")
+            if moving:
+                for k in range(first):
+                    through = apply_entries(moving, derivatives[..., k], speed, blocks.harmonics)
+                    shown_derivatives[..., k] += amplitude * through
+            shown_derivatives[..., p] += change
+    chosen = [int(np.flatnonzero(blocks.harmonics == n)[0]) for n in harmonics]
+    if not jacobian:
+        return shown[..., chosen, :]
+    return shown[..., chosen, :], shown_derivatives[..., chosen, :, :]

@@ -1,0 +1,66 @@
+"""A measured full spectrum: harmonics of the displacement with their covariance."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+RELATIVE_FLOOR = 1e-13  # of the largest harmonic: round-off of a spectrum, so that exact data have a finite weight
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """Harmonics R_n of the complex displacement at the sensors.
+
+    amplitude  : (..., speed, harmonic, sensor) complex, m
+    speed      : (speed,) rad/s
+    harmonics  : (harmonic,) int, n > 0 forward, n < 0 backward
+    sensors    : (sensor,) nodes
+    covariance : (speed, sensor, component, component) m^2; components are the real parts of all harmonics, then the
+                 imaginary parts. Noise of different sensors is taken as independent.
+    """
+
+    amplitude: np.ndarray
+    speed: np.ndarray
+    harmonics: np.ndarray
+    sensors: tuple
+    covariance: np.ndarray
+
+    def full_covariance(self):
+        """(speed, component * sensor, component * sensor), components of all sensors together."""
+        speeds, sensors, size, _ = self.covariance.shape
+        full = np.zeros((speeds, size, sensors, size, sensors))
+        for s in range(sensors):
+            full[:, :, s, :, s] = self.covariance[:, s]
+        return full.reshape(speeds, size * sensors, size * sensors)
+
+    def whitener(self):
+        """(speed, sensor, component, component) lower-triangular W with W C W^T = 1."""
+        floor = (RELATIVE_FLOOR * np.abs(self.amplitude).max()) ** 2
+        covariance = self.covariance + floor * np.eye(self.covariance.shape[-1])
+        return np.linalg.inv(np.linalg.cholesky(covariance))
+
+    def at_speeds(self, chosen):
+        """The spectrum at some of its speeds (index array or mask)."""
+        return replace(
+            self,
+            amplitude=self.amplitude[..., chosen, :, :],
+            speed=self.speed[chosen],
+            covariance=self.covariance[chosen],
+        )
+
+    def with_amplitude(self, amplitude):
+        return replace(self, amplitude=amplitude)
+
+
+def components(amplitude):
+    """(..., harmonic, sensor) complex -> (..., component, sensor) real: real parts, then imaginary parts."""
+    return np.concatenate([amplitude.real, amplitude.imag], axis=-2)
+
+
+def independent_covariance(variance):
+    """Covariance of circular noise, independent by harmonic.
+
+    variance : (speed, harmonic, sensor) of each of the real and imaginary parts, m^2
+    """
+    both = np.concatenate([variance, variance], axis=1)  # (speed, component, sensor)
+    return np.moveaxis(both, -1, 1)[..., None] * np.eye(both.shape[1])

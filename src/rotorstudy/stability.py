@@ -1,0 +1,67 @@
+"""Eigenvalues of the rotor at speed, and the speed above which internal damping makes it unstable."""
+
+import numpy as np
+
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.response import check_speed
+
+
+def eigenvalues(model, speed, theta=None):
+    """Eigenvalues of the time-invariant model.
+
+    speed   : (speed,) rad/s
+    returns : (speed, mode) complex, 1/s, sorted by imaginary part; positive imaginary part is forward whirl.
+              With entries on conj(z) both mirror images of each mode appear.
+    raises  : RotorstudyError if the model has terms that vary in time at speed (an open or breathing crack)
+    """
+    speed = check_speed(speed)
+    theta = np.asarray(model.theta if theta is None else theta, float)
+    structure, dof = model.structure, len(model.structure.dofs)
+    shape = (len(speed), dof, dof)
+    on_z = {order: np.zeros(shape, complex) for order in range(3)}
+    on_conj = {order: np.zeros(shape, complex) for order in range(3)}
+    on_z[0] += structure.stiffness
+    on_z[1] -= 1j * speed[:, None, None] * structure.gyroscopic
+    on_z[2] += structure.mass
+    for value, unknown in zip(theta, model.rotor_unknowns, strict=False):
+        for entry in (e for e in unknown.entries if e.on != "one"):
+            if entry.shift or entry.frequency_only:
+                raise RotorstudyError(f"{unknown.name!r} makes the model vary in time or with frequency; it has no eigenvalues")
+            target = on_z if entry.on == "z" else on_conj
+            target[entry.order] -= value * entry.gain_at(speed, 0)[:, None, None] * entry.matrix
+    if any(np.any(part) for part in on_conj.values()):
+        k, c, m = (
+            np.concatenate(
+                [
+                    np.concatenate([on_z[order], on_conj[order]], axis=-1),
+                    np.concatenate([on_conj[order].conj(), on_z[order].conj()], axis=-1),
+                ],
+                axis=-2,
+            )
+            for order in range(3)
+        )
+    else:
+        k, c, m = on_z[0], on_z[1], on_z[2]
+    identity = np.broadcast_to(np.eye(k.shape[-1]), k.shape)
+    lower = np.concatenate([-np.linalg.solve(m, k), -np.linalg.solve(m, c)], axis=-1)
+    state = np.concatenate([np.concatenate([np.zeros_like(k), identity], axis=-1), lower], axis=-2)
+    values = np.linalg.eigvals(state)
+    return np.take_along_axis(values, np.argsort(values.imag, axis=-1), axis=-1)
+
+
+def stability_threshold(model, up_to, theta=None):
+    """Lowest speed in rad/s at which a whirl mode stops decaying, or None if there is none up to `up_to`.
+
+    For the Jeffcott rotor with viscous dampings this is w_n (1 + c_E / c_H) (Gasch, Nordmann, Pfuetzner, Rotordynamik).
+    """
+    from scipy.optimize import brentq
+
+    def growth(speed):
+        return eigenvalues(model, [speed], theta).real.max()
+
+    speeds = np.linspace(up_to / 400, up_to, 400)
+    unstable = eigenvalues(model, speeds, theta).real.max(axis=-1) > 0
+    if not unstable.any():
+        return None
+    first = int(np.argmax(unstable))
+    return float(speeds[0]) if first == 0 else float(brentq(growth, speeds[first - 1], speeds[first], xtol=1e-9))

@@ -1,0 +1,163 @@
+"""The one idea: an effect is a table of entries, affine in its amplitude, read both ways.
+
+With complex nodal coordinates q (z = u_x + j u_y, tilt dz/ds), spin speed w and harmonics q_n of e^{jnwt}
+(n > 0 forward, n < 0 backward), a parameter theta adds to the right-hand side of the equations of motion
+
+    theta * sum over entries of   e^{j*shift*w*t} * gain(w) * matrix @ (d/dt)^order x,     x = q, conj(q) or 1.
+
+Everything else in this package (response, regression columns, Jacobian, force in time) is derived from that table.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One product e^{j*shift*w*t} * gain(w) * matrix @ (d/dt)^order x.
+
+    matrix : (dof, dof) acting on the coordinates, or (dof,) where `on` is "one"
+    on     : "z" the coordinates, "conj" their complex conjugates, "one" the constant 1
+    gain   : function of the spin speed in rad/s (array in, array out); of (speed, harmonic) if `frequency_only`
+    frequency_only : True where the effect has no form in time (hysteretic damping, a measured receptance)
+    """
+
+    matrix: np.ndarray
+    on: Literal["z", "conj", "one"] = "z"
+    order: int = 0
+    shift: int = 0
+    gain: Callable | None = None
+    frequency_only: bool = False
+
+    def gain_at(self, speed, harmonic):
+        """Gain, broadcast over `speed` (rad/s) and `harmonic`."""
+        speed, harmonic = np.broadcast_arrays(np.asarray(speed, float), np.asarray(harmonic))
+        if self.gain is None:
+            return np.ones(speed.shape)
+        return self.gain(speed, harmonic) if self.frequency_only else self.gain(speed) + 0 * speed
+
+    def times(self, factor):
+        """The same entry with its matrix multiplied by `factor`."""
+        return replace(self, matrix=factor * np.asarray(self.matrix))
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One unknown amplitude of an effect, real, or complex (then it has a magnitude and a phase).
+
+    name    : a word of the field ("internal_damping")
+    unit    : SI, written "N s/m"
+    entries : its table
+    typical : a usual size in that unit; the diagnosis and the checks scale with it
+    """
+
+    name: str
+    unit: str
+    entries: tuple[Entry, ...]
+    typical: float
+    is_complex: bool = False
+
+    @property
+    def key(self):
+        """Its configuration key, with the unit in the name: `internal_damping_N_s_per_m`."""
+        return f"{self.name}_{unit_suffix(self.unit)}"
+
+    @property
+    def phase_key(self):
+        return f"{self.name}_phase_rad"
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """A real amplitude with its table: a real parameter, or the real or imaginary part of a complex one."""
+
+    name: str
+    unit: str
+    entries: tuple[Entry, ...]
+    typical: float
+
+
+@dataclass(frozen=True)
+class Term:
+    """An effect at a place: the plugin it came from, its parameters, and their values where known.
+
+    values  : parameter name -> float or complex
+    acts_on : "rotor" (right-hand side of the equations of motion) or "output" (the measured displacement)
+    label   : tells two terms of one kind apart; it becomes part of the names, "eccentricity[left]"
+    """
+
+    kind: str
+    parameters: tuple[Parameter, ...]
+    values: dict = field(default_factory=dict)
+    acts_on: Literal["rotor", "output"] = "rotor"
+    label: str = ""
+
+    def full_name(self, parameter):
+        return f"{parameter.name}[{self.label}]" if self.label else parameter.name
+
+    @property
+    def unknowns(self):
+        """The real amplitudes of this term, in order; a complex parameter gives two."""
+        found = []
+        for parameter in self.parameters:
+            name, imaginary = self.full_name(parameter), tuple(e.times(1j) for e in parameter.entries)
+            if parameter.is_complex:
+                found.append(Unknown(f"{name}_real", parameter.unit, parameter.entries, parameter.typical))
+                found.append(Unknown(f"{name}_imag", parameter.unit, imaginary, parameter.typical))
+            else:
+                found.append(Unknown(name, parameter.unit, parameter.entries, parameter.typical))
+        return tuple(found)
+
+    @property
+    def theta(self):
+        """Their values as given, NaN where none was; (unknown,)."""
+        found = []
+        for parameter in self.parameters:
+            value = self.values.get(parameter.name, np.nan)
+            found += [np.real(value), np.imag(value)] if parameter.is_complex else [value]
+        return np.array(found, float)
+
+
+def unit_suffix(unit):
+    """'N s/m' -> 'N_s_per_m', the form units take in configuration keys."""
+    return unit.replace("/", " per ").replace("^", "").replace("*", " ").replace("  ", " ").replace(" ", "_")
+
+
+def apply_entries(entries, amplitudes, speed, harmonics, reference=None):
+    """Force harmonics of a table acting on given displacement harmonics.
+
+    amplitudes : (..., speed, harmonic, dof) complex, harmonics of q; those not listed count as zero
+    speed      : (speed,) rad/s
+    harmonics  : (harmonic,) int
+    reference  : (dof,) constant part of the coordinates that is not in `amplitudes` (static deflection), or None
+    returns    : (..., speed, harmonic, row) complex
+    """
+    speed = np.asarray(speed, float)
+    harmonics = np.asarray(harmonics)
+    where = {int(n): i for i, n in enumerate(harmonics)}
+    rows = np.shape(entries[0].matrix)[0] if entries else amplitudes.shape[-1]
+    force = np.zeros((*amplitudes.shape[:-1], rows), complex)
+    for entry in entries:
+        gain = entry.gain_at(speed[:, None], harmonics)
+        if entry.on == "one":
+            if entry.shift in where:
+                n = where[entry.shift]
+                force[..., n, :] += gain[:, n, None] * entry.matrix
+            continue
+        source_harmonic = harmonics - entry.shift  # harmonic m of q, or of conj(q), that this row sees
+        lookup = source_harmonic if entry.on == "z" else -source_harmonic
+        pairs = [(n, where[int(m)]) for n, m in enumerate(lookup) if int(m) in where]
+        derivative = (1j * source_harmonic * speed[:, None]) ** entry.order * gain
+        if pairs:
+            row, column = np.array(pairs).T
+            source = amplitudes[..., column, :]
+            source = source if entry.on == "z" else source.conj()
+            force[..., row, :] += derivative[:, row, None] * (source @ np.asarray(entry.matrix).T)
+        if reference is not None and entry.order == 0 and entry.shift in where:
+            n = where[entry.shift]
+            constant = reference if entry.on == "z" else np.conj(reference)
+            force[..., n, :] += gain[:, n, None] * (entry.matrix @ constant)
+    return force
