@@ -51,7 +51,7 @@ def time_response(
     inverse_mass = np.linalg.inv(structure.mass + mass)
     shifts = np.array(sorted({*constant, *stiffness["z"], *stiffness["conj"], *damping["z"], *damping["conj"], 0}))
     table = {
-        name: np.array([part.get(s, np.zeros((dof, dof))) for s in shifts])
+        name: np.array([part.get(s, np.zeros((dof, dof))) for s in shifts], complex)
         for name, part in (("kz", stiffness["z"]), ("kc", stiffness["conj"]), ("cz", damping["z"]), ("cc", damping["conj"]))
     }
     still = int(np.flatnonzero(shifts == 0)[0])

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 RELATIVE_FLOOR = 1e-13  # of the largest harmonic: round-off of a spectrum, so that exact data have a finite weight
+CORRELATION_FLOOR = 1e-9  # keeps a covariance of fully correlated harmonics (one phase mark for all) invertible
 
 
 @dataclass(frozen=True)
@@ -36,8 +37,10 @@ class Spectrum:
     def whitener(self):
         """(speed, sensor, component, component) lower-triangular W with W C W^T = 1."""
         floor = (RELATIVE_FLOOR * np.abs(self.amplitude).max()) ** 2
-        covariance = self.covariance + floor * np.eye(self.covariance.shape[-1])
-        return np.linalg.inv(np.linalg.cholesky(covariance))
+        size = np.sqrt(np.diagonal(self.covariance, axis1=-2, axis2=-1) + floor)
+        correlation = self.covariance / (size[..., :, None] * size[..., None, :])
+        correlation = correlation + CORRELATION_FLOOR * np.eye(size.shape[-1])
+        return np.linalg.inv(np.linalg.cholesky(correlation)) / size[..., None, :]
 
     def at_speeds(self, chosen):
         """The spectrum at some of its speeds (index array or mask)."""

@@ -1,0 +1,24 @@
+from rotorstudy.plugins import Effect, hookimpl
+from rotorstudy.terms import Entry, Parameter
+
+THESIS_HARMONICS = (0, 1, 2, 3, 5, 7, -1, -3, -5)
+
+
+def crack_force(structure, participation: dict[int, float] | None = None, harmonics: list[int] = THESIS_HARMONICS):
+    """Weight-dominant crack force dk p_n u_0 e^{jnwt}: participation factors p_n given, or dk p_n free at each harmonic."""
+    parameters = []
+    for name, (pattern, unit, typical) in structure.stiffness_loss.items():
+        force = pattern @ structure.static_deflection
+        if participation is None:
+            parameters += [
+                Parameter(f"{name}_p{n}", unit, (Entry(force, on="one", shift=n),), typical=0.1 * typical) for n in harmonics
+            ]
+        else:
+            entries = tuple(Entry(p * force, on="one", shift=n) for n, p in participation.items())
+            parameters.append(Parameter(name, unit, entries, typical=typical))
+    return parameters
+
+
+@hookimpl
+def rotorstudy_effect():
+    return Effect("crack_force", crack_force, source="thesis Eqs. (2.19), (2.20), (3.2)")

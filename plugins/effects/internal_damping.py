@@ -1,0 +1,22 @@
+import numpy as np
+
+from rotorstudy.plugins import Effect, hookimpl
+from rotorstudy.terms import Entry, Parameter
+
+
+def internal_damping(structure, node: int | None = None):
+    """Viscous damping in the turning shaft: force -c (dz/dt - j w z), so j (n - 1) w c on harmonic n."""
+    here = structure.unit(structure.default_node() if node is None else node)
+    here = np.outer(here, here)
+    entries = (Entry(-here, order=1), Entry(1j * here, gain=lambda speed: speed))
+    return [Parameter("internal_damping", "N s/m", entries, typical=20.0)]
+
+
+@hookimpl
+def rotorstudy_effect():
+    return Effect(
+        "internal_damping",
+        internal_damping,
+        source="Tondl 1965; thesis Eq. (2.7)",
+        twins=(("external_damping", "internal damping is silent at +1X and gives a static side force at 0X"),),
+    )

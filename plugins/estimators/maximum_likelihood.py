@@ -1,0 +1,12 @@
+from rotorstudy.identification import output_error_fit
+from rotorstudy.plugins import Estimator, hookimpl
+
+
+def maximum_likelihood(problem):
+    """Fit of the predicted to the measured harmonics, weighted by their covariance (output error)."""
+    return output_error_fit(problem)
+
+
+@hookimpl
+def rotorstudy_estimator():
+    return Estimator("maximum_likelihood", maximum_likelihood, source="Ljung, System Identification, 1999, ch. 7")

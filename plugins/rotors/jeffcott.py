@@ -1,0 +1,22 @@
+import numpy as np
+
+from rotorstudy.model import Structure
+from rotorstudy.options import NonNegative, Positive
+from rotorstudy.plugins import Rotor, hookimpl
+
+
+def jeffcott(mass_kg: Positive, stiffness_N_per_m: Positive, gravity_m_per_s2: NonNegative = 9.81):
+    """Disc at mid-span of a massless shaft on rigid bearings: m z'' + k z = m g (two real degrees of freedom)."""
+    return Structure(
+        mass=np.array([[mass_kg]]),
+        stiffness=np.array([[stiffness_N_per_m]]),
+        gyroscopic=np.zeros((1, 1)),
+        static_load=np.array([mass_kg * gravity_m_per_s2]),
+        dofs=((1, "translation"),),
+        stiffness_loss={"stiffness_loss": (np.eye(1), "N/m", 0.3 * stiffness_N_per_m)},
+    )
+
+
+@hookimpl
+def rotorstudy_rotor():
+    return Rotor("jeffcott", jeffcott, source="Jeffcott 1919; thesis Eqs. (2.7), (2.18)")

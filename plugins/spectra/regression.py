@@ -1,0 +1,17 @@
+import numpy as np
+
+from rotorstudy.plugins import SpectrumMethod, hookimpl
+from rotorstudy.records import rotating_basis, white_noise_covariance
+
+
+def regression(signal, time, speed, harmonics):
+    """Least squares of the record on e^{jnwt} for the harmonics asked for; exact for any length of record."""
+    basis = rotating_basis(time - time[0], speed, harmonics)  # (harmonic, time)
+    inverse_normal = np.linalg.inv(basis.conj() @ basis.T)
+    amplitude = (signal @ basis.conj().T) @ inverse_normal.T
+    return amplitude, white_noise_covariance(signal - amplitude @ basis, inverse_normal)
+
+
+@hookimpl
+def rotorstudy_spectrum():
+    return SpectrumMethod("regression", regression, source="thesis Eqs. (2.27) to (2.29)")

@@ -1,0 +1,52 @@
+"""Options of a plugin are the annotated arguments of its function; here they are checked against a configuration."""
+
+from typing import Annotated
+
+from annotated_types import Ge, Gt
+
+from rotorstudy.errors import RotorstudyError, unknown_name
+
+Positive = Annotated[float, Gt(0)]
+NonNegative = Annotated[float, Ge(0)]
+
+
+def option_names(function, given_by_engine=()):
+    """Names of the options of a plugin function."""
+    import inspect
+
+    return [name for name in inspect.signature(function).parameters if name not in given_by_engine]
+
+
+def check_options(function, given, where, given_by_engine=()):
+    """Options as the function wants them, or an error naming the key, its value, what is allowed and where it stands."""
+    import inspect
+
+    from pydantic import ConfigDict, ValidationError, create_model
+
+    fields = {}
+    for name, parameter in inspect.signature(function).parameters.items():
+        if name not in given_by_engine:
+            annotation = float if parameter.annotation is parameter.empty else parameter.annotation
+            fields[name] = (annotation, ... if parameter.default is parameter.empty else parameter.default)
+    for key in given:
+        if key not in fields:
+            raise unknown_name("key", key, fields, where)
+    model = create_model("Options", __config__=ConfigDict(extra="forbid", arbitrary_types_allowed=True), **fields)
+    try:
+        return dict(model(**given))
+    except ValidationError as error:
+        raise RotorstudyError(validation_message(error, where)) from None
+
+
+def validation_message(error, where):
+    """One line out of a pydantic error: key, value, what is allowed."""
+    messages = []
+    for problem in error.errors():
+        key = ".".join(str(part) for part in problem["loc"])
+        if problem["type"] == "missing":
+            messages.append(f"key '{key}' is missing in {where}")
+        elif problem["type"] == "extra_forbidden":
+            messages.append(f"unknown key '{key}' in {where}")
+        else:
+            messages.append(f"{key} = {problem['input']!r} in {where}: {problem['msg'][0].lower()}{problem['msg'][1:]}")
+    return "; ".join(messages)

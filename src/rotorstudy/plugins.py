@@ -1,0 +1,226 @@
+"""Plugin kinds, their hooks, and the registry that finds them.
+
+A plugin is one file: a function that is the equation, and a hook that names it. It is found if the file lies in the
+project's plugins/ folder or in a folder listed in ROTORSTUDY_PLUGINS, or if an installed distribution offers its module
+under the entry point group "rotorstudy".
+"""
+
+import os
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import pluggy
+
+from rotorstudy.errors import PluginError, unknown_name
+
+hookimpl = pluggy.HookimplMarker("rotorstudy")
+_hookspec = pluggy.HookspecMarker("rotorstudy")
+
+FOLDERS_VARIABLE = "ROTORSTUDY_PLUGINS"
+
+
+@dataclass(frozen=True)
+class Plugin:
+    """What every plugin states: a name, the function that is the model, and where its equation comes from."""
+
+    name: str
+    function: Callable
+    source: str
+
+    @property
+    def summary(self):
+        """First line of the function's docstring."""
+        return (self.function.__doc__ or "").strip().split("\n")[0]
+
+    @property
+    def file(self):
+        return self.function.__code__.co_filename
+
+
+@dataclass(frozen=True)
+class Rotor(Plugin):
+    """function(**options) -> Structure"""
+
+
+@dataclass(frozen=True)
+class Crack(Plugin):
+    """function(angle) -> opening between 0 (closed) and 1 (open); angle (...) rad from crack edge down.
+
+    series : function(order) -> {k: s_k}, its Fourier coefficients of e^{jk*angle} for |k| <= order
+    """
+
+    series: Callable = None
+
+
+@dataclass(frozen=True)
+class Bearing(Plugin):
+    """function(structure, node, **options) -> list of Parameter"""
+
+
+@dataclass(frozen=True)
+class Effect(Plugin):
+    """function(structure, **options) -> list of Parameter; for acts_on "output" function(sensors, **options).
+
+    twins : names of effects it can be confused with, and what separates them
+    """
+
+    acts_on: str = "rotor"
+    twins: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True)
+class SpectrumMethod(Plugin):
+    """function(signal, time, speed, harmonics) -> amplitude, covariance
+
+    signal     : (..., time) complex or real; time (time,) s; speed rad/s; harmonics (harmonic,) int
+    amplitude  : (..., harmonic) complex, phase counted from the first sample
+    covariance : (..., component, component) of real parts, then imaginary parts
+    """
+
+
+@dataclass(frozen=True)
+class Estimator(Plugin):
+    """function(problem) -> Estimate, see `rotorstudy.identification`"""
+
+
+class Hooks:
+    """A plugin file implements one of these with @hookimpl; it returns one plugin or a list of them."""
+
+    @_hookspec
+    def rotorstudy_rotor():
+        """Rotor: the base structure without effects."""
+
+    @_hookspec
+    def rotorstudy_crack():
+        """Crack: an opening function of the shaft angle."""
+
+    @_hookspec
+    def rotorstudy_bearing():
+        """Bearing: stiffness and damping at a node."""
+
+    @_hookspec
+    def rotorstudy_effect():
+        """Effect: a table of entries on the rotor or on the measured output."""
+
+    @_hookspec
+    def rotorstudy_spectrum():
+        """SpectrumMethod: record to harmonics with covariance."""
+
+    @_hookspec
+    def rotorstudy_estimator():
+        """Estimator: problem to estimate."""
+
+
+KINDS = {
+    "rotor": Rotor,
+    "crack": Crack,
+    "bearing": Bearing,
+    "effect": Effect,
+    "spectrum": SpectrumMethod,
+    "estimator": Estimator,
+}
+
+
+class Registry:
+    """The zoo: plugins by kind and name.
+
+    failures : one line for each plugin file that did not load; the rest of the zoo is there all the same
+    """
+
+    def __init__(self, folders=(), entry_points=True):
+        self._manager = pluggy.PluginManager("rotorstudy")
+        self._manager.add_hookspecs(Hooks)
+        self.plugins = {kind: {} for kind in KINDS}
+        self.failures = []
+        for folder in folders:
+            if not Path(folder).is_dir():
+                raise PluginError(f"plugin folder '{folder}' does not exist; check {FOLDERS_VARIABLE} and the configuration")
+            for file in sorted(Path(folder).rglob("*.py")):
+                self._add(file, lambda file=file: _import_file(file))
+        if entry_points:
+            from importlib.metadata import entry_points as find
+
+            for point in sorted(find(group="rotorstudy"), key=lambda p: (p.name, p.value)):
+                self._add(f"entry point {point.name} = {point.value}", point.load)
+
+    def _add(self, place, load):
+        try:
+            module = load()
+            self._manager.register(module)
+            self._manager.check_pending()
+        except Exception as error:
+            self.failures.append(f"plugin {_blame(place, error)}: {type(error).__name__}: {str(error).splitlines()[0]}")
+            for plugin in self._manager.get_plugins():
+                if getattr(plugin, "__file__", None) == str(place):
+                    self._manager.unregister(plugin)
+            return
+        for kind, kind_class in KINDS.items():
+            hook = getattr(module, f"rotorstudy_{kind}", None)
+            found = hook() if hook else []
+            for plugin in found if isinstance(found, (list, tuple)) else [found]:
+                if not isinstance(plugin, kind_class):
+                    self.failures.append(f"plugin {place}: rotorstudy_{kind} must return a {kind_class.__name__}, not "
+                                         f"{type(plugin).__name__}")  # fmt: skip
+                    continue
+                twin = self.plugins[kind].get(plugin.name)
+                if twin:
+                    raise PluginError(f"two plugins are called {kind} '{plugin.name}': {twin.file} and {plugin.file}; rename one")
+                self.plugins[kind][plugin.name] = plugin
+
+    def get(self, kind, name, where=""):
+        """The plugin of a kind by name; an unknown name is an error with the near miss."""
+        if name not in self.plugins[kind]:
+            error = unknown_name(kind, name, self.plugins[kind], where)
+            if self.failures:
+                error = type(error)(f"{error}; some plugins did not load: {'; '.join(self.failures)}")
+            raise error
+        return self.plugins[kind][name]
+
+    def __iter__(self):
+        """(kind, plugin) of the whole zoo, in a fixed order."""
+        for kind, plugins in self.plugins.items():
+            for name in sorted(plugins):
+                yield kind, plugins[name]
+
+
+def _import_file(file):
+    import importlib.util
+
+    name = f"rotorstudy_plugin_{file.parent.name}_{file.stem}"
+    spec = importlib.util.spec_from_file_location(name, file)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    sys.modules[name] = module
+    return module
+
+
+def _blame(place, error):
+    """'file:line' of the deepest frame inside the plugin itself."""
+    line = getattr(error, "lineno", None)
+    trace = error.__traceback__
+    while trace:
+        if trace.tb_frame.f_code.co_filename == str(place):
+            line = trace.tb_lineno
+        trace = trace.tb_next
+    return f"{place}:{line}" if line else str(place)
+
+
+def plugin_folders():
+    """The project's own plugins/ folder (or its copy in an installed package), then those of ROTORSTUDY_PLUGINS."""
+    project, packaged = Path(__file__).parents[2] / "plugins", Path(__file__).parent / "zoo"
+    own = [packaged if packaged.is_dir() else project]
+    extra = [Path(folder) for folder in os.environ.get(FOLDERS_VARIABLE, "").split(os.pathsep) if folder]
+    return tuple(dict.fromkeys(folder.resolve() for folder in own + extra))
+
+
+@lru_cache
+def _registry(folders):
+    return Registry(folders)
+
+
+def registry():
+    """The zoo of this process, loaded once."""
+    return _registry(plugin_folders())

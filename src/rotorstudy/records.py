@@ -1,0 +1,219 @@
+"""Records in time: made from harmonics, checked at the door, turned into full spectra with a phase that means something."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.spectrum import Spectrum
+
+
+@dataclass(frozen=True)
+class Record:
+    """Displacement at one speed with what is needed to give it a phase.
+
+    time         : (time,) s, evenly spaced
+    displacement : (sensor, time) complex x + j y, m
+    speed        : rad/s
+    sensors      : (sensor,) nodes
+    reference    : (time,) multi-harmonic reference signal, or None
+    keyphasor    : (time,) voltage with a pulse each time the phase mark passes, or None
+    where        : a name for error messages
+    """
+
+    time: np.ndarray
+    displacement: np.ndarray
+    speed: float
+    sensors: tuple
+    reference: np.ndarray | None = None
+    keyphasor: np.ndarray | None = None
+    where: str = "the record"
+
+
+def rotating_basis(time, speed, harmonics):
+    """(harmonic, time) e^{jnwt}, by repeated multiplication of one exponential."""
+    first = np.exp(1j * speed * time)
+    powers = {0: np.ones_like(first), 1: first}
+    for n in range(2, max(abs(int(h)) for h in harmonics) + 1):
+        powers[n] = powers[n - 1] * first
+    return np.array([powers[int(n)] if n >= 0 else powers[-int(n)].conj() for n in harmonics])
+
+
+def synthesize(amplitude, speed, harmonics, time):
+    """(..., time) complex signal with given harmonics (..., harmonic)."""
+    return np.asarray(amplitude) @ rotating_basis(time, speed, harmonics)
+
+
+def reference_amplitude(harmonics):
+    """(harmonic,) of the thesis's phase reference (Fig. 2.5): a unit cosine at every harmonic, its real part recorded."""
+    return np.ones(len(harmonics), complex)
+
+
+def keyphasor_signal(speed, time, width_rad=0.1):
+    """(time,) V, one smooth pulse a revolution, centred where the phase mark is at angle zero."""
+    angle = np.angle(np.exp(1j * speed * time))
+    return np.exp(-0.5 * (angle / width_rad) ** 2)
+
+
+def white_noise_covariance(residual, inverse_normal):
+    """Covariance of harmonics fitted to a record, from the noise floor of what the fit leaves.
+
+    The floor is the median of the residual's periodogram, so that lines nobody asked for (other harmonics, hum) do not
+    count as noise; noise is taken as white and circular.
+
+    residual       : (..., time) complex or real, m
+    inverse_normal : (harmonic, harmonic) inverse of basis^H basis
+    returns        : (..., component, component) m^2, real parts then imaginary parts
+    """
+    samples = residual.shape[-1]
+    power = np.median(np.abs(np.fft.fft(residual, axis=-1)) ** 2, axis=-1) / (samples * np.log(2))
+    real, imag = inverse_normal.real, inverse_normal.imag
+    block = np.block([[real, -imag], [imag, real]]) / 2
+    return power[..., None, None] * block
+
+
+def check_record(record, harmonics):
+    """The door: raise for a record from which these harmonics cannot be had."""
+    where, time = record.where, np.asarray(record.time)
+    displacement = np.asarray(record.displacement)
+    if displacement.shape[-1] != len(time):
+        raise RotorstudyError(f"{where}: {displacement.shape[-1]} samples of displacement but {len(time)} of time")
+    if not (np.isfinite(record.speed) and record.speed > 0):
+        raise RotorstudyError(f"{where}: speed {record.speed:g} rad/s; harmonics need a rotor that turns, so speed > 0")
+    if len(time) < 2 * len(harmonics) + 1:
+        raise RotorstudyError(
+            f"{where}: {len(time)} samples are too few for {len(harmonics)} harmonics; at least {2 * len(harmonics) + 1}"
+        )
+    for name, signal in (("displacement", displacement), ("reference", record.reference), ("keyphasor", record.keyphasor)):
+        if signal is not None and not np.isfinite(signal).all():
+            bad = int(np.flatnonzero(~np.isfinite(np.atleast_2d(signal)).all(axis=0))[0])
+            raise RotorstudyError(f"{where}: {name} has NaN or infinite samples, the first at {time[bad]:g} s; cut or repair")
+    step = np.diff(time)
+    if not (step > 0).all() or np.ptp(step) > 1e-6 * step.mean():
+        raise RotorstudyError(f"{where}: time is not evenly spaced and increasing; resample the record first")
+    step = step.mean()
+    revolutions = record.speed * step * len(time) / (2 * np.pi)
+    if revolutions < 1 - 1e-9:
+        raise RotorstudyError(f"{where}: {revolutions:.2f} revolutions; at least one is needed, take a longer record")
+    highest = max(abs(int(n)) for n in harmonics)
+    if highest * record.speed * step >= np.pi:
+        allowed = int(np.ceil(np.pi / (record.speed * step))) - 1
+        raise RotorstudyError(
+            f"{where}: harmonic {highest} lies above the Nyquist frequency; with {1 / step:g} samples/s at "
+            f"{record.speed:g} rad/s harmonics up to {allowed} can be had"
+        )
+
+
+def phase_from_reference(record, harmonics, amplitude, covariance):
+    """Phase psi_n (harmonic,) of the harmonics of the reference signal, and its covariance."""
+    size = np.abs(amplitude)
+    if (size < 1e-9 * size.max()).any():
+        lost = [int(n) for n in np.asarray(harmonics)[size < 1e-9 * size.max()]]
+        raise RotorstudyError(f"{record.where}: the reference signal has no harmonic {lost}; use the keyphasor for these")
+    turn = np.concatenate([-amplitude.imag, amplitude.real]) / np.concatenate([size, size]) ** 2
+    by_part = (turn[:, None] * covariance * turn).reshape(2, len(size), 2, len(size))
+    return np.angle(amplitude), by_part.sum(axis=(0, 2))
+
+
+def mark_times(record):
+    """(revolution,) s when the phase mark passed: centres of the keyphasor pulses at half height.
+
+    raises : RotorstudyError if there is no keyphasor, or if its pulses are not about one a revolution
+    """
+    if record.keyphasor is None:
+        raise RotorstudyError(f"{record.where}: no keyphasor; record one, or use a reference signal")
+    signal, time = np.asarray(record.keyphasor, float), np.asarray(record.time)
+    level = (signal.max() + signal.min()) / 2
+    above = signal > level
+    up, down = np.flatnonzero(~above[:-1] & above[1:]), np.flatnonzero(above[:-1] & ~above[1:])
+    if len(up) and len(down):
+        down = down[down > up[0]]
+
+    def crossing(i):
+        return time[i] + (level - signal[i]) / (signal[i + 1] - signal[i]) * (time[i + 1] - time[i])
+
+    pairs = min(len(up), len(down))
+    found = (crossing(up[:pairs]) + crossing(down[:pairs])) / 2
+    expected = record.speed * (time[-1] - time[0]) / (2 * np.pi)
+    if pairs == 0 or abs(pairs - expected) > 1.5:
+        raise RotorstudyError(
+            f"{record.where}: {pairs} keyphasor pulses in {expected:.1f} revolutions at {record.speed:g} rad/s; "
+            "there must be one a revolution"
+        )
+    return found
+
+
+def phase_from_keyphasor(record, harmonics):
+    """Phase psi_n = -n w t_mark (harmonic,) that the mark passing at t_mark gives each harmonic, and its covariance."""
+    marks = mark_times(record) - record.time[0]
+    turns = np.rint((marks - marks[0]) * record.speed / (2 * np.pi))
+    offsets = marks - turns * 2 * np.pi / record.speed
+    variance = offsets.var(ddof=1) / len(offsets) if len(offsets) > 1 else 0.0
+    rate = -np.asarray(harmonics) * record.speed
+    return np.angle(np.exp(1j * rate * offsets.mean())), variance * np.outer(rate, rate)
+
+
+def compensate(amplitude, covariance, phase, phase_covariance):
+    """R_n e^{-j psi_n} with the covariance that rotation and phase noise leave (thesis Eq. 2.30).
+
+    amplitude : (sensor, harmonic); covariance (sensor, component, component); phase (harmonic,) rad
+    """
+    turned = amplitude * np.exp(-1j * phase)
+    count = len(phase)
+    rotation = np.zeros((2 * count, 2 * count))
+    index = np.arange(count)
+    rotation[index, index] = rotation[count + index, count + index] = np.cos(phase)
+    rotation[index, count + index], rotation[count + index, index] = np.sin(phase), -np.sin(phase)
+    slope = np.zeros((*amplitude.shape[:-1], 2 * count, count))
+    slope[..., index, index], slope[..., count + index, index] = turned.imag, -turned.real
+    moved = rotation @ covariance @ rotation.T
+    return turned, moved + slope @ phase_covariance @ np.swapaxes(slope, -1, -2)
+
+
+def full_spectrum(records, harmonics, method, phase="reference"):
+    """The full spectrum of records, one a speed.
+
+    records   : list of Record, of the same sensors
+    harmonics : (harmonic,) int
+    method    : SpectrumMethod plugin
+    phase     : "reference" (multi-harmonic reference signal), "keyphasor", or "none": counted from the first sample
+    returns   : Spectrum with amplitude (speed, harmonic, sensor)
+    """
+    if phase not in ("reference", "keyphasor", "none"):
+        raise RotorstudyError(f"phase '{phase}' is unknown (known: reference, keyphasor, none)")
+    amplitudes, covariances = [], []
+    for record in records:
+        check_record(record, harmonics)
+        signals = np.asarray(record.displacement)
+        if phase == "reference":
+            if record.reference is None:
+                raise RotorstudyError(f"{record.where}: no reference signal; record one, or use the keyphasor")
+            signals = np.concatenate([signals, [record.reference]])
+        amplitude, covariance = method.function(signals, record.time, record.speed, harmonics)
+        if phase == "reference":
+            psi = phase_from_reference(record, harmonics, amplitude[-1], covariance[-1])
+            amplitude, covariance = compensate(amplitude[:-1], covariance[:-1], *psi)
+        elif phase == "keyphasor":
+            amplitude, covariance = compensate(amplitude, covariance, *phase_from_keyphasor(record, harmonics))
+        amplitudes.append(amplitude.T)
+        covariances.append(covariance)
+    speed = np.array([record.speed for record in records])
+    return Spectrum(np.array(amplitudes), speed, np.asarray(harmonics), tuple(records[0].sensors), np.array(covariances))
+
+
+def simulate_records(model, speeds, harmonics, time, *, theta=None, start_angle_rad=0.0, keyphasor_wanted=True):
+    """Records of the steady state of a model, with reference signal and keyphasor, for a time base (time,) s.
+
+    start_angle_rad : angle of the phase mark at the first sample; a record that starts late has it above zero
+    """
+    from rotorstudy.response import measured_response
+
+    shown = measured_response(model, speeds, harmonics, theta)
+    records = []
+    for w, amplitude, angle in zip(speeds, shown, np.broadcast_to(start_angle_rad, np.shape(speeds)), strict=True):
+        turned = time + angle / w
+        signals = synthesize(np.vstack([amplitude.T, reference_amplitude(harmonics)]), w, harmonics, turned)
+        where = f"simulated record at {w:g} rad/s"
+        keyphasor = keyphasor_signal(w, turned) if keyphasor_wanted else None
+        records.append(Record(time, signals[:-1], float(w), model.sensors, signals[-1].real, keyphasor, where))
+    return records
