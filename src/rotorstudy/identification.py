@@ -17,6 +17,7 @@ from rotorstudy.spectrum import components
 RANK_TOLERANCE = 1e-9  # smallest over largest singular value of unit-length columns; round-off is near 1e-15
 STEP_IN_SIGMA = 1e-6  # a fit has converged when its step is this small against its own standard deviation
 STEP_RELATIVE = 1e-12  # or against the amplitudes, for data without noise
+MISFIT_RELATIVE = 1e-9  # or when the misfit no longer falls: a wrong model with a large misfit converges slowly
 TRIALS_AT_ONCE = 200  # bounds the memory of a Monte Carlo
 
 
@@ -154,12 +155,13 @@ def start_values(problem):
         return start
 
 
-def output_error_fit(problem, start=None, iterations=40):
+def output_error_fit(problem, start=None, iterations=200):
     """Levenberg-Marquardt fit of the predicted to the measured harmonics, weighted by their covariance; all trials at once.
 
     start   : (..., parameter), see `start_values`
     returns : Estimate with covariance (J^T J)^-1, and the misfit
-    raises  : UnidentifiableError if the unknowns trade off at the start; RotorstudyError if a trial does not converge
+    raises  : UnidentifiableError if the unknowns trade off at the start; RotorstudyError if no fit converges. Of many
+              trials, those that do not converge are NaN
     """
     measured = whitened_measurement(problem.spectrum)
     theta = np.array(start_values(problem) if start is None else start, float)
@@ -186,6 +188,7 @@ def output_error_fit(problem, start=None, iterations=40):
         better = new_misfit <= misfit[trials] * (1 + 1e-12)
         in_sigma = np.sqrt(np.einsum("tp,tpq,tq->t", step, normal[trials], step))
         small = (in_sigma < STEP_IN_SIGMA) | np.all(np.abs(step) <= STEP_RELATIVE * np.abs(tried), axis=-1)
+        small |= better & (misfit[trials] - new_misfit <= MISFIT_RELATIVE * new_misfit)
         theta[trials[better]] = tried[better]
         misfit[trials[better]] = new_misfit[better]
         damping[trials] *= np.where(better, 0.1, 10.0)
@@ -194,9 +197,9 @@ def output_error_fit(problem, start=None, iterations=40):
         trials = trials[~small]
         if not len(trials):
             break
-    if len(trials):
-        raise RotorstudyError(f"maximum likelihood: {len(trials)} of {len(theta)} fits did not converge in {iterations} "
-                              "steps; start closer, or fix a weak parameter")  # fmt: skip
+    if len(trials) == len(theta):
+        raise RotorstudyError(f"the output-error fit did not converge in {iterations} steps; start closer, or fix a weak parameter")
+    theta[trials] = np.nan
     return Estimate(problem.names, theta.reshape(shape), invert(normal).reshape(*shape, shape[-1]), misfit.reshape(shape[:-1]))
 
 

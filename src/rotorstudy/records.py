@@ -44,9 +44,9 @@ def synthesize(amplitude, speed, harmonics, time):
     return np.asarray(amplitude) @ rotating_basis(time, speed, harmonics)
 
 
-def reference_amplitude(harmonics):
-    """(harmonic,) of the thesis's phase reference (Fig. 2.5): a unit cosine at every harmonic, its real part recorded."""
-    return np.ones(len(harmonics), complex)
+def reference_signal(speed, harmonics, time):
+    """(time,) the thesis's phase reference (Fig. 2.5): the real part of a unit cosine at every harmonic."""
+    return synthesize(np.ones(len(harmonics)), speed, harmonics, time).real
 
 
 def keyphasor_signal(speed, time, width_rad=0.1):
@@ -202,17 +202,25 @@ def full_spectrum(records, harmonics, method, phase="reference"):
 
 
 def simulate_records(model, speeds, harmonics, time, *, theta=None, start_angle_rad=0.0, keyphasor_wanted=True):
-    """Records of the steady state of a model, with reference signal and keyphasor, for a time base (time,) s.
+    """Records of the steady state of a model, one a speed, with reference signal and keyphasor.
 
+    speeds          : (speed,) rad/s;  time : (time,) s
+    harmonics       : (harmonic,) of the reference signal; the displacement has all that the model vibrates at
     start_angle_rad : angle of the phase mark at the first sample; a record that starts late has it above zero
+    returns         : list of Record
     """
-    from rotorstudy.response import measured_response
+    from rotorstudy.response import forced_harmonics, measured_response
 
-    shown = measured_response(model, speeds, harmonics, theta)
+    vibrating = forced_harmonics(model)
+    shown = measured_response(model, speeds, vibrating, theta)
+    every = np.union1d(vibrating, harmonics)
+    amplitude = np.zeros((len(speeds), len(model.sensors) + 1, len(every)), complex)
+    amplitude[:, :-1, np.isin(every, vibrating)] = np.swapaxes(shown, 1, 2)
+    amplitude[:, -1, np.isin(every, harmonics)] = 1
     records = []
-    for w, amplitude, angle in zip(speeds, shown, np.broadcast_to(start_angle_rad, np.shape(speeds)), strict=True):
+    for w, both, angle in zip(speeds, amplitude, np.broadcast_to(start_angle_rad, np.shape(speeds)), strict=True):
         turned = time + angle / w
-        signals = synthesize(np.vstack([amplitude.T, reference_amplitude(harmonics)]), w, harmonics, turned)
+        signals = synthesize(both, w, every, turned)
         where = f"simulated record at {w:g} rad/s"
         keyphasor = keyphasor_signal(w, turned) if keyphasor_wanted else None
         records.append(Record(time, signals[:-1], float(w), model.sensors, signals[-1].real, keyphasor, where))

@@ -84,6 +84,16 @@ def _links(entry, carried, doubled):
     return np.array(links, int).reshape(-1, 3).T
 
 
+def forced_harmonics(model, order=COUPLED_ORDER):
+    """(harmonic,) every harmonic the model vibrates at: those of its forces, or -order..order where they are coupled."""
+    entries = [e for u in model.rotor_unknowns for e in u.entries]
+    if any(e.shift and e.on != "one" for e in entries):
+        return np.arange(-order, order + 1)
+    shifts = {0} | {e.shift for e in entries} | {e.shift for u in model.output_unknowns for e in u.entries}
+    mirrored = {-n for n in shifts} if any(e.on == "conj" for e in entries) else set()
+    return np.array(sorted(shifts | mirrored))
+
+
 def operator(model, theta, speed, blocks):
     """Dynamic stiffness D of each group, D q = force.
 

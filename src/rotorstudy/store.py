@@ -1,0 +1,104 @@
+"""Files: whole or not at all, with units and provenance. Complex numbers are a last dimension part = real, imag."""
+
+import os
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+
+PART = ("real", "imag")
+
+
+@contextmanager
+def atomic(path):
+    """A temporary path beside `path`, moved over it only when the block ends without an error."""
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f".{path.stem}.{os.getpid()}.partial{path.suffix}")
+    try:
+        yield temporary
+        os.replace(temporary, path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def write_text(path, text):
+    """Write a text file atomically."""
+    with atomic(path) as temporary:
+        temporary.write_text(text)
+
+
+def complex_variable(dims, values, unit, long_name):
+    """An xarray variable tuple for complex values: real and imaginary parts along `part`."""
+    values = np.asarray(values)
+    return (*dims, "part"), np.stack([values.real, values.imag], axis=-1), {"units": unit, "long_name": long_name}
+
+
+def as_complex(array):
+    """The complex values of a variable with a last dimension `part`, as a numpy array."""
+    values = array.transpose(..., "part").values
+    return values[..., 0] + 1j * values[..., 1]
+
+
+def dataset(variables, coordinates, **attributes):
+    """xarray Dataset from {name: (dims, values, unit, long_name)}; complex values are split into parts.
+
+    coordinates : {name: (values, unit, long_name)}
+    """
+    import xarray as xr
+
+    data = {}
+    for name, (dims, values, unit, long_name) in variables.items():
+        if np.iscomplexobj(values):
+            data[name] = complex_variable(dims, values, unit, long_name)
+        else:
+            data[name] = (dims, values, {"units": unit, "long_name": long_name})
+    coords = {name: (name, values, {"units": unit, "long_name": long}) for name, (values, unit, long) in coordinates.items()}
+    if any("part" in value[0] for value in data.values()):
+        coords["part"] = ("part", list(PART), {"units": "1", "long_name": "real and imaginary part"})
+    return xr.Dataset(data, coords, attributes)
+
+
+def provenance(configuration, plugins=(), seed=None):
+    """Attributes that say where a file comes from.
+
+    configuration : dict, hashed;  plugins : names;  seed : of the random numbers in the file, if any
+    """
+    import hashlib
+    import json
+
+    from rotorstudy import __version__
+
+    digest = hashlib.sha256(json.dumps(configuration, sort_keys=True, default=str).encode()).hexdigest()
+    found = {
+        "Conventions": "CF-1.11",
+        "rotorstudy_version": __version__,
+        "git_commit": _git_commit(),
+        "configuration_sha256": digest,
+        "plugins": ", ".join(plugins),
+    }
+    return found if seed is None else {**found, "seed": int(seed)}
+
+
+def _git_commit():
+    import subprocess
+
+    command = ["git", "-C", str(Path(__file__).parent), "rev-parse", "HEAD"]
+    try:
+        return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+    except (OSError, subprocess.CalledProcessError):
+        return "not a git checkout"
+
+
+def save(data, path):
+    """Write a Dataset as NetCDF-4, atomically."""
+    with atomic(path) as temporary:
+        data.to_netcdf(temporary, engine="netcdf4", format="NETCDF4")
+
+
+def load(path):
+    """Read a Dataset into memory."""
+    import xarray as xr
+
+    with xr.open_dataset(path, engine="netcdf4") as data:
+        return data.load()

@@ -1,0 +1,122 @@
+"""Configuration of a simulated study, and what its stages share."""
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.identification import magnitude_and_phase
+from rotorstudy.noise import MODELS
+from rotorstudy.response import measured_response
+from rotorstudy.rig import build_model, check_config, read_yaml
+from rotorstudy.spectrum import Spectrum, independent_covariance
+
+
+class Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+
+
+class SpeedRange(Strict):
+    """Speeds first, first + step, ..., last, rad/s."""
+
+    first_rad_s: float = Field(gt=0)
+    last_rad_s: float = Field(gt=0)
+    step_rad_s: float = Field(default=1.0, gt=0)
+
+    @property
+    def speeds(self):
+        count = int(round((self.last_rad_s - self.first_rad_s) / self.step_rad_s)) + 1
+        return self.first_rad_s + self.step_rad_s * np.arange(count)
+
+
+class RecordConfig(Strict):
+    duration_s: float = Field(gt=0)
+    samples: int = Field(gt=1)
+    settling_s: float = Field(default=1.0, ge=0)
+
+    @property
+    def time(self):
+        return np.arange(self.samples) * (self.duration_s / self.samples)
+
+
+class MonteCarloConfig(Strict):
+    trials: int = Field(ge=2)
+    levels_percent: list[float]
+    models: list[str] = list(MODELS)
+    estimators: dict[str, list[str]]
+    seed: int
+
+
+class BiasConfig(Strict):
+    """keys : rotor options that are held wrong, e.g. mass_kg"""
+
+    keys: list[str]
+    percent: list[float]
+
+
+class StudyConfig(Strict):
+    """A simulated study.
+
+    rigs : name -> rig (see `rotorstudy.rig`); harmonics, shown speeds, cases (name -> speeds) and unknown amplitudes
+    """
+
+    name: str
+    title: str
+    rigs: dict[str, dict]
+    harmonics: list[int]
+    record: RecordConfig
+    shown_speeds_rad_s: list[float]
+    cases: dict[str, SpeedRange]
+    unknowns: list[str]
+    monte_carlo: MonteCarloConfig
+    bias: BiasConfig
+    stiffness_loss_percent: list[float] = []
+
+    def rig(self, name):
+        if name not in self.rigs:
+            raise RotorstudyError(f"study '{self.name}' has no rig '{name}' (known: {', '.join(self.rigs)})")
+        return build_model(self.rigs[name], where=f"study {self.name}, rig {name}")
+
+
+def load_study(path):
+    """A StudyConfig from a YAML file; unknown and missing keys are one-line errors."""
+    return check_config(StudyConfig, read_yaml(path), str(path))
+
+
+SPEED = ("rad/s", "spin speed")
+
+
+def rig_coordinates(config, model, speeds=None):
+    """Coordinates every stage shares: harmonic, node and, if given, speed."""
+    found = {
+        "harmonic": (np.array(config.harmonics), "1", "harmonic of the spin speed, positive forward"),
+        "node": (np.array(model.sensors), "1", "node where the displacement is measured"),
+    }
+    return found if speeds is None else {**found, "speed": (np.asarray(speeds, float), *SPEED)}
+
+
+def reported(problem, estimate):
+    """Estimate with complex amplitudes as magnitude and phase: names, theta, std."""
+    names, theta, covariance = magnitude_and_phase(problem.names, estimate.theta, estimate.covariance)
+    return names, theta, np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1))
+
+
+def parameter_coordinates(names):
+    return {"parameter": (list(names), "1", "identified parameter, SI units; phases in rad")}
+
+
+def true_values(config, model):
+    """(parameter,) the values assumed for the unknowns, complex ones as magnitude and phase."""
+    theta = model.theta[model.position(config.unknowns)]
+    return magnitude_and_phase(config.unknowns, theta, np.eye(len(theta)))[1]
+
+
+def clean_spectrum(config, model, speeds):
+    """The steady-state harmonics of a model as a Spectrum without noise."""
+    amplitude = measured_response(model, speeds, config.harmonics)
+    covariance = independent_covariance(np.zeros(amplitude.shape))
+    return Spectrum(amplitude, np.asarray(speeds, float), np.array(config.harmonics), model.sensors, covariance)
+
+
+def relative_error(names, theta, true):
+    """(parameter,) relative errors; of phases the difference in rad."""
+    return np.array([t - x if n.endswith("_phase") else t / x - 1 for n, t, x in zip(names, theta, true, strict=True)])

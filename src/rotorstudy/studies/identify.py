@@ -1,0 +1,148 @@
+"""Identification of every case of a study: without noise, under noise, and with wrong known quantities."""
+
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.identification import Problem, cramer_rao_bound, magnitude_and_phase
+from rotorstudy.noise import noise_std, noisy, standard_normal
+from rotorstudy.plugins import registry
+from rotorstudy.records import full_spectrum, simulate_records
+from rotorstudy.rig import build_model
+from rotorstudy.spectrum import independent_covariance
+from rotorstudy.store import dataset
+from rotorstudy.studies.config import clean_spectrum, parameter_coordinates, relative_error, reported, true_values
+
+
+def identify(config, rig, *, late_samples=1.0):
+    """Identification of every case from time records of all its speeds, without noise.
+
+    Records start one sample late; "none" leaves the phase as it comes, "reference" and "keyphasor" compensate it.
+    returns : estimate, standard_deviation (case, phase_reference, spectrum_method, estimator, parameter); true (parameter)
+    """
+    methods, estimators = registry().plugins["spectrum"], registry().plugins["estimator"]
+    model, phases, time = config.rig(rig), ("none", "reference", "keyphasor"), config.record.time
+    late = late_samples * (time[1] - time[0])
+    rows = []
+    for case in config.cases.values():
+        records = simulate_records(model, case.speeds, config.harmonics, time, start_angle_rad=late * case.speeds)
+        for phase, method in product(phases, methods.values()):
+            problem = Problem(model, full_spectrum(records, config.harmonics, method, phase), tuple(config.unknowns))
+            for estimator in estimators.values():
+                names, theta, std = reported(problem, estimator.function(problem))
+                rows.append((theta, std))
+    shape = (len(config.cases), len(phases), len(methods), len(estimators), len(names))
+    theta, std = (np.array(part).reshape(shape) for part in zip(*rows, strict=True))
+    coordinates = {
+        "case": (list(config.cases), "1", "speeds used together"),
+        "phase_reference": (list(phases), "1", "what the phase is compensated by"),
+        "spectrum_method": (list(methods), "1", "spectrum method"),
+        "estimator": (list(estimators), "1", "parameter estimator"),
+        **parameter_coordinates(names),
+    }
+    variables = {
+        "estimate": (tuple(coordinates), theta, "SI", "estimated parameter"),
+        "standard_deviation": (tuple(coordinates), std, "SI", "its stated standard deviation"),
+        "true": (("parameter",), true_values(config, model), "SI", "value assumed"),
+    }
+    return dataset(variables, coordinates, title=f"{config.title}: identification without noise, rig {rig}")
+
+
+def monte_carlo(config, rig, case):
+    """Estimates of one case under noise: every noise model, level, and estimator asked for this rig.
+
+    White noise in time is drawn as its exact image in the spectrum, independent circular noise on each harmonic.
+    returns : estimate (noise_model, noise, estimator, trial, parameter), stated_std (noise_model, noise, estimator,
+              parameter; median over trials), coverage (share of trials whose stated 95 % interval holds the truth),
+              cramer_rao (noise_model, noise, parameter), true (parameter)
+    """
+    settings = config.monte_carlo
+    model, speeds = config.rig(rig), config.cases[case].speeds
+    clean = clean_spectrum(config, model, speeds)
+    study = list(config.cases).index(case)
+    numbers = standard_normal(settings.seed, study, settings.trials, (2, *clean.amplitude.shape))
+    theta_true = model.theta[model.position(config.unknowns)]
+    names_used = settings.estimators[rig]
+    shape = (len(settings.models), len(settings.levels_percent), len(names_used))
+    stated, coverage = [], []
+    bounds, trials = [], []
+    for noise_model in settings.models:
+        for level in settings.levels_percent:
+            std = noise_std(clean, level / 100, noise_model, config.record.samples)
+            spectrum = replace(clean, amplitude=noisy(clean.amplitude, std, numbers), covariance=independent_covariance(std**2))
+            problem = Problem(model, spectrum, tuple(config.unknowns))
+            bound = cramer_rao_bound(replace(problem, spectrum=replace(spectrum, amplitude=clean.amplitude)), theta_true)
+            names, true, bound = magnitude_and_phase(problem.names, theta_true, bound)
+            bounds.append(np.sqrt(np.diag(bound)))
+            for name in names_used:
+                _, theta, std_stated = reported(problem, registry().get("estimator", name).function(problem))
+                std_stated = np.broadcast_to(std_stated, theta.shape)
+                trials.append(theta)
+                stated.append(np.median(std_stated, axis=0))
+                coverage.append(np.mean(np.abs(theta - true) <= 1.959964 * std_stated, axis=0))
+    count = len(names)
+    dims = ("noise_model", "noise", "estimator")
+    coordinates = {
+        "noise_model": (list(settings.models), "1", "noise model"),
+        "noise": (np.array(settings.levels_percent), "percent", "noise level"),
+        "estimator": (names_used, "1", "parameter estimator"),
+        "trial": (np.arange(settings.trials), "1", "trial"),
+        **parameter_coordinates(names),
+    }
+    variables = {
+        "estimate": ((*dims, "trial", "parameter"), np.array(trials).reshape(*shape, -1, count), "SI", "estimated parameter"),
+        "stated_std": ((*dims, "parameter"), np.array(stated).reshape(*shape, count), "SI", "stated standard deviation"),
+        "coverage": ((*dims, "parameter"), np.array(coverage).reshape(*shape, count), "1", "share of 95 % intervals that hold"),
+        "cramer_rao": (
+            ("noise_model", "noise", "parameter"),
+            np.array(bounds).reshape(*shape[:2], count),
+            "SI",
+            "Cramer-Rao bound of the standard deviation",
+        ),
+        "true": (("parameter",), true, "SI", "value assumed"),
+    }
+    return dataset(variables, coordinates, title=f"{config.title}: {case}, rig {rig}, under noise")
+
+
+def bias(config, rig):
+    """Error of the estimates when what is held known about the rotor is wrong by some percent.
+
+    returns : relative_error (known, percent, case, estimator, parameter); phases as a difference in rad
+    """
+    model, estimators = config.rig(rig), registry().plugins["estimator"]
+    settings = config.bias
+    true = true_values(config, model)
+    rows = []
+    for key in settings.keys:
+        if key not in config.rigs[rig]["rotor"]:
+            raise RotorstudyError(f"bias key '{key}' is no option of the rotor (known: {', '.join(config.rigs[rig]['rotor'])})")
+        for percent in settings.percent:
+            rotor = config.rigs[rig]["rotor"]
+            wrong = {**config.rigs[rig], "rotor": {**rotor, key: rotor[key] * (1 + percent / 100)}}
+            held = build_model(wrong, where=f"study {config.name}, {key} {percent:+g} %")
+            for case in config.cases.values():
+                spectrum = clean_spectrum(config, model, case.speeds)
+                spectrum = replace(spectrum, covariance=_one_percent(config, spectrum))
+                problem = Problem(held, spectrum, tuple(config.unknowns))
+                for estimator in estimators.values():
+                    names, theta, _ = reported(problem, estimator.function(problem))
+                    rows.append(relative_error(names, theta, true))
+    shape = (len(settings.keys), len(settings.percent), len(config.cases), len(estimators), len(names))
+    coordinates = {
+        "known": (settings.keys, "1", "quantity held wrong"),
+        "percent": (np.array(settings.percent), "percent", "error of the known quantity"),
+        "case": (list(config.cases), "1", "speeds used together"),
+        "estimator": (list(estimators), "1", "parameter estimator"),
+        **parameter_coordinates(names),
+    }
+    variables = {
+        "relative_error": (tuple(coordinates), np.array(rows).reshape(shape), "1", "relative error; of phases the difference in rad")
+    }
+    return dataset(variables, coordinates, title=f"{config.title}: bias of known quantities, rig {rig}")
+
+
+def _one_percent(config, spectrum):
+    """Covariance of 1 % white noise: the weights of an estimator that thinks its model is right."""
+    return independent_covariance(noise_std(spectrum, 0.01, "white in time", config.record.samples) ** 2)
