@@ -11,7 +11,8 @@ def crack_force(structure, participation: dict[int, float] | None = None, harmon
         force = pattern @ structure.static_deflection
         if participation is None:
             parameters += [
-                Parameter(f"{name}_p{n}", unit, (Entry(force, on="one", shift=n),), typical=0.1 * typical) for n in harmonics
+                Parameter(f"{name}_p{n}", unit, (Entry(force, on="one", shift=n),), typical=0.1 * typical)
+                for n in harmonics
             ]
         else:
             entries = tuple(Entry(p * force, on="one", shift=n) for n, p in participation.items())

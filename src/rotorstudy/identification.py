@@ -90,7 +90,9 @@ def check_identifiable(columns, names):
     length = np.linalg.norm(columns, axis=0)
     dead = [name for name, size in zip(names, length, strict=True) if size == 0]
     if dead:
-        raise UnidentifiableError(f"the data do not depend on {', '.join(dead)}; fix it, or measure what it acts on", dead)
+        raise UnidentifiableError(
+            f"the data do not depend on {', '.join(dead)}; fix it, or measure what it acts on", dead
+        )
     _, singular, vectors = np.linalg.svd(columns / length, full_matrices=False)
     if singular[-1] < RANK_TOLERANCE * singular[0]:
         weak = np.abs(vectors[singular < RANK_TOLERANCE * singular[0]]).max(axis=0)
@@ -165,7 +167,8 @@ def output_error_fit(problem, start=None, iterations=200):
     """
     measured = whitened_measurement(problem.spectrum)
     theta = np.array(start_values(problem) if start is None else start, float)
-    shape, measured = theta.shape, measured.reshape(-1, measured.shape[-1])
+    shape = (*measured.shape[:-1], theta.shape[-1])
+    measured = measured.reshape(-1, measured.shape[-1])
     theta = np.broadcast_to(theta.reshape(-1, shape[-1]), (len(measured), shape[-1])).copy()
     trials = np.arange(len(theta))
     damping = np.full(len(theta), 1e-6)
@@ -198,9 +201,13 @@ def output_error_fit(problem, start=None, iterations=200):
         if not len(trials):
             break
     if len(trials) == len(theta):
-        raise RotorstudyError(f"the output-error fit did not converge in {iterations} steps; start closer, or fix a weak parameter")
+        raise RotorstudyError(
+            f"the output-error fit did not converge in {iterations} steps; start closer, or fix a weak parameter"
+        )
     theta[trials] = np.nan
-    return Estimate(problem.names, theta.reshape(shape), invert(normal).reshape(*shape, shape[-1]), misfit.reshape(shape[:-1]))
+    return Estimate(
+        problem.names, theta.reshape(shape), invert(normal).reshape(*shape, shape[-1]), misfit.reshape(shape[:-1])
+    )
 
 
 def invert(normal):

@@ -32,7 +32,14 @@ def force_in_time(entries, speed, time, displacement, velocity=None, acceleratio
 
 
 def time_response(
-    model, speed, time, theta=None, *, start=None, relative_tolerance=RELATIVE_TOLERANCE, absolute_tolerance=ABSOLUTE_TOLERANCE
+    model,
+    speed,
+    time,
+    theta=None,
+    *,
+    start=None,
+    relative_tolerance=RELATIVE_TOLERANCE,
+    absolute_tolerance=ABSOLUTE_TOLERANCE,
 ):
     """Integrate the equations of motion from rest at the static deflection, or from `start`.
 
@@ -52,7 +59,12 @@ def time_response(
     shifts = np.array(sorted({*constant, *stiffness["z"], *stiffness["conj"], *damping["z"], *damping["conj"], 0}))
     table = {
         name: np.array([part.get(s, np.zeros((dof, dof))) for s in shifts], complex)
-        for name, part in (("kz", stiffness["z"]), ("kc", stiffness["conj"]), ("cz", damping["z"]), ("cc", damping["conj"]))
+        for name, part in (
+            ("kz", stiffness["z"]),
+            ("kc", stiffness["conj"]),
+            ("cz", damping["z"]),
+            ("cc", damping["conj"]),
+        )
     }
     still = int(np.flatnonzero(shifts == 0)[0])
     table["kz"][still] -= structure.stiffness

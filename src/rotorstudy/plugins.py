@@ -137,7 +137,9 @@ class Registry:
         self.failures = []
         for folder in folders:
             if not Path(folder).is_dir():
-                raise PluginError(f"plugin folder '{folder}' does not exist; check {FOLDERS_VARIABLE} and the configuration")
+                raise PluginError(
+                    f"plugin folder '{folder}' does not exist; check {FOLDERS_VARIABLE} and the configuration"
+                )
             for file in sorted(Path(folder).rglob("*.py")):
                 self._add(file, lambda file=file: _import_file(file))
         if entry_points:
@@ -167,7 +169,9 @@ class Registry:
                     continue
                 twin = self.plugins[kind].get(plugin.name)
                 if twin:
-                    raise PluginError(f"two plugins are called {kind} '{plugin.name}': {twin.file} and {plugin.file}; rename one")
+                    raise PluginError(
+                        f"two plugins are called {kind} '{plugin.name}': {twin.file} and {plugin.file}; rename one"
+                    )
                 self.plugins[kind][plugin.name] = plugin
 
     def get(self, kind, name, where=""):

@@ -84,10 +84,16 @@ def check_record(record, harmonics):
         raise RotorstudyError(
             f"{where}: {len(time)} samples are too few for {len(harmonics)} harmonics; at least {2 * len(harmonics) + 1}"
         )
-    for name, signal in (("displacement", displacement), ("reference", record.reference), ("keyphasor", record.keyphasor)):
+    for name, signal in (
+        ("displacement", displacement),
+        ("reference", record.reference),
+        ("keyphasor", record.keyphasor),
+    ):
         if signal is not None and not np.isfinite(signal).all():
             bad = int(np.flatnonzero(~np.isfinite(np.atleast_2d(signal)).all(axis=0))[0])
-            raise RotorstudyError(f"{where}: {name} has NaN or infinite samples, the first at {time[bad]:g} s; cut or repair")
+            raise RotorstudyError(
+                f"{where}: {name} has NaN or infinite samples, the first at {time[bad]:g} s; cut or repair"
+            )
     step = np.diff(time)
     if not (step > 0).all() or np.ptp(step) > 1e-6 * step.mean():
         raise RotorstudyError(f"{where}: time is not evenly spaced and increasing; resample the record first")
@@ -109,7 +115,9 @@ def phase_from_reference(record, harmonics, amplitude, covariance):
     size = np.abs(amplitude)
     if (size < 1e-9 * size.max()).any():
         lost = [int(n) for n in np.asarray(harmonics)[size < 1e-9 * size.max()]]
-        raise RotorstudyError(f"{record.where}: the reference signal has no harmonic {lost}; use the keyphasor for these")
+        raise RotorstudyError(
+            f"{record.where}: the reference signal has no harmonic {lost}; use the keyphasor for these"
+        )
     turn = np.concatenate([-amplitude.imag, amplitude.real]) / np.concatenate([size, size]) ** 2
     by_part = (turn[:, None] * covariance * turn).reshape(2, len(size), 2, len(size))
     return np.angle(amplitude), by_part.sum(axis=(0, 2))
@@ -198,7 +206,9 @@ def full_spectrum(records, harmonics, method, phase="reference"):
         amplitudes.append(amplitude.T)
         covariances.append(covariance)
     speed = np.array([record.speed for record in records])
-    return Spectrum(np.array(amplitudes), speed, np.asarray(harmonics), tuple(records[0].sensors), np.array(covariances))
+    return Spectrum(
+        np.array(amplitudes), speed, np.asarray(harmonics), tuple(records[0].sensors), np.array(covariances)
+    )
 
 
 def simulate_records(model, speeds, harmonics, time, *, theta=None, start_angle_rad=0.0, keyphasor_wanted=True):

@@ -144,12 +144,16 @@ def force_columns(model, speed, carried):
     """Force harmonics of each unit amplitude on a rotor at its static deflection; (parameter, speed, harmonic, dof)."""
     structure = model.structure
     rest = np.zeros((len(speed), len(carried), len(structure.dofs)), complex)
-    columns = [apply_entries(u.entries, rest, speed, carried, structure.static_deflection) for u in model.rotor_unknowns]
+    columns = [
+        apply_entries(u.entries, rest, speed, carried, structure.static_deflection) for u in model.rotor_unknowns
+    ]
     return np.array(columns).reshape(len(columns), *rest.shape)
 
 
 def gather(amplitudes, group, count, harmonics):
     """Harmonics (..., speed, harmonic, dof) as the unknowns of a group, (..., speed, block, member * dof)."""
+    if group.shape == (count, 1):
+        return amplitudes  # every harmonic on its own, in order
     if group.max() >= count:
         mirror = {int(n): i for i, n in enumerate(harmonics)}
         negative = [mirror[-int(n)] for n in harmonics]
@@ -161,11 +165,13 @@ def gather(amplitudes, group, count, harmonics):
 def _solve(matrices, force, blocks):
     """Solve every group; force and result (..., speed, harmonic, dof, column)."""
     count, dof = len(blocks.harmonics), force.shape[-2]
+    if not blocks.doubled and len(blocks.groups) == 1 and blocks.groups[0].shape == (count, 1):
+        return force / matrices[0] if dof == 1 else np.linalg.solve(matrices[0], force)
     result = np.zeros_like(force)
     columns = np.moveaxis(force, -1, 0)
     for matrix, group in zip(matrices, blocks.groups, strict=True):
         right = np.moveaxis(gather(columns, group, count, blocks.harmonics), 0, -1)
-        solved = right / matrix if matrix.shape[-1] == 1 else np.linalg.solve(matrix, right)
+        solved = np.linalg.solve(matrix, right)
         solved = solved.reshape(*solved.shape[:-2], group.shape[1], dof, solved.shape[-1])
         direct = group < count
         result[..., group[direct], :, :] = solved[..., direct, :, :]

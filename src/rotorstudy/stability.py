@@ -26,7 +26,9 @@ def eigenvalues(model, speed, theta=None):
     for value, unknown in zip(theta, model.rotor_unknowns, strict=False):
         for entry in (e for e in unknown.entries if e.on != "one"):
             if entry.shift or entry.frequency_only:
-                raise RotorstudyError(f"{unknown.name!r} makes the model vary in time or with frequency; it has no eigenvalues")
+                raise RotorstudyError(
+                    f"{unknown.name!r} makes the model vary in time or with frequency; it has no eigenvalues"
+                )
             target = on_z if entry.on == "z" else on_conj
             target[entry.order] -= value * entry.gain_at(speed, 0)[:, None, None] * entry.matrix
     if any(np.any(part) for part in on_conj.values()):

@@ -24,7 +24,7 @@ class SpeedRange(Strict):
 
     @property
     def speeds(self):
-        count = int(round((self.last_rad_s - self.first_rad_s) / self.step_rad_s)) + 1
+        count = round((self.last_rad_s - self.first_rad_s) / self.step_rad_s) + 1
         return self.first_rad_s + self.step_rad_s * np.arange(count)
 
 

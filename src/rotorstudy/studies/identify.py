@@ -71,9 +71,13 @@ def monte_carlo(config, rig, case):
     for noise_model in settings.models:
         for level in settings.levels_percent:
             std = noise_std(clean, level / 100, noise_model, config.record.samples)
-            spectrum = replace(clean, amplitude=noisy(clean.amplitude, std, numbers), covariance=independent_covariance(std**2))
+            spectrum = replace(
+                clean, amplitude=noisy(clean.amplitude, std, numbers), covariance=independent_covariance(std**2)
+            )
             problem = Problem(model, spectrum, tuple(config.unknowns))
-            bound = cramer_rao_bound(replace(problem, spectrum=replace(spectrum, amplitude=clean.amplitude)), theta_true)
+            bound = cramer_rao_bound(
+                replace(problem, spectrum=replace(spectrum, amplitude=clean.amplitude)), theta_true
+            )
             names, true, bound = magnitude_and_phase(problem.names, theta_true, bound)
             bounds.append(np.sqrt(np.diag(bound)))
             for name in names_used:
@@ -92,9 +96,24 @@ def monte_carlo(config, rig, case):
         **parameter_coordinates(names),
     }
     variables = {
-        "estimate": ((*dims, "trial", "parameter"), np.array(trials).reshape(*shape, -1, count), "SI", "estimated parameter"),
-        "stated_std": ((*dims, "parameter"), np.array(stated).reshape(*shape, count), "SI", "stated standard deviation"),
-        "coverage": ((*dims, "parameter"), np.array(coverage).reshape(*shape, count), "1", "share of 95 % intervals that hold"),
+        "estimate": (
+            (*dims, "trial", "parameter"),
+            np.array(trials).reshape(*shape, -1, count),
+            "SI",
+            "estimated parameter",
+        ),
+        "stated_std": (
+            (*dims, "parameter"),
+            np.array(stated).reshape(*shape, count),
+            "SI",
+            "stated standard deviation",
+        ),
+        "coverage": (
+            (*dims, "parameter"),
+            np.array(coverage).reshape(*shape, count),
+            "1",
+            "share of 95 % intervals that hold",
+        ),
         "cramer_rao": (
             ("noise_model", "noise", "parameter"),
             np.array(bounds).reshape(*shape[:2], count),
@@ -117,7 +136,9 @@ def bias(config, rig):
     rows = []
     for key in settings.keys:
         if key not in config.rigs[rig]["rotor"]:
-            raise RotorstudyError(f"bias key '{key}' is no option of the rotor (known: {', '.join(config.rigs[rig]['rotor'])})")
+            raise RotorstudyError(
+                f"bias key '{key}' is no option of the rotor (known: {', '.join(config.rigs[rig]['rotor'])})"
+            )
         for percent in settings.percent:
             rotor = config.rigs[rig]["rotor"]
             wrong = {**config.rigs[rig], "rotor": {**rotor, key: rotor[key] * (1 + percent / 100)}}
@@ -138,7 +159,12 @@ def bias(config, rig):
         **parameter_coordinates(names),
     }
     variables = {
-        "relative_error": (tuple(coordinates), np.array(rows).reshape(shape), "1", "relative error; of phases the difference in rad")
+        "relative_error": (
+            tuple(coordinates),
+            np.array(rows).reshape(shape),
+            "1",
+            "relative error; of phases the difference in rad",
+        )
     }
     return dataset(variables, coordinates, title=f"{config.title}: bias of known quantities, rig {rig}")
 

@@ -28,7 +28,9 @@ def simulate(config, rig):
         "time": (time, "s", "time from the first sample"),
     }
     dims = ("source", "speed", "node", "time")
-    variables = {"displacement": (dims, np.array([closed, integrated]), "m", "complex displacement from the static deflection")}
+    variables = {
+        "displacement": (dims, np.array([closed, integrated]), "m", "complex displacement from the static deflection")
+    }
     return dataset(variables, coordinates, title=f"{config.title}: records, rig {rig}")
 
 

@@ -7,7 +7,14 @@ from rotorstudy.plugins import registry
 from rotorstudy.response import measured_response
 from rotorstudy.rig import build_model
 from rotorstudy.store import dataset
-from rotorstudy.studies.config import clean_spectrum, parameter_coordinates, relative_error, reported, rig_coordinates, true_values
+from rotorstudy.studies.config import (
+    clean_spectrum,
+    parameter_coordinates,
+    relative_error,
+    reported,
+    rig_coordinates,
+    true_values,
+)
 
 
 def weight_dominance(config, rig, up_to_rad_s):
@@ -26,7 +33,9 @@ def weight_dominance(config, rig, up_to_rad_s):
         models = []
         for dominance in (True, False):
             cut = {**crack, key: ratio / 100 * stiffness, "weight_dominance": dominance}
-            models.append(build_model({**config.rigs[rig], "cracks": [cut]}, where=f"study {config.name}, weight dominance"))
+            models.append(
+                build_model({**config.rigs[rig], "cracks": [cut]}, where=f"study {config.name}, weight dominance")
+            )
         found.append([measured_response(m, config.shown_speeds_rad_s, config.harmonics)[..., 0] for m in models])
         true = true_values(config, models[0])
         for case in config.cases.values():
@@ -45,6 +54,11 @@ def weight_dominance(config, rig, up_to_rad_s):
     errors = np.array(errors).reshape(len(ratios), len(config.cases), len(names))
     variables = {
         "displacement": (("crack", "stiffness_loss", "speed", "harmonic"), found, "m", "full spectrum"),
-        "error": (("stiffness_loss", "case", "parameter"), errors, "1", "relative error; of phases the difference in rad"),
+        "error": (
+            ("stiffness_loss", "case", "parameter"),
+            errors,
+            "1",
+            "relative error; of phases the difference in rad",
+        ),
     }
     return dataset(variables, coordinates, title=f"{config.title}: weight dominance against the full crack")

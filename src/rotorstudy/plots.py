@@ -1,0 +1,95 @@
+"""Pictures: one style, and the few kinds of plot that rotordynamics asks for."""
+
+import numpy as np
+
+# Okabe and Ito: told apart by colour-blind readers and in grey print
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+COLUMN_WIDTH = 3.5  # inches, one column of a journal; text is set for that size
+STYLE = {
+    "font.size": 8,
+    "axes.titlesize": 8,
+    "axes.labelsize": 8,
+    "legend.fontsize": 7,
+    "xtick.labelsize": 7,
+    "ytick.labelsize": 7,
+    "axes.grid": True,
+    "grid.alpha": 0.3,
+    "lines.linewidth": 1.2,
+    "lines.markersize": 4,
+    "svg.hashsalt": "rotorstudy",
+    "figure.dpi": 100,
+    "savefig.dpi": 200,
+}
+
+
+def figure(rows=1, columns=1, height=2.4, width=COLUMN_WIDTH, **options):
+    """A figure of panels in the project's style: figure, axes (rows, columns); height is that of one row, inches."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    plt.rcParams.update(STYLE)
+    plt.rcParams["axes.prop_cycle"] = plt.cycler(color=COLOURS)
+    size = (width * columns, height * rows)
+    return plt.subplots(rows, columns, figsize=size, layout="constrained", squeeze=False, **options)
+
+
+def save_figure(picture, *paths):
+    """Write a figure to every path given (PNG, SVG, PDF), atomically and without the date, so that rebuilds are identical."""
+    import matplotlib.pyplot as plt
+
+    from rotorstudy.store import atomic
+
+    without_date = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+    for path in paths:
+        with atomic(path) as temporary:
+            picture.savefig(temporary, metadata=without_date[temporary.suffix])
+    plt.close(picture)
+
+
+def harmonic_axis(axes, harmonics):
+    """Label an axis of harmonics -5X ... 7X."""
+    shown = np.sort(np.asarray(harmonics))
+    axes.set_xticks(shown, [f"{int(n)}X" for n in shown], rotation=90)
+    axes.set_xlabel("harmonic of the spin speed (backward < 0 < forward)")
+
+
+def plot_full_spectrum(harmonics, amplitude, axes=None, *, label=None, index=0, count=1, logarithmic=True):
+    """Bars of |R_n| in micrometres over the harmonics; several spectra side by side with `index` of `count`.
+
+    amplitude : (harmonic,) complex, m;  returns the axes
+    """
+    if axes is None:
+        axes = figure()[1][0, 0]
+    width = 0.8 / count
+    place = np.asarray(harmonics) + (index - (count - 1) / 2) * width
+    axes.bar(place, np.abs(amplitude) * 1e6, width=width, color=COLOURS[index % len(COLOURS)], label=label)
+    if logarithmic:
+        axes.set_yscale("log")
+    axes.set_ylabel("amplitude (µm)")
+    harmonic_axis(axes, harmonics)
+    return axes
+
+
+def plot_phase(harmonics, amplitude, axes, *, label=None, index=0):
+    """Phase of R_n in rad over the harmonics, as points."""
+    axes.plot(
+        np.asarray(harmonics), np.angle(amplitude), MARKERS[index], color=COLOURS[index], label=label, fillstyle="none"
+    )
+    axes.set_ylim(-3.5, 3.5)
+    axes.set_ylabel("phase (rad)")
+    harmonic_axis(axes, harmonics)
+    return axes
+
+
+def plot_orbit(signal, axes, *, label=None, index=0):
+    """Orbit of one node: y over x in micrometres, x pointing down as gravity does; signal (time,) complex, m."""
+    axes.plot(signal.imag * 1e6, signal.real * 1e6, color=COLOURS[index], label=label, linewidth=0.9)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel("horizontal y (µm)")
+    axes.set_ylabel("vertical x, down (µm)")
+    if not axes.yaxis_inverted():
+        axes.invert_yaxis()
+    return axes

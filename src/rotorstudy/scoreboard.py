@@ -1,0 +1,85 @@
+"""Each published number beside ours, with a status a reader can check."""
+
+from pathlib import Path
+
+import numpy as np
+
+from rotorstudy.errors import RotorstudyError
+
+KEYS = ["table", "case", "item", "noise_percent", "quantity", "method"]
+COLUMNS = [*KEYS, "published", "last_digit", "computed", "unit", "status", "reason"]
+STATUSES = ("reproduced", "explained", "not reproducible")
+
+
+def published(folder, tables):
+    """Printed values of some tables as a DataFrame with KEYS, published, last_digit, unit.
+
+    folder : holds full_spectrum.csv and identified_parameters.csv;  tables : names like "2.3"
+    """
+    import pandas as pd
+
+    spectrum = pd.read_csv(Path(folder) / "full_spectrum.csv", dtype={"table": str, "harmonic": str})
+    spectrum = spectrum.rename(columns={"harmonic": "item", "value": "published"}).assign(noise_percent=np.nan)
+    parameters = pd.read_csv(Path(folder) / "identified_parameters.csv", dtype={"table": str})
+    parameters = parameters.rename(columns={"parameter": "item", "estimate": "published"})
+    parameters = parameters.assign(quantity="estimate", method="least squares")
+    both = pd.concat([spectrum, parameters])[[*KEYS, "published", "last_digit", "unit"]]
+    missing = sorted(set(tables) - set(both.table))
+    if missing:
+        raise RotorstudyError(f"no printed values of table {', '.join(missing)} in {folder}")
+    return both[both.table.isin(tables)].reset_index(drop=True)
+
+
+def score(printed, computed, reasons):
+    """The scoreboard of some tables.
+
+    printed  : DataFrame from `published`
+    computed : DataFrame with KEYS and `computed`, perhaps further columns that reasons quote as {column}
+    reasons  : list of {"table": ..., further keys to match, "status": ..., "reason": ...}; the first match holds
+    returns  : DataFrame with COLUMNS
+    raises   : RotorstudyError for a value that is neither reproduced nor given a reason
+    """
+    merged = printed.merge(computed, on=KEYS, how="left", validate="one_to_one")
+    distance = merged.computed - merged.published
+    is_angle = merged.unit == "rad"
+    distance = distance.where(~is_angle, np.angle(np.exp(1j * distance.fillna(0))) + 0 * distance)
+    # one unit of the last digit, because the printed digits mix rounding and truncation
+    agrees = distance.abs() <= merged.last_digit * (1 + 1e-6)
+    status, text = [], []
+    for row, same in zip(merged.to_dict("records"), agrees, strict=True):
+        if same:
+            status.append("reproduced")
+            text.append("")
+            continue
+        rule = next((r for r in reasons if _matches(r, row)), None)
+        if rule is None:
+            key = ", ".join(f"{k} {row[k]}" for k in KEYS)
+            raise RotorstudyError(
+                f"{key}: published {row['published']:g}, computed {row['computed']:g}, and no reason given"
+            )
+        status.append(rule["status"])
+        text.append(" ".join(rule["reason"].format(**row).split()))
+    return merged.assign(status=status, reason=text)[COLUMNS]
+
+
+def _matches(rule, row):
+    for key, wanted in rule.items():
+        if key in ("status", "reason"):
+            continue
+        wanted = wanted if isinstance(wanted, list) else [wanted]
+        if row[key] not in wanted and str(row[key]) not in map(str, wanted):
+            return False
+    return True
+
+
+def load_reasons(path):
+    """Reasons from a YAML list; a status that does not exist is an error."""
+    import yaml
+
+    reasons = yaml.safe_load(Path(path).read_text())
+    for rule in reasons:
+        if rule.get("status") not in STATUSES[1:]:
+            raise RotorstudyError(
+                f"{path}: status {rule.get('status')!r} of table {rule.get('table')} (allowed: {STATUSES[1:]})"
+            )
+    return reasons

@@ -1,0 +1,277 @@
+"""Replay of a published measurement: printed spectra turned back into records, which take the path of simulated ones.
+
+The printed digits are the only noise there is: every value is known to half a unit of its last digit, and that
+uncertainty is carried by drawing printed values from within it.
+"""
+
+
+import numpy as np
+from pydantic import Field
+
+from rotorstudy.identification import Problem, magnitude_and_phase
+from rotorstudy.plugins import registry
+from rotorstudy.records import Record, full_spectrum, synthesize
+from rotorstudy.response import measured_response
+from rotorstudy.rig import build_model, check_config, read_yaml
+from rotorstudy.scoreboard import published
+from rotorstudy.spectrum import Spectrum, components, independent_covariance
+from rotorstudy.store import as_complex, dataset
+from rotorstudy.studies.config import SPEED, Strict, parameter_coordinates
+
+QUANTITIES = ("amplitude", "phase", "reference phase")
+
+
+class Correction(Strict):
+    """A misprint of the source: which value, what was printed, what is used, and why."""
+
+    case: str
+    item: int
+    quantity: str
+    printed: float
+    used: float
+    reason: str
+
+
+class ReplayConfig(Strict):
+    """A replayed experiment.
+
+    cases  : name of each published speed -> rad/s, the slow roll first
+    groups : name of each group of the thesis's estimates -> published cases used for it here
+    """
+
+    name: str
+    title: str
+    tables: list[str]
+    data_sets: list[str]
+    cases: dict[str, float]
+    slow_roll: str
+    corrections: list[Correction] = []
+    harmonics: list[int]
+    sampling_rate_Hz: float = Field(gt=0)
+    duration_s: float = Field(gt=0)
+    rig: dict
+    estimators: list[str]
+    groups: dict[str, list[str]]
+    trials: int = Field(ge=2)
+    seed: int
+    model_error: float = Field(ge=0)  # of each harmonic, slow roll removed: what the model is not trusted to explain
+    natural_frequency_Hz: dict[str, float]
+    frequency_resolution_Hz: float = Field(gt=0)
+    participation: dict[int, float]
+
+    @property
+    def model(self):
+        return build_model(self.rig, where=f"replay {self.name}, rig")
+
+    @property
+    def time(self):
+        return np.arange(round(self.sampling_rate_Hz * self.duration_s)) / self.sampling_rate_Hz
+
+    @property
+    def speeds(self):
+        return np.array(list(self.cases.values()))
+
+
+def load_replay(path):
+    """A ReplayConfig from a YAML file; unknown and missing keys are one-line errors."""
+    return check_config(ReplayConfig, read_yaml(path), str(path))
+
+
+def printed_values(config, folder, *, corrected):
+    """Printed amplitude, phase and reference phase, and one unit of their last digit.
+
+    returns : {quantity: (values, last_digit)}, each (data_set, case, harmonic), m and rad
+    """
+    table = published(folder, config.tables)
+    shape = (len(config.data_sets), len(config.cases), len(config.harmonics))
+    found = {quantity: (np.zeros(shape), np.zeros(shape)) for quantity in QUANTITIES}
+    table = table.set_index(["case", "item", "quantity", "method"])
+    fixes = {(c.case, str(c.item), c.quantity): c.used for c in config.corrections} if corrected else {}
+    for quantity, (values, digits) in found.items():
+        for d, data_set in enumerate(config.data_sets):
+            for c, case in enumerate(config.cases):
+                for h, n in enumerate(config.harmonics):
+                    row = table.loc[(case, str(n), quantity, data_set)]
+                    values[d, c, h] = fixes.get((case, str(n), quantity), row.published)
+                    digits[d, c, h] = row.last_digit if (case, str(n), quantity) not in fixes else 0.01
+    return found
+
+
+def records(config, folder):
+    """The published spectra as time records, as printed and with the misprints corrected.
+
+    returns : displacement (version, data_set, case, time, part) m; reference (version, data_set, case, time), of unit
+              amplitude at every harmonic, because the thesis prints the phases of its reference signal only
+    """
+    time, harmonics = config.time, np.array(config.harmonics)
+    forward = harmonics >= 0
+    displacement, reference = [], []
+    for corrected in (False, True):
+        values = {q: v for q, (v, _) in printed_values(config, folder, corrected=corrected).items()}
+        amplitude = values["amplitude"] * np.exp(1j * values["phase"])
+        mark = np.exp(1j * values["reference phase"][..., forward])  # a real signal: -n is the conjugate of +n
+        for signals, size, order in ((displacement, amplitude, harmonics), (reference, mark, harmonics[forward])):
+            turned = [synthesize(size[:, c], w, order, time) for c, w in enumerate(config.speeds)]
+            signals.append(np.moveaxis(turned, 0, 1))
+    coordinates = {
+        "version": (["as printed", "corrected"], "1", "with the misprints or without"),
+        "data_set": (config.data_sets, "1", "column of the tables: spectrum method of the thesis"),
+        "case": (list(config.cases), "1", "published speed"),
+        "time": (time, "s", "time from the first sample"),
+    }
+    dims = tuple(coordinates)
+    variables = {
+        "displacement": (dims, np.array(displacement), "m", "complex displacement with bow and sensor gap"),
+        "reference": (dims, np.array(reference).real, "1", "reference signal"),
+        "speed": (("case",), config.speeds, *SPEED),
+    }
+    return dataset(variables, coordinates, title=f"{config.title}: replayed records")
+
+
+def spectra(config, replay):
+    """Full spectra of replayed records by every method, as they come, compensated, and without bow and sensor gap.
+
+    returns : displacement, compensated, corrected (version, data_set, spectrum_method, case, harmonic, part) m;
+              reference_phase (version, data_set, spectrum_method, case, harmonic) rad
+    """
+    methods = registry().plugins["spectrum"]
+    signals, references = as_complex(replay.displacement), replay.reference.values
+    shape = (*signals.shape[:2], len(methods), len(config.cases), len(config.harmonics))
+    plain, compensated = np.zeros(shape, complex), np.zeros(shape, complex)
+    for v, d in np.ndindex(*signals.shape[:2]):
+        for m, method in enumerate(methods.values()):
+            taken = [
+                Record(
+                    config.time, signals[v, d, c][None], w, (1,), references[v, d, c], None, f"{config.name}, {case}"
+                )
+                for c, (case, w) in enumerate(config.cases.items())
+            ]
+            plain[v, d, m] = full_spectrum(taken, config.harmonics, method, "none").amplitude[..., 0]
+            compensated[v, d, m] = full_spectrum(taken, config.harmonics, method, "reference").amplitude[..., 0]
+    coordinates = {
+        "version": (replay.version.values, "1", "with the misprints or without"),
+        "data_set": (config.data_sets, "1", "column of the tables"),
+        "spectrum_method": (list(methods), "1", "spectrum method"),
+        "case": (list(config.cases), "1", "published speed"),
+        "harmonic": (np.array(config.harmonics), "1", "harmonic of the spin speed, positive forward"),
+    }
+    dims = tuple(coordinates)
+    phase = np.angle(plain * compensated.conj())
+    variables = {
+        "displacement": (dims, plain, "m", "full spectrum"),
+        "compensated": (dims, compensated, "m", "full spectrum, phase from the reference signal"),
+        "corrected": (dims, remove_slow_roll(config, compensated), "m", "compensated, without bow and sensor gap"),
+        "reference_phase": (dims, phase, "rad", "phase of the reference signal"),
+        "speed": (("case",), config.speeds, *SPEED),
+    }
+    return dataset(variables, coordinates, title=f"{config.title}: full spectra")
+
+
+def remove_slow_roll(config, amplitude):
+    """Eq. (3.1): the 0X and 1X harmonics of the slow roll off those of every speed; (..., case, harmonic)."""
+    slow = list(config.cases).index(config.slow_roll)
+    static = np.isin(config.harmonics, (0, 1))
+    return amplitude - np.where(static, amplitude[..., slow : slow + 1, :], 0)
+
+
+def rounding_draws(config, folder, data_set):
+    """Compensated spectra (trial, case, harmonic) with every printed value drawn from within its last digit."""
+    values = printed_values(config, folder, corrected=True)
+    d = config.data_sets.index(data_set)
+    shape = (len(config.cases), len(config.harmonics))
+    streams = (np.random.SeedSequence(config.seed, spawn_key=(d, t)) for t in range(config.trials))
+    uniform = np.array([np.random.default_rng(s).uniform(-0.5, 0.5, (3, *shape)) for s in streams])
+    amplitude, phase, mark = (values[q][0][d] + values[q][1][d] * uniform[:, i] for i, q in enumerate(QUANTITIES))
+    place = {n: i for i, n in enumerate(config.harmonics)}
+    twin = [place.get(-n, place[n]) if n < 0 else place[n] for n in config.harmonics]
+    mark = np.sign(np.where(np.array(config.harmonics) < 0, -1, 1)) * mark[..., twin]
+    return np.maximum(amplitude, 0) * np.exp(1j * (phase - mark))
+
+
+def replay_problem(config, cases, compensated, draws):
+    """The Problem of some cases, slow roll removed.
+
+    compensated : (..., case, harmonic) of all cases;  draws : (trial, case, harmonic), give the covariance
+    """
+    corrected, moved = remove_slow_roll(config, compensated), remove_slow_roll(config, draws)
+    chosen = [list(config.cases).index(case) for case in cases]
+    real = components(moved[:, chosen, :, None])[..., 0]  # (trial, speed, component)
+    centred = real - real.mean(axis=0)
+    covariance = np.einsum("tsi,tsj->sij", centred, centred) / (len(real) - 1)
+    floor = config.model_error * np.abs(moved.mean(axis=0))[chosen, :, None] / np.sqrt(2)
+    covariance = covariance[:, None] + independent_covariance(floor**2)
+    model = config.model
+    amplitude = corrected[..., chosen, :, None]
+    spectrum = Spectrum(amplitude, config.speeds[chosen], np.array(config.harmonics), model.sensors, covariance)
+    return Problem(model, spectrum, model.names)
+
+
+def identify(config, folder, spectra_data):
+    """Estimates of every estimator, data set and group, with 95 % intervals.
+
+    Intervals of least squares come from estimates with printed values drawn from within their last digit; those of
+    maximum likelihood from rounding and model error, widened where the misfit is larger than these allow.
+
+    returns : estimate, low, high (estimator, data_set, group, parameter); misfit (estimator, data_set, group);
+              simulated (estimator, data_set, group, case, harmonic, part) m, what the identified model predicts
+    """
+    compensated = as_complex(spectra_data.compensated.sel(version="corrected"))
+    method = list(spectra_data.spectrum_method.values).index("regression")
+    higher = [case for case in config.cases if case != config.slow_roll]
+    speeds = [config.cases[case] for case in higher]
+    estimates, misfits, simulated = [], [], []
+    for name in config.estimators:
+        estimator = registry().get("estimator", name).function
+        for d, data_set in enumerate(config.data_sets):
+            draws = rounding_draws(config, folder, data_set)
+            for cases in config.groups.values():
+                problem = replay_problem(config, cases, compensated[d, method], draws)
+                found = estimator(problem)
+                freedom = 2 * problem.spectrum.amplitude.size - len(problem.names)
+                names, theta, covariance = magnitude_and_phase(problem.names, found.theta, found.covariance)
+                if np.isfinite(found.misfit):
+                    half = 1.96 * np.sqrt(np.diag(covariance) * max(1.0, found.misfit / freedom))
+                    low, high = theta - half, theta + half
+                else:
+                    drawn = estimator(replay_problem(config, cases, draws, draws))
+                    drawn = magnitude_and_phase(problem.names, drawn.theta, drawn.covariance)[1]
+                    low, high = np.percentile(_unwrapped(names, drawn, theta), [2.5, 97.5], axis=0)
+                estimates.append((theta, low, high))
+                misfits.append(found.misfit / freedom)
+                simulated.append(measured_response(problem.model, speeds, config.harmonics, found.theta)[..., 0])
+    coordinates = {
+        "estimator": (config.estimators, "1", "parameter estimator"),
+        "data_set": (config.data_sets, "1", "column of the tables"),
+        "group": (list(config.groups), "1", "speeds used together"),
+        **parameter_coordinates(names),
+        "case": (higher, "1", "published speed"),
+        "harmonic": (np.array(config.harmonics), "1", "harmonic of the spin speed, positive forward"),
+    }
+    dims = ("estimator", "data_set", "group")
+    shape = (len(config.estimators), len(config.data_sets), len(config.groups))
+    table = np.array(estimates).reshape(*shape, 3, len(names))
+    variables = {
+        "estimate": ((*dims, "parameter"), table[..., 0, :], "SI", "estimated parameter"),
+        "low": ((*dims, "parameter"), table[..., 1, :], "SI", "lower end of the 95 % interval"),
+        "high": ((*dims, "parameter"), table[..., 2, :], "SI", "upper end of the 95 % interval"),
+        "misfit": (
+            dims,
+            np.array(misfits).reshape(shape),
+            "1",
+            "misfit over degrees of freedom, 1 if the model explains the data",
+        ),
+        "simulated": (
+            (*dims, "case", "harmonic"),
+            np.array(simulated).reshape(*shape, len(higher), -1),
+            "m",
+            "response of the identified model, slow roll removed",
+        ),
+    }
+    return dataset(variables, coordinates, title=f"{config.title}: identification")
+
+
+def _unwrapped(names, drawn, theta):
+    """Drawn phases within half a turn of the estimate, so that an interval makes sense."""
+    is_phase = np.array([n.endswith("_phase") for n in names])
+    near = theta + np.angle(np.exp(1j * (drawn - theta)))
+    return np.where(is_phase, near, drawn)
