@@ -1,14 +1,18 @@
 """Configuration of a simulated study, and what its stages share."""
 
+import re
+
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.identification import magnitude_and_phase
 from rotorstudy.noise import MODELS
+from rotorstudy.plugins import registry
 from rotorstudy.response import measured_response
 from rotorstudy.rig import build_model, check_config, read_yaml
 from rotorstudy.spectrum import Spectrum, independent_covariance
+from rotorstudy.store import provenance
 
 
 class Strict(BaseModel):
@@ -77,6 +81,30 @@ class StudyConfig(Strict):
         return build_model(self.rigs[name], where=f"study {self.name}, rig {name}")
 
 
+    @property
+    def main_rig(self):
+        """The first rig: right signs, exact series. Sensitivities are computed for it alone."""
+        return next(iter(self.rigs))
+
+    def check_rigs(self):
+        """Build every rig and find every unknown, estimator and plugin, so that mistakes show before anything runs."""
+        for name in self.rigs:
+            self.rig(name).position(self.unknowns)
+        for rig, estimators in self.monte_carlo.estimators.items():
+            self.rig(rig)
+            for estimator in estimators:
+                registry().get("estimator", estimator, f"study {self.name}, monte_carlo")
+
+    def case_of(self, slug):
+        """The case a file name stands for."""
+        return next(case for case in self.cases if file_name(case) == slug)
+
+
+def file_name(case):
+    """A case as part of a file name."""
+    return re.sub(r"[^A-Za-z0-9]+", "_", case).strip("_")
+
+
 def load_study(path):
     """A StudyConfig from a YAML file; unknown and missing keys are one-line errors."""
     return check_config(StudyConfig, read_yaml(path), str(path))
@@ -120,3 +148,15 @@ def clean_spectrum(config, model, speeds):
 def relative_error(names, theta, true):
     """(parameter,) relative errors; of phases the difference in rad."""
     return np.array([t - x if n.endswith("_phase") else t / x - 1 for n, t, x in zip(names, theta, true, strict=True)])
+
+
+def study_provenance(config, seed=None):
+    """Provenance attributes of a stage: configuration and every plugin its rigs and comparisons use."""
+    used = {item["kind"] for rig in config.rigs.values() for item in _named(rig)}
+    used |= {plugin.name for kind, plugin in registry() if kind in ("spectrum", "estimator")}
+    return provenance(config.model_dump(), sorted(used), seed)
+
+
+def _named(rig):
+    for part in rig.values():
+        yield from [part] if isinstance(part, dict) else part

@@ -1,4 +1,4 @@
-"""What weight dominance costs, and where internal damping makes the rotor unstable."""
+"""What weight dominance costs."""
 
 import numpy as np
 
@@ -17,8 +17,8 @@ from rotorstudy.studies.config import (
 )
 
 
-def weight_dominance(config, rig, up_to_rad_s):
-    """What weight dominance costs: the crack acting on the static deflection only, against the full time-periodic stiffness.
+def weight_dominance(config, rig):
+    """What weight dominance costs: a crack acting on the static deflection only, against the full time-periodic one.
 
     returns : displacement (crack, stiffness_loss, speed, harmonic, part) at the shown speeds, first sensor;
               error (stiffness_loss, case, parameter) of least squares with the weight-dominant model on full-crack data

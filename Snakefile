@@ -1,0 +1,26 @@
+# rotorstudy: rebuild every figure and table of the studies. `make`, or `snakemake --cores all`.
+from snakemake.utils import min_version
+
+min_version("9.0")
+
+
+configfile: "workflow/config/config.yaml"
+
+
+container: None
+
+
+include: "workflow/rules/common.smk"
+include: "workflow/rules/simulate.smk"
+include: "workflow/rules/identify.smk"
+include: "workflow/rules/replay.smk"
+include: "workflow/rules/tables.smk"
+include: "workflow/rules/figures.smk"
+
+
+rule all:
+    default_target: True
+    input:
+        scoreboard_files(),
+        table_files(),
+        figure_files(),

@@ -1,0 +1,37 @@
+"""Where internal damping makes the rotor unstable."""
+
+import numpy as np
+
+from rotorstudy.stability import eigenvalues, stability_threshold
+from rotorstudy.store import dataset
+
+
+def stability(config, rig, ratios=(0.5, 1.0, 2.0, 5.0), up_to=8.0):
+    """Growth rate over speed and threshold of the uncracked rotor for several internal dampings.
+
+    ratios  : external over internal damping, the external damping held;  up_to : times the natural frequency
+    returns : growth_rate (damping_ratio, relative_speed) 1/s, threshold (damping_ratio) rad/s (NaN if above `up_to`),
+              natural_frequency rad/s
+    """
+    model = config.rig(rig)
+    model = model.without([term.kind for term in model.terms if term.kind not in ("internal_damping", "external_damping")])
+    external, internal = (model.position([name])[0] for name in ("external_damping", "internal_damping"))
+    undamped = np.abs(eigenvalues(model, [1.0], np.zeros(len(model.names))).imag).min()
+    relative = np.linspace(0.05, up_to, 160)
+    growth, threshold = [], []
+    for ratio in ratios:
+        theta = model.theta.copy()
+        theta[internal] = theta[external] / ratio
+        growth.append(eigenvalues(model, relative * undamped, theta).real.max(axis=-1))
+        found = stability_threshold(model, up_to * undamped, theta)
+        threshold.append(np.nan if found is None else found)
+    coordinates = {
+        "damping_ratio": (np.array(ratios), "1", "external over internal damping"),
+        "relative_speed": (relative, "1", "speed over natural frequency"),
+    }
+    variables = {
+        "growth_rate": (tuple(coordinates), np.array(growth), "1/s", "largest real part of the eigenvalues"),
+        "threshold": (("damping_ratio",), np.array(threshold), "rad/s", "speed where a whirl mode stops decaying"),
+        "natural_frequency": ((), undamped, "rad/s", "undamped natural frequency"),
+    }
+    return dataset(variables, coordinates, title=f"{config.title}: stability")

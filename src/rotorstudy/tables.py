@@ -1,0 +1,52 @@
+"""Tables for readers: CSV for programs, one self-contained HTML page for people."""
+
+from rotorstudy.store import atomic, write_text
+
+CSS = """
+body { font-family: sans-serif; margin: 1.5em; color: #222; max-width: 75em; }
+table { border-collapse: collapse; font-size: 0.85em; }
+th, td { border: 1px solid #ccc; padding: 0.2em 0.5em; text-align: right; }
+th { background: #f0f0f0; }
+td.text { text-align: left; }
+"""
+
+
+def write_csv(table, path):
+    """A DataFrame as CSV, atomically; numbers with the digits that bring them back."""
+    with atomic(path) as temporary:
+        table.to_csv(temporary, index=False)
+
+
+def write_html(path, title, note, tables):
+    """A page with a title, a note on what to look at, and DataFrames by heading ({heading: table})."""
+    parts = [f"<h1>{title}</h1>", f"<p>{note}</p>"]
+    for heading, table in tables.items():
+        parts += [f"<h2>{heading}</h2>", table.to_html(index=False, float_format=_number, na_rep="", border=0)]
+    body = "\n".join(parts)
+    page = f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{title}</title><style>{CSS}</style>{body}</html>\n'
+    write_text(path, page)
+
+
+def _number(value):
+    return f"{value:.6g}"
+
+
+def write_table(table, csv, html, title, note):
+    """The same DataFrame as CSV and as a page."""
+    write_csv(table, csv)
+    write_html(html, title, note, {"": table})
+
+
+def side_by_side(scored, rows, columns):
+    """A scored table as people read it: published and ours next to each other.
+
+    scored : rows of a scoreboard;  rows, columns : key columns that go down and across
+    """
+    wide = scored.drop_duplicates([*rows, *columns], keep="first")
+    result = wide[rows].drop_duplicates().reset_index(drop=True)
+    for key, part in wide.groupby(columns, sort=False, dropna=False):
+        label = ", ".join(str(k) for k in key if str(k) not in ("", "nan"))
+        part = part[[*rows, "published", "computed", "status"]]
+        names = {"published": f"{label}: thesis", "computed": f"{label}: here", "status": f"{label}: status"}
+        result = result.merge(part.rename(columns=names), on=rows, how="left")
+    return result
