@@ -5,7 +5,7 @@ from rotorstudy.records import rotating_basis, white_noise_covariance
 
 
 def regression(signal, time, speed, harmonics):
-    """Least squares of the record on e^{jnwt} for the harmonics asked for; exact for any length of record."""
+    """Least squares of the record on e^{jnwt} for the harmonics asked for; whole revolutions are not needed."""
     basis = rotating_basis(time - time[0], speed, harmonics)  # (harmonic, time)
     inverse_normal = np.linalg.inv(basis.conj() @ basis.T)
     amplitude = (signal @ basis.conj().T) @ inverse_normal.T

@@ -131,6 +131,28 @@ class Model:
                 raise unknown_name("parameter", name, self.names, "this model")
         return np.array([self.names.index(name) for name in names], int)
 
+    def unknown_names(self, wanted=None):
+        """Names of the real amplitudes to estimate: those wanted (a complex one by its own name), else those without a value."""
+        if wanted is None:
+            given = np.concatenate([term.theta for term in self.terms]) if self.terms else np.zeros(0)
+            found = [name for name, value in zip(self.names, given, strict=True) if np.isnan(value)]
+            if not found:
+                raise RotorstudyError(
+                    f"the rig gives every parameter a value; name the unknown ones (of {', '.join(self.names)})"
+                )
+            return tuple(found)
+        found = []
+        for name in wanted:
+            parts = [f"{name}_real", f"{name}_imag"]
+            found += parts if parts[0] in self.names else [name]
+        self.position(found)
+        return tuple(found)
+
+    def reported_units(self, names):
+        """Units of amplitudes as reported: of a magnitude its own, of a phase rad."""
+        known = dict(zip(self.names, self.units, strict=True))
+        return ["rad" if n.endswith("_phase") else known.get(n, known.get(f"{n}_real")) for n in names]
+
     def without(self, kinds):
         """The model with the terms of some kinds taken out."""
         return replace(self, terms=tuple(term for term in self.terms if term.kind not in kinds))

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-MODELS = ("per harmonic", "white in time")
+MODELS = ("per harmonic", "per harmonic, same at all speeds", "white in time")
 
 
 def standard_normal(seed, study, trials, shape, first=0):
@@ -18,19 +18,22 @@ def noise_std(spectrum, level, model, samples):
     """Standard deviation of the real and of the imaginary part of each harmonic.
 
     spectrum : Spectrum without noise;  level : 0.01 for 1 %
-    model    : "per harmonic": `level` times the size of that harmonic, circular;
+    model    : "per harmonic": `level` times the size of that harmonic, circular; "per harmonic, same at all speeds":
+               the same, but with one draw used at every speed;
                "white in time": white noise on each sample of x and of y, its std `level` times the rms of the
                fluctuating part of the signal (mean of x and y), seen through whole revolutions of `samples` samples
     returns  : (speed, harmonic, sensor) m
     """
     size = np.abs(spectrum.amplitude)
-    if model == "per harmonic":
+    if model.startswith("per harmonic"):
         return level * size / np.sqrt(2)
     fluctuating = (spectrum.harmonics != 0)[:, None]
     rms = np.sqrt(np.sum(size**2 * fluctuating, axis=1, keepdims=True) / 2)
     return np.broadcast_to(level * rms / np.sqrt(samples), size.shape)
 
 
-def noisy(amplitude, std, numbers):
+def noisy(amplitude, std, numbers, model):
     """(trial, speed, harmonic, sensor) harmonics with noise; numbers (trial, 2, speed, harmonic, sensor)."""
+    if model.endswith("same at all speeds"):
+        numbers = numbers[:, :, :1]
     return amplitude + std * (numbers[:, 0] + 1j * numbers[:, 1])

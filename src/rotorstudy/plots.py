@@ -56,6 +56,18 @@ def harmonic_axis(axes, harmonics):
     axes.set_xlabel("harmonic of the spin speed (backward < 0 < forward)")
 
 
+def plain_log(axes, ticks):
+    """Logarithmic axes with the given ticks along x and powers of ten along y, readable where less than a decade is shown."""
+    from matplotlib.ticker import LogFormatter, NullFormatter, NullLocator
+
+    axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.yaxis.set_major_formatter(LogFormatter())
+    low, high = axes.get_ylim()
+    axes.set_ylim(10 ** np.floor(np.log10(low)), 10 ** np.ceil(np.log10(high)))
+    axes.yaxis.set_minor_formatter(NullFormatter())
+
+
 def plot_full_spectrum(harmonics, amplitude, axes=None, *, label=None, index=0, count=1, logarithmic=True):
     """Bars of |R_n| in micrometres over the harmonics; several spectra side by side with `index` of `count`.
 
@@ -84,9 +96,11 @@ def plot_phase(harmonics, amplitude, axes, *, label=None, index=0):
     return axes
 
 
-def plot_orbit(signal, axes, *, label=None, index=0):
+def plot_orbit(signal, axes, *, label=None, index=0, linestyle="-"):
     """Orbit of one node: y over x in micrometres, x pointing down as gravity does; signal (time,) complex, m."""
-    axes.plot(signal.imag * 1e6, signal.real * 1e6, color=COLOURS[index], label=label, linewidth=0.9)
+    axes.plot(
+        signal.imag * 1e6, signal.real * 1e6, color=COLOURS[index], label=label, linewidth=0.9, linestyle=linestyle
+    )
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel("horizontal y (µm)")
     axes.set_ylabel("vertical x, down (µm)")

@@ -4,7 +4,16 @@ with job(snakemake):
     import numpy as np
 
     from rotorstudy.cracks import SERIES_ORDER
-    from rotorstudy.plots import COLOURS, MARKERS, figure, plot_full_spectrum, plot_orbit, plot_phase, save_figure
+    from rotorstudy.plots import (
+        COLOURS,
+        MARKERS,
+        figure,
+        plain_log,
+        plot_full_spectrum,
+        plot_orbit,
+        plot_phase,
+        save_figure,
+    )
     from rotorstudy.plugins import registry
     from rotorstudy.records import reference_signal
     from rotorstudy.scoreboard import published
@@ -29,7 +38,9 @@ with job(snakemake):
     thesis_spectra = load(snakemake.input.thesis_spectra)
     bias, dominance, stable = (load(snakemake.input[key]) for key in ("bias", "weight_dominance", "stability"))
     noisy = {case: load(path) for case, path in zip(config.cases, snakemake.input.monte_carlo, strict=True)}
-    noisy_thesis = {case: load(path) for case, path in zip(config.cases, snakemake.input.monte_carlo_thesis, strict=True)}
+    noisy_thesis = {
+        case: load(path) for case, path in zip(config.cases, snakemake.input.monte_carlo_thesis, strict=True)
+    }
     printed = published(snakemake.params.reference, ["2.2", "2.3", "2.5"])
     outputs = iter(zip(snakemake.output.png, snakemake.output.svg, strict=True))
     harmonics = config.harmonics
@@ -42,8 +53,11 @@ with job(snakemake):
     for order, style in ((7, "--"), (SERIES_ORDER, ":")):
         series = sum(s * np.exp(1j * k * speed * time) for k, s in crack.series(order).items()).real
         axes[0, 0].plot(time * 1e3, series, style, label=f"series to order {order}")
-    axes[0, 0].set(xlabel="time (ms)", ylabel="opening, 0 closed to 1 open", title="Crack opening over two turns at 88 rad/s")
-    axes[0, 0].legend(loc="lower left")
+    axes[0, 0].set(
+        xlabel="time (ms)", ylabel="opening, 0 closed to 1 open", title="Crack opening over two turns at 88 rad/s"
+    )
+    axes[0, 0].set_ylim(-0.15, 1.65)
+    axes[0, 0].legend(loc="upper center", ncols=2)
     save_figure(picture, *next(outputs))
 
     # Figures 2.6 and 2.7: records in time, closed form and integration
@@ -56,7 +70,7 @@ with job(snakemake):
             style = {"label": source, "color": COLOURS[i], "linestyle": ("-", "--")[i]}
             axes[0, 0].plot(time * 1e3, z.real * 1e6, **style)
             axes[0, 1].plot(time * 1e3, z.imag * 1e6, **style)
-            plot_orbit(z, axes[1, 0], index=i)
+            plot_orbit(z, axes[1, 0], index=i, linestyle=("-", "--")[i])
         axes[1, 1].plot(time * 1e3, reference_signal(speed, harmonics, time), color=COLOURS[6])
         axes[0, 0].set(xlabel="time (ms)", ylabel="vertical x (µm)", title="Vertical displacement")
         axes[0, 1].set(xlabel="time (ms)", ylabel="horizontal y (µm)", title="Horizontal displacement")
@@ -88,8 +102,12 @@ with job(snakemake):
                 ("2.3", "fft, compensated", 2, 1.0),
             ):
                 values = printed[(printed.table == table) & (printed.method == method)]
-                axes[panel, 0].plot(values.item.astype(int), values.published * scale, "kx", label="printed in the thesis")
-        for panel, title in enumerate(("Amplitude", "Phase, record half a sample late", "Phase, compensated by the reference")):
+                axes[panel, 0].plot(
+                    values.item.astype(int), values.published * scale, "kx", label="printed in the thesis"
+                )
+        for panel, title in enumerate(
+            ("Amplitude", "Phase, record half a sample late", "Phase, compensated by the reference")
+        ):
             axes[panel, 0].set_title(f"{title}, {speed:g} rad/s")
             axes[panel, 0].legend(loc="best")
         save_figure(picture, *next(outputs))
@@ -106,12 +124,17 @@ with job(snakemake):
                 for i, estimator in enumerate(data.estimator.values):
                     error = data.estimate.sel(estimator=estimator, parameter=parameter) - true
                     rms = np.sqrt((error**2).mean("trial")) * scale
-                    panel.loglog(data.noise, rms, MARKERS[i] + "-", color=COLOURS[i], label=str(estimator).replace("_", " "))
-                panel.loglog(data.noise, data.cramer_rao.sel(parameter=parameter) * scale, "k--", label="Cramér-Rao bound")
+                    panel.loglog(
+                        data.noise, rms, MARKERS[i] + "-", color=COLOURS[i], label=str(estimator).replace("_", " ")
+                    )
+                panel.loglog(
+                    data.noise, data.cramer_rao.sel(parameter=parameter) * scale, "k--", label="Cramér-Rao bound"
+                )
                 if column == 0:
                     panel.set_ylabel(f"{label}\nrms error ({'rad' if parameter.endswith('phase') else '%'})")
                 if row == 0:
                     panel.set_title(f"{SHORT[case]}\nnoise {model}")
+                plain_log(panel, data.noise.values)
                 if row == len(LABELS) - 1:
                     panel.set_xlabel("noise level (%)")
     axes[0, 0].legend()
@@ -123,19 +146,26 @@ with job(snakemake):
     names = {"c_H": "internal_damping", "c_E": "external_damping", "e": "eccentricity", "phi": "eccentricity_phase"}
     names["dk_xi"] = "stiffness_loss"
     rows = printed[(printed.table == "2.5") & (printed.noise_percent > 0)]
-    for m, model in enumerate(("per harmonic", "white in time")):
+    for m, model in enumerate(("per harmonic, same at all speeds", "per harmonic", "white in time")):
         place, level = [], []
         for row in rows.itertuples():
-            data = noisy_thesis[row.case.removesuffix(", with phase compensation")].sel(noise_model=model, noise=row.noise_percent)
+            data = noisy_thesis[row.case.removesuffix(", with phase compensation")].sel(
+                noise_model=model, noise=row.noise_percent
+            )
             trials = data.estimate.sel(estimator="least_squares", parameter=names[row.item])
             factor = 180 / np.pi if row.item == "phi" else 1.0
             place.append(abs(row.published / factor - float(trials.mean())) / float(trials.std()))
-            level.append(list(names).index(row.item) + (m - 0.5) * 0.3)
+            level.append(list(names).index(row.item) + (m - 1) * 0.22)
         axes[0, 0].semilogy(level, place, MARKERS[m], color=COLOURS[m], fillstyle="none", label=f"noise {model}")
     axes[0, 0].axhline(1.96, color="k", linestyle="--", linewidth=0.8, label="95 % of trials")
-    axes[0, 0].set_xticks(range(len(names)), ["internal\ndamping", "external\ndamping", "eccentricity", "phase", "crack\nstiffness"])
-    axes[0, 0].set(ylabel="distance from our mean\n(our standard deviations)", title="Table 2.5's noise was added per harmonic")
-    axes[0, 0].legend()
+    axes[0, 0].set_xticks(
+        range(len(names)), ["internal\ndamping", "external\ndamping", "eccentricity", "phase", "crack\nstiffness"]
+    )
+    axes[0, 0].set(
+        ylabel="distance from our mean\n(our standard deviations)",
+        title="Table 2.5: one draw per harmonic, used at all speeds",
+    )
+    axes[0, 0].legend(loc="upper left", fontsize=6)
     save_figure(picture, *next(outputs))
 
     # Bias of what is held known
@@ -146,7 +176,10 @@ with job(snakemake):
             scale = 1.0 if parameter.endswith("phase") else 100.0
             for c, case in enumerate(cases):
                 for i, estimator in enumerate(bias.estimator.values):
-                    error = bias.relative_error.sel(known=known, case=case, estimator=estimator, parameter=parameter) * scale
+                    error = (
+                        bias.relative_error.sel(known=known, case=case, estimator=estimator, parameter=parameter)
+                        * scale
+                    )
                     text = f"{SHORT[case]}, {str(estimator).replace('_', ' ')}"
                     panel.plot(bias.percent, error, ("-", "--")[c], color=COLOURS[i], label=text)
             panel.set_title(label if k == 0 else "")
@@ -162,14 +195,14 @@ with job(snakemake):
     picture, axes = figure(1, 2, height=2.8)
     amplitude = np.abs(as_complex(dominance.displacement))
     ratio = amplitude[1] / amplitude[0]
-    for i, n in enumerate((0, 1, 2, 3, -1)):
+    for i, n in enumerate((0, 1, 2, 3)):
         column = harmonics.index(n)
         for s, speed in enumerate(config.shown_speeds_rad_s):
             text = f"{n}X" if s == 0 else None
             axes[0, 0].plot(dominance.stiffness_loss, ratio[:, s, column], ("-", "--")[s], color=COLOURS[i], label=text)
     axes[0, 0].set(xlabel="stiffness lost by the open crack (%)", ylabel="full crack / weight dominant (1)")
-    axes[0, 0].set_title("Amplitude left out (— 88, - - 308 rad/s)")
-    axes[0, 0].set_yscale("log")
+    axes[0, 0].axhline(1, color="k", linewidth=0.8)
+    axes[0, 0].set_title("Amplitude ratio (full line 88, dashed 308 rad/s)")
     axes[0, 0].legend(ncols=2)
     for i, (parameter, label) in enumerate(LABELS.items()):
         if parameter.endswith("phase"):

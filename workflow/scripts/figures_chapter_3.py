@@ -3,7 +3,16 @@ from rotorstudy.job import job
 with job(snakemake):
     import numpy as np
 
-    from rotorstudy.plots import COLOURS, MARKERS, figure, harmonic_axis, plot_full_spectrum, plot_orbit, plot_phase, save_figure
+    from rotorstudy.plots import (
+        COLOURS,
+        MARKERS,
+        figure,
+        harmonic_axis,
+        plot_full_spectrum,
+        plot_orbit,
+        plot_phase,
+        save_figure,
+    )
     from rotorstudy.records import synthesize
     from rotorstudy.response import measured_response
     from rotorstudy.scoreboard import published
@@ -29,7 +38,9 @@ with job(snakemake):
         values = printed[printed.case == group].set_index("item").published
         e = values["e"] * np.exp(1j * np.deg2rad(values["phi"]))
         theta = [values["c_E"], values["c_H"], e.real, e.imag, *(values[f"dk p_{n}"] for n in harmonics)]
-        return dict(zip(higher, measured_response(config.model, config.speeds[1:], harmonics, theta)[..., 0], strict=True))
+        return dict(
+            zip(higher, measured_response(config.model, config.speeds[1:], harmonics, theta)[..., 0], strict=True)
+        )
 
     # Figures 3.12 to 3.15: full spectra of displacement and reference
     for case in cases:
@@ -40,7 +51,9 @@ with job(snakemake):
             plot_phase(harmonics, as_complex(part.displacement), axes[1, 0], label=data_set, index=i)
             mark = np.exp(1j * part.reference_phase.values)
             plot_phase(harmonics, mark, axes[2, 0], label=data_set, index=i)
-        for panel, title in enumerate(("Amplitude of the displacement", "Phase of the displacement", "Phase of the reference signal")):
+        for panel, title in enumerate(
+            ("Amplitude of the displacement", "Phase of the displacement", "Phase of the reference signal")
+        ):
             axes[panel, 0].set_title(f"{title}, {case}")
         axes[0, 0].legend(title="column of the thesis")
         save_figure(picture, *next(outputs))
@@ -51,7 +64,10 @@ with job(snakemake):
         time = np.linspace(0, 3 * 2 * np.pi / speed, 1500)
         z = synthesize(measured(case), speed, harmonics, time)
         picture, axes = figure(2, 1, height=1.8, width=4.5, sharex=True)
-        for panel, values, label in ((axes[0, 0], z.real, "vertical x (µm)"), (axes[1, 0], z.imag, "horizontal y (µm)")):
+        for panel, values, label in (
+            (axes[0, 0], z.real, "vertical x (µm)"),
+            (axes[1, 0], z.imag, "horizontal y (µm)"),
+        ):
             panel.plot(time * 1e3, values * 1e6)
             panel.set_ylabel(label)
         axes[1, 0].set_xlabel("time (ms)")
@@ -79,7 +95,9 @@ with job(snakemake):
         picture, axes = figure(2, 1, height=2.4, width=5.0)
         rows = {
             "measured": measured(case),
-            "least squares": as_complex(identification.simulated.sel(estimator="least_squares", data_set="fft", group=group, case=case)),
+            "least squares": as_complex(
+                identification.simulated.sel(estimator="least_squares", data_set="fft", group=group, case=case)
+            ),
             "maximum likelihood": as_complex(
                 identification.simulated.sel(estimator="maximum_likelihood", data_set="fft", group=group, case=case)
             ),
@@ -89,6 +107,7 @@ with job(snakemake):
             plot_full_spectrum(harmonics, values, axes[0, 0], label=label, index=i, count=len(rows))
             plot_phase(harmonics, values, axes[1, 0], label=label, index=i)
         axes[0, 0].set_title(f"{case}, slow roll removed: amplitudes are met better than phases")
+        axes[0, 0].set_ylim(top=1e4)
         axes[0, 0].legend(ncols=2)
         save_figure(picture, *next(outputs))
 
@@ -108,7 +127,10 @@ with job(snakemake):
         axes[0, c].set_title(f"{case} (estimates of {group})", fontsize=7)
     axes[0, 0].set_ylabel("crack force (N)")
     axes[0, 0].legend()
-    picture.suptitle("Crack force from the estimated stiffness losses: the thesis's 0X and 1X cannot be had from what it printed", fontsize=8)
+    picture.suptitle(
+        "Crack force from the estimated stiffness losses: the thesis's 0X and 1X cannot be had from what it printed",
+        fontsize=8,
+    )
     save_figure(picture, *next(outputs))
 
     # What the slow roll leaves behind
@@ -117,9 +139,15 @@ with job(snakemake):
         compensated = as_complex(here.compensated.sel(data_set=data_set, spectrum_method="regression"))
         change, magnified = bow_magnification(config, compensated)
         if i == 0:
-            axes[0, 0].plot(config.speeds[1:] / (2 * np.pi), np.abs(magnified) * 1e6, "k--", label="a bow's own magnification")
+            axes[0, 0].plot(
+                config.speeds[1:] / (2 * np.pi), np.abs(magnified) * 1e6, "k--", label="a bow's own magnification"
+            )
         axes[0, 0].plot(
-            config.speeds[1:] / (2 * np.pi), np.abs(change) * 1e6, MARKERS[i], color=COLOURS[i], fillstyle="none",
+            config.speeds[1:] / (2 * np.pi),
+            np.abs(change) * 1e6,
+            MARKERS[i],
+            color=COLOURS[i],
+            fillstyle="none",
             label=f"measured, {data_set}",
         )
     axes[0, 0].set(xlabel="spin speed (Hz)", ylabel="change of 1X from slow roll (µm)")
@@ -143,11 +171,20 @@ with job(snakemake):
             fill = "full" if row.verdict == "impossible" else "none"
             label = source if row.parameter == names[0] else None
             axes[0, 0].errorbar(
-                at, y, xerr=[[at - low], [high - at]], fmt=MARKERS[s], color=COLOURS[s], fillstyle=fill, capsize=2, label=label
+                at,
+                y,
+                xerr=[[at - low], [high - at]],
+                fmt=MARKERS[s],
+                color=COLOURS[s],
+                fillstyle=fill,
+                capsize=2,
+                label=label,
             )
     axes[0, 0].axvspan(0, 1, color=COLOURS[2], alpha=0.25, label="possible")
-    axes[0, 0].set_yticks(range(len(names)), names)
+    axes[0, 0].set_yticks(range(len(names)), [name.replace("_damping", " damping") for name in names])
     axes[0, 0].set_xscale("symlog", linthresh=1)
-    axes[0, 0].set(xlabel="estimate / largest possible value (1)", title="Filled: impossible with the rig's own data (17 to 22 Hz)")
-    axes[0, 0].legend(loc="lower left")
+    axes[0, 0].set(
+        xlabel="estimate / largest possible value (1)", title="Filled: impossible with the rig's own data (17 to 22 Hz)"
+    )
+    picture.legend(loc="outside lower center", ncols=3)
     save_figure(picture, *next(outputs))

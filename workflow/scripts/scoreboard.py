@@ -15,5 +15,9 @@ with job(snakemake):
         "Scoreboard",
         f"{(scored.status == 'reproduced').sum()} of {len(scored)} printed values are reproduced within one unit of their last "
         "digit. Every other one has a reason that can be checked.",
-        {"How many": counts, "Values that are not reproduced to the digit": scored[scored.status != "reproduced"], "All": scored},
+        {
+            "How many": counts,
+            "Values that are not reproduced to the digit": scored[scored.status != "reproduced"],
+            "All": scored,
+        },
     )

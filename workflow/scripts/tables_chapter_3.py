@@ -41,7 +41,9 @@ with job(snakemake):
         for item, (ours, factor) in names.items():
             found = best.sel(group=group, parameter=ours)
             low, high = float(found.low) * factor, float(found.high) * factor
-            rows.append(("3.9", group, item, np.nan, "estimate", "least squares", float(found.estimate) * factor, low, high))
+            rows.append(
+                ("3.9", group, item, np.nan, "estimate", "least squares", float(found.estimate) * factor, low, high)
+            )
     computed = pd.DataFrame(rows, columns=[*KEYS, "computed", "low", "high"])
     computed["cases"] = computed.case.map({g: " and ".join(cases) for g, cases in config.groups.items()}).fillna("")
     printed = published(snakemake.params.reference, TABLES)
@@ -49,18 +51,30 @@ with job(snakemake):
     write_csv(scored, snakemake.output.scored)
 
     notes = {
-        "3.4": ("Slow roll at 3 Hz", "Printed values replayed and measured again. The phase of the mean is a misprint: see Table 3.8."),
+        "3.4": (
+            "Slow roll at 3 Hz",
+            "Printed values replayed and measured again. The phase of the mean is a misprint: see Table 3.8.",
+        ),
         "3.5": ("Amplitudes at 17, 20 and 22 Hz", "Printed values replayed and measured again."),
         "3.6": ("Phases at 17, 20 and 22 Hz", "Printed values replayed and measured again."),
         "3.7": ("Reference phases at 17, 20 and 22 Hz", "Printed values replayed and measured again."),
-        "3.8": ("Compensated phases", "Phase of the displacement minus that of the reference signal, modulo a full turn."),
+        "3.8": (
+            "Compensated phases",
+            "Phase of the displacement minus that of the reference signal, modulo a full turn.",
+        ),
         "3.9": ("Estimated parameters", "Ours from the published speeds only; 18, 19 and 21 Hz were never published."),
     }
     for i, table in enumerate(TABLES):
         part = scored[scored.table == table]
         down, across = (["item"], ["case"]) if table in ("3.8", "3.9") else (["item"], ["case", "quantity", "method"])
         shown = side_by_side(part, down, across)
-        write_table(shown, snakemake.output.csv[i], snakemake.output.html[i], f"Table {table}: {notes[table][0]}", notes[table][1])
+        write_table(
+            shown,
+            snakemake.output.csv[i],
+            snakemake.output.html[i],
+            f"Table {table}: {notes[table][0]}",
+            notes[table][1],
+        )
 
     # every estimate with its interval
     every = identification[["estimate", "low", "high"]].to_dataframe().reset_index()
@@ -92,7 +106,9 @@ with job(snakemake):
     checks = physical_checks(config, pd.concat([ours, thesis], ignore_index=True), bow)
     compensated = as_complex(spectra.compensated.sel(version="corrected", data_set="fft", spectrum_method="regression"))
     change, magnified = bow_magnification(config, compensated)
-    share = ", ".join(f"{case} {abs(m / c):.0%}" for case, c, m in zip(list(config.cases)[1:], change, magnified, strict=True))
+    share = ", ".join(
+        f"{case} {abs(m / c):.0%}" for case, c, m in zip(list(config.cases)[1:], change, magnified, strict=True)
+    )
     write_table(
         checks,
         snakemake.output.csv[7],

@@ -85,7 +85,9 @@ def physical_checks(config, estimates, slow_roll_bow):
             judge(row, row.parameter, 1.0, "m", (0.0, slow_roll_bow), bow)
         elif row.parameter.startswith("stiffness_loss_p"):
             n = int(row.parameter.removeprefix("stiffness_loss_p"))
-            judge(row, f"stiffness loss from p_{n}", config.participation[n], "N/m", (0.0, bound["stiffness loss"]), loss)
+            judge(
+                row, f"stiffness loss from p_{n}", config.participation[n], "N/m", (0.0, bound["stiffness loss"]), loss
+            )
     return pd.DataFrame(rows)
 
 

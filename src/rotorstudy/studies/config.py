@@ -1,6 +1,7 @@
 """Configuration of a simulated study, and what its stages share."""
 
 import re
+from typing import Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
@@ -42,11 +43,17 @@ class RecordConfig(Strict):
         return np.arange(self.samples) * (self.duration_s / self.samples)
 
 
+class MonteCarloRig(Strict):
+    estimators: list[str]
+    models: list[Literal[MODELS]]
+
+
 class MonteCarloConfig(Strict):
+    """rigs : name of a rig -> what is tried on it"""
+
     trials: int = Field(ge=2)
     levels_percent: list[float]
-    models: list[str] = list(MODELS)
-    estimators: dict[str, list[str]]
+    rigs: dict[str, MonteCarloRig]
     seed: int
 
 
@@ -80,7 +87,6 @@ class StudyConfig(Strict):
             raise RotorstudyError(f"study '{self.name}' has no rig '{name}' (known: {', '.join(self.rigs)})")
         return build_model(self.rigs[name], where=f"study {self.name}, rig {name}")
 
-
     @property
     def main_rig(self):
         """The first rig: right signs, exact series. Sensitivities are computed for it alone."""
@@ -90,9 +96,9 @@ class StudyConfig(Strict):
         """Build every rig and find every unknown, estimator and plugin, so that mistakes show before anything runs."""
         for name in self.rigs:
             self.rig(name).position(self.unknowns)
-        for rig, estimators in self.monte_carlo.estimators.items():
+        for rig, tried in self.monte_carlo.rigs.items():
             self.rig(rig)
-            for estimator in estimators:
+            for estimator in tried.estimators:
                 registry().get("estimator", estimator, f"study {self.name}, monte_carlo")
 
     def case_of(self, slug):

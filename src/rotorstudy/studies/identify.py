@@ -56,7 +56,7 @@ def monte_carlo(config, rig, case):
     White noise in time is drawn as its exact image in the spectrum, independent circular noise on each harmonic.
     returns : estimate (noise_model, noise, estimator, trial, parameter), stated_std (noise_model, noise, estimator,
               parameter; median over trials), coverage (share of trials whose stated 95 % interval holds the truth),
-              cramer_rao (noise_model, noise, parameter), true (parameter)
+              cramer_rao (noise_model, noise, parameter; NaN for noise that is not independent), true (parameter)
     """
     settings = config.monte_carlo
     model, speeds = config.rig(rig), config.cases[case].speeds
@@ -64,22 +64,25 @@ def monte_carlo(config, rig, case):
     study = list(config.cases).index(case)
     numbers = standard_normal(settings.seed, study, settings.trials, (2, *clean.amplitude.shape))
     theta_true = model.theta[model.position(config.unknowns)]
-    names_used = settings.estimators[rig]
-    shape = (len(settings.models), len(settings.levels_percent), len(names_used))
+    names_used, models = settings.rigs[rig].estimators, settings.rigs[rig].models
+    shape = (len(models), len(settings.levels_percent), len(names_used))
     stated, coverage = [], []
     bounds, trials = [], []
-    for noise_model in settings.models:
+    for noise_model in models:
         for level in settings.levels_percent:
             std = noise_std(clean, level / 100, noise_model, config.record.samples)
             spectrum = replace(
-                clean, amplitude=noisy(clean.amplitude, std, numbers), covariance=independent_covariance(std**2)
+                clean,
+                amplitude=noisy(clean.amplitude, std, numbers, noise_model),
+                covariance=independent_covariance(std**2),
             )
             problem = Problem(model, spectrum, tuple(config.unknowns))
             bound = cramer_rao_bound(
                 replace(problem, spectrum=replace(spectrum, amplitude=clean.amplitude)), theta_true
             )
             names, true, bound = magnitude_and_phase(problem.names, theta_true, bound)
-            bounds.append(np.sqrt(np.diag(bound)))
+            independent = not noise_model.endswith("same at all speeds")
+            bounds.append(np.sqrt(np.diag(bound)) if independent else np.full(len(names), np.nan))
             for name in names_used:
                 _, theta, std_stated = reported(problem, registry().get("estimator", name).function(problem))
                 std_stated = np.broadcast_to(std_stated, theta.shape)
@@ -89,7 +92,7 @@ def monte_carlo(config, rig, case):
     count = len(names)
     dims = ("noise_model", "noise", "estimator")
     coordinates = {
-        "noise_model": (list(settings.models), "1", "noise model"),
+        "noise_model": (list(models), "1", "noise model"),
         "noise": (np.array(settings.levels_percent), "percent", "noise level"),
         "estimator": (names_used, "1", "parameter estimator"),
         "trial": (np.arange(settings.trials), "1", "trial"),

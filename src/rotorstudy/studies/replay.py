@@ -4,7 +4,6 @@ The printed digits are the only noise there is: every value is known to half a u
 uncertainty is carried by drawing printed values from within it.
 """
 
-
 import numpy as np
 from pydantic import Field
 

@@ -14,7 +14,9 @@ def stability(config, rig, ratios=(0.5, 1.0, 2.0, 5.0), up_to=8.0):
               natural_frequency rad/s
     """
     model = config.rig(rig)
-    model = model.without([term.kind for term in model.terms if term.kind not in ("internal_damping", "external_damping")])
+    model = model.without(
+        [term.kind for term in model.terms if term.kind not in ("internal_damping", "external_damping")]
+    )
     external, internal = (model.position([name])[0] for name in ("external_damping", "internal_damping"))
     undamped = np.abs(eigenvalues(model, [1.0], np.zeros(len(model.names))).imag).min()
     relative = np.linspace(0.05, up_to, 160)

@@ -1,0 +1,43 @@
+# make        set up .venv, rebuild all results, write the report
+# make test   set up .venv, run all checks and tests
+PYTHON ?= python3
+CORES ?= all
+SNAKEMAKE = .venv/bin/snakemake --cores $(CORES)
+
+.PHONY: all results report test check bench clean
+
+all: report
+	@echo
+	@echo "Done. Look at"
+	@echo "  results/report.html       every figure and table, with captions (open it in a browser)"
+	@echo "  results/scoreboard.html   each published number beside ours (data: results/scoreboard.csv)"
+	@echo "  results/chapter_2, results/chapter_3   figures, tables, NetCDF"
+
+results: .venv/ready
+	$(SNAKEMAKE)
+
+report: results
+	.venv/bin/snakemake --quiet all --report results/report.html
+
+check: .venv/ready
+	.venv/bin/ruff check .
+	.venv/bin/ruff format --check .
+	.venv/bin/snakemake --lint > .venv/lint.log 2>&1 || { cat .venv/lint.log; exit 1; }
+
+test: check
+	.venv/bin/pytest -n 2
+
+bench: .venv/ready
+	.venv/bin/python benchmarks/run.py
+
+clean:
+	rm -rf results/* .snakemake
+
+.venv/ready: environment.txt pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	  { echo "error: $$($(PYTHON) --version) found, Python 3.11 or newer is needed; try make PYTHON=python3.12"; exit 1; }
+	@echo "Setting up .venv (a minute or two) ..."
+	$(PYTHON) -m venv .venv
+	.venv/bin/python -m pip install --quiet --disable-pip-version-check --requirement environment.txt
+	.venv/bin/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --editable .
+	@touch $@

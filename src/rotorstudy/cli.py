@@ -1,0 +1,156 @@
+"""Command line: list the zoo, simulate a rig, identify a rig from records."""
+
+import argparse
+import sys
+
+from rotorstudy.errors import PluginError, RotorstudyError
+
+HARMONICS = (0, 1, 2, 3, 5, 7, -1, -3, -5)
+
+EPILOG = """examples:
+  rotorstudy plugins
+  rotorstudy simulate rig.yaml --speeds 88 308 --out records.nc
+  rotorstudy identify records.nc --rig rig.yaml --unknowns internal_damping external_damping
+"""
+
+
+def parser():
+    top = argparse.ArgumentParser(
+        prog="rotorstudy", description=__doc__, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
+
+    plugins = commands.add_parser("plugins", help="list the zoo: kind, name, source, one line each")
+    plugins.add_argument("--kind", help="only this kind: rotor, crack, bearing, effect, spectrum, estimator")
+
+    simulate = commands.add_parser("simulate", help="records of the steady state of a rig, as NetCDF")
+    simulate.add_argument("rig", help="rig file (YAML) with a value for every parameter")
+    simulate.add_argument(
+        "--speeds", type=float, nargs="+", required=True, metavar="RAD_S", help="spin speeds in rad/s"
+    )
+    simulate.add_argument(
+        "--harmonics", type=int, nargs="+", default=HARMONICS, help="harmonics of the reference signal"
+    )
+    simulate.add_argument(
+        "--duration", type=float, default=1.0, metavar="S", help="length of each record in s (default 1)"
+    )
+    simulate.add_argument(
+        "--rate", type=float, default=10000.0, metavar="HZ", help="samples per second (default 10000)"
+    )
+    simulate.add_argument("--noise", type=float, default=0.0, metavar="PERCENT", help="white noise, percent of the rms")
+    simulate.add_argument("--seed", type=int, default=0, help="of the noise (default 0)")
+    simulate.add_argument("--out", required=True, help="NetCDF file to write")
+
+    identify = commands.add_parser("identify", help="estimate parameters of a rig from records")
+    identify.add_argument("records", help="NetCDF file as `simulate` writes it")
+    identify.add_argument(
+        "--rig", required=True, help="rig file; parameters it gives a value for are held, unless named below"
+    )
+    identify.add_argument(
+        "--unknowns", nargs="+", metavar="NAME", help="parameters to estimate (default: those without a value)"
+    )
+    identify.add_argument("--harmonics", type=int, nargs="+", default=HARMONICS, help="harmonics to use")
+    identify.add_argument("--spectrum", default="regression", help="spectrum plugin (default regression)")
+    identify.add_argument(
+        "--estimator", default="maximum_likelihood", help="estimator plugin (default maximum_likelihood)"
+    )
+    identify.add_argument("--phase", default="reference", help="reference, keyphasor or none (default reference)")
+    identify.add_argument("--out", help="NetCDF file to write the estimates to")
+    return top
+
+
+def main(arguments=None):
+    """Run the command line; returns the exit status."""
+    given = parser().parse_args(arguments)
+    try:
+        return {"plugins": list_plugins, "simulate": simulate, "identify": identify}[given.command](given)
+    except RotorstudyError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 1
+
+
+def list_plugins(given):
+    from rotorstudy.errors import unknown_name
+    from rotorstudy.plugins import KINDS, registry
+
+    if given.kind and given.kind not in KINDS:
+        raise unknown_name("kind", given.kind, KINDS, "--kind")
+    zoo = registry()
+    shown = [(kind, plugin) for kind, plugin in zoo if given.kind in (None, kind)]
+    if shown:
+        widths = [max(len(text) for text in column) for column in zip(*((k, p.name) for k, p in shown), strict=True)]
+        for kind, plugin in shown:
+            print(f"{kind:{widths[0]}}  {plugin.name:{widths[1]}}  {plugin.summary} [{plugin.source}]")
+    if zoo.failures:
+        raise PluginError("; ".join(zoo.failures))
+    return 0
+
+
+def simulate(given):
+    import numpy as np
+
+    from rotorstudy.noise import standard_normal
+    from rotorstudy.records import check_record, records_dataset, simulate_records
+    from rotorstudy.response import check_speed
+    from rotorstudy.rig import load_rig, read_yaml
+    from rotorstudy.store import provenance, save
+
+    for name, value in (("--duration", given.duration), ("--rate", given.rate)):
+        if not value > 0:
+            raise RotorstudyError(f"{name} {value:g}: must be positive")
+    if given.noise < 0:
+        raise RotorstudyError(f"--noise {given.noise:g}: must not be negative")
+    model = load_rig(given.rig)
+    time = np.arange(round(given.duration * given.rate)) / given.rate
+    records = simulate_records(model, check_speed(given.speeds), given.harmonics, time)
+    for i, record in enumerate(records):
+        check_record(record, given.harmonics)
+        if given.noise:
+            x, y = standard_normal(given.seed, i, 1, (2, *record.displacement.shape))[0]
+            moving = record.displacement - record.displacement.mean(axis=-1, keepdims=True)
+            size = given.noise / 100 * np.sqrt(np.mean(np.abs(moving) ** 2, axis=-1, keepdims=True) / 2)
+            record.displacement[:] += size * (x + 1j * y)
+    kinds = [term.kind for term in model.terms]
+    attributes = provenance(read_yaml(given.rig), kinds, given.seed if given.noise else None)
+    save(records_dataset(records).assign_attrs(attributes), given.out)
+    print(f"wrote {len(records)} record(s) of {len(time)} samples to {given.out}")
+    return 0
+
+
+def identify(given):
+    import numpy as np
+
+    from rotorstudy.identification import Problem, magnitude_and_phase
+    from rotorstudy.plugins import registry
+    from rotorstudy.records import full_spectrum, load_records
+    from rotorstudy.rig import load_rig, read_yaml
+    from rotorstudy.store import dataset, provenance, save
+
+    method, estimator = registry().get("spectrum", given.spectrum), registry().get("estimator", given.estimator)
+    model = load_rig(given.rig)
+    unknowns = model.unknown_names(given.unknowns)
+    spectrum = full_spectrum(load_records(given.records), given.harmonics, method, given.phase)
+    problem = Problem(model, spectrum, unknowns)
+    estimate = estimator.function(problem)
+    names, theta, covariance = magnitude_and_phase(unknowns, estimate.theta, estimate.covariance)
+    std = np.sqrt(np.diag(covariance))
+    units = model.reported_units(names)
+    for name, value, half, unit in zip(names, theta, 1.96 * std, units, strict=True):
+        print(f"{name:24} {value: .6g} ± {half:.2g} {unit} (95 %)")
+    if np.isfinite(estimate.misfit):
+        freedom = 2 * spectrum.amplitude.size - len(names)
+        print(f"misfit {float(estimate.misfit) / freedom:.3g} per degree of freedom (1 if the model explains the data)")
+    if given.out:
+        coordinates = {"parameter": (list(names), "1", "identified parameter")}
+        variables = {
+            "estimate": (("parameter",), theta, "SI", "estimated parameter"),
+            "standard_deviation": (("parameter",), std, "SI", "stated standard deviation"),
+            "unit": (("parameter",), np.array(units, object), "1", "unit of each parameter"),
+        }
+        attributes = provenance(read_yaml(given.rig), [given.spectrum, given.estimator])
+        save(dataset(variables, coordinates, title="identification").assign_attrs(attributes), given.out)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
