@@ -7,7 +7,8 @@ min_version("9.0")
 configfile: "workflow/config/config.yaml"
 
 
-container: None
+# only used if asked for (--software-deployment-method apptainer)
+container: "docker://python:3.11"
 
 
 include: "workflow/rules/common.smk"

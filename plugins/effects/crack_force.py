@@ -5,7 +5,7 @@ THESIS_HARMONICS = (0, 1, 2, 3, 5, 7, -1, -3, -5)
 
 
 def crack_force(structure, participation: dict[int, float] | None = None, harmonics: list[int] = THESIS_HARMONICS):
-    """Weight-dominant crack force dk p_n u_0 e^{jnwt}: participation factors p_n given, or dk p_n free at each harmonic."""
+    """Weight-dominant crack force dk p_n u_0 e^{jnwt}, with p_n given, or with dk p_n free at each harmonic."""
     parameters = []
     for name, (pattern, unit, typical) in structure.stiffness_loss.items():
         force = pattern @ structure.static_deflection

@@ -5,7 +5,7 @@ from rotorstudy.records import white_noise_covariance
 
 
 def fft(signal, time, speed, harmonics):
-    """Bins of the discrete Fourier transform nearest to the harmonics; leaks unless the record holds whole revolutions."""
+    """Fourier transform at the bins nearest to the harmonics; leaks unless the record holds whole revolutions."""
     samples = len(time)
     revolutions = speed * (time[1] - time[0]) * samples / (2 * np.pi)
     bins = np.rint(np.asarray(harmonics) * revolutions).astype(int)

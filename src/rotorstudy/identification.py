@@ -144,7 +144,7 @@ def whitened_measurement(spectrum):
 
 
 def start_values(problem):
-    """(..., parameter) where a fit starts: equation-error least squares where it exists, else the values given or typical."""
+    """(..., parameter) where a fit starts: equation-error least squares, else the values given or typical."""
     given = np.concatenate([term.theta for term in problem.model.terms])
     nominal = np.where(np.isnan(given), problem.model.typical, given)[problem.model.position(problem.names)]
     linear = [n for n in problem.names if n in {u.name for u in problem.model.rotor_unknowns}]
@@ -158,7 +158,9 @@ def start_values(problem):
 
 
 def output_error_fit(problem, start=None, iterations=200):
-    """Levenberg-Marquardt fit of the predicted to the measured harmonics, weighted by their covariance; all trials at once.
+    """Levenberg-Marquardt fit of the predicted to the measured harmonics, weighted by their covariance.
+
+    All trials are fitted at once.
 
     start   : (..., parameter), see `start_values`
     returns : Estimate with covariance (J^T J)^-1, and the misfit

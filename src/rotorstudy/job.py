@@ -10,7 +10,7 @@ from rotorstudy.errors import RotorstudyError
 
 @contextmanager
 def job(snakemake):
-    """Send what a script prints to the rule's log; a mistake of the user ends the job with one line there and on screen."""
+    """Send what a script prints to the rule's log; a mistake of the user ends the job with one line."""
     path = Path(snakemake.log[0])
     path.parent.mkdir(parents=True, exist_ok=True)
     screen = sys.stderr

@@ -132,7 +132,10 @@ class Model:
         return np.array([self.names.index(name) for name in names], int)
 
     def unknown_names(self, wanted=None):
-        """Names of the real amplitudes to estimate: those wanted (a complex one by its own name), else those without a value."""
+        """Names of the real amplitudes to estimate: those wanted, or those without a value.
+
+        A complex amplitude can be named as a whole: eccentricity stands for its real and imaginary part.
+        """
         if wanted is None:
             given = np.concatenate([term.theta for term in self.terms]) if self.terms else np.zeros(0)
             found = [name for name, value in zip(self.names, given, strict=True) if np.isnan(value)]

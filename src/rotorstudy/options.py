@@ -18,7 +18,7 @@ def option_names(function, given_by_engine=()):
 
 
 def check_options(function, given, where, given_by_engine=()):
-    """Options as the function wants them, or an error naming the key, its value, what is allowed and where it stands."""
+    """Options as the function wants them, or an error naming key, value, place and what is allowed."""
     import inspect
 
     from pydantic import ConfigDict, ValidationError, create_model

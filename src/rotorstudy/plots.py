@@ -37,7 +37,7 @@ def figure(rows=1, columns=1, height=2.4, width=COLUMN_WIDTH, **options):
 
 
 def save_figure(picture, *paths):
-    """Write a figure to every path given (PNG, SVG, PDF), atomically and without the date, so that rebuilds are identical."""
+    """Write a figure to every path given (PNG, SVG, PDF), atomically, without the date: rebuilds are identical."""
     import matplotlib.pyplot as plt
 
     from rotorstudy.store import atomic
@@ -57,7 +57,7 @@ def harmonic_axis(axes, harmonics):
 
 
 def plain_log(axes, ticks):
-    """Logarithmic axes with the given ticks along x and powers of ten along y, readable where less than a decade is shown."""
+    """Logarithmic axes with the given ticks along x and powers of ten along y."""
     from matplotlib.ticker import LogFormatter, NullFormatter, NullLocator
 
     axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])

@@ -1,4 +1,4 @@
-"""Records in time: made from harmonics, checked at the door, turned into full spectra with a phase that means something."""
+"""Records in time: made from harmonics, checked at the door, turned into full spectra with a phase reference."""
 
 from dataclasses import dataclass
 
@@ -82,7 +82,8 @@ def check_record(record, harmonics):
         raise RotorstudyError(f"{where}: speed {record.speed:g} rad/s; harmonics need a rotor that turns, so speed > 0")
     if len(time) < 2 * len(harmonics) + 1:
         raise RotorstudyError(
-            f"{where}: {len(time)} samples are too few for {len(harmonics)} harmonics; at least {2 * len(harmonics) + 1}"
+            f"{where}: {len(time)} samples are too few for {len(harmonics)} harmonics; "
+            f"at least {2 * len(harmonics) + 1} are needed"
         )
     for name, signal in (
         ("displacement", displacement),
@@ -238,8 +239,10 @@ def simulate_records(model, speeds, harmonics, time, *, theta=None, start_angle_
 
 
 def records_dataset(records):
-    """Records of one time base as the measured-record Dataset: displacement (speed, node, direction, time), reference and
-    keyphasor (speed, time)."""
+    """Records of one time base as a Dataset.
+
+    returns : displacement (speed, node, direction, time) m, reference (speed, time), keyphasor (speed, time) V
+    """
     from rotorstudy.store import dataset
 
     z = np.array([record.displacement for record in records])

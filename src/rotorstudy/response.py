@@ -85,7 +85,7 @@ def _links(entry, carried, doubled):
 
 
 def forced_harmonics(model, order=COUPLED_ORDER):
-    """(harmonic,) every harmonic the model vibrates at: those of its forces, or -order..order where they are coupled."""
+    """(harmonic,) every harmonic the model vibrates at: those of its forces, or -order..order where coupled."""
     entries = [e for u in model.rotor_unknowns for e in u.entries]
     if any(e.shift and e.on != "one" for e in entries):
         return np.arange(-order, order + 1)
@@ -216,7 +216,7 @@ def _carried_response(model, speed, theta, blocks, jacobian):
 def measured_response(model, speed, harmonics, theta=None, *, order=COUPLED_ORDER, jacobian=False):
     """What the sensors show: the translations at `model.sensors` changed by the output terms.
 
-    returns : (..., speed, harmonic, sensor) complex in m; with `jacobian` also (..., speed, harmonic, sensor, parameter)
+    returns : (..., speed, harmonic, sensor) complex in m; with `jacobian` also its derivatives, one dimension more
     """
     speed, theta = check_speed(speed), np.asarray(model.theta if theta is None else theta, float)
     blocks = layout(model, harmonics, order)

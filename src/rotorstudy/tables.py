@@ -23,8 +23,8 @@ def write_html(path, title, note, tables):
     for heading, table in tables.items():
         parts += [f"<h2>{heading}</h2>", table.to_html(index=False, float_format=_number, na_rep="", border=0)]
     body = "\n".join(parts)
-    page = f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{title}</title><style>{CSS}</style>{body}</html>\n'
-    write_text(path, page)
+    head = f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{title}</title><style>{CSS}</style>'
+    write_text(path, f"{head}{body}</html>\n")
 
 
 def _number(value):

@@ -3,15 +3,13 @@ import os
 import sys
 from pathlib import Path
 
-# one BLAS thread a job: jobs share the cores, and sums are added in the same order on any machine load
-for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
-    os.environ[variable] = "1"
-os.environ["MPLBACKEND"] = "Agg"
-
 ROOT = Path(workflow.basedir)
-folders = [str(ROOT / folder) for folder in config.get("plugin_folders", [])]
+# one BLAS thread a job: jobs share the cores, and sums are added in the same order whatever else the machine does
+threads = {name: "1" for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")}
+os.environ.update(threads, MPLBACKEND="Agg")
+folders = os.pathsep.join(str(ROOT / folder) for folder in config.get("plugin_folders", []))
 if folders:
-    os.environ["ROTORSTUDY_PLUGINS"] = os.pathsep.join(folders)
+    os.environ.update(ROTORSTUDY_PLUGINS=folders)
 
 try:
     from rotorstudy.errors import RotorstudyError
@@ -67,7 +65,7 @@ def in_report(path, caption, category, subcategory):
     name = Path(path).stem.replace("_", " ")
     return report(
         path,
-        caption=f"../report/{caption}.rst",
+        caption=str(ROOT / "workflow" / "report" / f"{caption}.rst"),
         category=category,
         subcategory=subcategory,
         labels={"what": name},
@@ -76,3 +74,69 @@ def in_report(path, caption, category, subcategory):
 
 def heading(chapter):
     return chapter.replace("_", " ").capitalize()
+
+
+TABLES = {
+    "chapter_2": ["table_2_1", "table_2_2", "table_2_3", "table_2_4", "table_2_5"],
+    "chapter_3": [
+        "table_3_4",
+        "table_3_5",
+        "table_3_6",
+        "table_3_7",
+        "table_3_8",
+        "table_3_9",
+        "estimates",
+        "physical_checks",
+    ],
+}
+CHAPTERS = [chapter for chapter in TABLES if chapter in STUDIES or chapter in REPLAYS]
+
+
+def table_pages(chapter):
+    """HTML pages of a chapter's tables, each with its caption in the report."""
+    pages = {name: f"{RESULTS}/{chapter}/tables/{name}.html" for name in TABLES[chapter]}
+    return [in_report(path, f"{chapter}_{name}", heading(chapter), "Tables") for name, path in pages.items()]
+
+
+def table_sheets(chapter):
+    return [f"{RESULTS}/{chapter}/tables/{name}.csv" for name in TABLES[chapter]]
+
+
+def table_files():
+    return [path for chapter in CHAPTERS for path in [*table_sheets(chapter), *table_pages(chapter)]]
+
+
+def scoreboard_files():
+    return [f"{RESULTS}/scoreboard.csv", f"{RESULTS}/scoreboard.html"]
+
+
+FIGURES = {
+    "chapter_2": [
+        "figure_2_4",
+        "figure_2_6",
+        "figure_2_7",
+        "figure_2_8",
+        "figure_2_9",
+        "error_against_noise",
+        "printed_noise_rows",
+        "bias",
+        "weight_dominance",
+        "stability",
+    ],
+    "chapter_3": [f"figure_3_{n}" for n in (12, 13, 14, 15, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26)]
+    + ["bow_magnification", "physical_checks"],
+}
+
+
+def pictures(chapter, kind):
+    return [f"{RESULTS}/{chapter}/figures/{name}.{kind}" for name in FIGURES[chapter]]
+
+
+def captioned(chapter):
+    """PNG pictures of a chapter, each with its caption in the report."""
+    named = zip(FIGURES[chapter], pictures(chapter, "png"), strict=True)
+    return [in_report(path, f"{chapter}_{name}", heading(chapter), "Figures") for name, path in named]
+
+
+def figure_files():
+    return [path for chapter in CHAPTERS for kind in ("png", "svg") for path in pictures(chapter, kind)]

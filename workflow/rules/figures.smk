@@ -1,35 +1,4 @@
 # All figures of a chapter in one job, as PNG (for the report) and SVG.
-FIGURES = {
-    "chapter_2": [
-        "figure_2_4",
-        "figure_2_6",
-        "figure_2_7",
-        "figure_2_8",
-        "figure_2_9",
-        "error_against_noise",
-        "printed_noise_rows",
-        "bias",
-        "weight_dominance",
-        "stability",
-    ],
-    "chapter_3": [f"figure_3_{n}" for n in (12, 13, 14, 15, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26)]
-    + ["bow_magnification", "physical_checks"],
-}
-
-
-def pictures(chapter, kind):
-    return [f"{RESULTS}/{chapter}/figures/{name}.{kind}" for name in FIGURES[chapter]]
-
-
-def captioned(chapter):
-    """PNG pictures of a chapter, each with its caption in the report."""
-    named = zip(FIGURES[chapter], pictures(chapter, "png"), strict=True)
-    return [in_report(path, f"{chapter}_{name}", heading(chapter), "Figures") for name, path in named]
-
-
-def figure_files():
-    return [path for chapter in CHAPTERS for kind in ("png", "svg") for path in pictures(chapter, kind)]
-
 
 if "chapter_2" in STUDIES:
 
@@ -42,15 +11,17 @@ if "chapter_2" in STUDIES:
             bias=f"{RESULTS}/chapter_2/bias.nc",
             weight_dominance=f"{RESULTS}/chapter_2/weight_dominance.nc",
             stability=f"{RESULTS}/chapter_2/stability.nc",
-            monte_carlo=[f"{RESULTS}/chapter_2/monte_carlo/physical/{file_name(case)}.nc" for case in STUDIES["chapter_2"].cases],
-            monte_carlo_thesis=[f"{RESULTS}/chapter_2/monte_carlo/thesis/{file_name(case)}.nc" for case in STUDIES["chapter_2"].cases],
+            monte_carlo=[
+                f"{RESULTS}/chapter_2/monte_carlo/physical/{file_name(case)}.nc" for case in STUDIES["chapter_2"].cases
+            ],
+            monte_carlo_thesis=[
+                f"{RESULTS}/chapter_2/monte_carlo/thesis/{file_name(case)}.nc" for case in STUDIES["chapter_2"].cases
+            ],
             published=f"{REFERENCE}/full_spectrum.csv",
             code=code("figures_chapter_2.py"),
         output:
             png=captioned("chapter_2"),
             svg=pictures("chapter_2", "svg"),
-        params:
-            reference=REFERENCE,
         log:
             f"{RESULTS}/logs/chapter_2/figures.log",
         script:
@@ -71,8 +42,6 @@ if "chapter_3" in REPLAYS:
         output:
             png=captioned("chapter_3"),
             svg=pictures("chapter_3", "svg"),
-        params:
-            reference=REFERENCE,
         log:
             f"{RESULTS}/logs/chapter_3/figures.log",
         script:

@@ -1,37 +1,4 @@
 # Tables of each chapter beside the thesis's, and the scoreboard over all of them.
-TABLES = {
-    "chapter_2": ["table_2_1", "table_2_2", "table_2_3", "table_2_4", "table_2_5"],
-    "chapter_3": [
-        "table_3_4",
-        "table_3_5",
-        "table_3_6",
-        "table_3_7",
-        "table_3_8",
-        "table_3_9",
-        "estimates",
-        "physical_checks",
-    ],
-}
-CHAPTERS = [chapter for chapter in TABLES if chapter in STUDIES or chapter in REPLAYS]
-
-
-def table_pages(chapter):
-    """HTML pages of a chapter's tables, each with its caption in the report."""
-    pages = {name: f"{RESULTS}/{chapter}/tables/{name}.html" for name in TABLES[chapter]}
-    return [in_report(path, f"{chapter}_{name}", heading(chapter), "Tables") for name, path in pages.items()]
-
-
-def table_sheets(chapter):
-    return [f"{RESULTS}/{chapter}/tables/{name}.csv" for name in TABLES[chapter]]
-
-
-def table_files():
-    return [path for chapter in CHAPTERS for path in [*table_sheets(chapter), *table_pages(chapter)]]
-
-
-def scoreboard_files():
-    return [f"{RESULTS}/scoreboard.csv", f"{RESULTS}/scoreboard.html"]
-
 
 if "chapter_2" in STUDIES:
 
@@ -40,7 +7,9 @@ if "chapter_2" in STUDIES:
             config=str(ROOT / settings.studies["chapter_2"]),
             spectra=f"{RESULTS}/chapter_2/spectra/thesis.nc",
             identification=f"{RESULTS}/chapter_2/identification/thesis.nc",
-            monte_carlo=[f"{RESULTS}/chapter_2/monte_carlo/thesis/{file_name(case)}.nc" for case in STUDIES["chapter_2"].cases],
+            monte_carlo=[
+                f"{RESULTS}/chapter_2/monte_carlo/thesis/{file_name(case)}.nc" for case in STUDIES["chapter_2"].cases
+            ],
             published=f"{REFERENCE}/identified_parameters.csv",
             reasons=f"{REFERENCE}/reasons.yaml",
             code=code("tables_chapter_2.py"),
@@ -48,8 +17,6 @@ if "chapter_2" in STUDIES:
             scored=f"{RESULTS}/chapter_2/scored.csv",
             csv=table_sheets("chapter_2"),
             html=table_pages("chapter_2"),
-        params:
-            reference=REFERENCE,
         log:
             f"{RESULTS}/logs/chapter_2/tables.log",
         script:
@@ -70,8 +37,6 @@ if "chapter_3" in REPLAYS:
             scored=f"{RESULTS}/chapter_3/scored.csv",
             csv=table_sheets("chapter_3"),
             html=table_pages("chapter_3"),
-        params:
-            reference=REFERENCE,
         log:
             f"{RESULTS}/logs/chapter_3/tables.log",
         script:

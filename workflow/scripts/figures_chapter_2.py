@@ -1,6 +1,8 @@
 from rotorstudy.job import job
 
 with job(snakemake):
+    from pathlib import Path
+
     import numpy as np
 
     from rotorstudy.cracks import SERIES_ORDER
@@ -41,7 +43,7 @@ with job(snakemake):
     noisy_thesis = {
         case: load(path) for case, path in zip(config.cases, snakemake.input.monte_carlo_thesis, strict=True)
     }
-    printed = published(snakemake.params.reference, ["2.2", "2.3", "2.5"])
+    printed = published(Path(snakemake.input.published).parent, ["2.2", "2.3", "2.5"])
     outputs = iter(zip(snakemake.output.png, snakemake.output.svg, strict=True))
     harmonics = config.harmonics
 
@@ -197,7 +199,7 @@ with job(snakemake):
     ratio = amplitude[1] / amplitude[0]
     for i, n in enumerate((0, 1, 2, 3)):
         column = harmonics.index(n)
-        for s, speed in enumerate(config.shown_speeds_rad_s):
+        for s in range(len(config.shown_speeds_rad_s)):
             text = f"{n}X" if s == 0 else None
             axes[0, 0].plot(dominance.stiffness_loss, ratio[:, s, column], ("-", "--")[s], color=COLOURS[i], label=text)
     axes[0, 0].set(xlabel="stiffness lost by the open crack (%)", ylabel="full crack / weight dominant (1)")

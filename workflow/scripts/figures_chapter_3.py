@@ -1,6 +1,8 @@
 from rotorstudy.job import job
 
 with job(snakemake):
+    from pathlib import Path
+
     import numpy as np
 
     from rotorstudy.plots import (
@@ -23,7 +25,7 @@ with job(snakemake):
     config = load_replay(snakemake.input.config)
     spectra, identification = load(snakemake.input.spectra), load(snakemake.input.identification)
     records = load(snakemake.input.records)
-    printed = published(snakemake.params.reference, ["3.9"])
+    printed = published(Path(snakemake.input.published).parent, ["3.9"])
     outputs = iter(zip(snakemake.output.png, snakemake.output.svg, strict=True))
     harmonics, cases = config.harmonics, list(config.cases)
     higher = [case for case in cases if case != config.slow_roll]

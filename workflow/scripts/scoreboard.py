@@ -13,8 +13,8 @@ with job(snakemake):
     write_html(
         snakemake.output.html,
         "Scoreboard",
-        f"{(scored.status == 'reproduced').sum()} of {len(scored)} printed values are reproduced within one unit of their last "
-        "digit. Every other one has a reason that can be checked.",
+        f"{(scored.status == 'reproduced').sum()} of {len(scored)} printed values are reproduced within one unit of "
+        "their last digit. Every other one has a reason that can be checked.",
         {
             "How many": counts,
             "Values that are not reproduced to the digit": scored[scored.status != "reproduced"],

@@ -1,6 +1,8 @@
 from rotorstudy.job import job
 
 with job(snakemake):
+    from pathlib import Path
+
     import numpy as np
     import pandas as pd
 
@@ -62,7 +64,7 @@ with job(snakemake):
                     ("2.5", f"{case}, {variant} phase compensation", name, 0.0, "estimate", "least squares", value)
                 )
     computed = pd.DataFrame(rows, columns=[*KEYS, "computed"])
-    printed = published(snakemake.params.reference, TABLES)
+    printed = published(Path(snakemake.input.published).parent, TABLES)
 
     # noise rows: one unknown realisation was printed; say where it falls among ours
     percentiles = []

@@ -1,6 +1,8 @@
 from rotorstudy.job import job
 
 with job(snakemake):
+    from pathlib import Path
+
     import numpy as np
     import pandas as pd
 
@@ -46,7 +48,7 @@ with job(snakemake):
             )
     computed = pd.DataFrame(rows, columns=[*KEYS, "computed", "low", "high"])
     computed["cases"] = computed.case.map({g: " and ".join(cases) for g, cases in config.groups.items()}).fillna("")
-    printed = published(snakemake.params.reference, TABLES)
+    printed = published(Path(snakemake.input.published).parent, TABLES)
     scored = score(printed, computed, load_reasons(snakemake.input.reasons))
     write_csv(scored, snakemake.output.scored)
 
@@ -84,8 +86,8 @@ with job(snakemake):
         snakemake.output.csv[6],
         snakemake.output.html[6],
         "Estimates of the replay with 95 % intervals",
-        "Two estimators, two published columns, three groups. A misfit far above 1 says that the model does not explain "
-        "the data, whatever the intervals are.",
+        "Two estimators, two published columns, three groups. A misfit far above 1 says that the model does not "
+        "explain the data, whatever the intervals are.",
     )
 
     # the estimates against what physics and the other measurements allow: ours, then the thesis's
@@ -114,8 +116,8 @@ with job(snakemake):
         snakemake.output.csv[7],
         snakemake.output.html[7],
         "Which estimates are possible",
-        f"{(checks.verdict == 'impossible').sum()} of {len(checks)} estimates are impossible. Why the eccentricity comes out near "
-        f"the bow: subtracting the slow roll leaves the bow's own magnification, which is that of an unbalance of the bow's size; "
-        f"it alone explains this share of the change of 1X: {share}. A bow and a free crack force at 1X cannot be told apart "
-        f"at all ({bow_twins(config)}).",
+        f"{(checks.verdict == 'impossible').sum()} of {len(checks)} estimates are impossible. Why the eccentricity "
+        "comes out near the bow: subtracting the slow roll leaves the bow's own magnification, which is that of an "
+        f"unbalance of the bow's size; it alone explains this share of the change of 1X: {share}. A bow and a free "
+        f"crack force at 1X cannot be told apart at all ({bow_twins(config)}).",
     )

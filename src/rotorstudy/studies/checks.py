@@ -35,7 +35,7 @@ def limits(config):
 def physical_checks(config, estimates, slow_roll_bow):
     """A DataFrame: each estimate, what is allowed, a verdict, and why.
 
-    estimates     : DataFrame with source, group, parameter, estimate, low, high (SI; low = high = estimate if not known)
+    estimates     : DataFrame with source, group, parameter, estimate, low, high, SI
     slow_roll_bow : m, 1X of the slow roll
     verdict       : "impossible" if the whole interval lies outside, "possible" if it lies inside, else "undecided"
     """
@@ -67,15 +67,18 @@ def physical_checks(config, estimates, slow_roll_bow):
 
     damping = (
         f"critical damping is {bound['critical damping']:.0f} N s/m; a free vibration seen within "
-        f"{config.frequency_resolution_Hz:g} Hz of the undamped frequency allows a damping ratio up to {bound['damping ratio']:.3f}"
+        f"{config.frequency_resolution_Hz:g} Hz of the undamped frequency allows a damping ratio up to "
+        f"{bound['damping ratio']:.3f}"
     )
     bow = (
-        f"the shaft is bent by {slow_roll_bow * 1e6:.0f} um and carries the disc with it; an eccentricity larger than the bow "
+        f"the shaft is bent by {slow_roll_bow * 1e6:.0f} um and carries the disc with it; an eccentricity larger than "
+        "the bow "
         "needs a disc whose own mass centre is off by more than that"
     )
     loss = (
         f"0 for a crack that only weakens, at most {bound['stiffness loss']:.0f} N/m from the impact tests "
-        f"({max(config.natural_frequency_Hz.values()):g} and {min(config.natural_frequency_Hz.values()):g} Hz, each within "
+        f"({max(config.natural_frequency_Hz.values()):g} and {min(config.natural_frequency_Hz.values()):g} Hz, each "
+        "within "
         f"{config.frequency_resolution_Hz:g} Hz); k_0 is {bound['stiffness']:.0f} N/m"
     )
     for row in estimates.itertuples():
@@ -94,8 +97,8 @@ def physical_checks(config, estimates, slow_roll_bow):
 def bow_magnification(config, compensated):
     """How much of the change of 1X from slow roll a bent shaft explains by itself.
 
-    A bow r_0 vibrates by r_0 k / (k - m w^2); taking the slow roll off leaves r_0 m w^2 / (k - m w^2), the very response
-    of an unbalance of eccentricity r_0.
+    A bow r_0 vibrates by r_0 k / (k - m w^2); taking the slow roll off leaves r_0 m w^2 / (k - m w^2), the very
+    response of an unbalance of eccentricity r_0.
 
     compensated : (case, harmonic) complex, m
     returns     : measured and predicted change of 1X, (higher case,) complex

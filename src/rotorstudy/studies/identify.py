@@ -20,7 +20,8 @@ def identify(config, rig, *, late_samples=1.0):
     """Identification of every case from time records of all its speeds, without noise.
 
     Records start one sample late; "none" leaves the phase as it comes, "reference" and "keyphasor" compensate it.
-    returns : estimate, standard_deviation (case, phase_reference, spectrum_method, estimator, parameter); true (parameter)
+    returns : estimate, standard_deviation (case, phase_reference, spectrum_method, estimator, parameter);
+              true (parameter)
     """
     methods, estimators = registry().plugins["spectrum"], registry().plugins["estimator"]
     model, phases, time = config.rig(rig), ("none", "reference", "keyphasor"), config.record.time
