@@ -25,7 +25,7 @@ check: .venv/ready
 	.venv/bin/snakemake --lint > .venv/lint.log 2>&1 || { cat .venv/lint.log; exit 1; }
 
 test: check
-	.venv/bin/pytest -n 2
+	.venv/bin/pytest -n 2 --dist loadfile
 
 bench: .venv/ready
 	.venv/bin/python benchmarks/run.py

@@ -1,6 +1,6 @@
 """Records in time: made from harmonics, checked at the door, turned into full spectra with a phase reference."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -179,13 +179,26 @@ def compensate(amplitude, covariance, phase, phase_covariance):
     return turned, moved + slope @ phase_covariance @ np.swapaxes(slope, -1, -2)
 
 
-def full_spectrum(records, harmonics, method, phase="reference"):
+def cut_to_whole_turns(record):
+    """The record without its last incomplete revolution: then harmonics nobody asked for do not leak into others."""
+    step = (record.time[-1] - record.time[0]) / (len(record.time) - 1)
+    turns = np.floor(record.speed * step * len(record.time) / (2 * np.pi) + 1e-6)
+    samples = round(turns * 2 * np.pi / (record.speed * step))
+    signals = {
+        name: None if getattr(record, name) is None else getattr(record, name)[:samples]
+        for name in ("reference", "keyphasor")
+    }
+    return replace(record, time=record.time[:samples], displacement=record.displacement[..., :samples], **signals)
+
+
+def full_spectrum(records, harmonics, method, phase="reference", *, whole_turns=True):
     """The full spectrum of records, one a speed.
 
     records   : list of Record, of the same sensors
     harmonics : (harmonic,) int
     method    : SpectrumMethod plugin
     phase     : "reference" (multi-harmonic reference signal), "keyphasor", or "none": counted from the first sample
+    whole_turns : leave the last incomplete revolution out; False takes the record as it is, with its leakage
     returns   : Spectrum with amplitude (speed, harmonic, sensor)
     """
     if phase not in ("reference", "keyphasor", "none"):
@@ -193,6 +206,8 @@ def full_spectrum(records, harmonics, method, phase="reference"):
     amplitudes, covariances = [], []
     for record in records:
         check_record(record, harmonics)
+        marks = record  # pulses of the last incomplete revolution count too
+        record = cut_to_whole_turns(record) if whole_turns else record
         signals = np.asarray(record.displacement)
         if phase == "reference":
             if record.reference is None:
@@ -203,7 +218,7 @@ def full_spectrum(records, harmonics, method, phase="reference"):
             psi = phase_from_reference(record, harmonics, amplitude[-1], covariance[-1])
             amplitude, covariance = compensate(amplitude[:-1], covariance[:-1], *psi)
         elif phase == "keyphasor":
-            amplitude, covariance = compensate(amplitude, covariance, *phase_from_keyphasor(record, harmonics))
+            amplitude, covariance = compensate(amplitude, covariance, *phase_from_keyphasor(marks, harmonics))
         amplitudes.append(amplitude.T)
         covariances.append(covariance)
     speed = np.array([record.speed for record in records])

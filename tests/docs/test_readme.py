@@ -1,0 +1,74 @@
+"""What the README shows works as shown."""
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text()
+
+
+def blocks(language):
+    return re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL)
+
+
+def run(arguments, folder, **environment):
+    return subprocess.run(
+        arguments,
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=100,
+        env={**os.environ, "MPLBACKEND": "Agg", **environment},
+    )
+
+
+def test_the_crack_in_one_file_is_found_and_used(tmp_path):
+    code = next(block for block in blocks("python") if "rotorstudy_crack" in block)
+    (tmp_path / "zoo").mkdir()
+    (tmp_path / "zoo" / "breathing_from_readme.py").write_text(
+        code.replace('Crack("breathing"', 'Crack("breathing_from_readme"')
+    )
+    rig = (ROOT / "examples" / "jeffcott.yaml").read_text().replace("kind: switching", "kind: breathing_from_readme")
+    (tmp_path / "rig.yaml").write_text(rig)
+    zoo = {"ROTORSTUDY_PLUGINS": str(tmp_path / "zoo")}
+    tool = [sys.executable, "-m", "rotorstudy.cli"]
+    assert "breathing_from_readme" in run([*tool, "plugins"], tmp_path, **zoo).stdout
+    found = run([*tool, "simulate", "rig.yaml", "--speeds", "88", "--out", "r.nc"], tmp_path, **zoo)
+    assert found.returncode == 0, found.stderr
+    without = run([*tool, "simulate", "rig.yaml", "--speeds", "88", "--out", "s.nc"], tmp_path)
+    assert without.returncode == 1 and "unknown crack" in without.stderr
+
+
+def test_the_python_example_runs_and_draws(tmp_path):
+    code = next(block for block in blocks("python") if "load_rig" in block)
+    found = run([sys.executable, "-c", code.replace("examples/", f"{ROOT}/examples/")], tmp_path)
+    assert found.returncode == 0, found.stderr
+    assert (tmp_path / "full_spectrum.png").stat().st_size > 5000
+
+
+def test_the_shell_examples_run(tmp_path):
+    lines = next(block for block in blocks("sh") if "rotorstudy simulate" in block).strip().splitlines()
+    for line in lines:
+        arguments = shlex.split(line.split("#")[0].replace("examples/", f"{ROOT}/examples/"))
+        found = run([sys.executable, "-m", "rotorstudy.cli", *arguments[1:]], tmp_path)
+        assert found.returncode == 0, (line, found.stderr)
+
+
+def test_every_linked_file_exists():
+    links = re.findall(r"\]\(([^)#]+)\)", README)
+    assert links
+    assert not [link for link in links if not link.startswith("http") and not (ROOT / link).exists()]
+
+
+def test_the_readme_counts_the_printed_values_right():
+    import pandas as pd
+
+    tables = [f"2.{n}" for n in (2, 3, 4, 5)] + [f"3.{n}" for n in (4, 5, 6, 7, 8, 9)]
+    names = ("full_spectrum.csv", "identified_parameters.csv")
+    printed = [pd.read_csv(ROOT / "workflow" / "reference" / name, dtype={"table": str}).table for name in names]
+    count = sum(table.isin(tables).sum() for table in printed)
+    assert f"each of {count} printed values" in README

@@ -1,0 +1,132 @@
+"""Printed values of the thesis, at full resolution of the records, without running the workflow."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rotorstudy import load_rig, measured_response
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.scoreboard import load_reasons, published, score
+from rotorstudy.stability import stability_threshold
+from rotorstudy.store import as_complex
+from rotorstudy.studies.config import load_study
+from rotorstudy.studies.replay import load_replay, printed_values, records, rounding_draws, spectra
+
+ROOT = Path(__file__).parents[2]
+REFERENCE = ROOT / "workflow" / "reference"
+
+
+@pytest.fixture(scope="module")
+def chapter_2():
+    return load_study(ROOT / "workflow" / "config" / "chapter_2.yaml")
+
+
+@pytest.fixture(scope="module")
+def chapter_3():
+    return load_replay(ROOT / "workflow" / "config" / "chapter_3.yaml")
+
+
+def agreeing(config, rig):
+    """How many of the 18 printed regression values at 88 rad/s a rig gives, within one unit of the last digit."""
+    found = measured_response(config.rig(rig), [88.0], config.harmonics)[0, :, 0]
+    table = published(REFERENCE, ["2.2", "2.3"])
+    table = table[table.method == "regression"]
+    count = 0
+    for n, value in zip(config.harmonics, found, strict=True):
+        rows = table[table.item == str(n)].set_index("quantity")
+        size, phase = rows.loc["amplitude"], rows.loc["phase"]
+        count += abs(abs(value) - size.published) <= size.last_digit * (1 + 1e-6)
+        count += abs(np.angle(value / np.exp(1j * phase.published))) <= phase.last_digit * (1 + 1e-6)
+    return count
+
+
+def test_all_18_regression_values_of_tables_2_2_and_2_3_are_reproduced(chapter_2):
+    assert agreeing(chapter_2, "thesis") == 18
+
+
+def test_with_the_right_sign_of_the_crack_force_they_are_not(chapter_2):
+    assert agreeing(chapter_2, "physical") < 12
+
+
+def test_static_deflection_is_the_printed_one(chapter_2):
+    deflection = chapter_2.rig("physical").structure.static_deflection[0].real
+    assert abs(deflection - 2.58e-5) < 0.01e-5  # Table 2.1, last digit
+
+
+def test_natural_frequency_is_the_printed_one(chapter_2):
+    structure = chapter_2.rig("physical").structure
+    # 616.44 rad/s in section 2.4.1, last digit
+    assert abs(np.sqrt(structure.stiffness[0, 0] / structure.mass[0, 0]) - 616.44) < 0.01
+
+
+def test_threshold_of_the_thesis_rotor_is_six_times_its_natural_frequency(chapter_2):
+    model = chapter_2.rig("physical").without(["switching", "unbalance"])
+    assert stability_threshold(model, 5000.0) == pytest.approx(616.4414 * 6, rel=1e-6)  # c_E / c_H = 5
+
+
+def test_replayed_tables_3_4_to_3_8_come_back_to_the_digit(chapter_3):
+    found = spectra(chapter_3, records(chapter_3, REFERENCE))
+    table = published(REFERENCE, ["3.4", "3.5", "3.6", "3.7", "3.8"])
+    quantities = {"amplitude": "displacement", "phase": "displacement", "reference phase": "reference_phase"}
+    checked = 0
+    for row in table.itertuples():
+        version = "corrected" if row.table == "3.8" else "as printed"
+        here = found.sel(version=version, data_set=row.method, spectrum_method=row.method, case=row.case)
+        value = here[quantities.get(row.quantity, "compensated")].sel(harmonic=int(row.item))
+        if row.quantity != "reference phase":
+            value = as_complex(value)
+        if row.quantity == "amplitude":
+            distance = abs(abs(value) - row.published)
+        else:
+            angle = value if row.quantity == "reference phase" else np.angle(value)
+            distance = abs(np.angle(np.exp(1j * (float(angle) - row.published))))
+        assert distance <= row.last_digit * (1 + 1e-6), row
+        checked += 1
+    assert checked == 252
+
+
+def test_without_the_correction_the_mean_of_the_slow_roll_contradicts_table_3_8(chapter_3):
+    printed = printed_values(chapter_3, REFERENCE, corrected=False)["phase"][0]
+    assert abs(printed[0, 0, 0] - 0.77) > 0.7
+
+
+def test_rounding_draws_stay_within_half_a_digit_and_spread_over_it(chapter_3):
+    draws = rounding_draws(chapter_3, REFERENCE, "fft")
+    size, digit = (part[1] for part in printed_values(chapter_3, REFERENCE, corrected=True)["amplitude"])
+    distance = (np.abs(draws) - size) / digit
+    assert np.abs(distance).max() <= 0.5 + 1e-9
+    # uniform within the digit: standard deviation 1/sqrt(12); 1000 draws of 36 values leave under 1 %
+    assert distance.std() == pytest.approx(1 / np.sqrt(12), rel=0.02)
+
+
+def test_a_value_that_differs_without_a_reason_is_an_error():
+    printed = published(REFERENCE, ["2.2"])
+    computed = printed.drop(columns=["published", "last_digit", "unit"]).assign(computed=printed.published * 1.01)
+    with pytest.raises(RotorstudyError, match="no reason given"):
+        score(printed, computed, [])
+    assert set(score(printed, computed, [{"table": "2.2", "status": "explained", "reason": "a test"}]).status) == {
+        "explained"
+    }
+
+
+def test_a_reason_is_not_used_where_the_value_agrees():
+    printed = published(REFERENCE, ["2.2"])
+    computed = printed.drop(columns=["published", "last_digit", "unit"]).assign(computed=printed.published)
+    scored = score(printed, computed, [{"table": "2.2", "status": "explained", "reason": "a test"}])
+    assert set(scored.status) == {"reproduced"}
+
+
+def test_phases_are_compared_modulo_a_turn():
+    printed = published(REFERENCE, ["3.8"])
+    computed = printed.drop(columns=["published", "last_digit", "unit"]).assign(computed=printed.published + 2 * np.pi)
+    assert set(score(printed, computed, []).status) == {"reproduced"}
+
+
+def test_reasons_name_a_status_that_exists():
+    assert load_reasons(REFERENCE / "reasons.yaml")
+
+
+def test_the_example_rig_is_the_rotor_of_table_2_1(chapter_2):
+    example, study = load_rig(ROOT / "examples" / "jeffcott.yaml"), chapter_2.rig("physical")
+    assert dict(zip(example.names, example.theta, strict=True)) == dict(zip(study.names, study.theta, strict=True))

@@ -1,0 +1,131 @@
+"""The command line: what it prints, what it refuses, and with which exit status."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from rotorstudy.cli import main
+
+RIG = str(Path(__file__).parents[1] / "examples" / "jeffcott.yaml")
+
+
+def run(capsys, *arguments):
+    status = main([str(a) for a in arguments])
+    printed = capsys.readouterr()
+    return status, printed.out, printed.err
+
+
+@pytest.fixture
+def records(tmp_path, capsys):
+    path = tmp_path / "records.nc"
+    assert (
+        run(capsys, "simulate", RIG, "--speeds", 80 * np.pi / 3, 308, "--noise", 1, "--seed", 1, "--out", path)[0] == 0
+    )
+    return path
+
+
+def refused(result, *words):
+    status, out, err = result
+    assert status == 1 and out == ""
+    assert err.startswith("error: ") and err.count("\n") == 1
+    for word in words:
+        assert word in err, err
+
+
+def test_plugins_lists_kind_name_source_and_one_line(capsys):
+    status, out, _ = run(capsys, "plugins")
+    assert status == 0
+    line = next(line for line in out.splitlines() if " switching " in line)
+    assert line.startswith("crack") and "Gasch" in line
+
+
+def test_identify_finds_what_was_simulated_within_its_intervals(records, tmp_path, capsys):
+    out = tmp_path / "estimates.nc"
+    names = ["internal_damping", "external_damping", "eccentricity", "stiffness_loss"]
+    status, _, _ = run(capsys, "identify", records, "--rig", RIG, "--unknowns", *names, "--out", out)
+    assert status == 0
+    with xr.open_dataset(out) as found:
+        true = xr.DataArray(
+            [20.0, 100.0, 5e-6, np.pi / 6, 2.5e5],
+            coords={"parameter": [*names[:3], "eccentricity_phase", names[3]]},
+            dims="parameter",
+        )
+        # five standard deviations: one in a million for a right interval, and far less than any real error
+        assert (abs(found.estimate - true) < 5 * found.standard_deviation).all()
+        assert list(found.unit.values) == ["N s/m", "N s/m", "m", "rad", "N/m"]
+
+
+def test_the_help_of_every_command_can_be_read(capsys):
+    for command in ([], ["plugins"], ["simulate"], ["identify"]):
+        with pytest.raises(SystemExit) as stop:
+            main([*command, "--help"])
+        assert stop.value.code == 0
+        assert "usage: rotorstudy" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--speeds", "0"], ["speed 0 rad/s", "> 0"]),
+        (["--speeds", "88", "--rate", "100"], ["Nyquist", "harmonic 7", "up to 3"]),
+        (["--speeds", "8", "--duration", "0.1"], ["revolutions", "at least one"]),
+        (["--speeds", "88", "--duration", "-1"], ["--duration", "positive"]),
+    ],
+)
+def test_simulate_refuses_and_writes_nothing(tmp_path, capsys, arguments, words):
+    out = tmp_path / "x.nc"
+    out.write_text("precious")
+    refused(run(capsys, "simulate", RIG, *arguments, "--out", out), *words)
+    assert out.read_text() == "precious"
+
+
+def test_identify_refuses_unknown_names_with_the_near_miss(records, capsys):
+    base = ["identify", records, "--rig", RIG]
+    refused(run(capsys, *base, "--unknowns", "external_dampin"), "did you mean 'external_damping'")
+    refused(
+        run(capsys, *base, "--unknowns", "external_damping", "--spectrum", "ftt"), "unknown spectrum 'ftt'", "'fft'"
+    )
+    refused(run(capsys, *base, "--unknowns", "external_damping", "--estimator", "least_square"), "'least_squares'")
+    refused(run(capsys, *base), "name the unknown ones")
+
+
+def test_identify_refuses_files_it_cannot_trust(records, tmp_path, capsys):
+    def changed(change, name):
+        with xr.open_dataset(records) as data:
+            data = change(data.load())
+        data.to_netcdf(tmp_path / name)
+        return ["identify", tmp_path / name, "--rig", RIG, "--unknowns", "external_damping"]
+
+    def micrometres(data):
+        data.displacement.attrs["units"] = "um"
+        return data
+
+    def hole(data):
+        data.displacement[0, 0, 0, 7] = np.nan
+        return data
+
+    refused(run(capsys, *changed(micrometres, "a.nc")), "units 'um'", "only m")
+    refused(run(capsys, *changed(hole, "b.nc")), "NaN")
+    refused(run(capsys, *changed(lambda d: d.drop_vars("reference"), "c.nc")), "no reference signal")
+    refused(run(capsys, *changed(lambda d: d.drop_vars("keyphasor"), "d.nc"), "--phase", "keyphasor"), "no keyphasor")
+    refused(run(capsys, *changed(lambda d: d.isel(time=slice(0, 10)), "e.nc")), "too few")
+    refused(run(capsys, "identify", tmp_path / "none.nc", "--rig", RIG, "--unknowns", "eccentricity"), "does not exist")
+    (tmp_path / "text.nc").write_text("no netcdf")
+    refused(
+        run(capsys, "identify", tmp_path / "text.nc", "--rig", RIG, "--unknowns", "external_damping"), "not a NetCDF"
+    )
+
+
+def test_a_misspelt_rig_key_is_named_with_its_place(tmp_path, capsys):
+    text = Path(RIG).read_text()
+    for old, new, words in (
+        ("kind: switching", "kind: swiching", ["unknown crack 'swiching'", "did you mean 'switching'"]),
+        ("mass_kg", "mas_kg", ["unknown key 'mas_kg'", "did you mean 'mass_kg'"]),
+        ("mass_kg: 2.0", "mass_kg: -2.0", ["mass_kg = -2.0", "greater than 0"]),
+        ("effects:", "effect:", ["unknown section 'effect'", "'effects'"]),
+        ("2.5e+5", "2.5e5", ["2.5e+5"]),
+    ):
+        (tmp_path / "rig.yaml").write_text(text.replace(old, new))
+        refused(run(capsys, "simulate", tmp_path / "rig.yaml", "--speeds", "88", "--out", tmp_path / "x.nc"), *words)

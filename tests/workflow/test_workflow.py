@@ -1,0 +1,136 @@
+"""The workflow as a whole, on the tiny configuration: complete, the same on one core and two, resumed after a kill."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pandas as pd
+import pytest
+import xarray as xr
+
+ROOT = Path(__file__).parents[2]
+CONFIG = ROOT / "workflow" / "config" / "test" / "config.yaml"
+SOME_TARGETS = ["results/chapter_2/monte_carlo/physical/Single_speed_88.nc", "results/chapter_3/identification.nc"]
+
+
+def command(folder, *arguments, cores=2):
+    base = [sys.executable, "-m", "snakemake", "--snakefile", ROOT / "Snakefile", "--configfile", CONFIG]
+    return [*map(str, base), "--directory", str(folder), "--cores", str(cores), *arguments]
+
+
+def snakemake(folder, *arguments, cores=2):
+    found = subprocess.run(command(folder, *arguments, cores=cores), capture_output=True, text=True, timeout=400)
+    assert found.returncode == 0, found.stdout + found.stderr
+    return found.stdout + found.stderr
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("built")
+    snakemake(folder)
+    return folder
+
+
+def test_everything_is_there_and_nothing_is_left_to_do(built):
+    assert "Nothing to be done" in snakemake(built, "--dry-run")
+    assert not list(built.rglob("*.partial*"))
+    for kind, least in (("png", 20), ("svg", 20), ("csv", 15), ("nc", 15)):
+        assert len(list((built / "results").rglob(f"*.{kind}"))) >= least
+
+
+def test_scoreboard_has_a_row_for_every_printed_value_and_a_reason_where_it_differs(built):
+    scored = pd.read_csv(built / "results" / "scoreboard.csv", dtype={"table": str, "item": str})
+    printed = pd.concat(
+        pd.read_csv(ROOT / "workflow" / "reference" / name, dtype={"table": str})
+        for name in ("full_spectrum.csv", "identified_parameters.csv")
+    )
+    wanted = ["2.2", "2.3", "2.4", "2.5", "3.4", "3.5", "3.6", "3.7", "3.8", "3.9"]
+    assert len(scored) == printed.table.isin(wanted).sum()
+    assert set(scored.status) <= {"reproduced", "explained", "not reproducible"}
+    assert scored[scored.status != "reproduced"].reason.str.len().min() > 40
+    assert scored.computed.notna().all()
+
+
+def test_netcdf_files_carry_units_and_provenance(built):
+    for path in (built / "results").rglob("*.nc"):
+        with xr.open_dataset(path) as data:
+            for key in ("rotorstudy_version", "git_commit", "configuration_sha256", "plugins", "title"):
+                assert key in data.attrs, (path, key)
+            for name in [*data.data_vars, *data.coords]:
+                assert "units" in data[name].attrs, (path, name)
+                assert "long_name" in data[name].attrs, (path, name)
+
+
+def test_one_core_gives_the_same_bytes_as_two(built, tmp_path):
+    snakemake(tmp_path, *SOME_TARGETS, cores=1)
+    for target in SOME_TARGETS:
+        assert (tmp_path / target).read_bytes() == (built / target).read_bytes()
+
+
+def test_another_seed_gives_other_numbers(built, tmp_path):
+    """Negative control of the test above."""
+    study = (ROOT / "workflow/config/test/chapter_2.yaml").read_text().replace("seed: 20261121", "seed: 1")
+    (tmp_path / "study.yaml").write_text(study)
+    snakemake(tmp_path, "--config", f"studies={{chapter_2: {tmp_path / 'study.yaml'}}}", "--", SOME_TARGETS[0])
+    assert (tmp_path / SOME_TARGETS[0]).read_bytes() != (built / SOME_TARGETS[0]).read_bytes()
+
+
+def test_a_killed_run_resumes_and_no_half_file_counts(built, tmp_path):
+    target = tmp_path / SOME_TARGETS[0]
+    log = tmp_path / "results/logs/chapter_2/monte_carlo_physical_Single_speed_88.log"
+    process = subprocess.Popen(
+        command(tmp_path, SOME_TARGETS[0]), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
+    )
+    while not log.exists() and process.poll() is None:
+        time.sleep(0.02)
+    os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+    if target.exists():  # the job may have been quicker than the kill; then the file must be whole
+        assert target.read_bytes() == (built / SOME_TARGETS[0]).read_bytes()
+    snakemake(tmp_path, "--unlock")
+    snakemake(tmp_path, "--rerun-incomplete", SOME_TARGETS[0])
+    assert target.read_bytes() == (built / SOME_TARGETS[0]).read_bytes()
+
+
+def test_a_half_written_file_never_has_the_name_of_a_result(built, tmp_path):
+    """The store writes beside and renames: a copy cut in the middle lies under another name."""
+    from rotorstudy.store import atomic
+
+    with pytest.raises(KeyboardInterrupt), atomic(tmp_path / "result.nc") as temporary:
+        temporary.write_bytes((built / SOME_TARGETS[0]).read_bytes()[:1000])
+        raise KeyboardInterrupt
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_misspelt_configuration_key_stops_before_anything_runs(tmp_path):
+    text = (ROOT / "workflow/config/test/chapter_2.yaml").read_text().replace("harmonics:", "harmonic:")
+    (tmp_path / "study.yaml").write_text(text)
+    found = subprocess.run(
+        command(tmp_path, "--config", f"studies={{chapter_2: {tmp_path / 'study.yaml'}}}"),
+        capture_output=True,
+        text=True,
+    )
+    assert found.returncode != 0
+    assert "unknown key 'harmonic'" in found.stdout + found.stderr
+    assert "did you mean 'harmonics'" in found.stdout + found.stderr
+    assert not (tmp_path / "results").exists()
+
+
+def test_editing_a_plugin_reruns_what_used_it(built):
+    """Snakemake is told which plugin files a job depends on: an estimator concerns identification, not records."""
+    future = time.time() + 5
+    plugin = ROOT / "plugins" / "estimators" / "maximum_likelihood.py"
+    before = plugin.stat()
+    text = plugin.read_text()
+    try:
+        plugin.write_text(text + "# touched by a test\n")
+        os.utime(plugin, (future, future))
+        plan = snakemake(built, "--dry-run")
+    finally:
+        plugin.write_text(text)
+        os.utime(plugin, ns=(before.st_atime_ns, before.st_mtime_ns))
+    assert "monte_carlo" in plan and "replay_identify" in plan
+    assert "rule simulate" not in plan and "replay_records" not in plan
