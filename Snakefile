@@ -11,6 +11,9 @@ configfile: "workflow/config/config.yaml"
 container: "docker://python:3.11"
 
 
+report: "workflow/report/workflow.rst"
+
+
 include: "workflow/rules/common.smk"
 include: "workflow/rules/simulate.smk"
 include: "workflow/rules/identify.smk"

@@ -9,7 +9,7 @@ with job(snakemake):
     from rotorstudy.scoreboard import KEYS, load_reasons, published, score
     from rotorstudy.store import as_complex, load
     from rotorstudy.studies.config import load_study
-    from rotorstudy.tables import side_by_side, write_csv, write_table
+    from rotorstudy.tables import write_csv, write_scored_tables, write_table
 
     TABLES = ["2.2", "2.3", "2.4", "2.5"]
     # names in the thesis's tables: ours, factor to their unit
@@ -108,33 +108,35 @@ with job(snakemake):
         ],
         columns=["parameter", "thesis", "here", "unit"],
     )
-    notes = {
-        "2.1": ("Assumed parameters of the 2-DOF rotor", "The deflection follows from mass and stiffness."),
+    write_table(
+        assumed,
+        snakemake.output.csv[0],
+        snakemake.output.html[0],
+        "Table 2.1: Assumed parameters of the 2-DOF rotor",
+        "The deflection follows from mass and stiffness.",
+    )
+    by_method = (["item"], ["case", "method"])
+    tables = {
         "2.2": (
             "Amplitudes of the full spectrum at 88 rad/s",
             "Regression columns agree to the last digit; see 7X of the FFT.",
+            *by_method,
         ),
         "2.3": (
             "Phases of the full spectrum at 88 rad/s",
             "The record of the uncompensated column starts half a sample late.",
+            *by_method,
         ),
-        "2.4": ("Phases of the reference signal", "The FFT columns are n w dt: a record that starts one sample late."),
+        "2.4": (
+            "Phases of the reference signal",
+            "The FFT columns are n w dt: a record that starts one sample late.",
+            *by_method,
+        ),
         "2.5": (
             "Assumed and estimated parameters",
             "Noise rows: our mean over the trials; the printed one is a single draw.",
+            ["case", "noise_percent"],
+            ["item"],
         ),
     }
-    write_table(
-        assumed, snakemake.output.csv[0], snakemake.output.html[0], f"Table 2.1: {notes['2.1'][0]}", notes["2.1"][1]
-    )
-    for i, table in enumerate(TABLES, start=1):
-        part = scored[scored.table == table]
-        down, across = (["case", "noise_percent"], ["item"]) if table == "2.5" else (["item"], ["case", "method"])
-        shown = side_by_side(part, down, across)
-        write_table(
-            shown,
-            snakemake.output.csv[i],
-            snakemake.output.html[i],
-            f"Table {table}: {notes[table][0]}",
-            notes[table][1],
-        )
+    write_scored_tables(scored, tables, snakemake.output.csv[1:], snakemake.output.html[1:])

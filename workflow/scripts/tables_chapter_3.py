@@ -10,7 +10,7 @@ with job(snakemake):
     from rotorstudy.store import as_complex, load
     from rotorstudy.studies.checks import bow_magnification, bow_twins, physical_checks, slow_roll_bow
     from rotorstudy.studies.replay import load_replay
-    from rotorstudy.tables import side_by_side, write_csv, write_table
+    from rotorstudy.tables import write_csv, write_scored_tables, write_table
 
     TABLES = ["3.4", "3.5", "3.6", "3.7", "3.8", "3.9"]
     config = load_replay(snakemake.input.config)
@@ -52,31 +52,22 @@ with job(snakemake):
     scored = score(printed, computed, load_reasons(snakemake.input.reasons))
     write_csv(scored, snakemake.output.scored)
 
-    notes = {
-        "3.4": (
-            "Slow roll at 3 Hz",
-            "Printed values replayed and measured again. The phase of the mean is a misprint: see Table 3.8.",
+    replayed = "Printed values replayed and measured again."
+    by_method, by_case = (["item"], ["case", "quantity", "method"]), (["item"], ["case"])
+    tables = {
+        "3.4": ("Slow roll at 3 Hz", f"{replayed} The phase of the mean is a misprint: see Table 3.8.", *by_method),
+        "3.5": ("Amplitudes at 17, 20 and 22 Hz", replayed, *by_method),
+        "3.6": ("Phases at 17, 20 and 22 Hz", replayed, *by_method),
+        "3.7": ("Reference phases at 17, 20 and 22 Hz", replayed, *by_method),
+        "3.8": ("Compensated phases", "Displacement minus reference signal, modulo a full turn.", *by_case),
+        "3.9": (
+            "Estimated parameters",
+            "Ours from the published speeds only; 18, 19 and 21 Hz were never published. Columns: "
+            + "; ".join(f"{group} from {' and '.join(cases)}" for group, cases in config.groups.items()),
+            *by_case,
         ),
-        "3.5": ("Amplitudes at 17, 20 and 22 Hz", "Printed values replayed and measured again."),
-        "3.6": ("Phases at 17, 20 and 22 Hz", "Printed values replayed and measured again."),
-        "3.7": ("Reference phases at 17, 20 and 22 Hz", "Printed values replayed and measured again."),
-        "3.8": (
-            "Compensated phases",
-            "Phase of the displacement minus that of the reference signal, modulo a full turn.",
-        ),
-        "3.9": ("Estimated parameters", "Ours from the published speeds only; 18, 19 and 21 Hz were never published."),
     }
-    for i, table in enumerate(TABLES):
-        part = scored[scored.table == table]
-        down, across = (["item"], ["case"]) if table in ("3.8", "3.9") else (["item"], ["case", "quantity", "method"])
-        shown = side_by_side(part, down, across)
-        write_table(
-            shown,
-            snakemake.output.csv[i],
-            snakemake.output.html[i],
-            f"Table {table}: {notes[table][0]}",
-            notes[table][1],
-        )
+    write_scored_tables(scored, tables, snakemake.output.csv[:6], snakemake.output.html[:6])
 
     # every estimate with its interval
     every = identification[["estimate", "low", "high"]].to_dataframe().reset_index()
