@@ -4,6 +4,7 @@ import argparse
 import sys
 
 from rotorstudy.errors import PluginError, RotorstudyError
+from rotorstudy.plugins import registry
 
 HARMONICS = (0, 1, 2, 3, 5, 7, -1, -3, -5)
 
@@ -63,7 +64,11 @@ def main(arguments=None):
     """Run the command line; returns the exit status."""
     given = parser().parse_args(arguments)
     try:
-        return {"plugins": list_plugins, "simulate": simulate, "identify": identify}[given.command](given)
+        if given.command == "plugins":
+            return list_plugins(given)
+        for failure in registry().failures:
+            print(f"warning: {failure}", file=sys.stderr)
+        return {"simulate": simulate, "identify": identify}[given.command](given)
     except RotorstudyError as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
@@ -71,7 +76,7 @@ def main(arguments=None):
 
 def list_plugins(given):
     from rotorstudy.errors import unknown_name
-    from rotorstudy.plugins import KINDS, registry
+    from rotorstudy.plugins import KINDS
 
     if given.kind and given.kind not in KINDS:
         raise unknown_name("kind", given.kind, KINDS, "--kind")
@@ -92,7 +97,7 @@ def simulate(given):
     from rotorstudy.noise import standard_normal
     from rotorstudy.records import check_record, records_dataset, simulate_records
     from rotorstudy.response import check_speed
-    from rotorstudy.rig import load_rig, read_yaml
+    from rotorstudy.rig import load_rig, named_plugins, read_yaml
     from rotorstudy.store import provenance, save
 
     for name, value in (("--duration", given.duration), ("--rate", given.rate)):
@@ -110,8 +115,8 @@ def simulate(given):
             moving = record.displacement - record.displacement.mean(axis=-1, keepdims=True)
             size = given.noise / 100 * np.sqrt(np.mean(np.abs(moving) ** 2, axis=-1, keepdims=True) / 2)
             record.displacement[:] += size * (x + 1j * y)
-    kinds = [term.kind for term in model.terms]
-    attributes = provenance(read_yaml(given.rig), kinds, given.seed if given.noise else None)
+    rig = read_yaml(given.rig)
+    attributes = provenance(rig, named_plugins(rig), given.seed if given.noise else None)
     save(records_dataset(records).assign_attrs(attributes), given.out)
     print(f"wrote {len(records)} record(s) of {len(time)} samples to {given.out}")
     return 0
@@ -121,9 +126,8 @@ def identify(given):
     import numpy as np
 
     from rotorstudy.identification import Problem, magnitude_and_phase
-    from rotorstudy.plugins import registry
     from rotorstudy.records import full_spectrum, load_records
-    from rotorstudy.rig import load_rig, read_yaml
+    from rotorstudy.rig import load_rig, named_plugins, read_yaml
     from rotorstudy.store import dataset, provenance, save
 
     method, estimator = registry().get("spectrum", given.spectrum), registry().get("estimator", given.estimator)
@@ -147,7 +151,8 @@ def identify(given):
             "standard_deviation": (("parameter",), std, "SI", "stated standard deviation"),
             "unit": (("parameter",), np.array(units, object), "1", "unit of each parameter"),
         }
-        attributes = provenance(read_yaml(given.rig), [given.spectrum, given.estimator])
+        rig = read_yaml(given.rig)
+        attributes = provenance(rig, [*named_plugins(rig), method, estimator])
         save(dataset(variables, coordinates, title="identification").assign_attrs(attributes), given.out)
     return 0
 

@@ -53,12 +53,7 @@ def imported_files(script):
 def plugin_files(rigs, *kinds):
     """Files of the plugins that rigs name, and of every plugin of some kinds (a study compares all of them)."""
     from rotorstudy.plugins import registry
-    from rotorstudy.rig import SECTIONS
+    from rotorstudy.rig import named_plugins
 
-    found = {plugin.file for kind, plugin in registry() if kind in kinds}
-    for rig in rigs:
-        for section, kind in SECTIONS.items():
-            items = rig.get(section) or []
-            for item in [items] if isinstance(items, dict) else items:
-                found.add(registry().get(kind, item["kind"], section).file)
-    return sorted(found)
+    found = [plugin for kind, plugin in registry() if kind in kinds]
+    return sorted({plugin.file for plugin in [*found, *(p for rig in rigs for p in named_plugins(rig))]})

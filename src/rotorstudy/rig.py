@@ -70,6 +70,17 @@ def build_model(rig, where="the rig"):
     return Model(structure, tuple(terms), sensors)
 
 
+def named_plugins(rig):
+    """The Plugin objects a rig dict names."""
+    found = []
+    for section, kind in SECTIONS.items():
+        items = rig.get(section) or []
+        found += [
+            registry().get(kind, item["kind"], section) for item in ([items] if isinstance(items, dict) else items)
+        ]
+    return found
+
+
 def make_term(section, item, structure, sensors, where="the term"):
     """A Term from a plugin kind and its configuration: kind, label, options, and values of its parameters.
 

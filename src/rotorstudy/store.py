@@ -64,7 +64,7 @@ def dataset(variables, coordinates, **attributes):
 def provenance(configuration, plugins=(), seed=None):
     """Attributes that say where a file comes from.
 
-    configuration : dict, hashed;  plugins : names;  seed : of the random numbers in the file, if any
+    configuration : dict, hashed;  plugins : Plugin objects;  seed : of the random numbers in the file, if any
     """
     import hashlib
     import json
@@ -77,7 +77,7 @@ def provenance(configuration, plugins=(), seed=None):
         "rotorstudy_version": __version__,
         "git_commit": _git_commit(),
         "configuration_sha256": digest,
-        "plugins": ", ".join(plugins),
+        "plugins": ", ".join(sorted({f"{plugin.name} {plugin.version}" for plugin in plugins})),
     }
     return found if seed is None else {**found, "seed": int(seed)}
 

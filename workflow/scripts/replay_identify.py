@@ -3,10 +3,12 @@ from rotorstudy.job import job
 with job(snakemake):
     from pathlib import Path
 
+    from rotorstudy.plugins import registry
+    from rotorstudy.rig import named_plugins
     from rotorstudy.store import load, provenance, save
     from rotorstudy.studies.replay import identify, load_replay
 
     config = load_replay(snakemake.input.config)
     result = identify(config, Path(snakemake.input.published).parent, load(snakemake.input.spectra))
-    used = [term.kind for term in config.model.terms] + config.estimators
+    used = named_plugins(config.rig) + [registry().get("estimator", name) for name in config.estimators]
     save(result.assign_attrs(provenance(config.model_dump(), used, config.seed)), snakemake.output[0])

@@ -1,9 +1,13 @@
 from rotorstudy.job import job
 
 with job(snakemake):
+    from rotorstudy.plugins import registry
     from rotorstudy.store import load, provenance, save
     from rotorstudy.studies.replay import load_replay, spectra
 
     config = load_replay(snakemake.input.config)
     result = spectra(config, load(snakemake.input.records))
-    save(result.assign_attrs(provenance(config.model_dump(), result.spectrum_method.values)), snakemake.output[0])
+    save(
+        result.assign_attrs(provenance(config.model_dump(), registry().plugins["spectrum"].values())),
+        snakemake.output[0],
+    )

@@ -11,7 +11,7 @@ from rotorstudy.identification import magnitude_and_phase
 from rotorstudy.noise import MODELS
 from rotorstudy.plugins import registry
 from rotorstudy.response import measured_response
-from rotorstudy.rig import build_model, check_config, read_yaml
+from rotorstudy.rig import build_model, check_config, named_plugins, read_yaml
 from rotorstudy.spectrum import Spectrum, independent_covariance
 from rotorstudy.store import provenance
 
@@ -158,11 +158,6 @@ def relative_error(names, theta, true):
 
 def study_provenance(config, seed=None):
     """Provenance attributes of a stage: configuration and every plugin its rigs and comparisons use."""
-    used = {item["kind"] for rig in config.rigs.values() for item in _named(rig)}
-    used |= {plugin.name for kind, plugin in registry() if kind in ("spectrum", "estimator")}
-    return provenance(config.model_dump(), sorted(used), seed)
-
-
-def _named(rig):
-    for part in rig.values():
-        yield from [part] if isinstance(part, dict) else part
+    used = [plugin for rig in config.rigs.values() for plugin in named_plugins(rig)]
+    used += [plugin for kind, plugin in registry() if kind in ("spectrum", "estimator")]
+    return provenance(config.model_dump(), used, seed)
