@@ -1,0 +1,63 @@
+from typing import Literal
+
+import numpy as np
+
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.model import Structure
+from rotorstudy.options import NonNegative, Positive
+from rotorstudy.plugins import Rotor, hookimpl
+
+
+def offset_disc(
+    mass_kg: Positive,
+    polar_moment_kg_m2: Positive,
+    diametral_moment_kg_m2: Positive,
+    a_m: Positive | None = None,
+    b_m: Positive | None = None,
+    diameter_m: Positive | None = None,
+    youngs_modulus_Pa: Positive = 2.1e11,
+    k22_N_per_m: Positive | None = None,
+    k24_N: float | None = None,
+    k44_N_m: Positive | None = None,
+    gyroscopic_sign: Literal[1, -1] = 1,
+    gravity_m_per_s2: NonNegative = 9.81,
+):
+    """Disc off mid-span on rigid bearings, moving and tilting: coordinates z = u_x + j u_y and dz/ds.
+
+    Stiffness from the shaft (disc at a from one bearing, b from the other) or given as k22, k24, k44:
+    k22 = 3EI (a^3 + b^3) / (ab)^3, k24 = 3EI (a^2 - b^2) / (ab)^2, k44 = 3EI (a + b) / (ab).
+    gyroscopic_sign -1 is the reversed sign of the thesis, for its tables only.
+    """
+    shaft, given = (a_m, b_m, diameter_m), (k22_N_per_m, k24_N, k44_N_m)
+    if None not in shaft and given == (None, None, None):
+        a, b, rigidity = a_m, b_m, 3 * youngs_modulus_Pa * np.pi * diameter_m**4 / 64
+        k22, k24 = rigidity * (a**3 + b**3) / (a * b) ** 3, rigidity * (a**2 - b**2) / (a * b) ** 2
+        k44 = rigidity * (a + b) / (a * b)
+    elif None not in given and shaft == (None, None, None):
+        k22, k24, k44 = given
+    else:
+        raise RotorstudyError(
+            "offset_disc: give a_m, b_m and diameter_m, or k22_N_per_m, k24_N and k44_N_m, not a mixture"
+        )
+    if k22 * k44 <= k24**2:
+        raise RotorstudyError(
+            f"offset_disc: k22 k44 = {k22 * k44:g} must exceed k24^2 = {k24**2:g}: no shaft has that stiffness"
+        )
+    return Structure(
+        mass=np.diag([mass_kg, diametral_moment_kg_m2]),
+        stiffness=np.array([[k22, k24], [k24, k44]]),
+        gyroscopic=np.diag([0.0, gyroscopic_sign * polar_moment_kg_m2]),
+        static_load=np.array([mass_kg * gravity_m_per_s2, 0.0]),
+        dofs=((1, "translation"), (1, "tilt")),
+        stiffness_loss={
+            "stiffness_loss_22": (np.diag([1.0, 0.0]), "N/m", 0.3 * k22),
+            "stiffness_loss_44": (np.diag([0.0, 1.0]), "N m", 0.1 * k44),
+        },
+    )
+
+
+@hookimpl
+def rotorstudy_rotor():
+    return Rotor(
+        "offset_disc", offset_disc, source="thesis section 4.2 (Table 4.1); sign of the gyroscopic moment corrected"
+    )
