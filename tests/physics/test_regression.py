@@ -1,0 +1,143 @@
+"""The table read the other way: columns, exact elimination, and what cannot be identified."""
+
+import numpy as np
+import pytest
+from conftest import HARMONICS, jeffcott
+
+from rotorstudy import Model, RotorstudyError, Spectrum, Term, build_model, harmonic_response, measured_response
+from rotorstudy.errors import UnidentifiableError
+from rotorstudy.identification import solve_linear
+from rotorstudy.integration import force_in_time
+from rotorstudy.regression import regression
+from rotorstudy.spectrum import independent_covariance
+from rotorstudy.terms import apply_entries
+
+
+def spectrum_of(model, speeds, harmonics, **options):
+    shown = measured_response(model, speeds, harmonics, **options)
+    return Spectrum(
+        shown, np.array(speeds), np.array(harmonics), model.sensors, independent_covariance(np.zeros(shown.shape))
+    )
+
+
+def solved(model, spectrum, names):
+    return solve_linear(*regression(model, spectrum, names).real_system(), names)
+
+
+def test_columns_are_the_force_in_time_seen_by_harmonic(machine):
+    """One speed, one whole turn: e^{jnwt} of the force a term exerts equals its regression column."""
+    w, harmonics = 150.0, np.arange(-4, 5)
+    amplitude = harmonic_response(machine, [w], harmonics)
+    time = np.arange(64) * 2 * np.pi / w / 64
+    turning = np.exp(1j * harmonics * w * time[:, None])
+    motion = [turning * (1j * harmonics * w) ** order @ amplitude[0] for order in range(3)]
+    motion[0] = motion[0] + machine.structure.static_deflection
+    static = machine.structure.static_deflection
+    for unknown in machine.rotor_unknowns:
+        force = force_in_time(unknown.entries, w, time, *motion)
+        column = apply_entries(unknown.entries, amplitude, np.array([w]), harmonics, static)[0]
+        seen = np.fft.fft(force, axis=0)[harmonics[2:-2]] / len(time)  # a shift moves harmonics in from the edge
+        assert column[2:-2] == pytest.approx(seen, rel=1e-10, abs=1e-12 * np.abs(column).max())
+
+
+@pytest.mark.parametrize("speeds", [[88.0], [50.0, 120.0, 199.0]])
+def test_identification_of_what_was_simulated_is_exact(speeds):
+    model = jeffcott()
+    # round-off of 1e-16, magnified by the spread of the scaled columns (under a thousand)
+    assert solved(model, spectrum_of(model, speeds, HARMONICS), model.names) == pytest.approx(model.theta, rel=1e-11)
+
+
+def test_a_wrong_known_quantity_shows():
+    """Negative control: one thousandth of mass off, and the estimates are off."""
+    model = jeffcott()
+    heavier = build_model({"rotor": {"kind": "jeffcott", "mass_kg": 2.002, "stiffness_N_per_m": 7.6e5}})
+    wrong = Model(heavier.structure, model.terms)
+    found = solved(wrong, spectrum_of(model, [88.0], HARMONICS), model.names)
+    assert np.abs(found / model.theta - 1).max() > 1e-4
+
+
+def test_the_full_crack_is_identified_when_all_coupled_harmonics_are_measured():
+    model = jeffcott(weight_dominance=False)
+    spectrum = spectrum_of(model, [50.0, 88.0], list(range(-15, 16)))
+    assert solved(model, spectrum, model.names) == pytest.approx(model.theta, rel=1e-10)
+
+
+def test_the_full_crack_needs_its_harmonics():
+    model = jeffcott(weight_dominance=False)
+    with pytest.raises(
+        RotorstudyError, match=r"'stiffness_loss' acts on harmonics .* not measured.*maximum_likelihood"
+    ):
+        regression(model, spectrum_of(model, [50.0, 88.0], HARMONICS), model.names)
+
+
+def test_a_hidden_coordinate_is_eliminated_exactly(machine):
+    """The tilt is not measured, is driven by the unknown push, and is coupled by stiffness and gyroscopic moment."""
+    harmonics = list(range(-15, 16))
+    spectrum = spectrum_of(machine, [90.0, 150.0], harmonics)
+    names = ("rotating", "uneven", "turning", "push_real", "push_imag")
+    expected = machine.theta[machine.position(names)]
+    assert solved(machine, spectrum, names) == pytest.approx(expected, rel=1e-9)
+
+
+def test_an_unknown_on_a_hidden_coordinate_is_refused_by_name(machine):
+    with pytest.raises(RotorstudyError, match=r"'damping' acts on coordinates .*tilt.* not measured"):
+        regression(machine, spectrum_of(machine, [90.0], range(-15, 16)), ("damping",))
+
+
+def test_an_unknown_of_the_sensor_is_refused():
+    model = jeffcott(effects=[{"kind": "sensor_gap", "sensor_gap_m": 1e-3}])
+    with pytest.raises(RotorstudyError, match="acts on the sensor"):
+        regression(model, spectrum_of(model, [88.0], HARMONICS), ("sensor_gap_real",))
+
+
+def test_a_known_gap_is_taken_off():
+    model = jeffcott(effects=[{"kind": "sensor_gap", "sensor_gap_m": 1e-3}])
+    names = model.names[:5]
+    # the gap is a thousand times the vibration: round-off grows by as much
+    assert solved(model, spectrum_of(model, [88.0], HARMONICS), names) == pytest.approx(model.theta[:5], rel=1e-9)
+
+
+def free_crack():
+    rotor = {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5}
+    kinds = ("external_damping", "internal_damping", "unbalance", "crack_force")
+    return build_model({"rotor": rotor, "effects": [{"kind": kind} for kind in kinds]})
+
+
+def test_one_speed_cannot_tell_unbalance_from_the_crack_at_1X():
+    model, spectrum = free_crack(), spectrum_of(jeffcott(), [88.0], HARMONICS)
+    with pytest.raises(UnidentifiableError, match="trade off") as caught:
+        solved(model, spectrum, model.names)
+    assert set(caught.value.parameters) == {"eccentricity_real", "stiffness_loss_p1"}
+
+
+def test_two_speeds_can():
+    model, spectrum = free_crack(), spectrum_of(jeffcott(), [88.0, 120.0], HARMONICS)
+    assert solved(model, spectrum, model.names)[2] == pytest.approx(5e-6 * np.cos(np.pi / 6), rel=1e-8)
+
+
+def test_too_few_equations_are_counted():
+    model = free_crack()
+    with pytest.raises(UnidentifiableError, match="4 equations for 13 unknowns"):
+        solved(model, spectrum_of(jeffcott(), [88.0], [1, 2]), model.names)
+
+
+def test_a_parameter_the_data_do_not_see_is_named():
+    model, spectrum = jeffcott(), spectrum_of(jeffcott(), [88.0, 120.0], [2, 3])
+    with pytest.raises(UnidentifiableError, match="do not depend on eccentricity_real, eccentricity_imag"):
+        solved(model, spectrum, model.names)
+
+
+def test_a_model_with_an_unknown_nobody_asked_for_is_refused():
+    model = free_crack()
+    with pytest.raises(RotorstudyError, match="neither among the unknowns"):
+        regression(model, spectrum_of(jeffcott(), [88.0], HARMONICS), ("external_damping",))
+
+
+def test_rows_keep_harmonic_and_sensor_order(machine):
+    """A force at one harmonic of one coordinate appears in that row and no other."""
+    harmonics = list(range(-15, 16))
+    spectrum = spectrum_of(machine, [150.0], harmonics)
+    push = Term("own", (machine.terms[-1].parameters[0],), {}, label="own")
+    equations = regression(machine.plus(push), spectrum, ("push[own]_real",))
+    strength = np.abs(equations.columns[0, :, 0])
+    assert np.flatnonzero(strength > 1e-9) == pytest.approx([2 * (1 + 15), 2 * (1 + 15) + 1])

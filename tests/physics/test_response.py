@@ -1,0 +1,179 @@
+"""The harmonic response against closed forms, direct integration and an exact solution of the switching rotor."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from conftest import HARMONICS, jeffcott
+
+from rotorstudy import Entry, Parameter, RotorstudyError, Term, harmonic_response
+from rotorstudy.integration import time_response
+
+M, K, C_E, C_H, DK, E, G = 2.0, 7.6e5, 100.0, 20.0, 2.5e5, 5e-6 * np.exp(1j * np.pi / 6), 9.81
+
+
+def switching_series(order):
+    """s_k of sigma = 1/2 + (2/pi)(cos - cos3 / 3 + ...), written down independently of the plugin."""
+    series = {0: 0.5}
+    for i, k in enumerate(range(1, order + 1, 2)):
+        series[k] = series[-k] = (-1) ** i / (np.pi * k)
+    return series
+
+
+def closed_form(w, n):
+    """Eqs. (2.24) to (2.26)."""
+    s = switching_series(99)
+    p = (s.get(n, 0) + s.get(n - 2, 0)) / 2
+    force = p * DK * M * G / K + (M * E * w**2 if n == 1 else 0) + (1j * w * C_H * M * G / K if n == 0 else 0)
+    return force / (K - M * (n * w) ** 2 + 1j * n * w * C_E + 1j * (n - 1) * w * C_H)
+
+
+def harmonics_of(signal, count):
+    """Harmonics 0..count and -count..-1 of one whole turn, (time, dof) -> {n: (dof,)}."""
+    spectrum = np.fft.fft(signal, axis=0) / len(signal)
+    return {n: spectrum[n] for n in range(-count, count + 1)}
+
+
+def integrated(model, w, settle_turns, samples=512):
+    turn = 2 * np.pi / w
+    return time_response(model, w, settle_turns * turn + np.arange(samples) * turn / samples)
+
+
+@pytest.mark.parametrize("w", [88.0, 308.0])
+def test_weight_dominant_rotor_has_the_closed_form(w):
+    found = harmonic_response(jeffcott(), [w], HARMONICS)[0, :, 0]
+    assert found == pytest.approx([closed_form(w, n) for n in HARMONICS], rel=1e-12)  # round-off
+
+
+@pytest.mark.parametrize("weight_dominance", [True, False])
+def test_response_is_what_time_integration_settles_to(weight_dominance):
+    model, w = jeffcott(weight_dominance=weight_dominance), 88.0
+    found = harmonic_response(model, [w], range(-9, 10), order=40)[0, :, 0]
+    # 16 turns: the transient has decayed by exp(-30/s * 1.1 s) = 1e-15; what is left is the integrator's 1e-10 a step
+    settled = harmonics_of(integrated(model, w, 16), 9)
+    expected = np.array([settled[n][0] for n in range(-9, 10)])
+    assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
+
+
+def test_response_of_a_coupled_gyroscopic_machine_is_what_time_integration_settles_to(machine):
+    w = 150.0
+    found = harmonic_response(machine, [w], range(-4, 5), order=30)[0]
+    settled = harmonics_of(integrated(machine, w, 40), 4)
+    expected = np.array([settled[n] for n in range(-4, 5)])
+    assert np.abs(expected[[0, 1, 2, 6, 7, 8]]).max() > 1e-9  # harmonics that only coupling makes are there
+    assert np.abs(found - expected).max() < 1e-7 * np.abs(expected).max()  # slowest mode decays by 1e-9 in 40 turns
+
+
+def test_the_comparison_with_integration_finds_a_wrong_parameter(machine):
+    """Negative control of the two tests above."""
+    w, theta = 150.0, machine.theta.copy()
+    theta[machine.names.index("uneven")] *= 1.001
+    found = harmonic_response(machine, [w], range(-4, 5), theta, order=30)[0]
+    settled = harmonics_of(integrated(machine, w, 40), 4)
+    expected = np.array([settled[n] for n in range(-4, 5)])
+    assert np.abs(found - expected).max() > 1e-6 * np.abs(expected).max()
+
+
+def exact_switching(w, samples=4096):
+    """Periodic motion of the switching rotor without a series: two half-turns of constant coefficients in turning axes.
+
+    State (xi, eta, xi', eta', cos wt, sin wt) of m zeta'' = ... for zeta = z e^{-jwt}; the weight turns backwards.
+    """
+    from scipy.linalg import expm
+
+    def system(stiffness_xi):
+        a = np.zeros((7, 7))
+        a[0, 2] = a[1, 3] = 1.0
+        c = C_E + C_H
+        a[2, :4] = [w**2 - stiffness_xi / M, C_E * w / M, -c / M, 2 * w]
+        a[3, :4] = [-C_E * w / M, w**2 - K / M, -2 * w, -c / M]
+        a[2, 4], a[3, 5] = G, -G  # weight along x
+        a[2, 6], a[3, 6] = E.real * w**2, E.imag * w**2
+        a[4, 5], a[5, 4] = -w, w
+        return a
+
+    step = 2 * np.pi / w / samples
+    opened, closed = expm(system(K - DK) * step), expm(system(K) * step)
+    # open while cos(wt) > 0: from -quarter to +quarter turn
+    quarter = samples // 4
+    order = [opened] * quarter + [closed] * (2 * quarter) + [opened] * quarter
+    turn = np.eye(7)
+    for matrix in order:
+        turn = matrix @ turn
+    rest = np.array([1.0, 0.0, 1.0])  # cos, sin, one at t = 0
+    start = np.linalg.solve(np.eye(4) - turn[:4, :4], turn[:4, 4:] @ rest)
+    state, zeta = np.concatenate([start, rest]), []
+    for matrix in order:
+        zeta.append(state[0] + 1j * state[1])
+        state = matrix @ state
+    time = np.arange(samples) * step
+    return np.array(zeta) * np.exp(1j * w * time) - M * G / K
+
+
+def test_full_crack_converges_to_the_exact_switching_rotor_as_the_series_grows():
+    w = 88.0
+    exact = harmonics_of(exact_switching(w)[:, None], 7)
+    errors = []
+    for order in (7, 15, 31, 63):
+        model = jeffcott(weight_dominance=False, order=order)
+        found = harmonic_response(model, [w], HARMONICS, order=order + 8)[0, :, 0]
+        errors.append(max(abs(found[i] - exact[n][0]) for i, n in enumerate(HARMONICS)) / abs(exact[1][0]))
+    assert all(later < earlier for earlier, later in pairwise(errors))
+    assert errors[-1] < 2e-4  # series left out beyond 63: of order 1/63^2
+
+
+def test_internal_damping_is_silent_at_forward_1X_and_pushes_sideways_at_rest():
+    strong, weak = (harmonic_response(jeffcott(), [88.0], [0, 1], theta)[0, :, 0] for theta in two_dampings())
+    assert strong[1] == pytest.approx(weak[1], rel=1e-12)
+    assert strong[0].imag == pytest.approx(10 * weak[0].imag, rel=1e-2)  # c_H w / k is 2 %
+
+
+def two_dampings():
+    model = jeffcott()
+    theta = np.array([model.theta, model.theta])
+    theta[0, model.names.index("internal_damping")] = 200.0
+    return theta
+
+
+def test_coupling_of_zero_strength_changes_nothing(machine):
+    plain = jeffcott()
+    silent = Term(
+        "silent", (Parameter("silent", "N/m", (Entry(np.eye(1), on="conj", shift=3),), 1.0),), {"silent": 0.0}
+    )
+    coupled = plain.plus(silent)
+    expected = harmonic_response(plain, [88.0, 308.0], HARMONICS)
+    assert harmonic_response(coupled, [88.0, 308.0], HARMONICS) == pytest.approx(expected, rel=1e-12)
+
+
+def test_response_is_linear_in_the_forces(machine):
+    theta = machine.theta
+    rest, push = theta.copy(), theta.copy()
+    position = machine.position(["push_real", "push_imag"])
+    rest[position] = 0
+    push[position] *= 3
+    at_rest, once, thrice = (harmonic_response(machine, [150.0], range(-3, 4), t) for t in (rest, theta, push))
+    assert thrice - at_rest == pytest.approx(3 * (once - at_rest), rel=1e-9, abs=1e-18)
+
+
+@pytest.mark.parametrize("weight_dominance", [True, False])
+def test_trials_at_once_equal_trials_one_by_one(weight_dominance):
+    model = jeffcott(weight_dominance=weight_dominance)
+    theta = model.theta * (1 + 0.1 * np.random.default_rng(3).normal(size=(4, len(model.names))))
+    together = harmonic_response(model, [88.0, 120.0], HARMONICS, theta)
+    for one, found in zip(theta, together, strict=True):
+        assert found == pytest.approx(harmonic_response(model, [88.0, 120.0], HARMONICS, one), rel=1e-12)
+
+
+def test_displacement_counts_from_the_static_line_of_the_uncracked_rotor():
+    still = jeffcott(stiffness_loss=0.0)
+    theta = still.theta * 0
+    assert np.abs(harmonic_response(still, [88.0], [0], theta)).max() < 1e-20
+    loose = replace(still, structure=replace(still.structure, stiffness=np.zeros((1, 1))))
+    assert loose.structure.static_deflection == 0  # not supported: no static line, all counts from zero
+
+
+@pytest.mark.parametrize("speed", [0.0, -5.0, np.nan])
+def test_a_rotor_that_does_not_turn_is_refused(speed):
+    with pytest.raises(RotorstudyError, match="rotor that turns"):
+        harmonic_response(jeffcott(), [88.0, speed], HARMONICS)
