@@ -38,8 +38,9 @@ def true(model):
 def test_a_late_record_is_put_right_by_either_phase_reference(model, true, method, phase):
     late = simulate_records(model, [SPEED], HARMONICS, TURNS, start_angle_rad=0.7)
     found = full_spectrum(late, HARMONICS, method, phase).amplitude[0]
-    # the pulse crossing is found by a straight line between samples 0.03 rad apart: 1e-5 rad; the reference is exact
-    assert found == pytest.approx(true, rel=1e-10 if phase == "reference" else 1e-4)
+    # pulse flanks are found by straight lines between samples 0.03 rad apart, on pulses 0.1 rad wide: the mark is known
+    # to 2e-4 rad, seven times that at 7X; the reference signal is exact
+    assert found == pytest.approx(true, rel=1e-10 if phase == "reference" else 2e-3)
     plain = full_spectrum(late, HARMONICS, method, "none").amplitude[0]
     assert plain == pytest.approx(true * np.exp(0.7j * np.array(HARMONICS))[:, None], rel=1e-10)
     assert np.abs(plain - true).max() > 0.5 * np.abs(true).max()  # negative control
@@ -64,7 +65,7 @@ def test_whole_turns_keep_unlisted_harmonics_out():
     method = registry().get("spectrum", "regression")
     as_it_is = full_spectrum([record], HARMONICS, method, "none", whole_turns=False).amplitude[0, :, 0]
     cut = full_spectrum([record], HARMONICS, method, "none").amplitude[0, :, 0]
-    assert np.abs(as_it_is - 1).max() > 0.01
+    assert np.abs(as_it_is - 1).max() > 1e-3
     assert cut == pytest.approx(np.ones(len(HARMONICS)), rel=1e-9)
 
 

@@ -73,10 +73,10 @@ class Model:
             self.structure.index(node)
         ordered = sorted(self.terms, key=lambda term: term.acts_on == "output")
         object.__setattr__(self, "terms", tuple(ordered))
-        doubled = {name for name in self.names if self.names.count(name) > 1}
+        doubled = [name for name in self.names if self.names.count(name) > 1]
         if doubled:
             raise RotorstudyError(
-                f"two terms share the amplitude {sorted(doubled)[0]!r}; give each its own 'label:' to tell them apart"
+                f"two terms share the amplitude {doubled[0]!r}; give each its own 'label:' to tell them apart"
             )
 
     @cached_property

@@ -31,7 +31,9 @@ def check_options(function, given, where, given_by_engine=()):
     for key in given:
         if key not in fields:
             raise unknown_name("key", key, fields, where)
-    model = create_model("Options", __config__=ConfigDict(extra="forbid", arbitrary_types_allowed=True), **fields)
+    model = create_model(
+        "Options", __config__=ConfigDict(extra="forbid", arbitrary_types_allowed=True, allow_inf_nan=False), **fields
+    )
     try:
         return dict(model(**given))
     except ValidationError as error:

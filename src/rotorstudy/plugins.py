@@ -159,26 +159,20 @@ class Registry:
             module = load()
             self._manager.register(module)
             self._manager.check_pending()
+            found = [(kind, plugin) for kind in KINDS for plugin in _plugins_of(module, kind)]
         except Exception as error:
             self.failures.append(f"plugin {_blame(place, error)}: {type(error).__name__}: {str(error).splitlines()[0]}")
             for plugin in self._manager.get_plugins():
                 if getattr(plugin, "__file__", None) == str(place):
                     self._manager.unregister(plugin)
             return
-        for kind, kind_class in KINDS.items():
-            hook = getattr(module, f"rotorstudy_{kind}", None)
-            found = hook() if hook else []
-            for plugin in found if isinstance(found, (list, tuple)) else [found]:
-                if not isinstance(plugin, kind_class):
-                    self.failures.append(f"plugin {place}: rotorstudy_{kind} must return a {kind_class.__name__}, not "
-                                         f"{type(plugin).__name__}")  # fmt: skip
-                    continue
-                twin = self.plugins[kind].get(plugin.name)
-                if twin:
-                    raise PluginError(
-                        f"two plugins are called {kind} '{plugin.name}': {twin.file} and {plugin.file}; rename one"
-                    )
-                self.plugins[kind][plugin.name] = plugin
+        for kind, plugin in found:
+            twin = self.plugins[kind].get(plugin.name)
+            if twin:
+                raise PluginError(
+                    f"two plugins are called {kind} '{plugin.name}': {twin.file} and {plugin.file}; rename one"
+                )
+            self.plugins[kind][plugin.name] = plugin
 
     def get(self, kind, name, where=""):
         """The plugin of a kind by name; an unknown name is an error with the near miss."""
@@ -194,6 +188,17 @@ class Registry:
         for kind, plugins in self.plugins.items():
             for name in sorted(plugins):
                 yield kind, plugins[name]
+
+
+def _plugins_of(module, kind):
+    """What the hook of a kind returns, as a list; anything but plugins of that kind is an error."""
+    hook = getattr(module, f"rotorstudy_{kind}", None)
+    found = hook() if hook else []
+    found = list(found) if isinstance(found, (list, tuple)) else [found]
+    for plugin in found:
+        if not isinstance(plugin, KINDS[kind]):
+            raise PluginError(f"rotorstudy_{kind} must return a {KINDS[kind].__name__}, not {type(plugin).__name__}")
+    return found
 
 
 def _import_file(file):

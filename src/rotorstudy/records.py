@@ -75,9 +75,6 @@ def white_noise_covariance(residual, inverse_normal):
 def check_record(record, harmonics):
     """The door: raise for a record from which these harmonics cannot be had."""
     where, time = record.where, np.asarray(record.time)
-    displacement = np.asarray(record.displacement)
-    if displacement.shape[-1] != len(time):
-        raise RotorstudyError(f"{where}: {displacement.shape[-1]} samples of displacement but {len(time)} of time")
     if not (np.isfinite(record.speed) and record.speed > 0):
         raise RotorstudyError(f"{where}: speed {record.speed:g} rad/s; harmonics need a rotor that turns, so speed > 0")
     if len(time) < 2 * len(harmonics) + 1:
@@ -85,12 +82,13 @@ def check_record(record, harmonics):
             f"{where}: {len(time)} samples are too few for {len(harmonics)} harmonics; "
             f"at least {2 * len(harmonics) + 1} are needed"
         )
-    for name, signal in (
-        ("displacement", displacement),
-        ("reference", record.reference),
-        ("keyphasor", record.keyphasor),
-    ):
-        if signal is not None and not np.isfinite(signal).all():
+    for name in ("displacement", "reference", "keyphasor"):
+        signal = getattr(record, name)
+        if signal is None:
+            continue
+        if np.shape(signal)[-1] != len(time):
+            raise RotorstudyError(f"{where}: {np.shape(signal)[-1]} samples of {name} but {len(time)} of time")
+        if not np.isfinite(signal).all():
             bad = int(np.flatnonzero(~np.isfinite(np.atleast_2d(signal)).all(axis=0))[0])
             raise RotorstudyError(
                 f"{where}: {name} has NaN or infinite samples, the first at {time[bad]:g} s; cut or repair"
@@ -114,8 +112,9 @@ def check_record(record, harmonics):
 def phase_from_reference(record, harmonics, amplitude, covariance):
     """Phase psi_n (harmonic,) of the harmonics of the reference signal, and its covariance."""
     size = np.abs(amplitude)
-    if (size < 1e-9 * size.max()).any():
-        lost = [int(n) for n in np.asarray(harmonics)[size < 1e-9 * size.max()]]
+    silent = size <= 1e-9 * size.max()
+    if silent.any():
+        lost = [int(n) for n in np.asarray(harmonics)[silent]]
         raise RotorstudyError(
             f"{record.where}: the reference signal has no harmonic {lost}; use the keyphasor for these"
         )

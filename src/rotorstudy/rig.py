@@ -1,7 +1,9 @@
 """A rig file (YAML) read into a model. Every key is checked here, once."""
 
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+from annotated_types import Ge
 
 from rotorstudy.cracks import SERIES_ORDER, crack_parameters
 from rotorstudy.errors import RotorstudyError, unknown_name
@@ -65,6 +67,10 @@ def build_model(rig, where="the rig"):
     sensors = tuple(rig.get("sensors") or structure.nodes)
     terms = []
     for section in ("cracks", "bearings", "effects"):
+        if not isinstance(rig.get(section) or [], list):
+            raise RotorstudyError(
+                f"section '{section}' in {where} must be a list of items, each starting with '- kind:'"
+            )
         for i, item in enumerate(rig.get(section) or []):
             terms.append(make_term(SECTIONS[section], item, structure, sensors, f"{where}, {section}[{i}]"))
     return Model(structure, tuple(terms), sensors)
@@ -104,7 +110,7 @@ def make_term(section, item, structure, sensors, where="the term"):
 
 
 def _typed_crack_options(given, where):
-    def crack_options(weight_dominance: bool = True, order: int = SERIES_ORDER):
+    def crack_options(weight_dominance: bool = True, order: Annotated[int, Ge(1)] = SERIES_ORDER):
         return {"weight_dominance": weight_dominance, "order": order}
 
     return check_options(crack_options, {k: v for k, v in given.items() if k in ("weight_dominance", "order")}, where)

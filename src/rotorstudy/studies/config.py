@@ -17,7 +17,7 @@ from rotorstudy.store import provenance
 
 
 class Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid")
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
 
 
 class SpeedRange(Strict):
