@@ -1,13 +1,11 @@
-import numpy as np
-
+from rotorstudy.model import sensor_unit
 from rotorstudy.plugins import Effect, hookimpl
 from rotorstudy.terms import Entry, Parameter
 
 
 def runout(sensors, node: int | None = None, harmonic: int = 1):
     """Surface the probes see as motion: the same harmonic added at all speeds."""
-    node = sensors[0] if node is None else node
-    entry = Entry(np.eye(len(sensors))[sensors.index(node)], on="one", shift=harmonic)
+    entry = Entry(sensor_unit(sensors, node), on="one", shift=harmonic)
     return [Parameter(f"runout_{harmonic}X", "m", (entry,), typical=1e-6, is_complex=True)]
 
 

@@ -1,13 +1,11 @@
-import numpy as np
-
+from rotorstudy.model import sensor_unit
 from rotorstudy.plugins import Effect, hookimpl
 from rotorstudy.terms import Entry, Parameter
 
 
 def sensor_gap(sensors, node: int | None = None):
     """Distance of the probes from the shaft at rest: a constant added to the displacement they show."""
-    node = sensors[0] if node is None else node
-    entry = Entry(np.eye(len(sensors))[sensors.index(node)], on="one")
+    entry = Entry(sensor_unit(sensors, node), on="one")
     return [Parameter("sensor_gap", "m", (entry,), typical=1e-3, is_complex=True)]
 
 

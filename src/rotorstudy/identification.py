@@ -30,6 +30,16 @@ class Problem:
     names: tuple
     order: int = COUPLED_ORDER
 
+    def __post_init__(self):
+        model, spectrum = self.model, self.spectrum
+        if not self.names:
+            raise RotorstudyError(f"no unknowns; name at least one of {', '.join(model.names) or 'none'}")
+        if tuple(spectrum.sensors) != tuple(model.sensors):
+            raise RotorstudyError(f"the spectrum is of sensors {spectrum.sensors}, the model of {model.sensors}")
+        for name in ("amplitude", "covariance"):
+            if not np.isfinite(getattr(spectrum, name)).all():
+                raise RotorstudyError(f"the {name} of the spectrum has NaN or infinite values; leave those out")
+
     def equations(self):
         """Real linear system A (..., row, parameter), b (..., row) of the equation error, in newtons."""
         return regression(self.model, self.spectrum, self.names, order=self.order).real_system()

@@ -54,6 +54,14 @@ class Structure:
         return np.linalg.solve(self.stiffness, self.static_load)
 
 
+def sensor_unit(sensors, node=None):
+    """(sensor,) vector with a one at the sensor of a node, the first by default; a node without sensor is an error."""
+    node = sensors[0] if node is None else node
+    if node not in sensors:
+        raise unknown_name("sensor at node", node, sensors, "the rig")
+    return np.eye(len(sensors))[sensors.index(node)]
+
+
 @dataclass(frozen=True)
 class Model:
     """Structure + terms; displacements count from the structure's static deflection.
@@ -139,6 +147,8 @@ class Model:
         if wanted is None:
             given = np.concatenate([term.theta for term in self.terms]) if self.terms else np.zeros(0)
             found = [name for name, value in zip(self.names, given, strict=True) if np.isnan(value)]
+            if not self.names:
+                raise RotorstudyError("the model has no parameters to estimate; add effects or a crack to the rig")
             if not found:
                 raise RotorstudyError(
                     f"the rig gives every parameter a value; name the unknown ones (of {', '.join(self.names)})"

@@ -31,9 +31,7 @@ def check_options(function, given, where, given_by_engine=()):
     for key in given:
         if key not in fields:
             raise unknown_name("key", key, fields, where)
-    model = create_model(
-        "Options", __config__=ConfigDict(extra="forbid", arbitrary_types_allowed=True, allow_inf_nan=False), **fields
-    )
+    model = create_model("Options", __config__=ConfigDict(extra="forbid", strict=True, allow_inf_nan=False), **fields)
     try:
         return dict(model(**given))
     except ValidationError as error:
@@ -50,5 +48,17 @@ def validation_message(error, where):
         elif problem["type"] == "extra_forbidden":
             messages.append(f"unknown key '{key}' in {where}")
         else:
-            messages.append(f"{key} = {problem['input']!r} in {where}: {problem['msg'][0].lower()}{problem['msg'][1:]}")
+            said = problem["msg"][0].lower() + problem["msg"][1:]
+            messages.append(f"{key} = {problem['input']!r} in {where}: {said}{number_hint(problem['input'])}")
     return "; ".join(messages)
+
+
+def number_hint(value):
+    """Why a number in a YAML file may have arrived as text, or an empty string."""
+    try:
+        float(value)
+    except (TypeError, ValueError):
+        return ""
+    if not isinstance(value, str):
+        return ""
+    return " (YAML wants a sign in the exponent: 2.5e+5)" if "e" in value.lower() else " (write it without quotes)"

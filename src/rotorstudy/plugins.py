@@ -155,16 +155,17 @@ class Registry:
                 self._add(f"entry point {point.name} = {point.value}", point.load)
 
     def _add(self, place, load):
+        module = None
         try:
             module = load()
             self._manager.register(module)
             self._manager.check_pending()
             found = [(kind, plugin) for kind in KINDS for plugin in _plugins_of(module, kind)]
         except Exception as error:
-            self.failures.append(f"plugin {_blame(place, error)}: {type(error).__name__}: {str(error).splitlines()[0]}")
-            for plugin in self._manager.get_plugins():
-                if getattr(plugin, "__file__", None) == str(place):
-                    self._manager.unregister(plugin)
+            said = " ".join(str(error).split()) or "no message"
+            self.failures.append(f"plugin {_blame(place, error)}: {type(error).__name__}: {said}")
+            if module and self._manager.is_registered(module):
+                self._manager.unregister(module)
             return
         for kind, plugin in found:
             twin = self.plugins[kind].get(plugin.name)
@@ -204,7 +205,7 @@ def _plugins_of(module, kind):
 def _import_file(file):
     import importlib.util
 
-    name = f"rotorstudy_plugin_{file.parent.name}_{file.stem}"
+    name = f"rotorstudy_plugin_{file.stem}_{sha256(str(file.resolve()).encode()).hexdigest()[:12]}"
     spec = importlib.util.spec_from_file_location(name, file)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)

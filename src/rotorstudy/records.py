@@ -5,7 +5,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.response import check_harmonics, forced_harmonics, measured_response
 from rotorstudy.spectrum import Spectrum
+
+MARK_TOLERANCE = 0.05  # turns a keyphasor pulse may be off the others: jitter is far less, spurious ones mostly more
 
 
 @dataclass(frozen=True)
@@ -75,6 +78,11 @@ def white_noise_covariance(residual, inverse_normal):
 def check_record(record, harmonics):
     """The door: raise for a record from which these harmonics cannot be had."""
     where, time = record.where, np.asarray(record.time)
+    if np.ndim(record.displacement) != 2 or len(record.displacement) != len(record.sensors):
+        raise RotorstudyError(
+            f"{where}: displacement has shape {np.shape(record.displacement)}; needed is (sensor, time) for "
+            f"the sensors {tuple(record.sensors)}"
+        )
     if not (np.isfinite(record.speed) and record.speed > 0):
         raise RotorstudyError(f"{where}: speed {record.speed:g} rad/s; harmonics need a rotor that turns, so speed > 0")
     if len(time) < 2 * len(harmonics) + 1:
@@ -118,9 +126,12 @@ def phase_from_reference(record, harmonics, amplitude, covariance):
         raise RotorstudyError(
             f"{record.where}: the reference signal has no harmonic {lost}; use the keyphasor for these"
         )
-    turn = np.concatenate([-amplitude.imag, amplitude.real]) / np.concatenate([size, size]) ** 2
-    by_part = (turn[:, None] * covariance * turn).reshape(2, len(size), 2, len(size))
-    return np.angle(amplitude), by_part.sum(axis=(0, 2))
+    # the signal is real: its noise turns n and -n by opposite angles, and its mean not at all
+    count, n = len(size), np.asarray(harmonics)
+    power = np.diag(covariance)[:count] + np.diag(covariance)[count:]
+    std = np.where(n == 0, 0, np.sqrt(power / 2) / size)
+    mirrored = (n[:, None] == n).astype(float) - (n[:, None] == -n)
+    return np.angle(amplitude), std[:, None] * std * mirrored
 
 
 def mark_times(record):
@@ -147,6 +158,14 @@ def mark_times(record):
         raise RotorstudyError(
             f"{record.where}: {pairs} keyphasor pulses in {expected:.1f} revolutions at {record.speed:g} rad/s; "
             "there must be one a revolution"
+        )
+    angle = np.exp(1j * record.speed * found)
+    usual = np.median(angle.real) + 1j * np.median(angle.imag)
+    off = np.abs(np.angle(angle * np.conj(usual))) / (2 * np.pi)
+    if off.max() > MARK_TOLERANCE:
+        raise RotorstudyError(
+            f"{record.where}: the keyphasor pulse at {found[off.argmax()]:g} s comes {off.max():.2f} turns off the "
+            f"others at {record.speed:g} rad/s; remove spurious pulses, or correct the speed"
         )
     return found
 
@@ -202,6 +221,9 @@ def full_spectrum(records, harmonics, method, phase="reference", *, whole_turns=
     """
     if phase not in ("reference", "keyphasor", "none"):
         raise RotorstudyError(f"phase '{phase}' is unknown (known: reference, keyphasor, none)")
+    harmonics = check_harmonics(harmonics)
+    if not records:
+        raise RotorstudyError("no records; give at least one")
     amplitudes, covariances = [], []
     for record in records:
         check_record(record, harmonics)
@@ -234,8 +256,6 @@ def simulate_records(model, speeds, harmonics, time, *, theta=None, start_angle_
     start_angle_rad : angle of the phase mark at the first sample; a record that starts late has it above zero
     returns         : list of Record
     """
-    from rotorstudy.response import forced_harmonics, measured_response
-
     vibrating = forced_harmonics(model)
     shown = measured_response(model, speeds, vibrating, theta)
     every = np.union1d(vibrating, harmonics)

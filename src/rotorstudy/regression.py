@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.response import COUPLED_ORDER, check_speed, force_columns, gather, layout, operator
+from rotorstudy.response import COUPLED_ORDER, check_speed, force_columns, gather, layout, operator, own_harmonic
 from rotorstudy.terms import apply_entries
 
 
@@ -49,10 +49,10 @@ def regression(model, spectrum, names, *, order=COUPLED_ORDER):
     count = len(carried)
     unknowns = [_rotor_unknown(model, name) for name in names]
     known = _known_amplitudes(model, names)
-    is_measured = np.zeros((count, dof), bool)
-    is_measured[np.ix_(np.isin(carried, harmonics), model.measured)] = True
+    is_sensor = np.isin(np.arange(dof), model.measured)
+    involved = np.unique(np.concatenate([own_harmonic(group, carried).ravel() for group in blocks.groups]))
     for unknown in unknowns:
-        _check_reads_measured(model, unknown, is_measured, carried)
+        _check_reads_measured(model, unknown, harmonics, involved)
 
     displacement = np.zeros((*spectrum.amplitude.shape[:-2], count, dof), complex)
     places = [int(np.flatnonzero(carried == n)[0]) for n in harmonics]
@@ -66,7 +66,7 @@ def regression(model, spectrum, names, *, order=COUPLED_ORDER):
     left, right, keys = [], [], []
     for matrix, group in zip(operator(model, known, speed, blocks), blocks.groups, strict=True):
         coordinate = (group[..., None] * dof + np.arange(dof)).reshape(len(group), -1)  # unknown and dof in one number
-        measured = np.concatenate([is_measured, is_measured]).ravel()[coordinate[0]]
+        measured = (np.isin(own_harmonic(group[0], carried), harmonics)[:, None] & is_sensor).ravel()
         direct = coordinate[0][measured] < count * dof
         residual = np.einsum("sbij,...sbj->...sbi", matrix, gather(displacement, group, count, carried))
         residual = residual - gather(force, group, count, carried)
@@ -125,14 +125,14 @@ def _known_amplitudes(model, names):
     return values
 
 
-def _check_reads_measured(model, unknown, is_measured, carried):
-    measured_harmonics = {int(n) for n in carried[is_measured.any(axis=1)]}
-    unmeasured_harmonics = {int(n) for n in carried} - measured_harmonics
+def _check_reads_measured(model, unknown, harmonics, involved):
+    """Every harmonic and coordinate an unknown acts on must be measured, in the equations that are eliminated too."""
+    unmeasured = set(involved.tolist()) - set(harmonics.tolist())
     for entry in (e for e in unknown.entries if e.on != "one"):
         read = np.flatnonzero(np.any(entry.matrix, axis=0))
         hidden = [model.structure.dofs[i] for i in read if i not in model.measured]
-        source = [(n - entry.shift) * (1 if entry.on == "z" else -1) for n in measured_harmonics]
-        lost = sorted(unmeasured_harmonics.intersection(source))
+        source = [(int(n) - entry.shift) * (1 if entry.on == "z" else -1) for n in involved]
+        lost = sorted(unmeasured.intersection(source))
         if hidden or lost:
             what = f"coordinates {hidden}" if hidden else f"harmonics {lost}"
             raise RotorstudyError(f"{unknown.name!r} acts on {what}, which were not measured, so the equations are not "

@@ -37,19 +37,30 @@ def check_speed(speed):
     return speed
 
 
+def check_harmonics(harmonics):
+    """Harmonics as a (harmonic,) integer array, or an error: whole numbers, each once, at least one."""
+    given = list(harmonics)
+    whole = [n for n in given if isinstance(n, (int, np.integer)) and not isinstance(n, bool)]
+    if not given or len(whole) < len(given) or len(set(given)) < len(given):
+        raise RotorstudyError(f"harmonics {given}: give whole numbers, each once, such as 0, 1, 2, -1")
+    return np.array(given, int)
+
+
 def layout(model, harmonics, order=COUPLED_ORDER):
     """Find the blocks of harmonics that the model couples."""
     harmonics = np.asarray(harmonics, int)
     rotor = [e for u in model.rotor_unknowns for e in u.entries if e.on != "one"]
     output = [e for u in model.output_unknowns for e in u.entries if e.on != "one"]
     doubled = any(e.on == "conj" for e in rotor)
+    read = [(harmonics - e.shift) * (1 if e.on == "z" else -1) for e in output]  # harmonics the sensors mix in
+    needed = np.unique(np.concatenate([harmonics, *read]))
     if any(e.shift for e in rotor):
-        reach = max(order, np.abs(harmonics).max())
+        reach = max(order, np.abs(needed).max())
         carried = np.arange(-reach, reach + 1)
-    elif doubled or any(e.on == "conj" for e in output):
-        carried = np.unique(np.concatenate([harmonics, -harmonics]))
+    elif doubled:
+        carried = np.unique(np.concatenate([needed, -needed]))
     else:
-        carried = harmonics
+        carried = needed
     if not any(e.shift or e.on == "conj" for e in rotor):
         return Layout(carried, (np.arange(len(carried))[:, None],), False)
 
@@ -59,14 +70,20 @@ def layout(model, harmonics, order=COUPLED_ORDER):
     size = len(carried) * (2 if doubled else 1)
     row, column = np.concatenate([_links(e, carried, doubled)[:2] for e in rotor], axis=1)
     _, block = connected_components(coo_array((np.ones(len(row)), (row, column)), (size, size)), directed=False)
-    wanted = np.isin(carried, harmonics)
+    wanted = np.isin(carried, needed)
     groups = {}
     for b in np.unique(block[: len(carried)][wanted]):
         members = np.flatnonzero(block == b)
         # members are grouped by what they are made of, so that a group shares its measured pattern
-        kind = tuple((m >= len(carried), bool(wanted[m % len(carried)])) for m in members)
+        kind = tuple((m >= len(carried), bool(np.isin(own_harmonic(m, carried), harmonics))) for m in members)
         groups.setdefault(kind, []).append(members)
     return Layout(carried, tuple(np.array(members) for members in groups.values()), doubled)
+
+
+def own_harmonic(unknown, carried):
+    """Harmonic of q that an unknown (or array of unknowns) stands for: n of q_n itself, -n of w_n = conj(q_{-n})."""
+    count = len(carried)
+    return np.where(np.asarray(unknown) < count, 1, -1) * carried[np.asarray(unknown) % count]
 
 
 def _links(entry, carried, doubled):
@@ -85,13 +102,20 @@ def _links(entry, carried, doubled):
 
 
 def forced_harmonics(model, order=COUPLED_ORDER):
-    """(harmonic,) every harmonic the model vibrates at: those of its forces, or -order..order where coupled."""
+    """(harmonic,) every harmonic the sensors show: of the forces (-order..order if coupled), moved by the sensors."""
     entries = [e for u in model.rotor_unknowns for e in u.entries]
     if any(e.shift and e.on != "one" for e in entries):
-        return np.arange(-order, order + 1)
-    shifts = {0} | {e.shift for e in entries} | {e.shift for u in model.output_unknowns for e in u.entries}
-    mirrored = {-n for n in shifts} if any(e.on == "conj" for e in entries) else set()
-    return np.array(sorted(shifts | mirrored))
+        vibrating = set(range(-order, order + 1))
+    else:
+        vibrating = {0} | {e.shift for e in entries}
+        vibrating |= {-n for n in vibrating} if any(e.on == "conj" for e in entries) else set()
+    shown = set(vibrating)
+    for entry in (e for u in model.output_unknowns for e in u.entries):
+        if entry.on == "one":
+            shown.add(entry.shift)
+        else:
+            shown |= {n + entry.shift if entry.on == "z" else entry.shift - n for n in vibrating}
+    return np.array(sorted(shown))
 
 
 def operator(model, theta, speed, blocks):
@@ -162,8 +186,26 @@ def gather(amplitudes, group, count, harmonics):
     return taken.reshape(*taken.shape[:-2], -1)
 
 
-def _solve(matrices, force, blocks):
+def _solve(matrices, force, blocks, speed):
     """Solve every group; force and result (..., speed, harmonic, dof, column)."""
+    try:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            found = _solve_groups(matrices, force, blocks)
+    except np.linalg.LinAlgError:
+        found = np.array(np.nan)
+    if not np.isfinite(found).all():
+        raise RotorstudyError(
+            f"no steady state at one of {_some(speed)} rad/s: a harmonic meets an undamped natural frequency, or a "
+            "parameter is not finite; add damping or leave that speed out"
+        )
+    return found
+
+
+def _some(speed):
+    return ", ".join(f"{w:g}" for w in speed[:5]) + (" ..." if len(speed) > 5 else "")
+
+
+def _solve_groups(matrices, force, blocks):
     count, dof = len(blocks.harmonics), force.shape[-2]
     if not blocks.doubled and len(blocks.groups) == 1 and blocks.groups[0].shape == (count, 1):
         return force / matrices[0] if dof == 1 else np.linalg.solve(matrices[0], force)
@@ -188,7 +230,8 @@ def harmonic_response(model, speed, harmonics, theta=None, *, order=COUPLED_ORDE
     returns   : (..., speed, harmonic, dof) complex, m for translations, rad for tilts; with `jacobian` also its
                 derivatives (..., speed, harmonic, dof, parameter)
     """
-    speed, theta = check_speed(speed), np.asarray(model.theta if theta is None else theta, float)
+    speed, harmonics = check_speed(speed), check_harmonics(harmonics)
+    theta = np.asarray(model.theta if theta is None else theta, float)
     blocks = layout(model, harmonics, order)
     found, derivatives = _carried_response(model, speed, theta, blocks, jacobian)
     chosen = [int(np.flatnonzero(blocks.harmonics == n)[0]) for n in harmonics]
@@ -202,14 +245,14 @@ def _carried_response(model, speed, theta, blocks, jacobian):
     matrices = operator(model, rotor, speed, blocks)
     force = np.tensordot(rotor, force_columns(model, speed, blocks.harmonics), 1)
     force[..., blocks.harmonics == 0, :] += model.static_residual
-    found = _solve(matrices, force[..., None], blocks)[..., 0]
+    found = _solve(matrices, force[..., None], blocks, speed)[..., 0]
     if not jacobian:
         return found, None
     reference = model.structure.static_deflection
     columns = [apply_entries(u.entries, found, speed, blocks.harmonics, reference) for u in model.rotor_unknowns]
     columns = np.stack(columns, axis=-1) if columns else np.zeros((*found.shape, 0))
     derivatives = np.zeros((*found.shape, theta.shape[-1]), complex)
-    derivatives[..., : columns.shape[-1]] = _solve(matrices, columns, blocks)
+    derivatives[..., : columns.shape[-1]] = _solve(matrices, columns, blocks, speed)
     return found, derivatives
 
 
@@ -218,7 +261,8 @@ def measured_response(model, speed, harmonics, theta=None, *, order=COUPLED_ORDE
 
     returns : (..., speed, harmonic, sensor) complex in m; with `jacobian` also its derivatives, one dimension more
     """
-    speed, theta = check_speed(speed), np.asarray(model.theta if theta is None else theta, float)
+    speed, harmonics = check_speed(speed), check_harmonics(harmonics)
+    theta = np.asarray(model.theta if theta is None else theta, float)
     blocks = layout(model, harmonics, order)
     found, derivatives = _carried_response(model, speed, theta, blocks, jacobian)
     true = found[..., model.measured]

@@ -1,14 +1,14 @@
 """A rig file (YAML) read into a model. Every key is checked here, once."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from annotated_types import Ge
 
 from rotorstudy.cracks import SERIES_ORDER, crack_parameters
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model import Model
-from rotorstudy.options import check_options, option_names, validation_message
+from rotorstudy.options import check_options, number_hint, option_names, validation_message
 from rotorstudy.plugins import registry
 from rotorstudy.terms import Term
 
@@ -28,14 +28,31 @@ def read_yaml(path):
     if not path.is_file():
         raise RotorstudyError(f"file '{path}' does not exist")
     try:
-        found = yaml.safe_load(path.read_text())
-    except yaml.YAMLError as error:
+        found = yaml.load(path.read_text(encoding="utf-8"), _unique_key_loader())
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
         place = getattr(error, "problem_mark", None)
         at = f" line {place.line + 1}" if place else ""
-        raise RotorstudyError(f"{path}{at}: not valid YAML: {getattr(error, 'problem', error)}") from None
+        what = " ".join(str(getattr(error, "problem", None) or error).split())
+        raise RotorstudyError(f"{path}{at}: not valid YAML: {what}") from None
     if not isinstance(found, dict):
         raise RotorstudyError(f"{path}: expected keys and values, found {type(found).__name__}")
     return found
+
+
+def _unique_key_loader():
+    """YAML's safe loader, but a key given twice is an error instead of the last one winning."""
+    import yaml
+
+    class Loader(yaml.SafeLoader):
+        def construct_mapping(self, node, deep=False):
+            keys = [key.value for key, _ in node.value]
+            for key, _ in node.value:
+                if keys.count(key.value) > 1:
+                    what = f"key '{key.value}' is given twice"
+                    raise yaml.constructor.ConstructorError(None, None, what, key.start_mark)
+            return super().construct_mapping(node, deep)
+
+    return Loader
 
 
 def check_config(config_class, given, where):
@@ -56,6 +73,8 @@ def build_model(rig, where="the rig"):
 
     rig : {"rotor": {"kind": ..., options}, "cracks": [...], "bearings": [...], "effects": [...], "sensors": [nodes]}
     """
+    if not isinstance(rig, dict):
+        raise RotorstudyError(f"{where}: expected sections {', '.join(SECTIONS)}, found {type(rig).__name__}")
     for key in rig:
         if key not in {*SECTIONS, "sensors"}:
             raise unknown_name("section", key, [*SECTIONS, "sensors"], where)
@@ -64,7 +83,7 @@ def build_model(rig, where="the rig"):
     place = f"{where}, rotor"
     plugin = registry().get("rotor", _kind(rig["rotor"], place), place)
     structure = plugin.function(**check_options(plugin.function, _rest(rig["rotor"]), place))
-    sensors = tuple(rig.get("sensors") or structure.nodes)
+    sensors = _sensors(rig.get("sensors"), structure, where)
     terms = []
     for section in ("cracks", "bearings", "effects"):
         if not isinstance(rig.get(section) or [], list):
@@ -74,6 +93,17 @@ def build_model(rig, where="the rig"):
         for i, item in enumerate(rig.get(section) or []):
             terms.append(make_term(SECTIONS[section], item, structure, sensors, f"{where}, {section}[{i}]"))
     return Model(structure, tuple(terms), sensors)
+
+
+def _sensors(given, structure, where):
+    if given is None:
+        return structure.nodes
+    if not isinstance(given, list) or not given or len(set(map(str, given))) < len(given):
+        raise RotorstudyError(f"sensors = {given!r} in {where}: must be a list of nodes, each once")
+    for node in given:
+        if node not in structure.nodes or isinstance(node, bool):
+            raise RotorstudyError(f"sensors: node {node!r} in {where} does not exist (nodes: {list(structure.nodes)})")
+    return tuple(given)
 
 
 def named_plugins(rig):
@@ -124,7 +154,7 @@ def _read_values(parameters, given, options, where):
         if key not in allowed:
             raise unknown_name("key", key, [*allowed, *options, "label"], where)
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not np.isfinite(value):
-            raise RotorstudyError(f"{key} = {value!r} in {where}: must be a finite number{_yaml_hint(value)}")
+            raise RotorstudyError(f"{key} = {value!r} in {where}: must be a finite number{number_hint(value)}")
     values = {}
     for parameter in parameters:
         if parameter.key in given:
@@ -135,18 +165,11 @@ def _read_values(parameters, given, options, where):
     return values
 
 
-def _yaml_hint(value: Any):
-    """YAML reads 2.5e5 as text; say so where that is what happened."""
-    try:
-        float(value)
-    except (TypeError, ValueError):
-        return ""
-    return " (YAML wants a sign in the exponent: 2.5e+5)" if isinstance(value, str) else ""
-
-
 def _kind(item, where):
     if not isinstance(item, dict) or "kind" not in item:
         raise RotorstudyError(f"key 'kind' is missing in {where}")
+    if not isinstance(item["kind"], str):
+        raise RotorstudyError(f"kind = {item['kind']!r} in {where}: must be the name of a plugin")
     return item["kind"]
 
 

@@ -79,7 +79,7 @@ def test_the_rig_itself_is_right():
         (changed("effects", 1, "eccentricity_m", to=float("nan")), ["eccentricity_m = nan", "finite"]),
         (changed("effects", 0, "external_damping_N_s_per_m", drop=True), ["no value for external_damping"]),
         (changed("effects", 1, "node", to=3), ["unknown translation at node '3'", "known: 1"]),
-        (changed("sensors", to=[2]), ["node '2'"]),
+        (changed("sensors", to=[2]), ["node 2", "does not exist", "[1]"]),
         (changed("bearing", to=[]), ["unknown section 'bearing'", "did you mean 'bearings'"]),
         (changed("effects", 0, to=copy.deepcopy(RIG["effects"][1])), ["'eccentricity_real'", "label"]),
         (changed("effects", to={"kind": "unbalance"}), ["effects", "list"]),

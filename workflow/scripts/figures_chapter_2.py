@@ -197,11 +197,14 @@ with job(snakemake):
     picture, axes = figure(1, 2, height=2.8)
     amplitude = np.abs(as_complex(dominance.displacement))
     ratio = amplitude[1] / amplitude[0]
+    model = config.rig(config.main_rig)
+    loss = model.theta[model.names.index("stiffness_loss")] / model.structure.stiffness[0, 0] * 100
+    percent = dominance.crack_scale.values * loss
     for i, n in enumerate((0, 1, 2, 3)):
         column = harmonics.index(n)
         for s in range(len(config.shown_speeds_rad_s)):
             text = f"{n}X" if s == 0 else None
-            axes[0, 0].plot(dominance.stiffness_loss, ratio[:, s, column], ("-", "--")[s], color=COLOURS[i], label=text)
+            axes[0, 0].plot(percent, ratio[:, s, column], ("-", "--")[s], color=COLOURS[i], label=text)
     axes[0, 0].set(xlabel="stiffness lost by the open crack (%)", ylabel="full crack / weight dominant (1)")
     axes[0, 0].axhline(1, color="k", linewidth=0.8)
     axes[0, 0].set_title("Amplitude ratio (full line 88, dashed 308 rad/s)")
@@ -210,7 +213,7 @@ with job(snakemake):
         if parameter.endswith("phase"):
             continue
         error = dominance.error.sel(case=cases[0], parameter=parameter) * 100
-        axes[0, 1].plot(dominance.stiffness_loss, error, MARKERS[i] + "-", color=COLOURS[i], label=label)
+        axes[0, 1].plot(percent, error, MARKERS[i] + "-", color=COLOURS[i], label=label)
     axes[0, 1].set(xlabel="stiffness lost by the open crack (%)", ylabel="error of the estimate (%)")
     axes[0, 1].set_title(f"What identification pays, {SHORT[cases[0]]}")
     axes[0, 1].legend()

@@ -2,100 +2,109 @@
 
 import numpy as np
 
+from rotorstudy.errors import UnidentifiableError
 from rotorstudy.identification import check_identifiable
+from rotorstudy.model import Model
+from rotorstudy.response import harmonic_response, measured_response
 from rotorstudy.rig import make_term
 from rotorstudy.spectrum import components
+from rotorstudy.stability import eigenvalues
 from rotorstudy.store import as_complex
 
 
 def limits(config):
-    """What mass, stiffness and the impact tests allow, each with its derivation.
+    """What the rotor and the impact tests allow, SI.
 
     The impact tests print natural frequencies to 1 Hz. A free vibration seen at w_d = w_n sqrt(1 - zeta^2) bounds the
-    damping; the frequency with the crack open over that with it closed bounds the stiffness loss.
+    damping; the frequency with the crack open over that with it closed bounds the stiffness loss. Stiffness is that
+    which the measured node feels.
     """
-    structure = config.model.structure
-    mass, stiffness = structure.mass[0, 0], structure.stiffness[0, 0]
-    natural = np.sqrt(stiffness / mass)
+    model = config.model
+    structure, node = model.structure, model.measured[0]
+    stiffness = 1 / np.linalg.inv(structure.stiffness)[node, node]
+    bare = Model(structure, ())
+    natural = np.abs(eigenvalues(bare, [1e-3]).imag).min()
     half = config.frequency_resolution_Hz
     closed, opened = max(config.natural_frequency_Hz.values()), min(config.natural_frequency_Hz.values())
-    seen = 2 * np.pi * (closed - half)
-    ratio = np.sqrt(max(0.0, 1 - (seen / natural) ** 2))
-    loss = stiffness * (1 - ((opened - half) / (closed + half)) ** 2)
+    critical = 2 * stiffness / natural
+    ratio = np.sqrt(max(0.0, 1 - (2 * np.pi * (closed - half) / natural) ** 2))
     return {
-        "critical damping": 2 * np.sqrt(stiffness * mass),
-        "damping": ratio * 2 * np.sqrt(stiffness * mass),
+        "critical damping": critical,
         "damping ratio": ratio,
-        "stiffness loss": loss,
+        "damping": ratio * critical,
         "stiffness": stiffness,
-        "natural frequency": natural,
+        "stiffness loss": stiffness * (1 - ((opened - half) / (closed + half)) ** 2),
     }
 
 
-def physical_checks(config, estimates, slow_roll_bow):
+def physical_checks(config, estimates, bow):
     """A DataFrame: each estimate, what is allowed, a verdict, and why.
 
-    estimates     : DataFrame with source, group, parameter, estimate, low, high, SI
-    slow_roll_bow : m, 1X of the slow roll
-    verdict       : "impossible" if the whole interval lies outside, "possible" if it lies inside, else "undecided"
+    estimates : DataFrame with source, group, parameter, estimate, low, high, SI
+    bow       : m, 1X of the slow roll
+    verdict   : "impossible" (or "implausible", where only judgement forbids it) if the whole interval lies outside
+                what is allowed, "possible" if it lies inside, else "undecided". Stiffness losses are judged by size:
+                a negative one could also mean a phase mark opposite the crack.
     """
     import pandas as pd
 
-    bound = limits(config)
+    bound, frequencies = limits(config), config.natural_frequency_Hz.values()
+    resolution = config.frequency_resolution_Hz
+    damping = (
+        f"critical damping is {bound['critical damping']:.0f} N s/m; a free vibration seen within {resolution:g} Hz of "
+        f"the undamped frequency allows a damping ratio up to {bound['damping ratio']:.3f}"
+    )
+    eccentricity = (
+        f"the shaft is bent by {bow * 1e6:.0f} um and carries the disc with it; an eccentricity beyond the bow would "
+        "need a disc whose own mass centre is off by more than that"
+    )
+    loss = (
+        f"at most {bound['stiffness loss']:.0f} N/m by the impact tests ({max(frequencies):g} and "
+        f"{min(frequencies):g} Hz, each within {resolution:g} Hz), whatever the sign; "
+        f"the whole stiffness is {bound['stiffness']:.0f} N/m"
+    )
     rows = []
-
-    def judge(row, parameter, scale, unit, allowed, why):
-        low, high = sorted((row.low / scale, row.high / scale))
-        inside = allowed[0] <= low and high <= allowed[1]
-        outside = high < allowed[0] or low > allowed[1]
-        verdict = "possible" if inside else "impossible" if outside else "undecided"
+    for row in estimates.itertuples():
+        label, scale, unit, highest, why, outside = row.parameter, 1.0, "N s/m", bound["damping"], damping, "impossible"
+        low, high = row.low, row.high
+        if row.parameter == "eccentricity":
+            unit, highest, why, outside = "m", bow, eccentricity, "implausible"
+        elif row.parameter.startswith("stiffness_loss_p"):
+            n = int(row.parameter.removeprefix("stiffness_loss_p"))
+            label, scale = f"stiffness loss from p_{n}", config.participation[n]
+            unit, highest, why = "N/m", bound["stiffness loss"], loss
+            ends = sorted(abs(end / scale) for end in (row.low, row.high))
+            low, high = (0.0 if row.low * row.high < 0 else ends[0]), ends[1]
+        elif row.parameter not in ("external_damping", "internal_damping"):
+            continue
+        verdict = "undecided"
+        if low >= 0 and high <= highest:
+            verdict = "possible"
+        elif low > highest or high < 0:
+            verdict = outside
         rows.append(
             {
                 "source": row.source,
                 "group": row.group,
-                "parameter": parameter,
+                "parameter": label,
                 "estimate": row.estimate / scale,
-                "low": low,
-                "high": high,
-                "allowed_low": allowed[0],
-                "allowed_high": allowed[1],
+                "low": min(row.low / scale, row.high / scale),
+                "high": max(row.low / scale, row.high / scale),
+                "largest_possible": highest,
                 "unit": unit,
                 "verdict": verdict,
                 "reason": why,
             }
         )
-
-    damping = (
-        f"critical damping is {bound['critical damping']:.0f} N s/m; a free vibration seen within "
-        f"{config.frequency_resolution_Hz:g} Hz of the undamped frequency allows a damping ratio up to "
-        f"{bound['damping ratio']:.3f}"
-    )
-    bow = (
-        f"the shaft is bent by {slow_roll_bow * 1e6:.0f} um and carries the disc with it; an eccentricity larger than "
-        "the bow "
-        "needs a disc whose own mass centre is off by more than that"
-    )
-    loss = (
-        f"0 for a crack that only weakens, at most {bound['stiffness loss']:.0f} N/m from the impact tests "
-        f"({max(config.natural_frequency_Hz.values()):g} and {min(config.natural_frequency_Hz.values()):g} Hz, each "
-        "within "
-        f"{config.frequency_resolution_Hz:g} Hz); k_0 is {bound['stiffness']:.0f} N/m"
-    )
-    for row in estimates.itertuples():
-        if row.parameter in ("external_damping", "internal_damping"):
-            judge(row, row.parameter, 1.0, "N s/m", (0.0, bound["damping"]), damping)
-        elif row.parameter == "eccentricity":
-            judge(row, row.parameter, 1.0, "m", (0.0, slow_roll_bow), bow)
-        elif row.parameter.startswith("stiffness_loss_p"):
-            n = int(row.parameter.removeprefix("stiffness_loss_p"))
-            judge(
-                row, f"stiffness loss from p_{n}", config.participation[n], "N/m", (0.0, bound["stiffness loss"]), loss
-            )
     return pd.DataFrame(rows)
 
 
+def _bow(config):
+    return make_term("effect", {"kind": "bow", "bow_m": 1.0}, config.model.structure, config.model.sensors)
+
+
 def bow_magnification(config, compensated):
-    """How much of the change of 1X from slow roll a bent shaft explains by itself.
+    """What of the change of 1X from slow roll a bent shaft explains by itself.
 
     A bow r_0 vibrates by r_0 k / (k - m w^2); taking the slow roll off leaves r_0 m w^2 / (k - m w^2), the very
     response of an unbalance of eccentricity r_0.
@@ -103,22 +112,17 @@ def bow_magnification(config, compensated):
     compensated : (case, harmonic) complex, m
     returns     : measured and predicted change of 1X, (higher case,) complex
     """
-    structure = config.model.structure
-    mass, stiffness = structure.mass[0, 0], structure.stiffness[0, 0]
+    model = Model(config.model.structure, (_bow(config),), config.model.sensors)
+    unit = harmonic_response(model, config.speeds, [1])[:, 0, model.measured[0]]
     one, slow = config.harmonics.index(1), list(config.cases).index(config.slow_roll)
     higher = [c for c in range(len(config.cases)) if c != slow]
-    bow = compensated[slow, one]
-    inertia = mass * config.speeds[higher] ** 2
-    return compensated[higher, one] - bow, bow * inertia / (stiffness - inertia)
+    still = compensated[slow, one]
+    return compensated[higher, one] - still, still * (unit[higher] / unit[slow] - 1)
 
 
 def bow_twins(config):
     """The message that a bow and a free crack force at 1X cannot be told apart, or an empty string if they can."""
-    from rotorstudy.errors import UnidentifiableError
-    from rotorstudy.response import measured_response
-
-    bow = make_term("effect", {"kind": "bow"}, config.model.structure, config.model.sensors)
-    model = config.model.plus(bow)
+    model = config.model.plus(_bow(config))
     _, change = measured_response(model, config.speeds, config.harmonics, model.typical, jacobian=True)
     columns = np.stack([components(change[..., p]).ravel() for p in range(len(model.names))], axis=-1)
     try:

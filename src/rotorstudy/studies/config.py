@@ -1,23 +1,25 @@
 """Configuration of a simulated study, and what its stages share."""
 
 import re
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from rotorstudy.errors import RotorstudyError
+from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.identification import magnitude_and_phase
 from rotorstudy.noise import MODELS
 from rotorstudy.plugins import registry
-from rotorstudy.response import measured_response
+from rotorstudy.response import check_harmonics, measured_response
 from rotorstudy.rig import build_model, check_config, named_plugins, read_yaml
 from rotorstudy.spectrum import Spectrum, independent_covariance
 from rotorstudy.store import provenance
 
+PositiveNumber = Annotated[float, Field(gt=0)]
+
 
 class Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
 
 class SpeedRange(Strict):
@@ -29,7 +31,7 @@ class SpeedRange(Strict):
 
     @property
     def speeds(self):
-        count = round((self.last_rad_s - self.first_rad_s) / self.step_rad_s) + 1
+        count = int(np.floor((self.last_rad_s - self.first_rad_s) / self.step_rad_s + 1e-9)) + 1
         return self.first_rad_s + self.step_rad_s * np.arange(count)
 
 
@@ -52,7 +54,7 @@ class MonteCarloConfig(Strict):
     """rigs : name of a rig -> what is tried on it"""
 
     trials: int = Field(ge=2)
-    levels_percent: list[float]
+    levels_percent: list[PositiveNumber] = Field(min_length=1)
     rigs: dict[str, MonteCarloRig]
     seed: int
 
@@ -61,7 +63,7 @@ class BiasConfig(Strict):
     """keys : rotor options that are held wrong, e.g. mass_kg"""
 
     keys: list[str]
-    percent: list[float]
+    percent: list[Annotated[float, Field(gt=-100)]]
 
 
 class StudyConfig(Strict):
@@ -73,14 +75,14 @@ class StudyConfig(Strict):
     name: str
     title: str
     rigs: dict[str, dict]
-    harmonics: list[int]
+    harmonics: list[int] = Field(min_length=1)
     record: RecordConfig
-    shown_speeds_rad_s: list[float]
-    cases: dict[str, SpeedRange]
-    unknowns: list[str]
+    shown_speeds_rad_s: list[PositiveNumber] = Field(min_length=1)
+    cases: dict[str, SpeedRange] = Field(min_length=1)
+    unknowns: list[str] = Field(min_length=1)
     monte_carlo: MonteCarloConfig
     bias: BiasConfig
-    stiffness_loss_percent: list[float] = []
+    crack_scales: list[PositiveNumber] = []
 
     def rig(self, name):
         if name not in self.rigs:
@@ -93,7 +95,27 @@ class StudyConfig(Strict):
         return next(iter(self.rigs))
 
     def check_rigs(self):
-        """Build every rig and find every unknown, estimator and plugin, so that mistakes show before anything runs."""
+        """Build every rig and find every name the study uses, so that mistakes show before anything runs."""
+        where = f"study {self.name}"
+        if not self.rigs:
+            raise RotorstudyError(f"{where} has no rig; give at least one under 'rigs:'")
+        check_harmonics(self.harmonics)
+        doubled = [name for name in self.unknowns if self.unknowns.count(name) > 1]
+        if doubled:
+            raise RotorstudyError(f"unknowns of {where}: {doubled[0]} is given twice")
+        files = {}
+        for case, speeds in self.cases.items():
+            if len(speeds.speeds) == 0:
+                raise RotorstudyError(
+                    f"case '{case}' of {where} has no speed between {speeds.first_rad_s:g} and "
+                    f"{speeds.last_rad_s:g} rad/s"
+                )
+            other = files.setdefault(file_name(case), case)
+            if other != case:
+                raise RotorstudyError(f"cases '{other}' and '{case}' of {where} would write the same file; rename one")
+        for key in self.bias.keys:
+            if key not in self.rigs[self.main_rig]["rotor"]:
+                raise unknown_name("key", key, self.rigs[self.main_rig]["rotor"], f"{where}, bias")
         for name in self.rigs:
             self.rig(name).position(self.unknowns)
         for rig, tried in self.monte_carlo.rigs.items():

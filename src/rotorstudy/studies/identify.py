@@ -5,7 +5,6 @@ from itertools import product
 
 import numpy as np
 
-from rotorstudy.errors import RotorstudyError
 from rotorstudy.identification import Problem, cramer_rao_bound, magnitude_and_phase
 from rotorstudy.noise import noise_std, noisy, standard_normal
 from rotorstudy.plugins import registry
@@ -139,10 +138,6 @@ def bias(config, rig):
     true = true_values(config, model)
     rows = []
     for key in settings.keys:
-        if key not in config.rigs[rig]["rotor"]:
-            raise RotorstudyError(
-                f"bias key '{key}' is no option of the rotor (known: {', '.join(config.rigs[rig]['rotor'])})"
-            )
         for percent in settings.percent:
             rotor = config.rigs[rig]["rotor"]
             wrong = {**config.rigs[rig], "rotor": {**rotor, key: rotor[key] * (1 + percent / 100)}}

@@ -20,22 +20,19 @@ from rotorstudy.studies.config import (
 def weight_dominance(config, rig):
     """What weight dominance costs: a crack acting on the static deflection only, against the full time-periodic one.
 
-    returns : displacement (crack, stiffness_loss, speed, harmonic, part) at the shown speeds, first sensor;
-              error (stiffness_loss, case, parameter) of least squares with the weight-dominant model on full-crack data
+    The stiffness losses of the rig's first crack are scaled by `config.crack_scales`.
+    returns : displacement (crack, crack_scale, speed, harmonic, part) at the shown speeds, first sensor;
+              error (crack_scale, case, parameter) of least squares with the weight-dominant model on full-crack data
     """
-    ratios = np.array(config.stiffness_loss_percent)
-    rotor, crack = config.rigs[rig]["rotor"], config.rigs[rig]["cracks"][0]
-    key = next(k for k in crack if k.startswith("stiffness_loss"))
-    stiffness = rotor["stiffness_N_per_m"]
+    scales, crack = np.array(config.crack_scales), config.rigs[rig]["cracks"][0]
     found, errors = [], []
     least_squares = registry().get("estimator", "least_squares").function
-    for ratio in ratios:
+    for scale in scales:
+        loss = {key: scale * value for key, value in crack.items() if key.startswith("stiffness_loss")}
         models = []
         for dominance in (True, False):
-            cut = {**crack, key: ratio / 100 * stiffness, "weight_dominance": dominance}
-            models.append(
-                build_model({**config.rigs[rig], "cracks": [cut]}, where=f"study {config.name}, weight dominance")
-            )
+            scaled = {**config.rigs[rig], "cracks": [{**crack, **loss, "weight_dominance": dominance}]}
+            models.append(build_model(scaled, where=f"study {config.name}, weight dominance"))
         found.append([measured_response(m, config.shown_speeds_rad_s, config.harmonics)[..., 0] for m in models])
         true = true_values(config, models[0])
         for case in config.cases.values():
@@ -45,15 +42,15 @@ def weight_dominance(config, rig):
     found = np.moveaxis(np.array(found), 0, 1)
     coordinates = {
         "crack": (["weight dominant", "full"], "1", "what the crack's stiffness loss acts on"),
-        "stiffness_loss": (ratios, "percent", "stiffness lost by the open crack"),
+        "crack_scale": (scales, "1", "stiffness loss over that of the rig"),
         "case": (list(config.cases), "1", "speeds used together"),
         **rig_coordinates(config, models[0], config.shown_speeds_rad_s),
         **parameter_coordinates(names),
     }
     del coordinates["node"]
-    errors = np.array(errors).reshape(len(ratios), len(config.cases), len(names))
+    errors = np.array(errors).reshape(len(scales), len(config.cases), len(names))
     variables = {
-        "displacement": (("crack", "stiffness_loss", "speed", "harmonic"), found, "m", "full spectrum"),
+        "displacement": (("crack", "crack_scale", "speed", "harmonic"), found, "m", "full spectrum"),
         "error": (
             ("stiffness_loss", "case", "parameter"),
             errors,

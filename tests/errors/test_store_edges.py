@@ -1,0 +1,94 @@
+"""Files beyond test_store.py: a save that fails half-way, values at the ends of what a double holds, provenance."""
+
+import hashlib
+import json
+import re
+
+import numpy as np
+import pytest
+
+from rotorstudy import __version__, registry
+from rotorstudy.store import as_complex, atomic, dataset, load, provenance, save, write_text
+
+VALUES = np.array([[1 + 2j, -3e-9j, 0], [np.pi, 1e-300 + 1e300j, -0.5]])
+
+
+def sample(values=VALUES):
+    variables = {"displacement": (("speed", "harmonic"), values, "m", "harmonic"),
+                 "misfit": (("speed",), np.array([1.0, 2.0]), "1", "misfit")}  # fmt: skip
+    coordinates = {"speed": ([88.0, 308.0], "rad/s", "spin speed"), "harmonic": ([0, 1, -1], "1", "harmonic")}
+    return dataset(variables, coordinates, title="sample")
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_a_save_that_fails_keeps_the_old_file_and_leaves_nothing_behind(tmp_path):
+    path = tmp_path / "kept.nc"
+    save(sample(), path)
+    old = path.read_bytes()
+    with pytest.raises((ValueError, TypeError)):  # xarray's own: NetCDF has no type for a dict
+        save(sample().assign(bad=("speed", np.array([{}, {}], object))), path)
+    assert path.read_bytes() == old and names(tmp_path) == ["kept.nc"]
+    save(sample(VALUES.conj()), path)
+    assert path.read_bytes() != old
+
+
+def test_the_temporary_file_lies_beside_the_target_so_that_the_move_is_one_step(tmp_path):
+    with atomic(tmp_path / "new" / "a.nc") as temporary:
+        assert temporary.parent == tmp_path / "new" and temporary.suffix == ".nc"
+        temporary.write_text("x")
+        assert names(tmp_path / "new") == [temporary.name]
+    assert names(tmp_path / "new") == ["a.nc"]
+
+
+def test_a_block_that_writes_nothing_is_an_error_and_keeps_the_old_file(tmp_path):
+    write_text(tmp_path / "a.txt", "old")
+    with pytest.raises(FileNotFoundError), atomic(tmp_path / "a.txt"):
+        pass
+    assert (tmp_path / "a.txt").read_text() == "old" and names(tmp_path) == ["a.txt"]
+
+
+def test_complex_values_come_back_bit_for_bit_and_real_ones_stay_real(tmp_path):
+    save(sample(), tmp_path / "x.nc")
+    found = load(tmp_path / "x.nc")
+    assert as_complex(found.displacement).tobytes() == VALUES.tobytes()
+    assert np.array_equal(as_complex(found.displacement.transpose("part", "harmonic", "speed")), VALUES.T)
+    assert found.displacement.dims == ("speed", "harmonic", "part") and found.misfit.dims == ("speed",)
+    assert "part" not in sample(VALUES.real).coords
+    for name in (*found.data_vars, *found.coords):
+        assert found[name].attrs["units"] and found[name].attrs["long_name"]
+
+
+def test_a_loaded_file_can_be_overwritten_at_once(tmp_path):
+    save(sample(), tmp_path / "x.nc")
+    save(load(tmp_path / "x.nc").assign_attrs(title="again"), tmp_path / "x.nc")
+    assert load(tmp_path / "x.nc").attrs["title"] == "again"
+
+
+def test_another_value_gives_other_bytes(tmp_path):
+    """Negative control of `test_two_saves_are_the_same_bytes`."""
+    for name, values in (("a", VALUES), ("b", VALUES + 1e-15)):
+        save(sample(values), tmp_path / f"{name}.nc")
+    assert (tmp_path / "a.nc").read_bytes() != (tmp_path / "b.nc").read_bytes()
+
+
+def test_provenance_has_version_commit_configuration_plugins_and_seed_and_survives_the_file(tmp_path):
+    jeffcott, switching = registry().get("rotor", "jeffcott"), registry().get("crack", "switching")
+    found = provenance({"b": 2, "a": [1.5, "x"]}, [switching, jeffcott, switching], seed=np.int64(7))
+    assert found["Conventions"].startswith("CF-") and found["rotorstudy_version"] == __version__
+    assert re.fullmatch(r"[0-9a-f]{40}.*|not a git checkout", found["git_commit"])
+    assert found["plugins"] == f"jeffcott {jeffcott.version}, switching {switching.version}"
+    assert found["configuration_sha256"] == hashlib.sha256(json.dumps({"a": [1.5, "x"], "b": 2}).encode()).hexdigest()
+    save(sample().assign_attrs(found), tmp_path / "x.nc")
+    assert {key: load(tmp_path / "x.nc").attrs[key] for key in found} == found
+
+
+def test_provenance_depends_on_the_configuration_and_not_on_its_order():
+    def digest(configuration):
+        return provenance(configuration)["configuration_sha256"]
+
+    assert digest({"a": 1, "b": 2}) == digest({"b": 2, "a": 1})
+    assert digest({"a": 1, "b": 2}) != digest({"a": 1, "b": 3})
+    assert digest({0: 0.25, 1: 0.3}) != digest({0: 0.25, 1: 0.31})

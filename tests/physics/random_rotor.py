@@ -1,0 +1,78 @@
+"""A rotor nobody chose: every kind of entry the table allows, with generic matrices."""
+
+import numpy as np
+
+from rotorstudy import Entry, Model, Parameter, Structure, Term
+from rotorstudy.rig import make_term
+
+SENSORS = (1, 2)
+
+
+def random_structure(seed):
+    """Two translations and a tilt, gyroscopic, natural frequencies near 300, 500 and 900 rad/s."""
+    rng = np.random.default_rng(seed)
+    mass = rng.uniform(1, 3, 3)
+    modes = np.linalg.qr(rng.standard_normal((3, 3)))[0]
+    frequency = np.array([300, 500, 900]) * rng.uniform(0.9, 1.1, 3)
+    stiffness = np.sqrt(np.outer(mass, mass)) * ((modes * frequency**2) @ modes.T)
+    disc = rng.standard_normal((3, 3))
+    loss = np.array([*rng.uniform(0.5, 1, 2), 0])  # a crack takes stiffness from the two translations
+    most = 1 / (loss @ np.linalg.solve(stiffness, loss))  # with more the shaft would not carry itself
+    return Structure(
+        mass=np.diag(mass),
+        stiffness=stiffness,
+        gyroscopic=0.1 * disc @ disc.T,
+        static_load=9.81 * mass,
+        dofs=((1, "translation"), (2, "translation"), (2, "tilt")),
+        stiffness_loss={"stiffness_loss": (np.outer(loss, loss), "N/m", 0.3 * most)},
+    )
+
+
+def random_model(seed):
+    """Entries on z, conj(z) and 1, of order 0 to 2, shifted forward and back, real and complex; a full crack.
+
+    The tilt is not measured. `on_translations` are the parameters that act on measured coordinates alone, or on none.
+    """
+    structure = random_structure(seed)
+    rng = np.random.default_rng([seed, 1])
+    size = np.linalg.norm(structure.stiffness[:2, :2], 2)
+    translations, everywhere = np.diag([1.0, 1.0, 0.0]), np.eye(3)
+
+    def symmetric(imaginary=0.0):
+        """Random, as large as the stiffness of the translations, and on these alone."""
+        matrix = rng.standard_normal((3, 3)) + 1j * imaginary * rng.standard_normal((3, 3))
+        matrix = translations @ (matrix + matrix.T) @ translations
+        return size * matrix / np.linalg.norm(matrix, 2)
+
+    def ad_hoc(name, value, *entries):
+        return Term(name, (Parameter(name, "1", entries, abs(value)),), {name: value})
+
+    def plugin(kind, section="effect", **item):
+        return make_term(section, {"kind": kind, **item}, structure, SENSORS)
+
+    terms = (
+        plugin("external_damping", node=1, external_damping_N_s_per_m=30.0),
+        plugin("internal_damping", node=1, internal_damping_N_s_per_m=40.0),
+        plugin("unbalance", node=2, eccentricity_m=5e-6, eccentricity_phase_rad=0.5),
+        plugin(
+            "switching",
+            "crack",
+            order=3,
+            weight_dominance=False,
+            stiffness_loss_N_per_m=structure.stiffness_loss["stiffness_loss"][2],
+        ),
+        # 120 1/s on every coordinate: transients fall as e^-60t
+        ad_hoc("damping", 120.0, Entry(-structure.mass, order=1)),
+        ad_hoc("anisotropy", 0.1, Entry(-symmetric(0.3), on="conj")),
+        ad_hoc("asymmetry", 0.05, Entry(-symmetric(), on="conj", shift=2)),
+        ad_hoc("turning_damper", 0.02, Entry(-symmetric() / 300, on="conj", order=1, shift=2)),
+        ad_hoc("cross_coupling", 0.03, Entry(-1j * symmetric()), Entry(symmetric(1.0), shift=-1)),
+        ad_hoc("added_mass", 0.1, Entry(-everywhere, order=2)),
+        ad_hoc("couple", 0.5, Entry(np.array([0, 0, 1.0]), on="one", shift=1, gain=lambda speed: (speed / 100) ** 2)),
+    )
+    return Model(structure, terms, SENSORS)
+
+
+def on_translations(model):
+    """Names of the amplitudes an equation of measured motion is linear in: all but those acting on the tilt."""
+    return tuple(name for name in model.names if name not in ("damping", "added_mass"))

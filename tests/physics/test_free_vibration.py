@@ -1,0 +1,69 @@
+"""Eigenvalues against equations of motion assembled in x and y, and against the growth that integration shows."""
+
+import numpy as np
+import pytest
+from random_rotor import random_model
+
+from rotorstudy import Model, build_model, eigenvalues, stability_threshold
+from rotorstudy.integration import time_response
+
+SPEED = 400.0
+STEADY = ("external_damping", "internal_damping", "damping", "anisotropy", "added_mass", "unbalance", "couple")
+
+
+def in_x_and_y(on_z, on_conj):
+    """Matrix (2 dof, 2 dof) acting on real (x, y) as on_z acts on z = x + jy and on_conj on its conjugate."""
+    both, less = on_z + on_conj, on_z - on_conj
+    return np.block([[both.real, -less.imag], [both.imag, less.real]])
+
+
+def smallest_share(model, values):
+    """Smallest over largest singular value of s^2 M + s C + K at each s; zero where s is an eigenvalue."""
+    structure, zero = model.structure, np.zeros((3, 3), complex)
+    on_z = [structure.stiffness + 0j, -1j * SPEED * structure.gyroscopic, structure.mass + 0j]
+    on_conj = [zero, zero, zero]
+    for value, unknown in zip(model.theta, model.rotor_unknowns, strict=True):
+        for entry in (e for e in unknown.entries if e.on != "one"):
+            table = on_z if entry.on == "z" else on_conj
+            table[entry.order] = table[entry.order] - value * entry.gain_at(SPEED, 0) * entry.matrix
+    k, c, m = (in_x_and_y(*pair) for pair in zip(on_z, on_conj, strict=True))
+    singular = np.array([np.linalg.svd(s**2 * m + s * c + k, compute_uv=False) for s in values])
+    return singular[:, -1] / singular[:, 0]
+
+
+@pytest.fixture(params=range(1, 6), ids=lambda seed: f"seed {seed}")
+def rotor(request):
+    """Gyroscopic, anisotropic, with both dampings and added mass, but nothing that varies in time."""
+    model = random_model(request.param)
+    return Model(model.structure, tuple(term for term in model.terms if term.kind in STEADY), model.sensors)
+
+
+def test_every_eigenvalue_solves_the_equations_in_x_and_y(rotor):
+    values = eigenvalues(rotor, [SPEED])[0]
+    assert len(values) == 12  # three coordinates in two planes, each with its mirror image
+    # round-off of 1e-16 times the ratio of the highest to the lowest mode, a few hundred
+    assert smallest_share(rotor, values).max() < 1e-11
+    assert smallest_share(rotor, values * (1 + 1e-6)).min() > 1e-9  # negative control
+
+
+def test_they_come_in_mirrored_pairs_and_depend_on_the_speed(rotor):
+    values = eigenvalues(rotor, [SPEED])[0]
+    mirrored = np.abs(values[:, None] - values.conj()).min(axis=1)
+    assert mirrored.max() < 1e-9 * np.abs(values).max()
+    assert np.abs(eigenvalues(rotor, [1.0])[0] - values).max() > 1e-3 * np.abs(values).max()
+
+
+@pytest.mark.parametrize("share", [0.8, 1.2])
+def test_free_vibration_grows_at_the_rate_of_the_eigenvalue(share):
+    effects = [
+        {"kind": "external_damping", "external_damping_N_s_per_m": 25.0},
+        {"kind": "internal_damping", "internal_damping_N_s_per_m": 50.0},
+    ]
+    weightless = {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5, "gravity_m_per_s2": 0.0}
+    model = build_model({"rotor": weightless, "effects": effects})
+    speed = share * stability_threshold(model, 2000.0)
+    forward = eigenvalues(model, [speed])[0][-1]
+    assert (forward.real > 0) == (share > 1)
+    # backward whirl, excited alike, decays by 30 1/s more than forward whirl: e^-15 in half a second
+    start, end = time_response(model, speed, np.array([0.5, 0.55]), start=(np.array([1e-6]), np.array([0.0])))[:, 0]
+    assert end / start == pytest.approx(np.exp(forward * 0.05), rel=1e-5)

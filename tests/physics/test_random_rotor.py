@@ -1,0 +1,198 @@
+"""All readings of the table agree on rotors nobody chose: balance in time, integration, derivatives, equations."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from random_rotor import SENSORS, on_translations, random_model
+
+from rotorstudy import (
+    Entry,
+    Model,
+    Parameter,
+    Problem,
+    RotorstudyError,
+    Spectrum,
+    Term,
+    full_spectrum,
+    harmonic_response,
+    measured_response,
+    registry,
+    simulate_records,
+)
+from rotorstudy.identification import output_error_fit, solve_linear
+from rotorstudy.integration import force_in_time, time_response
+from rotorstudy.regression import regression
+from rotorstudy.spectrum import independent_covariance
+
+SPEED, ORDER = 110.0, 30  # the response of these rotors falls below 1e-10 of its largest harmonic before the 15th
+EVERY = np.arange(-ORDER, ORDER + 1)
+
+
+@pytest.fixture(scope="module", params=range(1, 6), ids=lambda seed: f"seed {seed}")
+def model(request):
+    return random_model(request.param)
+
+
+def chain(model):
+    """Probes with a gap, a gain error and a wrong angle, which act on what the rotor does."""
+    here, both = np.array([0.0, 1.0]), np.eye(2)
+    gap = Term(
+        "gap", (Parameter("gap", "m", (Entry(here, on="one"),), 1e-4, True),), {"gap": (1 + 2j) * 1e-4}, "output"
+    )
+    gain = Term("gain", (Parameter("gain", "1", (Entry(both),), 0.1, True),), {"gain": 0.1 + 0.05j}, "output")
+    angle = Term("angle", (Parameter("angle", "1", (Entry(1j * both, on="conj"),), 0.1),), {"angle": 0.05}, "output")
+    return model.plus(gap, gain, angle)
+
+
+def spectrum_of(model, speeds, harmonics):
+    shown = measured_response(model, speeds, harmonics)
+    covariance = independent_covariance(np.full(shown.shape, 1e-16))
+    return Spectrum(shown, np.array(speeds), np.array(harmonics), model.sensors, covariance)
+
+
+def unbalanced_force(model, theta):
+    """Largest share of the equations of motion, at 100 instants of a turn, that the harmonic response leaves over."""
+    structure = model.structure
+    amplitude = harmonic_response(model, [SPEED], EVERY, theta, order=ORDER)[0]
+    time = np.arange(100) * 2 * np.pi / SPEED / 100
+    turning = np.exp(1j * EVERY * SPEED * time[:, None])
+    motion = [turning * (1j * EVERY * SPEED) ** order @ amplitude for order in range(3)]
+    motion[0] = motion[0] + structure.static_deflection
+    inertia, elastic = motion[2] @ structure.mass.T, motion[0] @ structure.stiffness.T
+    left = inertia - 1j * SPEED * motion[1] @ structure.gyroscopic.T + elastic - structure.static_load
+    for value, unknown in zip(model.theta, model.rotor_unknowns, strict=True):
+        left = left - value * force_in_time(unknown.entries, SPEED, time, *motion)
+    return np.abs(left).max() / np.abs(elastic).max()
+
+
+def test_the_response_balances_the_forces_at_every_instant(model):
+    assert unbalanced_force(model, model.theta) < 1e-9  # what lies beyond harmonic 30, times its inertia of 900
+
+
+def test_the_balance_finds_every_parameter_that_is_off_by_a_thousandth(model):
+    for p in range(len(model.theta)):
+        wrong = model.theta.copy()
+        wrong[p] *= 1.001
+        assert unbalanced_force(model, wrong) > 1e-8, model.names[p]
+
+
+def test_time_integration_settles_to_the_response():
+    model, turn = random_model(1), 2 * np.pi / SPEED
+    settled = time_response(model, SPEED, 24 * turn + np.arange(256) * turn / 256)
+    found = harmonic_response(model, [SPEED], range(-6, 7), order=ORDER)[0]
+    expected = (np.fft.fft(settled, axis=0) / 256)[np.arange(-6, 7)]
+    # transients have fallen by e^-60t, 1e-35, the integrator errs by 1e-10 a step and forgets
+    assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
+
+
+def test_derivatives_are_those_of_the_response(model):
+    model = chain(model)
+    harmonics = [0, 1, 2, 3, -1]
+    _, analytic = measured_response(model, [SPEED, 140.0], harmonics, jacobian=True)
+    for p, name in enumerate(model.names):
+        step = np.zeros(len(model.theta))
+        step[p] = 2e-5 * model.typical[p]
+        high, low = (measured_response(model, [SPEED, 140.0], harmonics, model.theta + s * step) for s in (1, -1))
+        error = (high - low) / (2 * step[p]) - analytic[..., p]
+        # central differences err by the square of the step, 4e-10, times up to a hundred near resonance, and by
+        # round-off, 1e-16 / 2e-5, of a response that a parameter may change by no more than a thousandth
+        assert np.abs(error).max() < 1e-6 * np.abs(analytic[..., p]).max(), name
+
+
+def test_every_amplitude_comes_back_although_the_tilt_is_hidden(model):
+    names = on_translations(model)
+    assert {"couple", "stiffness_loss", "turning_damper"} < set(names)
+    found = solve_linear(
+        *regression(model, spectrum_of(model, [80.0, SPEED, 140.0], range(-15, 16)), names).real_system(), names
+    )
+    # round-off of 1e-16, magnified by how alike the columns of ten effects are
+    assert found == pytest.approx(model.theta[model.position(names)], rel=1e-6)
+
+
+FEW = [0, 1, 2, -1]  # of thirty-one that are coupled; some without their mirror image
+FORCES = ("eccentricity_real", "eccentricity_imag", "couple")
+DAMPINGS = ("external_damping", "internal_damping")
+
+
+def identified(model, spectrum, names=FORCES):
+    return solve_linear(*regression(model, spectrum, names).real_system(), names)
+
+
+def test_hidden_coordinates_and_hidden_harmonics_are_eliminated_together(model):
+    """The forces come back, also that on the tilt."""
+    found = identified(model, spectrum_of(model, [80.0, SPEED, 140.0], FEW))
+    assert found == pytest.approx(model.theta[model.position(FORCES)], rel=1e-8)  # round-off times the elimination
+
+
+def test_known_effects_that_are_a_hundredth_off_spoil_the_elimination(model):
+    """Negative control: of every known effect."""
+    spectrum = spectrum_of(model, [80.0, SPEED, 140.0], FEW)
+    right = identified(model, spectrum)
+    for term in model.terms:
+        if term.kind in ("unbalance", "couple"):
+            continue
+        values = {name: 1.01 * value for name, value in term.values.items()}
+        wrong = replace(model, terms=tuple(replace(t, values=values) if t is term else t for t in model.terms))
+        assert np.abs(identified(wrong, spectrum) / right - 1).max() > 1e-7, term.kind
+
+
+@pytest.mark.parametrize("measured", [FEW, range(-3, 4)], ids=["few", "both ways"])
+def test_unknown_damping_is_not_got_wrong_in_silence_where_coupled_harmonics_are_hidden(model, measured):
+    """It acts on the hidden harmonics too, so the equations left after elimination are not linear in it."""
+    spectrum = spectrum_of(model, [80.0, SPEED, 140.0], measured)
+    try:
+        found = identified(model, spectrum, DAMPINGS)
+    except RotorstudyError as error:
+        assert "external_damping" in str(error) and "maximum_likelihood" in str(error)
+    else:
+        assert found == pytest.approx(model.theta[model.position(DAMPINGS)], rel=1e-6)
+
+
+def test_an_effect_that_reads_a_harmonic_nobody_measured_is_refused(model):
+    with pytest.raises(RotorstudyError, match=r"'anisotropy' acts on harmonics \[.*-2.*\], which were not measured"):
+        regression(model, spectrum_of(model, [SPEED], FEW), ("anisotropy",))
+
+
+def test_the_output_fit_finds_what_the_equations_cannot(model):
+    """Effects that act on the hidden tilt, and probe errors, all at once from starts a tenth off."""
+    model = chain(model)
+    names = ("damping", "added_mass", "gap_real", "gain_real", "angle", "eccentricity_real")
+    true = model.theta[model.position(names)]
+    problem = Problem(model, spectrum_of(model, [80.0, SPEED, 140.0], FEW), names)
+    assert output_error_fit(problem, start=1.1 * true).theta == pytest.approx(true, rel=1e-6)
+
+
+@pytest.mark.parametrize("harmonic", [0, 1, -1, 3])
+def test_a_harmonic_does_not_depend_on_what_else_is_asked_for(model, harmonic):
+    alone = measured_response(model, [SPEED], [harmonic])
+    among = measured_response(model, [SPEED], [2, harmonic, -3])
+    assert alone[:, 0] == pytest.approx(among[:, 1], rel=1e-12)
+
+
+def plain(*terms):
+    """The random structure with damping, an unbalance and a couple, nothing that couples harmonics."""
+    model = random_model(1)
+    return Model(
+        model.structure,
+        (*(t for t in model.terms if t.kind in ("external_damping", "damping", "unbalance", "couple")), *terms),
+        SENSORS,
+    )
+
+
+@pytest.mark.parametrize(("on", "shift", "harmonic", "source"), [("z", 1, 2, 1), ("conj", 0, -1, 1), ("conj", 3, 2, 1)])
+def test_a_probe_that_moves_harmonics_shows_them_though_nobody_asked_for_their_source(on, shift, harmonic, source):
+    entry = Entry(np.eye(2), on=on, shift=shift)
+    model = plain(Term("probe", (Parameter("probe", "1", (entry,), 0.1),), {"probe": 0.1}, "output"))
+    moved = 0.1 * measured_response(plain(), [SPEED], [source])[0, 0]
+    found = measured_response(model, [SPEED], [harmonic])[0, 0]
+    assert found == pytest.approx(moved if on == "z" else moved.conj(), rel=1e-12)
+
+
+def test_simulated_records_hold_every_harmonic_a_probe_shows():
+    entry = Entry(np.eye(2), on="conj")
+    model = plain(Term("probe", (Parameter("probe", "1", (entry,), 0.1),), {"probe": 0.1}, "output"))
+    time = np.arange(200) * 2 * np.pi / SPEED / 100
+    records = simulate_records(model, [SPEED], [1, -1], time)
+    found = full_spectrum(records, [1, -1], registry().get("spectrum", "regression"), "none").amplitude
+    assert found == pytest.approx(measured_response(model, [SPEED], [1, -1]), rel=1e-9)

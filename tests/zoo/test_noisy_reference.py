@@ -1,0 +1,58 @@
+"""Through the whole of `full_spectrum`: the stated covariance when displacement and phase reference are both noisy."""
+
+import numpy as np
+import pytest
+
+from rotorstudy import Record, full_spectrum, registry
+from rotorstudy.records import reference_signal, synthesize
+from rotorstudy.spectrum import components
+
+SPEED, TRIALS, SAMPLES = 90.0, 600, 1024
+TIME = np.arange(SAMPLES) * 4 * 2 * np.pi / SPEED / SAMPLES  # four whole turns
+METHODS = list(registry().plugins["spectrum"].values())
+
+
+def deviation(method, harmonics, reference_noise, scale=1.0):
+    """Seen over stated variance minus one, mean over components; worst entry of the whitened covariance minus one.
+
+    scale : the stated covariance times this, to make it wrong
+    """
+    random = np.random.default_rng(5)
+    true = 0.5 + random.random(len(harmonics)) + 1j * random.random(len(harmonics))
+    late = 0.7 / SPEED
+    clean = synthesize(true, SPEED, harmonics, TIME + late)
+    reference = reference_signal(SPEED, harmonics, TIME + late)
+    errors, stated = [], []
+    for x, y, r in random.standard_normal((TRIALS, 3, SAMPLES)):
+        noisy = clean + 0.05 * (x + 1j * y)
+        record = Record(TIME, noisy[None], SPEED, (1,), reference + reference_noise * r)
+        found = full_spectrum([record], harmonics, method, "reference")
+        errors.append(components(found.amplitude[0] - true[:, None])[:, 0])
+        stated.append(scale * found.covariance[0, 0])
+    whitened = np.linalg.solve(np.linalg.cholesky(np.mean(stated, axis=0)), np.transpose(errors))
+    seen = whitened @ whitened.T / TRIALS
+    return np.trace(seen) / len(seen) - 1, np.abs(seen - np.eye(len(seen))).max()
+
+
+# a sample variance is off by sqrt(2 / trials); six deviations and 3 % for the median noise floor among 1024 bins
+ENTRY = 6 * np.sqrt(2 / TRIALS) + 0.03
+
+
+@pytest.mark.parametrize("method", METHODS, ids=lambda m: m.name)
+@pytest.mark.parametrize("reference_noise", [0.0, 0.3])
+def test_stated_covariance_of_forward_harmonics_is_the_scatter(method, reference_noise):
+    mean, worst = deviation(method, [1, 2, 3, 5], reference_noise)
+    assert abs(mean) < ENTRY / 2 and worst < ENTRY
+    assert deviation(method, [1, 2, 3, 5], reference_noise, scale=0.4)[1] > ENTRY  # negative control
+
+
+@pytest.mark.parametrize("method", METHODS, ids=lambda m: m.name)
+def test_stated_covariance_knows_that_the_reference_gives_n_and_minus_n_opposite_phases(method):
+    """The reference is real, so psi_-n = -psi_n whatever the noise: the errors of nX and -nX are not independent."""
+    assert deviation(method, [1, 3, -1, -3], 0.0)[1] < ENTRY  # a clean reference
+    assert deviation(method, [1, 3, -1, -3], 0.3)[1] < ENTRY
+
+
+@pytest.mark.parametrize("method", METHODS, ids=lambda m: m.name)
+def test_stated_covariance_knows_that_the_mean_of_a_real_reference_has_no_phase(method):
+    assert deviation(method, [0, 1, 2], 0.3)[1] < ENTRY

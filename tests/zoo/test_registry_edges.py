@@ -1,0 +1,170 @@
+"""What can go wrong around the discovery of plugins, beyond test_registry.py: the rest of the zoo stays whole."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from rotorstudy import RotorstudyError, registry
+from rotorstudy.errors import PluginError
+from rotorstudy.plugins import Registry, plugin_folders
+
+CRACK = '''from rotorstudy.plugins import Crack, hookimpl
+
+
+def {name}(angle):
+    """Always open."""
+    return 0 * angle + 1
+
+
+@hookimpl
+def rotorstudy_crack():
+    return Crack("{name}", {name}, source="a test", series=lambda order: {{0: 1.0}})
+'''
+LIST = "from rotorstudy import registry; print(*registry().plugins['crack']); print(*registry().failures, sep='\\n')"
+
+
+def write(folder, name, text):
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / f"{name}.py").write_text(text)
+    return folder / f"{name}.py"
+
+
+def alone(*folders):
+    return Registry(folders, entry_points=False)
+
+
+def in_subprocess(code, **environment):
+    return subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, env={**os.environ, **environment}, timeout=60
+    )
+
+
+def distribution(folder, module, text):
+    """An installed distribution with one entry point, as pip leaves it."""
+    write(folder, module, text)
+    info = folder / f"{module}-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {module}\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text(f"[rotorstudy]\n{module} = {module}\n")
+
+
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [("ValueError", "ValueError"), ("RuntimeError('')", "RuntimeError"), ("RuntimeError('a\\nb')", "RuntimeError: a")],
+)
+def test_a_file_that_fails_with_any_message_is_named_in_one_line_and_the_rest_loads(tmp_path, error, words):
+    broken = write(tmp_path, "a_broken", f"raise {error}\n")  # before the good one in the order of the folder
+    write(tmp_path, "b_good", CRACK.format(name="good"))
+    zoo = alone(tmp_path)
+    assert len(zoo.failures) == 1 and "\n" not in zoo.failures[0]
+    assert f"{broken}:1: {words}" in zoo.failures[0]
+    assert set(zoo.plugins["crack"]) == {"good"}
+
+
+def test_the_blame_lies_on_the_line_of_the_plugin_not_of_what_it_calls(tmp_path):
+    broken = write(tmp_path, "broken", "import json\n\n\njson.loads('{')\n")
+    assert f"{broken}:4: JSONDecodeError" in alone(tmp_path).failures[0]
+
+
+def test_files_of_one_name_in_folders_of_one_name_both_load(tmp_path):
+    """As a user's own cracks/ folder beside the project's."""
+    folders = [tmp_path / "one" / "cracks", tmp_path / "two" / "cracks"]
+    for folder, name in zip(folders, ("first", "second"), strict=True):
+        write(folder, "mine", CRACK.format(name=name))
+    zoo = alone(*folders)
+    assert zoo.failures == []
+    assert set(zoo.plugins["crack"]) == {"first", "second"}
+
+
+def test_a_copied_plugin_file_is_refused_as_a_second_plugin_of_its_name(tmp_path):
+    files = [write(tmp_path / user / "cracks", "mine", CRACK.format(name="same")) for user in ("one", "two")]
+    with pytest.raises(PluginError, match="two plugins are called crack 'same'") as refused:
+        alone(*(file.parent for file in files))
+    assert all(str(file) in str(refused.value) for file in files)
+
+
+def test_a_name_of_the_projects_own_zoo_cannot_be_taken(tmp_path):
+    mine = write(tmp_path, "mine", CRACK.format(name="switching"))
+    found = in_subprocess(
+        "import sys; from rotorstudy.cli import main; sys.exit(main(['plugins']))", ROTORSTUDY_PLUGINS=str(tmp_path)
+    )
+    assert found.returncode == 1 and found.stderr.startswith("error: ") and found.stderr.count("\n") == 1
+    assert str(mine) in found.stderr and str(Path("cracks") / "switching.py") in found.stderr
+
+
+def test_an_installed_distribution_that_does_not_import_is_named_and_the_next_loads(tmp_path):
+    distribution(tmp_path, "a_fake_plugin", "\nimport a_module_nobody_has\n")
+    distribution(tmp_path, "b_fake_plugin", CRACK.format(name="installed"))
+    cracks, *failures = in_subprocess(LIST, PYTHONPATH=str(tmp_path)).stdout.splitlines()
+    assert cracks == "switching installed"
+    assert len(failures) == 1 and "a_fake_plugin" in failures[0] and "a_module_nobody_has" in failures[0]
+
+
+def test_a_misspelt_hook_of_an_installed_distribution_does_not_spoil_the_next(tmp_path):
+    distribution(tmp_path, "a_fake_plugin", CRACK.format(name="wrong").replace("rotorstudy_crack", "rotorstudy_crak"))
+    distribution(tmp_path, "b_fake_plugin", CRACK.format(name="installed"))
+    cracks, *failures = in_subprocess(LIST, PYTHONPATH=str(tmp_path)).stdout.splitlines()
+    assert len(failures) == 1 and "a_fake_plugin" in failures[0] and "rotorstudy_crak" in failures[0]
+    assert cracks == "switching installed"
+
+
+def test_a_forgotten_hookimpl_does_not_lose_the_plugin_in_silence(tmp_path):
+    write(tmp_path, "bare", CRACK.format(name="bare").replace("@hookimpl\n", ""))
+    zoo = alone(tmp_path)
+    assert "bare" in zoo.plugins["crack"] or zoo.failures
+
+
+@pytest.mark.parametrize("wrong", ["None", "Crack", "[3]", "Effect('e', len, source='a test')"])
+def test_a_hook_that_returns_the_wrong_thing_is_reported_and_the_rest_loads(tmp_path, wrong):
+    text = "from rotorstudy.plugins import Crack, Effect, hookimpl\n\n\n@hookimpl\ndef rotorstudy_crack():\n    return "
+    file = write(tmp_path, "a_wrong", f"{text}{wrong}\n")
+    write(tmp_path, "b_good", CRACK.format(name="good"))
+    zoo = alone(tmp_path)
+    assert len(zoo.failures) == 1 and str(file) in zoo.failures[0]
+    assert "rotorstudy_crack must return a Crack" in zoo.failures[0]
+    assert set(zoo.plugins["crack"]) == {"good"}
+
+
+def test_a_list_of_plugins_is_taken_from_a_folder_below(tmp_path):
+    text = CRACK.format(name="one").replace("return Crack(", "return [Crack(").rstrip()
+    write(tmp_path / "below" / "deeper", "both", f"{text}, Crack('two', one, source='a test', series=None)]\n")
+    assert set(alone(tmp_path).plugins["crack"]) == {"one", "two"}
+
+
+def test_a_folder_listed_twice_is_read_once(tmp_path, monkeypatch):
+    write(tmp_path, "mine", CRACK.format(name="listed_twice"))
+    monkeypatch.setenv("ROTORSTUDY_PLUGINS", os.pathsep.join([str(tmp_path), "", str(tmp_path / ".." / tmp_path.name)]))
+    assert plugin_folders()[1:] == (tmp_path.resolve(),)
+    assert set(registry().plugins["crack"]) == {"switching", "listed_twice"}
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "near"),
+    [
+        ("crack", "swiching", "switching"),
+        ("rotor", "jefcott", "jeffcott"),
+        ("effect", "unbalanse", "unbalance"),
+        ("spectrum", "ftt", "fft"),
+        ("estimator", "least_square", "least_squares"),
+    ],
+)
+def test_an_unknown_name_of_every_kind_gives_the_near_miss(kind, name, near):
+    with pytest.raises(RotorstudyError, match=f"unknown {kind} '{name}' in rig.yaml; did you mean '{near}'"):
+        registry().get(kind, name, "rig.yaml")
+
+
+def test_a_name_far_from_all_is_answered_with_those_known():
+    with pytest.raises(RotorstudyError, match=r"^unknown crack 'zzz' \(known: .*switching") as refused:
+        registry().get("crack", "zzz")
+    assert "did you mean" not in str(refused.value)
+
+
+def test_the_version_of_a_plugin_changes_with_its_file(tmp_path):
+    file = write(tmp_path, "mine", CRACK.format(name="mine"))
+    first = alone(tmp_path).get("crack", "mine").version
+    assert alone(tmp_path).get("crack", "mine").version == first
+    file.write_text(file.read_text() + "\n# changed\n")
+    assert alone(tmp_path).get("crack", "mine").version != first
