@@ -28,3 +28,4 @@ rule all:
         scoreboard_files(),
         table_files(),
         figure_files(),
+        data_files(),

@@ -72,6 +72,11 @@ def test_the_help_of_every_command_can_be_read(capsys):
         (["--speeds", "88", "--rate", "100"], ["Nyquist", "harmonic 7", "up to 3"]),
         (["--speeds", "8", "--duration", "0.1"], ["revolutions", "at least one"]),
         (["--speeds", "88", "--duration", "-1"], ["--duration", "positive"]),
+        (["--speeds", "88", "--duration", "inf"], ["--duration", "finite"]),
+        (["--speeds", "88", "--duration", "1e9"], ["samples a speed", "shorten"]),
+        (["--speeds", "88", "--noise", "nan"], ["--noise nan"]),
+        (["--speeds", "88", "--seed", "-3"], ["--seed -3"]),
+        (["--speeds", "88", "4500"], ["no steady state at 4500 rad/s", "threshold"]),
     ],
 )
 def test_simulate_refuses_and_writes_nothing(tmp_path, capsys, arguments, words):
@@ -129,3 +134,13 @@ def test_a_misspelt_rig_key_is_named_with_its_place(tmp_path, capsys):
     ):
         (tmp_path / "rig.yaml").write_text(text.replace(old, new))
         refused(run(capsys, "simulate", tmp_path / "rig.yaml", "--speeds", "88", "--out", tmp_path / "x.nc"), *words)
+
+
+def test_a_result_goes_to_a_file_in_a_folder_that_exists_and_never_over_an_input(tmp_path, capsys):
+    rig = tmp_path / "rig.yaml"
+    rig.write_text(Path(RIG).read_text())
+    base = ["simulate", rig, "--speeds", "88", "--out"]
+    refused(run(capsys, *base, rig), "would overwrite an input")
+    refused(run(capsys, *base, tmp_path), "is a folder")
+    refused(run(capsys, *base, tmp_path / "none" / "x.nc"), "does not exist")
+    assert rig.read_text() == Path(RIG).read_text()

@@ -2,11 +2,13 @@
 
 import argparse
 import sys
+from pathlib import Path
 
 from rotorstudy.errors import PluginError, RotorstudyError
 from rotorstudy.plugins import registry
 
 HARMONICS = (0, 1, 2, 3, 5, 7, -1, -3, -5)
+MOST_SAMPLES = 20_000_000  # of a record, about a gigabyte while it is made
 
 EPILOG = """examples:
   rotorstudy plugins
@@ -50,7 +52,13 @@ def parser():
     identify.add_argument(
         "--unknowns", nargs="+", metavar="NAME", help="parameters to estimate (default: those without a value)"
     )
-    identify.add_argument("--harmonics", type=int, nargs="+", default=HARMONICS, help="harmonics to use")
+    identify.add_argument(
+        "--harmonics",
+        type=int,
+        nargs="+",
+        default=HARMONICS,
+        help="harmonics to use; those left out count as noise only if they leak",
+    )
     identify.add_argument("--spectrum", default="regression", help="spectrum plugin (default regression)")
     identify.add_argument(
         "--estimator", default="maximum_likelihood", help="estimator plugin (default maximum_likelihood)"
@@ -70,8 +78,23 @@ def main(arguments=None):
             print(f"warning: {failure}", file=sys.stderr)
         return {"simulate": simulate, "identify": identify}[given.command](given)
     except RotorstudyError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 1
+        message = error
+    except (OSError, MemoryError) as error:
+        message = f"{type(error).__name__}: {error}"
+    print(f"error: {message}", file=sys.stderr)
+    return 1
+
+
+def check_out(out, *inputs):
+    """A result goes to a new or old file in a folder that exists, and never over an input."""
+    path = Path(out)
+    if path.is_dir():
+        raise RotorstudyError(f"--out {out}: is a folder; name a file in it")
+    if not path.parent.is_dir():
+        raise RotorstudyError(f"--out {out}: the folder '{path.parent}' does not exist; make it first")
+    for given in inputs:
+        if path.resolve() == Path(given).resolve():
+            raise RotorstudyError(f"--out {out}: would overwrite an input; choose another name")
 
 
 def list_plugins(given):
@@ -101,10 +124,16 @@ def simulate(given):
     from rotorstudy.store import provenance, save
 
     for name, value in (("--duration", given.duration), ("--rate", given.rate)):
-        if not value > 0:
-            raise RotorstudyError(f"{name} {value:g}: must be positive")
-    if given.noise < 0:
-        raise RotorstudyError(f"--noise {given.noise:g}: must not be negative")
+        if not 0 < value < np.inf:
+            raise RotorstudyError(f"{name} {value:g}: must be positive and finite")
+    if not 0 <= given.noise < np.inf or given.seed < 0:
+        raise RotorstudyError(f"--noise {given.noise:g} --seed {given.seed}: must not be negative, and finite")
+    if given.duration * given.rate > MOST_SAMPLES:
+        raise RotorstudyError(
+            f"--duration {given.duration:g} at --rate {given.rate:g}: more than {MOST_SAMPLES:.0e} samples a speed; "
+            "shorten the record or sample more slowly"
+        )
+    check_out(given.out, given.rig)
     model = load_rig(given.rig)
     time = np.arange(round(given.duration * given.rate)) / given.rate
     records = simulate_records(model, check_speed(given.speeds), given.harmonics, time)
@@ -130,6 +159,8 @@ def identify(given):
     from rotorstudy.rig import load_rig, named_plugins, read_yaml
     from rotorstudy.store import dataset, provenance, save
 
+    if given.out:
+        check_out(given.out, given.rig, given.records)
     method, estimator = registry().get("spectrum", given.spectrum), registry().get("estimator", given.estimator)
     model = load_rig(given.rig)
     unknowns = model.unknown_names(given.unknowns)
@@ -142,8 +173,12 @@ def identify(given):
     for name, value, half, unit in zip(names, theta, 1.96 * std, units, strict=True):
         print(f"{name:24} {value: .6g} ± {half:.2g} {unit} (95 %)")
     if np.isfinite(estimate.misfit):
+        from scipy.stats import chi2
+
         freedom = 2 * spectrum.amplitude.size - len(names)
-        print(f"misfit {float(estimate.misfit) / freedom:.3g} per degree of freedom (1 if the model explains the data)")
+        low, high = chi2.ppf([0.025, 0.975], freedom) / freedom
+        expected = f"{low:.2g} to {high:.2g} expected if the model explains a record with noise"
+        print(f"misfit {float(estimate.misfit) / freedom:.3g} per degree of freedom ({expected})")
     if given.out:
         coordinates = {"parameter": (list(names), "1", "identified parameter")}
         variables = {

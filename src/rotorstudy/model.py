@@ -159,6 +159,8 @@ class Model:
             parts = [f"{name}_real", f"{name}_imag"]
             found += parts if parts[0] in self.names else [name]
         self.position(found)
+        if len(set(found)) < len(found):
+            raise RotorstudyError(f"unknowns {list(wanted)}: a parameter is named twice")
         return tuple(found)
 
     def reported_units(self, names):

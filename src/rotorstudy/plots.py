@@ -53,7 +53,7 @@ def harmonic_axis(axes, harmonics):
     """Label an axis of harmonics -5X ... 7X."""
     shown = np.sort(np.asarray(harmonics))
     axes.set_xticks(shown, [f"{int(n)}X" for n in shown], rotation=90)
-    axes.set_xlabel("harmonic of the spin speed (backward < 0 < forward)")
+    axes.set_xlabel("harmonic (backward < 0 < forward)")
 
 
 def plain_log(axes, ticks):

@@ -7,6 +7,7 @@ import numpy as np
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.response import check_harmonics, forced_harmonics, measured_response
 from rotorstudy.spectrum import Spectrum
+from rotorstudy.stability import check_stable
 
 MARK_TOLERANCE = 0.05  # turns a keyphasor pulse may be off the others: jitter is far less, spurious ones mostly more
 
@@ -256,6 +257,8 @@ def simulate_records(model, speeds, harmonics, time, *, theta=None, start_angle_
     start_angle_rad : angle of the phase mark at the first sample; a record that starts late has it above zero
     returns         : list of Record
     """
+    if theta is None:
+        check_stable(model, speeds)
     vibrating = forced_harmonics(model)
     shown = measured_response(model, speeds, vibrating, theta)
     every = np.union1d(vibrating, harmonics)

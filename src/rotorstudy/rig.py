@@ -6,7 +6,7 @@ from typing import Annotated
 from annotated_types import Ge
 
 from rotorstudy.cracks import SERIES_ORDER, crack_parameters
-from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
 from rotorstudy.model import Model
 from rotorstudy.options import check_options, number_hint, option_names, validation_message
 from rotorstudy.plugins import registry
@@ -135,8 +135,25 @@ def make_term(section, item, structure, sensors, where="the term"):
         names = option_names(function, fixed)
         options = check_options(function, {k: v for k, v in given.items() if k in names}, where, fixed)
     parameters = tuple(function(**fixed, **options))
+    _check_shapes(parameters, len(sensors) if acts_on == "output" else len(structure.dofs), plugin, where)
     values = {key: value for key, value in given.items() if key not in options}
     return Term(plugin.name, parameters, _read_values(parameters, values, options, where), acts_on, label)
+
+
+def _check_shapes(parameters, size, plugin, where):
+    """A plugin's matrices fit the rotor, or an error naming plugin, parameter, entry and shapes."""
+    import numpy as np
+
+    for parameter in parameters:
+        for i, entry in enumerate(parameter.entries):
+            needed = (size,) if entry.on == "one" else (size, size)
+            if np.shape(entry.matrix) != needed:
+                raise PluginError(
+                    f"plugin '{plugin.name}' ({plugin.file}) in {where}: entry {i} of '{parameter.name}' has a matrix "
+                    f"of shape {np.shape(entry.matrix)}; on '{entry.on}' it must be {needed} here"
+                )
+            if not np.isfinite(entry.matrix).all():
+                raise PluginError(f"plugin '{plugin.name}' in {where}: entry {i} of '{parameter.name}' is not finite")
 
 
 def _typed_crack_options(given, where):

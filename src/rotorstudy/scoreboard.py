@@ -35,7 +35,8 @@ def score(printed, computed, reasons):
 
     printed  : DataFrame from `published`
     computed : DataFrame with KEYS and `computed`, perhaps further columns that reasons quote as {column}
-    reasons  : list of {"table": ..., further keys to match, "status": ..., "reason": ...}; the first match holds
+    reasons  : list of {"table": ..., further keys to match, "status": ..., "reason": ...}; the first match holds, for
+               rows that do not agree, or with "even_if_equal" also for those that agree by coincidence
     returns  : DataFrame with COLUMNS
     raises   : RotorstudyError for a value that is neither reproduced nor given a reason
     """
@@ -47,11 +48,11 @@ def score(printed, computed, reasons):
     agrees = distance.abs() <= merged.last_digit * (1 + 1e-6)
     status, text = [], []
     for row, same in zip(merged.to_dict("records"), agrees, strict=True):
-        if same:
+        rule = next((r for r in reasons if _matches(r, row)), None)
+        if same and not (rule and rule.get("even_if_equal")):
             status.append("reproduced")
             text.append("")
             continue
-        rule = next((r for r in reasons if _matches(r, row)), None)
         if rule is None:
             key = ", ".join(f"{k} {row[k]}" for k in KEYS)
             raise RotorstudyError(
@@ -64,7 +65,7 @@ def score(printed, computed, reasons):
 
 def _matches(rule, row):
     for key, wanted in rule.items():
-        if key in ("status", "reason"):
+        if key in ("status", "reason", "even_if_equal"):
             continue
         wanted = wanted if isinstance(wanted, list) else [wanted]
         if row[key] not in wanted and str(row[key]) not in map(str, wanted):

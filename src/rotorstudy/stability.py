@@ -67,3 +67,17 @@ def stability_threshold(model, up_to, theta=None):
         return None
     first = int(np.argmax(unstable))
     return float(speeds[0]) if first == 0 else float(brentq(growth, speeds[first - 1], speeds[first], xtol=1e-9))
+
+
+def check_stable(model, speeds):
+    """Raise if a whirl mode grows at a speed: there is no steady state then. Time-varying models are not judged."""
+    if any(e.on != "one" and (e.shift or e.frequency_only) for u in model.rotor_unknowns for e in u.entries):
+        return
+    growth = eigenvalues(model, speeds).real.max(axis=-1)
+    limit = 1e-9 * np.abs(eigenvalues(model, speeds)).max(axis=-1)  # round-off of an undamped rotor
+    if (growth > limit).any():
+        first = float(np.asarray(speeds)[growth > limit][0])
+        raise RotorstudyError(
+            f"no steady state at {first:g} rad/s: internal damping makes the rotor unstable there; "
+            "stay below the stability threshold, or add external damping"
+        )

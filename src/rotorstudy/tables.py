@@ -7,7 +7,8 @@ body { font-family: sans-serif; margin: 1.5em; color: #222; max-width: 90em; }
 table { border-collapse: collapse; font-size: 0.85em; }
 th, td { border: 1px solid #ccc; padding: 0.2em 0.5em; text-align: right; }
 th { background: #f0f0f0; }
-td:last-child { text-align: left; }
+td { white-space: nowrap; }
+td:last-child { text-align: left; white-space: normal; }
 """
 
 
@@ -45,10 +46,13 @@ def side_by_side(scored, rows, columns):
 
     scored : rows of a scoreboard;  rows, columns : key columns that go down and across
     """
+    mixed = scored.groupby(columns, dropna=False).unit.nunique().max() > 1
+    rows = [*rows, "unit"] if mixed else rows
     wide = scored.drop_duplicates([*rows, *columns], keep="first")
     result = wide[rows].drop_duplicates().reset_index(drop=True)
     for key, part in wide.groupby(columns, sort=False, dropna=False):
         label = ", ".join(str(k) for k in key if str(k) not in ("", "nan"))
+        label = label if mixed else f"{label} ({part.unit.iloc[0]})"
         part = part[[*rows, "published", "computed", "status"]]
         names = {"published": f"{label}: thesis", "computed": f"{label}: here", "status": f"{label}: status"}
         result = result.merge(part.rename(columns=names), on=rows, how="left")

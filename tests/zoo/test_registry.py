@@ -116,3 +116,35 @@ def test_an_installed_distribution_is_found_by_entry_point(tmp_path):
     found = run(LIST, PYTHONPATH=str(tmp_path))
     assert "'theirs'" in found and found.strip().endswith("[]")
     assert "'theirs'" not in run(LIST)
+
+
+def test_a_plugin_with_a_matrix_of_the_wrong_shape_or_nan_is_named_with_the_shapes(tmp_path):
+    text = """
+import numpy as np
+
+from rotorstudy.plugins import Effect, hookimpl
+from rotorstudy.terms import Entry, Parameter
+
+
+def wrong(structure):
+    \"\"\"A spring with too many columns.\"\"\"
+    return [Parameter("wrong", "N/m", (Entry(np.array(MATRIX)),), typical=1.0)]
+
+
+@hookimpl
+def rotorstudy_effect():
+    return Effect("wrong", wrong, source="a test")
+"""
+    build = (
+        "import rotorstudy; rotorstudy.build_model({'rotor': {'kind': 'jeffcott', 'mass_kg': 1.0, "
+        "'stiffness_N_per_m': 1.0}, 'effects': [{'kind': 'wrong', 'wrong_N_per_m': 1.0}]})"
+    )
+    for matrix, words in (("[[1.0, 2.0]]", "shape (1, 2); on 'z' it must be (1, 1)"), ("[[np.nan]]", "is not finite")):
+        folder = write(tmp_path / "a", wrong=text.replace("MATRIX", matrix))
+        found = subprocess.run(
+            [sys.executable, "-c", build],
+            capture_output=True,
+            text=True,
+            env={**os.environ, "ROTORSTUDY_PLUGINS": str(folder)},
+        )
+        assert "plugin 'wrong'" in found.stderr and words in found.stderr

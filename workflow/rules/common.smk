@@ -1,5 +1,6 @@
 # Configuration, checked before anything runs, and what every rule shares.
 import os
+import re
 import sys
 from pathlib import Path
 
@@ -62,7 +63,7 @@ def replay_config(wildcards):
 
 def in_report(path, caption, category, subcategory):
     """A file shown in the HTML report, with its caption from workflow/report."""
-    name = Path(path).stem.replace("_", " ")
+    name = re.sub(r"^(figure|table) (\d+) (\d+)$", r"\1 \2.\3", Path(path).stem.replace("_", " ")).capitalize()
     return report(
         path,
         caption=str(ROOT / "workflow" / "report" / f"{caption}.rst"),
@@ -140,3 +141,20 @@ def captioned(chapter):
 
 def figure_files():
     return [path for chapter in CHAPTERS for kind in ("png", "svg") for path in pictures(chapter, kind)]
+
+
+def data_files():
+    """Every NetCDF file, so that one that was deleted is made again."""
+    found = []
+    for name, study in STUDIES.items():
+        base = f"{RESULTS}/{name}"
+        found += [f"{base}/{stage}.nc" for stage in ("bias", "weight_dominance", "stability")]
+        found += [
+            f"{base}/{stage}/{rig}.nc" for stage in ("records", "spectra", "identification") for rig in study.rigs
+        ]
+        found += [
+            f"{base}/monte_carlo/{rig}/{file_name(case)}.nc" for rig in study.monte_carlo.rigs for case in study.cases
+        ]
+    return found + [
+        f"{RESULTS}/{name}/{stage}.nc" for name in REPLAYS for stage in ("records", "spectra", "identification")
+    ]

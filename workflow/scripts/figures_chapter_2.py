@@ -190,7 +190,7 @@ with job(snakemake):
             if p in (0, 3):
                 panel.set_ylabel("error (rad)" if parameter.endswith("phase") else "error (%)")
     axes[0, 0].legend(fontsize=5)
-    picture.suptitle("A few per cent of error in mass or stiffness cost more than a few per cent of noise", fontsize=9)
+    picture.suptitle("Wrong mass or stiffness costs maximum likelihood more than least squares", fontsize=9)
     save_figure(picture, *next(outputs))
 
     # Weight dominance against the full crack
