@@ -78,7 +78,7 @@ with job(snakemake):
         axes[0, 1].set(xlabel="time (ms)", ylabel="horizontal y (µm)", title="Horizontal displacement")
         axes[1, 0].set_title("Orbit: more than one loop")
         axes[1, 1].set(xlabel="time (ms)", ylabel="reference signal (1)", title="Multi-harmonic phase reference")
-        axes[0, 0].legend()
+        picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
         picture.suptitle(f"Three turns at {speed:g} rad/s: integration lies on the closed form", fontsize=9)
         save_figure(picture, *next(outputs))
 
@@ -111,7 +111,9 @@ with job(snakemake):
             ("Amplitude", "Phase, record half a sample late", "Phase, compensated by the reference")
         ):
             axes[panel, 0].set_title(f"{title}, {speed:g} rad/s")
-            axes[panel, 0].legend(loc="best")
+            if panel:
+                axes[panel, 0].set(ylim=(-3.5, 6.5), yticks=range(-3, 4))
+            axes[panel, 0].legend(loc="upper right")
         save_figure(picture, *next(outputs))
 
     # Error against noise: both estimators, the bound
@@ -187,9 +189,9 @@ with job(snakemake):
             panel.set_title(label if k == 0 else "")
             name = {"mass_kg": "mass", "stiffness_N_per_m": "stiffness"}[str(known)]
             panel.set_xlabel(f"error of the {name} (%)")
-            if p in (0, 3):
+            if p in (0, 3, 4):
                 panel.set_ylabel("error (rad)" if parameter.endswith("phase") else "error (%)")
-    axes[0, 0].legend(fontsize=5)
+    picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
     picture.suptitle("Wrong mass or stiffness costs maximum likelihood more than least squares", fontsize=9)
     save_figure(picture, *next(outputs))
 
