@@ -112,7 +112,7 @@ with job(snakemake):
         ):
             axes[panel, 0].set_title(f"{title}, {speed:g} rad/s")
             if panel:
-                axes[panel, 0].set(ylim=(-3.5, 6.5), yticks=range(-3, 4))
+                axes[panel, 0].set(ylim=(-3.5, 8.0), yticks=range(-3, 4))
             axes[panel, 0].legend(loc="upper right")
         save_figure(picture, *next(outputs))
 

@@ -19,8 +19,8 @@ with job(snakemake):
     write_html(
         snakemake.output.html,
         "Scoreboard",
-        f"Of {len(computed)} printed values that are computed anew, {reproduced(computed)} are reproduced within one unit "
-        f"of their last digit. Another {len(measured)} (Tables 3.4 to 3.8) are measurements: replayed as records and "
+        f"Of {len(computed)} printed values that are computed anew, {reproduced(computed)} are reproduced within one "
+        f"unit of their last digit. Another {len(measured)} (Tables 3.4 to 3.8) are measurements: replayed as records and "
         f"measured again, {reproduced(measured)} come back, which checks the measuring chain. Every other value has a "
         "reason. Chapters 4 to 6 are not done yet.",
         {
