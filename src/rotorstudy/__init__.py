@@ -26,6 +26,7 @@ _HOME = {
     "Record": "records",
     "full_spectrum": "records",
     "simulate_records": "records",
+    "load_records": "record_files",
     "Spectrum": "spectrum",
     "Problem": "identification",
     "Estimate": "identification",

@@ -118,7 +118,8 @@ def simulate(given):
     import numpy as np
 
     from rotorstudy.noise import standard_normal
-    from rotorstudy.records import check_record, records_dataset, simulate_records
+    from rotorstudy.record_files import records_dataset
+    from rotorstudy.records import check_record, simulate_records
     from rotorstudy.response import check_speed
     from rotorstudy.rig import load_rig, named_plugins, read_yaml
     from rotorstudy.store import provenance, save
@@ -155,7 +156,8 @@ def identify(given):
     import numpy as np
 
     from rotorstudy.identification import Problem, magnitude_and_phase
-    from rotorstudy.records import full_spectrum, load_records
+    from rotorstudy.record_files import load_records
+    from rotorstudy.records import full_spectrum
     from rotorstudy.rig import load_rig, named_plugins, read_yaml
     from rotorstudy.store import dataset, provenance, save
 

@@ -20,9 +20,9 @@ with job(snakemake):
         snakemake.output.html,
         "Scoreboard",
         f"Of {len(computed)} printed values that are computed anew, {reproduced(computed)} are reproduced within one "
-        f"unit of their last digit. Another {len(measured)} (Tables 3.4 to 3.8) are measurements: replayed as records and "
-        f"measured again, {reproduced(measured)} come back, which checks the measuring chain. Every other value has a "
-        "reason. Chapters 4 to 6 are not done yet.",
+        f"unit of their last digit. Another {len(measured)} (Tables 3.4 to 3.8) are measurements: replayed as records "
+        f"and measured again, {reproduced(measured)} come back, which checks the measuring chain. Every other value "
+        "has a reason. Chapters 4 to 6 are not done yet.",
         {
             "How many": counts,
             "Values that are not reproduced to the digit": scored[scored.status != "reproduced"],
