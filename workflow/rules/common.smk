@@ -15,6 +15,7 @@ if folders:
 try:
     from rotorstudy.errors import RotorstudyError
     from rotorstudy.job import imported_files, plugin_files
+    from rotorstudy.plugins import registry
     from rotorstudy.studies.config import file_name, load_study
     from rotorstudy.studies.replay import load_replay
     from rotorstudy.studies.workflow import WorkflowConfig
@@ -30,6 +31,8 @@ try:
         study.check_rigs()
     for replay in REPLAYS.values():
         replay.model
+    for failure in registry().failures:
+        print(f"warning: {failure}", file=sys.stderr)
 except RotorstudyError as error:
     sys.exit(f"error: {error}")
 
