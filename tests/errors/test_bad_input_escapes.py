@@ -16,7 +16,8 @@ from rotorstudy import (
     measured_response,
     registry,
 )
-from rotorstudy.records import keyphasor_signal, load_records, records_dataset, reference_signal, synthesize
+from rotorstudy.record_files import load_records, records_dataset
+from rotorstudy.records import keyphasor_signal, reference_signal, synthesize
 from rotorstudy.spectrum import independent_covariance
 from rotorstudy.store import save
 from rotorstudy.studies.config import load_study

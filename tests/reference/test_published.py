@@ -4,10 +4,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
 
-from rotorstudy import load_rig, measured_response
+from rotorstudy import Problem, Spectrum, load_rig, magnitude_and_phase, measured_response
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.identification import solve_linear
+from rotorstudy.records import synthesize
 from rotorstudy.scoreboard import load_reasons, published, score
+from rotorstudy.spectrum import independent_covariance
 from rotorstudy.stability import stability_threshold
 from rotorstudy.store import as_complex
 from rotorstudy.studies.config import load_study
@@ -130,3 +134,69 @@ def test_reasons_name_a_status_that_exists():
 def test_the_example_rig_is_the_rotor_of_table_2_1(chapter_2):
     example, study = load_rig(ROOT / "examples" / "jeffcott.yaml"), chapter_2.rig("physical")
     assert dict(zip(example.names, example.theta, strict=True)) == dict(zip(study.names, study.theta, strict=True))
+
+
+def both_end_points(config, speed, samples):
+    """Full spectrum by FFT of a closed-form record over 2 pi s whose time grid holds both end points."""
+    exact = measured_response(config.rig("thesis"), [speed], config.harmonics)[0, :, 0]
+    time = np.linspace(0, 2 * np.pi, samples)
+    record = synthesize(exact, speed, config.harmonics, time)
+    bins = np.array(config.harmonics) * int(speed)
+    return exact, np.fft.fft(record)[bins] / samples
+
+
+def test_a_time_grid_with_both_end_points_gives_the_printed_percentages_of_table_2_2(chapter_2):
+    printed = {0: -0.0047, 1: -0.0032, 2: 0.0012, 3: 0.0128, -1: -0.0051, -3: 0.0163}
+    exact, leaky = both_end_points(chapter_2, 88.0, 65536)
+    for n, expected in printed.items():
+        i = chapter_2.harmonics.index(n)
+        found = (1 - abs(leaky[i]) / abs(exact[i])) * 100
+        assert found == pytest.approx(expected, abs=0.002)  # what is left is the thesis's integration error
+
+
+def estimates(config, case, amplitude):
+    model, speeds = config.rig("thesis"), config.cases[case].speeds
+    zero = independent_covariance(np.zeros((len(speeds), len(config.harmonics), 1)))
+    spectrum = Spectrum(amplitude, speeds, np.array(config.harmonics), (1,), zero)
+    names = tuple(config.unknowns)
+    theta = solve_linear(*Problem(model, spectrum, names).equations(), names)
+    return magnitude_and_phase(names, theta, np.eye(len(names)))[1] * [1, 1, 1, 180 / np.pi, 1]
+
+
+def test_with_half_the_samples_it_comes_near_the_uncompensated_estimate_at_308(chapter_2):
+    _, leaky = both_end_points(chapter_2, 308.0, 32768)
+    found = estimates(chapter_2, "Single speed 308", leaky[None, :, None])
+    # printed 20.0297, 99.4815, 4.8185e-6, 28.68; a plain delay of one sample gives 19.955 for the first
+    assert found[0] == pytest.approx(20.0297, abs=0.005)
+    assert found[3] == pytest.approx(28.68, abs=0.02)
+
+
+def test_nine_real_factors_on_the_amplitudes_explain_all_noise_rows_of_table_2_5(chapter_2):
+    """One draw for all speeds and levels, no noise in the phases; the single speeds foretell the combined ones."""
+    table = published(REFERENCE, ["2.5"])
+    table = table[table.case.str.endswith("with phase compensation")].set_index(["case", "noise_percent", "item"])
+    items, model, cases = ["c_H", "c_E", "e", "phi", "dk_xi"], chapter_2.rig("thesis"), list(chapter_2.cases)
+    exact = {case: measured_response(model, chapter_2.cases[case].speeds, chapter_2.harmonics) for case in cases}
+    clean = {case: estimates(chapter_2, case, amplitude) for case, amplitude in exact.items()}
+
+    def missed(factors, case, level):
+        """Relative error of the predicted change; the misprinted stiffness (2 %, 50 to 199 rad/s) left out."""
+        change = estimates(chapter_2, case, exact[case] * (1 + level / 100 * factors[:, None])) - clean[case]
+        rows = table.loc[f"{case}, with phase compensation"].published
+        seen = np.array([rows[level, item] - rows[0, item] for item in items])
+        count = 4 if case == cases[2] and level == 2 else 5
+        return ((change - seen) / np.abs(clean[case]))[:count]
+
+    def fitted(chosen):
+        rows = [(case, level) for case in chosen for level in (1, 2, 5)]
+        return least_squares(lambda a: np.concatenate([missed(a, *row) for row in rows]), np.zeros(9)).x
+
+    everywhere = fitted(cases)
+    assert np.abs(everywhere).max() < 0.55  # a uniform draw between -1/2 and 1/2
+    worst = max(np.abs(missed(everywhere, case, 5)).max() for case in cases)
+    assert worst < 2e-3  # of changes up to 0.6: a few units of the printed digits
+    assert max(np.abs(missed(-everywhere, case, 5)).max() for case in cases) > 0.1  # negative control: another draw
+    from_single = fitted(cases[:2])
+    assert (
+        max(np.abs(missed(from_single, case, 5)).max() for case in cases[2:]) < 2e-2
+    )  # 5X and -5X hardly show at these two speeds

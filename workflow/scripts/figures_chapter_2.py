@@ -192,7 +192,7 @@ with job(snakemake):
             if p in (0, 3, 4):
                 panel.set_ylabel("error (rad)" if parameter.endswith("phase") else "error (%)")
     picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
-    picture.suptitle("Wrong mass or stiffness costs maximum likelihood more than least squares", fontsize=9)
+    picture.suptitle("Wrong mass or stiffness mostly costs maximum likelihood more than least squares", fontsize=9)
     save_figure(picture, *next(outputs))
 
     # Weight dominance against the full crack

@@ -172,7 +172,7 @@ with job(snakemake):
     for s, source in enumerate(dict.fromkeys(checks.source)):
         part = checks[checks.source == source]
         for row in part.itertuples():
-            y = names.index(row.parameter) + (s - 0.5) * 0.35
+            y = names.index(row.parameter) + (s - 1) * 0.27
             low, high, at = (v / row.largest_possible for v in (row.low, row.high, row.estimate))
             fill = "full" if row.verdict in ("impossible", "implausible") else "none"
             label = source if row.parameter == names[0] else None
@@ -186,9 +186,9 @@ with job(snakemake):
                 capsize=2,
                 label=label,
             )
-    axes[0, 0].axvspan(-1, 1, color=COLOURS[2], alpha=0.12, label="possible if the mark is opposite the crack")
+    axes[0, 0].axvspan(-1, 0, color=COLOURS[2], alpha=0.12, label="possible in size")
     axes[0, 0].axvspan(0, 1, color=COLOURS[2], alpha=0.25, label="possible")
-    axes[0, 0].set_yticks(range(len(names)), [name.replace("_damping", " damping") for name in names])
+    axes[0, 0].set_yticks(range(len(names)), names)
     axes[0, 0].set_xscale("symlog", linthresh=1)
     axes[0, 0].set(
         xlabel="estimate / largest possible value (1)", title="Filled: not possible by the rig's own data (17 to 22 Hz)"

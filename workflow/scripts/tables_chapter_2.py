@@ -86,13 +86,6 @@ with job(snakemake):
             }
         )
     computed = pd.concat([computed, pd.DataFrame(percentiles)], ignore_index=True)
-    # what errors of 0.1 % on every harmonic do to the rows without noise: a fifth of the 0.5 % level, or as configured
-    for i in computed.index[(computed.table == "2.5") & (computed.noise_percent == 0)]:
-        case = computed.case[i].rsplit(", with", 1)[0]
-        ours, factor = PARAMETERS[computed.item[i]]
-        level = float(noisy[case].noise.min())
-        trials = noisy[case].estimate.sel(noise_model=MODELS["shared"], noise=level, parameter=ours)
-        computed.loc[i, "std_tenth_percent"] = float(trials.std()) * factor * 0.1 / level
     values = printed.set_index(KEYS).published
     computed["deviation"] = [
         abs(c - values.get(tuple(k), np.nan)) for k, c in zip(computed[KEYS].values, computed.computed, strict=True)

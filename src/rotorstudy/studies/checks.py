@@ -12,22 +12,35 @@ from rotorstudy.stability import eigenvalues
 from rotorstudy.store import as_complex
 
 
+def largest_participation(n):
+    """Largest |p_n| that any opening 0 <= sigma(angle) <= 1 can have, whatever its shape and phase.
+
+    p_n = (s_n + s_{n-2}) / 2 is the mean of sigma * cos(angle) * e^{-j(n-1) angle}, so at most half the mean of the
+    positive part of cos(angle) * cos((n-1) angle + phase), maximised over the phase.
+    """
+    angle = (np.arange(4096) + 0.5) * 2 * np.pi / 4096
+    phases = np.linspace(0, np.pi, 91)[:, None]
+    force = np.cos(angle) * np.cos((n - 1) * angle + phases)
+    return max(np.maximum(force, 0).mean(axis=1).max(), np.maximum(-force, 0).mean(axis=1).max())
+
+
 def limits(config):
     """What the rotor and the impact tests allow, SI.
 
-    The impact tests print natural frequencies to 1 Hz. A free vibration seen at w_d = w_n sqrt(1 - zeta^2) bounds the
-    damping; the frequency with the crack open over that with it closed bounds the stiffness loss. Stiffness is that
-    which the measured node feels.
+    Free vibration damped by zeta rings at sqrt(1 - zeta^2) of the undamped frequency; that is known to a few per cent
+    (`undamped_frequency_uncertainty`: shaft mass, elasticity), so a ringing at the printed frequency bounds zeta. The
+    impact feels both dampings together. The frequency with the crack open over that with it closed bounds the
+    stiffness loss.
     """
     model = config.model
-    structure, node = model.structure, model.measured[0]
-    stiffness = 1 / np.linalg.inv(structure.stiffness)[node, node]
-    bare = Model(structure, ())
-    natural = np.abs(eigenvalues(bare, [1e-3]).imag).min()
+    node = model.measured[0]
+    stiffness = 1 / np.linalg.inv(model.structure.stiffness)[node, node]
+    natural = np.abs(eigenvalues(Model(model.structure, ()), [1e-3]).imag).min()
     half = config.frequency_resolution_Hz
     closed, opened = max(config.natural_frequency_Hz.values()), min(config.natural_frequency_Hz.values())
     critical = 2 * stiffness / natural
-    ratio = np.sqrt(max(0.0, 1 - (2 * np.pi * (closed - half) / natural) ** 2))
+    highest = natural * (1 + config.undamped_frequency_uncertainty)
+    ratio = np.sqrt(max(0.0, 1 - (2 * np.pi * (closed - half) / highest) ** 2))
     return {
         "critical damping": critical,
         "damping ratio": ratio,
@@ -43,37 +56,37 @@ def physical_checks(config, estimates, bow):
     estimates : DataFrame with source, group, parameter, estimate, low, high, SI
     bow       : m, 1X of the slow roll
     verdict   : "impossible" (or "implausible", where only judgement forbids it) if the whole interval lies outside
-                what is allowed, "possible" if it lies inside, else "undecided". Stiffness losses are judged by size:
-                a negative one could also mean a phase mark opposite the crack.
+                what is allowed, "possible" if it lies inside, else "undecided". dk p_n is judged by size, against the
+                largest stiffness loss times the largest p_n of any opening; weight dominance is taken for granted,
+                as the thesis does.
     """
     import pandas as pd
 
     bound, frequencies = limits(config), config.natural_frequency_Hz.values()
     resolution = config.frequency_resolution_Hz
     damping = (
-        f"critical damping is {bound['critical damping']:.0f} N s/m; a free vibration seen within {resolution:g} Hz of "
-        f"the undamped frequency allows a damping ratio up to {bound['damping ratio']:.3f}"
+        f"critical damping is {bound['critical damping']:.0f} N s/m; a free vibration at {max(frequencies):g} Hz, the "
+        f"undamped frequency known to {config.undamped_frequency_uncertainty:.0%}, allows a ratio up to "
+        f"{bound['damping ratio']:.2f} for both dampings together"
     )
     eccentricity = (
         f"the shaft is bent by {bow * 1e6:.0f} um and carries the disc with it; an eccentricity beyond the bow would "
         "need a disc whose own mass centre is off by more than that"
     )
     loss = (
-        f"at most {bound['stiffness loss']:.0f} N/m by the impact tests ({max(frequencies):g} and "
-        f"{min(frequencies):g} Hz, each within {resolution:g} Hz), whatever the sign; "
-        f"the whole stiffness is {bound['stiffness']:.0f} N/m"
+        f"the stiffness loss is at most {bound['stiffness loss']:.0f} N/m by the impact tests ({max(frequencies):g} "
+        f"and {min(frequencies):g} Hz, each within {resolution:g} Hz), times the largest p_n of any opening"
     )
     rows = []
     for row in estimates.itertuples():
-        label, scale, unit, highest, why, outside = row.parameter, 1.0, "N s/m", bound["damping"], damping, "impossible"
+        unit, highest, why, outside = "N s/m", bound["damping"], damping, "impossible"
         low, high = row.low, row.high
         if row.parameter == "eccentricity":
             unit, highest, why, outside = "m", bow, eccentricity, "implausible"
         elif row.parameter.startswith("stiffness_loss_p"):
             n = int(row.parameter.removeprefix("stiffness_loss_p"))
-            label, scale = f"stiffness loss from p_{n}", config.participation[n]
-            unit, highest, why = "N/m", bound["stiffness loss"], loss
-            ends = sorted(abs(end / scale) for end in (row.low, row.high))
+            unit, highest, why = "N/m", bound["stiffness loss"] * largest_participation(n), loss
+            ends = sorted((abs(row.low), abs(row.high)))
             low, high = (0.0 if row.low * row.high < 0 else ends[0]), ends[1]
         elif row.parameter not in ("external_damping", "internal_damping"):
             continue
@@ -86,10 +99,10 @@ def physical_checks(config, estimates, bow):
             {
                 "source": row.source,
                 "group": row.group,
-                "parameter": label,
-                "estimate": row.estimate / scale,
-                "low": min(row.low / scale, row.high / scale),
-                "high": max(row.low / scale, row.high / scale),
+                "parameter": row.parameter.replace("stiffness_loss_p", "dk p_").replace("_damping", " damping"),
+                "estimate": row.estimate,
+                "low": row.low,
+                "high": row.high,
                 "largest_possible": highest,
                 "unit": unit,
                 "verdict": verdict,

@@ -56,7 +56,7 @@ class ReplayConfig(Strict):
     model_error: float = Field(ge=0)  # of each harmonic, slow roll removed: what the model is not trusted to explain
     natural_frequency_Hz: dict[str, float]
     frequency_resolution_Hz: float = Field(gt=0)
-    participation: dict[int, float]
+    undamped_frequency_uncertainty: float = Field(ge=0)  # relative
 
     @property
     def model(self):

@@ -52,7 +52,7 @@ def weight_dominance(config, rig):
     variables = {
         "displacement": (("crack", "crack_scale", "speed", "harmonic"), found, "m", "full spectrum"),
         "error": (
-            ("stiffness_loss", "case", "parameter"),
+            ("crack_scale", "case", "parameter"),
             errors,
             "1",
             "relative error; of phases the difference in rad",

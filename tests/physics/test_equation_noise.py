@@ -1,0 +1,152 @@
+"""What noise in a spectrum does to the equations and to the estimate: several speeds, two sensors, a hidden coordinate."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from collocation import four_coordinates
+from test_noise_statistics import check_scatter
+
+from rotorstudy import Problem, RotorstudyError, Spectrum, cramer_rao_bound, measured_response, registry
+from rotorstudy.identification import output_error_fit, solve_linear
+from rotorstudy.regression import regression, residual_sensitivity
+
+SPEEDS, EVERY = np.array([90.0, 130.0]), np.arange(-7, 8)
+ORDER = 7
+NAMES = ("swirl", "uneven", "turning", "push_real", "push_imag")
+TRIALS = 300
+
+
+def correlated(shown, size, generator):
+    """A covariance for each speed and sensor, with every component correlated with every other."""
+    speeds, harmonics, sensors = shown.shape
+    root = generator.standard_normal((speeds, sensors, 2 * harmonics, 4 * harmonics))
+    return size**2 * root @ np.swapaxes(root, -1, -2) / (4 * harmonics)
+
+
+def draws(covariance, count, generator):
+    """(trial, speed, harmonic, sensor) complex noise with that covariance."""
+    root = np.linalg.cholesky(covariance)
+    numbers = np.einsum("smij,tsmj->tsim", root, generator.standard_normal((count, *covariance.shape[:3])))
+    real, imaginary = np.split(numbers, 2, axis=2)
+    return real + 1j * imaginary
+
+
+@pytest.fixture(scope="module")
+def model():
+    return four_coordinates(1)
+
+
+@pytest.fixture(scope="module")
+def clean(model):
+    shown = measured_response(model, SPEEDS, EVERY, order=ORDER)
+    # a ten-thousandth of the largest harmonic: the square of the noise does not show
+    covariance = correlated(shown, 1e-5 * np.abs(shown).max(), np.random.default_rng(21))
+    return Spectrum(shown, SPEEDS, EVERY, model.sensors, covariance)
+
+
+@pytest.fixture(scope="module")
+def problem(model, clean):
+    noise = draws(clean.covariance, TRIALS, np.random.default_rng(22))
+    return Problem(model, clean.with_amplitude(clean.amplitude + noise), NAMES, ORDER)
+
+
+@pytest.fixture(scope="module")
+def true(model):
+    return model.theta[model.position(NAMES)]
+
+
+def residual(model, spectrum, theta):
+    a, b = regression(model, spectrum, NAMES, order=ORDER).real_system()
+    return a @ theta - b
+
+
+def moved_by(model, clean, theta):
+    """Residual that a noise of one sigma makes, and what `residual_sensitivity` says it makes."""
+    noise = draws(clean.covariance, 1, np.random.default_rng(3))[0]
+    found = residual(model, clean.with_amplitude(clean.amplitude + noise), theta) - residual(model, clean, theta)
+    slope = residual_sensitivity(model, clean, NAMES, theta, order=ORDER)
+    components = np.concatenate([noise.real, noise.imag], axis=1).reshape(len(SPEEDS), -1)
+    return found, np.einsum("src,sc->sr", slope, components).ravel()
+
+
+def test_the_residual_moves_with_the_spectrum_as_stated(model, clean, true):
+    found, stated = moved_by(model, clean, true)
+    # the residual is affine in the spectrum, so there is no error but the cancellation of forces a thousand times it
+    assert np.abs(found - stated).max() < 1e-9 * np.abs(found).max()
+    _, elsewhere = moved_by(model, clean, 1.1 * true)
+    assert np.abs(found - elsewhere).max() > 1e-4 * np.abs(found).max()  # negative control: it depends on theta
+
+
+def test_without_noise_the_residual_is_nothing(model, clean, true):
+    found, _ = moved_by(model, clean, true)
+    assert np.abs(residual(model, clean, true)).max() < 1e-6 * np.abs(found).max()
+
+
+def test_least_squares_scatters_as_stated_with_hidden_coordinates_and_correlated_noise(problem, true):
+    found = registry().get("estimator", "least_squares").function(problem)
+    check_scatter(found.theta - true, found.covariance, slack=0.02)  # first order, at the mean of the trials
+
+
+def test_a_covariance_wrong_by_a_factor_of_two_is_noticed(problem, true):
+    """Negative control, either way."""
+    found = registry().get("estimator", "least_squares").function(problem)
+    for factor in (2.0, 0.5):
+        with pytest.raises(AssertionError):
+            check_scatter(found.theta - true, factor * found.covariance, slack=0.02)
+
+
+def test_maximum_likelihood_fills_the_cramer_rao_ellipsoid_with_correlated_noise(problem, clean, true):
+    fitted = replace(problem, spectrum=problem.spectrum.with_amplitude(problem.spectrum.amplitude[:150]))
+    found = output_error_fit(fitted)
+    bound = cramer_rao_bound(replace(problem, spectrum=clean), true)
+    check_scatter(found.theta - true, bound, slack=0.01)
+    # degrees of freedom: two speeds, two sensors, real and imaginary parts, less the unknowns
+    freedom = 2 * 2 * 2 * len(EVERY) - len(NAMES)
+    # mean of 150 chi-square numbers: standard deviation sqrt(2 f / 150), here within five of these
+    assert found.misfit.mean() == pytest.approx(freedom, abs=5 * np.sqrt(2 * freedom / 150))
+
+
+def test_least_squares_is_never_better_than_the_bound(problem, clean, true):
+    stated = registry().get("estimator", "least_squares").function(problem).covariance
+    bound = cramer_rao_bound(replace(problem, spectrum=clean), true)
+    size = np.sqrt(np.diag(bound))
+    excess = np.linalg.eigvalsh((stated - bound) / np.outer(size, size))
+    assert excess.min() > -0.02  # the covariance is taken at the mean of the trials, not at the truth
+    assert excess.max() > 0.1  # and here it is worse: it does not know which harmonics are noisy
+
+
+def test_equations_of_many_trials_are_those_of_each(problem):
+    a, b = problem.equations()
+    for t in (0, 7, TRIALS - 1):
+        one = replace(problem, spectrum=problem.spectrum.with_amplitude(problem.spectrum.amplitude[t]))
+        one_a, one_b = one.equations()
+        for p in range(len(NAMES)):
+            assert a[t, :, p] == pytest.approx(one_a[:, p], rel=1e-9, abs=1e-12 * np.abs(one_a[:, p]).max())
+        assert b[t] == pytest.approx(one_b, rel=1e-9, abs=1e-12 * np.abs(one_b).max())
+    assert np.abs(a[0] - a[1]).max() > 0  # negative control: trials differ
+
+
+def test_neither_estimate_nor_interval_depends_on_the_order_of_harmonics(problem, clean):
+    mixed = np.random.default_rng(4).permutation(len(EVERY))
+    both = np.concatenate([mixed, mixed + len(EVERY)])
+    one = replace(problem, spectrum=clean.with_amplitude(problem.spectrum.amplitude[0]))
+    here = one.spectrum
+    other = Spectrum(
+        here.amplitude[:, mixed], SPEEDS, EVERY[mixed], here.sensors, here.covariance[:, :, both][..., both]
+    )
+    for plugin in registry().plugins["estimator"].values():
+        expected, found = plugin.function(one), plugin.function(replace(one, spectrum=other))
+        # a fit stops within 1e-4 of a standard deviation; the linear estimate is the same to round-off
+        assert (np.abs(found.theta - expected.theta) < 1e-3 * expected.std).all()
+        assert found.covariance == pytest.approx(expected.covariance, rel=1e-5, abs=1e-8 * expected.std.min() ** 2)
+
+
+def test_an_unknown_that_has_a_twin_is_named(problem, model, clean):
+    """The same push twice, under two labels: four columns of which two are copies."""
+    push = model.terms[[t.kind for t in model.terms].index("push")]
+    doubled = model.plus(replace(push, label="again", values={}))
+    names = ("push_real", "push_imag", "push[again]_real", "push[again]_imag", "swirl")
+    with pytest.raises(RotorstudyError, match="trade off") as caught:
+        solve_linear(*Problem(doubled, clean, names, ORDER).equations(), names)
+    assert set(caught.value.parameters) == set(names[:4])

@@ -1,0 +1,120 @@
+"""Gyroscopic whirl and the threshold of instability: closed forms beyond the isotropic Jeffcott rotor."""
+
+import numpy as np
+import pytest
+
+from rotorstudy import Entry, Parameter, Term, build_model, eigenvalues, harmonic_response, stability_threshold
+from rotorstudy.integration import time_response
+
+M, K = 2.0, 7.6e5
+NATURAL = np.sqrt(K / M)
+POLAR, DIAMETRAL, TILTING = 0.02, 0.011, 4000.0
+JEFFCOTT = {"kind": "jeffcott", "mass_kg": M, "stiffness_N_per_m": K}
+MID_SPAN = {  # a disc at mid-span: translation and tilt do not see each other
+    "kind": "offset_disc",
+    "mass_kg": M,
+    "polar_moment_kg_m2": POLAR,
+    "diametral_moment_kg_m2": DIAMETRAL,
+    "k22_N_per_m": K,
+    "k24_N": 0.0,
+    "k44_N_m": TILTING,
+}
+OFF_MID_SPAN = {**MID_SPAN, "k24_N": 2.0e4}
+
+
+def rotor(kind, internal=0.0, external=0.0):
+    effects = [
+        {"kind": "internal_damping", "internal_damping_N_s_per_m": internal},
+        {"kind": "external_damping", "external_damping_N_s_per_m": external},
+    ]
+    return build_model({"rotor": kind, "effects": effects})
+
+
+def ad_hoc(name, value, *entries):
+    return Term(name, (Parameter(name, "1", entries, abs(value)),), {name: value})
+
+
+def whirl(speed, direction):
+    """Tilting disc, J_d s^2 - j w J_p s + k = 0: forward above, backward below the frequency at rest."""
+    half = speed * POLAR / (2 * DIAMETRAL)
+    return half + direction * np.sqrt(half**2 + TILTING / DIAMETRAL)
+
+
+@pytest.mark.parametrize("speed", [1.0, 200.0, 800.0])
+def test_a_tilting_disc_whirls_at_its_closed_form(speed):
+    found = eigenvalues(rotor(MID_SPAN), [speed])[0]
+    expected = np.sort([NATURAL, -NATURAL, whirl(speed, 1), whirl(speed, -1)])
+    # round-off of 1e-16 relative to the fastest mode
+    assert np.abs(found - 1j * expected).max() < 1e-12 * np.abs(expected).max()
+
+
+def test_forward_tilting_speeds_up_and_backward_slows_down():
+    speeds = np.array([100.0, 200.0, 400.0, 800.0])  # from the first, tilting forward is the fastest mode
+    _, backward, _, forward = eigenvalues(rotor(MID_SPAN), speeds).imag.T
+    assert (np.diff(forward) > 0).all() and (np.diff(np.abs(backward)) < 0).all()
+    _, backward, _, forward = np.sort(-eigenvalues(rotor({**MID_SPAN, "gyroscopic_sign": -1}), speeds).imag).T
+    assert (np.diff(forward) > 0).all()  # negative control: the sign of the thesis swaps forward and backward
+
+
+@pytest.mark.parametrize(
+    ("n", "inertia"), [(1, DIAMETRAL - POLAR), (-1, DIAMETRAL + POLAR), (2, 4 * DIAMETRAL - 2 * POLAR)]
+)
+def test_a_turning_couple_tilts_a_disc_against_its_gyroscopic_moment(n, inertia):
+    """k - n^2 w^2 J_d + n w^2 J_p: a thin disc has no forward critical speed, but a backward one."""
+    speed, couple = 300.0, 2.0
+    model = rotor(MID_SPAN).plus(ad_hoc("couple", couple, Entry(np.array([0.0, 1.0]), on="one", shift=n)))
+    found = harmonic_response(model, [speed], [n])[0, 0, 1]
+    assert found == pytest.approx(couple / (TILTING - inertia * speed**2), rel=1e-12)  # round-off
+
+
+def uneven(difference):
+    """k + d along x, k - d along y: force -d conj(z)."""
+    return ad_hoc("uneven", difference, Entry(-np.array([[1.0]]), on="conj"))
+
+
+@pytest.mark.parametrize("difference", [1e3, 1e4, 5e4])
+def test_an_uneven_support_raises_the_threshold_by_its_closed_form(difference):
+    """c_H^2 w^2 = c^2 w_n^2 + d^2 with c = c_E + c_H: at the limit s = j w_n, and the imaginary part is silent."""
+    internal, external = 50.0, 25.0
+    model = rotor(JEFFCOTT, internal, external).plus(uneven(difference))
+    expected = np.hypot((internal + external) * NATURAL, difference) / internal
+    assert stability_threshold(model, 4000.0) == pytest.approx(expected, rel=1e-8)  # the root finder's 1e-9 rad/s
+    assert expected > NATURAL * (1 + external / internal)
+
+
+def least_stable(internal, external, speed):
+    """Eigenvalue and shape of the mode that decays least, from the equations of motion written out here."""
+    damp = np.diag([internal + external, 0.0]) - 1j * speed * np.diag([0.0, POLAR])
+    stiff = np.array([[K - 1j * speed * internal, 2.0e4], [2.0e4, TILTING]])
+    inertia = np.diag([M, DIAMETRAL])
+    upper = np.hstack([np.zeros((2, 2)), np.eye(2)])
+    lower = -np.linalg.solve(inertia, np.hstack([stiff, damp]))
+    values, shapes = np.linalg.eig(np.vstack([upper, lower]))
+    last = values.real.argmax()
+    return values[last], shapes[:2, last]
+
+
+@pytest.mark.parametrize(("share", "grows"), [(0.97, False), (1.03, True)])
+def test_a_gyroscopic_rotor_started_in_its_mode_decays_below_the_threshold_and_grows_above(share, grows):
+    internal, external = 200.0, 60.0
+    model = rotor({**OFF_MID_SPAN, "gravity_m_per_s2": 0.0}, internal, external)
+    speed = share * stability_threshold(model, 4000.0)
+    value, shape = least_stable(internal, external, speed)
+    shape = 1e-6 * shape / np.abs(shape[0])
+    late = time_response(model, speed, np.array([0.2]), start=(shape, value * shape))[0]
+    # the integrator's 1e-10 a step, a thousand steps
+    assert late == pytest.approx(shape * np.exp(value * 0.2), rel=1e-6)
+    assert (np.abs(late) > np.abs(shape)).all() == grows
+
+
+def test_the_threshold_of_a_gyroscopic_rotor_is_where_its_own_equations_stop_decaying():
+    found = stability_threshold(rotor(OFF_MID_SPAN, 200.0, 60.0), 4000.0)
+    # the root finder's 1e-9 rad/s over the slope of the growth, and round-off of eigenvalues near 1e3
+    assert abs(least_stable(200.0, 60.0, found)[0].real) < 1e-8
+    assert least_stable(200.0, 60.0, 0.999 * found)[0].real < -1e-4
+    assert least_stable(200.0, 60.0, 1.001 * found)[0].real > 1e-4
+
+
+@pytest.mark.parametrize("kind", [JEFFCOTT, OFF_MID_SPAN], ids=["jeffcott", "off mid-span"])
+def test_external_damping_alone_has_no_threshold(kind):
+    assert stability_threshold(rotor(kind, 0.0, 100.0), 5000.0) is None
