@@ -5,6 +5,8 @@ import numpy as np
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.response import check_speed
 
+ROUND_OFF = 1e-12  # of the largest eigenvalue: real part that round-off may give a mode without damping
+
 
 def eigenvalues(model, speed, theta=None):
     """Eigenvalues of the time-invariant model.
@@ -51,6 +53,12 @@ def eigenvalues(model, speed, theta=None):
     return np.take_along_axis(values, np.argsort(values.imag, axis=-1), axis=-1)
 
 
+def growth_rate(model, speed, theta=None):
+    """(speed,) 1/s, largest real part of the eigenvalues above what round-off gives; unstable if > 0."""
+    values = eigenvalues(model, speed, theta)
+    return values.real.max(axis=-1) - ROUND_OFF * np.abs(values).max(axis=-1)
+
+
 def stability_threshold(model, up_to, theta=None):
     """Lowest speed in rad/s at which a whirl mode stops decaying, or None if there is none up to `up_to`.
 
@@ -58,26 +66,23 @@ def stability_threshold(model, up_to, theta=None):
     """
     from scipy.optimize import brentq
 
-    def growth(speed):
-        return eigenvalues(model, [speed], theta).real.max()
-
-    speeds = np.linspace(up_to / 400, up_to, 400)
-    unstable = eigenvalues(model, speeds, theta).real.max(axis=-1) > 0
+    speeds = np.geomspace(1e-6 * up_to, up_to, 400)
+    unstable = growth_rate(model, speeds, theta) > 0
     if not unstable.any():
         return None
     first = int(np.argmax(unstable))
-    return float(speeds[0]) if first == 0 else float(brentq(growth, speeds[first - 1], speeds[first], xtol=1e-9))
+    if first == 0:
+        return float(speeds[0])
+    return float(brentq(lambda w: growth_rate(model, [w], theta)[0], speeds[first - 1], speeds[first], xtol=1e-9))
 
 
 def check_stable(model, speeds):
     """Raise if a whirl mode grows at a speed: there is no steady state then. Time-varying models are not judged."""
     if any(e.on != "one" and (e.shift or e.frequency_only) for u in model.rotor_unknowns for e in u.entries):
         return
-    growth = eigenvalues(model, speeds).real.max(axis=-1)
-    limit = 1e-9 * np.abs(eigenvalues(model, speeds)).max(axis=-1)  # round-off of an undamped rotor
-    if (growth > limit).any():
-        first = float(np.asarray(speeds)[growth > limit][0])
+    unstable = growth_rate(model, speeds) > 0
+    if unstable.any():
         raise RotorstudyError(
-            f"no steady state at {first:g} rad/s: internal damping makes the rotor unstable there; "
-            "stay below the stability threshold, or add external damping"
+            f"no steady state at {np.asarray(speeds)[unstable][0]:g} rad/s: internal damping makes the rotor unstable "
+            "there; stay below the stability threshold, or add external damping"
         )

@@ -1,4 +1,4 @@
-"""What noise in a spectrum does to the equations and to the estimate: several speeds, two sensors, a hidden coordinate."""
+"""Noise of a spectrum in the equations and in the estimate: several speeds, two sensors, hidden coordinates."""
 
 from dataclasses import replace
 
