@@ -1,16 +1,14 @@
 import numpy as np
 
 from rotorstudy.plugins import SpectrumMethod, hookimpl
-from rotorstudy.records import white_noise_covariance
+from rotorstudy.records import spectral_lines, white_noise_covariance
 
 
 def fft(signal, time, speed, harmonics):
-    """Fourier transform at the bins nearest to the harmonics; leaks unless the record holds whole revolutions."""
-    samples = len(time)
-    revolutions = speed * (time[1] - time[0]) * samples / (2 * np.pi)
-    bins = np.rint(np.asarray(harmonics) * revolutions).astype(int)
-    amplitude = np.fft.fft(signal, axis=-1)[..., bins % samples] / samples
-    return amplitude, white_noise_covariance(signal, np.eye(len(bins)) / samples)
+    """Fourier transform at the lines nearest to the harmonics; leaks unless the record holds whole revolutions."""
+    lines = spectral_lines(time, speed, harmonics)
+    amplitude = np.fft.fft(signal, axis=-1)[..., lines] / len(time)
+    return amplitude, white_noise_covariance(signal, np.eye(len(lines)) / len(time), lines)
 
 
 @hookimpl

@@ -59,7 +59,13 @@ def keyphasor_signal(speed, time, width_rad=0.1):
     return np.exp(-0.5 * (angle / width_rad) ** 2)
 
 
-def white_noise_covariance(residual, inverse_normal):
+def spectral_lines(time, speed, harmonics):
+    """(harmonic,) line of the discrete Fourier transform nearest to each harmonic."""
+    revolutions = speed * (time[1] - time[0]) * len(time) / (2 * np.pi)
+    return np.rint(np.asarray(harmonics) * revolutions).astype(int) % len(time)
+
+
+def white_noise_covariance(residual, inverse_normal, lines):
     """Covariance of harmonics fitted to a record, from the noise floor of what the fit leaves.
 
     The floor is the median of the residual's periodogram, so that lines nobody asked for (other harmonics, hum) do not
@@ -67,10 +73,12 @@ def white_noise_covariance(residual, inverse_normal):
 
     residual       : (..., time) complex or real, m
     inverse_normal : (harmonic, harmonic) inverse of basis^H basis
+    lines          : (harmonic,) lines of the harmonics asked for, which are signal or emptied by the fit, not noise
     returns        : (..., component, component) m^2, real parts then imaginary parts
     """
     samples = residual.shape[-1]
-    power = np.median(np.abs(np.fft.fft(residual, axis=-1)) ** 2, axis=-1) / (samples * np.log(2))
+    rest = np.delete(np.fft.fft(residual, axis=-1), lines, axis=-1)
+    power = np.median(np.abs(rest) ** 2, axis=-1) / (samples * np.log(2))
     real, imag = inverse_normal.real, inverse_normal.imag
     block = np.block([[real, -imag], [imag, real]]) / 2
     return power[..., None, None] * block
