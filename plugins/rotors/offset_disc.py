@@ -28,11 +28,16 @@ def offset_disc(
     k22 = 3EI (a^3 + b^3) / (ab)^3, k24 = 3EI (a^2 - b^2) / (ab)^2, k44 = 3EI (a + b) / (ab).
     gyroscopic_sign -1 is the reversed sign of the thesis, for its tables only.
     """
+    shape = None
     shaft, given = (a_m, b_m, diameter_m), (k22_N_per_m, k24_N, k44_N_m)
     if None not in shaft and given == (None, None, None):
         a, b, rigidity = a_m, b_m, 3 * youngs_modulus_Pa * np.pi * diameter_m**4 / 64
         k22, k24 = rigidity * (a**3 + b**3) / (a * b) ** 3, rigidity * (a**2 - b**2) / (a * b) ** 2
         k44 = rigidity * (a + b) / (a * b)
+
+        def shape(position):
+            return shaft_shape(position, a, b)
+
     elif None not in given and shaft == (None, None, None):
         k22, k24, k44 = given
     else:
@@ -53,7 +58,16 @@ def offset_disc(
             "stiffness_loss_22": (np.diag([1.0, 0.0]), "N/m", 0.3 * k22),
             "stiffness_loss_44": (np.diag([0.0, 1.0]), "N m", 0.1 * k44),
         },
+        shape_at=shape,
     )
+
+
+def shaft_shape(position, a, b):
+    """(dof,) translation of the massless shaft at a position from the first bearing, by unit z and unit dz/ds."""
+    if not 0 <= position <= a + b:
+        raise RotorstudyError(f"offset_disc: position {position:g} m is not on the shaft of 0 to {a + b:g} m")
+    span, s, sign = (a, position, 1) if position <= a else (b, a + b - position, -1)
+    return np.array([s * (3 * span**2 - s**2) / (2 * span**3), sign * s * (s**2 - span**2) / (2 * span**2)])
 
 
 @hookimpl

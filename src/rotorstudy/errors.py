@@ -26,3 +26,7 @@ def unknown_name(kind, name, known, where="", error=RotorstudyError):
     place = f" in {where}" if where else ""
     allowed = ", ".join(sorted(map(str, known))) or "none"
     return error(f"unknown {kind} '{name}'{place}{hint} (known: {allowed})")
+
+
+class NoConvergenceError(RotorstudyError):
+    """A fit that did not come to rest: its data may be far from what the model can do."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rotorstudy.errors import RotorstudyError, UnidentifiableError
+from rotorstudy.errors import NoConvergenceError, RotorstudyError, UnidentifiableError
 from rotorstudy.regression import regression, residual_sensitivity
 from rotorstudy.response import COUPLED_ORDER, measured_response
 from rotorstudy.spectrum import components
@@ -174,7 +174,7 @@ def output_error_fit(problem, start=None, iterations=200):
 
     start   : (..., parameter), see `start_values`
     returns : Estimate with covariance (J^T J)^-1, and the misfit
-    raises  : UnidentifiableError if the unknowns trade off at the start; RotorstudyError if no fit converges. Of many
+    raises  : UnidentifiableError if the unknowns trade off at the start; NoConvergenceError if no fit converges. Of many
               trials, those that do not converge are NaN
     """
     measured = whitened_measurement(problem.spectrum)
@@ -213,7 +213,7 @@ def output_error_fit(problem, start=None, iterations=200):
         if not len(trials):
             break
     if len(trials) == len(theta):
-        raise RotorstudyError(
+        raise NoConvergenceError(
             f"the output-error fit did not converge in {iterations} steps; start closer, or fix a weak parameter"
         )
     theta[trials] = np.nan

@@ -1,5 +1,6 @@
 """A model: base structure + terms + output terms, with the values of its amplitudes."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -17,6 +18,7 @@ class Structure:
     static_load : (dof,) gravity, real part along the downward x axis, N (N m for a tilt)
     dofs        : one (node, "translation" or "tilt") for each coordinate
     stiffness_loss : name -> (pattern (dof, dof), unit); where and how a crack takes stiffness away
+    shape_at    : position along the shaft, m -> (dof,) what each coordinate moves the shaft there; None if not known
     """
 
     mass: np.ndarray
@@ -25,6 +27,7 @@ class Structure:
     static_load: np.ndarray
     dofs: tuple[tuple[int, str], ...]
     stiffness_loss: dict = field(default_factory=dict)
+    shape_at: Callable | None = None
 
     @property
     def nodes(self):

@@ -8,12 +8,11 @@ from rotorstudy.response import check_speed
 ROUND_OFF = 1e-12  # of the largest eigenvalue: real part that round-off may give a mode without damping
 
 
-def eigenvalues(model, speed, theta=None):
-    """Eigenvalues of the time-invariant model.
+def state_matrix(model, speed, theta=None):
+    """Matrix A of the time-invariant model, d/dt (q, q') = A (q, q').
 
     speed   : (speed,) rad/s
-    returns : (speed, mode) complex, 1/s, sorted by imaginary part; positive imaginary part is forward whirl.
-              With entries on conj(z) both mirror images of each mode appear.
+    returns : (speed, state, state) complex; with entries on conj(z) q stands for q and conj(q), one above the other
     raises  : RotorstudyError if the model has terms that vary in time at speed (an open or breathing crack)
     """
     speed = check_speed(speed)
@@ -48,8 +47,18 @@ def eigenvalues(model, speed, theta=None):
         k, c, m = on_z[0], on_z[1], on_z[2]
     identity = np.broadcast_to(np.eye(k.shape[-1]), k.shape)
     lower = np.concatenate([-np.linalg.solve(m, k), -np.linalg.solve(m, c)], axis=-1)
-    state = np.concatenate([np.concatenate([np.zeros_like(k), identity], axis=-1), lower], axis=-2)
-    values = np.linalg.eigvals(state)
+    return np.concatenate([np.concatenate([np.zeros_like(k), identity], axis=-1), lower], axis=-2)
+
+
+def eigenvalues(model, speed, theta=None):
+    """Eigenvalues of the time-invariant model.
+
+    speed   : (speed,) rad/s
+    returns : (speed, mode) complex, 1/s, sorted by imaginary part; positive imaginary part is forward whirl.
+              With entries on conj(z) both mirror images of each mode appear.
+    raises  : as `state_matrix`
+    """
+    values = np.linalg.eigvals(state_matrix(model, speed, theta))
     return np.take_along_axis(values, np.argsort(values.imag, axis=-1), axis=-1)
 
 

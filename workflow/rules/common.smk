@@ -92,6 +92,7 @@ TABLES = {
         "estimates",
         "physical_checks",
     ],
+    "chapter_4": [f"table_4_{n}" for n in range(1, 11)],
 }
 CHAPTERS = [chapter for chapter in TABLES if chapter in STUDIES or chapter in REPLAYS]
 
@@ -129,6 +130,16 @@ FIGURES = {
     ],
     "chapter_3": [f"figure_3_{n}" for n in (12, 13, 14, 15, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26)]
     + ["bow_magnification", "physical_checks"],
+    "chapter_4": [f"figure_4_{n}" for n in (5, 6, 7, 8, 9)]
+    + [
+        "error_against_noise",
+        "collinearity",
+        "measurements",
+        "campbell",
+        "bias",
+        "weight_dominance",
+        "stability",
+    ],
 }
 
 
@@ -146,12 +157,16 @@ def figure_files():
     return [path for chapter in CHAPTERS for kind in ("png", "svg") for path in pictures(chapter, kind)]
 
 
+# stages of a study that give one file each
+STUDY_STAGES = ("bias", "weight_dominance", "stability", "whirl", "identifiability")
+
+
 def data_files():
     """Every NetCDF file, so that one that was deleted is made again."""
     found = []
     for name, study in STUDIES.items():
         base = f"{RESULTS}/{name}"
-        found += [f"{base}/{stage}.nc" for stage in ("bias", "weight_dominance", "stability")]
+        found += [f"{base}/{stage}.nc" for stage in STUDY_STAGES]
         found += [
             f"{base}/{stage}/{rig}.nc" for stage in ("records", "spectra", "identification") for rig in study.rigs
         ]

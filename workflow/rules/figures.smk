@@ -28,6 +28,32 @@ if "chapter_2" in STUDIES:
             "../scripts/figures_chapter_2.py"
 
 
+if "chapter_4" in STUDIES:
+
+    rule figures_chapter_4:
+        input:
+            config=str(ROOT / settings.studies["chapter_4"]),
+            records=f"{RESULTS}/chapter_4/records/physical.nc",
+            spectra=f"{RESULTS}/chapter_4/spectra/physical.nc",
+            thesis_spectra=f"{RESULTS}/chapter_4/spectra/thesis.nc",
+            bias=f"{RESULTS}/chapter_4/bias.nc",
+            weight_dominance=f"{RESULTS}/chapter_4/weight_dominance.nc",
+            stability=f"{RESULTS}/chapter_4/stability.nc",
+            whirl=f"{RESULTS}/chapter_4/whirl.nc",
+            identifiability=f"{RESULTS}/chapter_4/identifiability.nc",
+            monte_carlo=f"{RESULTS}/chapter_4/monte_carlo/physical/20_to_50_Hz.nc",
+            monte_carlo_thesis=f"{RESULTS}/chapter_4/monte_carlo/thesis/20_to_50_Hz.nc",
+            published=f"{REFERENCE}/full_spectrum.csv",
+            code=code("figures_chapter_4.py"),
+        output:
+            png=captioned("chapter_4"),
+            svg=pictures("chapter_4", "svg"),
+        log:
+            f"{RESULTS}/logs/chapter_4/figures.log",
+        script:
+            "../scripts/figures_chapter_4.py"
+
+
 if "chapter_3" in REPLAYS:
 
     rule figures_chapter_3:

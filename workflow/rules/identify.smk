@@ -36,3 +36,16 @@ rule bias:
         f"{RESULTS}/logs/{{study}}/bias.log",
     script:
         "../scripts/bias.py"
+
+
+rule identifiability:
+    input:
+        config=study_config,
+        code=code("identifiability.py"),
+        plugins=study_plugins(),
+    output:
+        f"{RESULTS}/{{study}}/identifiability.nc",
+    log:
+        f"{RESULTS}/logs/{{study}}/identifiability.log",
+    script:
+        "../scripts/identifiability.py"

@@ -50,3 +50,16 @@ rule stability:
         f"{RESULTS}/logs/{{study}}/stability.log",
     script:
         "../scripts/stability.py"
+
+
+rule whirl:
+    input:
+        config=study_config,
+        code=code("whirl.py"),
+        plugins=study_plugins(),
+    output:
+        f"{RESULTS}/{{study}}/whirl.nc",
+    log:
+        f"{RESULTS}/logs/{{study}}/whirl.log",
+    script:
+        "../scripts/whirl.py"

@@ -23,6 +23,27 @@ if "chapter_2" in STUDIES:
             "../scripts/tables_chapter_2.py"
 
 
+if "chapter_4" in STUDIES:
+
+    rule tables_chapter_4:
+        input:
+            config=str(ROOT / settings.studies["chapter_4"]),
+            spectra=f"{RESULTS}/chapter_4/spectra/thesis.nc",
+            identification=f"{RESULTS}/chapter_4/identification/thesis.nc",
+            monte_carlo=f"{RESULTS}/chapter_4/monte_carlo/thesis/20_to_50_Hz.nc",
+            published=f"{REFERENCE}/identified_parameters.csv",
+            reasons=f"{REFERENCE}/reasons.yaml",
+            code=code("tables_chapter_4.py"),
+        output:
+            scored=f"{RESULTS}/chapter_4/scored.csv",
+            csv=table_sheets("chapter_4"),
+            html=table_pages("chapter_4"),
+        log:
+            f"{RESULTS}/logs/chapter_4/tables.log",
+        script:
+            "../scripts/tables_chapter_4.py"
+
+
 if "chapter_3" in REPLAYS:
 
     rule tables_chapter_3:

@@ -6,9 +6,10 @@ with job(snakemake):
     import numpy as np
     import pandas as pd
 
-    from rotorstudy.scoreboard import KEYS, load_reasons, published, score
-    from rotorstudy.store import as_complex, load
+    from rotorstudy.scoreboard import load_reasons, published, score
+    from rotorstudy.store import load
     from rotorstudy.studies.config import load_study
+    from rotorstudy.studies.printed import estimate_rows, noise_rows, spectrum_rows, with_deviation
     from rotorstudy.tables import write_csv, write_scored_tables, write_table
 
     TABLES = ["2.2", "2.3", "2.4", "2.5"]
@@ -27,69 +28,45 @@ with job(snakemake):
     }
     config = load_study(snakemake.input.config)
     spectra = load(snakemake.input.spectra)
-    identification = load(snakemake.input.identification)
-    noisy = {case: load(path) for case, path in zip(config.cases, snakemake.input.monte_carlo, strict=True)}
-
-    # what each column of the thesis is made of: source, record, spectrum method, phase reference
-    columns = {
-        ("2.2", "amplitude", "regression"): ("closed form", "complete", "regression", "none"),
-        ("2.2", "amplitude", "fft"): ("integration", "complete", "fft", "none"),
-        ("2.3", "phase", "regression"): ("closed form", "complete", "regression", "none"),
-        ("2.3", "phase", "fft, uncompensated"): ("integration", "half a sample late", "fft", "none"),
-        ("2.3", "phase", "fft, compensated"): ("integration", "half a sample late", "fft", "reference"),
+    identification = load(snakemake.input.identification).sel(source="steady state", record="one sample late")
+    noisy = {
+        case: load(path).sel(record="steady state")
+        for case, path in zip(config.cases, snakemake.input.monte_carlo, strict=True)
     }
-    rows = []
-    for (table, quantity, method), (source, record, spectrum_method, phase) in columns.items():
-        found = spectra.displacement.sel(
-            source=source, record=record, spectrum_method=spectrum_method, phase_reference=phase, speed=88.0
-        )
-        for n, value in zip(config.harmonics, as_complex(found.isel(node=0)), strict=True):
-            number = np.abs(value) if quantity == "amplitude" else np.angle(value)
-            rows.append((table, "88 rad/s", str(n), np.nan, quantity, method, number))
+
+    # what each column of the thesis is made of
+    steady = {"source": "steady state", "record": "complete", "spectrum_method": "regression"}
+    whole = {"source": "from rest", "record": "complete", "spectrum_method": "fft"}
+    late = {"source": "from rest", "record": "half a sample late", "spectrum_method": "fft"}
+    at = {"phase_reference": "none", "speed": 88.0}
+    columns = {
+        ("2.2", "88 rad/s", "amplitude", "regression"): {**steady, **at},
+        ("2.2", "88 rad/s", "amplitude", "fft"): {**whole, **at},
+        ("2.3", "88 rad/s", "phase", "regression"): {**steady, **at},
+        ("2.3", "88 rad/s", "phase", "fft, uncompensated"): {**late, **at},
+        ("2.3", "88 rad/s", "phase", "fft, compensated"): {**late, **at, "phase_reference": "reference"},
+    }
     for speed in config.shown_speeds_rad_s:
         for method, record in (("regression", "complete"), ("fft", "one sample late")):
-            found = spectra.reference_phase.sel(spectrum_method=method, record=record, speed=speed)
-            rows += [
-                ("2.4", f"{speed:g} rad/s", str(n), np.nan, "reference phase", method, value)
-                for n, value in zip(config.harmonics, found.values, strict=True)
-            ]
+            where = {"record": record, "spectrum_method": method, "speed": speed}
+            columns["2.4", f"{speed:g} rad/s", "reference phase", method] = where
+    rows = spectrum_rows(spectra, columns)
     for case in config.cases:
         for variant, phase in (("without", "none"), ("with", "reference")):
             exact = identification.estimate.sel(
                 case=case, phase_reference=phase, spectrum_method="fft", estimator="least_squares"
             )
-            for name, (ours, factor) in PARAMETERS.items():
-                value = float(exact.sel(parameter=ours)) * factor
-                rows.append(
-                    ("2.5", f"{case}, {variant} phase compensation", name, 0.0, "estimate", "least squares", value)
-                )
-    computed = pd.DataFrame(rows, columns=[*KEYS, "computed"])
+            rows += estimate_rows(exact, "2.5", f"{case}, {variant} phase compensation", PARAMETERS)
     printed = published(Path(snakemake.input.published).parent, TABLES)
-
-    # noise rows: one unknown realisation was printed; say where it falls among ours
-    percentiles = []
-    for row in printed[(printed.table == "2.5") & (printed.noise_percent > 0)].to_dict("records"):
-        case = row["case"].removesuffix(", with phase compensation")
-        ours, factor = PARAMETERS[row["item"]]
-        trials = (
-            noisy[case].estimate.sel(noise=row["noise_percent"], estimator="least_squares", parameter=ours) * factor
-        )
-        share = {
-            m: float((trials.sel(noise_model=m) < row["published"]).mean()) * 100 for m in trials.noise_model.values
-        }
-        percentiles.append(
-            {
-                **{key: row[key] for key in KEYS},
-                "computed": float(trials.sel(noise_model="per harmonic, same at all speeds").mean()),
-                **{f"percentile_{short}": share[model] for short, model in MODELS.items()},
-                **{f"std_{short}": float(trials.sel(noise_model=model).std()) for short, model in MODELS.items()},
-            }
-        )
-    computed = pd.concat([computed, pd.DataFrame(percentiles)], ignore_index=True)
-    values = printed.set_index(KEYS).published
-    computed["deviation"] = [
-        abs(c - values.get(tuple(k), np.nan)) for k, c in zip(computed[KEYS].values, computed.computed, strict=True)
-    ]
+    under_noise = printed[(printed.table == "2.5") & (printed.noise_percent > 0)]
+    rows += noise_rows(
+        under_noise,
+        lambda case: noisy[case.removesuffix(", with phase compensation")],
+        PARAMETERS,
+        MODELS,
+        mean_of="per harmonic, same at all speeds",
+    )
+    computed = with_deviation(pd.DataFrame(rows), printed)
     scored = score(printed, computed, load_reasons(snakemake.input.reasons))
     write_csv(scored, snakemake.output.scored)
 

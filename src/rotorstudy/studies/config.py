@@ -35,19 +35,54 @@ class SpeedRange(Strict):
         return self.first_rad_s + self.step_rad_s * np.arange(count)
 
 
+class RecordKind(Strict):
+    """What a record misses of a perfect one.
+
+    late_samples    : it starts so many samples late, and is as long as it should be
+    dropped_samples : so many samples are cut off its start, and it is that much shorter
+    whole_turns     : the last incomplete turn is cut off before the harmonics are taken
+    clock_samples   : spectrum method -> samples from where its clock starts to the record; only to follow the thesis,
+                      whose regression counts from elsewhere than its Fourier transform
+    """
+
+    late_samples: float = Field(default=0.0, ge=0)
+    dropped_samples: int = Field(default=0, ge=0)
+    whole_turns: bool = True
+    clock_samples: dict[str, int] = {}
+
+
 class RecordConfig(Strict):
+    """Simulated records, and how they are taken.
+
+    settling_s : a record from rest starts after so long, rounded up to whole turns
+    from_rest  : "integration" (any model) or "exact" (models that do not vary in time; no integration error)
+    kinds      : name -> RecordKind
+    identified : which kinds estimates are made from; identified_from : from the steady state, from rest, or both
+    """
+
     duration_s: float = Field(gt=0)
     samples: int = Field(gt=1)
     settling_s: float = Field(default=1.0, ge=0)
+    from_rest: Literal["integration", "exact"] = "integration"
+    kinds: dict[str, RecordKind] = Field(min_length=1)
+    identified: list[str] = Field(min_length=1)
+    identified_from: list[Literal["steady state", "from rest"]] = Field(default=["steady state"], min_length=1)
+
+    @property
+    def step(self):
+        return self.duration_s / self.samples
 
     @property
     def time(self):
-        return np.arange(self.samples) * (self.duration_s / self.samples)
+        return np.arange(self.samples) * self.step
 
 
 class MonteCarloRig(Strict):
+    """records : kinds of record from rest whose own spectrum the noise is added to; none: the exact steady state"""
+
     estimators: list[str]
     models: list[Literal[MODELS]]
+    records: list[str] = []
 
 
 class MonteCarloConfig(Strict):
@@ -64,6 +99,19 @@ class BiasConfig(Strict):
 
     keys: list[str]
     percent: list[Annotated[float, Field(gt=-100)]]
+
+
+class Measurement(Strict):
+    """What is measured besides, or otherwise: to find out which measurement would tell the unknowns apart best.
+
+    tilts : nodes;  stations_m : further probes along the shaft;  speeds, harmonics : instead of the study's own
+    """
+
+    tilts: list[int] = []
+    stations_m: list[float] = []
+    speeds: SpeedRange | None = None
+    harmonics: list[int] | None = None
+    times_longer: PositiveNumber = 1.0
 
 
 class StudyConfig(Strict):
@@ -83,6 +131,7 @@ class StudyConfig(Strict):
     monte_carlo: MonteCarloConfig
     bias: BiasConfig
     crack_scales: list[PositiveNumber] = []
+    extra_measurements: dict[str, Measurement] = {}
 
     def rig(self, name):
         if name not in self.rigs:
@@ -118,6 +167,15 @@ class StudyConfig(Strict):
                 raise unknown_name("key", key, self.rigs[self.main_rig]["rotor"], f"{where}, bias")
         for name in self.rigs:
             self.rig(name).position(self.unknowns)
+        kinds = {"identified": self.record.identified}
+        kinds |= {f"monte_carlo, {rig}": tried.records for rig, tried in self.monte_carlo.rigs.items()}
+        for section, named in kinds.items():
+            for kind in named:
+                if kind not in self.record.kinds:
+                    raise unknown_name("record kind", kind, self.record.kinds, f"{where}, {section}")
+        for kind in self.record.kinds.values():
+            for method in kind.clock_samples:
+                registry().get("spectrum", method, f"{where}, clock_samples")
         for rig, tried in self.monte_carlo.rigs.items():
             self.rig(rig)
             for estimator in tried.estimators:

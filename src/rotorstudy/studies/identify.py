@@ -5,43 +5,48 @@ from itertools import product
 
 import numpy as np
 
+from rotorstudy.errors import NoConvergenceError
 from rotorstudy.identification import Problem, cramer_rao_bound, magnitude_and_phase
 from rotorstudy.noise import noise_std, noisy, standard_normal
 from rotorstudy.plugins import registry
-from rotorstudy.records import full_spectrum, simulate_records
 from rotorstudy.rig import build_model
 from rotorstudy.spectrum import independent_covariance
 from rotorstudy.store import dataset
 from rotorstudy.studies.config import clean_spectrum, parameter_coordinates, relative_error, reported, true_values
+from rotorstudy.studies.simulate import PHASES, case_records, kind_spectrum
 
 
-def identify(config, rig, *, late_samples=1.0):
-    """Identification of every case from time records of all its speeds, without noise.
+def identify(config, rig):
+    """Identification of every case from time records of all its speeds, without noise; NaN where a fit fails.
 
-    Records start one sample late; "none" leaves the phase as it comes, "reference" and "keyphasor" compensate it.
-    returns : estimate, standard_deviation (case, phase_reference, spectrum_method, estimator, parameter);
-              true (parameter)
+    returns : estimate, standard_deviation (case, source, record, phase_reference, spectrum_method, estimator,
+              parameter); true (parameter)
     """
     methods, estimators = registry().plugins["spectrum"], registry().plugins["estimator"]
-    model, phases, time = config.rig(rig), ("none", "reference", "keyphasor"), config.record.time
-    late = late_samples * (time[1] - time[0])
-    rows = []
-    for case in config.cases.values():
-        records = simulate_records(model, case.speeds, config.harmonics, time, start_angle_rad=late * case.speeds)
-        for phase, method in product(phases, methods.values()):
-            problem = Problem(model, full_spectrum(records, config.harmonics, method, phase), tuple(config.unknowns))
+    model, taken, rows = config.rig(rig), config.record, []
+    names = magnitude_and_phase(config.unknowns, np.ones(len(config.unknowns)), np.eye(len(config.unknowns)))[0]
+    for case, source, name in product(config.cases.values(), taken.identified_from, taken.identified):
+        kind = taken.kinds[name]
+        records = case_records(config, model, case.speeds, kind, source)
+        for phase, method in product(PHASES, methods):
+            problem = Problem(model, kind_spectrum(config, kind, records, method, phase), tuple(config.unknowns))
             for estimator in estimators.values():
-                names, theta, std = reported(problem, estimator.function(problem))
+                try:
+                    _, theta, std = reported(problem, estimator.function(problem))
+                except NoConvergenceError:  # records whose phase is not compensated can be beyond any model
+                    theta = std = np.full(len(names), np.nan)
                 rows.append((theta, std))
-    shape = (len(config.cases), len(phases), len(methods), len(estimators), len(names))
-    theta, std = (np.array(part).reshape(shape) for part in zip(*rows, strict=True))
     coordinates = {
         "case": (list(config.cases), "1", "speeds used together"),
-        "phase_reference": (list(phases), "1", "what the phase is compensated by"),
+        "source": (taken.identified_from, "1", "how the record was made"),
+        "record": (taken.identified, "1", "how the record was taken"),
+        "phase_reference": (list(PHASES), "1", "what the phase is compensated by"),
         "spectrum_method": (list(methods), "1", "spectrum method"),
         "estimator": (list(estimators), "1", "parameter estimator"),
         **parameter_coordinates(names),
     }
+    shape = [len(values) for values, *_ in coordinates.values()]
+    theta, std = (np.array(part).reshape(shape) for part in zip(*rows, strict=True))
     variables = {
         "estimate": (tuple(coordinates), theta, "SI", "estimated parameter"),
         "standard_deviation": (tuple(coordinates), std, "SI", "its stated standard deviation"),
@@ -50,27 +55,42 @@ def identify(config, rig, *, late_samples=1.0):
     return dataset(variables, coordinates, title=f"{config.title}: identification without noise, rig {rig}")
 
 
+STEADY = "steady state"
+
+
+def _spectrum_without_noise(config, model, speeds, record):
+    """The steady harmonics, or those a kind of record from rest shows, phase compensated, and its samples."""
+    if record == STEADY:
+        return clean_spectrum(config, model, speeds), config.record.samples
+    kind = config.record.kinds[record]
+    records = case_records(config, model, speeds, kind, "from rest")
+    return kind_spectrum(config, kind, records, "regression", "reference"), len(records[0].time)
+
+
 def monte_carlo(config, rig, case):
-    """Estimates of one case under noise: every noise model, level, and estimator asked for this rig.
+    """Estimates of one case under noise: every record kind, noise model, level, and estimator asked for this rig.
 
     White noise in time is drawn as its exact image in the spectrum, independent circular noise on each harmonic.
-    returns : estimate (noise_model, noise, estimator, trial, parameter), stated_std (noise_model, noise, estimator,
-              parameter; median over trials), coverage (share of trials whose stated 95 % interval holds the truth),
-              cramer_rao (noise_model, noise, parameter; NaN for noise that is not independent), true (parameter)
+    returns : estimate (record, noise_model, noise, estimator, trial, parameter), stated_std (record, noise_model,
+              noise, estimator, parameter; median over trials), coverage (share of trials whose stated 95 % interval
+              holds the truth), cramer_rao (record, noise_model, noise, parameter; NaN for noise that is not
+              independent), true (parameter)
     """
     settings = config.monte_carlo
     model, speeds = config.rig(rig), config.cases[case].speeds
-    clean = clean_spectrum(config, model, speeds)
+    kinds = settings.rigs[rig].records or [STEADY]
     study = list(config.cases).index(case)
-    numbers = standard_normal(settings.seed, study, settings.trials, (2, *clean.amplitude.shape))
+    size = (2, len(speeds), len(config.harmonics), len(model.sensors))
+    numbers = standard_normal(settings.seed, study, settings.trials, size)
     theta_true = model.theta[model.position(config.unknowns)]
     names_used, models = settings.rigs[rig].estimators, settings.rigs[rig].models
-    shape = (len(models), len(settings.levels_percent), len(names_used))
+    shape = (len(kinds), len(models), len(settings.levels_percent), len(names_used))
     stated, coverage = [], []
     bounds, trials = [], []
-    for noise_model in models:
-        for level in settings.levels_percent:
-            std = noise_std(clean, level / 100, noise_model, config.record.samples)
+    for kind in kinds:
+        clean, samples = _spectrum_without_noise(config, model, speeds, kind)
+        for noise_model, level in product(models, settings.levels_percent):
+            std = noise_std(clean, level / 100, noise_model, samples)
             spectrum = replace(
                 clean,
                 amplitude=noisy(clean.amplitude, std, numbers, noise_model),
@@ -90,8 +110,9 @@ def monte_carlo(config, rig, case):
                 stated.append(np.median(std_stated, axis=0))
                 coverage.append(np.mean(np.abs(theta - true) <= 1.959964 * std_stated, axis=0))
     count = len(names)
-    dims = ("noise_model", "noise", "estimator")
+    dims = ("record", "noise_model", "noise", "estimator")
     coordinates = {
+        "record": (kinds, "1", "what the noise is added to"),
         "noise_model": (list(models), "1", "noise model"),
         "noise": (np.array(settings.levels_percent), "percent", "noise level"),
         "estimator": (names_used, "1", "parameter estimator"),
@@ -118,8 +139,8 @@ def monte_carlo(config, rig, case):
             "share of 95 % intervals that hold",
         ),
         "cramer_rao": (
-            ("noise_model", "noise", "parameter"),
-            np.array(bounds).reshape(*shape[:2], count),
+            ("record", "noise_model", "noise", "parameter"),
+            np.array(bounds).reshape(*shape[:3], count),
             "SI",
             "Cramer-Rao bound of the standard deviation",
         ),

@@ -1,86 +1,121 @@
-"""Records of the steady state and their full spectra."""
+"""Records of a study, and their full spectra."""
 
 import numpy as np
 
-from rotorstudy.integration import time_response
+from rotorstudy.integration import time_response, transient_response
 from rotorstudy.plugins import registry
 from rotorstudy.records import Record, full_spectrum, keyphasor_signal, reference_signal, simulate_records
 from rotorstudy.store import as_complex, dataset
 from rotorstudy.studies.config import SPEED
 
+PHASES = ("none", "reference", "keyphasor")
+
+
+def steady_state(config, model, speeds, late_samples=0.0):
+    """(speed, node, time) steady state in closed form, m; a record may start late by a fraction of a sample."""
+    late = late_samples * config.record.step
+    angles = late * np.asarray(speeds)
+    found = simulate_records(
+        model, speeds, config.harmonics, config.record.time, start_angle_rad=angles, keyphasor_wanted=False
+    )
+    return np.array([record.displacement for record in found])
+
+
+def from_rest(config, model, speeds, late_samples=0.0):
+    """(speed, node, time) motion after a start from rest and the settling time, with what is left of the transient."""
+    record, speeds = config.record, np.asarray(speeds, float)
+    time = record.time + late_samples * record.step
+    settled = np.ceil(record.settling_s * speeds / (2 * np.pi) - 1e-9) * 2 * np.pi / speeds  # whole turns
+    if record.from_rest == "exact":
+        found = [transient_response(model, w, time + start) for w, start in zip(speeds, settled, strict=True)]
+    else:
+        found = [
+            time_response(model, w, time + start, relative_tolerance=1e-8)
+            for w, start in zip(speeds, settled, strict=True)
+        ]
+    return np.array([motion[:, model.measured].T for motion in found])
+
+
+SOURCES = {"steady state": steady_state, "from rest": from_rest}
+
 
 def simulate(config, rig):
-    """Records of a rig at the shown speeds, in closed form and by direct integration of the same equations.
+    """Records of a rig at the shown speeds: the steady state in closed form, and from rest.
 
     returns : displacement (source, speed, node, time, part) m
     """
-    model, time, speeds = config.rig(rig), config.record.time, config.shown_speeds_rad_s
-    settled = np.ceil(config.record.settling_s * np.array(speeds) / (2 * np.pi)) * 2 * np.pi / speeds  # whole turns
-    closed = [r.displacement for r in simulate_records(model, speeds, config.harmonics, time, keyphasor_wanted=False)]
-    integrated = [
-        time_response(model, w, time + start, relative_tolerance=1e-8)[:, model.measured].T
-        for w, start in zip(speeds, settled, strict=True)
-    ]
+    model, speeds = config.rig(rig), config.shown_speeds_rad_s
     coordinates = {
-        "source": (["closed form", "integration"], "1", "how the record was made"),
+        "source": (list(SOURCES), "1", "how the record was made"),
         "speed": (np.array(speeds), *SPEED),
         "node": (np.array(model.sensors), "1", "node"),
-        "time": (time, "s", "time from the first sample"),
+        "time": (config.record.time, "s", "time from the first sample"),
     }
-    dims = ("source", "speed", "node", "time")
-    variables = {
-        "displacement": (dims, np.array([closed, integrated]), "m", "complex displacement from the static deflection")
-    }
+    signals = np.array([make(config, model, speeds) for make in SOURCES.values()])
+    variables = {"displacement": (tuple(coordinates), signals, "m", "complex displacement from the static deflection")}
     return dataset(variables, coordinates, title=f"{config.title}: records, rig {rig}")
 
 
-RECORD_KINDS = {"complete": 0.0, "half a sample late": 0.5, "one sample late": 1.0}
+def take(config, kind, signal, speed, sensors):
+    """The Record that a kind of recording makes of a signal (node, time) which already starts late if it should."""
+    record, cut = config.record, kind.dropped_samples
+    angle_time = record.time[cut:] + kind.late_samples * record.step
+    return Record(
+        record.time[cut:] - record.time[cut],
+        signal[..., cut:],
+        float(speed),
+        sensors,
+        reference_signal(speed, config.harmonics, angle_time),
+        keyphasor_signal(speed, angle_time),
+        f"record at {speed:g} rad/s",
+    )
+
+
+def kind_spectrum(config, kind, records, name, phase):
+    """Spectrum of records of one kind by a spectrum method, its phase counted from where the kind's clock starts."""
+    method = registry().get("spectrum", name)
+    spectrum = full_spectrum(records, config.harmonics, method, phase, whole_turns=kind.whole_turns)
+    early = kind.clock_samples.get(name, 0) * config.record.step
+    if phase != "none" or not early:
+        return spectrum
+    turn = np.exp(1j * np.multiply.outer(spectrum.speed, spectrum.harmonics) * early)
+    return spectrum.with_amplitude(spectrum.amplitude * turn[..., None])
 
 
 def spectra(config, simulation):
-    """Full spectra of the records of `simulate`, complete and late, by every spectrum method and phase reference.
+    """Full spectra of the records of `simulate`, of every kind, by every spectrum method and phase reference.
 
-    A record that is late by a fraction of a sample is the closed-form one shifted; of a whole sample, any one rolled.
+    A record that is late by a fraction of a sample is the given one shifted; of a whole sample, rolled.
     returns : displacement (source, record, spectrum_method, phase_reference, speed, harmonic, node, part) m,
               reference_phase (record, spectrum_method, speed, harmonic) rad
     """
-    methods = registry().plugins["spectrum"]
-    phases = ("none", "reference", "keyphasor")
-    harmonics, time = config.harmonics, config.record.time
-    step = time[1] - time[0]
+    methods, kinds = registry().plugins["spectrum"], config.record.kinds
     displacement = as_complex(simulation.displacement)  # (source, speed, node, time)
     speeds, sensors = simulation.speed.values, tuple(int(n) for n in simulation.node.values)
-    shape = (len(displacement), len(RECORD_KINDS), len(methods), len(phases), len(speeds), len(harmonics), len(sensors))
-    found = np.zeros(shape, complex)
-    reference_phase = np.zeros((len(RECORD_KINDS), len(methods), len(speeds), len(harmonics)))
-    for k, late in enumerate(RECORD_KINDS.values()):
-        for s, w in enumerate(speeds):
-            reference = reference_signal(w, harmonics, time + late * step)
-            keyphasor = keyphasor_signal(w, time + late * step)
-            for m, method in enumerate(methods.values()):
-                amplitude, _ = method.function(reference, time, w, harmonics)
-                reference_phase[k, m, s] = np.angle(amplitude)
-                for o in range(len(displacement)):
-                    signal = _delayed(displacement[o, s], late)
-                    record = Record(time, signal, w, sensors, reference, keyphasor, f"record at {w:g} rad/s")
-                    for p, phase in enumerate(phases):
-                        found[o, k, m, p, s] = full_spectrum([record], harmonics, method, phase).amplitude[0]
     coordinates = {
         "source": (simulation.source.values, "1", "how the record was made"),
-        "record": (list(RECORD_KINDS), "1", "how much of the first revolution is missing"),
+        "record": (list(kinds), "1", "how the record was taken"),
         "spectrum_method": (list(methods), "1", "spectrum method"),
-        "phase_reference": (list(phases), "1", "what the phase is compensated by"),
+        "phase_reference": (list(PHASES), "1", "what the phase is compensated by"),
         "speed": (speeds, *SPEED),
-        "harmonic": (np.array(harmonics), "1", "harmonic of the spin speed, positive forward"),
+        "harmonic": (np.array(config.harmonics), "1", "harmonic of the spin speed, positive forward"),
         "node": (np.array(sensors), "1", "node"),
     }
+    found = np.zeros([len(values) for values, *_ in coordinates.values()], complex)
+    reference_phase = np.zeros((len(kinds), len(methods), len(speeds), len(config.harmonics)))
+    for k, kind in enumerate(kinds.values()):
+        for s, w in enumerate(speeds):
+            taken = [take(config, kind, _delayed(z, kind.late_samples), w, sensors) for z in displacement[:, s]]
+            mark = Record(taken[0].time, taken[0].reference[None], float(w), sensors[:1])
+            for m, name in enumerate(methods):
+                reference_phase[k, m, s] = np.angle(
+                    kind_spectrum(config, kind, [mark], name, "none").amplitude[0, :, 0]
+                )
+                for p, phase in enumerate(PHASES):
+                    for o, record in enumerate(taken):
+                        found[o, k, m, p, s] = kind_spectrum(config, kind, [record], name, phase).amplitude[0]
     variables = {
-        "displacement": (
-            ("source", "record", "spectrum_method", "phase_reference", "speed", "harmonic", "node"),
-            found,
-            "m",
-            "full spectrum of the displacement",
-        ),
+        "displacement": (tuple(coordinates), found, "m", "full spectrum of the displacement"),
         "reference_phase": (
             ("record", "spectrum_method", "speed", "harmonic"),
             reference_phase,
@@ -97,3 +132,9 @@ def _delayed(signal, samples):
         return np.roll(signal, -int(samples), axis=-1)
     turns = np.fft.fftfreq(signal.shape[-1])
     return np.fft.ifft(np.fft.fft(signal, axis=-1) * np.exp(2j * np.pi * turns * samples), axis=-1)
+
+
+def case_records(config, model, speeds, kind, source):
+    """Records of one kind at the given speeds, of the steady state or from rest."""
+    signals = SOURCES[source](config, model, speeds, kind.late_samples)
+    return [take(config, kind, z, w, model.sensors) for z, w in zip(signals, speeds, strict=True)]

@@ -1,0 +1,16 @@
+import numpy as np
+
+from rotorstudy.plugins import SpectrumMethod, hookimpl
+from rotorstudy.records import spectral_lines, white_noise_covariance
+
+
+def fft_multiples(signal, time, speed, harmonics):
+    """Fourier transform at whole multiples of the line nearest to the spin speed; worse than `fft` off whole turns."""
+    lines = spectral_lines(time, speed, [1]) * np.asarray(harmonics) % len(time)
+    amplitude = np.fft.fft(signal, axis=-1)[..., lines] / len(time)
+    return amplitude, white_noise_covariance(signal, np.eye(len(lines)) / len(time), lines)
+
+
+@hookimpl
+def rotorstudy_spectrum():
+    return SpectrumMethod("fft_multiples", fft_multiples, source="thesis section 4.4 (columns of incomplete cycles)")

@@ -1,0 +1,32 @@
+"""Whirl over speed: Campbell diagram and critical speeds."""
+
+import numpy as np
+
+from rotorstudy.stability import eigenvalues
+
+
+def time_invariant(model):
+    """The model without the terms that make it vary in time with the rotation, such as a crack."""
+    turning = [t.kind for t in model.terms for u in t.unknowns for e in u.entries if e.on != "one" and e.shift]
+    return model.without(turning)
+
+
+def critical_speeds(model, up_to, order=1, theta=None):
+    """Speeds at which a whirl frequency meets a multiple of the spin speed.
+
+    up_to   : rad/s;  order : n > 0 forward, n < 0 backward; n = 1 is where unbalance meets forward whirl
+    returns : (critical,) rad/s, ascending; damped frequencies, so a mode that is damped out has none
+    """
+    from scipy.optimize import brentq
+
+    speeds = np.geomspace(1e-4 * up_to, up_to, 600)
+    distance = eigenvalues(model, speeds, theta).imag - order * speeds[:, None]  # sorted, so continuous in speed
+    found = []
+    for mode in range(distance.shape[1]):
+        for i in np.flatnonzero(np.diff(np.sign(distance[:, mode])) != 0):
+
+            def off(w, mode=mode):
+                return eigenvalues(model, [w], theta).imag[0, mode] - order * w
+
+            found.append(brentq(off, speeds[i], speeds[i + 1], xtol=1e-9 * up_to))
+    return np.array(sorted(found))
