@@ -1,13 +1,25 @@
+from rotorstudy.errors import unknown_name
 from rotorstudy.plugins import Effect, hookimpl
 from rotorstudy.terms import Entry, Parameter
 
 THESIS_HARMONICS = (0, 1, 2, 3, 5, 7, -1, -3, -5)
 
 
-def crack_force(structure, participation: dict[int, float] | None = None, harmonics: list[int] = THESIS_HARMONICS):
-    """Weight-dominant crack force dk p_n u_0 e^{jnwt}, with p_n given, or with dk p_n free at each harmonic."""
+def crack_force(
+    structure,
+    participation: dict[int, float] | None = None,
+    harmonics: list[int] = THESIS_HARMONICS,
+    losses: list[str] | None = None,
+):
+    """Weight-dominant crack force dk p_n u_0 e^{jnwt}, with p_n given, or with dk p_n free at each harmonic.
+
+    losses: which of the stiffness losses of the rotor take part; all by default.
+    """
     parameters = []
-    for name, (pattern, unit, typical) in structure.stiffness_loss.items():
+    for name in structure.stiffness_loss if losses is None else losses:
+        if name not in structure.stiffness_loss:
+            raise unknown_name("stiffness loss", name, structure.stiffness_loss, "crack_force")
+        pattern, unit, typical = structure.stiffness_loss[name]
         force = pattern @ structure.static_deflection
         if participation is None:
             parameters += [

@@ -13,4 +13,4 @@ def fft_multiples(signal, time, speed, harmonics):
 
 @hookimpl
 def rotorstudy_spectrum():
-    return SpectrumMethod("fft_multiples", fft_multiples, source="thesis section 4.4 (columns of incomplete cycles)")
+    return SpectrumMethod("fft_multiples", fft_multiples, source="thesis section 4.5.1 (columns of incomplete cycles)")

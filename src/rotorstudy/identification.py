@@ -174,8 +174,8 @@ def output_error_fit(problem, start=None, iterations=200):
 
     start   : (..., parameter), see `start_values`
     returns : Estimate with covariance (J^T J)^-1, and the misfit
-    raises  : UnidentifiableError if the unknowns trade off at the start; NoConvergenceError if no fit converges. Of many
-              trials, those that do not converge are NaN
+    raises  : UnidentifiableError if the unknowns trade off at the start; NoConvergenceError if no fit converges.
+              Of many trials, those that do not converge are NaN
     """
     measured = whitened_measurement(problem.spectrum)
     theta = np.array(start_values(problem) if start is None else start, float)

@@ -7,7 +7,7 @@ import numpy as np
 from rotorstudy.errors import RotorstudyError
 
 KEYS = ["table", "case", "item", "noise_percent", "quantity", "method"]
-COLUMNS = [*KEYS, "published", "last_digit", "computed", "unit", "status", "reason"]
+COLUMNS = [*KEYS, "published", "last_digit", "computed", "unit", "road", "status", "reason"]
 STATUSES = ("reproduced", "explained", "not reproducible")
 
 
@@ -30,13 +30,14 @@ def published(folder, tables):
     return both[both.table.isin(tables)].reset_index(drop=True)
 
 
-def score(printed, computed, reasons):
+def score(printed, computed, reasons, measured_again=()):
     """The scoreboard of some tables.
 
     printed  : DataFrame from `published`
     computed : DataFrame with KEYS and `computed`, perhaps further columns that reasons quote as {column}
     reasons  : list of {"table": ..., further keys to match, "status": ..., "reason": ...}; the first match holds, for
                rows that do not agree, or with "even_if_equal" also for those that agree by coincidence
+    measured_again : tables of measurements, replayed as records; all other values are "computed anew"
     returns  : DataFrame with COLUMNS
     raises   : RotorstudyError for a value that is neither reproduced nor given a reason
     """
@@ -60,7 +61,8 @@ def score(printed, computed, reasons):
             )
         status.append(rule["status"])
         text.append(" ".join(rule["reason"].format(**row).split()))
-    return merged.assign(status=status, reason=text)[COLUMNS]
+    road = np.where(merged.table.isin(measured_again), "measured again", "computed anew")
+    return merged.assign(status=status, reason=text, road=road)[COLUMNS]
 
 
 def _matches(rule, row):

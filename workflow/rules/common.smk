@@ -17,7 +17,7 @@ try:
     from rotorstudy.job import imported_files, plugin_files
     from rotorstudy.plugins import registry
     from rotorstudy.studies.config import file_name, load_study
-    from rotorstudy.studies.replay import load_replay
+    from rotorstudy.studies.replay import check_replay, load_replay
     from rotorstudy.studies.workflow import WorkflowConfig
     from rotorstudy.rig import check_config
 except ImportError as error:
@@ -30,7 +30,7 @@ try:
     for study in STUDIES.values():
         study.check_rigs()
     for replay in REPLAYS.values():
-        replay.model
+        check_replay(replay)
     for failure in registry().failures:
         print(f"warning: {failure}", file=sys.stderr)
 except RotorstudyError as error:
@@ -82,19 +82,11 @@ def heading(chapter):
 
 TABLES = {
     "chapter_2": ["table_2_1", "table_2_2", "table_2_3", "table_2_4", "table_2_5"],
-    "chapter_3": [
-        "table_3_4",
-        "table_3_5",
-        "table_3_6",
-        "table_3_7",
-        "table_3_8",
-        "table_3_9",
-        "estimates",
-        "physical_checks",
-    ],
     "chapter_4": [f"table_4_{n}" for n in range(1, 11)],
 }
-CHAPTERS = [chapter for chapter in TABLES if chapter in STUDIES or chapter in REPLAYS]
+for name, replay in REPLAYS.items():
+    TABLES[name] = [f"table_{sheet}".replace(".", "_") for sheet in replay.sheets] + ["estimates", "physical_checks", "response"]
+CHAPTERS = sorted(chapter for chapter in TABLES if chapter in STUDIES or chapter in REPLAYS)
 
 
 def table_pages(chapter):
@@ -111,8 +103,13 @@ def table_files():
     return [path for chapter in CHAPTERS for path in [*table_sheets(chapter), *table_pages(chapter)]]
 
 
+# pages over all chapters need all of them
+PAGES = {"chapter_2", "chapter_3", "chapter_4", "chapter_5"} <= set(CHAPTERS)
+
+
 def scoreboard_files():
-    return [f"{RESULTS}/scoreboard.csv", f"{RESULTS}/scoreboard.html"]
+    pages = ["scoreboard", "errata", "rigs/comparison"] if PAGES else ["scoreboard"]
+    return [f"{RESULTS}/{page}.{kind}" for page in pages for kind in ("csv", "html")]
 
 
 FIGURES = {
@@ -128,8 +125,6 @@ FIGURES = {
         "weight_dominance",
         "stability",
     ],
-    "chapter_3": [f"figure_3_{n}" for n in (12, 13, 14, 15, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26)]
-    + ["bow_magnification", "physical_checks"],
     "chapter_4": [f"figure_4_{n}" for n in (5, 6, 7, 8, 9)]
     + [
         "error_against_noise",
@@ -141,6 +136,10 @@ FIGURES = {
         "stability",
     ],
 }
+
+
+for name, replay in REPLAYS.items():
+    FIGURES[name] = list(replay.figures)
 
 
 def pictures(chapter, kind):

@@ -54,21 +54,23 @@ if "chapter_4" in STUDIES:
             "../scripts/figures_chapter_4.py"
 
 
-if "chapter_3" in REPLAYS:
+for name in REPLAYS:
 
-    rule figures_chapter_3:
+    rule:
+        name:
+            f"figures_{name}"
         input:
-            config=str(ROOT / settings.replays["chapter_3"]),
-            records=f"{RESULTS}/chapter_3/records.nc",
-            spectra=f"{RESULTS}/chapter_3/spectra.nc",
-            identification=f"{RESULTS}/chapter_3/identification.nc",
-            checks=f"{RESULTS}/chapter_3/tables/physical_checks.csv",
+            config=str(ROOT / settings.replays[name]),
+            records=f"{RESULTS}/{name}/records.nc",
+            spectra=f"{RESULTS}/{name}/spectra.nc",
+            identification=f"{RESULTS}/{name}/identification.nc",
+            checks=f"{RESULTS}/{name}/tables/physical_checks.csv",
             published=f"{REFERENCE}/identified_parameters.csv",
-            code=code("figures_chapter_3.py"),
+            code=code("figures_replay.py"),
         output:
-            png=captioned("chapter_3"),
-            svg=pictures("chapter_3", "svg"),
+            png=captioned(name),
+            svg=pictures(name, "svg"),
         log:
-            f"{RESULTS}/logs/chapter_3/figures.log",
+            f"{RESULTS}/logs/{name}/figures.log",
         script:
-            "../scripts/figures_chapter_3.py"
+            "../scripts/figures_replay.py"

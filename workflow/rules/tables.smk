@@ -44,24 +44,26 @@ if "chapter_4" in STUDIES:
             "../scripts/tables_chapter_4.py"
 
 
-if "chapter_3" in REPLAYS:
+for name in REPLAYS:
 
-    rule tables_chapter_3:
+    rule:
+        name:
+            f"tables_{name}"
         input:
-            config=str(ROOT / settings.replays["chapter_3"]),
-            spectra=f"{RESULTS}/chapter_3/spectra.nc",
-            identification=f"{RESULTS}/chapter_3/identification.nc",
-            published=f"{REFERENCE}/full_spectrum.csv",
+            config=str(ROOT / settings.replays[name]),
+            spectra=f"{RESULTS}/{name}/spectra.nc",
+            identification=f"{RESULTS}/{name}/identification.nc",
+            published=[f"{REFERENCE}/full_spectrum.csv", f"{REFERENCE}/identified_parameters.csv"],
             reasons=f"{REFERENCE}/reasons.yaml",
-            code=code("tables_chapter_3.py"),
+            code=code("tables_replay.py"),
         output:
-            scored=f"{RESULTS}/chapter_3/scored.csv",
-            csv=table_sheets("chapter_3"),
-            html=table_pages("chapter_3"),
+            scored=f"{RESULTS}/{name}/scored.csv",
+            csv=table_sheets(name),
+            html=table_pages(name),
         log:
-            f"{RESULTS}/logs/chapter_3/tables.log",
+            f"{RESULTS}/logs/{name}/tables.log",
         script:
-            "../scripts/tables_chapter_3.py"
+            "../scripts/tables_replay.py"
 
 
 rule scoreboard:
@@ -75,3 +77,45 @@ rule scoreboard:
         f"{RESULTS}/logs/scoreboard.log",
     script:
         "../scripts/scoreboard.py"
+
+
+if PAGES:
+
+    rule errata:
+        input:
+            errata=f"{REFERENCE}/errata.yaml",
+            published=[f"{REFERENCE}/full_spectrum.csv", f"{REFERENCE}/identified_parameters.csv"],
+            chapter_2=str(ROOT / settings.studies["chapter_2"]),
+            chapter_3=str(ROOT / settings.replays["chapter_3"]),
+            chapter_4=str(ROOT / settings.studies["chapter_4"]),
+            chapter_5=str(ROOT / settings.replays["chapter_5"]),
+            thesis_spectra=f"{RESULTS}/chapter_4/spectra/thesis.nc",
+            weight_dominance=f"{RESULTS}/chapter_4/weight_dominance.nc",
+            identifiability=f"{RESULTS}/chapter_4/identifiability.nc",
+            spectra=f"{RESULTS}/chapter_5/spectra.nc",
+            identification=f"{RESULTS}/chapter_5/identification.nc",
+            code=code("errata.py"),
+        output:
+            csv=f"{RESULTS}/errata.csv",
+            html=in_report(f"{RESULTS}/errata.html", "errata", "Scoreboard", "All chapters"),
+        log:
+            f"{RESULTS}/logs/errata.log",
+        script:
+            "../scripts/errata.py"
+
+    rule compare_rigs:
+        input:
+            configs=[str(ROOT / settings.replays[name]) for name in ("chapter_3", "chapter_5")],
+            identification=[f"{RESULTS}/{name}/identification.nc" for name in ("chapter_3", "chapter_5")],
+            spectra=[f"{RESULTS}/{name}/spectra.nc" for name in ("chapter_3", "chapter_5")],
+            published=f"{REFERENCE}/identified_parameters.csv",
+            code=code("compare_rigs.py"),
+        output:
+            csv=f"{RESULTS}/rigs/comparison.csv",
+            html=in_report(f"{RESULTS}/rigs/comparison.html", "rigs_comparison", "Both rigs", "Tables"),
+            png=in_report(f"{RESULTS}/rigs/comparison.png", "rigs_comparison", "Both rigs", "Figures"),
+            svg=f"{RESULTS}/rigs/comparison.svg",
+        log:
+            f"{RESULTS}/logs/compare_rigs.log",
+        script:
+            "../scripts/compare_rigs.py"

@@ -1,5 +1,7 @@
 """Estimates from a replayed experiment set against what physics and the other measurements of the same rig allow."""
 
+import re
+
 import numpy as np
 
 from rotorstudy.errors import UnidentifiableError
@@ -83,8 +85,8 @@ def physical_checks(config, estimates, bow):
         low, high = row.low, row.high
         if row.parameter == "eccentricity":
             unit, highest, why, outside = "m", bow, eccentricity, "implausible"
-        elif row.parameter.startswith("stiffness_loss_p"):
-            n = int(row.parameter.removeprefix("stiffness_loss_p"))
+        elif row.parameter.startswith("stiffness_loss"):
+            n = int(row.parameter.partition("_p")[2])
             unit, highest, why = "N/m", bound["stiffness loss"] * largest_participation(n), loss
             ends = sorted((abs(row.low), abs(row.high)))
             low, high = (0.0 if row.low * row.high < 0 else ends[0]), ends[1]
@@ -99,7 +101,7 @@ def physical_checks(config, estimates, bow):
             {
                 "source": row.source,
                 "group": row.group,
-                "parameter": row.parameter.replace("stiffness_loss_p", "dk p_").replace("_damping", " damping"),
+                "parameter": re.sub("stiffness_loss.*_p", "dk p_", row.parameter).replace("_damping", " damping"),
                 "estimate": row.estimate,
                 "low": row.low,
                 "high": row.high,

@@ -4,9 +4,12 @@ The printed digits are the only noise there is: every value is known to half a u
 uncertainty is carried by drawing printed values from within it.
 """
 
+from typing import Literal
+
 import numpy as np
 from pydantic import Field
 
+from rotorstudy.errors import unknown_name
 from rotorstudy.identification import Problem, magnitude_and_phase
 from rotorstudy.plugins import registry
 from rotorstudy.records import Record, full_spectrum, synthesize
@@ -31,16 +34,39 @@ class Correction(Strict):
     reason: str
 
 
+class Sheet(Strict):
+    """How a printed table is shown: its title, what to note, and which keys go across (the harmonics go down)."""
+
+    title: str
+    note: str
+    across: list[Literal["case", "quantity", "method"]]
+
+
+class Picture(Strict):
+    """A figure: what it shows, of which published speed, with the estimates of which group of the thesis."""
+
+    kind: Literal[
+        "record", "spectra", "without slow roll", "orbits", "model", "crack force", "bow magnification", "checks"
+    ]
+    case: str = ""
+    group: str = ""
+
+
 class ReplayConfig(Strict):
     """A replayed experiment.
 
+    tables : of the published spectra;  estimates_table : of the thesis's estimates
     cases  : name of each published speed -> rad/s, the slow roll first
-    groups : name of each group of the thesis's estimates -> published cases used for it here
+    groups : name of each group of estimates -> published cases used for it here, the one with most speeds last
+    thesis_groups : group as the thesis names it -> the group here; those not listed have the same name
+    thesis_deflection_m : static deflection of the thesis's own simulation, if it contradicts its rig
+    sheets, figures : printed tables and pictures by name
     """
 
     name: str
     title: str
     tables: list[str]
+    estimates_table: str
     data_sets: list[str]
     cases: dict[str, float]
     slow_roll: str
@@ -51,6 +77,10 @@ class ReplayConfig(Strict):
     rig: dict
     estimators: list[str]
     groups: dict[str, list[str]]
+    thesis_groups: dict[str, str] = {}
+    thesis_deflection_m: float | None = None
+    sheets: dict[str, Sheet]
+    figures: dict[str, Picture]
     trials: int = Field(ge=2)
     seed: int
     model_error: float = Field(ge=0)  # of each harmonic, slow roll removed: what the model is not trusted to explain
@@ -61,6 +91,19 @@ class ReplayConfig(Strict):
     @property
     def model(self):
         return build_model(self.rig, where=f"replay {self.name}, rig")
+
+    @property
+    def all_speeds(self):
+        """The group of estimates with most speeds."""
+        return list(self.groups)[-1]
+
+    @property
+    def thesis_names(self):
+        """Name of a parameter in the thesis -> (name here, factor to its unit)."""
+        (loss,) = {name.split("_p")[0] for name in self.model.names if "stiffness_loss" in name}
+        names = {"c_E": ("external_damping", 1.0), "c_H": ("internal_damping", 1.0), "e": ("eccentricity", 1.0)}
+        names["phi"] = ("eccentricity_phase", 180 / np.pi)
+        return names | {f"dk p_{n}": (f"{loss}_p{n}", 1.0) for n in self.harmonics}
 
     @property
     def time(self):
@@ -74,6 +117,39 @@ class ReplayConfig(Strict):
 def load_replay(path):
     """A ReplayConfig from a YAML file; unknown and missing keys are one-line errors."""
     return check_config(ReplayConfig, read_yaml(path), str(path))
+
+
+def check_replay(config):
+    """Build the rig and find every name the replay uses, so that mistakes show before anything runs."""
+    config.model.position(())
+    where = f"replay {config.name}"
+    known = {"case": config.cases, "group": {**config.groups, **config.thesis_groups}}
+    named = [("case", config.slow_roll), *(("case", case) for cases in config.groups.values() for case in cases)]
+    named += [("group", group) for group in config.thesis_groups.values()]
+    named += [(key, getattr(p, key)) for p in config.figures.values() for key in known if getattr(p, key)]
+    for key, name in named:
+        if name not in known[key]:
+            raise unknown_name(key, name, known[key], where)
+    for estimator in config.estimators:
+        registry().get("estimator", estimator, where)
+
+
+def thesis_estimates(config, folder, group):
+    """Estimates the thesis prints for a group, as amplitudes theta of the rig's model, and the model they belong to.
+
+    The thesis's crack force is its estimate times the deflection it assumed, so theta is that force over ours.
+    """
+    table = published(folder, [config.estimates_table])
+    values = table[table.case == group].set_index("item").published
+    model, names = config.model, config.thesis_names
+    e = values["e"] * np.exp(1j * np.deg2rad(values["phi"]))
+    known = {ours: values[name] for name, (ours, _) in names.items()}
+    known |= {"eccentricity_real": e.real, "eccentricity_imag": e.imag}
+    theta = np.array([known[name] for name in model.names])
+    if config.thesis_deflection_m:
+        ratio = config.thesis_deflection_m / model.structure.static_deflection[model.measured[0]].real
+        theta[[name.startswith("stiffness_loss") for name in model.names]] *= ratio
+    return theta
 
 
 def printed_values(config, folder, *, corrected):
@@ -183,7 +259,7 @@ def rounding_draws(config, folder, data_set):
     amplitude, phase, mark = (values[q][0][d] + values[q][1][d] * uniform[:, i] for i, q in enumerate(QUANTITIES))
     place = {n: i for i, n in enumerate(config.harmonics)}
     twin = [place.get(-n, place[n]) if n < 0 else place[n] for n in config.harmonics]
-    mark = np.sign(np.where(np.array(config.harmonics) < 0, -1, 1)) * mark[..., twin]
+    mark = np.sign(config.harmonics) * mark[..., twin]  # the mean of a real signal has no phase to be rounded
     return np.maximum(amplitude, 0) * np.exp(1j * (phase - mark))
 
 

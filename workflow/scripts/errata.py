@@ -1,0 +1,36 @@
+from rotorstudy.job import job
+
+with job(snakemake):
+    from pathlib import Path
+
+    import pandas as pd
+    import yaml
+
+    from rotorstudy.store import load
+    from rotorstudy.studies import errata
+    from rotorstudy.studies.config import load_study
+    from rotorstudy.studies.replay import load_replay
+    from rotorstudy.tables import write_csv, write_html
+
+    given = snakemake.input
+    reference = Path(given.errata).parent
+    numbers = errata.chapter_2(load_study(given.chapter_2), reference)
+    numbers |= errata.chapter_3(load_replay(given.chapter_3), reference)
+    numbers |= errata.chapter_4(
+        load_study(given.chapter_4),
+        reference,
+        load(given.thesis_spectra),
+        load(given.weight_dominance),
+        load(given.identifiability),
+    )
+    numbers |= errata.chapter_5(load_replay(given.chapter_5), load(given.spectra), load(given.identification))
+    entries = yaml.safe_load(Path(given.errata).read_text())
+    table = pd.DataFrame([{key: text.format(**numbers) for key, text in entry.items()} for entry in entries])
+    table = table.apply(lambda column: column.str.split().str.join(" "))
+    write_csv(table, snakemake.output.csv)
+    write_html(
+        snakemake.output.html,
+        "Errata of the thesis, Chapters 2 to 5",
+        "Each with evidence computed by this workflow: what comes back, or what changes, if the printed form is used.",
+        {"": table},
+    )
