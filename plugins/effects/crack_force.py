@@ -1,14 +1,21 @@
+from rotorstudy.cracks import weight_deflection
 from rotorstudy.plugins import Effect, hookimpl
 from rotorstudy.terms import Entry, Parameter
 
 THESIS_HARMONICS = (0, 1, 2, 3, 5, 7, -1, -3, -5)
 
 
-def crack_force(structure, participation: dict[int, float] | None = None, harmonics: list[int] = THESIS_HARMONICS):
+def crack_force(
+    structure,
+    participation: dict[int, float] | None = None,
+    harmonics: list[int] = THESIS_HARMONICS,
+    node: int | None = None,
+    element: int | None = None,
+):
     """Weight-dominant crack force dk p_n u_0 e^{jnwt}, with p_n given, or with dk p_n free at each harmonic."""
-    parameters = []
-    for name, (pattern, unit, typical) in structure.stiffness_loss.items():
-        force = pattern @ structure.static_deflection
+    parameters, deflection = [], weight_deflection(structure)
+    for name, (pattern, unit, typical) in structure.stiffness_loss_at(node, element).items():
+        force = pattern @ deflection
         if participation is None:
             parameters += [
                 Parameter(f"{name}_p{n}", unit, (Entry(force, on="one", shift=n),), typical=0.1 * typical)

@@ -1,13 +1,30 @@
 """Options of a plugin are the annotated arguments of its function; here they are checked against a configuration."""
 
-from typing import Annotated
+from typing import Annotated, TypeVar
 
-from annotated_types import Ge, Gt
+from annotated_types import Ge, Gt, Le, MinLen
+from typing_extensions import TypedDict  # options that are lists of dicts; pydantic wants this one before Python 3.12
 
 from rotorstudy.errors import RotorstudyError, unknown_name
 
 Positive = Annotated[float, Gt(0)]
 NonNegative = Annotated[float, Ge(0)]
+PoissonsRatio = Annotated[float, Ge(0), Le(0.5)]
+Whole = Annotated[int, Ge(1)]
+AtLeastOne = Annotated[list[TypeVar("Item")], MinLen(1)]
+
+__all__ = [
+    "AtLeastOne",
+    "NonNegative",
+    "PoissonsRatio",
+    "Positive",
+    "TypedDict",
+    "Whole",
+    "check_options",
+    "number_hint",
+    "option_names",
+    "validation_message",
+]
 
 
 def option_names(function, given_by_engine=()):
