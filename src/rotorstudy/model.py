@@ -153,8 +153,11 @@ class Model:
 
     @cached_property
     def static_residual(self):
-        """(dof,) static load that the reference deflection does not carry, N."""
+        """(dof,) static load that the reference deflection does not carry, N; an error if nothing carries it."""
         structure = self.structure
+        springs = (e for u in self.rotor_unknowns for e in u.entries if e.on == "z" and not (e.order or e.shift))
+        if structure.static_load.any() and not structure.is_supported and not any(springs):
+            raise RotorstudyError("nothing carries the rotor against its weight; add bearings, or support it rigidly")
         return structure.static_load - structure.stiffness @ structure.static_deflection
 
     def position(self, names):
