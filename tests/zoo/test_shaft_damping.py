@@ -57,10 +57,9 @@ def test_hysteretic_is_the_viscous_one_of_the_same_loss_at_each_harmonic():
 
 
 def test_hysteretic_takes_the_loss_factor_of_its_energy_in_a_cycle_at_any_speed():
-    """Energy out per revolution is 2 pi eta k |q|^2 / 2 for a motion once a turn against the shaft, whatever the speed."""
-    (unknown,) = make_term(
-        "effect", {"kind": "hysteretic_damping"}, build_model({"rotor": PLAIN}).structure, (1,)
-    ).unknowns
+    """A circle of radius a once a turn against the shaft costs 2 pi eta k a^2 a turn, whatever the speed."""
+    plain = build_model({"rotor": PLAIN}).structure
+    (unknown,) = make_term("effect", {"kind": "hysteretic_damping"}, plain, (1,)).unknowns
     amplitude = np.zeros((1, len(HARMONICS), 1), complex)
     amplitude[0, 2] = 1e-5  # 2X: once a turn for the shaft
     for speed in (50.0, 500.0):
