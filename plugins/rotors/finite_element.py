@@ -109,11 +109,14 @@ def finite_element(
             pattern = np.zeros_like(stiffness)
             pattern[2 * element - 2 : 2 * element + 2, 2 * element - 2 : 2 * element + 2] = bending[element - 1][2]
             return {"stiffness_loss": (pattern[square], "1", 0.1)}
-        at = {motion: np.diag([float(place == (node, motion)) for place in dofs]) for motion in ("translation", "tilt")}
-        return {
-            "stiffness_loss_22": (at["translation"], "N/m", 5 * rigidity / length**3),
-            "stiffness_loss_44": (at["tilt"], "N m", rigidity / length),
-        }
+        losses = {}
+        for name, motion, unit, typical in (
+            ("stiffness_loss_22", "translation", "N/m", 5 * rigidity / length**3),
+            ("stiffness_loss_44", "tilt", "N m", rigidity / length),
+        ):
+            if (node, motion) in dofs:
+                losses[name] = (np.diag([float(place == (node, motion)) for place in dofs]), unit, typical)
+        return losses
 
     return Structure(
         mass=mass[square],
@@ -138,12 +141,8 @@ def _cut(stretch):
 
 
 def _rigidity(element):
-    return (
-        element["youngs_modulus_Pa"]
-        * np.pi
-        / 64
-        * (element["outer_diameter_m"] ** 4 - element["inner_diameter_m"] ** 4)
-    )
+    outer, inner = element["outer_diameter_m"], element["inner_diameter_m"]
+    return element["youngs_modulus_Pa"] * np.pi / 64 * (outer**4 - inner**4)
 
 
 def _matrices(element, shear):

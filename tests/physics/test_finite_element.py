@@ -471,6 +471,35 @@ def test_a_crack_needs_a_place_that_exists(shaft, crack, words):
         assert word in str(refused.value)
 
 
+def test_a_node_that_a_support_holds_loses_no_stiffness_of_translation():
+    assert list(rotor(4, pinned_nodes=[1, 5]).stiffness_loss_at(1)) == ["stiffness_loss_44"]
+    assert list(rotor(4, pinned_nodes=[1, 5]).stiffness_loss_at(2)) == ["stiffness_loss_22", "stiffness_loss_44"]
+    assert list(rotor(4, clamped_nodes=[1]).stiffness_loss_at(2)) == ["stiffness_loss_22", "stiffness_loss_44"]
+    with pytest.raises(RotorstudyError, match="unknown node '1' in the crack"):
+        rotor(4, clamped_nodes=[1]).stiffness_loss_at(1)
+
+
+def test_natural_frequencies_of_the_shaft_of_chapter_6():
+    """On its bearings in x and in y, and on rigid ones; the printed 415.99 rad/s belongs to none of them."""
+    moments = ((2, 0.7990, 6.8560e-3), (4, 0.7231, 5.6502e-3))
+    discs = [{"node": n, "mass_kg": m, "polar_moment_kg_m2": 2 * i, "diametral_moment_kg_m2": i} for n, m, i in moments]
+    shaft = {"elements": [{"length_m": 0.45, "count": 4}], "outer_diameter_m": 0.015, "theory": "euler_bernoulli"}
+
+    def first(*bearings, **supports):
+        free = rotor(discs=discs, **shaft, **supports)
+        items = [
+            {"kind": "linear", "node": n, "label": str(n), **isotropic(k)}
+            for n, k in zip((1, 5), bearings, strict=False)
+        ]
+        terms = tuple(make_term("bearing", item, free, free.nodes) for item in items)
+        return np.abs(eigenvalues(Model(free, terms), [1e-6])[0].imag).min()
+
+    assert first(128592.0, 127788.0) == pytest.approx(283.4, abs=0.05)
+    assert first(106788.0, 115788.0) == pytest.approx(270.0, abs=0.05)
+    assert first(pinned_nodes=[1, 5]) == pytest.approx(447.9, abs=0.05)
+    assert first(128592.0, 106788.0) != pytest.approx(283.4, abs=0.05)
+
+
 def test_a_rotor_with_one_place_for_a_crack_needs_none_and_refuses_others():
     plain = build_model({"rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5}}).structure
     crack = {"kind": "switching", "stiffness_loss_N_per_m": 1e5}
