@@ -1,14 +1,24 @@
 import numpy as np
 
+from rotorstudy.errors import RotorstudyError
 from rotorstudy.plugins import Effect, hookimpl
 from rotorstudy.terms import Entry, Parameter
 
 
 def bow(structure, node: int | None = None):
-    """Permanent bend r_0 that turns with the shaft, in the shape of a load at the node: force K r_0 e^{jwt}."""
-    here = structure.unit(structure.default_node() if node is None else node)
-    compliance = here @ np.linalg.solve(structure.stiffness, here)
-    return [Parameter("bow", "m", (Entry(here / compliance, on="one", shift=1),), typical=1e-5, is_complex=True)]
+    """Permanent bend r_0 that turns with the shaft, in the shape of a load at the node: force K r_0 e^{jwt}.
+
+    It counts from the line of the bearings; of a shaft without rigid supports, from the line through its ends.
+    """
+    node = structure.default_node() if node is None else node
+    here, shape = structure.unit(node), np.zeros(len(structure.dofs))
+    ends = [] if structure.is_supported else [structure.index(structure.nodes[0]), structure.index(structure.nodes[-1])]
+    free = np.setdiff1d(np.arange(len(here)), ends)
+    if not here[free].any():
+        raise RotorstudyError(f"bow: node {node} is an end of the shaft, from where a bow counts; name one in between")
+    shape[free] = np.linalg.solve(structure.stiffness[np.ix_(free, free)], here[free])
+    force = structure.stiffness @ shape / (here @ shape)
+    return [Parameter("bow", "m", (Entry(force, on="one", shift=1),), typical=1e-5, is_complex=True)]
 
 
 @hookimpl

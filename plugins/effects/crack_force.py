@@ -1,3 +1,4 @@
+from rotorstudy.cracks import weight_deflection
 from rotorstudy.errors import unknown_name
 from rotorstudy.plugins import Effect, hookimpl
 from rotorstudy.terms import Entry, Parameter
@@ -10,17 +11,20 @@ def crack_force(
     participation: dict[int, float] | None = None,
     harmonics: list[int] = THESIS_HARMONICS,
     losses: list[str] | None = None,
+    node: int | None = None,
+    element: int | None = None,
 ):
     """Weight-dominant crack force dk p_n u_0 e^{jnwt}, with p_n given, or with dk p_n free at each harmonic.
 
     losses: which of the stiffness losses of the rotor take part; all by default.
     """
-    parameters = []
-    for name in structure.stiffness_loss if losses is None else losses:
-        if name not in structure.stiffness_loss:
-            raise unknown_name("stiffness loss", name, structure.stiffness_loss, "crack_force")
-        pattern, unit, typical = structure.stiffness_loss[name]
-        force = pattern @ structure.static_deflection
+    parameters, deflection = [], weight_deflection(structure)
+    possible = structure.stiffness_loss_at(node, element)
+    for name in possible if losses is None else losses:
+        if name not in possible:
+            raise unknown_name("stiffness loss", name, possible, "crack_force")
+        pattern, unit, typical = possible[name]
+        force = pattern @ deflection
         if participation is None:
             parameters += [
                 Parameter(f"{name}_p{n}", unit, (Entry(force, on="one", shift=n),), typical=0.1 * typical)

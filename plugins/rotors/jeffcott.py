@@ -19,4 +19,9 @@ def jeffcott(mass_kg: Positive, stiffness_N_per_m: Positive, gravity_m_per_s2: N
 
 @hookimpl
 def rotorstudy_rotor():
-    return Rotor("jeffcott", jeffcott, source="Jeffcott 1919; thesis Eqs. (2.7), (2.18)")
+    return Rotor(
+        "jeffcott",
+        jeffcott,
+        source="Jeffcott 1919; thesis Eqs. (2.7), (2.18)",
+        example={"mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
+    )

@@ -73,5 +73,15 @@ def shaft_shape(position, a, b):
 @hookimpl
 def rotorstudy_rotor():
     return Rotor(
-        "offset_disc", offset_disc, source="thesis section 4.2 (Table 4.1); sign of the gyroscopic moment corrected"
+        "offset_disc",
+        offset_disc,
+        source="thesis section 4.2 (Table 4.1); sign of the gyroscopic moment corrected",
+        example={
+            "mass_kg": 2.0,
+            "polar_moment_kg_m2": 0.0048,
+            "diametral_moment_kg_m2": 0.0024,
+            "a_m": 0.2,
+            "b_m": 0.16,
+            "diameter_m": 0.015,
+        },
     )

@@ -17,7 +17,8 @@ class Structure:
     mass, stiffness, gyroscopic : (dof, dof)
     static_load : (dof,) gravity, real part along the downward x axis, N (N m for a tilt)
     dofs        : one (node, "translation" or "tilt") for each coordinate
-    stiffness_loss : name -> (pattern (dof, dof), unit); where and how a crack takes stiffness away
+    stiffness_loss : name -> (pattern (dof, dof), unit, typical), the stiffness a crack takes away; where it can be at
+                     several places, a function(node, element) -> such a dict, one of the two being None
     shape_at    : position along the shaft, m -> (dof,) what each coordinate moves the shaft there; None if not known
     """
 
@@ -26,12 +27,13 @@ class Structure:
     gyroscopic: np.ndarray
     static_load: np.ndarray
     dofs: tuple[tuple[int, str], ...]
-    stiffness_loss: dict = field(default_factory=dict)
+    stiffness_loss: dict | Callable = field(default_factory=dict)
     shape_at: Callable | None = None
 
     @property
     def nodes(self):
-        return tuple(sorted({node for node, _ in self.dofs}))
+        """Nodes that can move; one that a rigid support holds only tilts."""
+        return tuple(sorted({node for node, motion in self.dofs if motion == "translation"}))
 
     def index(self, node, motion="translation"):
         """Position of a coordinate; an unknown node is an error that lists the nodes there are."""
@@ -49,10 +51,32 @@ class Structure:
             raise RotorstudyError(f"this rotor has nodes {list(self.nodes)}; say which with 'node:'")
         return self.nodes[0]
 
+    def stiffness_loss_at(self, node=None, element=None):
+        """Stiffness losses, name -> (pattern, unit, typical), of a crack at a node or in an element.
+
+        A rotor that can crack at one place only needs no place; the others raise where none, or two, are given.
+        """
+        if callable(self.stiffness_loss):
+            if (node is None) == (element is None):
+                raise RotorstudyError("this rotor can crack at several places; say where with 'node:' or 'element:'")
+            if node is not None and node not in {n for n, _ in self.dofs}:
+                raise unknown_name("node", node, {n for n, _ in self.dofs}, "the crack")
+            return self.stiffness_loss(node, element)
+        if element is not None or (node is not None and self.nodes != (node,)):
+            place = f"node {node}" if element is None else f"element {element}"
+            raise RotorstudyError(f"this rotor cannot crack at {place}; it has one place for a crack: leave it out")
+        return self.stiffness_loss
+
+    @cached_property
+    def is_supported(self):
+        """Whether the shaft alone carries a load; otherwise bearings do, which are terms."""
+        scale = np.sqrt(np.abs(np.diag(self.stiffness)))  # translations and tilts have different units
+        return bool(scale.all() and np.linalg.cond(self.stiffness / np.outer(scale, scale)) < 1e14)
+
     @cached_property
     def static_deflection(self):
         """(dof,) deflection under the static load, from the bearing line; zeros if the shaft is not supported."""
-        if not np.any(self.static_load) or np.linalg.cond(self.stiffness) > 1e14:
+        if not np.any(self.static_load) or not self.is_supported:
             return np.zeros(len(self.dofs))
         return np.linalg.solve(self.stiffness, self.static_load)
 
@@ -131,8 +155,11 @@ class Model:
 
     @cached_property
     def static_residual(self):
-        """(dof,) static load that the reference deflection does not carry, N."""
+        """(dof,) static load that the reference deflection does not carry, N; an error if nothing carries it."""
         structure = self.structure
+        springs = (e for u in self.rotor_unknowns for e in u.entries if e.on == "z" and not (e.order or e.shift))
+        if structure.static_load.any() and not structure.is_supported and not any(springs):
+            raise RotorstudyError("nothing carries the rotor against its weight; add bearings, or support it rigidly")
         return structure.static_load - structure.stiffness @ structure.static_deflection
 
     def position(self, names):

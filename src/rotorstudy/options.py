@@ -1,13 +1,18 @@
 """Options of a plugin are the annotated arguments of its function; here they are checked against a configuration."""
 
-from typing import Annotated
+from typing import Annotated, TypeVar, get_args
 
-from annotated_types import Ge, Gt
+from annotated_types import Ge, Gt, Le, MinLen
+from typing_extensions import TypedDict as TypedDict  # for plugins: pydantic takes no other before Python 3.12
+from typing_extensions import is_typeddict
 
 from rotorstudy.errors import RotorstudyError, unknown_name
 
 Positive = Annotated[float, Gt(0)]
 NonNegative = Annotated[float, Ge(0)]
+PoissonsRatio = Annotated[float, Ge(0), Le(0.5)]
+Whole = Annotated[int, Ge(1)]
+AtLeastOne = Annotated[list[TypeVar("Item")], MinLen(1)]
 
 
 def option_names(function, given_by_engine=()):
@@ -35,18 +40,28 @@ def check_options(function, given, where, given_by_engine=()):
     try:
         return dict(model(**given))
     except ValidationError as error:
-        raise RotorstudyError(validation_message(error, where)) from None
+        nested = {name: _named_keys(annotation) for name, (annotation, _) in fields.items()}
+        raise RotorstudyError(validation_message(error, where, nested)) from None
 
 
-def validation_message(error, where):
-    """One line out of a pydantic error: key, value, what is allowed."""
+def _named_keys(annotation):
+    """Keys of the TypedDict inside an annotation; empty if there is none."""
+    if is_typeddict(annotation):
+        return list(annotation.__annotations__)
+    return next(filter(None, map(_named_keys, get_args(annotation))), [])
+
+
+def validation_message(error, where, nested=None):
+    """One line out of a pydantic error: key, value, what is allowed; nested: option -> keys of the dicts in it."""
     messages = []
     for problem in error.errors():
         key = ".".join(str(part) for part in problem["loc"])
         if problem["type"] == "missing":
             messages.append(f"key '{key}' is missing in {where}")
         elif problem["type"] == "extra_forbidden":
-            messages.append(f"unknown key '{key}' in {where}")
+            place = key.removesuffix(str(problem["loc"][-1]))
+            known = [place + name for name in (nested or {}).get(problem["loc"][0], ())]
+            messages.append(str(unknown_name("key", key, known, where)) if known else f"unknown key '{key}' in {where}")
         else:
             said = problem["msg"][0].lower() + problem["msg"][1:]
             messages.append(f"{key} = {problem['input']!r} in {where}: {said}{number_hint(problem['input'])}")

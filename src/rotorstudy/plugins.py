@@ -8,7 +8,7 @@ under the entry point group "rotorstudy".
 import os
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from hashlib import sha256
 from pathlib import Path
@@ -25,11 +25,15 @@ FOLDERS_VARIABLE = "ROTORSTUDY_PLUGINS"
 
 @dataclass(frozen=True)
 class Plugin:
-    """What every plugin states: a name, the function that is the model, and where its equation comes from."""
+    """What every plugin states: a name, the function that is the model, and where its equation comes from.
+
+    example : options to check it with, where some have no default
+    """
 
     name: str
     function: Callable
     source: str
+    example: dict = field(default_factory=dict, compare=False, kw_only=True)
 
     @property
     def summary(self):

@@ -1,14 +1,11 @@
 """A rig file (YAML) read into a model. Every key is checked here, once."""
 
 from pathlib import Path
-from typing import Annotated
-
-from annotated_types import Ge
 
 from rotorstudy.cracks import SERIES_ORDER, crack_parameters
 from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
 from rotorstudy.model import Model
-from rotorstudy.options import check_options, number_hint, option_names, validation_message
+from rotorstudy.options import Whole, check_options, number_hint, option_names, validation_message
 from rotorstudy.plugins import registry
 from rotorstudy.terms import Term
 
@@ -157,10 +154,12 @@ def _check_shapes(parameters, size, plugin, where):
 
 
 def _typed_crack_options(given, where):
-    def crack_options(weight_dominance: bool = True, order: Annotated[int, Ge(1)] = SERIES_ORDER):
-        return {"weight_dominance": weight_dominance, "order": order}
+    def crack_options(
+        weight_dominance: bool = True, order: Whole = SERIES_ORDER, node: int | None = None, element: int | None = None
+    ):
+        """What any crack can be given."""
 
-    return check_options(crack_options, {k: v for k, v in given.items() if k in ("weight_dominance", "order")}, where)
+    return check_options(crack_options, {k: v for k, v in given.items() if k in option_names(crack_options)}, where)
 
 
 def _read_values(parameters, given, options, where):

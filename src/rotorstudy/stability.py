@@ -92,6 +92,6 @@ def check_stable(model, speeds):
     unstable = growth_rate(model, speeds) > 0
     if unstable.any():
         raise RotorstudyError(
-            f"no steady state at {np.asarray(speeds)[unstable][0]:g} rad/s: internal damping makes the rotor unstable "
-            "there; stay below the stability threshold, or add external damping"
+            f"no steady state at {np.asarray(speeds)[unstable][0]:g} rad/s: internal damping or cross-coupled bearings "
+            "make the rotor unstable there; stay below the stability threshold, or add external damping"
         )

@@ -62,8 +62,8 @@ class Parameter:
 
     @property
     def key(self):
-        """Its configuration key, with the unit in the name: `internal_damping_N_s_per_m`."""
-        return f"{self.name}_{unit_suffix(self.unit)}"
+        """Its configuration key, with the unit in the name if it has one: `internal_damping_N_s_per_m`."""
+        return self.name if self.unit == "1" else f"{self.name}_{unit_suffix(self.unit)}"
 
     @property
     def phase_key(self):
@@ -119,6 +119,18 @@ class Term:
             value = self.values.get(parameter.name, np.nan)
             found += [np.real(value), np.imag(value)] if parameter.is_complex else [value]
         return np.array(found, float)
+
+
+def planar_entries(direction, matrix, order=0, gain=None):
+    """Entries of the force along a by the motion along b, where direction is "ab": "xx", "xy", "yx" or "yy".
+
+    With x = (z + conj z) / 2 and y = (z - conj z) / 2j; the matrix (dof, dof) is real.
+    """
+    on_z, on_conj = {"xx": (0.5, 0.5), "xy": (-0.5j, 0.5j), "yx": (0.5j, 0.5j), "yy": (0.5, -0.5)}[direction]
+    return (
+        Entry(on_z * matrix, order=order, gain=gain),
+        Entry(on_conj * matrix, on="conj", order=order, gain=gain),
+    )
 
 
 def unit_suffix(unit):

@@ -7,6 +7,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
+import pytest
+
+from rotorstudy import harmonic_response, load_rig
+
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text()
 
@@ -56,6 +61,13 @@ def test_the_shell_examples_run(tmp_path):
         arguments = shlex.split(line.split("#")[0].replace("examples/", f"{ROOT}/examples/"))
         found = run([sys.executable, "-m", "rotorstudy.cli", *arguments[1:]], tmp_path)
         assert found.returncode == 0, (line, found.stderr)
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("*.yaml")), ids=lambda path: path.name)
+def test_every_example_rig_vibrates(path):
+    model = load_rig(path)
+    assert np.isfinite(harmonic_response(model, [88.0], [0, 1, -1])).all()
+    assert np.abs(harmonic_response(model, [88.0], [1])).max() > 1e-9
 
 
 def test_every_linked_file_exists():

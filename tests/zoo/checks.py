@@ -3,10 +3,13 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from rotorstudy import Model, Problem, Spectrum, build_model, measured_response
+from rotorstudy.errors import RotorstudyError
 from rotorstudy.identification import output_error_fit
 from rotorstudy.integration import force_in_time
+from rotorstudy.plugins import KINDS
 from rotorstudy.records import Record, full_spectrum, synthesize
 from rotorstudy.rig import make_term
 from rotorstudy.spectrum import components, independent_covariance
@@ -38,10 +41,25 @@ def check_crack(plugin, grid=40_000):
         assert abs(series.get(k, 0) - np.conj(series.get(-k, 0))) < 1e-15, k
 
 
-def effect_term(plugin, structure, sensors=(1,)):
-    """The effect at its default place, every parameter with its typical size."""
-    item = {"kind": plugin.name}
-    term = make_term("effect", item, structure, sensors)
+def check_rotor(structure):
+    """Real symmetric matrices, positive mass, no negative stiffness, a load that weighs; cracks take stiffness away."""
+    size = len(structure.dofs)
+    for matrix in (structure.mass, structure.stiffness, structure.gyroscopic):
+        assert matrix.shape == (size, size) and np.isrealobj(matrix) and np.array_equal(matrix, matrix.T)
+    assert np.linalg.eigvalsh(structure.mass).min() > 0
+    least, *_, most = [0.0, *np.linalg.eigvalsh(structure.stiffness)]
+    assert least >= -1e-9 * most
+    assert structure.static_load.shape == (size,) and structure.static_load.sum() > 0
+    for node in structure.nodes:
+        losses = structure.stiffness_loss_at(node)
+        for pattern, unit, typical in losses.values():
+            assert pattern.shape == (size, size) and np.linalg.eigvalsh(pattern).min() >= 0 and unit and typical > 0
+
+
+def typical_term(plugin, structure, sensors=(1,)):
+    """An effect or bearing at its default place, every parameter with its typical size."""
+    kind = next(name for name, kind in KINDS.items() if isinstance(plugin, kind))
+    term = make_term(kind, {"kind": plugin.name, **plugin.example}, structure, sensors)
     values = {p.name: p.typical * (np.exp(0.6j) if p.is_complex else 1) for p in term.parameters}
     return replace(term, values=values)
 
@@ -59,6 +77,10 @@ def check_term(term, dof):
         assert parameter.unit and parameter.typical > 0
     for unknown in term.unknowns:
         column = apply_entries(unknown.entries, amplitude, np.array([w]), harmonics)[0]
+        if any(entry.frequency_only for entry in unknown.entries):
+            with pytest.raises(RotorstudyError, match="exists in frequency only"):
+                force_in_time(unknown.entries, w, time, *motion)
+            continue
         force = force_in_time(unknown.entries, w, time, *motion)
         seen = (np.fft.fft(force, axis=0) / len(time))[harmonics]
         assert np.allclose(column, seen, rtol=1e-10, atol=1e-10 * np.abs(seen).max()), unknown.name

@@ -1,18 +1,22 @@
 """Every plugin of the zoo holds every invariant of its kind; a wrong one of each kind does not."""
 
+import inspect
 import subprocess
 import sys
+from dataclasses import replace
+from typing import get_args
 
 import numpy as np
 import pytest
 from checks import (
     check_crack,
     check_estimator,
+    check_rotor,
     check_round_trip,
     check_spectrum,
     check_stated,
     check_term,
-    effect_term,
+    typical_term,
 )
 
 from rotorstudy import Entry, Estimate, Parameter, Term, registry
@@ -62,7 +66,7 @@ def test_crack(plugin):
 
 @of("effect")
 def test_effect(plugin):
-    term = effect_term(plugin, STRUCTURE)
+    term = typical_term(plugin, STRUCTURE)
     check_term(term, 1)
     check_round_trip(term, STRUCTURE)
 
@@ -77,13 +81,38 @@ def test_estimator(plugin):
     check_estimator(plugin)
 
 
-@of("rotor")
-def test_rotor_options_are_annotated_with_units(plugin):
-    import inspect
+@of("bearing")
+def test_bearing(plugin):
+    term = typical_term(plugin, STRUCTURE)
+    check_term(term, 1)
+    check_round_trip(term, STRUCTURE)
 
-    for name, option in inspect.signature(plugin.function).parameters.items():
-        assert option.annotation is not option.empty, name
-        assert name.rsplit("_", 1)[-1] in {"kg", "m", "m2", "s2", "N", "Pa", "sign"}, name
+
+@of("rotor")
+def test_rotor(plugin):
+    check_rotor(build_model({"rotor": {"kind": plugin.name, **plugin.example}}).structure)
+
+
+def numbers(annotation, name):
+    """Names of the options, and of the keys in them, that hold real numbers."""
+    if hasattr(annotation, "__total__"):  # a dict with named keys
+        for key, inner in annotation.__annotations__.items():
+            yield from numbers(inner, key)
+    elif annotation is float:
+        yield name
+    for part in get_args(annotation):
+        yield from numbers(part, name)
+
+
+@pytest.mark.parametrize("kind", ["rotor", "bearing", "effect"])
+def test_numbers_among_the_options_have_their_unit_in_the_name(kind):
+    for plugin in ZOO.plugins[kind].values():
+        for option, parameter in list(inspect.signature(plugin.function).parameters.items()):
+            assert parameter.annotation is not parameter.empty or option in ("structure", "sensors"), option
+            for name in numbers(parameter.annotation, option):
+                unit = name.rsplit("_", 1)[-1]
+                known = {"kg", "m", "m2", "m3", "s2", "N", "Pa", "ratio", "xx", "xy", "yx", "yy", "participation", "s"}
+                assert unit in known, (plugin.name, name)
 
 
 def test_a_crack_whose_series_is_another_function_fails():
@@ -98,6 +127,12 @@ def test_a_crack_that_opens_beyond_one_fails():
     wrong = Crack("wrong", lambda a: 0.5 + 0.6 * np.cos(a), source="none", series=lambda n: {0: 0.5, 1: 0.3, -1: 0.3})
     with pytest.raises(AssertionError):
         check_crack(wrong)
+
+
+def test_a_rotor_that_is_no_mechanical_system_fails():
+    for wrong in ({"mass": -STRUCTURE.mass}, {"stiffness": 1j * STRUCTURE.stiffness}, {"static_load": np.zeros(2)}):
+        with pytest.raises(AssertionError):
+            check_rotor(replace(STRUCTURE, **wrong))
 
 
 def test_an_effect_that_means_something_else_in_time_fails():

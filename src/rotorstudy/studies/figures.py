@@ -149,7 +149,9 @@ def weight_dominance(config, dominance, case, shown, title):
     ratio = amplitude[1] / amplitude[0]
     crack = config.rigs[config.main_rig]["cracks"][0]
     model = config.rig(config.main_rig)
-    name, (pattern, _, _) = next(iter(model.structure.stiffness_loss.items()))
+    name, (pattern, _, _) = next(
+        iter(model.structure.stiffness_loss_at(crack.get("node"), crack.get("element")).items())
+    )
     stiffness = np.sum(pattern * model.structure.stiffness)
     loss = next(value for key, value in crack.items() if key.startswith(name)) / stiffness * 100
     percent = dominance.crack_scale.values * loss

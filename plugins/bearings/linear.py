@@ -1,0 +1,30 @@
+from typing import Literal
+
+import numpy as np
+
+from rotorstudy.plugins import Bearing, hookimpl
+from rotorstudy.terms import Entry, Parameter, planar_entries
+
+DIRECTIONS = {"isotropic": (), "anisotropic": ("xx", "yy"), "full": ("xx", "xy", "yx", "yy")}
+
+
+def linear(structure, node: int | None = None, coefficients: Literal["isotropic", "anisotropic", "full"] = "isotropic"):
+    """Spring and damper between a node and the ground: force -(K r + C dr/dt), r = (x, y).
+
+    coefficients: isotropic, one stiffness and one damping; anisotropic, of x and of y; full, cross-coupled too
+    (k_xy is the force along x by a displacement along y).
+    """
+    here = structure.unit(structure.default_node() if node is None else node)
+    here, parameters = np.outer(here, here), []
+    for name, unit, order, typical in (("stiffness", "N/m", 0, 1e7), ("damping", "N s/m", 1, 1e3)):
+        if coefficients == "isotropic":
+            parameters.append(Parameter(f"bearing_{name}", unit, (Entry(-here, order=order),), typical))
+        for direction in DIRECTIONS[coefficients]:
+            entries = planar_entries(direction, -here, order)
+            parameters.append(Parameter(f"bearing_{name}_{direction}", unit, entries, typical))
+    return parameters
+
+
+@hookimpl
+def rotorstudy_bearing():
+    return Bearing("linear", linear, source="Nelson and McVaugh 1976; thesis Chapter 6")

@@ -1,0 +1,24 @@
+import numpy as np
+
+from rotorstudy.plugins import Effect, hookimpl
+from rotorstudy.terms import Entry, Parameter
+
+
+def hysteretic_damping(structure):
+    """Damping of the shaft's material that does not know how fast it bends: force -j eta sign(n - 1) K q_n."""
+
+    def gain(speed, harmonic):
+        return np.sign(harmonic - 1) + 0 * speed
+
+    entry = Entry(-1j * structure.stiffness, gain=gain, frequency_only=True)
+    return [Parameter("loss_factor", "1", (entry,), typical=0.01)]
+
+
+@hookimpl
+def rotorstudy_effect():
+    return Effect(
+        "hysteretic_damping",
+        hysteretic_damping,
+        source="Zorzi and Nelson 1977; Genta 2005, Dynamics of Rotating Systems",
+        twins=(("shaft_damping", "equal at one harmonic of one speed; it grows with the speed, hysteretic does not"),),
+    )

@@ -1,0 +1,23 @@
+from rotorstudy.plugins import Effect, hookimpl
+from rotorstudy.terms import Entry, Parameter
+
+
+def shaft_damping(structure):
+    """Viscous damping all along the turning shaft, in proportion to its stiffness: force -beta K (q' - j w q)."""
+    shaft = structure.stiffness
+    entries = (Entry(-shaft, order=1), Entry(1j * shaft, gain=lambda speed: speed))
+    return [Parameter("shaft_damping", "s", entries, typical=3e-5)]
+
+
+@hookimpl
+def rotorstudy_effect():
+    return Effect(
+        "shaft_damping",
+        shaft_damping,
+        source="Zorzi and Nelson 1977",
+        twins=(
+            ("internal_damping", "acts at one node; equal on a rotor with one coordinate"),
+            ("hysteretic_damping", "equal at one harmonic of one speed; grows with the speed, hysteretic does not"),
+            ("external_damping", "shaft damping is silent at +1X and gives a static side force at 0X"),
+        ),
+    )

@@ -1,0 +1,203 @@
+from typing import Literal, NotRequired
+
+import numpy as np
+
+from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.model import Structure
+from rotorstudy.options import AtLeastOne, NonNegative, PoissonsRatio, Positive, TypedDict, Whole
+from rotorstudy.plugins import Rotor, hookimpl
+
+GAUSS = np.polynomial.legendre.leggauss(4)  # exact up to degree 7; the mass has degree 6
+
+
+class Stretch(TypedDict):
+    """A cylindrical stretch of shaft in `count` equal elements; what it does not give is taken from the rotor."""
+
+    length_m: Positive
+    count: NotRequired[Whole]
+    outer_diameter_m: NotRequired[Positive]
+    inner_diameter_m: NotRequired[NonNegative]
+    youngs_modulus_Pa: NotRequired[Positive]
+    poissons_ratio: NotRequired[PoissonsRatio]
+    density_kg_per_m3: NotRequired[Positive]
+
+
+class Disc(TypedDict):
+    node: int
+    mass_kg: Positive
+    polar_moment_kg_m2: NonNegative
+    diametral_moment_kg_m2: NonNegative
+
+
+class PointMass(TypedDict):
+    node: int
+    mass_kg: Positive
+
+
+def finite_element(
+    elements: AtLeastOne[Stretch],
+    outer_diameter_m: Positive | None = None,
+    inner_diameter_m: NonNegative = 0.0,
+    youngs_modulus_Pa: Positive = 2.1e11,
+    poissons_ratio: PoissonsRatio = 0.3,
+    density_kg_per_m3: Positive = 7850.0,
+    discs: list[Disc] = (),
+    point_masses: list[PointMass] = (),
+    pinned_nodes: list[int] = (),
+    clamped_nodes: list[int] = (),
+    theory: Literal["timoshenko", "euler_bernoulli"] = "timoshenko",
+    shaft_inertia: Literal["gyroscopic", "rotary", "translation"] = "gyroscopic",
+    gyroscopic_sign: Literal[1, -1] = 1,
+    gravity_m_per_s2: NonNegative = 9.81,
+):
+    """Shaft of beam elements with rigid discs: at each node z = u_x + j u_y and the tilt of the section.
+
+    Nodes count from 1 at the end where s = 0, elements alike. Bearings carry the shaft, or rigid supports: pinned_nodes
+    hold the translation, clamped_nodes the tilt too. shaft_inertia "rotary" leaves out the gyroscopic moments of the
+    shaft, "translation" its rotary inertia too. gyroscopic_sign -1 is the reversed sign of the thesis.
+    """
+    common = {
+        "outer_diameter_m": outer_diameter_m,
+        "inner_diameter_m": inner_diameter_m,
+        "youngs_modulus_Pa": youngs_modulus_Pa,
+        "poissons_ratio": poissons_ratio,
+        "density_kg_per_m3": density_kg_per_m3,
+    }
+    shaft = [element for stretch in elements for element in _cut({**common, **stretch})]
+    nodes = range(1, len(shaft) + 2)
+    for name, places in (
+        ("discs", [disc["node"] for disc in discs]),
+        ("point_masses", [point["node"] for point in point_masses]),
+        ("pinned_nodes", pinned_nodes),
+        ("clamped_nodes", clamped_nodes),
+    ):
+        for node in places:
+            if node not in nodes:
+                raise unknown_name("node", node, nodes, f"{name} of the finite_element rotor")
+
+    mass, stiffness, gyroscopic = np.zeros((3, 2 * len(nodes), 2 * len(nodes)))
+    bending = [_matrices(element, theory == "timoshenko") for element in shaft]
+    weight = np.zeros(2 * len(nodes))
+    for i, (translation, rotary, bend) in enumerate(bending):
+        here = slice(2 * i, 2 * i + 4)
+        mass[here, here] += translation + (rotary if shaft_inertia != "translation" else 0)
+        gyroscopic[here, here] += 2 * rotary if shaft_inertia == "gyroscopic" else 0
+        stiffness[here, here] += bend
+        weight[here] += translation @ [1, 0, 1, 0]
+    for body in [*discs, *point_masses]:
+        here, tilt = 2 * body["node"] - 2, 2 * body["node"] - 1
+        mass[here, here] += body["mass_kg"]
+        mass[tilt, tilt] += body.get("diametral_moment_kg_m2", 0)
+        gyroscopic[tilt, tilt] += body.get("polar_moment_kg_m2", 0)
+        weight[here] += body["mass_kg"]
+
+    held = {(n, "translation") for n in [*pinned_nodes, *clamped_nodes]} | {(n, "tilt") for n in clamped_nodes}
+    every = [(node, motion) for node in nodes for motion in ("translation", "tilt")]
+    free = [i for i, place in enumerate(every) if place not in held]
+    dofs = tuple(every[i] for i in free)
+    if not any(motion == "translation" for _, motion in dofs):
+        raise RotorstudyError("finite_element: pinned_nodes and clamped_nodes hold every node; leave one free")
+    square = np.ix_(free, free)
+    length = sum(element["length_m"] for element in shaft)
+    rigidity = length / sum(element["length_m"] / _rigidity(element) for element in shaft)
+
+    def stiffness_loss(node, element):
+        """Of an element, a part of its stiffness; at a node, as in the thesis, of its deflection and of its tilt."""
+        if element is not None:
+            if element not in range(1, len(shaft) + 1):
+                raise unknown_name("element", element, range(1, len(shaft) + 1), "the finite_element rotor")
+            pattern = np.zeros_like(stiffness)
+            pattern[2 * element - 2 : 2 * element + 2, 2 * element - 2 : 2 * element + 2] = bending[element - 1][2]
+            return {"stiffness_loss": (pattern[square], "1", 0.1)}
+        losses = {}
+        for name, motion, unit, typical in (
+            ("stiffness_loss_22", "translation", "N/m", 5 * rigidity / length**3),
+            ("stiffness_loss_44", "tilt", "N m", rigidity / length),
+        ):
+            if (node, motion) in dofs:
+                losses[name] = (np.diag([float(place == (node, motion)) for place in dofs]), unit, typical)
+        return losses
+
+    return Structure(
+        mass=mass[square],
+        stiffness=stiffness[square],
+        gyroscopic=gyroscopic_sign * gyroscopic[square],
+        static_load=gravity_m_per_s2 * weight[free],
+        dofs=dofs,
+        stiffness_loss=stiffness_loss,
+    )
+
+
+def _cut(stretch):
+    """The equal elements of a stretch, or an error for a section that no shaft has."""
+    outer, inner, count = stretch["outer_diameter_m"], stretch["inner_diameter_m"], stretch.pop("count", 1)
+    if outer is None:
+        raise RotorstudyError("finite_element: give outer_diameter_m of the rotor, or of each of the elements")
+    if inner >= outer:
+        raise RotorstudyError(
+            f"finite_element: inner_diameter_m = {inner:g} must be smaller than outer_diameter_m = {outer:g}"
+        )
+    return [{**stretch, "length_m": stretch["length_m"] / count}] * count
+
+
+def _rigidity(element):
+    outer, inner = element["outer_diameter_m"], element["inner_diameter_m"]
+    return element["youngs_modulus_Pa"] * np.pi / 64 * (outer**4 - inner**4)
+
+
+def _matrices(element, shear):
+    """Mass of the translation, of the tilt, and stiffness of one element, each (4, 4) on z, tilt, z, tilt.
+
+    Shape functions that solve the static beam without load (Przemieniecki 1968; Nelson 1980); the shear coefficient is
+    that of Cowper (1966) for a round, solid or hollow section. shear False gives the Euler-Bernoulli beam.
+    """
+    length, outer, inner, ratio = (
+        element[key] for key in ("length_m", "outer_diameter_m", "inner_diameter_m", "poissons_ratio")
+    )
+    area, rigidity = np.pi / 4 * (outer**2 - inner**2), _rigidity(element)
+    ring = 6 * (1 + ratio) * (1 + (inner / outer) ** 2) ** 2
+    ring /= (7 + 6 * ratio) * (1 + (inner / outer) ** 2) ** 2 + (20 + 12 * ratio) * (inner / outer) ** 2
+    shear_rigidity = ring * element["youngs_modulus_Pa"] / (2 * (1 + ratio)) * area
+    phi = 12 * rigidity / (shear_rigidity * length**2) if shear else 0.0
+
+    x, root = (1 + GAUSS[0]) / 2, np.sqrt(GAUSS[1] / 2 * length)
+    deflection = [
+        1 - 3 * x**2 + 2 * x**3 + phi * (1 - x),
+        length * (x - 2 * x**2 + x**3 + phi / 2 * (x - x**2)),
+        3 * x**2 - 2 * x**3 + phi * x,
+        length * (x**3 - x**2 - phi / 2 * (x - x**2)),
+    ]
+    tilt = [
+        6 * (x**2 - x) / length,
+        1 - 4 * x + 3 * x**2 + phi * (1 - x),
+        6 * (x - x**2) / length,
+        3 * x**2 - 2 * x + phi * x,
+    ]
+    curvature = [
+        6 * (2 * x - 1) / length**2,
+        (6 * x - 4 - phi) / length,
+        6 * (1 - 2 * x) / length**2,
+        (6 * x - 2 + phi) / length,
+    ]
+    sliding = np.sqrt(12 * rigidity * phi / length) / (1 + phi) * np.array([1 / length, 1 / 2, -1 / length, 1 / 2])
+    deflection, tilt, curvature = (np.array(part) * root / (1 + phi) for part in (deflection, tilt, curvature))
+    density, second_moment = element["density_kg_per_m3"], rigidity / element["youngs_modulus_Pa"]
+    return (
+        density * area * (deflection @ deflection.T),
+        density * second_moment * (tilt @ tilt.T),
+        rigidity * (curvature @ curvature.T) + np.outer(sliding, sliding),
+    )
+
+
+@hookimpl
+def rotorstudy_rotor():
+    return Rotor(
+        "finite_element",
+        finite_element,
+        source="Nelson and McVaugh 1976; Nelson 1980; thesis Chapter 6; sign of the gyroscopic moment corrected",
+        example={
+            "elements": [{"length_m": 0.6, "count": 3}],
+            "outer_diameter_m": 0.02,
+            "discs": [{"node": 2, "mass_kg": 2.0, "polar_moment_kg_m2": 0.0048, "diametral_moment_kg_m2": 0.0024}],
+        },
+    )

@@ -1,0 +1,208 @@
+"""Bearings: their force on a whirling orbit by hand, the response they give, and what is refused."""
+
+import numpy as np
+import pytest
+
+from rotorstudy import Model, Problem, RotorstudyError, Spectrum, build_model, eigenvalues, harmonic_response, make_term
+from rotorstudy.identification import output_error_fit
+from rotorstudy.integration import force_in_time
+from rotorstudy.response import measured_response
+from rotorstudy.spectrum import independent_covariance
+from rotorstudy.terms import apply_entries
+
+PLAIN = {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5}
+SHAFT = {
+    "kind": "finite_element",
+    "elements": [{"length_m": 0.6, "count": 4}],
+    "outer_diameter_m": 0.02,
+    "discs": [{"node": 2, "mass_kg": 2.0, "polar_moment_kg_m2": 0.004, "diametral_moment_kg_m2": 0.002}],
+}
+STRUCTURE = build_model({"rotor": PLAIN}).structure
+K = {"xx": 3e5, "xy": 0.7e5, "yx": -0.4e5, "yy": 1.8e5}
+C = {"xx": 300.0, "xy": -20.0, "yx": 35.0, "yy": 150.0}
+SPEED = 88.0
+
+
+def coefficients(stiffness, damping):
+    """Rig keys of the full bearing."""
+    keys = {f"bearing_stiffness_{ab}_N_per_m": value for ab, value in stiffness.items()}
+    return {**keys, **{f"bearing_damping_{ab}_N_s_per_m": value for ab, value in damping.items()}}
+
+
+FULL = {"kind": "linear", "coefficients": "full", **coefficients(K, C)}
+ANISOTROPIC = {
+    "kind": "linear",
+    "coefficients": "anisotropic",
+    **coefficients({ab: K[ab] for ab in ("xx", "yy")}, {ab: C[ab] for ab in ("xx", "yy")}),
+}
+ISOTROPIC = {"kind": "linear", "bearing_stiffness_N_per_m": 3e5, "bearing_damping_N_s_per_m": 300.0}
+TABLE = {  # at 88 rad/s, 0.4 of the way from 80 to 100, it is FULL
+    "kind": "speed_tabulated",
+    "speeds_rad_per_s": [50.0, 80.0, 100.0, 400.0],
+    "stiffness_N_per_m": {ab: [0.0, k - 4e4, k + 6e4, 2 * k] for ab, k in K.items()},
+    "damping_N_s_per_m": {ab: [0.0, c - 40.0, c + 60.0, 2 * c] for ab, c in C.items()},
+    "bearing_scale": 1.0,
+}
+
+
+def term(item, structure=STRUCTURE):
+    return make_term("bearing", item, structure, structure.nodes)
+
+
+def forces(item):
+    """Force on an elliptic orbit that holds two harmonics and a static part, in time and in harmonics; (time,)."""
+    time = np.linspace(0, 2 * np.pi / SPEED, 64, endpoint=False)
+    harmonics = np.arange(-4, 5)
+    amplitude = np.zeros((1, 9, 1), complex)
+    amplitude[0, [2, 3, 4, 5, 6], 0] = [1e-6j, 3e-6, 2e-6 + 1e-6j, 5e-6 - 2e-6j, -1e-6]
+    turning = np.exp(1j * np.outer(time, harmonics) * SPEED)
+    z, velocity = turning @ amplitude[0], turning @ (1j * harmonics[:, None] * SPEED * amplitude[0])
+    found = term(item)
+    pairs = list(zip(found.theta, found.unknowns, strict=True))
+    total = sum(theta * force_in_time(u.entries, SPEED, time, z, velocity) for theta, u in pairs)
+    column = sum(theta * apply_entries(u.entries, amplitude, [SPEED], harmonics)[0] for theta, u in pairs)
+    return z[:, 0], velocity[:, 0], total[:, 0], (turning @ column)[:, 0]
+
+
+def by_hand(z, velocity, k, c):
+    """-(K r + C dr/dt) with r = (x, y)."""
+    square = [np.array([[m["xx"], m["xy"]], [m["yx"], m["yy"]]]) for m in (k, c)]
+    x_y = -(square[0] @ [z.real, z.imag] + square[1] @ [velocity.real, velocity.imag])
+    return x_y[0] + 1j * x_y[1]
+
+
+ZERO = {"xy": 0.0, "yx": 0.0}
+CASES = [
+    (FULL, K, C),
+    (ANISOTROPIC, {**K, **ZERO}, {**C, **ZERO}),
+    (ISOTROPIC, {**ZERO, "xx": 3e5, "yy": 3e5}, {**ZERO, "xx": 300.0, "yy": 300.0}),
+    (TABLE, K, C),
+    ({**TABLE, "bearing_scale": 0.5}, {ab: k / 2 for ab, k in K.items()}, {ab: c / 2 for ab, c in C.items()}),
+]
+
+
+@pytest.mark.parametrize("item, k, c", CASES, ids=["full", "anisotropic", "isotropic", "table", "half the table"])
+def test_the_force_on_a_whirling_orbit(item, k, c):
+    z, velocity, in_time, in_harmonics = forces(item)
+    expected = by_hand(z, velocity, k, c)
+    size = np.abs(expected).max()
+    assert np.abs(in_time - expected).max() < 1e-12 * size
+    assert np.abs(in_harmonics - expected).max() < 1e-12 * size
+    swapped = {"xx": "yy", "xy": "yx", "yx": "xy", "yy": "xx"}
+    if k["xx"] != k["yy"]:
+        assert np.abs(by_hand(z, velocity, {ab: k[swapped[ab]] for ab in k}, c) - in_time).max() > 1e-2 * size
+
+
+def test_only_the_coefficients_of_the_kind_are_parameters():
+    names = {
+        "isotropic": ("bearing_stiffness", "bearing_damping"),
+        "anisotropic": tuple(f"bearing_{what}_{ab}" for what in ("stiffness", "damping") for ab in ("xx", "yy")),
+        "full": tuple(f"bearing_{what}_{ab}" for what in ("stiffness", "damping") for ab in K),
+    }
+    for kind, expected in names.items():
+        found = term({"kind": "linear", "coefficients": kind})
+        assert tuple(u.name for u in found.unknowns) == expected and np.isnan(found.theta).all()
+    assert [u.name for u in term(TABLE).unknowns] == ["bearing_scale"]
+
+
+def test_unbalance_response_on_an_anisotropic_bearing():
+    """R_1 = (X + Y) / 2 and R_-1 = conj(X - Y) / 2 with X = m e w^2 / (k + k_xx - m w^2 + j w c_xx), Y alike."""
+    unbalance = {"kind": "unbalance", "eccentricity_m": 1e-5}
+    model = build_model({"rotor": PLAIN, "bearings": [ANISOTROPIC], "effects": [unbalance]})
+    speeds = np.array([88.0, 500.0, 750.0])
+
+    def along(ab):
+        return 2.0 * 1e-5 * speeds**2 / (7.6e5 + K[ab] - 2.0 * speeds**2 + 1j * speeds * C[ab])
+
+    expected = np.transpose([(along("xx") + along("yy")) / 2, np.conj(along("xx") - along("yy")) / 2])
+    found = harmonic_response(model, speeds, [1, -1])[..., 0]
+    assert np.abs(found - expected).max() < 1e-12 * np.abs(expected).max()
+    assert np.abs(found - expected.conj()).max() > 1e-2 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_cross_coupling_drives_whirl_in_its_own_direction_beyond_the_damping(sign):
+    """m z'' + c z' + (k - j q) z = 0 with q = k_xy = -k_yx grows where |q| > c sqrt(k / m), forward for q > 0."""
+    threshold = 300.0 * np.sqrt((7.6e5 + 3e5) / 2.0)
+    for share, grows in ((0.99, False), (1.01, True)):
+        stiffness = {"xx": 3e5, "yy": 3e5, "xy": sign * share * threshold, "yx": -sign * share * threshold}
+        damping = {"xx": 300.0, "yy": 300.0, "xy": 0.0, "yx": 0.0}
+        bearing = {"kind": "linear", "coefficients": "full", **coefficients(stiffness, damping)}
+        found = eigenvalues(build_model({"rotor": PLAIN, "bearings": [bearing]}), [88.0])[0]
+        assert bool(found.real.max() > 0) is grows
+        assert np.sign(found[np.argmax(found.real)].imag) == sign
+
+
+def test_a_table_is_linear_between_its_speeds_and_ends_where_it_ends():
+    unbalance = {"kind": "unbalance", "eccentricity_m": 1e-5}
+    tabulated, linear = (build_model({"rotor": PLAIN, "bearings": [b], "effects": [unbalance]}) for b in (TABLE, FULL))
+    at = [harmonic_response(model, [SPEED], [1, -1]) for model in (tabulated, linear)]
+    assert np.abs(at[0] - at[1]).max() < 1e-12 * np.abs(at[1]).max()
+    near = [harmonic_response(model, [SPEED + 1.0], [1, -1]) for model in (tabulated, linear)]
+    assert np.abs(near[0] - near[1]).max() > 1e-4 * np.abs(near[1]).max()
+    both = harmonic_response(tabulated, [50.0, 400.0], [1])  # the ends belong to it
+    assert np.isfinite(both).all()
+    for speed in (49.0, 401.0):
+        with pytest.raises(RotorstudyError, match=f"speed {speed:g} rad/s is outside .* node 1, 50 to 400 rad/s"):
+            harmonic_response(tabulated, [88.0, speed], [1])
+
+
+def test_unlike_bearings_of_a_shaft_are_found_again_from_its_response():
+    items = [{**ANISOTROPIC, "node": 1, "label": "left"}, {**ANISOTROPIC, "node": 5, "label": "right"}]
+    items[1]["bearing_stiffness_xx_N_per_m"] = 2e5
+    unbalance = {"kind": "unbalance", "node": 2, "mass_kg": 2.0, "eccentricity_m": 1e-5}
+    model = build_model({"rotor": SHAFT, "bearings": items, "effects": [unbalance], "sensors": [1, 5]})
+    speeds, harmonics = np.array([60.0, 120.0, 180.0, 400.0]), np.array([0, 1, -1])
+    shown = measured_response(model, speeds, harmonics)
+    spectrum = Spectrum(shown, speeds, harmonics, (1, 5), independent_covariance(np.full(shown.shape, 1e-9) ** 2))
+    names = tuple(name for name in model.names if name.startswith("bearing"))
+    true = model.theta[model.position(names)]
+    found = output_error_fit(Problem(model, spectrum, names), start=1.2 * true)
+    assert found.theta == pytest.approx(true, rel=1e-6)
+    assert len(names) == 8 and not np.allclose(true[:4], true[4:])
+
+
+def test_a_tabulated_bearing_without_damping_and_some_directions_acts_in_those():
+    item = {**TABLE, "stiffness_N_per_m": {"yy": [1e5] * 4}, "damping_N_s_per_m": None}
+    z, velocity, in_time, _ = forces(item)
+    nothing = dict.fromkeys(K, 0.0)
+    assert np.allclose(in_time, by_hand(z, velocity, {**nothing, "yy": 1e5}, nothing))
+    assert not np.allclose(in_time, by_hand(z, velocity, {**nothing, "xx": 1e5}, nothing))
+
+
+BAD = [
+    (FULL, ["nodes [1, 2, 3, 4, 5]", "say which with 'node:'"]),
+    ({**FULL, "node": 6}, ["unknown translation at node '6'", "known: 1, 2, 3, 4, 5"]),
+    ({**FULL, "node": "left"}, ["node = 'left'", "integer"]),
+    ({**FULL, "node": 1, "coefficients": "orthotropic"}, ["coefficients = 'orthotropic'", "'isotropic'"]),
+    ({**FULL, "node": 1, "coefficients": "isotropic"}, ["unknown key 'bearing_stiffness_xx_N_per_m'"]),
+    ({**ISOTROPIC, "node": 1, "bearing_damping_N_s_per_m": "1e3"}, ["bearing_damping_N_s_per_m = '1e3'"]),
+    ({**TABLE, "node": 1, "speeds_rad_per_s": [50.0, 80.0, 80.0, 400.0]}, ["must rise from one to the next"]),
+    ({**TABLE, "node": 1, "speeds_rad_per_s": []}, ["speeds_rad_per_s = []", "at least 1"]),
+    ({**TABLE, "node": 1, "speeds_rad_per_s": [50.0, 80.0]}, ["stiffness_N_per_m.xx has 4 values for 2 speeds"]),
+    ({**TABLE, "node": 1, "stiffness_N_per_m": {}, "damping_N_s_per_m": {}}, ["has no direction", "xx, yy, xy or yx"]),
+    ({**TABLE, "node": 1, "stiffness_N_per_m": {"xz": [1.0] * 4}}, ["unknown key 'stiffness_N_per_m.xz'"]),
+    ({**TABLE, "node": 1, "stiffness_N_per_m": {"xx": [1.0, 2.0, float("nan"), 1.0]}}, ["stiffness_N_per_m.xx.2"]),
+    ({**TABLE, "node": 1, "scale": 1.0}, ["unknown key 'scale'", "bearing_scale"]),
+]
+
+
+@pytest.mark.parametrize("item, words", BAD, ids=lambda value: str(value)[:30])
+def test_bad_input_is_refused_at_the_door(item, words):
+    shaft = build_model({"rotor": SHAFT}).structure
+    for good in (FULL, ISOTROPIC, TABLE):
+        term({**good, "node": 1}, shaft)
+    with pytest.raises(RotorstudyError) as refused:
+        term(item, shaft)
+    for word in words:
+        assert word in str(refused.value)
+
+
+def test_a_rigid_support_has_no_bearing_and_two_bearings_need_labels():
+    held = build_model({"rotor": {**SHAFT, "pinned_nodes": [1, 5]}}).structure
+    with pytest.raises(RotorstudyError, match="unknown translation at node '1'"):
+        term({**ISOTROPIC, "node": 1}, held)
+    free = build_model({"rotor": SHAFT}).structure
+    terms = [term({**ISOTROPIC, "node": node}, free) for node in (1, 5)]
+    with pytest.raises(RotorstudyError, match=r"share the amplitude 'bearing_stiffness'.*'label:'"):
+        Model(free, tuple(terms))
