@@ -47,11 +47,29 @@ def test_scoreboard_has_a_row_for_every_printed_value_and_a_reason_where_it_diff
         pd.read_csv(ROOT / "workflow" / "reference" / name, dtype={"table": str})
         for name in ("full_spectrum.csv", "identified_parameters.csv")
     )
-    wanted = ["2.2", "2.3", "2.4", "2.5", *(f"4.{n}" for n in range(2, 11)), "3.4", "3.5", "3.6", "3.7", "3.8", "3.9"]
-    assert len(scored) == printed.table.isin(wanted).sum()
+    wanted = printed[~printed.table.str.startswith("6")]
+    assert len(scored) == len(wanted)
     assert set(scored.status) <= {"reproduced", "explained", "not reproducible"}
     assert scored[scored.status != "reproduced"].reason.str.len().min() > 40
     assert scored.computed.notna().all()
+
+
+def test_chapter_4_comes_back_to_the_digit_but_for_one_misprint(built):
+    scored = pd.read_csv(built / "results" / "chapter_4" / "scored.csv", dtype={"table": str, "item": str})
+    spectra = scored[scored.table != "4.10"]
+    # the phases of a whole reference signal are round-off, there and here
+    round_off = (spectra.quantity == "reference phase") & spectra.case.str.endswith(", complete cycles")
+    other = spectra[~round_off & (spectra.status != "reproduced")]
+    assert set(zip(other.table, other.case, other.item, strict=True)) == {("4.2", "20 Hz, complete cycles", "7")}
+    exact = scored[(scored.table == "4.10") & (scored.noise_percent == 0)]
+    assert len(exact) == 15 and (exact.status == "reproduced").all()
+
+
+def test_errata_quote_numbers(built):
+    errata = pd.read_csv(built / "results" / "errata.csv")
+    assert len(errata) >= 15
+    assert not errata.evidence.str.contains("[{}]|nan").any()
+    assert errata.evidence.str.contains(r"\d").mean() > 0.8
 
 
 def test_netcdf_files_carry_units_and_provenance(built):

@@ -139,9 +139,10 @@ with job(snakemake):
         "squares, from rounding and model error for maximum likelihood). Subtracting the slow roll leaves the bow's "
         "own magnification, that of an unbalance of the bow's size; if all of the slow roll's 1X were bow, that would "
         f"be of the measured change of 1X: {sizes}; {verdict}. A bow and a free crack force at 1X cannot be told apart "
-        f"at all ({bow_twins(config)}). Taking the slow roll off also takes the crack's own 0X and 1X away, so dk p_0 and "
-        "dk p_1 mean little. A phase mark that does not stand at the crack would turn dk p_n by n times that angle and "
-        "leak into the damping. Weight dominance, which all of this assumes, does not hold here: the static deflection is "
+        f"at all ({bow_twins(config)}). Taking the slow roll off also takes the crack's own 0X and 1X away, so dk p_0 "
+        "and dk p_1 mean little. A phase mark that does not stand at the crack would turn dk p_n by n times that angle "
+        "and leak into the damping. Weight dominance, which all of this assumes, does not hold here: the static "
+        "deflection is "
         f"{static * 1e6:.0f} um, 1X without slow roll {np.abs(change).min() * 1e6:.0f} to "
         f"{np.abs(change).max() * 1e6:.0f} um.",
     )

@@ -1,0 +1,64 @@
+"""Motion from rest: the exact solution of a time-invariant model against direct integration."""
+
+import numpy as np
+import pytest
+
+from rotorstudy import RotorstudyError, build_model, harmonic_response, time_response
+from rotorstudy.integration import transient_response
+from rotorstudy.records import synthesize
+
+OFFSET_DISC = {
+    "kind": "offset_disc",
+    "mass_kg": 2.0,
+    "polar_moment_kg_m2": 0.0048,
+    "diametral_moment_kg_m2": 0.0024,
+    "a_m": 0.2,
+    "b_m": 0.16,
+    "diameter_m": 0.015,
+}
+DAMPINGS = [
+    {"kind": "external_damping", "external_damping_N_s_per_m": 27.0},
+    {"kind": "internal_damping", "internal_damping_N_s_per_m": 20.0},
+    {"kind": "unbalance", "eccentricity_m": 3e-5, "eccentricity_phase_rad": 0.5},
+]
+LOSS = {"stiffness_loss_22_N_per_m": 1.7e5, "stiffness_loss_44_N_m": 1.7e3}
+ANISOTROPIC = {
+    "kind": "linear",
+    "node": 1,
+    "coefficients": "anisotropic",
+    "bearing_stiffness_xx_N_per_m": 1e5,
+    "bearing_stiffness_yy_N_per_m": 3e5,
+    "bearing_damping_xx_N_s_per_m": 10.0,
+    "bearing_damping_yy_N_s_per_m": 30.0,
+}
+RIGS = {
+    "gyroscopic": {"rotor": OFFSET_DISC, "effects": DAMPINGS, "cracks": [{"kind": "switching", **LOSS}]},
+    "anisotropic": {"rotor": OFFSET_DISC, "effects": DAMPINGS, "bearings": [ANISOTROPIC]},
+}
+
+
+@pytest.mark.parametrize("name", RIGS)
+@pytest.mark.parametrize("from_rest", [True, False])
+def test_exact_motion_is_that_of_integration(name, from_rest):
+    model, time = build_model(RIGS[name]), np.linspace(0, 0.3, 400)
+    generator = np.random.default_rng(3)
+    start = None
+    if not from_rest:
+        start = [scale * (generator.normal(size=2) + 1j * generator.normal(size=2)) for scale in (1e-5, 1e-3)]
+    exact = transient_response(model, 300.0, time, start=start)
+    integrated = time_response(model, 300.0, time, start=start)
+    assert np.abs(exact - integrated).max() < 1e-8 * np.abs(integrated).max()  # the integrator's tolerance is 1e-10
+
+
+def test_the_transient_is_more_than_the_steady_state():
+    """Negative control: at the start the two differ by as much as the motion itself."""
+    model, time = build_model(RIGS["gyroscopic"]), np.linspace(0, 0.02, 50)
+    harmonics = np.arange(-16, 18)
+    steady = synthesize(harmonic_response(model, [300.0], harmonics)[0].T, 300.0, harmonics, time).T
+    assert np.abs(transient_response(model, 300.0, time) - steady).max() > 0.3 * np.abs(steady).max()
+
+
+def test_a_crack_that_moves_with_the_shaft_has_no_exact_solution():
+    rig = {**RIGS["gyroscopic"], "cracks": [{"kind": "switching", "weight_dominance": False, **LOSS}]}
+    with pytest.raises(RotorstudyError, match="vary in time"):
+        transient_response(build_model(rig), 300.0, np.linspace(0, 1, 10))

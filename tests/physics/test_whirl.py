@@ -1,0 +1,67 @@
+"""Critical speeds against closed forms."""
+
+import numpy as np
+import pytest
+from test_transient import OFFSET_DISC, RIGS
+
+from rotorstudy import build_model, eigenvalues
+from rotorstudy.whirl import critical_speeds, time_invariant
+
+
+def closed_form(order, sign):
+    """det(K - W^2 M + n w^2 G) = 0 for W = n w: (k22 - n^2 w^2 m)(k44 + (n Ip - n^2 Id) w^2) = k24^2."""
+    k = build_model({"rotor": OFFSET_DISC}).structure.stiffness
+    m, polar, diametral, n = 2.0, sign * 0.0048, 0.0024, order
+    tilt = n * polar - n**2 * diametral
+    quadratic = [-(n**2) * m * tilt, k[0, 0] * tilt - n**2 * m * k[1, 1], k[0, 0] * k[1, 1] - k[0, 1] ** 2]
+    roots = np.roots(quadratic if quadratic[0] else quadratic[1:])
+    return np.sqrt(np.sort(roots[roots > 0].real))
+
+
+@pytest.mark.parametrize("order", [1, 2, 3, -1])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_offset_disc_meets_the_closed_form(order, sign):
+    model = build_model({"rotor": {**OFFSET_DISC, "gyroscopic_sign": sign}})
+    expected = closed_form(order, sign)
+    assert critical_speeds(model, 3000.0, order) == pytest.approx(expected[expected < 3000], rel=1e-8)
+
+
+def test_the_reversed_gyroscopic_sign_invents_a_critical_speed():
+    """Ip > Id, so unbalance never meets the forward tilt mode; the negative control of the sign."""
+    found = {
+        sign: critical_speeds(build_model({"rotor": {**OFFSET_DISC, "gyroscopic_sign": sign}}), 3000.0)
+        for sign in (1, -1)
+    }
+    assert [len(found[sign]) for sign in (1, -1)] == [1, 2]
+
+
+def test_jeffcott_rotor_is_critical_at_its_natural_frequency_and_at_a_half_and_a_third_of_it():
+    model = build_model({"rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5}})
+    natural = np.sqrt(7.6e5 / 2.0)
+    for order in (1, 2, 3):
+        assert critical_speeds(model, 2000.0, order) == pytest.approx([natural / order], rel=1e-8)
+
+
+def test_a_mode_that_is_damped_out_has_no_critical_speed():
+    damping = [{"kind": "external_damping", "external_damping_N_s_per_m": 3e3}]  # over-critical: 2465 N s/m
+    rotor = {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5}
+    assert len(critical_speeds(build_model({"rotor": rotor, "effects": damping}), 2000.0)) == 0
+
+
+def test_only_what_turns_is_taken_off():
+    model = build_model(
+        {
+            **RIGS["gyroscopic"],
+            "cracks": [
+                {
+                    "kind": "switching",
+                    "weight_dominance": False,
+                    "stiffness_loss_22_N_per_m": 1e5,
+                    "stiffness_loss_44_N_m": 1e3,
+                }
+            ],
+        }
+    )
+    kept = {term.kind for term in time_invariant(model).terms}
+    assert kept == {"external_damping", "internal_damping", "unbalance"}
+    assert eigenvalues(time_invariant(model), [100.0]).shape == (1, 4)
