@@ -79,8 +79,7 @@ def test_every_linked_file_exists():
 def test_the_readme_counts_the_printed_values_right():
     import pandas as pd
 
-    tables = [f"2.{n}" for n in (2, 3, 4, 5)] + [f"3.{n}" for n in (4, 5, 6, 7, 8, 9)]
     names = ("full_spectrum.csv", "identified_parameters.csv")
     printed = [pd.read_csv(ROOT / "workflow" / "reference" / name, dtype={"table": str}).table for name in names]
-    count = sum(table.isin(tables).sum() for table in printed)
+    count = sum((~table.str.startswith("6")).sum() for table in printed)
     assert f"each of {count} printed values" in README
