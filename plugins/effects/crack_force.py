@@ -1,4 +1,3 @@
-from rotorstudy.cracks import weight_deflection
 from rotorstudy.errors import unknown_name
 from rotorstudy.plugins import Effect, hookimpl
 from rotorstudy.terms import Entry, Parameter
@@ -18,20 +17,19 @@ def crack_force(
 
     losses: which of the stiffness losses of the rotor take part; all by default.
     """
-    parameters, deflection = [], weight_deflection(structure)
+    parameters = []
     possible = structure.stiffness_loss_at(node, element)
     for name in possible if losses is None else losses:
         if name not in possible:
             raise unknown_name("stiffness loss", name, possible, "crack_force")
         pattern, unit, typical = possible[name]
-        force = pattern @ deflection
         if participation is None:
             parameters += [
-                Parameter(f"{name}_p{n}", unit, (Entry(force, on="one", shift=n),), typical=0.1 * typical)
+                Parameter(f"{name}_p{n}", unit, (Entry(pattern, on="static", shift=n),), typical=0.1 * typical)
                 for n in harmonics
             ]
         else:
-            entries = tuple(Entry(p * force, on="one", shift=n) for n, p in participation.items())
+            entries = tuple(Entry(p * pattern, on="static", shift=n) for n, p in participation.items())
             parameters.append(Parameter(name, unit, entries, typical=typical))
     return parameters
 

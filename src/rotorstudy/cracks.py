@@ -6,7 +6,6 @@ sigma dK (z + conj(z) e^{2jwt}) / 2. Under weight dominance z is the static defl
 
 import numpy as np
 
-from rotorstudy.errors import RotorstudyError
 from rotorstudy.terms import Entry, Parameter
 
 SERIES_ORDER = 15  # of a sudden opening: doubling it changes the response to the first harmonics by 0.3 % at most
@@ -19,27 +18,12 @@ def participation_factors(crack, harmonics, order=None):
     return np.array([(series.get(int(n), 0) + series.get(int(n) - 2, 0)) / 2 for n in harmonics])
 
 
-def weight_deflection(structure):
-    """(dof,) static deflection that a weight-dominant crack acts on, or an error if the rotor alone has none."""
-    if structure.static_load.any() and not structure.is_supported:
-        raise RotorstudyError(
-            "weight dominance needs the static deflection, which this shaft has not without its bearings; "
-            "say 'weight_dominance: false' (the crack then acts on all of the motion), or support the shaft rigidly"
-        )
-    return structure.static_deflection
-
-
 def crack_parameters(crack, structure, weight_dominance=True, order=SERIES_ORDER, node=None, element=None):
     """The table of a crack plugin on a rotor; one parameter for each stiffness the crack can take away."""
-    parameters = []
-    deflection = weight_deflection(structure) if weight_dominance else None
+    parameters, on = [], ("static", "static conj") if weight_dominance else ("z", "conj")
     for name, (pattern, unit, typical) in structure.stiffness_loss_at(node, element).items():
         entries = []
         for k, s in crack.series(order).items():
-            if weight_dominance:
-                static = pattern @ deflection * s / 2
-                entries += [Entry(static, on="one", shift=k), Entry(static, on="one", shift=k + 2)]
-            else:
-                entries += [Entry(pattern * s / 2, shift=k), Entry(pattern * s / 2, on="conj", shift=k + 2)]
+            entries += [Entry(pattern * s / 2, on=on[0], shift=k), Entry(pattern * s / 2, on=on[1], shift=k + 2)]
         parameters.append(Parameter(name, unit, tuple(entries), typical))
     return parameters

@@ -6,16 +6,18 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.records import rotating_basis
 from rotorstudy.response import check_speed, forced_harmonics, harmonic_response
 from rotorstudy.stability import state_matrix
+from rotorstudy.statics import static_deflection
 
 RELATIVE_TOLERANCE = 1e-10  # of the integrator (DOP853, order 8); the harmonics then agree to about 1e-8
 ABSOLUTE_TOLERANCE = 1e-16  # m and m/s; displacements here are micrometres
 
 
-def force_in_time(entries, speed, time, displacement, velocity=None, acceleration=None):
+def force_in_time(entries, speed, time, displacement, velocity=None, acceleration=None, deflection=None):
     """Force of a table at given motion.
 
     speed        : rad/s; time : (time,) s
     displacement : (time, dof) complex coordinates including their static part, m; derivatives alike
+    deflection   : (dof,) static part, for entries that act on it
     returns      : (time, row) complex, N
     raises       : RotorstudyError for an effect that exists in frequency only
     """
@@ -27,6 +29,9 @@ def force_in_time(entries, speed, time, displacement, velocity=None, acceleratio
         turning = (np.exp(1j * entry.shift * speed * time) * entry.gain_at(speed, 0))[:, None]
         if entry.on == "one":
             total = total + turning * entry.matrix
+        elif not entry.reads_motion:
+            still = deflection if entry.on == "static" else np.conj(deflection)
+            total = total + turning * (np.asarray(entry.matrix) @ still)
         else:
             source = motion[entry.order] if entry.on == "z" else motion[entry.order].conj()
             total = total + turning * (source @ np.asarray(entry.matrix).T)
@@ -56,7 +61,10 @@ def time_response(
     speed = check_speed(speed)[0]
     theta = np.asarray(model.theta if theta is None else theta, float)
     structure, dof = model.structure, len(model.structure.dofs)
-    constant, stiffness, damping, mass = _time_matrices(model, theta, speed)
+    if model.held_deflection is not None:
+        raise RotorstudyError("a static deflection that is held cannot be integrated in time: it is no equilibrium")
+    reference = np.broadcast_to(static_deflection(model, [speed], theta).value, (1, dof))[0]
+    constant, stiffness, damping, mass = _time_matrices(model, theta, speed, reference)
     inverse_mass = np.linalg.inv(structure.mass + mass)
     shifts = np.array(sorted({*constant, *stiffness["z"], *stiffness["conj"], *damping["z"], *damping["conj"], 0}))
     table = {
@@ -75,7 +83,6 @@ def time_response(
     force[still] += structure.static_load
     table = {name: inverse_mass @ value for name, value in table.items() if np.any(value)}
     force = force @ inverse_mass.T
-    reference = structure.static_deflection
 
     def derivative(t, state):
         turning = np.exp(1j * shifts * speed * t)
@@ -127,7 +134,7 @@ def transient_response(model, speed, time, theta=None, *, start=None):
     return steady + np.exp(np.multiply.outer(time, values)) @ (share[:, None] * modes[:dof].T)
 
 
-def _time_matrices(model, theta, speed):
+def _time_matrices(model, theta, speed, deflection):
     """Sums of the tables by shift: constant force, stiffness and damping on z and conj(z), and added mass."""
     constant, mass = {}, 0
     stiffness, damping = {"z": {}, "conj": {}}, {"z": {}, "conj": {}}
@@ -136,7 +143,10 @@ def _time_matrices(model, theta, speed):
             if entry.frequency_only:
                 raise RotorstudyError(f"{unknown.name!r} exists in frequency only; it cannot be integrated in time")
             amount = value * entry.gain_at(speed, 0) * np.asarray(entry.matrix)
-            if entry.on == "one":
+            if entry.on.startswith("static"):
+                target = constant
+                amount = amount @ (deflection if entry.on == "static" else np.conj(deflection))
+            elif entry.on == "one":
                 target = constant
             elif entry.order < 2:
                 target = (stiffness, damping)[entry.order][entry.on]

@@ -91,15 +91,17 @@ def sensor_unit(sensors, node=None):
 
 @dataclass(frozen=True)
 class Model:
-    """Structure + terms; displacements count from the structure's static deflection.
+    """Structure + terms; displacements count from the static deflection (see `statics`).
 
     sensors : nodes where the translation is measured (all by default)
+    held_deflection : (dof,) or (..., speed, dof) deflection to take instead, whatever carries the rotor
     theta   : (parameter,) real amplitudes of `names`, rotor terms first, then output terms
     """
 
     structure: Structure
     terms: tuple[Term, ...] = ()
     sensors: tuple[int, ...] = ()
+    held_deflection: np.ndarray | None = None
 
     def __post_init__(self):
         if not self.sensors:
@@ -154,9 +156,16 @@ class Model:
         return np.array([self.structure.index(node) for node in self.sensors])
 
     @cached_property
+    def is_carried(self):
+        """Whether bearings carry the static load, alone or beside the shaft's own supports."""
+        return any(unknown.carries for unknown in self.rotor_unknowns)
+
+    @cached_property
     def static_residual(self):
-        """(dof,) static load that the reference deflection does not carry, N; an error if nothing carries it."""
+        """(dof,) static load that the static deflection does not carry, N; an error if nothing carries it."""
         structure = self.structure
+        if self.is_carried or self.held_deflection is not None:
+            return np.zeros(len(structure.dofs))
         springs = (e for u in self.rotor_unknowns for e in u.entries if e.on == "z" and not (e.order or e.shift))
         if structure.static_load.any() and not structure.is_supported and not any(springs):
             raise RotorstudyError("nothing carries the rotor against its weight; add bearings, or support it rigidly")

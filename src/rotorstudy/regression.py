@@ -9,7 +9,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.response import COUPLED_ORDER, check_speed, force_columns, gather, layout, operator, own_harmonic
+from rotorstudy.response import (
+    COUPLED_ORDER,
+    check_speed,
+    force_at_rest,
+    gather,
+    layout,
+    operator,
+    own_harmonic,
+    resting,
+)
+from rotorstudy.statics import static_deflection
 from rotorstudy.terms import apply_entries
 
 
@@ -57,10 +67,10 @@ def regression(model, spectrum, names, *, order=COUPLED_ORDER):
     displacement = np.zeros((*spectrum.amplitude.shape[:-2], count, dof), complex)
     places = [int(np.flatnonzero(carried == n)[0]) for n in harmonics]
     displacement[..., np.array(places)[:, None], model.measured] = _without_output(model, spectrum)
-    reference = model.structure.static_deflection
-    columns = [apply_entries(u.entries, displacement, speed, carried, reference) for u in unknowns]
-    columns = np.stack(columns, axis=0)
-    force = np.tensordot(known, force_columns(model, speed, carried), 1)
+    deflection = static_deflection(model, speed, _nominal_amplitudes(model)).value
+    columns = [apply_entries(u.entries, displacement, speed, carried, resting(u, deflection)) for u in unknowns]
+    columns = np.stack(np.broadcast_arrays(*columns), axis=0)
+    force = force_at_rest(model, known, speed, carried, deflection)
     force[..., carried == 0, :] += model.static_residual
 
     left, right, keys = [], [], []
@@ -125,10 +135,16 @@ def _known_amplitudes(model, names):
     return values
 
 
+def _nominal_amplitudes(model):
+    """(rotor parameter,) values given, typical ones for those that were not: where the static deflection is taken."""
+    values = np.concatenate([term.theta for term in model.terms])[: len(model.rotor_unknowns)]
+    return np.where(np.isnan(values), model.typical[: len(values)], values)
+
+
 def _check_reads_measured(model, unknown, harmonics, involved):
     """Every harmonic and coordinate an unknown acts on must be measured, in the equations that are eliminated too."""
     unmeasured = set(involved.tolist()) - set(harmonics.tolist())
-    for entry in (e for e in unknown.entries if e.on != "one"):
+    for entry in (e for e in unknown.entries if e.reads_motion):
         read = np.flatnonzero(np.any(entry.matrix, axis=0))
         hidden = [model.structure.dofs[i] for i in read if i not in model.measured]
         source = [(int(n) - entry.shift) * (1 if entry.on == "z" else -1) for n in involved]
@@ -144,7 +160,7 @@ def _without_output(model, spectrum):
     amplitude = spectrum.amplitude
     values = np.concatenate([term.theta for term in model.terms])[len(model.rotor_unknowns) :]
     for value, unknown in zip(values, model.output_unknowns, strict=True):
-        if np.isnan(value) or (value and any(e.on != "one" for e in unknown.entries)):
+        if np.isnan(value) or (value and any(e.reads_motion for e in unknown.entries)):
             raise RotorstudyError(f"the sensor term {unknown.name!r} cannot be taken off the spectrum; "
                                   "give it a value, or use the estimator 'maximum_likelihood'")  # fmt: skip
         if value:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.statics import static_deflection
 from rotorstudy.terms import apply_entries
 
 COUPLED_ORDER = 15  # harmonics -15..15 are carried when harmonics are coupled; a caller may ask for more
@@ -49,8 +50,8 @@ def check_harmonics(harmonics):
 def layout(model, harmonics, order=COUPLED_ORDER):
     """Find the blocks of harmonics that the model couples."""
     harmonics = np.asarray(harmonics, int)
-    rotor = [e for u in model.rotor_unknowns for e in u.entries if e.on != "one"]
-    output = [e for u in model.output_unknowns for e in u.entries if e.on != "one"]
+    rotor = [e for u in model.rotor_unknowns for e in u.entries if e.reads_motion]
+    output = [e for u in model.output_unknowns for e in u.entries if e.reads_motion]
     doubled = any(e.on == "conj" for e in rotor)
     read = [(harmonics - e.shift) * (1 if e.on == "z" else -1) for e in output]  # harmonics the sensors mix in
     needed = np.unique(np.concatenate([harmonics, *read]))
@@ -104,14 +105,14 @@ def _links(entry, carried, doubled):
 def forced_harmonics(model, order=COUPLED_ORDER):
     """(harmonic,) every harmonic the sensors show: of the forces (-order..order if coupled), moved by the sensors."""
     entries = [e for u in model.rotor_unknowns for e in u.entries]
-    if any(e.shift and e.on != "one" for e in entries):
+    if any(e.shift and e.reads_motion for e in entries):
         vibrating = set(range(-order, order + 1))
     else:
         vibrating = {0} | {e.shift for e in entries}
         vibrating |= {-n for n in vibrating} if any(e.on == "conj" for e in entries) else set()
     shown = set(vibrating)
     for entry in (e for u in model.output_unknowns for e in u.entries):
-        if entry.on == "one":
+        if not entry.reads_motion:
             shown.add(entry.shift)
         else:
             shown |= {n + entry.shift if entry.on == "z" else entry.shift - n for n in vibrating}
@@ -145,7 +146,7 @@ def operator(model, theta, speed, blocks):
             full[..., m, :, m, :] = base[:, :, m]
         result.append(full)
     for p, unknown in enumerate(model.rotor_unknowns):
-        for entry in (e for e in unknown.entries if e.on != "one"):
+        for entry in (e for e in unknown.entries if e.reads_motion):
             row, column, n = _links(entry, carried, blocks.doubled)
             order = (1j * (n - entry.shift) * speed[:, None]) ** entry.order
             factor = entry.gain_at(speed[:, None], n) * order
@@ -164,14 +165,21 @@ def operator(model, theta, speed, blocks):
     return [full.reshape(*full.shape[:-4], full.shape[-4] * dof, full.shape[-4] * dof) for full in result]
 
 
-def force_columns(model, speed, carried):
-    """Force harmonics of each unit amplitude on a rotor at its static deflection; (parameter, speed, harmonic, dof)."""
-    structure = model.structure
-    rest = np.zeros((len(speed), len(carried), len(structure.dofs)), complex)
-    columns = [
-        apply_entries(u.entries, rest, speed, carried, structure.static_deflection) for u in model.rotor_unknowns
-    ]
-    return np.array(columns).reshape(len(columns), *rest.shape)
+def resting(unknown, deflection):
+    """The deflection an amplitude acts on; the springs that carry the static load are balanced by it."""
+    return None if unknown.carries else deflection
+
+
+def force_at_rest(model, theta, speed, carried, deflection):
+    """Force harmonics (..., speed, harmonic, dof) on a rotor at a static deflection (dof,) or (..., speed, dof)."""
+    rest = np.zeros((len(speed), len(carried), len(model.structure.dofs)), complex)
+    force = np.zeros((*theta.shape[:-1], *rest.shape), complex)
+    for p, unknown in enumerate(model.rotor_unknowns):
+        given = tuple(e for e in unknown.entries if e.order == 0)
+        if given:
+            column = apply_entries(given, rest, speed, carried, resting(unknown, deflection))
+            force = force + theta[..., p, None, None, None] * column
+    return force
 
 
 def gather(amplitudes, group, count, harmonics):
@@ -243,17 +251,32 @@ def harmonic_response(model, speed, harmonics, theta=None, *, order=COUPLED_ORDE
 def _carried_response(model, speed, theta, blocks, jacobian):
     rotor = theta[..., : len(model.rotor_unknowns)]
     matrices = operator(model, rotor, speed, blocks)
-    force = np.tensordot(rotor, force_columns(model, speed, blocks.harmonics), 1)
+    deflection, moved = static_deflection(model, speed, rotor, jacobian=jacobian)
+    force = force_at_rest(model, rotor, speed, blocks.harmonics, deflection)
     force[..., blocks.harmonics == 0, :] += model.static_residual
     found = _solve(matrices, force[..., None], blocks, speed)[..., 0]
     if not jacobian:
         return found, None
-    reference = model.structure.static_deflection
-    columns = [apply_entries(u.entries, found, speed, blocks.harmonics, reference) for u in model.rotor_unknowns]
+    columns = [
+        apply_entries(u.entries, found, speed, blocks.harmonics, resting(u, deflection)) for u in model.rotor_unknowns
+    ]
+    for p, change in moved.items():
+        columns[p] = columns[p] + _moved_force(model, rotor, speed, blocks.harmonics, change)
     columns = np.stack(columns, axis=-1) if columns else np.zeros((*found.shape, 0))
     derivatives = np.zeros((*found.shape, theta.shape[-1]), complex)
     derivatives[..., : columns.shape[-1]] = _solve(matrices, columns, blocks, speed)
     return found, derivatives
+
+
+def _moved_force(model, theta, speed, carried, change):
+    """Change of the force at rest by a change (..., speed, dof) of the static deflection."""
+    rest = np.zeros((len(speed), len(carried), len(model.structure.dofs)), complex)
+    force = 0
+    for p, unknown in enumerate(model.rotor_unknowns):
+        acting = tuple(e for e in unknown.entries if e.order == 0 and e.on != "one")
+        if acting and not unknown.carries:
+            force = force + theta[..., p, None, None, None] * apply_entries(acting, rest, speed, carried, change)
+    return force
 
 
 def measured_response(model, speed, harmonics, theta=None, *, order=COUPLED_ORDER, jacobian=False):
@@ -275,7 +298,7 @@ def measured_response(model, speed, harmonics, theta=None, *, order=COUPLED_ORDE
         change = apply_entries(unknown.entries, true, speed, blocks.harmonics)
         shown += amplitude * change
         if jacobian:
-            moving = tuple(e for e in unknown.entries if e.on != "one")
+            moving = tuple(e for e in unknown.entries if e.reads_motion)
             if moving:
                 for k in range(first):
                     through = apply_entries(moving, derivatives[..., k], speed, blocks.harmonics)

@@ -134,7 +134,8 @@ def make_term(section, item, structure, sensors, where="the term"):
     parameters = tuple(function(**fixed, **options))
     _check_shapes(parameters, len(sensors) if acts_on == "output" else len(structure.dofs), plugin, where)
     values = {key: value for key, value in given.items() if key not in options}
-    return Term(plugin.name, parameters, _read_values(parameters, values, options, where), acts_on, label)
+    values = _read_values(parameters, values, options, where)
+    return Term(plugin.name, parameters, values, acts_on, label, carries=section == "bearing")
 
 
 def _check_shapes(parameters, size, plugin, where):

@@ -25,7 +25,7 @@ def state_matrix(model, speed, theta=None):
     on_z[1] -= 1j * speed[:, None, None] * structure.gyroscopic
     on_z[2] += structure.mass
     for value, unknown in zip(theta, model.rotor_unknowns, strict=False):
-        for entry in (e for e in unknown.entries if e.on != "one"):
+        for entry in (e for e in unknown.entries if e.reads_motion):
             if entry.shift or entry.frequency_only:
                 raise RotorstudyError(
                     f"{unknown.name!r} makes the model vary in time or with frequency; it has no eigenvalues"
@@ -87,7 +87,7 @@ def stability_threshold(model, up_to, theta=None):
 
 def check_stable(model, speeds):
     """Raise if a whirl mode grows at a speed: there is no steady state then. Time-varying models are not judged."""
-    if any(e.on != "one" and (e.shift or e.frequency_only) for u in model.rotor_unknowns for e in u.entries):
+    if any(e.reads_motion and (e.shift or e.frequency_only) for u in model.rotor_unknowns for e in u.entries):
         return
     unstable = growth_rate(model, speeds) > 0
     if unstable.any():

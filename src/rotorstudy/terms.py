@@ -3,7 +3,9 @@
 With complex nodal coordinates q (z = u_x + j u_y, tilt dz/ds), spin speed w and harmonics q_n of e^{jnwt}
 (n > 0 forward, n < 0 backward), a parameter theta adds to the right-hand side of the equations of motion
 
-    theta * sum over entries of   e^{j*shift*w*t} * gain(w) * matrix @ (d/dt)^order x,     x = q, conj(q) or 1.
+    theta * sum over entries of   e^{j*shift*w*t} * gain(w) * matrix @ (d/dt)^order x,
+
+x = q, conj(q), 1, or the static deflection or its conjugate.
 
 Everything else in this package (response, regression columns, Jacobian, force in time) is derived from that table.
 """
@@ -20,17 +22,23 @@ class Entry:
     """One product e^{j*shift*w*t} * gain(w) * matrix @ (d/dt)^order x.
 
     matrix : (dof, dof) acting on the coordinates, or (dof,) where `on` is "one"
-    on     : "z" the coordinates, "conj" their complex conjugates, "one" the constant 1
+    on     : "z" the coordinates, "conj" their complex conjugates, "one" the constant 1, "static" the static deflection,
+             "static conj" its complex conjugate (weight-dominant effects)
     gain   : function of the spin speed in rad/s (array in, array out); of (speed, harmonic) if `frequency_only`
     frequency_only : True where the effect has no form in time (hysteretic damping, a measured receptance)
     """
 
     matrix: np.ndarray
-    on: Literal["z", "conj", "one"] = "z"
+    on: Literal["z", "conj", "one", "static", "static conj"] = "z"
     order: int = 0
     shift: int = 0
     gain: Callable | None = None
     frequency_only: bool = False
+
+    @property
+    def reads_motion(self):
+        """Whether the force moves with the motion; otherwise it is given."""
+        return self.on in ("z", "conj")
 
     def gain_at(self, speed, harmonic):
         """Gain, broadcast over `speed` (rad/s) and `harmonic`."""
@@ -78,6 +86,7 @@ class Unknown:
     unit: str
     entries: tuple[Entry, ...]
     typical: float
+    carries: bool = False
 
 
 @dataclass(frozen=True)
@@ -86,6 +95,7 @@ class Term:
 
     values  : parameter name -> float or complex
     acts_on : "rotor" (right-hand side of the equations of motion) or "output" (the measured displacement)
+    carries : its springs carry the static load (a bearing), so they do not act on the static deflection
     label   : tells two terms of one kind apart; it becomes part of the names, "eccentricity[left]"
     """
 
@@ -94,6 +104,7 @@ class Term:
     values: dict = field(default_factory=dict)
     acts_on: Literal["rotor", "output"] = "rotor"
     label: str = ""
+    carries: bool = False
 
     def full_name(self, parameter):
         return f"{parameter.name}[{self.label}]" if self.label else parameter.name
@@ -102,13 +113,13 @@ class Term:
     def unknowns(self):
         """The real amplitudes of this term, in order; a complex parameter gives two."""
         found = []
-        for parameter in self.parameters:
-            name, imaginary = self.full_name(parameter), tuple(e.times(1j) for e in parameter.entries)
-            if parameter.is_complex:
-                found.append(Unknown(f"{name}_real", parameter.unit, parameter.entries, parameter.typical))
-                found.append(Unknown(f"{name}_imag", parameter.unit, imaginary, parameter.typical))
+        for p in self.parameters:
+            name, imaginary = self.full_name(p), tuple(e.times(1j) for e in p.entries)
+            if p.is_complex:
+                found.append(Unknown(f"{name}_real", p.unit, p.entries, p.typical, self.carries))
+                found.append(Unknown(f"{name}_imag", p.unit, imaginary, p.typical, self.carries))
             else:
-                found.append(Unknown(name, parameter.unit, parameter.entries, parameter.typical))
+                found.append(Unknown(name, p.unit, p.entries, p.typical, self.carries))
         return tuple(found)
 
     @property
@@ -144,14 +155,17 @@ def apply_entries(entries, amplitudes, speed, harmonics, reference=None):
     amplitudes : (..., speed, harmonic, dof) complex, harmonics of q; those not listed count as zero
     speed      : (speed,) rad/s
     harmonics  : (harmonic,) int
-    reference  : (dof,) constant part of the coordinates that is not in `amplitudes` (static deflection), or None
+    reference  : (dof,) or (..., speed, dof) static deflection, which is not in `amplitudes`; None: no force acts on it
     returns    : (..., speed, harmonic, row) complex
     """
     speed = np.asarray(speed, float)
     harmonics = np.asarray(harmonics)
     where = {int(n): i for i, n in enumerate(harmonics)}
     rows = np.shape(entries[0].matrix)[0] if entries else amplitudes.shape[-1]
-    force = np.zeros((*amplitudes.shape[:-1], rows), complex)
+    lead = amplitudes.shape[:-1]
+    if np.ndim(reference) > 1:
+        lead = (*np.broadcast_shapes(lead[:-2], np.shape(reference)[:-2]), *lead[-2:])
+    force = np.zeros((*lead, rows), complex)
     for entry in entries:
         gain = entry.gain_at(speed[:, None], harmonics)
         if entry.on == "one":
@@ -159,17 +173,20 @@ def apply_entries(entries, amplitudes, speed, harmonics, reference=None):
                 n = where[entry.shift]
                 force[..., n, :] += gain[:, n, None] * entry.matrix
             continue
-        source_harmonic = harmonics - entry.shift  # harmonic m of q, or of conj(q), that this row sees
-        lookup = source_harmonic if entry.on == "z" else -source_harmonic
-        pairs = [(n, where[int(m)]) for n, m in enumerate(lookup) if int(m) in where]
-        derivative = (1j * source_harmonic * speed[:, None]) ** entry.order * gain
-        if pairs:
-            row, column = np.array(pairs).T
-            source = amplitudes[..., column, :]
-            source = source if entry.on == "z" else source.conj()
-            force[..., row, :] += derivative[:, row, None] * (source @ np.asarray(entry.matrix).T)
+        mirrored = entry.on.endswith("conj")
         if reference is not None and entry.order == 0 and entry.shift in where:
             n = where[entry.shift]
-            constant = reference if entry.on == "z" else np.conj(reference)
-            force[..., n, :] += gain[:, n, None] * (entry.matrix @ constant)
+            constant = np.conj(reference) if mirrored else reference
+            force[..., n, :] += gain[:, n, None] * (constant @ np.asarray(entry.matrix).T)
+        if not entry.reads_motion:
+            continue
+        source_harmonic = harmonics - entry.shift  # harmonic m of q, or of conj(q), that this row sees
+        lookup = -source_harmonic if mirrored else source_harmonic
+        pairs = [(n, where[int(m)]) for n, m in enumerate(lookup) if int(m) in where]
+        if pairs:
+            derivative = (1j * source_harmonic * speed[:, None]) ** entry.order * gain
+            row, column = np.array(pairs).T
+            source = amplitudes[..., column, :]
+            source = source.conj() if mirrored else source
+            force[..., row, :] += derivative[:, row, None] * (source @ np.asarray(entry.matrix).T)
     return force

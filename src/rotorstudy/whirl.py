@@ -7,7 +7,7 @@ from rotorstudy.stability import eigenvalues
 
 def time_invariant(model):
     """The model without the terms that make it vary in time with the rotation, such as a crack."""
-    turning = [t.kind for t in model.terms for u in t.unknowns for e in u.entries if e.on != "one" and e.shift]
+    turning = [t.kind for t in model.terms for u in t.unknowns for e in u.entries if e.reads_motion and e.shift]
     return model.without(turning)
 
 

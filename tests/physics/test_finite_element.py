@@ -9,6 +9,7 @@ from scipy.optimize import brentq
 
 from rotorstudy import Model, RotorstudyError, build_model, eigenvalues, harmonic_response, make_term, time_response
 from rotorstudy.response import forced_harmonics
+from rotorstudy.statics import static_deflection
 
 E, NU, RHO, LENGTH, D = 2.1e11, 0.3, 7850.0, 1.0, 0.05
 AREA, SECOND_MOMENT = np.pi / 4 * D**2, np.pi / 64 * D**4
@@ -315,7 +316,8 @@ def test_the_shaft_sags_on_its_bearings():
     }
     items = [{"kind": "linear", "node": node, "label": str(node), **isotropic(1e6)} for node in (1, 3)]
     model = build_model({"rotor": shaft, "bearings": items})
-    found = harmonic_response(model, [50.0], [0])[0, 0]
+    found = static_deflection(model, [50.0], model.theta).value[0]
+    assert np.abs(harmonic_response(model, [50.0], [0])).max() < 1e-15  # displacements count from there
     sag = 4.0 * 9.81 * LENGTH**3 / (48 * E * np.pi / 64 * 0.02**4)
     ends = 4.0 * 9.81 / 2e6
     expected = {(1, "translation"): ends, (2, "translation"): ends + sag, (2, "tilt"): 0.0}
@@ -360,8 +362,8 @@ def test_two_cracks_are_told_apart_by_label_and_the_crack_force_acts_where_they_
     ]
     here, elsewhere = (make_term("effect", force, shaft, shaft.nodes).unknowns[0].entries[0].matrix for force in forces)
     deflection = shaft.static_deflection
-    assert np.array_equal(here, shaft.stiffness_loss_at(element=2)["stiffness_loss"][0] @ deflection)
-    assert not np.allclose(here, elsewhere)
+    assert np.array_equal(here, shaft.stiffness_loss_at(element=2)["stiffness_loss"][0])
+    assert not np.allclose(here @ deflection, elsewhere @ deflection)
 
 
 def test_harmonics_and_time_integration_agree_for_a_cracked_shaft_on_anisotropic_bearings():
@@ -458,7 +460,6 @@ BAD_CRACKS = [
     (GOOD, {"node": 9, **LOSS}, ["unknown node '9' in the crack"]),
     (GOOD, {"element": 5, "stiffness_loss": 0.1}, ["unknown element '5'", "known: 1, 2, 3, 4"]),
     (GOOD, {"element": 2, **LOSS}, ["unknown key 'stiffness_loss_22_N_per_m'", "stiffness_loss"]),
-    ({**GOOD, "pinned_nodes": []}, {"node": 3, **LOSS}, ["weight dominance", "without its bearings"]),
 ]
 
 

@@ -1,10 +1,21 @@
 """Derivatives of the measured response against central differences."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from conftest import HARMONICS, jeffcott
 
-from rotorstudy import Entry, Parameter, Term, measured_response
+from rotorstudy import (
+    Entry,
+    Parameter,
+    Term,
+    build_model,
+    measured_response,
+    time_response,
+)
+from rotorstudy.integration import transient_response
+from rotorstudy.statics import static_deflection
 
 
 def chain(sensors):
@@ -45,6 +56,54 @@ def test_jeffcott(weight_dominance):
 
 def test_coupled_machine(machine):
     assert worst(machine.plus(*chain(2)), [100.0, 150.0], range(-4, 5)) < TOLERANCE
+
+
+def carried(**crack):
+    """A shaft on cross-coupled bearings: the static deflection moves with their stiffness, and is not vertical."""
+    bearing = {"kind": "linear", "coefficients": "full"}
+    values = {"xx": 1e5, "yy": 2e5, "xy": 4e4, "yx": -3e4}
+    bearing |= {f"bearing_stiffness_{k}_N_per_m": v for k, v in values.items()}
+    bearing |= {f"bearing_damping_{k}_N_s_per_m": 1e-3 * v for k, v in values.items()}
+    disc = {"node": 2, "mass_kg": 2.0, "polar_moment_kg_m2": 0.004, "diametral_moment_kg_m2": 0.002}
+    rotor = {"elements": [{"length_m": 0.4, "count": 3}], "outer_diameter_m": 0.02, "discs": [disc]}
+    losses = {"stiffness_loss_22_N_per_m": 2e4, "stiffness_loss_44_N_m": 300.0}
+    return build_model(
+        {
+            "rotor": {"kind": "finite_element", **rotor},
+            "bearings": [{**bearing, "node": node, "label": str(node)} for node in (1, 4)],
+            "cracks": [{"kind": "switching", "node": 3, **losses, **crack}],
+            "effects": [
+                {"kind": "internal_damping", "node": 3, "internal_damping_N_s_per_m": 10.0},
+                {"kind": "unbalance", "node": 2, "mass_kg": 2.0, "eccentricity_m": 3e-5, "eccentricity_phase_rad": 1.0},
+            ],
+        }
+    )
+
+
+@pytest.mark.parametrize("weight_dominance", [True, False])
+def test_shaft_on_bearings(weight_dominance):
+    assert worst(carried(weight_dominance=weight_dominance), [60.0, 100.0], range(-3, 5)) < TOLERANCE
+
+
+def test_holding_the_deflection_costs_the_derivative_by_the_bearings_its_static_part():
+    """Negative control: with the deflection held the derivative is another one."""
+    model = carried()
+    deflection = static_deflection(model, [60.0], model.theta).value
+    held = replace(model, held_deflection=deflection)
+    shown, free = measured_response(model, [60.0], range(-3, 5), jacobian=True)
+    same, fixed = measured_response(held, [60.0], range(-3, 5), jacobian=True)
+    assert shown == pytest.approx(same, rel=1e-12)
+    stiffness = model.position(["bearing_stiffness_xx[1]"])[0]
+    assert np.abs(free - fixed)[..., stiffness].max() > 0.05 * np.abs(free)[..., stiffness].max()
+    others = [p for p, unknown in enumerate(model.unknowns) if not unknown.carries]
+    assert free[..., others] == pytest.approx(fixed[..., others], rel=1e-12)
+
+
+def test_time_and_harmonics_agree_on_the_deflection_of_a_weight_dominant_crack():
+    model, speed = carried(), 100.0
+    time = np.linspace(0, 0.02, 41)
+    exact, integrated = (make(model, speed, time) for make in (transient_response, time_response))
+    assert np.abs(exact - integrated).max() < 1e-8 * np.abs(integrated).max()  # the integrator's tolerance is 1e-10
 
 
 def test_the_comparison_finds_a_wrong_column():

@@ -73,15 +73,17 @@ def check_term(term, dof):
     amplitude[:, 7:12] = generator.normal(size=(1, 5, dof)) + 1j * generator.normal(size=(1, 5, dof))
     turning = np.exp(1j * harmonics * w * time[:, None])
     motion = [turning * (1j * harmonics * w) ** order @ amplitude[0] for order in range(3)]
+    still = generator.normal(size=dof) + 1j * generator.normal(size=dof)
+    motion[0] = motion[0] + still
     for parameter in term.parameters:
         assert parameter.unit and parameter.typical > 0
     for unknown in term.unknowns:
-        column = apply_entries(unknown.entries, amplitude, np.array([w]), harmonics)[0]
+        column = apply_entries(unknown.entries, amplitude, np.array([w]), harmonics, still)[0]
         if any(entry.frequency_only for entry in unknown.entries):
             with pytest.raises(RotorstudyError, match="exists in frequency only"):
                 force_in_time(unknown.entries, w, time, *motion)
             continue
-        force = force_in_time(unknown.entries, w, time, *motion)
+        force = force_in_time(unknown.entries, w, time, *motion, deflection=still)
         seen = (np.fft.fft(force, axis=0) / len(time))[harmonics]
         assert np.allclose(column, seen, rtol=1e-10, atol=1e-10 * np.abs(seen).max()), unknown.name
 

@@ -1,0 +1,66 @@
+"""The static deflection that displacements count from, of the rotor on its bearings.
+
+Bearings carry the weight, so where their stiffness is an unknown the deflection moves with it, and with the deflection
+the force of a weight-dominant crack and the side force of internal damping.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Deflection(NamedTuple):
+    """Static deflection and its derivatives.
+
+    value   : (dof,) or (..., speed, dof) complex, m (rad for tilts)
+    changes : position of a carrying amplitude in `theta` -> derivative (..., speed, dof)
+    """
+
+    value: np.ndarray
+    changes: dict
+
+
+def static_deflection(model, speed, theta, *, jacobian=False):
+    """Deflection under the static load, (K + K_bearings) q = f.
+
+    speed : (speed,) rad/s, at which tabulated bearings are taken
+    theta : (..., parameter), only carrying amplitudes are looked at
+    """
+    structure = model.structure
+    if model.held_deflection is not None or not model.is_carried or not structure.static_load.any():
+        held = model.held_deflection
+        return Deflection(structure.static_deflection if held is None else held, {})
+    carrying = [p for p, unknown in enumerate(model.rotor_unknowns) if unknown.carries]
+    dof, speed = len(structure.dofs), np.asarray(speed, float)
+    springs = {p: _springs(model.rotor_unknowns[p], speed, dof) for p in carrying}  # on z and on conj(z)
+    on_z = np.broadcast_to(structure.stiffness, (*theta.shape[:-1], len(speed), dof, dof)).astype(complex)
+    on_conj = np.zeros_like(on_z)
+    for p, (direct, mirrored) in springs.items():
+        amount = theta[..., p, None, None, None]
+        on_z, on_conj = on_z - amount * direct, on_conj - amount * mirrored
+    upper, lower = np.concatenate([on_z, on_conj], axis=-1), np.concatenate([on_conj.conj(), on_z.conj()], axis=-1)
+    matrix = np.concatenate([upper, lower], axis=-2)
+
+    def solve(force):
+        both = np.broadcast_to(np.concatenate([force, force.conj()], axis=-1), matrix.shape[:-1])
+        return np.linalg.solve(matrix, both[..., None])[..., :dof, 0]
+
+    value = solve(structure.static_load.astype(complex))
+    changes = {}
+    if jacobian:
+        for p, (direct, mirrored) in springs.items():
+            changes[p] = solve(_times(direct, value) + _times(mirrored, value.conj()))
+    return Deflection(value, changes)
+
+
+def _springs(unknown, speed, dof):
+    """Stiffness (with the sign of a force) on z and on conj(z), each (speed, dof, dof), of one unit of an amplitude."""
+    found = {"z": np.zeros((len(speed), dof, dof), complex), "conj": np.zeros((len(speed), dof, dof), complex)}
+    for entry in unknown.entries:
+        if entry.reads_motion and entry.order == 0 and entry.shift == 0:
+            found[entry.on] += entry.gain_at(speed, 0)[:, None, None] * entry.matrix
+    return found["z"], found["conj"]
+
+
+def _times(matrix, vector):
+    return np.einsum("sij,...sj->...si", matrix, vector)
