@@ -151,17 +151,17 @@ def operator(model, theta, speed, blocks):
             order = (1j * (n - entry.shift) * speed[:, None]) ** entry.order
             factor = entry.gain_at(speed[:, None], n) * order
             is_w = row >= count
-            factor = np.where(is_w, np.conj(factor), factor)
-            coefficient = theta[..., p, None, None] * factor  # (..., speed, link)
-            matrix = np.where(is_w[:, None, None], np.conj(entry.matrix), entry.matrix)
+            coefficient = theta[..., p, None, None] * np.where(is_w, np.conj(factor), factor)  # (..., speed, link)
+            matrix = np.asarray(entry.matrix)
+            i, j = np.nonzero(matrix)  # most effects act at one node: only what is there is added
+            value = np.where(is_w[:, None], np.conj(matrix[i, j]), matrix[i, j])  # (link, place)
             for g, full in enumerate(result):
                 here = unknown_group[row] == g
                 if not here.any():
                     continue
-                r, c = row[here], column[here]
-                change = coefficient[..., here, None, None] * matrix[here]
-                # advanced indices around slices come first: (link, ..., speed, dof, dof)
-                full[..., unknown_block[r], member[r], :, member[c], :] -= np.moveaxis(change, -3, 0)
+                r, c = row[here][:, None], column[here][:, None]
+                place = (unknown_block[r], member[r], i, member[c], j)
+                full[..., *place] -= coefficient[..., here, None] * value[here]
     return [full.reshape(*full.shape[:-4], full.shape[-4] * dof, full.shape[-4] * dof) for full in result]
 
 
