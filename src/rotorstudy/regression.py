@@ -15,6 +15,7 @@ from rotorstudy.response import (
     force_at_rest,
     gather,
     layout,
+    mirrored_unknown,
     operator,
     own_harmonic,
     resting,
@@ -74,16 +75,21 @@ def regression(model, spectrum, names, *, order=COUPLED_ORDER):
     force[..., carried == 0, :] += model.static_residual
 
     left, right, keys = [], [], []
-    for matrix, group in zip(operator(model, known, speed, blocks), blocks.groups, strict=True):
+    matrices = operator(model, known, speed, blocks)
+    for matrix, group, mirror in zip(matrices, blocks.groups, blocks.mirrors, strict=True):
         coordinate = (group[..., None] * dof + np.arange(dof)).reshape(len(group), -1)  # unknown and dof in one number
         measured = (np.isin(own_harmonic(group[0], carried), harmonics)[:, None] & is_sensor).ravel()
         direct = coordinate[0][measured] < count * dof
+        kept = direct | mirror  # the equation of w_n is the conjugate of that of q_{-n}
         residual = np.einsum("sbij,...sbj->...sbi", matrix, gather(displacement, group, count, carried))
         residual = residual - gather(force, group, count, carried)
         for side, rows in ((right, residual), (left, gather(columns, group, count, carried))):
-            reduced = _eliminate(matrix, measured, rows)[..., direct]
+            reduced = _eliminate(matrix, measured, rows)
+            reduced = np.where(direct, reduced, reduced.conj())[..., kept]
             side.append(reduced.reshape(*reduced.shape[:-2], -1))
-        keys.append(coordinate[:, measured][:, direct].ravel())
+        unknown, place = np.divmod(coordinate[:, measured], dof)
+        own = np.where(direct, unknown, mirrored_unknown(unknown, carried)) if mirror else unknown
+        keys.append((own * dof + place)[:, kept].ravel())
     in_order = np.argsort(np.concatenate(keys))
     right = np.concatenate(right, axis=-1)[..., in_order]
     left = np.concatenate(left, axis=-1)[..., in_order]

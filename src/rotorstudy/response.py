@@ -22,11 +22,13 @@ class Layout(NamedTuple):
     harmonics : (harmonic,) all harmonics carried; unknown i is q of harmonic i, unknown i + H is w of harmonic i
     groups    : arrays (block, member) of unknowns; every block of a group has the same size
     doubled   : True if the w_n are carried
+    mirrors   : for each group, whether its w_n stand for the q_{-n} of mirrored blocks that are left out
     """
 
     harmonics: np.ndarray
     groups: tuple[np.ndarray, ...]
     doubled: bool
+    mirrors: tuple[bool, ...]
 
 
 def check_speed(speed):
@@ -63,7 +65,7 @@ def layout(model, harmonics, order=COUPLED_ORDER):
     else:
         carried = needed
     if not any(e.shift or e.on == "conj" for e in rotor):
-        return Layout(carried, (np.arange(len(carried))[:, None],), False)
+        return Layout(carried, (np.arange(len(carried))[:, None],), False, (False,))
 
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
@@ -72,13 +74,25 @@ def layout(model, harmonics, order=COUPLED_ORDER):
     row, column = np.concatenate([_links(e, carried, doubled)[:2] for e in rotor], axis=1)
     _, block = connected_components(coo_array((np.ones(len(row)), (row, column)), (size, size)), directed=False)
     wanted = np.isin(carried, needed)
-    groups = {}
+    groups, solved = {}, set()
     for b in np.unique(block[: len(carried)][wanted]):
         members = np.flatnonzero(block == b)
+        mirror = block[mirrored_unknown(members[0], carried)] if doubled else b
+        if mirror in solved:
+            continue  # the conjugates of a block that is solved already
+        solved.add(b)
         # members are grouped by what they are made of, so that a group shares its measured pattern
         kind = tuple((m >= len(carried), bool(np.isin(own_harmonic(m, carried), harmonics))) for m in members)
-        groups.setdefault(kind, []).append(members)
-    return Layout(carried, tuple(np.array(members) for members in groups.values()), doubled)
+        groups.setdefault((mirror != b, kind), []).append(members)
+    mirrors = tuple(mirror for mirror, _ in groups)
+    return Layout(carried, tuple(np.array(members) for members in groups.values()), doubled, mirrors)
+
+
+def mirrored_unknown(unknown, carried):
+    """The unknown that is the conjugate of another: w_{-n} of q_n, q_{-n} of w_n; carried harmonics come with -n."""
+    count = len(carried)
+    opposite = np.searchsorted(carried, -carried[unknown % count])
+    return np.where(np.asarray(unknown) < count, count, 0) + opposite
 
 
 def own_harmonic(unknown, carried):
@@ -219,12 +233,14 @@ def _solve_groups(matrices, force, blocks):
         return force / matrices[0] if dof == 1 else np.linalg.solve(matrices[0], force)
     result = np.zeros_like(force)
     columns = np.moveaxis(force, -1, 0)
-    for matrix, group in zip(matrices, blocks.groups, strict=True):
+    for matrix, group, mirror in zip(matrices, blocks.groups, blocks.mirrors, strict=True):
         right = np.moveaxis(gather(columns, group, count, blocks.harmonics), 0, -1)
         solved = np.linalg.solve(matrix, right)
         solved = solved.reshape(*solved.shape[:-2], group.shape[1], dof, solved.shape[-1])
         direct = group < count
         result[..., group[direct], :, :] = solved[..., direct, :, :]
+        if mirror:
+            result[..., mirrored_unknown(group[~direct], blocks.harmonics), :, :] = solved[..., ~direct, :, :].conj()
     return result
 
 
