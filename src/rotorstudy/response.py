@@ -200,11 +200,12 @@ def gather(amplitudes, group, count, harmonics):
     """Harmonics (..., speed, harmonic, dof) as the unknowns of a group, (..., speed, block, member * dof)."""
     if group.shape == (count, 1):
         return amplitudes  # every harmonic on its own, in order
-    if group.max() >= count:
-        mirror = {int(n): i for i, n in enumerate(harmonics)}
-        negative = [mirror[-int(n)] for n in harmonics]
-        amplitudes = np.concatenate([amplitudes, amplitudes[..., negative, :].conj()], axis=-2)
-    taken = amplitudes[..., group, :]
+    direct = group[0] < count  # the same for every block of a group
+    taken = np.empty((*amplitudes.shape[:-2], *group.shape, amplitudes.shape[-1]), complex)
+    taken[..., direct, :] = amplitudes[..., group[:, direct], :]
+    if not direct.all():
+        negative = mirrored_unknown(group[:, ~direct], harmonics)
+        taken[..., ~direct, :] = np.conj(amplitudes[..., negative, :])
     return taken.reshape(*taken.shape[:-2], -1)
 
 
