@@ -10,25 +10,32 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rotorstudy.errors import NoConvergenceError, RotorstudyError, UnidentifiableError
-from rotorstudy.regression import regression, residual_sensitivity
+from rotorstudy.regression import condensed_regression, regression, residual_sensitivity
 from rotorstudy.response import COUPLED_ORDER, measured_response
 from rotorstudy.spectrum import components
+from rotorstudy.statics import static_deflection
 
 RANK_TOLERANCE = 1e-9  # smallest over largest singular value of unit-length columns; round-off is near 1e-15
 STEP_IN_SIGMA = 1e-6  # a fit has converged when its step is this small against its own standard deviation
 STEP_RELATIVE = 1e-12  # or against the amplitudes, for data without noise
 MISFIT_RELATIVE = 1e-9  # or when the misfit no longer falls: a wrong model with a large misfit converges slowly
+DEFLECTION_STEPS = 40  # of the static deflection; each gains two digits or more, since the shaft bends most
 TRIALS_AT_ONCE = 200  # bounds the memory of a Monte Carlo
 
 
 @dataclass(frozen=True)
 class Problem:
-    """Which amplitudes of which model are sought, from which spectrum."""
+    """Which amplitudes of which model are sought, from which spectrum.
+
+    condensation : of the coordinates that are not measured, in equation-error least squares: "exact", or "without
+                   gyroscopic moments" as the thesis does it
+    """
 
     model: object
     spectrum: object
     names: tuple
     order: int = COUPLED_ORDER
+    condensation: str = "exact"
 
     def __post_init__(self):
         model, spectrum = self.model, self.spectrum
@@ -42,7 +49,24 @@ class Problem:
 
     def equations(self):
         """Real linear system A (..., row, parameter), b (..., row) of the equation error, in newtons."""
+        if self.condensation != "exact":
+            return condensed_regression(self.model, self.spectrum, self.names).real_system()
         return regression(self.model, self.spectrum, self.names, order=self.order).real_system()
+
+    def holding(self, theta):
+        """The problem with the static deflection held that unknown bearings of given stiffness lead to.
+
+        theta : (..., parameter);  returns None if no unknown carries the weight
+        """
+        model = self.model
+        carrying = [u.name for u in model.rotor_unknowns if u.carries and u.name in self.names]
+        if model.held_deflection is not None or not carrying or not model.structure.static_load.any():
+            return None
+        given = np.concatenate([term.theta for term in model.terms])
+        full = np.broadcast_to(given, (*np.shape(theta)[:-1], len(given))).copy()
+        full[..., model.position(self.names)] = theta
+        deflection = static_deflection(model, self.spectrum.speed, full[..., : len(model.rotor_unknowns)]).value
+        return replace(self, model=replace(model, held_deflection=deflection))
 
     def equation_error_covariance(self, theta):
         """First-order covariance (parameter, parameter) of a linear estimate theta = A^+ b.
@@ -50,11 +74,12 @@ class Problem:
         The residual A theta - b moves with the spectrum by a known matrix; noise in A is in it, its square is not.
         """
         mean = self.spectrum.amplitude.reshape(-1, *self.spectrum.amplitude.shape[-3:]).mean(axis=0)
+        theta = np.asarray(theta).reshape(-1, len(self.names)).mean(axis=0)
         problem = replace(self, spectrum=self.spectrum.with_amplitude(mean))
+        problem = problem.holding(theta) or problem
         a, _ = problem.equations()
         gain = np.linalg.pinv(a / np.linalg.norm(a, axis=0)) / np.linalg.norm(a, axis=0)[:, None]
-        theta = np.asarray(theta).reshape(-1, len(self.names)).mean(axis=0)
-        sensitivity = residual_sensitivity(self.model, problem.spectrum, self.names, theta, order=self.order)
+        sensitivity = residual_sensitivity(problem.model, problem.spectrum, self.names, theta, order=self.order)
         gain = gain.reshape(len(self.names), len(self.spectrum.speed), -1)
         through = np.einsum("psr,src->psc", gain, sensitivity)
         return np.einsum("psc,scd,qsd->pq", through, self.spectrum.full_covariance(), through)
@@ -127,6 +152,23 @@ def solve_linear(columns, right_side, names):
     return scaled / length[..., 0, :]
 
 
+def solve_equations(problem):
+    """theta (..., parameter) by least squares of the equations of motion.
+
+    Where unknown bearings carry the weight, the static deflection that the crack and internal damping act on is found
+    with them: it is held, the equations solved, the deflection taken anew, until both stand.
+    """
+    theta = solve_linear(*problem.equations(), problem.names)
+    for _ in range(DEFLECTION_STEPS):
+        held = problem.holding(theta)
+        if held is None:
+            return theta
+        before, theta = theta, solve_linear(*held.equations(), problem.names)
+        if np.all(np.abs(theta - before) <= STEP_RELATIVE * np.abs(theta)):
+            break
+    return theta
+
+
 def predicted_derivatives(problem, theta):
     """Whitened prediction (..., component) and its derivatives (..., component, parameter) by the unknowns."""
     model, spectrum = problem.model, problem.spectrum
@@ -162,7 +204,7 @@ def start_values(problem):
     if len(linear) < len(problem.names):
         return start
     try:
-        return solve_linear(*problem.equations(), problem.names)
+        return solve_equations(problem)
     except RotorstudyError:
         return start
 

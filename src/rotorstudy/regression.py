@@ -96,6 +96,51 @@ def regression(model, spectrum, names, *, order=COUPLED_ORDER):
     return Regression(np.moveaxis(left, 0, -1), right, tuple(names))
 
 
+def condensed_regression(model, spectrum, names):
+    """The equations with tilts condensed as in the thesis: T = [I; L_n], L_n = -(K_ss - n^2 w^2 M_ss)^-1 (K_sm - ...).
+
+    The transformation leaves the gyroscopic moments out, so what is not measured is only approximately eliminated.
+    Terms that shift harmonics are not provided for.
+
+    source : thesis Eqs. (6.31) to (6.34)
+    """
+    structure, speed, harmonics = model.structure, check_speed(spectrum.speed), np.asarray(spectrum.harmonics)
+    unknowns = [_rotor_unknown(model, name) for name in names]
+    if any(e.shift and e.reads_motion for u in model.rotor_unknowns for e in u.entries):
+        raise RotorstudyError("condensation as in the thesis needs a weight-dominant crack; use the exact one")
+    hidden = np.setdiff1d(np.arange(len(structure.dofs)), model.measured)
+    frequency = (speed[:, None] * harmonics)[..., None, None]
+    static = structure.stiffness - frequency**2 * structure.mass
+    transfer = -np.linalg.solve(static[..., hidden, :][..., hidden], static[..., hidden, :][..., model.measured])
+    amplitude = _without_output(model, spectrum)
+    displacement = np.zeros((*amplitude.shape[:-1], len(structure.dofs)), complex)
+    displacement[..., model.measured] = amplitude
+    displacement[..., hidden] = np.einsum("snhm,...snm->...snh", transfer, amplitude)
+
+    def reduced(rows):
+        return rows[..., model.measured] + np.einsum("snhm,...snh->...snm", transfer, rows[..., hidden])
+
+    known, deflection = (
+        _known_amplitudes(model, names),
+        static_deflection(model, speed, _nominal_amplitudes(model)).value,
+    )
+    dynamic = static + frequency * speed[:, None, None, None] * structure.gyroscopic
+    rest = np.einsum("snij,...snj->...sni", dynamic, displacement)
+    for value, unknown in zip(known, model.rotor_unknowns, strict=True):
+        if value:
+            at = resting(unknown, deflection)
+            rest = rest - value * apply_entries(unknown.entries, displacement, speed, harmonics, at)
+    rest[..., harmonics == 0, :] -= model.static_residual
+    columns = [
+        reduced(apply_entries(u.entries, displacement, speed, harmonics, resting(u, deflection))) for u in unknowns
+    ]
+    columns = np.stack(np.broadcast_arrays(*columns), axis=-1)
+    right = reduced(rest)
+    return Regression(
+        columns.reshape(*columns.shape[:-3], -1, columns.shape[-1]), right.reshape(*right.shape[:-2], -1), tuple(names)
+    )
+
+
 def residual_sensitivity(model, spectrum, names, theta, *, order=COUPLED_ORDER):
     """How the residual columns @ theta - right_side moves with the spectrum; its covariance follows from it.
 

@@ -10,6 +10,7 @@ from rotorstudy.plugins import registry
 from rotorstudy.terms import Term
 
 SECTIONS = {"rotor": "rotor", "cracks": "crack", "bearings": "bearing", "effects": "effect"}
+OTHER = ("sensors", "static_deflection_m")
 
 
 def load_rig(path):
@@ -68,13 +69,14 @@ def check_config(config_class, given, where):
 def build_model(rig, where="the rig"):
     """The Model a rig dict describes.
 
-    rig : {"rotor": {"kind": ..., options}, "cracks": [...], "bearings": [...], "effects": [...], "sensors": [nodes]}
+    rig : {"rotor": {"kind": ..., options}, "cracks": [...], "bearings": [...], "effects": [...], "sensors": [nodes],
+          "static_deflection_m": {node: held value, real}}
     """
     if not isinstance(rig, dict):
         raise RotorstudyError(f"{where}: expected sections {', '.join(SECTIONS)}, found {type(rig).__name__}")
     for key in rig:
-        if key not in {*SECTIONS, "sensors"}:
-            raise unknown_name("section", key, [*SECTIONS, "sensors"], where)
+        if key not in {*SECTIONS, *OTHER}:
+            raise unknown_name("section", key, [*SECTIONS, *OTHER], where)
     if "rotor" not in rig:
         raise RotorstudyError(f"section 'rotor' is missing in {where}")
     place = f"{where}, rotor"
@@ -89,7 +91,23 @@ def build_model(rig, where="the rig"):
             )
         for i, item in enumerate(rig.get(section) or []):
             terms.append(make_term(SECTIONS[section], item, structure, sensors, f"{where}, {section}[{i}]"))
-    return Model(structure, tuple(terms), sensors)
+    return Model(structure, tuple(terms), sensors, _held_deflection(rig.get("static_deflection_m"), structure, where))
+
+
+def _held_deflection(given, structure, where):
+    """(dof,) deflection held instead of the one that follows from the weight, zero where it is not given; or None."""
+    import numpy as np
+
+    if given is None:
+        return None
+    if not isinstance(given, dict):
+        raise RotorstudyError(f"static_deflection_m = {given!r} in {where}: must be node: metres for some nodes")
+    held = np.zeros(len(structure.dofs))
+    for node, value in given.items():
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not np.isfinite(value):
+            raise RotorstudyError(f"static_deflection_m of node {node} = {value!r} in {where}: must be a finite number")
+        held[structure.index(node)] = value
+    return held
 
 
 def _sensors(given, structure, where):

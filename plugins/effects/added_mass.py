@@ -1,0 +1,45 @@
+from typing import Literal
+
+import numpy as np
+
+from rotorstudy.options import AtLeastOne, TypedDict
+from rotorstudy.plugins import Effect, hookimpl
+from rotorstudy.terms import Entry, Parameter
+
+Motion = Literal["translation", "tilt"]
+
+
+class Place(TypedDict):
+    row_node: int
+    row_motion: Motion
+    node: int
+    motion: Motion
+    lever_m: float
+
+
+def added_mass(
+    structure, node: int | None = None, places: AtLeastOne[Place] | None = None, plane: Literal["both", "y"] = "both"
+):
+    """Mass the rotor has beyond its own: force -m W d2q/dt2, at a node, or wherever `places` puts it.
+
+    places: rows and columns of W that couple a translation with a tilt, at a lever;
+    plane y: horizontal motion only, as a misprinted mass matrix of one plane has it.
+    """
+    if places is None:
+        here = structure.unit(structure.default_node() if node is None else node)
+        pattern = np.outer(here, here)
+    else:
+        pattern = sum(
+            p["lever_m"]
+            * np.outer(structure.unit(p["row_node"], p["row_motion"]), structure.unit(p["node"], p["motion"]))
+            for p in places
+        )
+    entries = (Entry(-pattern, order=2),)
+    if plane == "y":
+        entries = (Entry(-pattern / 2, order=2), Entry(pattern / 2, on="conj", order=2))
+    return [Parameter("added_mass", "kg", entries, typical=0.1)]
+
+
+@hookimpl
+def rotorstudy_effect():
+    return Effect("added_mass", added_mass, source="Newton; plane y for thesis Tables 6.2 to 6.7")
