@@ -225,8 +225,8 @@ def _no_reference(record, harmonics):
     return (
         f"{record.where}: no reference signal; record one, or use the keyphasor. Without either (phase 'none') the "
         "angle of the first sample is unknown, and harmonic n turns by n times its error: each missing sample is "
-        f"{step:.2g} degrees at 1X and {highest * step:.2g} at {highest}X. A fit takes that for damping: 100 of 65536 "
-        "samples missing gave -22 for 27 N s/m (thesis Table 4.10)"
+        f"{step:.2g} degrees at 1X and {highest * step:.2g} at {highest}X. A fit takes that for damping: in the rotor "
+        "of thesis Table 4.10, 100 missing samples of 65536 give 7 for 27 N s/m, and 200 give -22"
     )
 
 

@@ -10,7 +10,7 @@ from test_transient import OFFSET_DISC
 from rotorstudy import Problem, RotorstudyError, build_model
 from rotorstudy.errors import UnidentifiableError
 from rotorstudy.identification import cramer_rao_bound, magnitude_and_phase
-from rotorstudy.noise import noise_std
+from rotorstudy.rig import make_term
 from rotorstudy.spectrum import independent_covariance
 from rotorstudy.studies.config import Measurement, clean_spectrum, load_study
 from rotorstudy.studies.identifiability import identifiability, information, output_rows
@@ -31,7 +31,7 @@ def found(study):
 def test_the_bound_as_it_is_is_that_of_the_estimators(study, found):
     model, case = study.rig("physical"), next(iter(study.cases.values()))
     clean = clean_spectrum(study, model, case.speeds)
-    std = noise_std(clean, 0.01, "white in time", study.record.samples)
+    std = np.full(clean.amplitude.shape, float(found.noise) / np.sqrt(study.record.samples))
     spectrum = replace(clean, covariance=independent_covariance(std**2))
     theta = model.theta[model.position(study.unknowns)]
     bound = cramer_rao_bound(Problem(model, spectrum, tuple(study.unknowns)), theta)
@@ -59,7 +59,12 @@ def test_a_tilt_sensor_breaks_the_collinearity_that_makes_stiffness_44_weak(foun
     pair = {"parameter": "stiffness_loss_22", "other_parameter": "stiffness_loss_44"}
     assert float(found.correlation.sel(pair)) < -0.999
     bound = found.bound.sel(parameter="stiffness_loss_44")
-    assert float(bound.sel(measurement="as it is")) > 100 * float(bound.sel(measurement="a tilt sensor at the disc"))
+    gain = bound.sel(measurement="as it is") / bound
+    assert float(gain.sel(measurement="tilt of the disc, two probes 0.04 m apart")) > 30
+    assert float(gain.sel(measurement="a second probe at 0.10 m")) > 40
+    # the same probes half as far apart know the tilt half as well
+    arms = [float(gain.sel(measurement=f"tilt of the disc, two probes {arm} m apart")) for arm in ("0.04", "0.02")]
+    assert arms[0] / arms[1] == pytest.approx(2, rel=0.01)
 
 
 def test_a_bound_with_a_tilt_sensor_is_met_by_a_fit(study):
@@ -69,11 +74,10 @@ def test_a_bound_with_a_tilt_sensor_is_met_by_a_fit(study):
     from rotorstudy import harmonic_response
 
     model, speeds = study.rig("physical"), np.linspace(130.0, 310.0, 7)
-    rows, samples = output_rows(model.structure, model.sensors, Measurement(tilts=[1])), study.record.samples
-    normal = information(study, model, speeds, study.harmonics, rows, samples)
+    rows, relative = output_rows(model.structure, model.sensors, Measurement(tilts=[1]))
+    std = 1e-9 * relative
+    normal = information(study, model, speeds, study.harmonics, rows, std)
     clean = harmonic_response(model, speeds, study.harmonics) @ rows.T
-    power = np.sum(np.abs(clean[:, 1:]) ** 2, axis=1, keepdims=True) / 2  # the first harmonic is the mean
-    std = 0.01 * np.sqrt(power / samples)
     position, scale = model.position(study.unknowns), np.abs(model.theta)
     generator, found = np.random.default_rng(7), []
     for _ in range(120):
@@ -120,9 +124,20 @@ def test_a_probe_off_the_shaft_or_on_a_shaft_without_shape_is_refused(study):
         output_rows(jeffcott, (1,), Measurement(stations_m=[0.1]))
 
 
-def test_one_speed_names_what_trades_off(study):
+def test_too_few_equations_are_refused_and_what_trades_off_is_named(study):
     model = study.rig("physical")
-    with pytest.raises(UnidentifiableError) as caught:
-        rows = output_rows(model.structure, model.sensors, Measurement())
-        information(study, model, [200.0], [1], rows, 1000)
-    assert caught.value.parameters
+    rows, relative = output_rows(model.structure, model.sensors, Measurement())
+    with pytest.raises(UnidentifiableError, match="2 equations for 6 unknowns"):
+        information(study, model, [200.0], [1], rows, 1e-9 * relative)
+    free = {
+        "kind": "crack_force",
+        "losses": ["stiffness_loss_22"],
+        "harmonics": [1],
+        "stiffness_loss_22_p1_N_per_m": 1e4,
+    }
+    twin = model.without(["switching"]).plus(make_term("effect", free, model.structure, model.sensors))
+    unknowns = study.model_copy(update={"unknowns": ["eccentricity_real", "eccentricity_imag", "stiffness_loss_22_p1"]})
+    with pytest.raises(UnidentifiableError) as caught:  # at one speed an unbalance is any force that turns
+        information(unknowns, twin, [200.0], study.harmonics, rows, 1e-9 * relative)
+    assert set(caught.value.parameters) == {"eccentricity_real", "stiffness_loss_22_p1"}
+    assert information(unknowns, twin, [200.0, 250.0], study.harmonics, rows, 1e-9 * relative).shape == (3, 3)

@@ -91,7 +91,7 @@ if PAGES:
             chapter_5=str(ROOT / settings.replays["chapter_5"]),
             thesis_spectra=f"{RESULTS}/chapter_4/spectra/thesis.nc",
             weight_dominance=f"{RESULTS}/chapter_4/weight_dominance.nc",
-            identifiability=f"{RESULTS}/chapter_4/identifiability.nc",
+            monte_carlo=f"{RESULTS}/chapter_4/monte_carlo/thesis/20_to_50_Hz.nc",
             spectra=f"{RESULTS}/chapter_5/spectra.nc",
             identification=f"{RESULTS}/chapter_5/identification.nc",
             code=code("errata.py"),

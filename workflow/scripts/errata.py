@@ -21,7 +21,7 @@ with job(snakemake):
         reference,
         load(given.thesis_spectra),
         load(given.weight_dominance),
-        load(given.identifiability),
+        load(given.monte_carlo),
     )
     numbers |= errata.chapter_5(load_replay(given.chapter_5), load(given.spectra), load(given.identification))
     entries = yaml.safe_load(Path(given.errata).read_text())

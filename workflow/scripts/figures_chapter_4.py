@@ -80,13 +80,13 @@ with job(snakemake):
 
     # Figure 4.9: error against noise, the thesis's way; then both estimators with the right sign
     thesis = {record: data["monte_carlo_thesis"].sel(record=record) for record in config.record.kinds}
-    title = "The thesis's least squares: crack stiffness 44 cannot be had, cycles complete or not"
+    title = "The thesis's least squares: crack stiffness 44 scatters twenty times more than it need"
     save(figures.error_against_noise(thesis, title))
     best = {"exact steady state": data["monte_carlo"].sel(record="steady state")}
     save(figures.error_against_noise(best, "Maximum likelihood sits on the bound, and the bound of 44 is high"))
 
     save(figures.collinearity(data["identifiability"], CASE, "Crack stiffnesses 22 and 44 act alike"))
-    title = "A tilt sensor or a second probe would settle crack stiffness 44"
+    title = "A second probe settles crack stiffness 44; higher speeds help, too"
     save(figures.measurements(data["identifiability"], CASE, "stiffness_loss_44", title))
     rigs = {"physical": "physical sign of the gyroscopic moment", "thesis": "the thesis's sign"}
     save(
@@ -96,9 +96,9 @@ with job(snakemake):
         figures.bias(
             data["bias"],
             {CASE: CASE},
-            "Resonances of 2X and 3X make maximum likelihood unforgiving of a wrong mass or modulus",
+            "Wrong mass or modulus: resonances spoil the dampings, collinearity the crack stiffnesses",
         )
     )
-    title = "Weight dominance is not a small approximation"
+    title = "Weight dominance needs a vibration small against the static deflection"
     save(figures.weight_dominance(config, data["weight_dominance"], CASE, CASE, title))
     save(figures.stability(data["stability"]))

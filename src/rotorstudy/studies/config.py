@@ -104,10 +104,12 @@ class BiasConfig(Strict):
 class Measurement(Strict):
     """What is measured besides, or otherwise: to find out which measurement would tell the unknowns apart best.
 
-    tilts : nodes;  stations_m : further probes along the shaft;  speeds, harmonics : instead of the study's own
+    tilts : nodes where two probes, tilt_arm_m apart, show the tilt;  stations_m : further probes along the shaft
+    speeds, harmonics : instead of the study's own
     """
 
     tilts: list[int] = []
+    tilt_arm_m: PositiveNumber = 0.04
     stations_m: list[float] = []
     speeds: SpeedRange | None = None
     harmonics: list[int] | None = None

@@ -7,12 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from rotorstudy.identification import Problem, solve_linear
+from rotorstudy.identification import Problem, cramer_rao_bound, solve_linear
 from rotorstudy.model import Model
+from rotorstudy.noise import noise_std
 from rotorstudy.regression import regression
 from rotorstudy.response import forced_harmonics, measured_response
 from rotorstudy.rig import build_model
 from rotorstudy.scoreboard import published
+from rotorstudy.spectrum import independent_covariance
 from rotorstudy.stability import eigenvalues
 from rotorstudy.store import as_complex
 from rotorstudy.studies.config import clean_spectrum
@@ -124,10 +126,10 @@ def chapter_3(replay, folder):
     }
 
 
-def chapter_4(config, folder, spectra, dominance, identifiability):
+def chapter_4(config, folder, spectra, dominance, noisy):
     """Gyroscopic sign, Eq. (4.36), the natural frequency, the headings of Table 4.7, the condensation.
 
-    spectra : of the thesis's rig;  dominance, identifiability : Datasets of the study
+    spectra, noisy : of the thesis's rig, noisy its Monte Carlo;  dominance : of the study
     """
     printed = published(folder, ["4.2", "4.3", "4.4", "4.5", "4.7"])
     whole = printed[(printed.method == "regression") & printed.case.str.endswith(", complete cycles")]
@@ -160,6 +162,19 @@ def chapter_4(config, folder, spectra, dominance, identifiability):
     exact = solve_linear(*problem.equations(), problem.names)
     true = problem.model.theta[problem.model.position(problem.names)]
     wrong = estimates_with_misprint(problem, real_from=ROW_ABOVE)
+    thesis_problem = _case_problem(config, "thesis", case)
+    std = noise_std(thesis_problem.spectrum, 0.01, "white in time", config.record.samples)
+    weighted = replace(thesis_problem.spectrum, covariance=independent_covariance(std**2))
+    covariance = cramer_rao_bound(
+        replace(thesis_problem, spectrum=weighted),
+        thesis_problem.model.theta[thesis_problem.model.position(thesis_problem.names)],
+    )
+    pair = [thesis_problem.names.index(f"stiffness_loss_{k}") for k in ("22", "44")]
+    tilt = float(noisy.true.sel(parameter="stiffness_loss_44"))
+    scatter = noisy.estimate.sel(
+        record="complete cycles", noise_model="white in time", noise=1, estimator="least_squares"
+    ).sel(parameter="stiffness_loss_44")
+    errors = dominance.error.isel(case=0).sel(parameter="stiffness_loss_22")
     dominant, full = np.abs(as_complex(dominance.displacement.sel(crack_scale=1.0).isel(speed=0)))
     growth = (full / dominant - 1)[dominant > 1e-6] * 100  # harmonics above 1 um
     return {
@@ -177,15 +192,14 @@ def chapter_4(config, folder, spectra, dominance, identifiability):
         "eq_4_36_c_H": wrong[problem.names.index("internal_damping")],
         "eq_4_36_c_E": wrong[problem.names.index("external_damping")],
         "condensation_error": np.max(np.abs(exact / true - 1)),
-        "dk_correlation": float(
-            identifiability.correlation.isel(case=0).sel(
-                parameter="stiffness_loss_22", other_parameter="stiffness_loss_44"
-            )
-        ),
-        "dk_44_bound_percent": float(
-            identifiability.bound.isel(case=0).sel(measurement="as it is", parameter="stiffness_loss_44")
-        )
-        * 100,
+        "dk_correlation": covariance[*pair] / np.sqrt(covariance[pair[0], pair[0]] * covariance[pair[1], pair[1]]),
+        "dk_44_bound_percent": np.sqrt(covariance[pair[1], pair[1]]) / tilt * 100,
+        "dk_44_scatter_percent": float(scatter.std()) / tilt * 100,
+        "samples": config.record.samples,
+        "small_crack_percent": float(dominance.crack_scale[0]) * 30,
+        "small_crack_error_percent": float(errors[0]) * 100,
+        "vibration_least_um": np.abs(responses[1]).max(axis=1).min() * 1e6,
+        "vibration_most_um": np.abs(responses[1]).max() * 1e6,
         "deflection_um": structure.static_deflection[0].real * 1e6,
         "full_crack_least_percent": growth.min(),
         "full_crack_most_percent": growth.max(),

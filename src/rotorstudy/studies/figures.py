@@ -278,6 +278,7 @@ def measurements(data, case, parameter, title):
     axes[0, 0].set_xscale("log")
     axes[0, 0].set_xlim(right=values.max() * 4)
     axes[0, 0].set_yticks(range(len(values)), [str(name) for name in bound.measurement.values])
-    axes[0, 0].set_xlabel(f"bound of {label(parameter)} at 1 % noise ({error_unit(parameter)})")
+    noise = float(data.noise.sel(case=case)) * 1e6
+    axes[0, 0].set_xlabel(f"bound of {label(parameter)} ({error_unit(parameter)}), all probes {noise:.2g} µm noise")
     picture.suptitle(title, fontsize=9)
     return picture

@@ -4,54 +4,65 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.identification import check_identifiable, invert, magnitude_and_phase
-from rotorstudy.response import harmonic_response
+from rotorstudy.response import harmonic_response, measured_response
 from rotorstudy.spectrum import components
 from rotorstudy.store import dataset
 from rotorstudy.studies.config import Measurement, parameter_coordinates
 
 AS_IT_IS = "as it is"
-NOISE = 0.01  # white in time, of each sensor's own rms
+NOISE = 0.01  # white in time, of the rms vibration at the study's own speeds: one number for all probes and all speeds
+
+
+def probe_noise(config, model, speeds):
+    """Standard deviation of a sample of any probe, m."""
+    shown = measured_response(model, speeds, config.harmonics)[:, np.array(config.harmonics) != 0]
+    return NOISE * np.sqrt(np.mean(np.sum(np.abs(shown) ** 2, axis=1)) / 2)
 
 
 def output_rows(structure, sensors, extra):
-    """(output, dof) what each sensor shows: translations at nodes, then tilts at nodes and translations at stations."""
+    """(output, dof) what each probe shows, the disturbance of each output over that of a probe, (output,).
+
+    Translations at the sensors, tilts as the difference of two probes over their distance, translations at stations.
+    """
     rows = [structure.unit(node) for node in sensors]
     rows += [structure.unit(node, "tilt") for node in extra.tilts]
     for position in extra.stations_m:
         if structure.shape_at is None:
             raise RotorstudyError(f"no probe can stand at {position:g} m: this rotor does not tell the shaft's shape")
         rows.append(structure.shape_at(position))
-    return np.array(rows)
+    relative = np.ones(len(rows))
+    relative[len(sensors) : len(sensors) + len(extra.tilts)] = np.sqrt(2) / extra.tilt_arm_m
+    return np.array(rows), relative
 
 
-def information(config, model, speeds, harmonics, rows, samples):
-    """Normal matrix J^T C^-1 J (parameter, parameter) of the unknowns, 1 % white noise on every output."""
+def information(config, model, speeds, harmonics, rows, std):
+    """Normal matrix J^T C^-1 J (parameter, parameter) of the unknowns; std (output,) of each harmonic's parts."""
     if any(name in {u.name for u in model.output_unknowns} for name in config.unknowns):
         raise RotorstudyError("identifiability is computed for amplitudes of the rotor, not of its sensors")
-    found, change = harmonic_response(model, speeds, harmonics, jacobian=True)
-    shown, change = found @ rows.T, np.einsum("od,shdp->shop", rows, change)
-    power = np.sum(np.abs(shown) ** 2 * (np.asarray(harmonics) != 0)[:, None], axis=1, keepdims=True) / 2
-    weighted = change[..., model.position(config.unknowns)] / (NOISE * np.sqrt(power / samples))[..., None]
+    _, change = harmonic_response(model, speeds, harmonics, jacobian=True)
+    weighted = np.einsum("od,shdp->shop", rows / std[:, None], change)[..., model.position(config.unknowns)]
     columns = np.stack([components(weighted[..., p]).ravel() for p in range(weighted.shape[-1])], axis=-1)
     check_identifiable(columns, config.unknowns)
     return columns.T @ columns
 
 
 def identifiability(config, rig):
-    """Cramer-Rao bounds at 1 % white noise, what correlates, and what each further measurement would gain.
+    """Cramer-Rao bounds with the same white noise on all probes, what correlates, what further measurement gains.
 
-    returns : correlation (case, parameter, other_parameter) of the estimates; bound (case, measurement, parameter)
-              relative, of phases in rad; inflation (case, parameter), the bound over the one with all others known
+    returns : noise (case) m of a sample; correlation (case, parameter, other_parameter) of the estimates; bound (case,
+              measurement, parameter) relative, of phases in rad; inflation (case, parameter), the bound over the one
+              with all others known
     """
     model, options = config.rig(rig), {AS_IT_IS: Measurement(), **config.extra_measurements}
     bounds, correlations, inflations = [], [], []
-    for case in config.cases.values():
+    noise = [probe_noise(config, model, case.speeds) for case in config.cases.values()]
+    for case, level in zip(config.cases.values(), noise, strict=True):
         for name, extra in options.items():
             speeds = case.speeds if extra.speeds is None else extra.speeds.speeds
             harmonics = config.harmonics if extra.harmonics is None else extra.harmonics
-            rows = output_rows(model.structure, model.sensors, extra)
-            normal = information(config, model, speeds, harmonics, rows, config.record.samples * extra.times_longer)
-            covariance = invert(normal)
+            rows, relative = output_rows(model.structure, model.sensors, extra)
+            std = level * relative / np.sqrt(config.record.samples * extra.times_longer)
+            covariance = invert(information(config, model, speeds, harmonics, rows, std))
             theta = model.theta[model.position(config.unknowns)]
             names, values, turned = magnitude_and_phase(config.unknowns, theta, covariance)
             std = np.sqrt(np.diag(turned))
@@ -68,11 +79,12 @@ def identifiability(config, rig):
         "other_parameter": (list(names), "1", "identified parameter"),
     }
     variables = {
+        "noise": (("case",), np.array(noise), "m", "standard deviation of white noise on each sample of a probe"),
         "bound": (
             ("case", "measurement", "parameter"),
             np.array(bounds).reshape(shape),
             "1",
-            "Cramer-Rao bound over the value, of phases in rad, 1 % white noise",
+            "Cramer-Rao bound over the value, of phases in rad",
         ),
         "correlation": (
             ("case", "parameter", "other_parameter"),

@@ -74,7 +74,7 @@ def monte_carlo(config, rig, case):
     returns : estimate (record, noise_model, noise, estimator, trial, parameter), stated_std (record, noise_model,
               noise, estimator, parameter; median over trials), coverage (share of trials whose stated 95 % interval
               holds the truth), cramer_rao (record, noise_model, noise, parameter; NaN for noise that is not
-              independent), true (parameter)
+              independent), without_noise (record, estimator, parameter), true (parameter)
     """
     settings = config.monte_carlo
     model, speeds = config.rig(rig), config.cases[case].speeds
@@ -85,10 +85,13 @@ def monte_carlo(config, rig, case):
     theta_true = model.theta[model.position(config.unknowns)]
     names_used, models = settings.rigs[rig].estimators, settings.rigs[rig].models
     shape = (len(kinds), len(models), len(settings.levels_percent), len(names_used))
-    stated, coverage = [], []
+    stated, coverage, exact = [], [], []
     bounds, trials = [], []
     for kind in kinds:
         clean, samples = _spectrum_without_noise(config, model, speeds, kind)
+        weighted = replace(clean, covariance=independent_covariance(noise_std(clean, 0.01, models[0], samples) ** 2))
+        problem = Problem(model, weighted, tuple(config.unknowns))
+        exact += [reported(problem, registry().get("estimator", name).function(problem))[1] for name in names_used]
         for noise_model, level in product(models, settings.levels_percent):
             std = noise_std(clean, level / 100, noise_model, samples)
             spectrum = replace(
@@ -143,6 +146,12 @@ def monte_carlo(config, rig, case):
             np.array(bounds).reshape(*shape[:3], count),
             "SI",
             "Cramer-Rao bound of the standard deviation",
+        ),
+        "without_noise": (
+            ("record", "estimator", "parameter"),
+            np.array(exact).reshape(shape[0], shape[-1], count),
+            "SI",
+            "estimate without noise",
         ),
         "true": (("parameter",), true, "SI", "value assumed"),
     }

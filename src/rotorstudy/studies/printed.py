@@ -39,15 +39,37 @@ def estimate_rows(estimate, table, case, parameters):
     return [dict(zip(KEYS, key, strict=True), computed=value) for key, value in zip(keys, values, strict=True)]
 
 
+def joint_share(printed, without_noise, trials):
+    """Share of trials whose errors, all parameters together, are smaller than those printed (Mahalanobis distance).
+
+    printed, without_noise : (parameter,);  trials : (trial, parameter)
+    """
+    scale = trials.std(axis=0)
+    errors = (trials - without_noise) / scale
+    inverse = np.linalg.inv(errors.T @ errors / len(errors))
+    size = np.einsum("tp,pq,tq->t", errors, inverse, errors)
+    own = (printed - without_noise) / scale
+    return float((size <= own @ inverse @ own).mean())
+
+
 def noise_rows(printed, trials_of, parameters, models, mean_of):
     """Rows of estimates under noise: one unknown realisation was printed; say where it falls among our trials.
 
     printed   : rows of `published` with a noise level above zero
     trials_of : function of a printed case that gives its Monte Carlo Dataset, one record kind
     models    : short name -> noise model;  mean_of : the model whose mean is taken as ours
-    returns   : dicts with KEYS, `computed`, and percentile_, std_ and distance_ (in standard deviations) for each model
+    returns   : dicts with KEYS, `computed`, and for each model percentile_, std_, distance_ from the mean (in standard
+                deviations), and share_, that of trials nearer to the noise-free estimate in all parameters together
     """
-    rows = []
+    rows, shares = [], {}
+    for (case, level), group in printed.groupby(["case", "noise_percent"]):
+        data = trials_of(case).sel(noise=level, estimator="least_squares")
+        names = [parameters[item][0] for item in group["item"]]
+        factors = np.array([parameters[item][1] for item in group["item"]])
+        exact = data.without_noise.sel(parameter=names).values * factors
+        for short, model in models.items():
+            trials = data.estimate.sel(noise_model=model, parameter=names).transpose("trial", "parameter").values
+            shares[case, level, short] = joint_share(group["published"].to_numpy(), exact, trials * factors)
     for row in printed.to_dict("records"):
         ours, factor = parameters[row["item"]]
         trials = trials_of(row["case"]).estimate.sel(
@@ -58,6 +80,7 @@ def noise_rows(printed, trials_of, parameters, models, mean_of):
             values = trials.sel(noise_model=model).values * factor
             found[f"percentile_{short}"] = float((values < row["published"]).mean()) * 100
             found[f"std_{short}"] = float(values.std())
+            found[f"share_{short}"] = shares[row["case"], row["noise_percent"], short] * 100
             found[f"distance_{short}"] = abs(row["published"] - float(values.mean())) / float(values.std())
         rows.append({**{key: row[key] for key in KEYS}, **found})
     return rows
