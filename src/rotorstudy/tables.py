@@ -4,7 +4,7 @@ from html import escape
 
 from rotorstudy.store import atomic, write_text
 
-LONG, SHORT = 60, 24  # characters: a column of text beyond is given room, one below is not broken
+LONG, SHORT = 80, 24  # characters: a column of text beyond is given room, one below is not broken
 CSS = """
 body { font-family: sans-serif; margin: 1.5em; color: #222; }
 p, ul { max-width: 60em; }
