@@ -148,8 +148,8 @@ def check_replay(config, folder):
     for name, cases in config.groups.items():
         if config.slow_roll in cases:
             raise RotorstudyError(
-                f"{where}: group '{name}' holds the slow roll '{config.slow_roll}', which is zero after subtraction; take "
-                "it out"
+                f"{where}: group '{name}' holds the slow roll '{config.slow_roll}', which is zero after subtraction; "
+                "take it out"
             )
     for estimator in config.estimators:
         registry().get("estimator", estimator, where)
@@ -198,18 +198,16 @@ def _check_printed(config, folder, where):
     if config.estimates_table not in config.sheets:
         raise unknown_name("estimates_table", config.estimates_table, config.sheets, f"{where}, sheets")
     estimates = sheets[sheets.table == config.estimates_table]
+    place = f"{where}, Table {config.estimates_table}"
     for group, part in estimates.groupby("case", sort=False):
         if config.thesis_groups.get(group, group) not in config.groups:
-            raise unknown_name(
-                "group", group, {**config.groups, **config.thesis_groups}, f"{where}, Table {part.table.iloc[0]}"
-            )
+            raise unknown_name("group", group, {**config.groups, **config.thesis_groups}, place)
         for name in config.thesis_names:
             if name not in set(part.item):
-                raise unknown_name("parameter", name, part.item, f"{where}, Table {config.estimates_table}, '{group}'")
-    shown = [config.all_speeds, *(p.group for p in config.figures.values() if p.kind == "model")]
-    for group in shown:
+                raise unknown_name("parameter", name, part.item, f"{place}, '{group}'")
+    for group in (config.all_speeds, *(p.group for p in config.figures.values() if p.kind == "model")):
         if group not in set(estimates.case):
-            raise unknown_name("group", group, estimates.case.unique(), f"{where}, Table {config.estimates_table}")
+            raise unknown_name("group", group, estimates.case.unique(), place)
 
 
 def thesis_estimates(config, folder, group):
