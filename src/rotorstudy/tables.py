@@ -57,7 +57,7 @@ def _kind(column):
 
 def _cell(value, digits):
     if isinstance(value, float):
-        return "" if value != value else f"{value:.{digits}g}"
+        return "" if value != value else f"{float(f'{value:.{digits}g}'):.12g}"  # 63640, not 6.364e+04
     return "" if value is None else escape(str(value))
 
 

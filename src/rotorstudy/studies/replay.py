@@ -24,6 +24,8 @@ from rotorstudy.studies.config import SPEED, Strict, parameter_coordinates
 QUANTITIES = ("amplitude", "phase", "reference phase")
 
 
+COLUMN = "fft"  # the printed column that pages and figures show
+DAMPINGS, BOTH_DAMPINGS = ("external_damping", "internal_damping"), "both_dampings"
 NEEDED = {  # of a picture by its kind
     "record": ("case",),
     "spectra": ("case",),
@@ -363,7 +365,8 @@ def identify(config, folder, spectra_data):
     Intervals of least squares come from estimates with printed values drawn from within their last digit; those of
     maximum likelihood from rounding and model error, widened where the misfit is larger than these allow.
 
-    returns : estimate, low, high (estimator, data_set, group, parameter); misfit (estimator, data_set, group);
+    returns : estimate, low, high (estimator, data_set, group, parameter), both dampings together, too;
+              misfit (estimator, data_set, group);
               simulated (estimator, data_set, group, case, harmonic, part) m, what the identified model predicts
     """
     compensated = as_complex(spectra_data.compensated.sel(version="corrected"))
@@ -379,13 +382,13 @@ def identify(config, folder, spectra_data):
                 problem = replay_problem(config, cases, compensated[d, method], draws)
                 found = estimator(problem)
                 freedom = 2 * problem.spectrum.amplitude.size - len(problem.names)
-                names, theta, covariance = magnitude_and_phase(problem.names, found.theta, found.covariance)
+                names, theta, covariance = _reported(problem.names, found.theta, found.covariance)
                 if np.isfinite(found.misfit):
                     half = 1.96 * np.sqrt(np.diag(covariance) * max(1.0, found.misfit / freedom))
                     low, high = theta - half, theta + half
                 else:
                     drawn = estimator(replay_problem(config, cases, draws, draws))
-                    drawn = magnitude_and_phase(problem.names, drawn.theta, drawn.covariance)[1]
+                    drawn = _reported(problem.names, drawn.theta, drawn.covariance)[1]
                     low, high = np.percentile(_unwrapped(names, drawn, theta), [2.5, 97.5], axis=0)
                 estimates.append((theta, low, high))
                 misfits.append(found.misfit / freedom)
@@ -419,6 +422,18 @@ def identify(config, folder, spectra_data):
         ),
     }
     return dataset(variables, coordinates, title=f"{config.title}: identification")
+
+
+def _reported(names, theta, covariance):
+    """Complex amplitudes as magnitude and phase, and after the dampings their sum, which impact tests bound."""
+    names, theta, covariance = magnitude_and_phase(names, theta, covariance)
+    if not set(DAMPINGS) <= set(names):
+        return names, theta, covariance
+    places = [names.index(name) for name in DAMPINGS]
+    row = np.isin(np.arange(len(names)), places).astype(float)
+    turn = np.insert(np.eye(len(names)), max(places) + 1, row, axis=0)
+    names = (*names[: max(places) + 1], BOTH_DAMPINGS, *names[max(places) + 1 :])
+    return names, theta @ turn.T, turn @ covariance @ turn.T
 
 
 def _unwrapped(names, drawn, theta):
