@@ -73,8 +73,8 @@ with job(snakemake):
             "Same disc, cracks made in a similar way, so these should be alike; the impact tests allow losses of a "
             "few per cent and dampings of a few tenths at most.",
             *notes,
-            "What does not come from weight is runout or unequal probes, which Eq. (3.1) leaves in: it takes off 0X and "
-            "1X only.",
+            "What does not come from weight is runout or unequal probes, which Eq. (3.1) leaves in: it takes off 0X "
+            "and 1X only.",
         ],
         digits=4,
     )
