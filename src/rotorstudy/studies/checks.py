@@ -67,7 +67,7 @@ def shown_estimates(config, estimates):
     units = {name: unit for name in estimates.parameter for unit in config.model.reported_units([_alike(name)])}
     shown = {"m": ("um", 1e6), "rad": ("deg", 180 / np.pi)}
     unit, factor = zip(*(shown.get(units[name], (units[name], 1.0)) for name in estimates.parameter), strict=True)
-    values = {key: estimates[key] * factor for key in ("estimate", "low", "high")}
+    values = {key: estimates[key] * np.array(factor) for key in ("estimate", "low", "high")}
     found = estimates.assign(**values, parameter=estimates.parameter.map(shown_name))
     found.insert(list(found.columns).index("parameter") + 1, "unit", unit)
     return found
