@@ -57,6 +57,23 @@ def test_identify_finds_what_was_simulated_within_its_intervals(records, tmp_pat
         assert list(found.unit.values) == ["N s/m", "N s/m", "m", "rad", "N/m"]
 
 
+def test_identify_warns_when_the_model_does_not_explain_the_records(records, tmp_path, capsys):
+    names = ["--unknowns", "internal_damping", "external_damping"]
+    status, out, err = run(capsys, "identify", records, "--rig", RIG, *names)
+    assert status == 0 and "misfit" in out and err == ""
+    wrong = tmp_path / "wrong.yaml"
+    wrong.write_text(Path(RIG).read_text().replace("mass_kg: 2.0", "mass_kg: 2.4"))
+    status, out, err = run(capsys, "identify", records, "--rig", wrong, *names)
+    assert status == 0 and "misfit" in out
+    assert err == "warning: the model does not explain the records; the stated intervals are not valid\n"
+
+
+def test_identify_notes_a_fit_better_than_usual(records, capsys, monkeypatch):
+    monkeypatch.setattr("scipy.stats.chi2.ppf", lambda level, freedom: 10 * np.array([0.5, 2.0]) * freedom)
+    _, _, err = run(capsys, "identify", records, "--rig", RIG, "--unknowns", "external_damping")
+    assert err == "note: the model fits better than usual\n"
+
+
 def test_the_help_of_every_command_can_be_read(capsys):
     for command in ([], ["plugins"], ["simulate"], ["identify"]):
         with pytest.raises(SystemExit) as stop:

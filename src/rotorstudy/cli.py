@@ -180,7 +180,14 @@ def identify(given):
         freedom = 2 * spectrum.amplitude.size - len(names)
         low, high = chi2.ppf([0.025, 0.975], freedom) / freedom
         expected = f"{low:.2g} to {high:.2g} expected if the model explains a record with noise"
-        print(f"misfit {float(estimate.misfit) / freedom:.3g} per degree of freedom ({expected})")
+        misfit = float(estimate.misfit) / freedom
+        print(f"misfit {misfit:.3g} per degree of freedom ({expected})")
+        if misfit > high:
+            print(
+                "warning: the model does not explain the records; the stated intervals are not valid", file=sys.stderr
+            )
+        elif misfit < low:
+            print("note: the model fits better than usual", file=sys.stderr)
     if given.out:
         coordinates = {"parameter": (list(names), "1", "identified parameter")}
         variables = {

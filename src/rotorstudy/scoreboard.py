@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rotorstudy.errors import RotorstudyError
+from rotorstudy.errors import RotorstudyError, unknown_name
 
 KEYS = ["table", "case", "item", "noise_percent", "quantity", "method"]
 COLUMNS = [*KEYS, "published", "last_digit", "computed", "unit", "road", "status", "reason"]
@@ -18,15 +18,18 @@ def published(folder, tables):
     """
     import pandas as pd
 
+    for name in ("full_spectrum.csv", "identified_parameters.csv"):
+        if not (Path(folder) / name).is_file():
+            raise RotorstudyError(f"printed values: file '{Path(folder) / name}' does not exist")
     spectrum = pd.read_csv(Path(folder) / "full_spectrum.csv", dtype={"table": str, "harmonic": str})
     spectrum = spectrum.rename(columns={"harmonic": "item", "value": "published"}).assign(noise_percent=np.nan)
     parameters = pd.read_csv(Path(folder) / "identified_parameters.csv", dtype={"table": str})
     parameters = parameters.rename(columns={"parameter": "item", "estimate": "published"})
     parameters = parameters.assign(quantity="estimate", method="least squares")
     both = pd.concat([spectrum, parameters])[[*KEYS, "published", "last_digit", "unit"]]
-    missing = sorted(set(tables) - set(both.table))
-    if missing:
-        raise RotorstudyError(f"no printed values of table {', '.join(missing)} in {folder}")
+    for name in tables:
+        if name not in set(both.table):
+            raise unknown_name("printed table", name, both.table.unique(), str(folder))
     return both[both.table.isin(tables)].reset_index(drop=True)
 
 

@@ -1,14 +1,20 @@
 """Tables for readers: CSV for programs, one self-contained HTML page for people."""
 
+from html import escape
+
 from rotorstudy.store import atomic, write_text
 
+LONG, SHORT = 80, 24  # characters: a column of text beyond is given room, one below is not broken
 CSS = """
-body { font-family: sans-serif; margin: 1.5em; color: #222; max-width: 90em; }
+body { font-family: sans-serif; margin: 1.5em; color: #222; }
+p, ul { max-width: 60em; }
 table { border-collapse: collapse; font-size: 0.85em; }
-th, td { border: 1px solid #ccc; padding: 0.2em 0.5em; text-align: right; }
+th, td { border: 1px solid #ccc; padding: 0.2em 0.5em; text-align: left; vertical-align: top; }
 th { background: #f0f0f0; }
-td { white-space: nowrap; }
-td:last-child { text-align: left; white-space: normal; }
+td.number { text-align: right; white-space: nowrap; }
+td.short { white-space: nowrap; }
+td.text { min-width: 12em; }
+td.long { min-width: 24em; }
 """
 
 
@@ -18,34 +24,69 @@ def write_csv(table, path):
         table.to_csv(temporary, index=False)
 
 
-def write_html(path, title, note, tables):
-    """A page with a title, a note on what to look at, and DataFrames by heading ({heading: table})."""
-    parts = [f"<h1>{title}</h1>", f"<p>{note}</p>"]
+def write_html(path, title, note, tables, digits=6):
+    """A page with a title, a note on what to look at, and DataFrames by heading ({heading: table}).
+
+    note : a text, or a list whose first is a text and the others points of a list;  digits : of every number
+    """
+    first, *points = [note] if isinstance(note, str) else note
+    parts = [f"<h1>{escape(title)}</h1>", f"<p>{escape(first)}</p>"]
+    if points:
+        parts.append("<ul>" + "".join(f"<li>{escape(point)}</li>" for point in points) + "</ul>")
     for heading, table in tables.items():
-        parts += [
-            f"<h2>{heading}</h2>",
-            table.rename_axis(columns=None).to_html(index=False, float_format=_number, na_rep="", border=0),
-        ]
+        parts += [f"<h2>{escape(heading)}</h2>" if heading else "", html_table(table, digits)]
     body = "\n".join(parts)
-    head = f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{title}</title><style>{CSS}</style>'
+    head = f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{escape(title)}</title><style>{CSS}</style>'
     write_text(path, f"{head}{body}</html>\n")
 
 
-def _number(value):
-    return f"{value:.6g}"
+def html_table(table, digits=6):
+    """A DataFrame as HTML; every cell has the class of its column: number, short, long or text."""
+    columns = [(_kind(column), [_cell(value, digits) for value in column]) for _, column in table.items()]
+    head = "".join(f"<th>{escape(str(name))}</th>" for name in table.columns)
+    rows = ["".join(f'<td class="{kind}">{cells[i]}</td>' for kind, cells in columns) for i in range(len(table))]
+    lines = "\n".join(f"<tr>{row}</tr>" for row in [head, *rows])
+    return f"<table>\n{lines}\n</table>"
 
 
-def write_table(table, csv, html, title, note):
+def _kind(column):
+    if column.dtype.kind in "iuf":
+        return "number"
+    longest = column.astype(str).str.len().max()
+    return "long" if longest > LONG else "short" if longest <= SHORT else "text"
+
+
+def _cell(value, digits):
+    if isinstance(value, float):
+        return "" if value != value else f"{float(f'{value:.{digits}g}'):.12g}"  # 63640, not 6.364e+04
+    return "" if value is None else escape(str(value))
+
+
+def write_table(table, csv, html, title, note, digits=6):
     """The same DataFrame as CSV and as a page."""
     write_csv(table, csv)
-    write_html(html, title, note, {"": table})
+    write_html(html, title, note, {"": table}, digits)
+
+
+def in_table_order(scored):
+    """Rows by table as people count: 5.5 before 5.6, 4.9 before 4.10; the order within a table stays."""
+    numbers = scored.table.map(lambda name: tuple(int(part) for part in name.split(".")))
+    return scored.iloc[sorted(range(len(scored)), key=lambda i: numbers.iloc[i])].reset_index(drop=True)
+
+
+def in_micrometres(scored):
+    """Lengths in um instead of m, for display."""
+    small = scored.unit == "m"
+    lengths = {key: (scored[key] * 1e6).round(9).where(small, scored[key]) for key in ("published", "computed")}
+    return scored.assign(**lengths, unit=scored.unit.where(~small, "um"))
 
 
 def side_by_side(scored, rows, columns):
-    """A scored table as people read it: published and ours next to each other.
+    """A scored table as people read it: published and ours next to each other, lengths in um.
 
     scored : rows of a scoreboard;  rows, columns : key columns that go down and across
     """
+    scored = in_micrometres(scored)
     mixed = scored.groupby(columns, dropna=False).unit.nunique().max() > 1
     rows = [*rows, "unit"] if mixed else rows
     wide = scored.drop_duplicates([*rows, *columns], keep="first")

@@ -29,8 +29,11 @@ try:
     REPLAYS = {name: load_replay(ROOT / path) for name, path in settings.replays.items()}
     for study in STUDIES.values():
         study.check_rigs()
+    for name in ("chapter_2", "chapter_4"):
+        if name in STUDIES:
+            STUDIES[name].check_shown(2)
     for replay in REPLAYS.values():
-        check_replay(replay)
+        check_replay(replay, ROOT / settings.reference)
     for failure in registry().failures:
         print(f"warning: {failure}", file=sys.stderr)
 except RotorstudyError as error:

@@ -101,4 +101,4 @@ with job(snakemake):
     )
     title = "Weight dominance needs a vibration small against the static deflection"
     save(figures.weight_dominance(config, data["weight_dominance"], CASE, CASE, title))
-    save(figures.stability(data["stability"]))
+    save(figures.stability(data["stability"], ("$1 + c_E / c_H$, rotor without tilt", lambda ratio: 1 + ratio)))

@@ -19,8 +19,8 @@ with job(snakemake):
     from rotorstudy.records import synthesize
     from rotorstudy.response import measured_response
     from rotorstudy.store import as_complex, load
-    from rotorstudy.studies.checks import bow_magnification
-    from rotorstudy.studies.replay import load_replay, thesis_estimates
+    from rotorstudy.studies.checks import bow_magnification, percent
+    from rotorstudy.studies.replay import COLUMN, load_replay, thesis_estimates
 
     config = load_replay(snakemake.input.config)
     spectra, identification = load(snakemake.input.spectra), load(snakemake.input.identification)
@@ -32,15 +32,15 @@ with job(snakemake):
     here = spectra.sel(version="corrected")
 
     def measured(case, quantity="corrected"):
-        return as_complex(here[quantity].sel(data_set="fft", spectrum_method="fft", case=case))
+        return as_complex(here[quantity].sel(data_set=COLUMN, spectrum_method=COLUMN, case=case))
 
     def recorded(case, turns):
         shown = records.time.values < turns * 2 * np.pi / config.cases[case]
-        found = records.sel(version="corrected", data_set="fft", case=case).isel(time=shown)
+        found = records.sel(version="corrected", data_set=COLUMN, case=case).isel(time=shown)
         return found.time.values, as_complex(found.displacement), found.reference.values
 
     def estimates_for(group):
-        return identification.sel(data_set="fft", group=config.thesis_groups.get(group, group))
+        return identification.sel(data_set=COLUMN, group=config.thesis_groups.get(group, group))
 
     def in_time(axes, time, rows):
         for panel, (label, values) in zip(axes, rows.items(), strict=True):
@@ -93,7 +93,7 @@ with job(snakemake):
         plot_orbit(clean, axes[0, 1], index=1)
         axes[0, 0].set_title(f"{case}: as measured, bow and sensor gap in it")
         size = np.ptp(clean.real) / np.ptp(raw.real)
-        axes[0, 1].set_title(f"slow roll taken off: {size:.0%} of the height, not a circle")
+        axes[0, 1].set_title(f"slow roll taken off: {percent(size)} of the height, not a circle")
         return picture
 
     def draw_model(case, group):
@@ -114,19 +114,21 @@ with job(snakemake):
             plot_phase(harmonics, values, axes[1, 0], label=label, index=i)
         errors = np.abs(rows["least squares"] - rows["measured"]) / np.abs(rows["measured"])
         axes[0, 0].set_title(
-            f"{case}: least squares meets {np.sum(errors < 0.2)} of {len(errors)} harmonics within 20 %"
+            f"{case}: least squares meets {np.sum(errors < 0.2)} of {len(errors)} harmonics within 20 % as vectors "
+            "(amplitude and phase)",
+            fontsize=7,
         )
-        axes[0, 0].set_ylim(top=2e3)
-        axes[0, 0].legend(ncols=2)
+        picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
         return picture
 
     def draw_crack_force(case, group):
         """Crack force at each harmonic from the estimated stiffness losses, ours and the thesis's."""
         static = model.structure.static_deflection[model.measured[0]].real
         free = [config.thesis_names[f"dk p_{n}"][0] for n in harmonics]
-        shown = {p.case: p.group for p in config.figures.values() if p.kind == "model"}
-        picture, axes = figure(1, len(shown), width=2.8, sharey=True)
-        for panel, (of_case, of_group) in zip(axes[0], shown.items(), strict=True):
+        models = [p for p in config.figures.values() if p.kind == "model"]
+        shown = {p.group: [q.case for q in models if q.group == p.group] for p in models}
+        picture, axes = figure(1, len(shown), width=2.8 if len(shown) > 1 else 4.0, sharey=True)
+        for panel, (of_group, of_cases) in zip(axes[0], shown.items(), strict=True):
             ours = estimates_for(of_group).estimate.sel(estimator="least_squares", parameter=free).values * static
             theirs = thesis_estimates(config, reference, of_group)[model.position(free)] * static
             for i, (label, force) in enumerate((("here", ours), ("thesis", theirs))):
@@ -134,7 +136,7 @@ with job(snakemake):
                 panel.bar(at, np.abs(force), 0.4, color=COLOURS[i], label=label)
             harmonic_axis(panel, harmonics)
             panel.set_xlabel("harmonic")
-            panel.set_title(f"{of_case} (estimates of {of_group})", fontsize=7)
+            panel.set_title(f"{' and '.join(of_cases)} (estimates of {of_group})", fontsize=7)
         axes[0, 0].set_ylabel("crack force (N)")
         axes[0, 0].legend()
         picture.suptitle("Crack force from the estimated stiffness losses", fontsize=8)
@@ -144,16 +146,16 @@ with job(snakemake):
         """What the slow roll leaves behind."""
         picture, axes = figure(height=2.6, width=4.0)
         for i, data_set in enumerate(config.data_sets):
-            compensated = as_complex(here.compensated.sel(data_set=data_set, spectrum_method="regression"))
+            compensated = as_complex(here.compensated.sel(data_set=data_set, spectrum_method=data_set))
             change, magnified = bow_magnification(config, compensated)
-            if i == 0:
+            if data_set == COLUMN:
+                share = 1 - np.abs(change - magnified) / np.abs(change)
                 axes[0, 0].plot(speeds / (2 * np.pi), np.abs(magnified) * 1e6, "k--", label="a bow's own magnification")
             style = {"color": COLOURS[i], "fillstyle": "none", "label": f"measured, {data_set}"}
             axes[0, 0].plot(speeds / (2 * np.pi), np.abs(change) * 1e6, MARKERS[i], **style)
-        share = 1 - np.abs(change - magnified) / np.abs(change)
         axes[0, 0].set(xlabel="spin speed (Hz)", ylabel="change of 1X from slow roll (µm)")
         if share.min() > 0.5:
-            title = f"The bow, magnified, explains {share.min():.0%} to {share.max():.0%} of the 'unbalance'"
+            title = f"The bow, magnified, explains {percent(share.min())} to {percent(share.max())} of the 'unbalance'"
         else:
             title = "A bow alone would make 1X grow more than it does"
         axes[0, 0].set_title(title)
@@ -180,7 +182,9 @@ with job(snakemake):
                     capsize=2,
                     label=source if row.parameter == names[0] else None,
                 )
-        axes[0, 0].axvspan(-1, 0, color=COLOURS[2], alpha=0.12, label="possible in size")
+        sides = np.where([name.startswith("dk") for name in names], -1, 0)
+        place = np.arange(len(names))
+        axes[0, 0].barh(place, sides, 1.0, color=COLOURS[2], alpha=0.12, linewidth=0, label="possible in size")
         axes[0, 0].axvspan(0, 1, color=COLOURS[2], alpha=0.25, label="possible")
         axes[0, 0].set_yticks(range(len(names)), names)
         axes[0, 0].set_xscale("symlog", linthresh=1)

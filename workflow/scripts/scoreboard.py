@@ -3,17 +3,19 @@ from rotorstudy.job import job
 with job(snakemake):
     import pandas as pd
 
-    from rotorstudy.scoreboard import COLUMNS
-    from rotorstudy.tables import write_csv, write_html
+    from rotorstudy.scoreboard import COLUMNS, STATUSES
+    from rotorstudy.tables import in_table_order, write_csv, write_html
 
     scored = pd.concat([pd.read_csv(path, dtype={"table": str, "item": str}) for path in snakemake.input.scored])
-    scored = scored[COLUMNS]
+    scored = in_table_order(scored[COLUMNS])
     computed, measured = (scored[scored.road == road] for road in ("computed anew", "measured again"))
 
     def reproduced(rows):
         return (rows.status == "reproduced").sum()
 
-    counts = scored.groupby(["table", "status"], sort=False).size().unstack(fill_value=0).reset_index()
+    counts = scored.groupby(["table", "status"], sort=False).size().unstack(fill_value=0)
+    counts = counts.reindex(columns=list(STATUSES), fill_value=0).reset_index()
+    counts.insert(1, "values", counts[list(STATUSES)].sum(axis=1))
     write_csv(scored, snakemake.output.csv)
     write_html(
         snakemake.output.html,

@@ -110,7 +110,10 @@ with job(snakemake):
     )
     swapped = "The thesis's headings of the incomplete cycles are swapped; here regression stands under its own name."
     headings = {
-        "4.2": ("Amplitudes at 20 Hz", f"{transient} 7X of complete cycles is a misprint (.0562 for .0565)."),
+        "4.2": (
+            "Amplitudes at 20 Hz",
+            f"{transient} 7X of complete cycles: one misprint, .0562 for .0565.",
+        ),
         "4.3": ("Amplitudes at 50 Hz", transient),
         "4.4": ("Phases at 20 Hz", "Regression of the thesis counts from 100 samples before the record."),
         "4.5": ("Phases at 50 Hz", "Regression of the thesis counts from 100 samples before the record."),

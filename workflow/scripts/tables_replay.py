@@ -9,9 +9,30 @@ with job(snakemake):
     from rotorstudy.response import measured_response
     from rotorstudy.scoreboard import KEYS, load_reasons, published, score
     from rotorstudy.store import as_complex, load
-    from rotorstudy.studies.checks import bow_magnification, bow_twins, physical_checks, slow_roll_bow
+    from rotorstudy.studies.checks import (
+        bow_text,
+        bow_twins,
+        higher_cases,
+        largest_crack_response,
+        percent,
+        physical_checks,
+        refused_text,
+        shown_estimates,
+        slow_roll_bow,
+        slow_roll_share,
+        slow_roll_text,
+        weight_text,
+    )
     from rotorstudy.studies.printed import with_deviation
-    from rotorstudy.studies.replay import load_replay, remove_slow_roll, rounding_draws, thesis_estimates
+    from rotorstudy.studies.replay import (
+        BOTH_DAMPINGS,
+        COLUMN,
+        DAMPINGS,
+        load_replay,
+        remove_slow_roll,
+        rounding_draws,
+        thesis_estimates,
+    )
     from rotorstudy.tables import write_csv, write_scored_tables, write_table
 
     config = load_replay(snakemake.input.config)
@@ -64,7 +85,7 @@ with job(snakemake):
         rows.append({**{k: row[k] for k in KEYS}, "computed": found[key], "low": low, "high": high})
 
     names = config.thesis_names
-    best = identification.sel(estimator="least_squares", data_set="fft")
+    best = identification.sel(estimator="least_squares", data_set=COLUMN)
     thesis = printed[printed.table == config.estimates_table]
     for row in thesis.to_dict("records"):
         ours, factor = names[row["item"]]
@@ -90,93 +111,103 @@ with job(snakemake):
     # every estimate with its interval
     every = identification[["estimate", "low", "high"]].to_dataframe().reset_index()
     every = every.merge(identification.misfit.to_dataframe().reset_index(), on=["estimator", "data_set", "group"])
+    every["estimator"] = every.estimator.str.replace("_", " ")
     write_table(
-        every,
+        shown_estimates(config, every),
         *next(extra),
         "Estimates of the replay with 95 % intervals",
         f"Two estimators, two published columns, groups {', '.join(config.groups)}. A misfit far above 1 says that the "
         "model does not explain the data, whatever the intervals are.",
+        digits=4,
     )
 
     # the estimates against what physics and the other measurements allow: ours, then the thesis's
-    ours = every[every.data_set == "fft"].assign(source=lambda e: "here, " + e.estimator.str.replace("_", " "))
+    ours = every[every.data_set == COLUMN].assign(source=lambda e: "here, " + e.estimator)
     ours = ours[["source", "group", "parameter", "estimate", "low", "high"]]
+    thesis = thesis.assign(parameter=thesis.item.map({item: name for item, (name, _) in names.items()}))
+    thesis = thesis[["case", "parameter", "published", "last_digit"]]
+    both = thesis[thesis.parameter.isin(DAMPINGS)].groupby("case", sort=False)[["published", "last_digit"]].sum()
+    thesis = pd.concat([thesis, both.reset_index().assign(parameter=BOTH_DAMPINGS)], ignore_index=True)
+    order = list(identification.parameter.values)
+    thesis = thesis.sort_values("parameter", key=lambda column: column.map(order.index), kind="stable")
     thesis = pd.DataFrame(
         {
             "source": "thesis",
             "group": thesis.case,
-            "parameter": thesis.item.map({item: name for item, (name, _) in names.items()}),
+            "parameter": thesis.parameter,
             "estimate": thesis.published,
             "low": thesis.published - thesis.last_digit,
             "high": thesis.published + thesis.last_digit,
         }
     )
-    bow = slow_roll_bow(config, spectra, "fft")
+    bow = slow_roll_bow(config, spectra, COLUMN)
     checks = physical_checks(config, pd.concat([ours, thesis], ignore_index=True), bow)
-    compensated = as_complex(spectra.compensated.sel(version="corrected", data_set="fft", spectrum_method="regression"))
-    change, magnified = bow_magnification(config, compensated)
-    share = 1 - np.abs(change - magnified) / np.abs(change)
-    sizes = "; ".join(
-        f"{case} {np.abs(m) * 1e6:.0f} um of {np.abs(c) * 1e6:.0f} um, {part:.0%} as vectors"
-        for case, m, c, part in zip(higher, magnified, change, share, strict=True)
-    )
-    if share.min() > 0.5:
-        verdict = "that is why the eccentricity comes out near the bow"
-    else:
-        verdict = (
-            "so 1X of the slow roll is not a bow alone: part of it is runout, which does not resonate, or an "
-            "unbalance works against the bow"
-        )
-    bad = checks[checks.verdict.isin(["impossible", "implausible"])].source.value_counts()
-    counts = checks.source.value_counts(sort=False)
-    refused = ", ".join(f"{source} {bad.get(source, 0)} of {n}" for source, n in counts.items())
-    static = config.model.structure.static_deflection[config.model.measured[0]].real
+    here = spectra.sel(version="corrected", data_set=COLUMN, spectrum_method=COLUMN)
+    compensated = as_complex(here.compensated)
+    share = slow_roll_share(config, compensated)
+    already = {n: slow_roll_text(config, n, share[:, h]) for h, n in enumerate(config.harmonics)}
     write_table(
         checks,
         *next(extra),
         "Which estimates are possible",
-        f"Impossible or implausible: {refused} (the thesis prints no intervals; ours are from rounding for least "
-        "squares, from rounding and model error for maximum likelihood). Subtracting the slow roll leaves the bow's "
-        "own magnification, that of an unbalance of the bow's size; if all of the slow roll's 1X were bow, that would "
-        f"be of the measured change of 1X: {sizes}; {verdict}. A bow and a free crack force at 1X cannot be told apart "
-        f"at all ({bow_twins(config)}). Taking the slow roll off also takes the crack's own 0X and 1X away, so dk p_0 "
-        "and dk p_1 mean little. A phase mark that does not stand at the crack would turn dk p_n by n times that angle "
-        "and leak into the damping. Weight dominance, which all of this assumes, does not hold here: the static "
-        "deflection is "
-        f"{static * 1e6:.0f} um, 1X without slow roll {np.abs(change).min() * 1e6:.0f} to "
-        f"{np.abs(change).max() * 1e6:.0f} um.",
+        [
+            f"Impossible or implausible: {refused_text(checks)}.",
+            f"Ours are from the column '{COLUMN}' of the printed spectra. The thesis prints no intervals; ours are "
+            "from rounding for least squares, from rounding and model error for maximum likelihood.",
+            "The impact tests bound the sum of both dampings; neither can be negative, so it bounds each of them, too.",
+            bow_text(config, compensated),
+            f"A bow and a free crack force at 1X cannot be told apart ({bow_twins(config)}).",
+            "Taking the slow roll off also takes the crack's own 0X and 1X away, so dk p_0 and dk p_1 mean little.",
+            f"{already[-1]}. Only 0X and 1X of the slow roll are taken off, so the whole -1X is taken for a crack.",
+            "A phase mark that does not stand at the crack would turn dk p_n by n times that angle and leak into the "
+            "damping; dk p_n is therefore judged by size.",
+            weight_text(config, compensated),
+        ],
+        digits=4,
     )
 
     # measured against models
-    rows = []
-    for c, case in enumerate(higher):
-        measured = as_complex(
-            spectra.corrected.sel(version="corrected", data_set="regression", spectrum_method="regression", case=case)
-        )
-        models = {"thesis's estimates": responses[next(reversed(responses))][c]}
+    largest = {n: largest_crack_response(config, n) * 1e6 for n in (-1, 2)}
+    corrected = as_complex(here.corrected)
+    rows, slow = [], list(config.cases).index(config.slow_roll)
+    for c, case in zip(higher_cases(config), higher, strict=True):
+        models = {"thesis's estimates": responses[next(reversed(responses))][higher.index(case)]}
         for estimator in config.estimators:
             models[estimator.replace("_", " ")] = as_complex(
-                identification.simulated.sel(
-                    estimator=estimator, data_set="regression", group=config.all_speeds, case=case
-                )
+                identification.simulated.sel(estimator=estimator, data_set=COLUMN, group=config.all_speeds, case=case)
             )
         for h, n in enumerate(config.harmonics):
-            row = {"case": case, "harmonic": n, "measured (um)": np.abs(measured[h]) * 1e6}
+            row = {
+                "case": case,
+                "harmonic": n,
+                "slow roll (um)": np.abs(compensated[slow, h]) * 1e6,
+                "as measured (um)": np.abs(compensated[c, h]) * 1e6,
+                "change from slow roll (um)": np.abs(compensated[c, h] - compensated[slow, h]) * 1e6,
+                "compared (um)": np.abs(corrected[c, h]) * 1e6,
+            }
             for name, values in models.items():
                 row |= {
                     f"{name} (um)": np.abs(values[h]) * 1e6,
-                    f"{name}, off (um)": np.abs(values[h] - measured[h]) * 1e6,
+                    f"{name}, off (um)": np.abs(values[h] - corrected[c, h]) * 1e6,
                 }
             rows.append(row)
     table = pd.DataFrame(rows)
     off = {name: np.sqrt((table[f"{name}, off (um)"] ** 2).sum()) for name in models}
-    whole = np.sqrt((table["measured (um)"] ** 2).sum())
+    whole = np.sqrt((table["compared (um)"] ** 2).sum())
+    distances = ", ".join(f"{name} {percent(value / whole)} of the measured" for name, value in off.items())
     write_table(
         table,
         *next(extra),
         "Measured spectrum against the identified models",
-        "Slow roll taken off. 'off' is the distance as a complex number, so it sees the phase, which a comparison of "
-        "amplitudes does not. Over all speeds and harmonics: "
-        + ", ".join(f"{name} {value / whole:.0%} of the measured" for name, value in off.items())
-        + f", estimates of {config.all_speeds}.",
+        [
+            f"Column '{COLUMN}' of the printed spectra. What is compared has 0X and 1X of the slow roll taken off, as "
+            "the thesis does; its other harmonics are as measured.",
+            "'off' is the distance as a complex number, so it sees the phase, which a comparison of amplitudes does "
+            f"not. Over all speeds and harmonics: {distances}, estimates of {config.all_speeds}.",
+            f"{already[-1]}; {already[2]}.",
+            f"The weight can make a crack within the impact tests do at most {largest[-1]:.1f} um at -1X and "
+            f"{largest[2]:.1f} um at 2X when the rotor turns slowly. More than that at slow roll is runout or unequal "
+            "probes, and stays in what is compared.",
+        ],
+        digits=4,
     )

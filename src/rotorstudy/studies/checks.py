@@ -12,6 +12,7 @@ from rotorstudy.rig import make_term
 from rotorstudy.spectrum import components
 from rotorstudy.stability import eigenvalues
 from rotorstudy.store import as_complex
+from rotorstudy.studies.replay import BOTH_DAMPINGS, DAMPINGS
 
 
 def largest_participation(n):
@@ -52,6 +53,30 @@ def limits(config):
     }
 
 
+def shown_name(parameter):
+    """A parameter as pages name it: stiffness_loss_22_p-1 -> dk p_-1, eccentricity_phase -> eccentricity phase."""
+    name = re.sub("stiffness_loss.*_p", "dk p_", parameter)
+    return re.sub("_(phase|dampings?)$", r" \1", name)
+
+
+def shown_estimates(config, estimates):
+    """Estimates as pages show them: names, units, lengths in um, phases in degrees.
+
+    estimates : DataFrame with parameter, estimate, low, high, SI
+    """
+    units = {name: unit for name in estimates.parameter for unit in config.model.reported_units([_alike(name)])}
+    shown = {"m": ("um", 1e6), "rad": ("deg", 180 / np.pi)}
+    unit, factor = zip(*(shown.get(units[name], (units[name], 1.0)) for name in estimates.parameter), strict=True)
+    values = {key: estimates[key] * np.array(factor) for key in ("estimate", "low", "high")}
+    found = estimates.assign(**values, parameter=estimates.parameter.map(shown_name))
+    found.insert(list(found.columns).index("parameter") + 1, "unit", unit)
+    return found
+
+
+def _alike(name):
+    return DAMPINGS[0] if name == BOTH_DAMPINGS else name
+
+
 def physical_checks(config, estimates, bow):
     """A DataFrame: each estimate, what is allowed, a verdict, and why.
 
@@ -68,7 +93,7 @@ def physical_checks(config, estimates, bow):
     resolution = config.frequency_resolution_Hz
     damping = (
         f"critical damping is {bound['critical damping']:.0f} N s/m; a free vibration at {max(frequencies):g} Hz, the "
-        f"undamped frequency known to {config.undamped_frequency_uncertainty:.0%}, allows a ratio up to "
+        f"undamped frequency known to {percent(config.undamped_frequency_uncertainty)}, allows a ratio up to "
         f"{bound['damping ratio']:.2f} for both dampings together"
     )
     eccentricity = (
@@ -90,8 +115,9 @@ def physical_checks(config, estimates, bow):
             unit, highest, why = "N/m", bound["stiffness loss"] * largest_participation(n), loss
             ends = sorted((abs(row.low), abs(row.high)))
             low, high = (0.0 if row.low * row.high < 0 else ends[0]), ends[1]
-        elif row.parameter not in ("external_damping", "internal_damping"):
+        elif row.parameter not in (*DAMPINGS, BOTH_DAMPINGS):
             continue
+        scale = 1e6 if unit == "m" else 1.0
         verdict = "undecided"
         if low >= 0 and high <= highest:
             verdict = "possible"
@@ -101,12 +127,12 @@ def physical_checks(config, estimates, bow):
             {
                 "source": row.source,
                 "group": row.group,
-                "parameter": re.sub("stiffness_loss.*_p", "dk p_", row.parameter).replace("_damping", " damping"),
-                "estimate": row.estimate,
-                "low": row.low,
-                "high": row.high,
-                "largest_possible": highest,
-                "unit": unit,
+                "parameter": shown_name(row.parameter),
+                "estimate": row.estimate * scale,
+                "low": row.low * scale,
+                "high": row.high * scale,
+                "largest_possible": highest * scale,
+                "unit": "um" if unit == "m" else unit,
                 "verdict": verdict,
                 "reason": why,
             }
@@ -130,7 +156,7 @@ def bow_magnification(config, compensated):
     model = Model(config.model.structure, (_bow(config),), config.model.sensors)
     unit = harmonic_response(model, config.speeds, [1])[:, 0, model.measured[0]]
     one, slow = config.harmonics.index(1), list(config.cases).index(config.slow_roll)
-    higher = [c for c in range(len(config.cases)) if c != slow]
+    higher = higher_cases(config)
     still = compensated[slow, one]
     return compensated[higher, one] - still, still * (unit[higher] / unit[slow] - 1)
 
@@ -147,7 +173,77 @@ def bow_twins(config):
     return ""
 
 
+def higher_cases(config):
+    """Positions of all cases but the slow roll."""
+    return [c for c, case in enumerate(config.cases) if case != config.slow_roll]
+
+
+def slow_roll_share(config, compensated):
+    """Share of each harmonic that was already there at slow roll, as vectors: 1 - |change| / |measured|.
+
+    compensated : (case, harmonic) complex, m
+    returns     : (higher case, harmonic), negative if it changed by more than it is
+    """
+    still, moving = compensated[list(config.cases).index(config.slow_roll)], compensated[higher_cases(config)]
+    return 1 - np.abs(moving - still) / np.abs(moving)
+
+
+def largest_crack_response(config, n):
+    """Largest |R_n| in m that the weight can make a crack within the impact tests do, slowly turning."""
+    bound, model = limits(config), config.model
+    static = np.abs(model.structure.static_deflection[model.measured[0]])
+    return bound["stiffness loss"] * largest_participation(n) * static / bound["stiffness"]
+
+
 def slow_roll_bow(config, spectra_data, data_set):
     """Size of the 1X harmonic of the slow roll, m."""
     one = spectra_data.compensated.sel(version="corrected", data_set=data_set, case=config.slow_roll, harmonic=1)
-    return float(np.abs(as_complex(one.isel(spectrum_method=0))))
+    return float(np.abs(as_complex(one.sel(spectrum_method=data_set))))
+
+
+def percent(share):
+    return f"{share * 100:.0f} %"
+
+
+def refused_text(checks):
+    """How many estimates of each source cannot be."""
+    bad = checks[checks.verdict.isin(["impossible", "implausible"])].source.value_counts()
+    counts = checks.source.value_counts(sort=False)
+    return "; ".join(f"{source}, {bad.get(source, 0)} of {n}" for source, n in counts.items())
+
+
+def bow_text(config, compensated):
+    """What a bow of the slow roll's size would do to 1X, and what was measured."""
+    change, magnified = bow_magnification(config, compensated)
+    names = [list(config.cases)[c] for c in higher_cases(config)]
+    expected = ", ".join(f"{abs(m) * 1e6:.0f} um at {name}" for name, m in zip(names, magnified, strict=True))
+    measured = ", ".join(f"{abs(c) * 1e6:.0f} um" for c in change)
+    share = 1 - np.abs(change - magnified) / np.abs(change)
+    text = f"A bow of the slow roll's size would change 1X by {expected}; measured are {measured}"
+    if share.min() > 0:
+        text += f", of which it explains {percent(share.min())} to {percent(share.max())} as vectors"
+    if share.min() > 0.5:
+        return f"{text}: that is why the eccentricity comes out near the bow."
+    return (
+        f"{text}: 1X of the slow roll is not a bow alone, part of it is runout, which does not resonate, or an "
+        "unbalance works against the bow."
+    )
+
+
+def slow_roll_text(config, n, share):
+    """How much of a harmonic was there at slow roll; share : (higher case,)"""
+    if share.min() < 0:
+        return f"{n}X changes from slow roll by more than it is"
+    return f"{percent(share.min())} to {percent(share.max())} of {n}X, as vectors, is there at slow roll already"
+
+
+def weight_text(config, compensated):
+    """Whether weight dominance, which every estimate takes for granted, can hold."""
+    model, change = config.model, bow_magnification(config, compensated)[0]
+    static = model.structure.static_deflection[model.measured[0]].real
+    ratio = np.abs(change).max() / static
+    verdict = "does not hold here" if ratio > 0.5 else "is doubtful"
+    return (
+        f"Weight dominance, which all of this assumes, {verdict}: 1X without slow roll is up to {percent(ratio)} of "
+        f"the static deflection ({np.abs(change).max() * 1e6:.0f} of {static * 1e6:.0f} um)."
+    )

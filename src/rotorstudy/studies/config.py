@@ -182,6 +182,39 @@ class StudyConfig(Strict):
             self.rig(rig)
             for estimator in tried.estimators:
                 registry().get("estimator", estimator, f"study {self.name}, monte_carlo")
+        self._check_kinds()
+        self._check_measurements()
+
+    def _check_kinds(self):
+        for name, kind in self.record.kinds.items():
+            if kind.dropped_samples >= self.record.samples:
+                raise RotorstudyError(
+                    f"study {self.name}, record kind '{name}': dropped_samples = {kind.dropped_samples} leaves "
+                    f"nothing of {self.record.samples} samples; drop fewer"
+                )
+
+    def _check_measurements(self):
+        from rotorstudy.studies.identifiability import output_rows
+
+        model = self.rig(self.main_rig)
+        for name, extra in self.extra_measurements.items():
+            try:
+                output_rows(model.structure, model.sensors, extra)
+                if extra.harmonics is not None:
+                    check_harmonics(extra.harmonics)
+                if extra.speeds is not None and len(extra.speeds.speeds) == 0:
+                    raise RotorstudyError("speeds: the last lies below the first")
+            except RotorstudyError as error:
+                raise RotorstudyError(f"study {self.name}, extra_measurements, '{name}': {error}") from None
+
+    def check_shown(self, count):
+        """The printed figures and tables of a chapter need a certain number of shown speeds."""
+        given = self.shown_speeds_rad_s
+        if len(given) != count:
+            raise RotorstudyError(
+                f"study {self.name}: shown_speeds_rad_s lists {len(given)} speeds, but the printed figures of this "
+                f"chapter are of {count}; give {count}"
+            )
 
     def case_of(self, slug):
         """The case a file name stands for."""

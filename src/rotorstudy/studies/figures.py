@@ -15,6 +15,7 @@ LABELS = {
     "stiffness_loss_22": "crack stiffness 22",
     "stiffness_loss_44": "crack stiffness 44",
 }
+STYLES = ("-", "--", ":", "-.")  # of speeds
 
 
 def label(parameter):
@@ -58,6 +59,8 @@ def full_spectra(harmonics, rows, panels, printed=None):
     panels  : [(title, "amplitude" or "phase")]
     printed : title -> (harmonics, values in m or rad) of the thesis
     """
+    from matplotlib.legend_handler import HandlerTuple
+
     picture, axes = figure(len(panels), 1, height=2.2, width=4.5)
     for panel, (title, kind) in zip(axes[:, 0], panels, strict=True):
         here = {name: values[title] for name, values in rows.items() if title in values}
@@ -75,8 +78,10 @@ def full_spectra(harmonics, rows, panels, printed=None):
     entries = [panel.get_legend_handles_labels() for panel in axes[:, 0]]
     shown = {}
     for handles, texts in entries:
-        shown = {**dict(zip(texts, handles, strict=True)), **shown}
-    picture.legend(shown.values(), shown.keys(), loc="outside lower center", ncols=3)
+        for handle, text in zip(handles, texts, strict=True):
+            shown.setdefault(text, {})[type(handle).__name__] = handle  # a bar of the amplitudes, a mark of the phases
+    both = [tuple(kinds.values()) for kinds in shown.values()]
+    picture.legend(both, shown.keys(), loc="outside lower center", ncols=3, handler_map={tuple: HandlerTuple(None)})
     return picture
 
 
@@ -112,7 +117,7 @@ def error_against_noise(noisy, title):
 def bias(bias_data, cases, title):
     """Error of the estimates over the error of what is held known; cases: name in the data -> name shown."""
     parameters = bias_data.parameter.values
-    picture, axes = figure(bias_data.sizes["known"], len(parameters), height=2.0, width=2.2, sharex=True)
+    picture, axes = figure(bias_data.sizes["known"], len(parameters), height=2.0, width=2.2)
     for k, known in enumerate(bias_data.known.values):
         for panel, parameter in zip(axes[k], parameters, strict=True):
             for c, (case, shown) in enumerate(cases.items()):
@@ -142,11 +147,20 @@ def known_name(key):
     return name.rsplit("_", 2 if name.endswith("kg_m2") else 1)[0].replace("_", " ")
 
 
+def speed_name(speed):
+    """A speed in the words of the studies: 20 Hz where it is a whole frequency, else 88 rad/s (14.0 Hz)."""
+    frequency = speed / (2 * np.pi)
+    if abs(frequency - round(frequency)) < 1e-6:
+        return f"{frequency:.0f} Hz"
+    return f"{speed:.0f} rad/s ({frequency:.1f} Hz)"
+
+
 def weight_dominance(config, dominance, case, shown, title):
     """What weight dominance costs: amplitude ratio at the shown speeds, and the error of what is identified."""
     picture, axes = figure(1, 2, height=2.8)
     amplitude = np.abs(as_complex(dominance.displacement))
     ratio = amplitude[1] / amplitude[0]
+    speeds = [speed_name(w) for w in config.shown_speeds_rad_s]
     crack = config.rigs[config.main_rig]["cracks"][0]
     model = config.rig(config.main_rig)
     name, (pattern, _, _) = next(
@@ -156,14 +170,15 @@ def weight_dominance(config, dominance, case, shown, title):
     loss = next(value for key, value in crack.items() if key.startswith(name)) / stiffness * 100
     percent = dominance.crack_scale.values * loss
     for i, n in enumerate((0, 1, 2, 3)):
-        for s, style in enumerate(("-", "--")):
-            text = f"{n}X" if s == 0 else None
-            axes[0, 0].plot(percent, ratio[:, s, config.harmonics.index(n)], style, color=COLOURS[i], label=text)
-    first, second = config.shown_speeds_rad_s
+        for s in range(len(speeds)):
+            style = {"linestyle": STYLES[s % len(STYLES)], "color": COLOURS[i], "label": f"{n}X" if s == 0 else None}
+            axes[0, 0].plot(percent, ratio[:, s, config.harmonics.index(n)], **style)
+    for s, text in enumerate(speeds):
+        axes[0, 0].plot([], [], color="0.4", linestyle=STYLES[s % len(STYLES)], label=text)
     axes[0, 0].set(xlabel="stiffness lost by the open crack (%)", ylabel="full crack / weight dominant (1)")
     axes[0, 0].axhline(1, color="k", linewidth=0.8)
-    axes[0, 0].set_title(f"Amplitude ratio (full line {first:.0f}, dashed {second:.0f} rad/s)")
-    axes[0, 0].legend(ncols=2)
+    axes[0, 0].set_title("Amplitude ratio")
+    picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower left", ncols=3)
     shown_parameters = [p for p in dominance.parameter.values if error_unit(p) == "%"]
     for i, parameter in enumerate(shown_parameters):
         error = dominance.error.sel(case=case, parameter=parameter) * 100
@@ -172,7 +187,7 @@ def weight_dominance(config, dominance, case, shown, title):
     if np.nanmax(np.abs(dominance.error.sel(case=case, parameter=shown_parameters))) > 10:
         axes[0, 1].set_yscale("symlog", linthresh=10)
     axes[0, 1].set_title(f"What identification pays, {shown}")
-    axes[0, 1].legend()
+    picture.legend(*axes[0, 1].get_legend_handles_labels(), loc="outside lower right", ncols=2)
     picture.suptitle(title, fontsize=9)
     return picture
 
@@ -238,6 +253,18 @@ def campbell(whirl, rigs, title):
     return picture
 
 
+def correlation_text(value):
+    """0.98, and next to one how far from it: -0.99996 -> -1+4e-5."""
+    gap = 1 - abs(value)
+    if gap >= 0.005:
+        return f"{value:.2f}"
+    if gap < 1e-12:
+        return f"{value:.0f}"
+    sign = "-1+" if value < 0 else "1-"
+    digits, exponent = f"{gap:.0e}".split("e")
+    return f"{sign}{digits}e{int(exponent)}"
+
+
 def collinearity(data, case, title):
     """Correlation of the estimates, and how much their trading off costs each of them."""
     here = data.sel(case=case)
@@ -246,10 +273,10 @@ def collinearity(data, case, title):
     image = axes[0, 0].imshow(here.correlation, cmap="PuOr", vmin=-1, vmax=1)
     for i, row in enumerate(here.correlation.values):
         for j, value in enumerate(row):
-            text = f"{value:.2f}" if abs(value) < 0.995 or i == j else f"{value:.4f}"
-            axes[0, 0].text(
-                j, i, text, ha="center", va="center", fontsize=5, color="white" if abs(value) > 0.7 else "black"
-            )
+            colour = "white" if abs(value) > 0.7 else "black"
+            text = correlation_text(value)
+            size = 5 if len(text) < 6 else 4
+            axes[0, 0].text(j, i, text, ha="center", va="center", fontsize=size, color=colour)
     axes[0, 0].grid(False)
     axes[0, 0].set_xticks(range(len(names)), names, rotation=90)
     axes[0, 0].set_yticks(range(len(names)), names)

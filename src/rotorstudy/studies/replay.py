@@ -4,12 +4,13 @@ The printed digits are the only noise there is: every value is known to half a u
 uncertainty is carried by drawing printed values from within it.
 """
 
-from typing import Literal
+from itertools import product
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field
 
-from rotorstudy.errors import unknown_name
+from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.identification import Problem, magnitude_and_phase
 from rotorstudy.plugins import registry
 from rotorstudy.records import Record, full_spectrum, synthesize
@@ -21,6 +22,19 @@ from rotorstudy.store import as_complex, dataset
 from rotorstudy.studies.config import SPEED, Strict, parameter_coordinates
 
 QUANTITIES = ("amplitude", "phase", "reference phase")
+
+
+COLUMN = "fft"  # the printed column that pages and figures show
+DAMPINGS, BOTH_DAMPINGS = ("external_damping", "internal_damping"), "both_dampings"
+NEEDED = {  # of a picture by its kind
+    "record": ("case",),
+    "spectra": ("case",),
+    "without slow roll": ("case",),
+    "orbits": ("case",),
+    "model": ("case", "group"),
+    "checks": ("group",),
+}
+COMPARED = {"data_sets": ("regression", "fft"), "estimators": ("least_squares", "maximum_likelihood")}  # on every page
 
 
 class Correction(Strict):
@@ -76,7 +90,7 @@ class ReplayConfig(Strict):
     duration_s: float = Field(gt=0)
     rig: dict
     estimators: list[str]
-    groups: dict[str, list[str]]
+    groups: dict[str, Annotated[list[str], Field(min_length=1)]] = Field(min_length=1)
     thesis_groups: dict[str, str] = {}
     thesis_deflection_m: float | None = None
     sheets: dict[str, Sheet]
@@ -119,8 +133,11 @@ def load_replay(path):
     return check_config(ReplayConfig, read_yaml(path), str(path))
 
 
-def check_replay(config):
-    """Build the rig and find every name the replay uses, so that mistakes show before anything runs."""
+def check_replay(config, folder):
+    """Build the rig and find every name the replay uses, so that mistakes show before anything runs.
+
+    folder : holds the printed values
+    """
     config.model.position(())
     where = f"replay {config.name}"
     known = {"case": config.cases, "group": {**config.groups, **config.thesis_groups}}
@@ -130,8 +147,69 @@ def check_replay(config):
     for key, name in named:
         if name not in known[key]:
             raise unknown_name(key, name, known[key], where)
+    for name, cases in config.groups.items():
+        if config.slow_roll in cases:
+            raise RotorstudyError(
+                f"{where}: group '{name}' holds the slow roll '{config.slow_roll}', which is zero after subtraction; "
+                "take it out"
+            )
     for estimator in config.estimators:
         registry().get("estimator", estimator, where)
+    _check_figures(config, where)
+    _check_printed(config, folder, where)
+
+
+def _check_figures(config, where):
+    """Every picture says what its kind needs."""
+    for name, picture in config.figures.items():
+        for key in NEEDED.get(picture.kind, ()):
+            if not getattr(picture, key):
+                raise RotorstudyError(f"{where}, figure '{name}': kind '{picture.kind}' needs '{key}:'")
+        if picture.kind == "model" and picture.case == config.slow_roll:
+            raise RotorstudyError(
+                f"{where}, figure '{name}': there is no model of the slow roll '{config.slow_roll}'; name another case"
+            )
+    kinds = {picture.kind for picture in config.figures.values()}
+    if "crack force" in kinds and "model" not in kinds:
+        raise RotorstudyError(
+            f"{where}: a figure of kind 'crack force' shows the groups of kind 'model'; give one of those"
+        )
+
+
+def _check_printed(config, folder, where):
+    """Every table is printed, and holds what the replay takes from it."""
+    try:
+        sheets = published(folder, [*config.sheets, config.estimates_table])
+        spectra = published(folder, config.tables)
+    except RotorstudyError as error:
+        raise RotorstudyError(f"{where}: {error}") from None
+    for data_set in config.data_sets:
+        if data_set not in set(spectra.method):
+            raise unknown_name("data set", data_set, spectra.method.unique(), where)
+    for key, names in COMPARED.items():
+        for name in names:
+            if name not in getattr(config, key):
+                raise RotorstudyError(f"{where}: {key} must list '{name}', which the pages compare with the others")
+    found = set(spectra[["case", "item", "quantity", "method"]].itertuples(index=False, name=None))
+    for case, n, quantity, data_set in product(config.cases, config.harmonics, QUANTITIES, config.data_sets):
+        if (case, str(n), quantity, data_set) not in found:
+            raise RotorstudyError(
+                f"{where}: tables {', '.join(config.tables)} print no {quantity} of {n}X for case '{case}', column "
+                f"'{data_set}' (cases printed: {', '.join(spectra.case.unique())})"
+            )
+    if config.estimates_table not in config.sheets:
+        raise unknown_name("estimates_table", config.estimates_table, config.sheets, f"{where}, sheets")
+    estimates = sheets[sheets.table == config.estimates_table]
+    place = f"{where}, Table {config.estimates_table}"
+    for group, part in estimates.groupby("case", sort=False):
+        if config.thesis_groups.get(group, group) not in config.groups:
+            raise unknown_name("group", group, {**config.groups, **config.thesis_groups}, place)
+        for name in config.thesis_names:
+            if name not in set(part.item):
+                raise unknown_name("parameter", name, part.item, f"{place}, '{group}'")
+    for group in (config.all_speeds, *(p.group for p in config.figures.values() if p.kind == "model")):
+        if group not in set(estimates.case):
+            raise unknown_name("group", group, estimates.case.unique(), place)
 
 
 def thesis_estimates(config, folder, group):
@@ -287,7 +365,8 @@ def identify(config, folder, spectra_data):
     Intervals of least squares come from estimates with printed values drawn from within their last digit; those of
     maximum likelihood from rounding and model error, widened where the misfit is larger than these allow.
 
-    returns : estimate, low, high (estimator, data_set, group, parameter); misfit (estimator, data_set, group);
+    returns : estimate, low, high (estimator, data_set, group, parameter), both dampings together, too;
+              misfit (estimator, data_set, group);
               simulated (estimator, data_set, group, case, harmonic, part) m, what the identified model predicts
     """
     compensated = as_complex(spectra_data.compensated.sel(version="corrected"))
@@ -303,13 +382,13 @@ def identify(config, folder, spectra_data):
                 problem = replay_problem(config, cases, compensated[d, method], draws)
                 found = estimator(problem)
                 freedom = 2 * problem.spectrum.amplitude.size - len(problem.names)
-                names, theta, covariance = magnitude_and_phase(problem.names, found.theta, found.covariance)
+                names, theta, covariance = _reported(problem.names, found.theta, found.covariance)
                 if np.isfinite(found.misfit):
                     half = 1.96 * np.sqrt(np.diag(covariance) * max(1.0, found.misfit / freedom))
                     low, high = theta - half, theta + half
                 else:
                     drawn = estimator(replay_problem(config, cases, draws, draws))
-                    drawn = magnitude_and_phase(problem.names, drawn.theta, drawn.covariance)[1]
+                    drawn = _reported(problem.names, drawn.theta, drawn.covariance)[1]
                     low, high = np.percentile(_unwrapped(names, drawn, theta), [2.5, 97.5], axis=0)
                 estimates.append((theta, low, high))
                 misfits.append(found.misfit / freedom)
@@ -343,6 +422,18 @@ def identify(config, folder, spectra_data):
         ),
     }
     return dataset(variables, coordinates, title=f"{config.title}: identification")
+
+
+def _reported(names, theta, covariance):
+    """Complex amplitudes as magnitude and phase, and after the dampings their sum, which impact tests bound."""
+    names, theta, covariance = magnitude_and_phase(names, theta, covariance)
+    if not set(DAMPINGS) <= set(names):
+        return names, theta, covariance
+    places = [names.index(name) for name in DAMPINGS]
+    row = np.isin(np.arange(len(names)), places).astype(float)
+    turn = np.insert(np.eye(len(names)), max(places) + 1, row, axis=0)
+    names = (*names[: max(places) + 1], BOTH_DAMPINGS, *names[max(places) + 1 :])
+    return names, theta @ turn.T, turn @ covariance @ turn.T
 
 
 def _unwrapped(names, drawn, theta):

@@ -1,0 +1,61 @@
+"""What the published measurements show by themselves, and how estimates are shown."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from rotorstudy.studies.checks import (
+    largest_crack_response,
+    physical_checks,
+    shown_estimates,
+    slow_roll_share,
+    slow_roll_text,
+    weight_text,
+)
+from rotorstudy.studies.replay import BOTH_DAMPINGS, load_replay, rounding_draws
+
+
+@pytest.fixture(scope="module", params=["chapter_3", "chapter_5"])
+def replay(request):
+    root = request.config.rootpath / "workflow"
+    config = load_replay(root / "config" / f"{request.param}.yaml").model_copy(update={"trials": 100})
+    return config, rounding_draws(config, root / "reference", "fft").mean(axis=0)
+
+
+def test_most_of_minus_1x_is_there_at_slow_roll_and_no_crack_can_do_it(replay):
+    config, amplitude = replay
+    place = config.harmonics.index(-1)
+    share = slow_roll_share(config, amplitude)[:, place]
+    assert (share > 0.7).all()
+    assert "of -1X, as vectors, is there at slow roll" in slow_roll_text(config, -1, share)
+    assert abs(amplitude[0, place]) > 20 * largest_crack_response(config, -1)
+
+
+def test_the_verdict_on_weight_dominance_goes_by_the_numbers(replay):
+    config, amplitude = replay
+    words = {
+        "chapter_3": "does not hold here",
+        "chapter_5": "is doubtful",
+    }
+    assert words[config.name] in weight_text(config, amplitude)
+
+
+def test_two_possible_dampings_can_be_impossible_together(replay):
+    config, _ = replay
+    names = ["external_damping", "internal_damping", BOTH_DAMPINGS, "eccentricity"]
+    sizes = np.array([300.0, 290.0, 590.0 if config.name == "chapter_3" else 690.0, 1e-4])
+    table = pd.DataFrame({"source": "a", "group": "b", "parameter": names, "estimate": sizes})
+    checks = physical_checks(config, table.assign(low=sizes * 0.99, high=sizes * 1.01), bow=5e-4)
+    assert list(checks.verdict) == ["possible", "possible", "impossible", "possible"]
+    assert list(checks.unit) == ["N s/m", "N s/m", "N s/m", "um"] and checks.estimate[3] == pytest.approx(100.0)
+
+
+def test_estimates_are_shown_in_um_and_degrees_under_short_names(replay):
+    config, _ = replay
+    loss = config.thesis_names["dk p_-1"][0]
+    names = [BOTH_DAMPINGS, "eccentricity", "eccentricity_phase", loss]
+    table = pd.DataFrame({"parameter": names, "estimate": [1.0, 1e-6, np.pi, 2.0], "low": 0.0, "high": 0.0})
+    shown = shown_estimates(config, table)
+    assert list(shown.parameter) == ["both dampings", "eccentricity", "eccentricity phase", "dk p_-1"]
+    assert list(shown.unit) == ["N s/m", "um", "deg", "N/m"]
+    assert list(shown.estimate) == pytest.approx([1.0, 1.0, 180.0, 2.0])

@@ -1,0 +1,36 @@
+"""Pages for readers: order, units, and cells."""
+
+import numpy as np
+import pandas as pd
+
+from rotorstudy.tables import html_table, in_table_order, side_by_side, write_html
+
+
+def scored(**columns):
+    base = {"table": "5.6", "case": "15 Hz", "item": "1", "unit": "m", "published": 1e-5, "computed": 2e-5}
+    return pd.DataFrame({key: [value] for key, value in {**base, "status": "explained", **columns}.items()})
+
+
+def test_tables_stand_in_the_order_people_count():
+    names = ["4.10", "5.6", "4.9", "5.5", "2.2"]
+    ordered = in_table_order(pd.concat([scored(table=name) for name in names]))
+    assert list(ordered.table) == ["2.2", "4.9", "4.10", "5.5", "5.6"]
+
+
+def test_lengths_are_shown_in_micrometres_and_nothing_else_is():
+    both = pd.concat([scored(), scored(case="phase", unit="rad", published=1.0, computed=2.0)], ignore_index=True)
+    shown = side_by_side(both, ["item"], ["case"])
+    assert shown["15 Hz (um): thesis"].item() == 10.0 and shown["15 Hz (um): here"].item() == 20.0
+    assert shown["phase (rad): here"].item() == 2.0
+    assert both.computed[0] == 2e-5
+
+
+def test_numbers_are_marked_rounded_and_written_out():
+    page = html_table(pd.DataFrame({"a": [63637.4, np.nan], "b": ["x < y", None], "c": ["long " * 30, ""]}), digits=4)
+    assert '<td class="number">63640</td>' in page and '<td class="number"></td>' in page
+    assert '<td class="short">x &lt; y</td>' in page and '<td class="long">' in page
+
+
+def test_a_note_can_be_a_list_of_points(tmp_path):
+    write_html(tmp_path / "page.html", "Title", ["First.", "One.", "Two."], {"": pd.DataFrame({"a": [1]})})
+    assert "<p>First.</p>\n<ul><li>One.</li><li>Two.</li></ul>" in (tmp_path / "page.html").read_text()
