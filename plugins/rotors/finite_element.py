@@ -118,6 +118,17 @@ def finite_element(
                 losses[name] = (np.diag([float(place == (node, motion)) for place in dofs]), unit, typical)
         return losses
 
+    def shape_at(position):
+        """Interpolation of the element that a position from node 1 lies in."""
+        if not 0 <= position <= length * (1 + 1e-12):
+            raise RotorstudyError(f"finite_element: position {position:g} m is not on the shaft of 0 to {length:g} m")
+        ends = np.cumsum([element["length_m"] for element in shaft])
+        i = min(int(np.searchsorted(ends, position)), len(shaft) - 1)
+        row = np.zeros(2 * len(nodes))
+        x = np.array([1 + (position - ends[i]) / shaft[i]["length_m"]])
+        row[2 * i : 2 * i + 4] = _deflection(x, shaft[i]["length_m"], _shear(shaft[i], theory == "timoshenko"))[:, 0]
+        return row[free]
+
     return Structure(
         mass=mass[square],
         stiffness=stiffness[square],
@@ -125,6 +136,7 @@ def finite_element(
         static_load=gravity_m_per_s2 * weight[free],
         dofs=dofs,
         stiffness_loss=stiffness_loss,
+        shape_at=shape_at,
     )
 
 
@@ -145,28 +157,38 @@ def _rigidity(element):
     return element["youngs_modulus_Pa"] * np.pi / 64 * (outer**4 - inner**4)
 
 
+def _shear(element, shear):
+    """12 E I / (kappa G A l^2), or 0 without shear; shear coefficient kappa of Cowper (1966), solid or hollow."""
+    if not shear:
+        return 0.0
+    outer, inner, ratio = (element[key] for key in ("outer_diameter_m", "inner_diameter_m", "poissons_ratio"))
+    hollow = (1 + (inner / outer) ** 2) ** 2
+    kappa = 6 * (1 + ratio) * hollow / ((7 + 6 * ratio) * hollow + (20 + 12 * ratio) * (inner / outer) ** 2)
+    modulus, area = element["youngs_modulus_Pa"] / (2 * (1 + ratio)), np.pi / 4 * (outer**2 - inner**2)
+    return 12 * _rigidity(element) / (kappa * modulus * area * element["length_m"] ** 2)
+
+
+def _deflection(x, length, phi):
+    """(4, point) translation at parts x of an element by z, tilt, z, tilt of its ends."""
+    shapes = [
+        1 - 3 * x**2 + 2 * x**3 + phi * (1 - x),
+        length * (x - 2 * x**2 + x**3 + phi / 2 * (x - x**2)),
+        3 * x**2 - 2 * x**3 + phi * x,
+        length * (x**3 - x**2 - phi / 2 * (x - x**2)),
+    ]
+    return np.array(shapes) / (1 + phi)
+
+
 def _matrices(element, shear):
     """Mass of the translation, of the tilt, and stiffness of one element, each (4, 4) on z, tilt, z, tilt.
 
     Shape functions that solve the static beam without load (Przemieniecki 1968; Nelson 1980); the shear coefficient is
     that of Cowper (1966) for a round, solid or hollow section. shear False gives the Euler-Bernoulli beam.
     """
-    length, outer, inner, ratio = (
-        element[key] for key in ("length_m", "outer_diameter_m", "inner_diameter_m", "poissons_ratio")
-    )
-    area, rigidity = np.pi / 4 * (outer**2 - inner**2), _rigidity(element)
-    ring = 6 * (1 + ratio) * (1 + (inner / outer) ** 2) ** 2
-    ring /= (7 + 6 * ratio) * (1 + (inner / outer) ** 2) ** 2 + (20 + 12 * ratio) * (inner / outer) ** 2
-    shear_rigidity = ring * element["youngs_modulus_Pa"] / (2 * (1 + ratio)) * area
-    phi = 12 * rigidity / (shear_rigidity * length**2) if shear else 0.0
-
+    length, rigidity, phi = element["length_m"], _rigidity(element), _shear(element, shear)
+    area = np.pi / 4 * (element["outer_diameter_m"] ** 2 - element["inner_diameter_m"] ** 2)
     x, root = (1 + GAUSS[0]) / 2, np.sqrt(GAUSS[1] / 2 * length)
-    deflection = [
-        1 - 3 * x**2 + 2 * x**3 + phi * (1 - x),
-        length * (x - 2 * x**2 + x**3 + phi / 2 * (x - x**2)),
-        3 * x**2 - 2 * x**3 + phi * x,
-        length * (x**3 - x**2 - phi / 2 * (x - x**2)),
-    ]
+    deflection = _deflection(x, length, phi) * (1 + phi)
     tilt = [
         6 * (x**2 - x) / length,
         1 - 4 * x + 3 * x**2 + phi * (1 - x),

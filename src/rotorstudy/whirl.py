@@ -7,8 +7,19 @@ from rotorstudy.stability import eigenvalues
 
 def time_invariant(model):
     """The model without the terms that make it vary in time with the rotation, such as a crack."""
-    turning = [t.kind for t in model.terms for u in t.unknowns for e in u.entries if e.reads_motion and e.shift]
-    return model.without(turning)
+    kinds = [
+        t.kind
+        for t in model.terms
+        for u in t.unknowns
+        for e in u.entries
+        if e.reads_motion and (e.shift or e.frequency_only)
+    ]
+    return model.without(kinds)
+
+
+def without_damping(model):
+    """(parameter,) amplitudes of a model, those of every damping at zero."""
+    return np.where(["damping" in name for name in model.names], 0.0, model.theta)
 
 
 def critical_speeds(model, up_to, order=1, theta=None):

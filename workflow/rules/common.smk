@@ -86,6 +86,7 @@ def heading(chapter):
 TABLES = {
     "chapter_2": ["table_2_1", "table_2_2", "table_2_3", "table_2_4", "table_2_5"],
     "chapter_4": [f"table_4_{n}" for n in range(1, 11)],
+    "chapter_6": [f"table_6_{n}" for n in range(1, 10)] + ["variants"],
 }
 for name, replay in REPLAYS.items():
     TABLES[name] = [f"table_{sheet}".replace(".", "_") for sheet in replay.sheets] + ["estimates", "physical_checks", "response"]
@@ -138,6 +139,17 @@ FIGURES = {
         "weight_dominance",
         "stability",
     ],
+    "chapter_6": [f"figure_6_{n}" for n in (5, 6, 7, 8, 9, 10)]
+    + [
+        "error_against_noise",
+        "sensors",
+        "variants",
+        "collinearity",
+        "campbell",
+        "bias",
+        "weight_dominance",
+        "stability",
+    ],
 }
 
 
@@ -169,6 +181,7 @@ def data_files():
     for name, study in STUDIES.items():
         base = f"{RESULTS}/{name}"
         found += [f"{base}/{stage}.nc" for stage in STUDY_STAGES]
+        found += [f"{base}/sensors.nc"] * bool(study.sensor_sets) + [f"{base}/variants.nc"] * bool(study.variants)
         found += [
             f"{base}/{stage}/{rig}.nc" for stage in ("records", "spectra", "identification") for rig in study.rigs
         ]

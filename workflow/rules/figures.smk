@@ -54,6 +54,35 @@ if "chapter_4" in STUDIES:
             "../scripts/figures_chapter_4.py"
 
 
+if "chapter_6" in STUDIES:
+
+    rule figures_chapter_6:
+        input:
+            config=str(ROOT / settings.studies["chapter_6"]),
+            records=f"{RESULTS}/chapter_6/records/physical.nc",
+            spectra=f"{RESULTS}/chapter_6/spectra/physical.nc",
+            thesis_spectra=f"{RESULTS}/chapter_6/spectra/thesis.nc",
+            bias=f"{RESULTS}/chapter_6/bias.nc",
+            weight_dominance=f"{RESULTS}/chapter_6/weight_dominance.nc",
+            stability=f"{RESULTS}/chapter_6/stability.nc",
+            whirl=f"{RESULTS}/chapter_6/whirl.nc",
+            identifiability=f"{RESULTS}/chapter_6/identifiability.nc",
+            sensors=f"{RESULTS}/chapter_6/sensors.nc",
+            variants=f"{RESULTS}/chapter_6/variants.nc",
+            monte_carlo=[
+                f"{RESULTS}/chapter_6/monte_carlo/physical/{file_name(case)}.nc" for case in STUDIES["chapter_6"].cases
+            ],
+            published=f"{REFERENCE}/full_spectrum.csv",
+            code=code("figures_chapter_6.py"),
+        output:
+            png=captioned("chapter_6"),
+            svg=pictures("chapter_6", "svg"),
+        log:
+            f"{RESULTS}/logs/chapter_6/figures.log",
+        script:
+            "../scripts/figures_chapter_6.py"
+
+
 for name in REPLAYS:
 
     rule:

@@ -49,3 +49,29 @@ rule identifiability:
         f"{RESULTS}/logs/{{study}}/identifiability.log",
     script:
         "../scripts/identifiability.py"
+
+
+rule sensors:
+    input:
+        config=study_config,
+        code=code("sensors.py"),
+        plugins=study_plugins("estimator"),
+    output:
+        f"{RESULTS}/{{study}}/sensors.nc",
+    log:
+        f"{RESULTS}/logs/{{study}}/sensors.log",
+    script:
+        "../scripts/sensors.py"
+
+
+rule variants:
+    input:
+        config=study_config,
+        code=code("variants.py"),
+        plugins=study_plugins(),
+    output:
+        f"{RESULTS}/{{study}}/variants.nc",
+    log:
+        f"{RESULTS}/logs/{{study}}/variants.log",
+    script:
+        "../scripts/variants.py"

@@ -44,6 +44,26 @@ if "chapter_4" in STUDIES:
             "../scripts/tables_chapter_4.py"
 
 
+if "chapter_6" in STUDIES:
+
+    rule tables_chapter_6:
+        input:
+            config=str(ROOT / settings.studies["chapter_6"]),
+            spectra=f"{RESULTS}/chapter_6/spectra/thesis.nc",
+            variants=f"{RESULTS}/chapter_6/variants.nc",
+            published=f"{REFERENCE}/identified_parameters.csv",
+            reasons=f"{REFERENCE}/reasons.yaml",
+            code=code("tables_chapter_6.py"),
+        output:
+            scored=f"{RESULTS}/chapter_6/scored.csv",
+            csv=table_sheets("chapter_6"),
+            html=table_pages("chapter_6"),
+        log:
+            f"{RESULTS}/logs/chapter_6/tables.log",
+        script:
+            "../scripts/tables_chapter_6.py"
+
+
 for name in REPLAYS:
 
     rule:

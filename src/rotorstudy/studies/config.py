@@ -116,6 +116,19 @@ class Measurement(Strict):
     times_longer: PositiveNumber = 1.0
 
 
+class Variant(Strict):
+    """Equations solved with the model of one rig from exact spectra of another: what a wrong reading costs.
+
+    condensation : see `identification.Problem`
+    held_with_percent : the static deflection is held, that of bearings so much too stiff; not given: it follows them
+    """
+
+    simulated: str
+    identified: str
+    condensation: Literal["exact", "without gyroscopic moments"] = "exact"
+    held_with_percent: float | None = None
+
+
 class StudyConfig(Strict):
     """A simulated study.
 
@@ -134,6 +147,8 @@ class StudyConfig(Strict):
     bias: BiasConfig
     crack_scales: list[PositiveNumber] = []
     extra_measurements: dict[str, Measurement] = {}
+    sensor_sets: dict[str, list[int]] = {}
+    variants: dict[str, Variant] = {}
 
     def rig(self, name):
         if name not in self.rigs:
@@ -165,8 +180,13 @@ class StudyConfig(Strict):
             if other != case:
                 raise RotorstudyError(f"cases '{other}' and '{case}' of {where} would write the same file; rename one")
         for key in self.bias.keys:
-            if key not in self.rigs[self.main_rig]["rotor"]:
-                raise unknown_name("key", key, self.rigs[self.main_rig]["rotor"], f"{where}, bias")
+            changed(self.rigs[self.main_rig]["rotor"], key, 0.0, f"{where}, bias")
+        for name, nodes in self.sensor_sets.items():
+            build_model({**self.rigs[self.main_rig], "sensors": nodes}, where=f"{where}, sensor set '{name}'")
+        for name, variant in self.variants.items():
+            for rig in (variant.simulated, variant.identified):
+                if rig not in self.rigs:
+                    raise unknown_name("rig", rig, self.rigs, f"{where}, variant '{name}'")
         for name in self.rigs:
             self.rig(name).position(self.unknowns)
         kinds = {"identified": self.record.identified}
@@ -221,6 +241,24 @@ class StudyConfig(Strict):
         return next(case for case in self.cases if file_name(case) == slug)
 
 
+def changed(options, key, percent, where="the rotor"):
+    """Options of a rotor with one number changed by per cent; key: "mass_kg", or "discs.0.mass_kg" inside a list."""
+    first, _, rest = key.partition(".")
+    inside = options if isinstance(options, dict) else dict(enumerate(options))
+    first = first if isinstance(options, dict) else (int(first) if first.isdigit() else first)
+    if first not in inside:
+        raise unknown_name("key", first, inside, where)
+    value = inside[first]
+    if rest:
+        new = changed(value, rest, percent, where)
+    elif isinstance(value, (int, float)):
+        new = value * (1 + percent / 100)
+    else:
+        raise RotorstudyError(f"key '{key}' in {where} is no number that could be held wrong")
+    inside = {**inside, first: new}
+    return inside if isinstance(options, dict) else list(inside.values())
+
+
 def file_name(case):
     """A case as part of a file name."""
     return re.sub(r"[^A-Za-z0-9]+", "_", case).strip("_")
@@ -247,6 +285,12 @@ def reported(problem, estimate):
     """Estimate with complex amplitudes as magnitude and phase: names, theta, std."""
     names, theta, covariance = magnitude_and_phase(problem.names, estimate.theta, estimate.covariance)
     return names, theta, np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1))
+
+
+def reported_names(config):
+    """The unknowns of a study as they are reported, complex ones as magnitude and phase."""
+    count = len(config.unknowns)
+    return magnitude_and_phase(config.unknowns, np.ones(count), np.eye(count))[0]
 
 
 def parameter_coordinates(names):

@@ -18,6 +18,9 @@ LABELS = {
 STYLES = ("-", "--", ":", "-.")  # of speeds
 
 
+MANY = 8  # parameters; beyond, figures leave something out
+
+
 def label(parameter):
     return LABELS.get(str(parameter), str(parameter).replace("_", " "))
 
@@ -117,7 +120,10 @@ def error_against_noise(noisy, title):
 def bias(bias_data, cases, title):
     """Error of the estimates over the error of what is held known; cases: name in the data -> name shown."""
     parameters = bias_data.parameter.values
-    picture, axes = figure(bias_data.sizes["known"], len(parameters), height=2.0, width=2.2)
+    many = len(parameters) > MANY  # then parameters go down
+    size = (len(parameters), bias_data.sizes["known"]) if many else (bias_data.sizes["known"], len(parameters))
+    picture, axes = figure(*size, height=2.0, width=3.2 if many else 2.2)
+    axes = axes.T if many else axes
     for k, known in enumerate(bias_data.known.values):
         for panel, parameter in zip(axes[k], parameters, strict=True):
             for c, (case, shown) in enumerate(cases.items()):
@@ -133,7 +139,7 @@ def bias(bias_data, cases, title):
                         color=COLOURS[i],
                         label=text,
                     )
-            panel.set_title(label(parameter) if k == 0 else "")
+            panel.set_title(label(parameter) if many or k == 0 else "")
             panel.set_xlabel(f"error of {known_name(str(known))} (%)")
             panel.set_ylabel(f"error ({error_unit(parameter)})")
     picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
@@ -143,8 +149,10 @@ def bias(bias_data, cases, title):
 
 def known_name(key):
     """mass_kg -> mass, youngs_modulus_Pa -> youngs modulus: the unit left out."""
-    name = key.split("_per_")[0]
-    return name.rsplit("_", 2 if name.endswith("kg_m2") else 1)[0].replace("_", " ")
+    *inside, name = key.split(".")
+    name = name.split("_per_")[0]
+    name = name.rsplit("_", 2 if name.endswith("kg_m2") else 1)[0].replace("_", " ")
+    return f"{name} of {inside[0].removesuffix('s')} {int(inside[1]) + 1}" if inside else name
 
 
 def speed_name(speed):
@@ -166,24 +174,25 @@ def weight_dominance(config, dominance, case, shown, title):
     name, (pattern, _, _) = next(
         iter(model.structure.stiffness_loss_at(crack.get("node"), crack.get("element")).items())
     )
-    stiffness = np.sum(pattern * model.structure.stiffness)
-    loss = next(value for key, value in crack.items() if key.startswith(name)) / stiffness * 100
-    percent = dominance.crack_scale.values * loss
+    loss = next(value for key, value in crack.items() if key.startswith(name)) * dominance.crack_scale.values
+    percent, unit = loss / np.sum(pattern * model.structure.stiffness) * 100, "%"
+    if not model.structure.is_supported:  # what a part of the stiffness is depends on the mesh
+        percent, unit = loss / 1e3, "kN/m"
     for i, n in enumerate((0, 1, 2, 3)):
         for s in range(len(speeds)):
             style = {"linestyle": STYLES[s % len(STYLES)], "color": COLOURS[i], "label": f"{n}X" if s == 0 else None}
             axes[0, 0].plot(percent, ratio[:, s, config.harmonics.index(n)], **style)
     for s, text in enumerate(speeds):
         axes[0, 0].plot([], [], color="0.4", linestyle=STYLES[s % len(STYLES)], label=text)
-    axes[0, 0].set(xlabel="stiffness lost by the open crack (%)", ylabel="full crack / weight dominant (1)")
+    axes[0, 0].set(xlabel=f"stiffness lost by the open crack ({unit})", ylabel="full crack / weight dominant (1)")
     axes[0, 0].axhline(1, color="k", linewidth=0.8)
     axes[0, 0].set_title("Amplitude ratio")
     picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower left", ncols=3)
     shown_parameters = [p for p in dominance.parameter.values if error_unit(p) == "%"]
     for i, parameter in enumerate(shown_parameters):
         error = dominance.error.sel(case=case, parameter=parameter) * 100
-        axes[0, 1].plot(percent, error, MARKERS[i] + "-", color=COLOURS[i], label=label(parameter))
-    axes[0, 1].set(xlabel="stiffness lost by the open crack (%)", ylabel="error of the estimate (%)")
+        axes[0, 1].plot(percent, error, MARKERS[i % 7] + "-", color=COLOURS[i % 7], label=label(parameter))
+    axes[0, 1].set(xlabel=f"stiffness lost by the open crack ({unit})", ylabel="error of the estimate (%)")
     if np.nanmax(np.abs(dominance.error.sel(case=case, parameter=shown_parameters))) > 10:
         axes[0, 1].set_yscale("symlog", linthresh=10)
     axes[0, 1].set_title(f"What identification pays, {shown}")
@@ -220,9 +229,12 @@ def campbell(whirl, rigs, title):
     for panel, (rig, shown) in zip(axes[0], rigs.items(), strict=True):
         here = whirl.sel(rig=rig)
         frequency = here.frequency.values / (2 * np.pi)
+        highest = min(np.abs(frequency).max() * 1.05, 4 * speed[-1])
         for mode in range(frequency.shape[1]):
             forward = np.median(frequency[:, mode]) > 0
             text = ("forward whirl" if forward else "backward whirl") if mode in (0, frequency.shape[1] - 1) else None
+            if (frequency > 0).all():  # anisotropic
+                text = "whirl, forward and backward mixed" if mode == 0 else None
             panel.plot(
                 speed,
                 np.abs(frequency[:, mode]),
@@ -233,7 +245,7 @@ def campbell(whirl, rigs, title):
         for i, order in enumerate(whirl.order.values):
             if order > 0:
                 panel.plot(speed, order * speed, ":", color="0.5", linewidth=0.9)
-                top = min(speed[-1], np.abs(frequency).max() * 1.05 / order)
+                top = min(speed[-1], highest / order)
                 panel.annotate(f"{order}X", (top, order * top), fontsize=7, ha="right", va="top")
             marks = here.critical_speed.sel(order=order).values / (2 * np.pi)
             marks = marks[np.isfinite(marks)]
@@ -246,7 +258,7 @@ def campbell(whirl, rigs, title):
                 label=f"meets {order}X",
                 linestyle="",
             )
-        panel.set(xlabel="spin speed (Hz)", title=shown, xlim=(0, speed[-1]), ylim=(0, np.abs(frequency).max() * 1.05))
+        panel.set(xlabel="spin speed (Hz)", title=shown, xlim=(0, speed[-1]), ylim=(0, highest))
     axes[0, 0].set_ylabel("whirl frequency (Hz)")
     picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
     picture.suptitle(title, fontsize=9)
@@ -273,6 +285,8 @@ def collinearity(data, case, title):
     image = axes[0, 0].imshow(here.correlation, cmap="PuOr", vmin=-1, vmax=1)
     for i, row in enumerate(here.correlation.values):
         for j, value in enumerate(row):
+            if len(names) > MANY:
+                continue  # the colours must do
             colour = "white" if abs(value) > 0.7 else "black"
             text = correlation_text(value)
             size = 5 if len(text) < 6 else 4

@@ -12,7 +12,15 @@ from rotorstudy.plugins import registry
 from rotorstudy.rig import build_model
 from rotorstudy.spectrum import independent_covariance
 from rotorstudy.store import dataset
-from rotorstudy.studies.config import clean_spectrum, parameter_coordinates, relative_error, reported, true_values
+from rotorstudy.studies.config import (
+    changed,
+    clean_spectrum,
+    parameter_coordinates,
+    relative_error,
+    reported,
+    reported_names,
+    true_values,
+)
 from rotorstudy.studies.simulate import PHASES, case_records, kind_spectrum
 
 
@@ -24,7 +32,7 @@ def identify(config, rig):
     """
     methods, estimators = registry().plugins["spectrum"], registry().plugins["estimator"]
     model, taken, rows = config.rig(rig), config.record, []
-    names = magnitude_and_phase(config.unknowns, np.ones(len(config.unknowns)), np.eye(len(config.unknowns)))[0]
+    names = reported_names(config)
     for case, source, name in product(config.cases.values(), taken.identified_from, taken.identified):
         kind = taken.kinds[name]
         records = case_records(config, model, case.speeds, kind, source)
@@ -165,19 +173,22 @@ def bias(config, rig):
     """
     model, estimators = config.rig(rig), registry().plugins["estimator"]
     settings = config.bias
-    true = true_values(config, model)
-    rows = []
+    true, rows = true_values(config, model), []
+    names = reported_names(config)
     for key in settings.keys:
         for percent in settings.percent:
             rotor = config.rigs[rig]["rotor"]
-            wrong = {**config.rigs[rig], "rotor": {**rotor, key: rotor[key] * (1 + percent / 100)}}
+            wrong = {**config.rigs[rig], "rotor": changed(rotor, key, percent)}
             held = build_model(wrong, where=f"study {config.name}, {key} {percent:+g} %")
             for case in config.cases.values():
                 spectrum = clean_spectrum(config, model, case.speeds)
                 spectrum = replace(spectrum, covariance=_one_percent(config, spectrum))
                 problem = Problem(held, spectrum, tuple(config.unknowns))
                 for estimator in estimators.values():
-                    names, theta, _ = reported(problem, estimator.function(problem))
+                    try:
+                        theta = reported(problem, estimator.function(problem))[1]
+                    except NoConvergenceError:
+                        theta = np.full(len(names), np.nan)
                     rows.append(relative_error(names, theta, true))
     shape = (len(settings.keys), len(settings.percent), len(config.cases), len(estimators), len(names))
     coordinates = {

@@ -13,17 +13,17 @@ def spectrum_rows(spectra, columns):
 
     spectra : Dataset of `studies.simulate.spectra`
     columns : (table, case, quantity, method) as printed -> {dimension: label} of the column here; "speed" is taken to
-              the nearest, and the first sensor is meant
+              the nearest, and the first sensor is meant unless a "node" is given
     returns : list of dicts with KEYS and `computed`
     """
     rows = []
     for (table, case, quantity, method), where in columns.items():
         where = dict(where)
-        here = spectra.sel(speed=where.pop("speed"), method="nearest")
+        here = spectra.sel(speed=where.pop("speed"), method="nearest").sel(node=where.pop("node", spectra.node[0]))
         if quantity == "reference phase":
             values = here.reference_phase.sel(where).values
         else:
-            values = QUANTITIES[quantity](as_complex(here.displacement.sel(where).isel(node=0)))
+            values = QUANTITIES[quantity](as_complex(here.displacement.sel(where)))
         for n, value in zip(spectra.harmonic.values, values, strict=True):
             rows.append(dict(zip(KEYS, (table, case, str(n), np.nan, quantity, method), strict=True), computed=value))
     return rows

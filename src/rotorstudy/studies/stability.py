@@ -4,26 +4,31 @@ import numpy as np
 
 from rotorstudy.stability import eigenvalues, stability_threshold
 from rotorstudy.store import dataset
+from rotorstudy.whirl import time_invariant, without_damping
 
 
 def stability(config, rig, ratios=(0.5, 1.0, 2.0, 5.0), up_to=8.0):
     """Growth rate over speed and threshold of the uncracked rotor for several internal dampings.
 
-    ratios  : external over internal damping, the external damping held;  up_to : times the natural frequency
+    ratios  : external over internal damping, the external damping (summed along x) held
+    up_to   : times the natural frequency
     returns : growth_rate (damping_ratio, relative_speed) 1/s, threshold (damping_ratio) rad/s (NaN if above `up_to`),
               natural_frequency rad/s
     """
-    model = config.rig(rig)
-    model = model.without(
-        [term.kind for term in model.terms if term.kind not in ("internal_damping", "external_damping")]
+    model = time_invariant(config.rig(rig))
+    internal = model.position(["internal_damping"])[0]
+    across = ("_yy", "_xy", "_yx")  # dampings of bearings along or across y
+    external = sum(
+        value
+        for name, value in zip(model.names, model.theta, strict=True)
+        if "damping" in name and name != "internal_damping" and not any(part in name for part in across)
     )
-    external, internal = (model.position([name])[0] for name in ("external_damping", "internal_damping"))
-    undamped = np.abs(eigenvalues(model, [1.0], np.zeros(len(model.names))).imag).min()
+    undamped = np.abs(eigenvalues(model, [1.0], without_damping(model)).imag).min()
     relative = np.linspace(0.05, up_to, 160)
     growth, threshold = [], []
     for ratio in ratios:
         theta = model.theta.copy()
-        theta[internal] = theta[external] / ratio
+        theta[internal] = external / ratio
         growth.append(eigenvalues(model, relative * undamped, theta).real.max(axis=-1))
         found = stability_threshold(model, up_to * undamped, theta)
         threshold.append(np.nan if found is None else found)

@@ -21,7 +21,7 @@ def weight_dominance(config, rig):
     """What weight dominance costs: a crack acting on the static deflection only, against the full time-periodic one.
 
     The stiffness losses of the rig's first crack are scaled by `config.crack_scales`.
-    returns : displacement (crack, crack_scale, speed, harmonic, part) at the shown speeds, first sensor;
+    returns : displacement (crack, crack_scale, speed, harmonic, part) at the shown speeds, middle sensor;
               error (crack_scale, case, parameter) of least squares with the weight-dominant model on full-crack data
     """
     scales, crack = np.array(config.crack_scales), config.rigs[rig]["cracks"][0]
@@ -33,7 +33,12 @@ def weight_dominance(config, rig):
         for dominance in (True, False):
             scaled = {**config.rigs[rig], "cracks": [{**crack, **loss, "weight_dominance": dominance}]}
             models.append(build_model(scaled, where=f"study {config.name}, weight dominance"))
-        found.append([measured_response(m, config.shown_speeds_rad_s, config.harmonics)[..., 0] for m in models])
+        found.append(
+            [
+                measured_response(m, config.shown_speeds_rad_s, config.harmonics)[..., len(m.sensors) // 2]
+                for m in models
+            ]
+        )
         true = true_values(config, models[0])
         for case in config.cases.values():
             problem = Problem(models[0], clean_spectrum(config, models[1], case.speeds), tuple(config.unknowns))

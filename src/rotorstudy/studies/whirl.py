@@ -5,7 +5,7 @@ import numpy as np
 from rotorstudy.stability import eigenvalues
 from rotorstudy.store import dataset
 from rotorstudy.studies.config import SPEED
-from rotorstudy.whirl import critical_speeds, time_invariant
+from rotorstudy.whirl import critical_speeds, time_invariant, without_damping
 
 ORDERS = (1, 2, 3, -1)
 
@@ -17,16 +17,17 @@ def whirl(config, up_to=6.0):
     returns : frequency (rig, speed, mode) rad/s, positive forward; critical_speed (rig, order, critical) rad/s, NaN
               where there are fewer; natural_frequency (rig) rad/s
     """
-    models = {}
-    for name in config.rigs:
-        model = time_invariant(config.rig(name))
-        damping = [u.kind for u in model.terms if u.kind.endswith("_damping")]
-        models[name] = model.without(damping)
-    natural = [np.abs(eigenvalues(model, [1e-3]).imag).min() for model in models.values()]
+    models = {name: time_invariant(config.rig(name)) for name in config.rigs}
+    thetas = {name: without_damping(model) for name, model in models.items()}
+    natural = [np.abs(eigenvalues(model, [1e-3], thetas[name]).imag).min() for name, model in models.items()]
     highest = up_to * max(natural)
     speeds = np.linspace(highest / 300, highest, 300)
-    frequency = np.array([eigenvalues(model, speeds).imag for model in models.values()])
-    found = [[critical_speeds(model, highest, order) for order in ORDERS] for model in models.values()]
+    frequency = np.array([eigenvalues(model, speeds, thetas[name]).imag for name, model in models.items()])
+    if np.allclose(frequency, -frequency[..., ::-1], rtol=1e-6, atol=1e-6 * highest):  # anisotropic: both mirror images
+        frequency = frequency[..., frequency.shape[-1] // 2 :]
+    found = [
+        [critical_speeds(model, highest, order, thetas[name]) for order in ORDERS] for name, model in models.items()
+    ]
     most = max(len(values) for rig in found for values in rig)
     critical = np.full((len(models), len(ORDERS), most), np.nan)
     for r, rig in enumerate(found):

@@ -1,0 +1,77 @@
+"""Identification by fitting the response from few sensors: from far starts, under noise, and against the bound."""
+
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+
+from rotorstudy.errors import NoConvergenceError, UnidentifiableError
+from rotorstudy.identification import Problem, cramer_rao_bound, magnitude_and_phase, output_error_fit
+from rotorstudy.noise import noise_std, noisy, standard_normal
+from rotorstudy.rig import build_model
+from rotorstudy.spectrum import independent_covariance
+from rotorstudy.store import dataset
+from rotorstudy.studies.config import clean_spectrum, parameter_coordinates, reported_names, true_values
+
+NOISE = 0.01  # white in time, of each sensor's own rms
+STARTS = 10
+START_OFF = 0.3  # each amplitude is off by this much, up or down
+
+
+def sensors(config, rig):
+    """Fits of the response from every set of sensors and case.
+
+    Every fit begins far off, at amplitudes 30 % too large or too small; under noise, at the best of what these found.
+    returns : bound (sensors, case, parameter) relative, at 1 % white noise, of phases in rad; NaN if not identifiable
+              start_error (sensors, case, start) largest relative error of any parameter from exact data
+              scatter (sensors, case, parameter) rms error under that noise, as the bound
+    """
+    model, names = config.rig(rig), reported_names(config)
+    theta_true = model.theta[model.position(config.unknowns)]
+    true = true_values(config, model)
+    scale = np.where([name.endswith("_phase") for name in names], 1, np.abs(true))
+    shape = (len(config.sensor_sets), len(config.cases))
+    bound, scatter = np.full((2, *shape, len(names)), np.nan)
+    start_error = np.full((*shape, STARTS), np.nan)
+    seed = config.monte_carlo.seed
+    for (s, nodes), (c, case) in product(enumerate(config.sensor_sets.values()), enumerate(config.cases.values())):
+        few = build_model({**config.rigs[rig], "sensors": nodes})
+        clean = clean_spectrum(config, few, case.speeds)
+        std = noise_std(clean, NOISE, "white in time", config.record.samples)
+        spectrum = replace(clean, covariance=independent_covariance(std**2))
+        problem = Problem(few, spectrum, tuple(config.unknowns))
+        try:
+            covariance = cramer_rao_bound(problem, theta_true)
+        except UnidentifiableError:
+            continue
+        _, _, covariance = magnitude_and_phase(config.unknowns, theta_true, covariance)
+        bound[s, c] = np.sqrt(np.diag(covariance)) / scale
+        signs = standard_normal(seed, 1000 + s, STARTS, len(theta_true))
+        starts = theta_true * (1 + START_OFF * np.sign(signs))
+        same = spectrum.with_amplitude(np.broadcast_to(clean.amplitude, (STARTS, *clean.amplitude.shape)))
+        try:
+            found = output_error_fit(replace(problem, spectrum=same), start=starts)
+        except (NoConvergenceError, UnidentifiableError):
+            continue
+        start_error[s, c] = np.max(np.abs(found.theta / theta_true - 1), axis=-1)
+        fitted = np.isfinite(found.theta).all(axis=-1)
+        first = found.theta[np.where(fitted, found.misfit, np.inf).argmin()]
+        numbers = standard_normal(seed, 2000 + 100 * s + c, config.monte_carlo.trials, (2, *clean.amplitude.shape))
+        trials = spectrum.with_amplitude(noisy(clean.amplitude, std, numbers, "white in time"))
+        found = output_error_fit(replace(problem, spectrum=trials), start=first)
+        _, theta, _ = magnitude_and_phase(config.unknowns, found.theta, np.eye(len(theta_true)))
+        scatter[s, c] = np.sqrt(np.nanmean((theta - true) ** 2, axis=0)) / scale
+    coordinates = {
+        "sensors": (list(config.sensor_sets), "1", "nodes with probes"),
+        "case": (list(config.cases), "1", "speeds used together"),
+        **parameter_coordinates(names),
+        "start": (np.arange(STARTS), "1", "start of the fit, every amplitude 30 % off"),
+    }
+    dims = ("sensors", "case", "parameter")
+    variables = {
+        "bound": (dims, bound, "1", "Cramer-Rao bound over the value, of phases in rad, 1 % white noise"),
+        "scatter": (dims, scatter, "1", "rms error of maximum likelihood over the value, of phases in rad"),
+        "start_error": (("sensors", "case", "start"), start_error, "1", "largest relative error from exact data"),
+        "true": (("parameter",), true, "SI", "value assumed"),
+    }
+    return dataset(variables, coordinates, title=f"{config.title}: few sensors")
