@@ -11,7 +11,7 @@ all: report
 	@echo "Done. Look at"
 	@echo "  results/report.html       every figure and table, with captions (open it in a browser)"
 	@echo "  results/scoreboard.html   each published number beside ours (data: results/scoreboard.csv)"
-	@echo "  results/chapter_2 to results/chapter_5   figures, tables, NetCDF"
+	@echo "  results/chapter_2 to results/chapter_6   figures, tables, NetCDF"
 
 results: .venv/ready
 	$(SNAKEMAKE)

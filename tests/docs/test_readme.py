@@ -81,5 +81,5 @@ def test_the_readme_counts_the_printed_values_right():
 
     names = ("full_spectrum.csv", "identified_parameters.csv")
     printed = [pd.read_csv(ROOT / "workflow" / "reference" / name, dtype={"table": str}).table for name in names]
-    count = sum((~table.str.startswith("6")).sum() for table in printed)
+    count = sum(len(table) for table in printed)
     assert f"each of {count} printed values" in README

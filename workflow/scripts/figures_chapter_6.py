@@ -23,9 +23,8 @@ with job(snakemake):
 
     PLACES = {1: "left bearing", 2: "disc 1", 3: "crack", 4: "disc 2", 5: "right bearing"}
     config = load_study(snakemake.input.config)
-    data = {
-        key: load(path) for key, path in snakemake.input.items() if key != "monte_carlo" and str(path).endswith(".nc")
-    }
+    single = {key: path for key, path in snakemake.input.items() if key != "monte_carlo"}
+    data = {key: load(path) for key, path in single.items() if str(path).endswith(".nc")}
     noisy = dict(zip(config.cases, [load(path) for path in snakemake.input.monte_carlo], strict=True))
     printed = published(Path(snakemake.input.published).parent, [f"6.{n}" for n in range(2, 8)])
     outputs = iter(zip(snakemake.output.png, snakemake.output.svg, strict=True))
