@@ -1,5 +1,6 @@
 """Times that users feel, medians of several runs: python benchmarks/run.py"""
 
+import os
 import resource
 import statistics
 import subprocess
@@ -7,6 +8,7 @@ import sys
 import time
 from pathlib import Path
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as in the workflow: small solves only wait for each other
 ROOT = Path(__file__).parents[1]
 
 
@@ -51,6 +53,37 @@ def full_crack_response():
     return median_of(20, lambda: harmonic_response(model, speeds, range(-15, 16)))
 
 
+def shaft(elements, **crack):
+    """The rotor of Chapter 6 on a mesh of some elements, a multiple of four."""
+    import copy
+
+    from rotorstudy import build_model
+    from rotorstudy.studies.config import load_study
+
+    rig = copy.deepcopy(load_study(ROOT / "workflow" / "config" / "chapter_6.yaml").rigs["physical"])
+    rig["rotor"]["elements"][0]["count"] = elements
+    for item in [*rig["rotor"]["discs"], *rig["bearings"], *rig["effects"], *rig["cracks"]]:
+        item["node"] = 1 + (item["node"] - 1) * elements // 4
+    rig["cracks"][0] |= crack
+    return build_model(rig)
+
+
+def full_crack_shaft():
+    from rotorstudy import harmonic_response
+
+    model = shaft(4, weight_dominance=False)
+    return median_of(5, lambda: harmonic_response(model, [100.0], range(-15, 16)))
+
+
+def mesh_response(elements, speeds=51):
+    import numpy as np
+
+    from rotorstudy import measured_response
+
+    model, speeds = shaft(elements), np.linspace(50.0, 100.0, speeds)
+    return median_of(1 if elements > 50 else 5, lambda: measured_response(model, speeds, list(range(-7, 8))))
+
+
 def main():
     bare = median_of(5, lambda: python("pass"))
     rows = [
@@ -60,6 +93,9 @@ def main():
             median_of(5, lambda: python("import rotorstudy; rotorstudy.registry()")) - bare,
         ),
         ("full time-periodic crack, one speed, harmonics to 15", full_crack_response()),
+        *((f"{n} elements, 51 speeds, 15 harmonics", mesh_response(n)) for n in (4, 8, 20, 48, 100, 200)),
+        *((f"4 elements, {n} speeds, 15 harmonics", mesh_response(4, n)) for n in (102, 204, 408)),
+        ("4 elements, full time-periodic crack, one speed, harmonics to 15", full_crack_shaft()),
         (
             "150 speeds of 65536 samples: records, spectra, identification",
             median_of(3, lambda: combined_identification("Combined speed from 50 to 199 with increment +1")),

@@ -13,6 +13,7 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.statics import static_deflection
 from rotorstudy.terms import apply_entries
 
+NUMBERS_AT_ONCE = 5e7  # complex numbers in the matrices of one solve, 0.8 GB; beyond, speeds are taken in parts
 COUPLED_ORDER = 15  # harmonics -15..15 are carried when harmonics are coupled; a caller may ask for more
 
 
@@ -266,6 +267,13 @@ def harmonic_response(model, speed, harmonics, theta=None, *, order=COUPLED_ORDE
 
 
 def _carried_response(model, speed, theta, blocks, jacobian):
+    numbers = np.prod(theta.shape[:-1]) * len(speed) * sum(g.size * g.shape[1] for g in blocks.groups)
+    numbers *= len(model.structure.dofs) ** 2
+    if numbers > NUMBERS_AT_ONCE and len(speed) > 1 and np.ndim(model.held_deflection) < 2:
+        half = len(speed) // 2
+        parts = [_carried_response(model, part, theta, blocks, jacobian) for part in (speed[:half], speed[half:])]
+        found, derivatives = zip(*parts, strict=True)
+        return np.concatenate(found, axis=-3), np.concatenate(derivatives, axis=-4) if jacobian else None
     rotor = theta[..., : len(model.rotor_unknowns)]
     matrices = operator(model, rotor, speed, blocks)
     deflection, moved = static_deflection(model, speed, rotor, jacobian=jacobian)

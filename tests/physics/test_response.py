@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from conftest import HARMONICS, jeffcott
 
-from rotorstudy import Entry, Parameter, RotorstudyError, Term, harmonic_response
+from rotorstudy import Entry, Parameter, RotorstudyError, Term, harmonic_response, measured_response
 from rotorstudy.integration import time_response
 
 M, K, C_E, C_H, DK, E, G = 2.0, 7.6e5, 100.0, 20.0, 2.5e5, 5e-6 * np.exp(1j * np.pi / 6), 9.81
@@ -177,3 +177,14 @@ def test_displacement_counts_from_the_static_line_of_the_uncracked_rotor():
 def test_a_rotor_that_does_not_turn_is_refused(speed):
     with pytest.raises(RotorstudyError, match="rotor that turns"):
         harmonic_response(jeffcott(), [88.0, speed], HARMONICS)
+
+
+def test_speeds_taken_in_parts_give_the_same(machine, monkeypatch):
+    from rotorstudy import response
+
+    speeds, harmonics = np.linspace(50.0, 150.0, 7), range(-4, 5)
+    whole = measured_response(machine, speeds, harmonics, jacobian=True)
+    monkeypatch.setattr(response, "NUMBERS_AT_ONCE", 10.0)
+    parts = measured_response(machine, speeds, harmonics, jacobian=True)
+    for one, other in zip(whole, parts, strict=True):
+        assert one == pytest.approx(other, rel=1e-12)
