@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rotorstudy.stability import eigenvalues
+from rotorstudy.stability import eigenvalues, state_matrix
 
 
 def time_invariant(model):
@@ -20,6 +20,20 @@ def time_invariant(model):
 def without_damping(model):
     """(parameter,) amplitudes of a model, those of every damping at zero."""
     return np.where(["damping" in name for name in model.names], 0.0, model.theta)
+
+
+def whirl_modes(model, speed, theta=None):
+    """Whirl modes at one speed, by frequency, each as tall as 1 where it moves most.
+
+    speed   : rad/s
+    returns : eigenvalues (mode,) 1/s and shapes (mode, dof) complex; on anisotropic bearings (mode, 2 dof), the second
+              half is the motion that runs the other way
+    """
+    values, vectors = np.linalg.eig(state_matrix(model, [speed], theta)[0])
+    order = np.argsort(values.imag)
+    shapes = vectors[: len(values) // 2, order].T
+    tallest = np.take_along_axis(shapes, np.abs(shapes).argmax(axis=1)[:, None], axis=1)
+    return values[order], shapes / tallest
 
 
 def critical_speeds(model, up_to, order=1, theta=None):

@@ -5,7 +5,8 @@ import pytest
 from test_transient import OFFSET_DISC, RIGS
 
 from rotorstudy import build_model, eigenvalues
-from rotorstudy.whirl import critical_speeds, time_invariant
+from rotorstudy.stability import state_matrix
+from rotorstudy.whirl import critical_speeds, time_invariant, whirl_modes
 
 
 def closed_form(order, sign):
@@ -65,3 +66,35 @@ def test_only_what_turns_is_taken_off():
     kept = {term.kind for term in time_invariant(model).terms}
     assert kept == {"external_damping", "internal_damping", "unbalance"}
     assert eigenvalues(time_invariant(model), [100.0]).shape == (1, 4)
+
+
+def test_modes_of_a_simply_supported_beam_are_sines():
+    rotor = {
+        "kind": "finite_element",
+        "elements": [{"length_m": 1.0, "count": 16}],
+        "outer_diameter_m": 0.02,
+        "pinned_nodes": [1, 17],
+        "theory": "euler_bernoulli",
+        "shaft_inertia": "translation",
+    }
+    model = build_model({"rotor": rotor})
+    values, shapes = whirl_modes(model, 1e-3)
+    nodes = np.arange(2, 17)
+    rows = [model.structure.index(int(n)) for n in nodes]
+    forward = np.flatnonzero(values.imag > 0)
+    for n in (1, 2, 3):
+        shape = shapes[forward[n - 1]][rows]
+        sine = np.sin(n * np.pi * (nodes - 1) / 16)
+        ratio = shape / shape[np.abs(sine).argmax()]
+        assert ratio == pytest.approx(sine / sine[np.abs(sine).argmax()], abs=1e-3)
+        assert np.abs(ratio - np.cos(n * np.pi * (nodes - 1) / 16)).max() > 0.5
+
+
+def test_modes_solve_the_equations_of_motion():
+    model = build_model(RIGS["anisotropic"])
+    values, shapes = whirl_modes(model, 300.0)
+    assert values == pytest.approx(eigenvalues(model, [300.0])[0], rel=1e-9)
+    lower = state_matrix(model, [300.0])[0][shapes.shape[1] :]
+    for value, shape in zip(values, shapes, strict=True):
+        state = np.concatenate([shape, value * shape])
+        assert lower @ state == pytest.approx(value**2 * shape, rel=1e-6, abs=1e-6 * abs(value) ** 2)

@@ -141,6 +141,7 @@ FIGURES = {
     ],
     "chapter_6": [f"figure_6_{n}" for n in (5, 6, 7, 8, 9, 10)]
     + [
+        "modes_and_unbalance",
         "error_against_noise",
         "sensors",
         "variants",

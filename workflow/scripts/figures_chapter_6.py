@@ -15,11 +15,13 @@ with job(snakemake):
         plot_phase,
         save_figure,
     )
+    from rotorstudy.response import measured_response
     from rotorstudy.scoreboard import published
     from rotorstudy.statics import static_deflection
     from rotorstudy.store import as_complex, load
     from rotorstudy.studies import figures
     from rotorstudy.studies.config import load_study
+    from rotorstudy.whirl import time_invariant, whirl_modes, without_damping
 
     PLACES = {1: "left bearing", 2: "disc 1", 3: "crack", 4: "disc 2", 5: "right bearing"}
     config = load_study(snakemake.input.config)
@@ -98,6 +100,30 @@ with job(snakemake):
         picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
         picture.suptitle(f"Full spectrum at {speed:g} rad/s, {quantity}", fontsize=9)
         save(picture)
+
+    # mode shapes, and what unbalance does over speed
+    uncracked = time_invariant(model)
+    values, shapes = whirl_modes(uncracked, speed, without_damping(uncracked))
+    lowest = np.flatnonzero(values.imag > 0)[:4]
+    interpolated = np.array([structure.shape_at(s) for s in position])
+    picture, axes = figure(1, 2, height=2.6)
+    for i, mode in enumerate(lowest):
+        both = interpolated @ shapes[mode].reshape(2, -1).T  # motion each way round; vertical is their sum
+        vertical, horizontal = np.abs(both.sum(axis=1)), np.abs(both[:, 0] - both[:, 1])
+        main, way = (vertical, "x") if vertical.max() > horizontal.max() else (horizontal, "y")
+        frequency = values[mode].imag / (2 * np.pi)
+        axes[0, 0].plot(position, main / main.max(), color=COLOURS[i], label=f"{frequency:.1f} Hz, mostly {way}")
+    axes[0, 0].set(xlabel="position along the shaft (m)", ylabel="size (1)", title="Lowest whirl modes")
+    axes[0, 0].legend(fontsize=6)
+    sweep = np.linspace(20.0, 600.0, 400)
+    response = np.abs(measured_response(uncracked, sweep, [1])[:, 0]) * 1e6
+    for i, n in enumerate(model.sensors):
+        axes[0, 1].semilogy(sweep, response[:, i], color=COLOURS[i], label=f"node {n}")
+    axes[0, 1].set(xlabel="spin speed (rad/s)", ylabel="1X forward (µm)", title="Response to unbalance")
+    axes[0, 1].legend(fontsize=6)
+    first = np.sort(np.abs(values[lowest].imag))[:2]
+    picture.suptitle(f"First whirl at {first[0]:.0f} and {first[1]:.0f} rad/s; the thesis prints 415.99", fontsize=9)
+    save(picture)
 
     # error against noise, with what the thesis's condensation costs besides
     best = {case: found.sel(record="steady state") for case, found in noisy.items()}

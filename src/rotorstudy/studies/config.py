@@ -13,6 +13,7 @@ from rotorstudy.plugins import registry
 from rotorstudy.response import check_harmonics, measured_response
 from rotorstudy.rig import build_model, check_config, named_plugins, read_yaml
 from rotorstudy.spectrum import Spectrum, independent_covariance
+from rotorstudy.stability import check_stable
 from rotorstudy.store import provenance
 
 PositiveNumber = Annotated[float, Field(gt=0)]
@@ -78,11 +79,16 @@ class RecordConfig(Strict):
 
 
 class MonteCarloRig(Strict):
-    """records : kinds of record from rest whose own spectrum the noise is added to; none: the exact steady state"""
+    """What is tried on a rig.
+
+    records   : kinds of record from rest whose own spectrum the noise is added to; none: the exact steady state
+    condensed : also least squares with the thesis's condensation, which leaves gyroscopic moments out
+    """
 
     estimators: list[str]
     models: list[Literal[MODELS]]
     records: list[str] = []
+    condensed: bool = False
 
 
 class MonteCarloConfig(Strict):
@@ -305,6 +311,7 @@ def true_values(config, model):
 
 def clean_spectrum(config, model, speeds):
     """The steady-state harmonics of a model as a Spectrum without noise."""
+    check_stable(model, speeds)
     amplitude = measured_response(model, speeds, config.harmonics)
     covariance = independent_covariance(np.zeros(amplitude.shape))
     return Spectrum(amplitude, np.asarray(speeds, float), np.array(config.harmonics), model.sensors, covariance)

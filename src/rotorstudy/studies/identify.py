@@ -75,6 +75,15 @@ def _spectrum_without_noise(config, model, speeds, record):
     return kind_spectrum(config, kind, records, "regression", "reference"), len(records[0].time)
 
 
+CONDENSED = "least_squares, condensed"
+
+
+def _estimate(name, problem):
+    if name == CONDENSED:
+        name, problem = "least_squares", replace(problem, condensation="without gyroscopic moments")
+    return reported(problem, registry().get("estimator", name).function(problem))
+
+
 def monte_carlo(config, rig, case):
     """Estimates of one case under noise: every record kind, noise model, level, and estimator asked for this rig.
 
@@ -91,7 +100,8 @@ def monte_carlo(config, rig, case):
     size = (2, len(speeds), len(config.harmonics), len(model.sensors))
     numbers = standard_normal(settings.seed, study, settings.trials, size)
     theta_true = model.theta[model.position(config.unknowns)]
-    names_used, models = settings.rigs[rig].estimators, settings.rigs[rig].models
+    names_used, models = list(settings.rigs[rig].estimators), settings.rigs[rig].models
+    names_used += [CONDENSED] if settings.rigs[rig].condensed else []
     shape = (len(kinds), len(models), len(settings.levels_percent), len(names_used))
     stated, coverage, exact = [], [], []
     bounds, trials = [], []
@@ -99,7 +109,7 @@ def monte_carlo(config, rig, case):
         clean, samples = _spectrum_without_noise(config, model, speeds, kind)
         weighted = replace(clean, covariance=independent_covariance(noise_std(clean, 0.01, models[0], samples) ** 2))
         problem = Problem(model, weighted, tuple(config.unknowns))
-        exact += [reported(problem, registry().get("estimator", name).function(problem))[1] for name in names_used]
+        exact += [_estimate(name, problem)[1] for name in names_used]
         for noise_model, level in product(models, settings.levels_percent):
             std = noise_std(clean, level / 100, noise_model, samples)
             spectrum = replace(
@@ -115,7 +125,7 @@ def monte_carlo(config, rig, case):
             independent = not noise_model.endswith("same at all speeds")
             bounds.append(np.sqrt(np.diag(bound)) if independent else np.full(len(names), np.nan))
             for name in names_used:
-                _, theta, std_stated = reported(problem, registry().get("estimator", name).function(problem))
+                _, theta, std_stated = _estimate(name, problem)
                 std_stated = np.broadcast_to(std_stated, theta.shape)
                 trials.append(theta)
                 stated.append(np.median(std_stated, axis=0))
