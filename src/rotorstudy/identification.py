@@ -19,7 +19,7 @@ RANK_TOLERANCE = 1e-9  # smallest over largest singular value of unit-length col
 STEP_IN_SIGMA = 1e-6  # a fit has converged when its step is this small against its own standard deviation
 STEP_RELATIVE = 1e-12  # or against the amplitudes, for data without noise
 MISFIT_RELATIVE = 1e-9  # or when the misfit no longer falls: a wrong model with a large misfit converges slowly
-DEFLECTION_STEPS = 40  # of the static deflection; each gains two digits or more, since the shaft bends most
+DEFLECTION_STEPS = 40  # of the static deflection; two are enough if the bearings' nodes are measured
 TRIALS_AT_ONCE = 200  # bounds the memory of a Monte Carlo
 
 
@@ -62,11 +62,31 @@ class Problem:
         carrying = [u.name for u in model.rotor_unknowns if u.carries and u.name in self.names]
         if model.held_deflection is not None or not carrying or not model.structure.static_load.any():
             return None
-        given = np.concatenate([term.theta for term in model.terms])
-        full = np.broadcast_to(given, (*np.shape(theta)[:-1], len(given))).copy()
-        full[..., model.position(self.names)] = theta
-        deflection = static_deflection(model, self.spectrum.speed, full[..., : len(model.rotor_unknowns)]).value
+        deflection = static_deflection(model, self.spectrum.speed, self._rotor_amplitudes(theta)).value
         return replace(self, model=replace(model, held_deflection=deflection))
+
+    def _rotor_amplitudes(self, theta):
+        given = np.concatenate([term.theta for term in self.model.terms])
+        full = np.broadcast_to(given, (*np.shape(theta)[:-1], len(given))).copy()
+        full[..., self.model.position(self.names)] = theta
+        return full[..., : len(self.model.rotor_unknowns)]
+
+    def _moved_residual(self, theta):
+        """(row, parameter) derivative of A theta - b by the unknowns through the static deflection alone."""
+        model, speed = self.model, self.spectrum.speed
+        deflection, changes = static_deflection(model, speed, self._rotor_amplitudes(theta), jacobian=True)
+
+        def residual(value):
+            a, b = replace(self, model=replace(model, held_deflection=value)).equations()
+            return a @ theta - b
+
+        at_rest = residual(deflection)
+        moved = np.zeros((len(at_rest), len(self.names)))
+        for p, name in enumerate(self.names):
+            change = changes.get(int(model.position([name])[0]))
+            if change is not None:  # the residual is affine in the deflection, so any step is exact
+                moved[:, p] = (residual(deflection + theta[p] * change) - at_rest) / theta[p]
+        return moved
 
     def equation_error_covariance(self, theta):
         """First-order covariance (parameter, parameter) of a linear estimate theta = A^+ b.
@@ -75,10 +95,13 @@ class Problem:
         """
         mean = self.spectrum.amplitude.reshape(-1, *self.spectrum.amplitude.shape[-3:]).mean(axis=0)
         theta = np.asarray(theta).reshape(-1, len(self.names)).mean(axis=0)
-        problem = replace(self, spectrum=self.spectrum.with_amplitude(mean))
-        problem = problem.holding(theta) or problem
+        free = replace(self, spectrum=self.spectrum.with_amplitude(mean))
+        held = free.holding(theta)
+        problem = held or free
         a, _ = problem.equations()
         gain = np.linalg.pinv(a / np.linalg.norm(a, axis=0)) / np.linalg.norm(a, axis=0)[:, None]
+        if held is not None:  # theta = A^+ b where A and b move with theta
+            gain = np.linalg.solve(np.eye(len(theta)) + gain @ free._moved_residual(theta), gain)
         sensitivity = residual_sensitivity(problem.model, problem.spectrum, self.names, theta, order=self.order)
         gain = gain.reshape(len(self.names), len(self.spectrum.speed), -1)
         through = np.einsum("psr,src->psc", gain, sensitivity)
@@ -164,9 +187,9 @@ def solve_equations(problem):
         if held is None:
             return theta
         before, theta = theta, solve_linear(*held.equations(), problem.names)
-        if np.all(np.abs(theta - before) <= STEP_RELATIVE * np.abs(theta)):
-            break
-    return theta
+        if np.all(np.abs(theta - before) <= 10 * STEP_RELATIVE * np.abs(theta)):
+            return theta
+    raise NoConvergenceError("the static deflection and the bearings that carry it were not found together")
 
 
 def predicted_derivatives(problem, theta):

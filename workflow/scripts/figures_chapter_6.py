@@ -135,16 +135,18 @@ with job(snakemake):
     names = [figures.label(p) for p in few.parameter.values]
     for panel, case in zip(axes[0], config.cases, strict=True):
         for i, (name, nodes) in enumerate(config.sensor_sets.items()):
-            style = {"color": COLOURS[i], "label": f"nodes {', '.join(map(str, nodes))}"}
+            right = int((few.start_error.sel(sensors=name, case=case) < 1e-6).sum())
+            text = f"nodes {', '.join(map(str, nodes))} ({right} of {few.sizes['start']} far starts)"
+            style = {"color": COLOURS[i], "label": text}
             bound = few.bound.sel(sensors=name, case=case) * 100
             panel.plot(bound, range(len(names)), "|", markersize=9, color=COLOURS[i])
             scatter = few.scatter.sel(sensors=name, case=case) * 100
             panel.plot(scatter, range(len(names)), MARKERS[i], fillstyle="none", **style)
         panel.set_xscale("log")
         panel.set(xlabel="error at 1 % noise (%, phases 0.01 rad)", title=case)
+        panel.legend(fontsize=5)
     axes[0, 0].set_yticks(range(len(names)), names)
     axes[0, 0].invert_yaxis()
-    picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
     picture.suptitle("Two sensors are enough for all parameters (dashes: Cramér-Rao bound)", fontsize=9)
     save(picture)
 
@@ -160,7 +162,7 @@ with job(snakemake):
     axes[0, 0].set_yticks(range(len(names)), names)
     axes[0, 0].invert_yaxis()
     picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
-    picture.suptitle("The errors of the thesis are a sign mistake, not condensation", fontsize=9)
+    picture.suptitle("Errors of eccentricity: the gyroscopic sign, not condensation", fontsize=9)
     save(picture)
 
     case = next(iter(config.cases))
@@ -170,6 +172,6 @@ with job(snakemake):
     combined = list(config.cases)[1]
     title = "What a wrong modulus or disc mass costs"
     save(figures.bias(data["bias"], {combined: combined}, title))
-    title = "Weight dominance: the vibration is small here, the crack need not be"
+    title = "What weight dominance costs on this rotor"
     save(figures.weight_dominance(config, data["weight_dominance"], combined, combined, title))
     save(figures.stability(data["stability"]))

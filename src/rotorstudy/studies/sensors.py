@@ -21,10 +21,11 @@ START_OFF = 0.3  # each amplitude is off by this much, up or down
 def sensors(config, rig):
     """Fits of the response from every set of sensors and case.
 
-    Every fit begins far off, at amplitudes 30 % too large or too small; under noise, at the best of what these found.
+    From exact data fits begin far off, at amplitudes 30 % too large or too small; under noise, at the best these found.
     returns : bound (sensors, case, parameter) relative, at 1 % white noise, of phases in rad; NaN if not identifiable
               start_error (sensors, case, start) largest relative error of any parameter from exact data
-              scatter (sensors, case, parameter) rms error under that noise, as the bound
+              scatter (sensors, case, parameter) rms error under that noise, as the bound; fitted (sensors, case) share
+              of the noisy fits that converged
     """
     model, names = config.rig(rig), reported_names(config)
     theta_true = model.theta[model.position(config.unknowns)]
@@ -32,7 +33,7 @@ def sensors(config, rig):
     scale = np.where([name.endswith("_phase") for name in names], 1, np.abs(true))
     shape = (len(config.sensor_sets), len(config.cases))
     bound, scatter = np.full((2, *shape, len(names)), np.nan)
-    start_error = np.full((*shape, STARTS), np.nan)
+    start_error, fitted = np.full((*shape, STARTS), np.nan), np.full(shape, np.nan)
     seed = config.monte_carlo.seed
     for (s, nodes), (c, case) in product(enumerate(config.sensor_sets.values()), enumerate(config.cases.values())):
         few = build_model({**config.rigs[rig], "sensors": nodes})
@@ -54,12 +55,13 @@ def sensors(config, rig):
         except (NoConvergenceError, UnidentifiableError):
             continue
         start_error[s, c] = np.max(np.abs(found.theta / theta_true - 1), axis=-1)
-        fitted = np.isfinite(found.theta).all(axis=-1)
-        first = found.theta[np.where(fitted, found.misfit, np.inf).argmin()]
+        converged = np.isfinite(found.theta).all(axis=-1)
+        first = found.theta[np.where(converged, found.misfit, np.inf).argmin()]
         numbers = standard_normal(seed, 2000 + 100 * s + c, config.monte_carlo.trials, (2, *clean.amplitude.shape))
         trials = spectrum.with_amplitude(noisy(clean.amplitude, std, numbers, "white in time"))
         found = output_error_fit(replace(problem, spectrum=trials), start=first)
         _, theta, _ = magnitude_and_phase(config.unknowns, found.theta, np.eye(len(theta_true)))
+        fitted[s, c] = np.isfinite(theta).all(axis=-1).mean()
         scatter[s, c] = np.sqrt(np.nanmean((theta - true) ** 2, axis=0)) / scale
     coordinates = {
         "sensors": (list(config.sensor_sets), "1", "nodes with probes"),
@@ -72,6 +74,7 @@ def sensors(config, rig):
         "bound": (dims, bound, "1", "Cramer-Rao bound over the value, of phases in rad, 1 % white noise"),
         "scatter": (dims, scatter, "1", "rms error of maximum likelihood over the value, of phases in rad"),
         "start_error": (("sensors", "case", "start"), start_error, "1", "largest relative error from exact data"),
+        "fitted": (("sensors", "case"), fitted, "1", "share of the noisy fits that converged"),
         "true": (("parameter",), true, "SI", "value assumed"),
     }
     return dataset(variables, coordinates, title=f"{config.title}: few sensors")
