@@ -79,7 +79,7 @@ with job(snakemake):
         sheets[name] = (
             f"Assumed and estimated parameters, {case}",
             "Simulated with one gyroscopic sign, identified with the other: eccentricities and phases come back with "
-            f"their printed errors {'to 0.01' if name == '6.8' else 'within 0.2'} % points, the ten other parameters do "
+            f"their printed errors {'to 0.01' if name == '6.8' else 'within 0.2'} % points, the ten others do "
             "not. How the thesis combined speeds is not known. Rows under noise: ours without noise.",
             ["item"],
             ["noise_percent"],
