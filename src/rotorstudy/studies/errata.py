@@ -221,6 +221,7 @@ def chapter_5(replay, spectra, identification):
         "deflection_of_1_87_um": static[0] * 1e6,
         "tilt_of_1_87_urad": static[1] * 1e6,
         "mass_of_deflection_kg": mass,
+        "moment_ratio": structure.gyroscopic[1, 1] / structure.mass[1, 1],
         "frequency_of_1_87_Hz": np.sqrt(stiffness / structure.mass[0, 0]) / (2 * np.pi),
         "frequency_of_that_mass_Hz": np.sqrt(stiffness / mass) / (2 * np.pi),
         "eq_5_1_c_H": wrong[problem.names.index("internal_damping")],
