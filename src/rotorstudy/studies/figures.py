@@ -320,6 +320,6 @@ def measurements(data, case, parameter, title):
     axes[0, 0].set_xlim(right=values.max() * 4)
     axes[0, 0].set_yticks(range(len(values)), [str(name) for name in bound.measurement.values])
     noise = float(data.noise.sel(case=case)) * 1e6
-    axes[0, 0].set_xlabel(f"bound of {label(parameter)} ({error_unit(parameter)}), all probes {noise:.2g} µm noise")
+    axes[0, 0].set_xlabel(f"bound ({error_unit(parameter)}), noise of every probe {noise:.2g} µm")
     picture.suptitle(title, fontsize=9)
     return picture
