@@ -28,12 +28,14 @@ class Plugin:
     """What every plugin states: a name, the function that is the model, and where its equation comes from.
 
     example : options to check it with, where some have no default
+    checked : which published or closed-form numbers it was checked against
     """
 
     name: str
     function: Callable
     source: str
     example: dict = field(default_factory=dict, compare=False, kw_only=True)
+    checked: str = field(default="", kw_only=True)
 
     @property
     def summary(self):

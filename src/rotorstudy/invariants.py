@@ -1,0 +1,347 @@
+"""What every plugin of a kind must hold, one function a claim; `rotorstudy check` and the tests run the same list.
+
+A check takes a plugin, says its claim in the first line of its docstring, and raises BrokenInvariant if it does not
+hold. Tolerances have their reasons beside them.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from rotorstudy.cracks import crack_parameters
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.identification import Problem, output_error_fit
+from rotorstudy.integration import force_in_time
+from rotorstudy.model import Model, Structure
+from rotorstudy.plugins import KINDS, Crack
+from rotorstudy.records import Record, full_spectrum, synthesize
+from rotorstudy.response import measured_response
+from rotorstudy.rig import build_model, make_term
+from rotorstudy.spectrum import Spectrum, components, independent_covariance
+from rotorstudy.terms import Entry, Parameter, Term, apply_entries
+
+HARMONICS = [0, 1, 2, 3, 5, 7, -1, -3, -5]
+SPEEDS = [50.0, 88.0, 120.0, 150.0, 199.0]
+SERIES_ORDER = 15
+ROUND_OFF = 1e-9  # relative; some thousand products of numbers of 16 digits
+
+
+class BrokenInvariant(AssertionError):
+    """A plugin does not hold what its kind claims; the message says where and by how much."""
+
+
+def claim(holds, message):
+    if not holds:
+        raise BrokenInvariant(message)
+
+
+def kind_of(plugin):
+    return next(name for name, kind in KINDS.items() if isinstance(plugin, kind))
+
+
+# --- every plugin
+
+
+def stated(plugin):
+    """says in one line what it is, and where its equation comes from"""
+    claim(plugin.summary, "the function has no docstring; its first line is what users see")
+    claim(len(plugin.summary) < 120, f"the first line of the docstring has {len(plugin.summary)} characters; keep 120")
+    claim(plugin.summary.endswith((".", ")")), "the first line of the docstring is no sentence with a full stop")
+    claim(plugin.source, "no source; name the paper, book or equation")
+
+
+# --- cracks
+
+GRID = 40_000  # angles; a function with jumps has its Fourier sums wrong by the height of the jumps over the grid
+
+
+def _angles():
+    return (np.arange(GRID) + 0.5) * 2 * np.pi / GRID
+
+
+def crack_is_bounded(plugin):
+    """opens between 0 (shut) and 1 (open)"""
+    opening = plugin.function(_angles())
+    claim(np.shape(opening) == (GRID,), f"the opening has shape {np.shape(opening)} for angles of shape {(GRID,)}")
+    claim(np.isfinite(opening).all(), "the opening has NaN or infinite values")
+    low, high = opening.min(), opening.max()
+    claim(low >= -1e-12 and high <= 1 + 1e-12, f"the opening goes from {low:.3g} to {high:.3g}")
+
+
+def crack_is_periodic(plugin):
+    """is the same after a turn"""
+    angle = _angles()
+    off = np.abs(plugin.function(angle) - plugin.function(angle + 2 * np.pi)).max()
+    claim(off < ROUND_OFF, f"a turn later the opening differs by up to {off:.3g}")
+
+
+def crack_series_is_the_function(plugin):
+    """has a Fourier series that agrees with its form in time, mean included"""
+    angle, series = _angles(), plugin.series(SERIES_ORDER)
+    opening = plugin.function(angle)
+    highest = max(abs(k) for k in series)
+    claim(highest <= SERIES_ORDER, f"series({SERIES_ORDER}) gives coefficient {highest}")
+    for k in range(-SERIES_ORDER, SERIES_ORDER + 1):
+        numerical, stated = np.mean(opening * np.exp(-1j * k * angle)), series.get(k, 0)
+        claim(
+            abs(numerical - stated) < 2 / GRID,
+            f"coefficient {k} of the series is {stated:.4g}, of the function {numerical:.4g}",
+        )
+        mirrored = np.conj(series.get(-k, 0))
+        claim(abs(stated - mirrored) < 1e-15, f"coefficients {k} and {-k} are not conjugate: no real function has them")
+
+
+# --- rotors
+
+
+def _example_structure(plugin):
+    return build_model({"rotor": {"kind": plugin.name, **plugin.example}}).structure
+
+
+def rotor_is_mechanical(plugin):
+    """has real symmetric matrices, positive mass and no negative stiffness"""
+    check_matrices(_example_structure(plugin))
+
+
+def check_matrices(structure):
+    size = len(structure.dofs)
+    for name in ("mass", "stiffness", "gyroscopic"):
+        matrix = getattr(structure, name)
+        claim(matrix.shape == (size, size), f"{name} has shape {matrix.shape} for {size} coordinates")
+        claim(np.isrealobj(matrix), f"{name} is not real")
+        claim(np.array_equal(matrix, matrix.T), f"{name} is not symmetric")
+    claim(np.linalg.eigvalsh(structure.mass).min() > 0, "the mass matrix is not positive definite")
+    least, *_, most = [0.0, *np.linalg.eigvalsh(structure.stiffness)]
+    claim(least >= -ROUND_OFF * most, f"the stiffness matrix has the negative eigenvalue {least:.3g}")
+
+
+def rotor_weighs(plugin):
+    """has a static load that weighs"""
+    check_load(_example_structure(plugin))
+
+
+def check_load(structure):
+    load = structure.static_load
+    claim(load.shape == (len(structure.dofs),), f"the static load has shape {load.shape}")
+    claim(load.sum() > 0, "the static load is zero or upward; gravity points along +x")
+
+
+def rotor_losses_take_away(plugin):
+    """states stiffness losses that take stiffness away, with unit and typical size"""
+    structure = _example_structure(plugin)
+    size = len(structure.dofs)
+    for node in structure.nodes:
+        for name, (pattern, unit, typical) in structure.stiffness_loss_at(node).items():
+            claim(pattern.shape == (size, size), f"{name} at node {node} has a pattern of shape {pattern.shape}")
+            claim(np.linalg.eigvalsh(pattern).min() >= 0, f"{name} at node {node} adds stiffness")
+            claim(unit and typical > 0, f"{name} at node {node} lacks its unit or typical size")
+
+
+# --- effects and bearings
+
+
+def bench_structure():
+    """One mass on a shaft, 2 kg and 98 Hz: what effects and bearings are tried on."""
+    stiffness = 7.6e5
+    return Structure(
+        mass=np.array([[2.0]]),
+        stiffness=np.array([[stiffness]]),
+        gyroscopic=np.zeros((1, 1)),
+        static_load=np.array([2.0 * 9.81]),
+        dofs=((1, "translation"),),
+        stiffness_loss={"stiffness_loss": (np.eye(1), "N/m", 0.3 * stiffness)},
+    )
+
+
+def bench_terms(structure):
+    """A damper and a crack, known: so that the rotor vibrates at all harmonics."""
+    here = np.eye(len(structure.dofs))
+    damping = Parameter("damping", "N s/m", (Entry(-here, order=1),), typical=100.0)
+    opening = {k: np.sinc(k / 2) / 2 for k in range(-SERIES_ORDER, SERIES_ORDER + 1)}  # half a turn open
+    crack = Crack("bench", None, source="", series=lambda order: {k: s for k, s in opening.items() if abs(k) <= order})
+    loss = crack_parameters(crack, structure)
+    return (
+        Term("bench_damping", (damping,), {"damping": 90.0}, label="bench"),
+        Term("bench_crack", tuple(loss), {p.name: 0.13 * 7.6e5 for p in loss}, label="bench"),
+    )
+
+
+def typical_term(plugin, structure, sensors=(1,)):
+    """An effect or bearing at its default place, every parameter with its typical size."""
+    term = make_term(kind_of(plugin), {"kind": plugin.name, **plugin.example}, structure, sensors)
+    values = {p.name: p.typical * (np.exp(0.6j) if p.is_complex else 1) for p in term.parameters}
+    return replace(term, values=values)
+
+
+def term_states_units(plugin):
+    """states unit and typical size of every parameter"""
+    check_units(typical_term(plugin, bench_structure()))
+
+
+def check_units(term):
+    claim(term.parameters, "it has no parameters")
+    for parameter in term.parameters:
+        claim(parameter.unit, f"{parameter.name} has no unit; write '1' for a pure number")
+        claim(parameter.typical > 0, f"{parameter.name} has the typical size {parameter.typical}; give one above zero")
+
+
+def term_is_one_table(plugin):
+    """means in frequency what it means in time, or says that it has no form in time"""
+    structure = bench_structure()
+    check_table(typical_term(plugin, structure), len(structure.dofs))
+
+
+def check_table(term, dof):
+    generator = np.random.default_rng(1)
+    w, harmonics = 88.0, np.arange(-9, 10)
+    time = np.arange(128) * 2 * np.pi / w / 128
+    amplitude = np.zeros((1, len(harmonics), dof), complex)
+    amplitude[:, 7:12] = generator.normal(size=(1, 5, dof)) + 1j * generator.normal(size=(1, 5, dof))
+    turning = np.exp(1j * harmonics * w * time[:, None])
+    motion = [turning * (1j * harmonics * w) ** order @ amplitude[0] for order in range(3)]
+    still = generator.normal(size=dof) + 1j * generator.normal(size=dof)
+    motion[0] = motion[0] + still
+    for unknown in term.unknowns:
+        column = apply_entries(unknown.entries, amplitude, np.array([w]), harmonics, still)[0]
+        if any(entry.frequency_only for entry in unknown.entries):
+            try:
+                force_in_time(unknown.entries, w, time, *motion)
+            except RotorstudyError:
+                continue
+            raise BrokenInvariant(f"{unknown.name} exists in frequency only, yet gives a force in time")
+        force = force_in_time(unknown.entries, w, time, *motion, deflection=still)
+        seen = (np.fft.fft(force, axis=0) / len(time))[harmonics]
+        off = np.abs(column - seen).max()
+        claim(
+            off <= 1e-10 * np.abs(seen).max(),
+            f"the force of {unknown.name} in frequency and in time differ by {off:.3g} N",
+        )
+
+
+def term_is_found_again(plugin):
+    """is found again from what it does: simulated, then identified from a start 30 % off"""
+    structure = bench_structure()
+    check_round_trip(typical_term(plugin, structure), structure)
+
+
+def check_round_trip(term, structure):
+    model = Model(structure, (*bench_terms(structure), term))
+    shown = measured_response(model, SPEEDS, HARMONICS)
+    spectrum = _sure_spectrum(model, shown)
+    names = tuple(unknown.name for unknown in term.unknowns)
+    true = model.theta[model.position(names)]
+    try:
+        found = output_error_fit(Problem(model, spectrum, names), start=1.3 * true).theta
+    except RotorstudyError as error:
+        raise BrokenInvariant(str(error)) from None
+    off = np.abs(found - true).max() / np.abs(true).max()
+    claim(off < 1e-6, f"identified {dict(zip(names, found, strict=True))}, simulated with {true}")
+
+
+def _sure_spectrum(model, shown, std=1e-9):
+    covariance = independent_covariance(np.full(np.shape(shown)[-3:], std) ** 2)
+    return Spectrum(shown, np.array(SPEEDS), np.array(HARMONICS), model.sensors, covariance)
+
+
+# --- spectra
+
+SPECTRUM_TRIALS = 300
+
+
+def _bench_record():
+    """Six whole turns of nine harmonics: time, speed, amplitude (harmonic,), signal."""
+    w, generator = 100.0, np.random.default_rng(3)
+    time = np.arange(600) * (2 * np.pi / w * 6 / 600)
+    amplitude = generator.normal(size=len(HARMONICS)) + 1j * generator.normal(size=len(HARMONICS))
+    return time, w, amplitude, synthesize(amplitude, w, HARMONICS, time)
+
+
+def _spectrum_of(plugin, time, w, displacement):
+    return full_spectrum([Record(time, displacement[None], w, (1,))], HARMONICS, plugin, "none")
+
+
+def spectrum_is_exact(plugin):
+    """gives the harmonics of a record of whole turns without noise, phase from the first sample"""
+    time, w, amplitude, signal = _bench_record()
+    clean = _spectrum_of(plugin, time, w, signal)
+    size = len(HARMONICS)
+    claim(clean.amplitude.shape == (1, size, 1), f"amplitudes of shape {clean.amplitude.shape}, not {(1, size, 1)}")
+    needed = (1, 1, 2 * size, 2 * size)
+    claim(clean.covariance.shape == needed, f"covariance of shape {clean.covariance.shape}, not {needed}")
+    off = np.abs(clean.amplitude[0, :, 0] - amplitude)
+    worst = int(off.argmax())
+    claim(off.max() < 1e-9, f"harmonic {HARMONICS[worst]} is off by {off[worst]:.3g} of 1")
+
+
+def spectrum_covariance_is_honest(plugin):
+    """states the covariance that its harmonics scatter with under white noise"""
+    time, w, _, signal = _bench_record()
+    generator, found, stated = np.random.default_rng(4), [], []
+    for _ in range(SPECTRUM_TRIALS):
+        x, y = 0.1 * generator.normal(size=(2, len(time)))
+        one = _spectrum_of(plugin, time, w, signal + x + 1j * y)
+        found.append(components(one.amplitude[0])[:, 0])
+        stated.append(one.covariance[0, 0])
+    scatter, stated = np.cov(np.transpose(found)), np.mean(stated, axis=0)
+    # the mean variance of 18 components over 300 trials is known to 2 %, the stated noise floor to 5 % a record
+    ratio = np.trace(stated) / np.trace(scatter)
+    claim(abs(ratio - 1) < 0.1, f"stated variance is {ratio:.3g} times the scatter of {SPECTRUM_TRIALS} trials")
+    off = np.abs(stated - scatter).max() / np.diag(scatter).mean()
+    claim(off < 0.45, f"an element of the stated covariance is off by {off:.2g} of the mean variance")
+
+
+# --- estimators
+
+
+def _bench_problem():
+    """Damping inside and outside, unbalance and crack of the bench rotor, at five speeds, all unknown."""
+    structure = bench_structure()
+    here, (damping, crack) = np.eye(1), bench_terms(structure)
+    internal = Parameter("inner", "N s/m", (Entry(-here, order=1), Entry(1j * here, gain=lambda w: w)), 20.0)
+    unbalance = Parameter(
+        "unbalance", "m", (Entry(np.array([2.0]), on="one", shift=1, gain=lambda w: w**2),), 1e-5, is_complex=True
+    )
+    terms = (damping, crack, Term("bench_inner", (internal,), {"inner": 20.0}))
+    model = Model(structure, (*terms, Term("bench_unbalance", (unbalance,), {"unbalance": 5e-6 * np.exp(0.5j)})))
+    shown = measured_response(model, SPEEDS, HARMONICS)
+    return Problem(model, _sure_spectrum(model, shown), model.names)
+
+
+def estimator_is_exact(plugin):
+    """finds the truth in data without noise, of one spectrum and of many at once"""
+    problem = _bench_problem()
+    shown, true = problem.spectrum.amplitude, problem.model.theta
+    for amplitude in (shown, np.stack([shown, shown])):
+        found = plugin.function(replace(problem, spectrum=problem.spectrum.with_amplitude(amplitude)))
+        needed = (*amplitude.shape[:-3], len(true))
+        claim(np.shape(found.theta) == needed, f"theta of shape {np.shape(found.theta)}, not {needed}")
+        claim(np.isfinite(found.std).all() and np.isfinite(found.theta).all(), "theta or its covariance is not finite")
+        off = np.abs(found.theta / true - 1)
+        claim(off.max() < 1e-8, f"{problem.names[off.argmax() % len(true)]} is off by {off.max():.3g} of its value")
+
+
+INVARIANTS = {
+    "rotor": (rotor_is_mechanical, rotor_weighs, rotor_losses_take_away),
+    "crack": (crack_is_bounded, crack_is_periodic, crack_series_is_the_function),
+    "bearing": (term_states_units, term_is_one_table, term_is_found_again),
+    "effect": (term_states_units, term_is_one_table, term_is_found_again),
+    "spectrum": (spectrum_is_exact, spectrum_covariance_is_honest),
+    "estimator": (estimator_is_exact,),
+}
+
+
+def invariants_of(plugin):
+    """The checks a plugin must pass, in order."""
+    return (stated, *INVARIANTS[kind_of(plugin)])
+
+
+def broken_invariants(plugin):
+    """What does not hold: claim -> what was found instead; empty for a good plugin. Any error counts as broken."""
+    broken = {}
+    for check in invariants_of(plugin):
+        try:
+            check(plugin)
+        except Exception as error:
+            said = " ".join(str(error).split()) or type(error).__name__
+            broken[check.__doc__] = said if isinstance(error, BrokenInvariant) else f"{type(error).__name__}: {said}"
+    return broken
