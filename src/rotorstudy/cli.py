@@ -1,4 +1,4 @@
-"""Command line: list the zoo, simulate a rig, identify a rig from records."""
+"""Command line: the zoo and files of your own for it; simulate a rig, identify a rig from records."""
 
 import argparse
 import sys
@@ -12,6 +12,8 @@ MOST_SAMPLES = 20_000_000  # of a record, about a gigabyte while it is made
 
 EPILOG = """examples:
   rotorstudy plugins
+  rotorstudy new crack my_crack
+  rotorstudy check plugins/cracks/my_crack.py
   rotorstudy simulate rig.yaml --speeds 88 308 --out records.nc
   rotorstudy identify records.nc --rig rig.yaml --unknowns internal_damping external_damping
 """
@@ -25,6 +27,14 @@ def parser():
 
     plugins = commands.add_parser("plugins", help="list the zoo: kind, name, source, one line each")
     plugins.add_argument("--kind", help="only this kind: rotor, crack, bearing, effect, spectrum, estimator")
+
+    new = commands.add_parser("new", help="write a working plugin file to start from")
+    new.add_argument("kind", help="rotor, crack, bearing, effect, spectrum or estimator")
+    new.add_argument("name", help="of the plugin and its file")
+    new.add_argument("--folder", help="where to write it (default: the kind's folder in plugins/)")
+
+    check = commands.add_parser("check", help="try every invariant of its kind on a plugin file; say what holds")
+    check.add_argument("file", help="plugin file")
 
     simulate = commands.add_parser("simulate", help="records of the steady state of a rig, as NetCDF")
     simulate.add_argument("rig", help="rig file (YAML) with a value for every parameter")
@@ -76,7 +86,8 @@ def main(arguments=None):
             return list_plugins(given)
         for failure in registry().failures:
             print(f"warning: {failure}", file=sys.stderr)
-        return {"simulate": simulate, "identify": identify}[given.command](given)
+        commands = {"new": new, "check": check, "simulate": simulate, "identify": identify}
+        return commands[given.command](given)
     except RotorstudyError as error:
         message = error
     except (OSError, MemoryError) as error:
@@ -112,6 +123,25 @@ def list_plugins(given):
     if zoo.failures:
         raise PluginError("; ".join(zoo.failures))
     return 0
+
+
+def new(given):
+    from rotorstudy.authoring import new_plugin
+
+    path = new_plugin(given.kind, given.name, given.folder)
+    print(f"wrote {path}; edit it, then: rotorstudy check {path}")
+    return 0
+
+
+def check(given):
+    from rotorstudy.authoring import check_file
+
+    rows = check_file(given.file)
+    broken = [row for row in rows if row[-1]]
+    for kind, name, claim, wrong in rows:
+        print(f"{'fails' if wrong else 'holds'}  {kind} {name}: {claim}" + (f"\n       {wrong}" if wrong else ""))
+    print(f"{len(rows) - len(broken)} of {len(rows)} hold")
+    return 1 if broken else 0
 
 
 def simulate(given):

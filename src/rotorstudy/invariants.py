@@ -130,11 +130,11 @@ def rotor_losses_take_away(plugin):
     """states stiffness losses that take stiffness away, with unit and typical size"""
     structure = _example_structure(plugin)
     size = len(structure.dofs)
-    for node in structure.nodes:
+    for node in structure.nodes if callable(structure.stiffness_loss) else (None,):
         for name, (pattern, unit, typical) in structure.stiffness_loss_at(node).items():
-            claim(pattern.shape == (size, size), f"{name} at node {node} has a pattern of shape {pattern.shape}")
-            claim(np.linalg.eigvalsh(pattern).min() >= 0, f"{name} at node {node} adds stiffness")
-            claim(unit and typical > 0, f"{name} at node {node} lacks its unit or typical size")
+            claim(pattern.shape == (size, size), f"{name} has a pattern of shape {pattern.shape}")
+            claim(np.linalg.eigvalsh(pattern).min() >= 0, f"{name} adds stiffness")
+            claim(unit and typical > 0, f"{name} lacks its unit or typical size")
 
 
 # --- effects and bearings

@@ -8,6 +8,8 @@ under the entry point group "rotorstudy".
 import os
 import sys
 from collections.abc import Callable
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, field
 from functools import lru_cache
 from hashlib import sha256
@@ -139,10 +141,11 @@ KINDS = {
 class Registry:
     """The zoo: plugins by kind and name.
 
+    files    : single files besides those of the folders
     failures : one line for each plugin file that did not load; the rest of the zoo is there all the same
     """
 
-    def __init__(self, folders=(), entry_points=True):
+    def __init__(self, folders=(), entry_points=True, files=()):
         self._manager = pluggy.PluginManager("rotorstudy")
         self._manager.add_hookspecs(Hooks)
         self.plugins = {kind: {} for kind in KINDS}
@@ -152,13 +155,17 @@ class Registry:
                 raise PluginError(
                     f"plugin folder '{folder}' does not exist; check {FOLDERS_VARIABLE} and the configuration"
                 )
-            for file in sorted(Path(folder).rglob("*.py")):
-                self._add(file, lambda file=file: _import_file(file))
+            self._add_files(sorted(Path(folder).rglob("*.py")))
+        self._add_files(file for file in files if not any(_is_in(file, folder) for folder in folders))
         if entry_points:
             from importlib.metadata import entry_points as find
 
             for point in sorted(find(group="rotorstudy"), key=lambda p: (p.name, p.value)):
                 self._add(f"entry point {point.name} = {point.value}", point.load)
+
+    def _add_files(self, files):
+        for file in files:
+            self._add(file, lambda file=file: _import_file(file))
 
     def _add(self, place, load):
         module = None
@@ -195,6 +202,10 @@ class Registry:
         for kind, plugins in self.plugins.items():
             for name in sorted(plugins):
                 yield kind, plugins[name]
+
+
+def _is_in(file, folder):
+    return Path(folder).resolve() in Path(file).resolve().parents
 
 
 def _plugins_of(module, kind):
@@ -243,6 +254,19 @@ def _registry(folders):
     return Registry(folders)
 
 
+_CURRENT = ContextVar("registry", default=None)
+
+
 def registry():
     """The zoo of this process, loaded once."""
-    return _registry(plugin_folders())
+    return _CURRENT.get() or _registry(plugin_folders())
+
+
+@contextmanager
+def using(zoo):
+    """Inside this context, `registry()` is another zoo: one with a file that is being checked."""
+    before = _CURRENT.set(zoo)
+    try:
+        yield zoo
+    finally:
+        _CURRENT.reset(before)

@@ -1,0 +1,27 @@
+import numpy as np
+
+from rotorstudy.plugins import Crack, hookimpl
+
+
+def my_model(angle):
+    """Opens gradually and stays open for less than half a turn: sigma = ((1 + cos(angle)) / 2)^2."""
+    # angle (...) in rad is 0 where the crack points down, so the weight holds it open there and shut at pi.
+    # Give back the share of the stiffness loss that acts: 0 shut, 1 open.
+    return ((1 + np.cos(angle)) / 2) ** 2
+
+
+def series(order):
+    """Fourier coefficients {k: s_k} of sigma, |k| <= order."""
+    coefficients = {0: 3 / 8, 1: 1 / 4, -1: 1 / 4, 2: 1 / 16, -2: 1 / 16}
+    return {k: s for k, s in coefficients.items() if abs(k) <= order}
+
+
+@hookimpl
+def rotorstudy_crack():
+    return Crack(
+        "my_model",
+        my_model,
+        source="the paper and equation it comes from",
+        checked="the published or closed-form numbers it was compared with",
+        series=series,
+    )

@@ -1,0 +1,120 @@
+"""`rotorstudy new` writes files that work; `rotorstudy check` says what holds in a file and what does not."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from rotorstudy.authoring import TEMPLATES, check_file, new_plugin
+from rotorstudy.cli import main
+from rotorstudy.errors import PluginError, RotorstudyError
+from rotorstudy.plugins import KINDS, registry
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_new_file_works_and_holds_every_invariant(kind, tmp_path):
+    path = new_plugin(kind, "brand_new", tmp_path)
+    rows = check_file(path)
+    assert len(rows) >= 2 and {row[:2] for row in rows} == {(kind, "brand_new")}
+    assert [row for row in rows if row[-1]] == []
+    assert "brand_new" not in registry().plugins[kind]  # it was looked at, not added to the zoo of this process
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind_has_one_template(kind):
+    assert (TEMPLATES / f"{kind}.py").read_text().count("# ") >= 1  # it is commented
+
+
+WRONG = {  # a change of each template, and the claim that then breaks
+    "rotor": ("mass=disc_mass_kg * np.eye(2)", "mass=-disc_mass_kg * np.eye(2)", "positive mass"),
+    "crack": ("** 2\n\n\ndef", "** 2 + 0.1\n\n\ndef", "opens between 0"),
+    "bearing": ("Entry(-here, order=1)", "Entry(0 * here, order=1)", "is found again"),
+    "effect": ('"N s/m"', '""', "states unit"),
+    "spectrum": ("np.eye(len(lines)) / samples", "np.eye(len(lines)) / samples / 4", "states the covariance"),
+    "estimator": ("    return output_error_fit(problem, start=1.1 * start_values(problem))",
+                  "    found = output_error_fit(problem)\n    found.theta[..., 0] *= 1.001\n    return found",
+                  "finds the truth"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", WRONG)
+def test_a_wrong_file_of_each_kind_is_found_out_by_the_right_claim(kind, tmp_path, capsys):
+    old, new, claim = WRONG[kind]
+    path = new_plugin(kind, "brand_new", tmp_path)
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new))
+    assert main(["check", str(path)]) == 1
+    failing = [line for line in capsys.readouterr().out.splitlines() if line.startswith("fails")]
+    assert any(claim in line for line in failing)
+
+
+def test_a_plugin_that_returns_nonsense_is_named_not_a_traceback(tmp_path, capsys):
+    path = new_plugin("estimator", "brand_new", tmp_path)
+    path.write_text(path.read_text().replace("return output_error_fit", "return None  # "))
+    assert main(["check", str(path)]) == 1
+    assert "fails  estimator brand_new: finds the truth" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [("def f(:", "SyntaxError"), ("x = 1", "offers no plugin"), ("import nothing_here", "No module named")],
+)
+def test_a_file_that_is_no_plugin_is_told_so(text, words, tmp_path):
+    path = tmp_path / "mine.py"
+    path.write_text(text)
+    with pytest.raises(PluginError, match=words):
+        check_file(path)
+
+
+def test_a_name_of_the_zoo_cannot_be_used_twice(tmp_path):
+    path = new_plugin("crack", "brand_new", tmp_path)
+    path.write_text(path.read_text().replace('"brand_new"', '"switching"'))
+    with pytest.raises(PluginError, match="two plugins are called crack 'switching'"):
+        check_file(path)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("crak", "mine"), "did you mean 'crack'"),
+        (("crack", "My Crack"), "lower-case"),
+        (("crack", "switching"), "exists"),
+    ],
+)
+def test_what_cannot_be_written_is_told(arguments, words, tmp_path):
+    with pytest.raises(RotorstudyError, match=words):
+        new_plugin(*arguments, tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_is_never_overwritten(tmp_path):
+    new_plugin("crack", "brand_new", tmp_path)
+    with pytest.raises(RotorstudyError, match="choose another name"):
+        new_plugin("crack", "brand_new", tmp_path)
+    with pytest.raises(RotorstudyError, match="does not exist"):
+        check_file(tmp_path / "nothing.py")
+
+
+def test_a_distribution_installed_with_pip_joins_the_zoo(tmp_path):
+    """The real route: build tests/zoo/distribution, install it into a folder, find its crack by entry point."""
+    here = os.path.join(os.path.dirname(__file__), "distribution")
+    subprocess.run(
+        [sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps",
+         "--no-index", "--no-build-isolation", "--target", str(tmp_path), here],
+        check=True,
+    )  # fmt: skip
+    code = (
+        "import rotorstudy; from rotorstudy.invariants import broken_invariants\n"
+        "plugin = rotorstudy.registry().get('crack', 'from_a_distribution')\n"
+        "print(plugin.file, broken_invariants(plugin), rotorstudy.registry().failures)"
+    )
+    found = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        check=True,
+        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+    )
+    assert found.stdout.split()[0].startswith(str(tmp_path)) and found.stdout.strip().endswith("{} []")
