@@ -50,10 +50,8 @@ def imported_files(script):
     return sorted(str(file) for file in seen)
 
 
-def plugin_files(rigs, *kinds):
-    """Files of the plugins that rigs name, and of every plugin of some kinds (a study compares all of them)."""
-    from rotorstudy.plugins import registry
+def plugin_files(rigs, plugins=()):
+    """Files of the plugins that rigs name, and of further ones."""
     from rotorstudy.rig import named_plugins
 
-    found = [plugin for kind, plugin in registry() if kind in kinds]
-    return sorted({plugin.file for plugin in [*found, *(p for rig in rigs for p in named_plugins(rig))]})
+    return sorted({plugin.file for plugin in [*plugins, *(p for rig in rigs for p in named_plugins(rig))]})

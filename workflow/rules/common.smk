@@ -16,7 +16,7 @@ try:
     from rotorstudy.errors import RotorstudyError
     from rotorstudy.job import imported_files, plugin_files
     from rotorstudy.plugins import registry
-    from rotorstudy.studies.config import file_name, load_study
+    from rotorstudy.studies.config import file_name, load_study, named_methods
     from rotorstudy.studies.replay import check_replay, load_replay
     from rotorstudy.studies.workflow import WorkflowConfig
     from rotorstudy.rig import check_config
@@ -56,11 +56,22 @@ def code(script):
 
 
 def study_plugins(*kinds):
-    return lambda wildcards: plugin_files(list(STUDIES[wildcards.study].rigs.values()), *kinds)
+    """Files of the plugins a study's rigs name, and of the methods of some kinds that it shows."""
+
+    def files(wildcards):
+        study = STUDIES[wildcards.study]
+        return plugin_files(study.rigs.values(), [p for kind in kinds for p in study.methods[kind].values()])
+
+    return files
 
 
 def study_config(wildcards):
     return str(ROOT / settings.studies[wildcards.study])
+
+
+def replay_methods(wildcards):
+    replay = REPLAYS[wildcards.replay]
+    return named_methods(replay.spectra, replay.estimators, f"replay {replay.name}")
 
 
 def replay_config(wildcards):

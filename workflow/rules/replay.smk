@@ -17,7 +17,7 @@ rule replay_spectra:
         config=replay_config,
         records=rules.replay_records.output[0],
         code=code("replay_spectra.py"),
-        plugins=lambda wildcards: plugin_files([], "spectrum"),
+        plugins=lambda wildcards: plugin_files([], replay_methods(wildcards)["spectrum"].values()),
     output:
         f"{RESULTS}/{{replay}}/spectra.nc",
     log:
@@ -32,7 +32,9 @@ rule replay_identify:
         published=f"{REFERENCE}/full_spectrum.csv",
         spectra=rules.replay_spectra.output[0],
         code=code("replay_identify.py"),
-        plugins=lambda wildcards: plugin_files([REPLAYS[wildcards.replay].rig], "estimator"),
+        plugins=lambda wildcards: plugin_files(
+            [REPLAYS[wildcards.replay].rig], replay_methods(wildcards)["estimator"].values()
+        ),
     output:
         f"{RESULTS}/{{replay}}/identification.nc",
     log:

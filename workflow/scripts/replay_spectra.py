@@ -7,7 +7,5 @@ with job(snakemake):
 
     config = load_replay(snakemake.input.config)
     result = spectra(config, load(snakemake.input.records))
-    save(
-        result.assign_attrs(provenance(config.model_dump(), registry().plugins["spectrum"].values())),
-        snakemake.output[0],
-    )
+    used = [registry().get("spectrum", name) for name in config.spectra]
+    save(result.assign_attrs(provenance(config.model_dump(), used)), snakemake.output[0])

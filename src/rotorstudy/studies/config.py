@@ -139,6 +139,7 @@ class StudyConfig(Strict):
     """A simulated study.
 
     rigs : name -> rig (see `rotorstudy.rig`); harmonics, shown speeds, cases (name -> speeds) and unknown amplitudes
+    spectra, estimators : the methods this study shows; all of the zoo are compared by `studies.compare`
     """
 
     name: str
@@ -149,6 +150,8 @@ class StudyConfig(Strict):
     shown_speeds_rad_s: list[PositiveNumber] = Field(min_length=1)
     cases: dict[str, SpeedRange] = Field(min_length=1)
     unknowns: list[str] = Field(min_length=1)
+    spectra: list[str] = Field(min_length=1)
+    estimators: list[str] = Field(min_length=1)
     monte_carlo: MonteCarloConfig
     bias: BiasConfig
     crack_scales: list[PositiveNumber] = []
@@ -165,6 +168,12 @@ class StudyConfig(Strict):
     def main_rig(self):
         """The first rig: right signs, exact series. Sensitivities are computed for it alone."""
         return next(iter(self.rigs))
+
+    @property
+    def methods(self):
+        """Plugins of the spectra and estimators this study uses, by kind."""
+        tried = [name for rig in self.monte_carlo.rigs.values() for name in rig.estimators]
+        return named_methods(self.spectra, [*self.estimators, *tried], f"study {self.name}")
 
     def check_rigs(self):
         """Build every rig and find every name the study uses, so that mistakes show before anything runs."""
@@ -204,10 +213,9 @@ class StudyConfig(Strict):
         for kind in self.record.kinds.values():
             for method in kind.clock_samples:
                 registry().get("spectrum", method, f"{where}, clock_samples")
-        for rig, tried in self.monte_carlo.rigs.items():
+        for rig in self.monte_carlo.rigs:
             self.rig(rig)
-            for estimator in tried.estimators:
-                registry().get("estimator", estimator, f"study {self.name}, monte_carlo")
+        _ = self.methods  # an unknown name is an error
         self._check_kinds()
         self._check_measurements()
 
@@ -270,6 +278,12 @@ def file_name(case):
     return re.sub(r"[^A-Za-z0-9]+", "_", case).strip("_")
 
 
+def named_methods(spectra, estimators, where):
+    """Plugins by kind and name, each once."""
+    named = {"spectrum": spectra, "estimator": estimators}
+    return {kind: {n: registry().get(kind, n, f"{where}, {kind}") for n in names} for kind, names in named.items()}
+
+
 def load_study(path):
     """A StudyConfig from a YAML file; unknown and missing keys are one-line errors."""
     return check_config(StudyConfig, read_yaml(path), str(path))
@@ -325,5 +339,5 @@ def relative_error(names, theta, true):
 def study_provenance(config, seed=None):
     """Provenance attributes of a stage: configuration and every plugin its rigs and comparisons use."""
     used = [plugin for rig in config.rigs.values() for plugin in named_plugins(rig)]
-    used += [plugin for kind, plugin in registry() if kind in ("spectrum", "estimator")]
+    used += [plugin for plugins in config.methods.values() for plugin in plugins.values()]
     return provenance(config.model_dump(), used, seed)

@@ -30,7 +30,7 @@ def identify(config, rig):
     returns : estimate, standard_deviation (case, source, record, phase_reference, spectrum_method, estimator,
               parameter); true (parameter)
     """
-    methods, estimators = registry().plugins["spectrum"], registry().plugins["estimator"]
+    methods, estimators = config.spectra, [registry().get("estimator", name) for name in config.estimators]
     model, taken, rows = config.rig(rig), config.record, []
     names = reported_names(config)
     for case, source, name in product(config.cases.values(), taken.identified_from, taken.identified):
@@ -38,7 +38,7 @@ def identify(config, rig):
         records = case_records(config, model, case.speeds, kind, source)
         for phase, method in product(PHASES, methods):
             problem = Problem(model, kind_spectrum(config, kind, records, method, phase), tuple(config.unknowns))
-            for estimator in estimators.values():
+            for estimator in estimators:
                 try:
                     _, theta, std = reported(problem, estimator.function(problem))
                 except NoConvergenceError:  # records whose phase is not compensated can be beyond any model
@@ -49,8 +49,8 @@ def identify(config, rig):
         "source": (taken.identified_from, "1", "how the record was made"),
         "record": (taken.identified, "1", "how the record was taken"),
         "phase_reference": (list(PHASES), "1", "what the phase is compensated by"),
-        "spectrum_method": (list(methods), "1", "spectrum method"),
-        "estimator": (list(estimators), "1", "parameter estimator"),
+        "spectrum_method": (methods, "1", "spectrum method"),
+        "estimator": (config.estimators, "1", "parameter estimator"),
         **parameter_coordinates(names),
     }
     shape = [len(values) for values, *_ in coordinates.values()]
@@ -181,7 +181,7 @@ def bias(config, rig):
 
     returns : relative_error (known, percent, case, estimator, parameter); phases as a difference in rad
     """
-    model, estimators = config.rig(rig), registry().plugins["estimator"]
+    model, estimators = config.rig(rig), [registry().get("estimator", name) for name in config.estimators]
     settings = config.bias
     true, rows = true_values(config, model), []
     names = reported_names(config)
@@ -194,7 +194,7 @@ def bias(config, rig):
                 spectrum = clean_spectrum(config, model, case.speeds)
                 spectrum = replace(spectrum, covariance=_one_percent(config, spectrum))
                 problem = Problem(held, spectrum, tuple(config.unknowns))
-                for estimator in estimators.values():
+                for estimator in estimators:
                     try:
                         theta = reported(problem, estimator.function(problem))[1]
                     except NoConvergenceError:
@@ -205,7 +205,7 @@ def bias(config, rig):
         "known": (settings.keys, "1", "quantity held wrong"),
         "percent": (np.array(settings.percent), "percent", "error of the known quantity"),
         "case": (list(config.cases), "1", "speeds used together"),
-        "estimator": (list(estimators), "1", "parameter estimator"),
+        "estimator": (config.estimators, "1", "parameter estimator"),
         **parameter_coordinates(names),
     }
     variables = {

@@ -19,7 +19,7 @@ from rotorstudy.rig import build_model, check_config, read_yaml
 from rotorstudy.scoreboard import published
 from rotorstudy.spectrum import Spectrum, components, independent_covariance
 from rotorstudy.store import as_complex, dataset
-from rotorstudy.studies.config import SPEED, Strict, parameter_coordinates
+from rotorstudy.studies.config import SPEED, Strict, named_methods, parameter_coordinates
 
 QUANTITIES = ("amplitude", "phase", "reference phase")
 
@@ -89,6 +89,7 @@ class ReplayConfig(Strict):
     sampling_rate_Hz: float = Field(gt=0)
     duration_s: float = Field(gt=0)
     rig: dict
+    spectra: list[str] = Field(min_length=1)
     estimators: list[str]
     groups: dict[str, Annotated[list[str], Field(min_length=1)]] = Field(min_length=1)
     thesis_groups: dict[str, str] = {}
@@ -153,8 +154,7 @@ def check_replay(config, folder):
                 f"{where}: group '{name}' holds the slow roll '{config.slow_roll}', which is zero after subtraction; "
                 "take it out"
             )
-    for estimator in config.estimators:
-        registry().get("estimator", estimator, where)
+    named_methods(config.spectra, config.estimators, where)
     _check_figures(config, where)
     _check_printed(config, folder, where)
 
@@ -287,7 +287,7 @@ def spectra(config, replay):
     returns : displacement, compensated, corrected (version, data_set, spectrum_method, case, harmonic, part) m;
               reference_phase (version, data_set, spectrum_method, case, harmonic) rad
     """
-    methods = registry().plugins["spectrum"]
+    methods = {name: registry().get("spectrum", name) for name in config.spectra}
     signals, references = as_complex(replay.displacement), replay.reference.values
     shape = (*signals.shape[:2], len(methods), len(config.cases), len(config.harmonics))
     plain, compensated = np.zeros(shape, complex), np.zeros(shape, complex)

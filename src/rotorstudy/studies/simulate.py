@@ -89,13 +89,13 @@ def spectra(config, simulation):
     returns : displacement (source, record, spectrum_method, phase_reference, speed, harmonic, node, part) m,
               reference_phase (record, spectrum_method, speed, harmonic) rad
     """
-    methods, kinds = registry().plugins["spectrum"], config.record.kinds
+    methods, kinds = config.spectra, config.record.kinds
     displacement = as_complex(simulation.displacement)  # (source, speed, node, time)
     speeds, sensors = simulation.speed.values, tuple(int(n) for n in simulation.node.values)
     coordinates = {
         "source": (simulation.source.values, "1", "how the record was made"),
         "record": (list(kinds), "1", "how the record was taken"),
-        "spectrum_method": (list(methods), "1", "spectrum method"),
+        "spectrum_method": (methods, "1", "spectrum method"),
         "phase_reference": (list(PHASES), "1", "what the phase is compensated by"),
         "speed": (speeds, *SPEED),
         "harmonic": (np.array(config.harmonics), "1", "harmonic of the spin speed, positive forward"),
