@@ -266,7 +266,7 @@ def output_error_fit(problem, start=None, iterations=200):
         new_residual = measured[trials] - new_predicted
         new_misfit = np.sum(new_residual**2, axis=-1)
         better = new_misfit <= misfit[trials] * (1 + 1e-12)
-        in_sigma = np.sqrt(np.einsum("tp,tpq,tq->t", step, normal[trials], step))
+        in_sigma = np.sqrt(np.maximum(np.einsum("tp,tpq,tq->t", step, normal[trials], step), 0))
         small = (in_sigma < STEP_IN_SIGMA) | np.all(np.abs(step) <= STEP_RELATIVE * np.abs(tried), axis=-1)
         small |= better & (misfit[trials] - new_misfit <= MISFIT_RELATIVE * new_misfit)
         theta[trials[better]] = tried[better]

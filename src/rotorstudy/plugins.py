@@ -94,6 +94,8 @@ class SpectrumMethod(Plugin):
     covariance : (..., component, component) of real parts, then imaginary parts
     """
 
+    uses_marks: bool = False
+
 
 @dataclass(frozen=True)
 class Estimator(Plugin):

@@ -16,6 +16,7 @@ try:
     from rotorstudy.errors import RotorstudyError
     from rotorstudy.job import imported_files, plugin_files
     from rotorstudy.plugins import registry
+    from rotorstudy.studies.compare import load_comparison
     from rotorstudy.studies.config import file_name, load_study, named_methods
     from rotorstudy.studies.replay import check_replay, load_replay
     from rotorstudy.studies.workflow import WorkflowConfig
@@ -27,6 +28,9 @@ try:
     settings = check_config(WorkflowConfig, dict(config), "the workflow configuration")
     STUDIES = {name: load_study(ROOT / path) for name, path in settings.studies.items()}
     REPLAYS = {name: load_replay(ROOT / path) for name, path in settings.replays.items()}
+    COMPARISON = load_comparison(ROOT / settings.compare) if settings.compare else None
+    if COMPARISON:
+        COMPARISON.check(STUDIES, REPLAYS)
     for study in STUDIES.values():
         study.check_rigs()
     for name in ("chapter_2", "chapter_4"):

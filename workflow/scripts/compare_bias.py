@@ -1,0 +1,10 @@
+from rotorstudy.job import job
+
+with job(snakemake):
+    from rotorstudy.store import save
+    from rotorstudy.studies.config import load_study, study_provenance
+    from rotorstudy.studies.identify import bias
+
+    config = load_study(snakemake.input.config)
+    config = config.model_copy(update={"estimators": [snakemake.wildcards.estimator]})
+    save(bias(config, config.main_rig).assign_attrs(study_provenance(config)), snakemake.output[0])
