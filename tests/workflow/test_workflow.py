@@ -1,6 +1,8 @@
 """The workflow as a whole, on the tiny configuration: complete, the same on one core and two, resumed after a kill."""
 
 import os
+import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -99,7 +101,8 @@ def test_another_seed_gives_other_numbers(built, tmp_path):
     """Negative control of the test above."""
     study = (ROOT / "workflow/config/test/chapter_2.yaml").read_text().replace("seed: 20261121", "seed: 1")
     (tmp_path / "study.yaml").write_text(study)
-    snakemake(tmp_path, "--config", f"studies={{chapter_2: {tmp_path / 'study.yaml'}}}", "--", SOME_TARGETS[0])
+    config = [f"studies={{chapter_2: {tmp_path / 'study.yaml'}}}", "compare="]
+    snakemake(tmp_path, "--config", *config, "--", SOME_TARGETS[0])
     assert (tmp_path / SOME_TARGETS[0]).read_bytes() != (built / SOME_TARGETS[0]).read_bytes()
 
 
@@ -159,3 +162,34 @@ def test_editing_a_plugin_reruns_what_used_it(built):
         os.utime(plugin, ns=(before.st_atime_ns, before.st_mtime_ns))
     assert "monte_carlo" in plan and "replay_identify" in plan
     assert "rule simulate" not in plan and "replay_records" not in plan
+
+
+def test_an_estimator_in_one_file_joins_the_comparison_and_nothing_else_runs_again(built, tmp_path):
+    from rotorstudy.authoring import new_plugin
+
+    new_plugin("estimator", "newcomer", tmp_path / "zoo")
+    shutil.copytree(built, tmp_path / "copy")
+    with_it = ("--config", f"plugin_folders=[{tmp_path / 'zoo'}]", "--")
+    target = "results/compare/comparison.nc"
+    plan = snakemake(tmp_path / "copy", "--dry-run", *with_it, target)
+    assert set(re.findall(r"^rule (\w+):", plan, re.M)) == {"compare_estimates", "compare_bias", "compare"}
+    assert set(re.findall(r"estimator=(\w+)", plan)) == {"newcomer"}
+    snakemake(tmp_path / "copy", *with_it, target)
+    with xr.open_dataset(tmp_path / "copy" / target) as after, xr.open_dataset(built / target) as before:
+        assert set(after.estimator.values) - set(before.estimator.values) == {"newcomer"}
+        shared = {"estimator": before.estimator.values}
+        for name in ("bias", "scatter", "rmse", "efficiency", "coverage", "failed"):
+            xr.testing.assert_equal(after[name].sel(shared), before[name])
+        best = after.efficiency.sel(estimator="newcomer", spectrum_method="regression", fault="whole turns", noise=1)
+        assert (best.median("parameter") > 0.3).all()  # six trials know a standard deviation to 30 %
+    assert "newcomer" in (tmp_path / "copy" / "results/compare/ranking.csv").read_text()
+
+
+def test_the_comparison_knows_what_a_fault_does(built):
+    with xr.open_dataset(built / "results/compare/comparison.nc") as data:
+        fit = data.sel(estimator="maximum_likelihood", spectrum_method="regression", noise=1)
+        over = (fit.efficiency**-0.5).median("parameter")
+        assert (over.sel(fault="whole turns") < 1.6).all()  # on the bound, as far as six trials tell
+        assert (over.sel(fault="1 % outliers") > 5).all()
+        exact = data.rmse.sel(estimator="maximum_likelihood", fault="whole turns", noise=0) / abs(data.true)
+        assert exact.max() < 1e-6  # records without noise or fault give the truth
