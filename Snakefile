@@ -18,6 +18,7 @@ include: "workflow/rules/common.smk"
 include: "workflow/rules/simulate.smk"
 include: "workflow/rules/identify.smk"
 include: "workflow/rules/replay.smk"
+include: "workflow/rules/bearings.smk"
 include: "workflow/rules/tables.smk"
 include: "workflow/rules/figures.smk"
 
@@ -28,4 +29,5 @@ rule all:
         scoreboard_files(),
         table_files(),
         figure_files(),
+        bearing_files(),
         data_files(),

@@ -75,7 +75,7 @@ def rotorstudy_bearing():
     return Bearing(
         "flexible_pedestal",
         flexible_pedestal,
-        source="Childs 1993, Turbomachinery Rotordynamics; series connection of two dynamic stiffnesses",
+        source="Kirk and Gunter 1972, effect of support flexibility and damping; two dynamic stiffnesses in series",
         example={
             "bearing_stiffness_N_per_m": {"xx": 2e6, "yy": 1.5e6},
             "bearing_damping_N_s_per_m": {"xx": 400.0, "yy": 300.0},

@@ -9,6 +9,7 @@ from rotorstudy import build_model, eigenvalues, harmonic_response, registry, st
 from rotorstudy.cli import main
 from rotorstudy.rig import make_term
 from rotorstudy.statics import static_deflection
+from rotorstudy.studies.bearings import all_bearings, bearing_coefficients, plot_bearing_coefficients
 
 SHAFT = {
     "kind": "finite_element",
@@ -33,7 +34,7 @@ def rig(plugin, **more):
 @pytest.mark.parametrize("plugin", BEARINGS, ids=lambda p: p.name)
 def test_simulated_and_identified_by_name_from_a_rig_file(plugin, tmp_path):
     given = rig(plugin)
-    air = {"kind": "external_damping", "external_damping_N_s_per_m": 2000.0}  # some examples drive a whirl
+    air = {"kind": "external_damping", "node": 3, "external_damping_N_s_per_m": 2000.0}  # some examples drive a whirl
     given["effects"] = [*given["effects"], air]
     file, records, estimates = tmp_path / "rig.yaml", tmp_path / "records.nc", tmp_path / "estimates.nc"
     file.write_text(yaml.safe_dump(given))
@@ -91,3 +92,17 @@ def test_a_rigid_shaft_on_two_journals_whirls_where_one_mass_on_one_does():
     given = rig(registry().get("bearing", "short_journal"), load_N=share, viscosity_Pa_s=10.0)
     threshold = stability_threshold(build_model({**given, "rotor": stiff}), 3000.0)
     assert threshold == pytest.approx(2 * np.sqrt(6 / np.pi) * np.sqrt(9.81 / 1e-4), rel=2e-3)
+
+
+def test_every_bearing_is_compared_and_a_speed_it_refuses_is_left_out():
+    data = bearing_coefficients(all_bearings(), np.array([50 * np.pi, 900.0, 1200.0]))
+    assert list(data.bearing.values) == sorted(plugin.name for plugin in BEARINGS)
+    journal = data.sel(bearing="short_journal").isel(speed=0)  # the textbook's example, see test_film_bearings
+    assert journal.stiffness.values / 1e6 == pytest.approx([8.815, 25.06, -16.39, 12.81], rel=4e-4)
+    assert journal.damping.values / 1e3 == pytest.approx([294.9, 81.92, 81.92, 232.9], rel=3e-4)
+    table = data.stiffness.sel(bearing="speed_tabulated", direction="xx").values  # ends at 1000 rad/s
+    assert table[:2] == pytest.approx(np.interp([50 * np.pi, 900.0], [0, 1000], [3e5, 2e5])) and np.isnan(table[2])
+    assert data.stiffness.attrs["units"] == "N/m" and data.damping.attrs["units"] == "N s/m"
+    picture = plot_bearing_coefficients(data)
+    assert len(picture.axes) == 2 * len(BEARINGS)
+    assert all("(" in panel.get_ylabel() for panel in picture.axes)
