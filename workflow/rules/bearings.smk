@@ -11,7 +11,12 @@ rule bearings:
         plugins=plugin_files([], "bearing"),
     output:
         data=f"{RESULTS}/bearings/coefficients.nc",
-        png=in_report(f"{RESULTS}/bearings/coefficients.png", "bearings_coefficients", "Bearings", "Figures"),
+        png=in_report(
+            f"{RESULTS}/bearings/coefficients.png",
+            "bearings_coefficients",
+            "Bearings",
+            "Figures",
+        ),
         svg=f"{RESULTS}/bearings/coefficients.svg",
     log:
         f"{RESULTS}/logs/bearings.log",
