@@ -86,7 +86,7 @@ def test_unbalance_on_journals_goes_backward_too_and_oil_whip_starts_near_twice_
 
 
 def test_a_rigid_shaft_on_two_journals_whirls_where_one_mass_on_one_does():
-    """A thick shaft of steel 10 000 times as stiff: 2 sqrt(6 / pi) sqrt(g / c), the limit of light load (see test_film_bearings)."""
+    """Steel made 10 000 times as stiff: 2 sqrt(6 / pi) sqrt(g / c), light load (see test_film_bearings)."""
     stiff = {**SHAFT, "outer_diameter_m": 0.15, "youngs_modulus_Pa": 2.1e15}
     share = float(weight(build_model({"rotor": stiff})) / 2)
     given = rig(registry().get("bearing", "short_journal"), load_N=share, viscosity_Pa_s=10.0)
