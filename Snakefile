@@ -19,6 +19,7 @@ include: "workflow/rules/simulate.smk"
 include: "workflow/rules/identify.smk"
 include: "workflow/rules/replay.smk"
 include: "workflow/rules/compare.smk"
+include: "workflow/rules/bearings.smk"
 include: "workflow/rules/tables.smk"
 include: "workflow/rules/figures.smk"
 
@@ -29,5 +30,6 @@ rule all:
         scoreboard_files(),
         table_files(),
         figure_files(),
+        bearing_files(),
         data_files(),
         comparison_files(),

@@ -27,4 +27,11 @@ def linear(structure, node: int | None = None, coefficients: Literal["isotropic"
 
 @hookimpl
 def rotorstudy_bearing():
-    return Bearing("linear", linear, source="Nelson and McVaugh 1976; thesis Chapter 6")
+    return Bearing(
+        "linear",
+        linear,
+        source="Nelson and McVaugh 1976; thesis Chapter 6",
+        checked="force on an elliptic orbit by hand; unbalance response and whirl threshold of one mass in closed form",
+        positive_damping=True,
+        symmetric=True,
+    )

@@ -70,4 +70,6 @@ def rotorstudy_bearing():
             "stiffness_N_per_m": {"xx": [3e5, 2e5], "xy": [5e4, 9e4], "yx": [-4e4, -7e4], "yy": [2e5, 3e5]},
             "damping_N_s_per_m": {"xx": [300.0, 200.0], "yy": [200.0, 200.0]},
         },
+        checked="equal to the linear bearing at its coefficients between two speeds of the table",
+        positive_damping=True,
     )

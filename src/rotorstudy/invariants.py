@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from rotorstudy.bearings import dynamic_stiffness
 from rotorstudy.cracks import crack_parameters
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.identification import Problem, output_error_fit
@@ -18,6 +19,7 @@ from rotorstudy.records import Record, full_spectrum, synthesize
 from rotorstudy.response import measured_response
 from rotorstudy.rig import build_model, make_term
 from rotorstudy.spectrum import Spectrum, components, independent_covariance
+from rotorstudy.statics import static_deflection
 from rotorstudy.terms import Entry, Parameter, Term, apply_entries
 
 HARMONICS = [0, 1, 2, 3, 5, 7, -1, -3, -5]
@@ -243,6 +245,65 @@ def _sure_spectrum(model, shown, std=1e-9):
     return Spectrum(shown, np.array(SPEEDS), np.array(HARMONICS), model.sensors, covariance)
 
 
+# --- bearings
+
+BEARING_HARMONICS = [1, 2, 3]
+
+
+def bearing_says_its_checks(plugin):
+    """says which published or closed-form numbers it was checked against"""
+    claim(plugin.checked, "'checked' is empty; compare it with a published table or a closed form, and say which")
+
+
+def bearing_is_finite(plugin):
+    """is finite at speeds of a laboratory rotor"""
+    check_finite(typical_term(plugin, bench_structure()))
+
+
+def check_finite(term):
+    found = dynamic_stiffness(term, SPEEDS, BEARING_HARMONICS)
+    bad = [w for w, one in zip(SPEEDS, found, strict=True) if not np.isfinite(one).all()]
+    claim(not bad, f"stiffness or damping is not finite at {', '.join(f'{w:g}' for w in bad)} rad/s")
+
+
+def bearing_carries(plugin):
+    """carries a free shaft's weight, which then rests a finite way down"""
+    structure = replace(bench_structure(), stiffness=np.zeros((1, 1)))
+    check_carries(typical_term(plugin, structure), structure)
+
+
+def check_carries(term, structure):
+    model = Model(structure, (term,))
+    try:
+        deflection = static_deflection(model, SPEEDS, model.theta).value
+    except np.linalg.LinAlgError:
+        raise BrokenInvariant("it has no stiffness at rest: the shaft falls through") from None
+    down = np.real(deflection @ structure.static_load)
+    claim(np.isfinite(down).all(), "it has no stiffness at rest: the shaft falls through")
+    claim((down > 0).all(), f"the shaft rises against its weight at {np.array(SPEEDS)[down <= 0]} rad/s")
+
+
+def bearing_is_what_it_claims(plugin):
+    """has the positive damping and the symmetry that it claims"""
+    term = typical_term(plugin, bench_structure())
+    if plugin.positive_damping:
+        check_positive_damping(term)
+    if plugin.symmetric:
+        check_symmetric(term)
+
+
+def check_positive_damping(term):
+    loss = dynamic_stiffness(term, SPEEDS, BEARING_HARMONICS).imag
+    least = np.linalg.eigvalsh(loss + np.swapaxes(loss, -1, -2)).min()
+    claim(least > 0, f"a motion gains energy from its damping: {least / 2:.3g} N/m in quadrature")
+
+
+def check_symmetric(term):
+    found = dynamic_stiffness(term, SPEEDS, BEARING_HARMONICS)
+    off = np.abs(found - np.swapaxes(found, -1, -2)).max()
+    claim(off <= ROUND_OFF * np.abs(found).max(), f"xy and yx differ by {off:.3g} N/m: they feed a whirl")
+
+
 # --- spectra
 
 SPECTRUM_TRIALS = 300
@@ -323,7 +384,15 @@ def estimator_is_exact(plugin):
 INVARIANTS = {
     "rotor": (rotor_is_mechanical, rotor_weighs, rotor_losses_take_away),
     "crack": (crack_is_bounded, crack_is_periodic, crack_series_is_the_function),
-    "bearing": (term_states_units, term_is_one_table, term_is_found_again),
+    "bearing": (
+        term_states_units,
+        term_is_one_table,
+        term_is_found_again,
+        bearing_says_its_checks,
+        bearing_is_finite,
+        bearing_carries,
+        bearing_is_what_it_claims,
+    ),
     "effect": (term_states_units, term_is_one_table, term_is_found_again),
     "spectrum": (spectrum_is_exact, spectrum_covariance_is_honest),
     "estimator": (estimator_is_exact,),

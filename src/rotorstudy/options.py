@@ -2,7 +2,7 @@
 
 from typing import Annotated, TypeVar, get_args
 
-from annotated_types import Ge, Gt, Le, MinLen
+from annotated_types import Ge, Gt, Le, Lt, MinLen
 from typing_extensions import TypedDict as TypedDict  # for plugins: pydantic takes no other before Python 3.12
 from typing_extensions import is_typeddict
 
@@ -10,6 +10,7 @@ from rotorstudy.errors import RotorstudyError, unknown_name
 
 Positive = Annotated[float, Gt(0)]
 NonNegative = Annotated[float, Ge(0)]
+Fraction = Annotated[float, Gt(0), Lt(1)]
 PoissonsRatio = Annotated[float, Ge(0), Le(0.5)]
 Whole = Annotated[int, Ge(1)]
 AtLeastOne = Annotated[list[TypeVar("Item")], MinLen(1)]

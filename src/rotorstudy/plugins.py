@@ -71,7 +71,15 @@ class Crack(Plugin):
 
 @dataclass(frozen=True)
 class Bearing(Plugin):
-    """function(structure, node, **options) -> list of Parameter"""
+    """function(structure, node, **options) -> list of Parameter
+
+    Claims about its example with every parameter at its typical size, verified by `rotorstudy.invariants`:
+    positive_damping : the symmetric part of its damping takes energy out of every motion
+    symmetric        : no cross-coupling feeds a whirl; with positive damping too, no motion ever gains energy
+    """
+
+    positive_damping: bool = False
+    symmetric: bool = False
 
 
 @dataclass(frozen=True)

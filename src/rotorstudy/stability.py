@@ -68,14 +68,20 @@ def growth_rate(model, speed, theta=None):
     return values.real.max(axis=-1) - ROUND_OFF * np.abs(values).max(axis=-1)
 
 
-def stability_threshold(model, up_to, theta=None):
+def stability_threshold(model, up_to, theta=None, *, lowest=None):
     """Lowest speed in rad/s at which a whirl mode stops decaying, or None if there is none up to `up_to`.
+
+    lowest : rad/s where the search starts, a millionth of `up_to` by default; bearings tabulated over speed, or whose
+             journal does not float at a crawl, need it higher
 
     For the Jeffcott rotor with viscous dampings this is w_n (1 + c_E / c_H) (Gasch, Nordmann, Pfuetzner, Rotordynamik).
     """
     from scipy.optimize import brentq
 
-    speeds = np.geomspace(1e-6 * up_to, up_to, 400)
+    lowest = 1e-6 * up_to if lowest is None else lowest
+    if not 0 < lowest < up_to:
+        raise RotorstudyError(f"stability search from {lowest:g} to {up_to:g} rad/s: give 0 < lowest < up_to")
+    speeds = np.geomspace(lowest, up_to, 400)
     unstable = growth_rate(model, speeds, theta) > 0
     if not unstable.any():
         return None

@@ -132,15 +132,16 @@ class Term:
         return np.array(found, float)
 
 
-def planar_entries(direction, matrix, order=0, gain=None):
+def planar_entries(direction, matrix, order=0, gain=None, *, frequency_only=False):
     """Entries of the force along a by the motion along b, where direction is "ab": "xx", "xy", "yx" or "yy".
 
-    With x = (z + conj z) / 2 and y = (z - conj z) / 2j; the matrix (dof, dof) is real.
+    With x = (z + conj z) / 2 and y = (z - conj z) / 2j; the matrix (dof, dof) is real. A gain of (speed, harmonic) may
+    be complex, then that of -harmonic is its conjugate: the force of a real motion is real.
     """
     on_z, on_conj = {"xx": (0.5, 0.5), "xy": (-0.5j, 0.5j), "yx": (0.5j, 0.5j), "yy": (0.5, -0.5)}[direction]
     return (
-        Entry(on_z * matrix, order=order, gain=gain),
-        Entry(on_conj * matrix, on="conj", order=order, gain=gain),
+        Entry(on_z * matrix, order=order, gain=gain, frequency_only=frequency_only),
+        Entry(on_conj * matrix, on="conj", order=order, gain=gain, frequency_only=frequency_only),
     )
 
 

@@ -12,16 +12,23 @@ import pytest
 from rotorstudy import Entry, Estimate, Parameter, Term, registry
 from rotorstudy.invariants import (
     BrokenInvariant,
+    bearing_is_what_it_claims,
+    bearing_says_its_checks,
     bench_structure,
     broken_invariants,
+    check_carries,
+    check_finite,
     check_load,
     check_matrices,
+    check_positive_damping,
     check_round_trip,
+    check_symmetric,
     check_table,
     check_units,
     invariants_of,
 )
 from rotorstudy.plugins import KINDS, Crack, Effect, Estimator, SpectrumMethod
+from rotorstudy.terms import planar_entries
 
 ZOO = registry()
 STRUCTURE = bench_structure()
@@ -120,6 +127,52 @@ def test_an_effect_that_does_nothing_fails():
     term = Term("dead", (Parameter("dead", "N/m", (Entry(np.zeros((1, 1))),), 1.0),), {"dead": 1.0})
     with pytest.raises(Exception, match="do not depend on dead"):
         check_round_trip(term, STRUCTURE)
+
+
+def planar(stiffness=(), damping=(), gain=None):
+    """A bearing on the bench with some coefficients {direction: value}."""
+    entries = [e for ab, k in dict(stiffness).items() for e in planar_entries(ab, np.array([[-k]]), 0, gain)]
+    entries += [e for ab, c in dict(damping).items() for e in planar_entries(ab, np.array([[-c]]), 1, gain)]
+    return Term("wrong", (Parameter("wrong", "1", tuple(entries), 1.0),), {"wrong": 1.0}, carries=True)
+
+
+def test_a_bearing_that_is_not_finite_at_some_speed_fails():
+    check_finite(planar({"xx": 1e5}))
+    with pytest.raises(BrokenInvariant, match="not finite at 150 rad/s"):
+        check_finite(planar({"xx": 1e5}, gain=lambda w: np.where(w == 150.0, np.nan, 1.0)))
+
+
+def test_a_bearing_that_lets_the_shaft_fall_or_lifts_it_fails():
+    free = replace(STRUCTURE, stiffness=np.zeros((1, 1)))
+    check_carries(planar({"xx": 1e5, "yy": 1e5}), free)
+    with pytest.raises(BrokenInvariant, match="falls through"):
+        check_carries(planar(damping={"xx": 1e3, "yy": 1e3}), free)
+    with pytest.raises(BrokenInvariant, match="rises against its weight"):
+        check_carries(planar({"xx": -1e5, "yy": 1e5}), free)
+
+
+def test_a_bearing_whose_damping_feeds_some_motion_fails():
+    spring = {"xx": 1e5, "xy": 3e4, "yx": -3e4, "yy": 2e5}
+    check_positive_damping(planar(spring, {"xx": 300.0, "xy": 50.0, "yx": 50.0, "yy": 20.0}))
+    with pytest.raises(BrokenInvariant, match="gains energy from its damping"):
+        check_positive_damping(planar(spring, {"xx": 300.0, "xy": 90.0, "yx": 90.0, "yy": 20.0}))
+
+
+def test_a_bearing_that_is_not_symmetric_fails():
+    check_symmetric(planar({"xx": 1e5, "xy": 3e4, "yx": 3e4, "yy": 2e5}, {"xx": 300.0}))
+    for stiffness, damping in (({"xy": 3e4, "yx": -3e4}, {}), ({}, {"xy": 20.0})):
+        with pytest.raises(BrokenInvariant, match="feed a whirl"):
+            check_symmetric(planar({"xx": 1e5, **stiffness}, {"xx": 300.0, **damping}))
+
+
+def test_a_bearing_is_held_to_what_it_claims_and_to_saying_its_checks():
+    whirling = next(p for p in ZOO.plugins["bearing"].values() if not p.symmetric)
+    bearing_is_what_it_claims(whirling)
+    with pytest.raises(BrokenInvariant, match="feed a whirl"):
+        bearing_is_what_it_claims(replace(whirling, symmetric=True))
+    bearing_says_its_checks(whirling)
+    with pytest.raises(BrokenInvariant, match="'checked' is empty"):
+        bearing_says_its_checks(replace(whirling, checked=""))
 
 
 def test_a_spectrum_that_is_too_sure_fails():

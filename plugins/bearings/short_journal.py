@@ -1,0 +1,114 @@
+from functools import lru_cache
+
+import numpy as np
+
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.options import Positive
+from rotorstudy.plugins import Bearing, hookimpl
+from rotorstudy.terms import Parameter, planar_entries
+
+LONGEST = 1.0  # length over diameter; the theory neglects the flow around the journal, good up to about one half
+ECCENTRICITY = (1e-6, 1 - 1e-6)  # what is searched; outside, the film is no film or carries nothing
+
+
+def short_journal(
+    structure,
+    load_N: Positive,
+    diameter_m: Positive,
+    length_m: Positive,
+    radial_clearance_m: Positive,
+    viscosity_Pa_s: Positive,
+    node: int | None = None,
+):
+    """Oil film of a short plain journal bearing (Ocvirk, half film) about its running position, times bearing_scale.
+
+    load_N is the share of the static load that this bearing carries, along gravity. Displacements count from the
+    running position, which the film gives the journal at each speed: eccentric by (0, 1) radial clearances, turned
+    from the load with the spin. That offset is not part of the displacements, nor does the static deflection, which
+    the stiffness here gives, follow it; the shaft's bending is right where the two supports share the load as stated.
+    """
+    if length_m > LONGEST * diameter_m:
+        raise RotorstudyError(
+            f"short_journal: length_m / diameter_m = {length_m / diameter_m:g}; the theory of short bearings ends at "
+            f"{LONGEST:g} (and is good up to 0.5); tabulate the coefficients of a longer bearing over speed instead"
+        )
+    node = structure.default_node() if node is None else node
+    here, entries = np.outer(structure.unit(node), structure.unit(node)), []
+    film = diameter_m * length_m**3 * viscosity_Pa_s / (8 * load_N * radial_clearance_m**2)  # Ocvirk number / speed
+
+    @lru_cache(maxsize=4096)
+    def at(speed):
+        """Both matrices at one speed, N/m and N s/m."""
+        if not speed > 0:
+            raise RotorstudyError(
+                f"speed {speed:g} rad/s: the journal at node {node} needs to turn to float; give speeds > 0 rad/s"
+            )
+        eccentricity = eccentricity_ratio(film * speed, f"at {speed:g} rad/s the journal at node {node}")
+        stiffness, damping = coefficients(eccentricity)
+        return load_N / radial_clearance_m * stiffness, load_N / (radial_clearance_m * speed) * damping
+
+    def gain(order, row, column):
+        return lambda speed: np.reshape([at(w)[order][row, column] for w in np.ravel(speed).tolist()], np.shape(speed))
+
+    for order in (0, 1):
+        for direction in ("xx", "xy", "yx", "yy"):
+            entries += planar_entries(direction, -here, order, gain(order, *("xy".index(axis) for axis in direction)))
+    return [Parameter("bearing_scale", "1", tuple(entries), typical=1.0)]
+
+
+def eccentricity_ratio(ocvirk, where="the journal"):
+    """Eccentricity over clearance at an Ocvirk number D speed viscosity L^3 / (8 load c^2).
+
+    (1 - e^2)^2 / (e sqrt(16 e^2 + pi^2 (1 - e^2))) falls from infinity to 0 while e goes from 0 to 1.
+    """
+    from scipy.optimize import brentq
+
+    def excess(e):
+        return 2 * np.log(1 - e * e) - np.log(e) - 0.5 * np.log(16 * e * e + np.pi**2 * (1 - e * e)) - np.log(ocvirk)
+
+    low, high = ECCENTRICITY
+    if not excess(low) > 0 > excess(high):
+        side = "below" if excess(low) <= 0 else "above"
+        raise RotorstudyError(
+            f"{where} has an eccentricity ratio {side} {low if side == 'below' else high:.6f} (Ocvirk number "
+            f"{ocvirk:.3g}); it must lie between 0 and 1: check load_N, viscosity_Pa_s and the dimensions, or leave "
+            "that speed out"
+        )
+    return brentq(excess, low, high, xtol=1e-15, rtol=1e-14)
+
+
+def coefficients(e):
+    """Stiffness times clearance over load, damping times clearance and speed over load: each (2, 2), x along the load.
+
+    u = y is across the load, v = -x against it, as in the book; both pairs of axes turn the same way as the shaft.
+    """
+    pi2, e2 = np.pi**2, e * e
+    rest = 1 - e2
+    root = np.sqrt(rest)
+    a_uu = 4 * (pi2 * (2 - e2) + 16 * e2)
+    a_uv = np.pi * (pi2 * rest**2 - 16 * e2 * e2) / (e * root)
+    a_vu = -np.pi * (pi2 * rest * (1 + 2 * e2) + 32 * e2 * (1 + e2)) / (e * root)
+    a_vv = 4 * (pi2 * (1 + 2 * e2) + 32 * e2 * (1 + e2) / rest)
+    b_uu = 2 * np.pi * root * (pi2 * (1 + 2 * e2) - 16 * e2) / e
+    b_uv = -8 * (pi2 * (1 + 2 * e2) - 16 * e2)
+    b_vv = 2 * np.pi * (pi2 * rest**2 + 48 * e2) / (e * root)
+    h0 = (pi2 * rest + 16 * e2) ** -1.5
+    return h0 * np.array([[a_vv, -a_vu], [-a_uv, a_uu]]), h0 * np.array([[b_vv, -b_uv], [-b_uv, b_uu]])
+
+
+@hookimpl
+def rotorstudy_bearing():
+    return Bearing(
+        "short_journal",
+        short_journal,
+        source="Ocvirk 1952, NACA TN 2808; Friswell, Penny, Garvey and Lees 2010, Dynamics of Rotating Machines, 5.5.1",
+        example={
+            "load_N": 525.0,
+            "diameter_m": 0.1,
+            "length_m": 0.03,
+            "radial_clearance_m": 1e-4,
+            "viscosity_Pa_s": 0.1,
+        },
+        checked="Friswell et al. 2010, Example 5.5.1; the Reynolds film integrated and differenced; Lund's threshold",
+        positive_damping=True,
+    )

@@ -1,0 +1,66 @@
+"""Stiffness and damping over speed of every bearing of the zoo, each with its example."""
+
+import numpy as np
+
+from rotorstudy.bearings import dynamic_stiffness
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.invariants import bench_structure, typical_term
+from rotorstudy.plots import COLOURS, figure
+from rotorstudy.plugins import registry
+from rotorstudy.store import dataset
+
+SPEEDS = np.linspace(50.0, 400.0, 71)  # rad/s, 8 to 64 Hz: slow roll to past the first critical speed of a rig
+DIRECTIONS = ("xx", "xy", "yx", "yy")
+LINES = ("-", "-.", ":", "--")  # told apart where they cover each other
+
+
+def all_bearings():
+    """Bearing plugins in a fixed order."""
+    return [plugin for kind, plugin in registry() if kind == "bearing"]
+
+
+def bearing_coefficients(plugins, speeds=SPEEDS):
+    """Synchronous coefficients of the plugins' examples, every amplitude at its typical size.
+
+    returns : stiffness, damping (bearing, speed, direction), NaN where a bearing refuses the speed; x is down, and xy
+              is the force along x by a motion along y
+    """
+    found = np.array([[_at(plugin, w) for w in speeds] for plugin in plugins]).reshape(len(plugins), len(speeds), 4)
+    coordinates = {
+        "bearing": ([plugin.name for plugin in plugins], "1", "bearing plugin"),
+        "speed": (speeds, "rad/s", "spin speed"),
+        "direction": (list(DIRECTIONS), "1", "of the force, of the motion; x down"),
+    }
+    variables = {
+        "stiffness": (tuple(coordinates), found.real, "N/m", "real part of the dynamic stiffness at +-1X"),
+        "damping": (tuple(coordinates), found.imag / speeds[:, None], "N s/m", "its imaginary part over the speed"),
+    }
+    return dataset(variables, coordinates, title="Stiffness and damping of every bearing over speed")
+
+
+def _at(plugin, speed):
+    """(2, 2) dynamic stiffness at one speed."""
+    try:
+        return dynamic_stiffness(typical_term(plugin, bench_structure()), [speed], [1])[0, 0]
+    except RotorstudyError:
+        return np.full((2, 2), np.nan)
+
+
+def plot_bearing_coefficients(data):
+    """A row for each bearing: stiffness in MN/m and damping in kN s/m over speed; returns the picture."""
+    names = data.bearing.values
+    picture, axes = figure(rows=len(names), columns=2, height=1.6, sharex=True)
+    for row, name in zip(axes, names, strict=True):
+        for panel, (quantity, scale, unit) in zip(
+            row, (("stiffness", 1e-6, "MN/m"), ("damping", 1e-3, "kN s/m")), strict=True
+        ):
+            for d, direction in enumerate(DIRECTIONS):
+                values = data[quantity].sel(bearing=name, direction=direction) * scale
+                panel.plot(data.speed, values, LINES[d], color=COLOURS[d], label=direction)
+            panel.set(ylabel=f"{quantity} ({unit})", title=name.replace("_", " "))
+    for panel in axes[-1]:
+        panel.set_xlabel("spin speed (rad/s)")
+    picture.align_ylabels()
+    lines = axes[0, 0].get_legend_handles_labels()
+    picture.legend(*lines, loc="outside lower center", ncols=4, title="force along, motion along; x down, at 1X")
+    return picture

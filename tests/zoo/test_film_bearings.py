@@ -1,0 +1,232 @@
+"""Oil films against the Reynolds film integrated here, published numbers, and the speed where a journal whirls."""
+
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rotorstudy import (
+    Model,
+    RotorstudyError,
+    eigenvalues,
+    harmonic_response,
+    make_term,
+    registry,
+    stability_threshold,
+    time_response,
+)
+from rotorstudy.bearings import dynamic_stiffness
+from rotorstudy.invariants import bench_structure
+from rotorstudy.statics import static_deflection
+
+BENCH = bench_structure()
+FREE = replace(BENCH, stiffness=np.zeros((1, 1)))
+GRAVITY = 9.81
+JOURNAL = {
+    "kind": "short_journal",
+    "load_N": 525.0,
+    "diameter_m": 0.1,
+    "length_m": 0.03,
+    "radial_clearance_m": 1e-4,
+    "viscosity_Pa_s": 0.1,
+    "bearing_scale": 1.0,
+}
+DAMPER = {
+    "kind": "squeeze_film",
+    "diameter_m": 0.1,
+    "length_m": 0.02,
+    "radial_clearance_m": 2e-4,
+    "viscosity_Pa_s": 0.01,
+    "eccentricity_ratio": 0.4,
+    "bearing_scale": 1.0,
+    "centring_stiffness_N_per_m": 0.0,
+}
+MODULE = sys.modules[registry().get("bearing", "short_journal").function.__module__]
+
+
+def bearing(item, structure=BENCH):
+    return make_term("bearing", item, structure, structure.nodes)
+
+
+def eccentricity(item, speed):
+    d, length, c = item["diameter_m"], item["length_m"], item["radial_clearance_m"]
+    return MODULE.eccentricity_ratio(d * speed * item["viscosity_Pa_s"] * length**3 / (8 * item["load_N"] * c * c))
+
+
+def film_force(item, speed, position, velocity, whole=False):
+    """Force (x, y) of the short film on a journal, x down, spin from x to y; the negative pressure cut off.
+
+    The film pressure summed over the length is -L^3/(12 h^3) (6 mu speed dh/dphi + 12 mu dh/dt), with
+    h = c - x cos(phi) - y sin(phi); what decides its sign is a pure sinusoid of phi, so its half circle is known.
+    """
+    (x, y), (vx, vy) = position, velocity
+    mu = item["viscosity_Pa_s"]
+    a, b = 6 * mu * speed * y + 12 * mu * vx, -6 * mu * speed * x + 12 * mu * vy  # source a cos + b sin, > 0 presses
+    middle, width = np.arctan2(b, a), np.pi if whole else np.pi / 2
+    node, weight = np.polynomial.legendre.leggauss(400)
+    phi = middle + width * node
+    h = item["radial_clearance_m"] - x * np.cos(phi) - y * np.sin(phi)
+    pressure = item["length_m"] ** 3 / (12 * h**3) * (a * np.cos(phi) + b * np.sin(phi))
+    return -width * item["diameter_m"] / 2 * np.array([weight @ (pressure * f(phi)) for f in (np.cos, np.sin)])
+
+
+def running_position(item, speed):
+    """Where the film carries the load, from the integrated film alone."""
+    from scipy.optimize import fsolve
+
+    c, load = item["radial_clearance_m"], item["load_N"]
+    start = eccentricity(item, speed) * np.array([0.5, 0.8])
+    found, _, status, _ = fsolve(
+        lambda r: film_force(item, speed, c * r, (0, 0)) / load + [1, 0], start, xtol=1e-13, full_output=True
+    )
+    assert status == 1
+    return c * found
+
+
+def differences(function, step):
+    """(2, 2) minus the derivative of a force by its argument about zero, to fourth order."""
+    columns = []
+    for direction in np.eye(2) * step:
+        near, far = function(direction) - function(-direction), function(2 * direction) - function(-2 * direction)
+        columns.append(-(8 * near - far) / (12 * step))
+    return np.transpose(columns)
+
+
+@pytest.mark.parametrize("speed", [2.0, 20.0, 157.1, 900.0])
+def test_journal_coefficients_are_the_derivatives_of_the_film_force(speed):
+    at = running_position(JOURNAL, speed)
+    c = JOURNAL["radial_clearance_m"]
+    assert np.hypot(*at) / c == pytest.approx(eccentricity(JOURNAL, speed), rel=1e-9)
+    assert at[0] > 0 and at[1] > 0  # down, and carried along with the spin
+    stiffness = differences(lambda r: film_force(JOURNAL, speed, at + r, (0, 0)), 1e-4 * c)
+    damping = differences(lambda v: film_force(JOURNAL, speed, at, v), 1e-4 * c * speed)
+    found = dynamic_stiffness(bearing(JOURNAL), [speed], [1])[0, 0]
+    assert np.abs(found.real - stiffness).max() < 1e-8 * np.abs(stiffness).max()
+    assert np.abs(found.imag / speed - damping).max() < 1e-8 * np.abs(damping).max()
+    assert np.abs(found.real - stiffness.T).max() > 0.1 * np.abs(stiffness).max()  # axes matter
+
+
+def test_journal_of_a_textbook():
+    """Friswell, Penny, Garvey and Lees 2010, Example 5.5.1: 1500 rev/min; u = y and v = -x are its axes."""
+    speed = 1500 * 2 * np.pi / 60
+    assert eccentricity(JOURNAL, speed) == pytest.approx(0.2663, abs=5e-5)
+    found = dynamic_stiffness(bearing(JOURNAL), [speed], [1])[0, 0]
+    turn = np.array([[0, 1], [-1, 0]])  # (u, v) from (x, y)
+    stiffness, damping = turn @ found.real @ turn.T / 1e6, turn @ found.imag @ turn.T / speed / 1e3
+    assert stiffness == pytest.approx(np.array([[12.81, 16.39], [-25.06, 8.815]]), rel=4e-4)
+    assert damping == pytest.approx(np.array([[232.9, -81.92], [-81.92, 294.9]]), rel=3e-4)
+
+
+def lund(item, speed):
+    """Stiffness at the threshold and (whirl over spin)^2 there of a rigid mass on a journal (Lund 1987)."""
+    z = dynamic_stiffness(bearing(item), [speed], [1])[0, 0]
+    k, c = z.real, z.imag / speed
+    at = (k[0, 0] * c[1, 1] + k[1, 1] * c[0, 0] - k[0, 1] * c[1, 0] - k[1, 0] * c[0, 1]) / (c[0, 0] + c[1, 1])
+    return at, ((at - k[0, 0]) * (at - k[1, 1]) - k[0, 1] * k[1, 0]) / np.linalg.det(c) / speed**2
+
+
+def rigid(load):
+    """A mass that weighs the load, free but for its journal."""
+    return replace(FREE, mass=np.array([[load / GRAVITY]]), static_load=np.array([load]))
+
+
+@pytest.mark.parametrize("viscosity", [0.005, 0.02, 0.1, 10.0])
+def test_a_rigid_rotor_starts_to_whirl_where_lund_says(viscosity):
+    item = {**JOURNAL, "viscosity_Pa_s": viscosity}
+    structure = rigid(item["load_N"])
+    model = Model(structure, (bearing(item, structure),))
+    threshold = stability_threshold(model, 5000.0)
+    stiffness, ratio = lund(item, threshold)
+    assert stiffness == pytest.approx(structure.mass[0, 0] * ratio * threshold**2, rel=1e-6)
+    values = eigenvalues(model, [threshold])[0]
+    whirl = values[np.argmax(values.real)]
+    assert abs(whirl.imag) == pytest.approx(np.sqrt(ratio) * threshold, rel=1e-6)
+    assert 0.45 < np.sqrt(ratio) < 0.54
+    assert stability_threshold(model, 5000.0, lowest=0.5 * threshold) == pytest.approx(threshold, rel=1e-8)
+    assert stability_threshold(model, 0.99 * threshold) is None
+
+
+def test_a_lightly_loaded_journal_whirls_at_half_the_speed():
+    """Eccentricity to 0: whirl at half the spin, from the speed 2 sqrt(6 / pi) sqrt(g / c) on."""
+    item = {**JOURNAL, "viscosity_Pa_s": 100.0}
+    structure = rigid(item["load_N"])
+    model = Model(structure, (bearing(item, structure),))
+    threshold = stability_threshold(model, 5000.0)
+    assert threshold == pytest.approx(2 * np.sqrt(6 / np.pi) * np.sqrt(GRAVITY / 1e-4), rel=1e-4)
+    values = eigenvalues(model, [threshold])[0]
+    assert abs(values[np.argmax(values.real)].imag) == pytest.approx(threshold / 2, rel=1e-4)
+
+
+def test_a_heavily_loaded_journal_never_whirls():
+    """Beyond an eccentricity of 0.756 a short bearing is stable whatever the mass, by the threshold in closed form."""
+
+    found = [(eccentricity(JOURNAL, speed), lund(JOURNAL, speed)) for speed in np.linspace(3.0, 20.0, 35)]
+    never = [e for e, (stiffness, ratio) in found if ratio < 0 or stiffness < 0]
+    starts = [e for e, (stiffness, ratio) in found if ratio > 0 and stiffness > 0]
+    assert max(starts) < min(never) and 0.74 < max(starts) < 0.77 and 0.74 < min(never) < 0.77
+
+
+def test_a_journal_at_a_crawl_and_at_rest():
+    structure = rigid(525.0)
+    model = Model(structure, (bearing(JOURNAL, structure),))
+    assert (eigenvalues(model, [0.005, 0.1])[..., :].real < 0).all()
+    with pytest.raises(RotorstudyError, match=r"at 1e-12 rad/s the journal at node 1 .* above 0\.9"):
+        eigenvalues(model, [1e-12])
+    with pytest.raises(RotorstudyError, match=r"at 1e\+09 rad/s .* below 0\.00.*load_N"):
+        eigenvalues(model, [1e9])
+    with pytest.raises(RotorstudyError, match="lowest"):
+        stability_threshold(model, 5000.0, lowest=6000.0)
+
+
+BAD = [
+    ({**JOURNAL, "load_N": 0.0}, ["load_N = 0.0", "greater than 0"]),
+    ({**JOURNAL, "load_N": -5.0}, ["load_N = -5.0", "greater than 0"]),
+    ({k: v for k, v in JOURNAL.items() if k != "load_N"}, ["'load_N' is missing"]),
+    ({**JOURNAL, "length_m": 0.12}, ["length_m / diameter_m = 1.2", "ends at 1", "tabulate"]),
+    ({**JOURNAL, "radial_clearance_m": 0.0}, ["radial_clearance_m = 0.0"]),
+    ({**DAMPER, "eccentricity_ratio": 1.0}, ["eccentricity_ratio = 1.0", "less than 1"]),
+    ({**DAMPER, "eccentricity_ratio": 0.0}, ["eccentricity_ratio = 0.0", "greater than 0"]),
+    ({**DAMPER, "film": "3pi"}, ["film = '3pi'", "'2pi'"]),
+]
+
+
+@pytest.mark.parametrize("item, words", BAD, ids=lambda value: str(value)[:30])
+def test_bad_input_is_refused_at_the_door(item, words):
+    for good in (JOURNAL, DAMPER):
+        bearing(good)
+    with pytest.raises(RotorstudyError) as refused:
+        bearing(item)
+    for word in words:
+        assert word in str(refused.value)
+
+
+@pytest.mark.parametrize("film", ["pi", "2pi"])
+@pytest.mark.parametrize("ratio", [0.05, 0.4, 0.8])
+def test_damper_coefficients_are_those_of_the_film_on_its_orbit(film, ratio):
+    """On the orbit e (cos wt, sin wt) the film pushes back along the radius by K e and along the path by C w e."""
+    item, speed = {**DAMPER, "film": film, "eccentricity_ratio": ratio}, 88.0
+    e = ratio * item["radial_clearance_m"]
+    radial, tangential = film_force(item, 0.0, (e, 0.0), (0.0, e * speed), whole=film == "2pi")
+    found = dynamic_stiffness(bearing(item), [speed], [1])[0, 0]
+    assert np.diag(found.real) == pytest.approx([-radial / e] * 2, rel=1e-9, abs=1e-9 * abs(tangential / e))
+    assert np.diag(found.imag) == pytest.approx([-tangential / e] * 2, rel=1e-9)
+    assert found[0, 1] == found[1, 0] == 0
+    assert bool(found[0, 0].real > 0) is (film == "pi")
+
+
+def test_a_damper_carries_by_its_spring_alone_and_the_whole_film_exists_in_time():
+    structure = replace(FREE, static_load=np.array([2.0 * GRAVITY]))
+    unbalance = make_term("effect", {"kind": "unbalance", "mass_kg": 2.0, "eccentricity_m": 1e-5}, structure, (1,))
+    spring = {**DAMPER, "centring_stiffness_N_per_m": 1e5}
+    half, whole = (
+        Model(structure, (bearing({**spring, "film": film}, structure), unbalance)) for film in ("pi", "2pi")
+    )
+    for model in (half, whole):
+        assert static_deflection(model, [88.0], model.theta).value == pytest.approx(2.0 * GRAVITY / 1e5)
+    time = 0.5 + np.linspace(0, 2 * np.pi / 88.0, 8, endpoint=False)
+    shown = time_response(whole, 88.0, time)[:, 0]
+    expected = harmonic_response(whole, [88.0], [1])[0, 0, 0] * np.exp(88j * time)
+    assert np.abs(shown - expected).max() < 1e-7 * np.abs(expected).max()
+    with pytest.raises(RotorstudyError, match="frequency"):
+        eigenvalues(half, [88.0])

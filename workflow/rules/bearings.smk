@@ -1,0 +1,24 @@
+# Stiffness and damping over speed of every bearing of the zoo; a further bearing plugin is a further row.
+
+
+def bearing_files():
+    return [f"{RESULTS}/bearings/coefficients.{kind}" for kind in ("nc", "png", "svg")]
+
+
+rule bearings:
+    input:
+        code=code("bearings.py"),
+        plugins=plugin_files([], "bearing"),
+    output:
+        data=f"{RESULTS}/bearings/coefficients.nc",
+        png=in_report(
+            f"{RESULTS}/bearings/coefficients.png",
+            "bearings_coefficients",
+            "Bearings",
+            "Figures",
+        ),
+        svg=f"{RESULTS}/bearings/coefficients.svg",
+    log:
+        f"{RESULTS}/logs/bearings.log",
+    script:
+        "../scripts/bearings.py"

@@ -1,0 +1,12 @@
+from rotorstudy.job import job
+
+with job(snakemake):
+    from rotorstudy.plots import save_figure
+    from rotorstudy.store import provenance, save
+    from rotorstudy.studies.bearings import all_bearings, bearing_coefficients, plot_bearing_coefficients
+
+    plugins = all_bearings()
+    data = bearing_coefficients(plugins)
+    examples = {plugin.name: plugin.example for plugin in plugins}
+    save(data.assign_attrs(provenance(examples, plugins)), snakemake.output.data)
+    save_figure(plot_bearing_coefficients(data), snakemake.output.png, snakemake.output.svg)
