@@ -42,4 +42,20 @@ def added_mass(
 
 @hookimpl
 def rotorstudy_effect():
-    return Effect("added_mass", added_mass, source="Newton; plane y for thesis Tables 6.2 to 6.7")
+    return Effect(
+        "added_mass",
+        added_mass,
+        source="Newton; plane y for thesis Tables 6.2 to 6.7",
+        checked="response equal to that of a rotor built with M + m to 1e-12; thesis Tables 6.2 to 6.7",
+        twins=(
+            ("stiffness_error", "stiffness shows below the critical speed and at 0X, mass above it"),
+            (
+                "speed_error",
+                "equal if all masses are wrong alike and nothing tilts; a second tachometer tells",
+            ),
+            (
+                "gyroscopic_error",
+                "gyroscopic moments change sign between forward and backward harmonics, inertia does not",
+            ),
+        ),
+    )

@@ -21,14 +21,29 @@ def bow(structure, node: int | None = None):
     return [Parameter("bow", "m", (Entry(force, on="one", shift=1),), typical=1e-5, is_complex=True)]
 
 
+def between_the_ends(structure, sensors):
+    """Every node; of a shaft without rigid supports, those between its ends."""
+    nodes = structure.nodes if structure.is_supported else structure.nodes[1:-1]
+    return [{"node": node} for node in nodes]
+
+
 @hookimpl
 def rotorstudy_effect():
     return Effect(
         "bow",
         bow,
         source="Nicholas, Gunter, Allaire 1976",
+        places=between_the_ends,
+        checked="slow roll shows the bow itself to 1e-9; whirl b / |1 - eta^2| of a Jeffcott rotor to 1e-12",
         twins=(
-            ("unbalance", "an unbalance vanishes at slow roll"),
+            (
+                "unbalance",
+                "an unbalance grows with the square of the speed and vanishes at slow roll, where the bow stays",
+            ),
             ("runout", "equal at slow roll; a bow resonates at the critical speed, a runout does not"),
+            (
+                "parallel_misalignment",
+                "equal at 1X on a rotor of one coordinate; a misaligned coupling has 2X, and its own place",
+            ),
         ),
     )

@@ -16,5 +16,14 @@ def rotorstudy_effect():
         "external_damping",
         external_damping,
         source="thesis Eq. (2.7)",
-        twins=(("internal_damping", "equal at harmonics where n and n - 1 act alike; 1X and 0X tell them apart"),),
+        checked="-c dz/dt in time to 1e-12; growth rate -c / 2m of a Jeffcott rotor to 1e-9",
+        twins=(
+            (
+                "internal_damping",
+                "internal damping is silent at +1X and gives a static side force at 0X",
+            ),
+            ("shaft_damping", "shaft damping is silent at +1X and gives a static side force at 0X"),
+            ("phase_reference", "a wrong mark turns the harmonics far from resonance too, where damping does little"),
+            ("delay", "a delay turns the harmonics far from resonance too, where damping does little"),
+        ),
     )

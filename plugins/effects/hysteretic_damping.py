@@ -20,5 +20,11 @@ def rotorstudy_effect():
         "hysteretic_damping",
         hysteretic_damping,
         source="Zorzi and Nelson 1977; Genta 2005, Dynamics of Rotating Systems",
-        twins=(("shaft_damping", "equal at one harmonic of one speed; it grows with the speed, hysteretic does not"),),
+        checked="the same force at every speed; sign changes at n = 1",
+        twins=(
+            (
+                "shaft_damping",
+                "equal at one harmonic of one speed; viscous grows with the speed, hysteretic does not",
+            ),
+        ),
     )

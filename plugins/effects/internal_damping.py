@@ -18,5 +18,20 @@ def rotorstudy_effect():
         "internal_damping",
         internal_damping,
         source="Tondl 1965; thesis Eq. (2.7)",
-        twins=(("external_damping", "internal damping is silent at +1X and gives a static side force at 0X"),),
+        checked="-c (dz/dt - j w z) in time to 1e-12; onset at w_n (1 + c_e / c_i) to 1e-9",
+        twins=(
+            (
+                "external_damping",
+                "internal damping is silent at +1X and gives a static side force at 0X",
+            ),
+            ("shaft_damping", "internal damping acts at one node; equal on a rotor of one coordinate"),
+            (
+                "cross_coupling",
+                "cross-coupling does not grow with speed, and acts at +1X where internal damping is silent",
+            ),
+            (
+                "phase_reference",
+                "a wrong mark turns the harmonics far from resonance too, where damping does little",
+            ),
+        ),
     )

@@ -11,4 +11,18 @@ def sensor_gap(sensors, node: int | None = None):
 
 @hookimpl
 def rotorstudy_effect():
-    return Effect("sensor_gap", sensor_gap, source="thesis section 3.4", acts_on="output")
+    return Effect(
+        "sensor_gap",
+        sensor_gap,
+        source="thesis section 3.4",
+        acts_on="output",
+        candidate=False,
+        checked="a constant at 0X to 1e-12",
+        twins=(
+            (
+                "static_preload",
+                "a preload bends the shaft at all sensors in a known shape, a gap is free at each",
+            ),
+            ("ac_coupling", "AC coupling takes the whole mean of every sensor away, whatever it was"),
+        ),
+    )

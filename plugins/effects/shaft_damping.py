@@ -15,9 +15,13 @@ def rotorstudy_effect():
         "shaft_damping",
         shaft_damping,
         source="Zorzi and Nelson 1977",
+        checked="-beta K (dq/dt - j w q) in time to 1e-12; silent at +1X",
         twins=(
-            ("internal_damping", "acts at one node; equal on a rotor with one coordinate"),
-            ("hysteretic_damping", "equal at one harmonic of one speed; grows with the speed, hysteretic does not"),
             ("external_damping", "shaft damping is silent at +1X and gives a static side force at 0X"),
+            ("internal_damping", "internal damping acts at one node; equal on a rotor of one coordinate"),
+            (
+                "hysteretic_damping",
+                "equal at one harmonic of one speed; viscous grows with the speed, hysteretic does not",
+            ),
         ),
     )

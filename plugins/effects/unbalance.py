@@ -18,8 +18,23 @@ def rotorstudy_effect():
         "unbalance",
         unbalance,
         source="thesis Eq. (2.7)",
+        checked="whirl e eta^2 / |1 - eta^2| of a Jeffcott rotor to 1e-12",
         twins=(
-            ("bow", "grows with the square of the speed, a bow does not; a slow roll shows the bow alone"),
+            ("bow", "an unbalance grows with the square of the speed and vanishes at slow roll, where the bow stays"),
             ("runout", "a runout is the same at all speeds and does not resonate"),
+            (
+                "couple_unbalance",
+                "a couple tilts: two measuring planes, or the mode of the critical speed, tell them apart",
+            ),
+            (
+                "base_motion",
+                "base motion shakes all masses alike; equal on a rotor of one mass: measure the base",
+            ),
+            ("parallel_misalignment", "a misaligned coupling does not grow with the square of the speed, and has 2X"),
+            (
+                "phase_reference",
+                "a wrong mark turns harmonic n by n times its angle: 1X alone cannot tell, 2X can",
+            ),
+            ("probe_gain", "a wrong gain scales every harmonic, an unbalance 1X alone"),
         ),
     )

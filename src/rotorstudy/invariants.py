@@ -14,7 +14,7 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.identification import Problem, output_error_fit
 from rotorstudy.integration import force_in_time
 from rotorstudy.model import Model, Structure
-from rotorstudy.plugins import KINDS, Crack
+from rotorstudy.plugins import KINDS, Crack, Effect
 from rotorstudy.records import Record, full_spectrum, synthesize
 from rotorstudy.response import measured_response
 from rotorstudy.rig import build_model, make_term
@@ -155,9 +155,22 @@ def bench_structure():
     )
 
 
+def tilting_bench():
+    """The same mass as a disc that tilts and turns with it, off mid-span: for effects on the tilt."""
+    return replace(
+        bench_structure(),
+        mass=np.diag([2.0, 0.0024]),
+        stiffness=np.array([[7.6e5, 3e4], [3e4, 1.2e4]]),
+        gyroscopic=np.diag([0.0, 0.0036]),
+        static_load=np.array([2.0 * 9.81, 0.0]),
+        dofs=((1, "translation"), (1, "tilt")),
+        stiffness_loss={"stiffness_loss": (np.diag([1.0, 0.0]), "N/m", 0.3 * 7.6e5)},
+    )
+
+
 def bench_terms(structure):
     """A damper and a crack, known: so that the rotor vibrates at all harmonics."""
-    here = np.eye(len(structure.dofs))
+    here = np.diag(np.diag(structure.mass) / structure.mass[0, 0])
     damping = Parameter("damping", "N s/m", (Entry(-here, order=1),), typical=100.0)
     opening = {k: np.sinc(k / 2) / 2 for k in range(-SERIES_ORDER, SERIES_ORDER + 1)}  # half a turn open
     crack = Crack("bench", None, source="", series=lambda order: {k: s for k, s in opening.items() if abs(k) <= order})
@@ -168,16 +181,63 @@ def bench_terms(structure):
     )
 
 
-def typical_term(plugin, structure, sensors=(1,)):
-    """An effect or bearing at its default place, every parameter with its typical size."""
-    term = make_term(kind_of(plugin), {"kind": plugin.name, **plugin.example}, structure, sensors)
+def places_of(plugin, structure, sensors):
+    """Options of each place that an effect offers on a rotor; a bearing stands where it is put."""
+    return plugin.places(structure, sensors) if isinstance(plugin, Effect) else [{}]
+
+
+def bench_of(plugin):
+    """The first bench rotor that a plugin has a place on, and the options of that place."""
+    for structure in (bench_structure(), tilting_bench()):
+        found = places_of(plugin, structure, structure.nodes)
+        if found:
+            return structure, found[0]
+    raise BrokenInvariant("it offers no place on a rotor that moves, tilts, turns, weighs and can crack")
+
+
+def typical_term(plugin, structure, place):
+    """An effect or bearing at a place, every parameter with its typical size."""
+    item = {"kind": plugin.name, **place, **plugin.example}
+    term = make_term(kind_of(plugin), item, structure, structure.nodes)
     values = {p.name: p.typical * (np.exp(0.6j) if p.is_complex else 1) for p in term.parameters}
     return replace(term, values=values)
 
 
+def effect_offers_places(plugin):
+    """offers places it can act at, each once"""
+    bench_of(plugin)
+    for structure in (bench_structure(), tilting_bench()):
+        found = places_of(plugin, structure, structure.nodes)
+        claim(all(found.count(place) == 1 for place in found), f"it offers a place twice: {found}")
+        for place in found:
+            try:
+                typical_term(plugin, structure, place)
+            except RotorstudyError as error:
+                raise BrokenInvariant(f"it cannot act at its own place {place}: {error}") from None
+
+
+def effect_shape_is_open(plugin):
+    """searches its shape options in ranges that hold their defaults"""
+    import inspect
+
+    known = inspect.signature(plugin.function).parameters
+    for name, (low, high) in plugin.shape.items():
+        claim(name in known, f"shape '{name}' is no option of the function")
+        claim(low < high, f"shape '{name}' has the range {low:g} to {high:g}")
+        default = known[name].default
+        claim(low <= default <= high, f"shape '{name}' has the default {default} outside {low:g} to {high:g}")
+
+
+def effect_is_checked(plugin):
+    """states which numbers it was checked against"""
+    claim(
+        any(c.isdigit() for c in plugin.checked), "checked states no number; say what it agrees with, and how closely"
+    )
+
+
 def term_states_units(plugin):
     """states unit and typical size of every parameter"""
-    check_units(typical_term(plugin, bench_structure()))
+    check_units(typical_term(plugin, *bench_of(plugin)))
 
 
 def check_units(term):
@@ -189,8 +249,9 @@ def check_units(term):
 
 def term_is_one_table(plugin):
     """means in frequency what it means in time, or says that it has no form in time"""
-    structure = bench_structure()
-    check_table(typical_term(plugin, structure), len(structure.dofs))
+    structure, place = bench_of(plugin)
+    term = typical_term(plugin, structure, place)
+    check_table(term, len(structure.nodes if term.acts_on == "output" else structure.dofs))
 
 
 def check_table(term, dof):
@@ -222,8 +283,8 @@ def check_table(term, dof):
 
 def term_is_found_again(plugin):
     """is found again from what it does: simulated, then identified from a start 30 % off"""
-    structure = bench_structure()
-    check_round_trip(typical_term(plugin, structure), structure)
+    structure, place = bench_of(plugin)
+    check_round_trip(typical_term(plugin, structure, place), structure)
 
 
 def check_round_trip(term, structure):
@@ -393,7 +454,14 @@ INVARIANTS = {
         bearing_carries,
         bearing_is_what_it_claims,
     ),
-    "effect": (term_states_units, term_is_one_table, term_is_found_again),
+    "effect": (
+        effect_offers_places,
+        effect_shape_is_open,
+        effect_is_checked,
+        term_states_units,
+        term_is_one_table,
+        term_is_found_again,
+    ),
     "spectrum": (spectrum_is_exact, spectrum_covariance_is_honest),
     "estimator": (estimator_is_exact,),
 }

@@ -67,6 +67,19 @@ class Structure:
             raise RotorstudyError(f"this rotor cannot crack at {place}; it has one place for a crack: leave it out")
         return self.stiffness_loss
 
+    def crack_places(self):
+        """Options that say where a crack can be: one place without options, or each element of the shaft."""
+        if not callable(self.stiffness_loss):
+            return [{}] if self.stiffness_loss else []
+        found = []
+        for element in range(1, max(node for node, _ in self.dofs) + 1):
+            try:
+                self.stiffness_loss(None, element)
+            except RotorstudyError:
+                break
+            found.append({"element": element})
+        return found
+
     @cached_property
     def is_supported(self):
         """Whether the shaft alone carries a load; otherwise bearings do, which are terms."""

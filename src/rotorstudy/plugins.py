@@ -18,6 +18,7 @@ from pathlib import Path
 import pluggy
 
 from rotorstudy.errors import PluginError, unknown_name
+from rotorstudy.options import option_names
 
 hookimpl = pluggy.HookimplMarker("rotorstudy")
 _hookspec = pluggy.HookspecMarker("rotorstudy")
@@ -86,11 +87,27 @@ class Bearing(Plugin):
 class Effect(Plugin):
     """function(structure, **options) -> list of Parameter; for acts_on "output" function(sensors, **options).
 
-    twins : names of effects it can be confused with, and what separates them
+    twins     : names of effects it can be confused with, and what separates them; each twin names it back
+    places    : function(structure, sensors) -> list of option dicts, one for each place it can act at; by default each
+                node (each sensor) if it has an option `node`, else one place without options
+    candidate : whether diagnosis offers it as a cause; a free force at every harmonic would explain anything
+    shape     : option -> (low, high), in which an option that stands inside a nonlinear force is searched
     """
 
     acts_on: str = "rotor"
     twins: tuple[tuple[str, str], ...] = ()
+    places: Callable | None = field(default=None, compare=False)
+    candidate: bool = True
+    shape: dict = field(default_factory=dict, compare=False)
+
+    def __post_init__(self):
+        if self.places is None:
+            object.__setattr__(self, "places", self._usual_places)
+
+    def _usual_places(self, structure, sensors):
+        if "node" not in option_names(self.function):
+            return [{}]
+        return [{"node": node} for node in (sensors if self.acts_on == "output" else structure.nodes)]
 
 
 @dataclass(frozen=True)

@@ -127,7 +127,7 @@ class Term:
         """Their values as given, NaN where none was; (unknown,)."""
         found = []
         for parameter in self.parameters:
-            value = self.values.get(parameter.name, np.nan)
+            value = self.values.get(parameter.name, complex(np.nan, np.nan) if parameter.is_complex else np.nan)
             found += [np.real(value), np.imag(value)] if parameter.is_complex else [value]
         return np.array(found, float)
 

@@ -59,10 +59,66 @@ def test_it_holds_every_invariant_of_its_kind(plugin, check):
     check(plugin)
 
 
-@pytest.mark.parametrize("plugin", ZOO.plugins["effect"].values(), ids=lambda p: p.name)
-def test_its_twins_exist_and_what_separates_them_is_said(plugin):
-    for twin, separation in plugin.twins:
-        assert twin in ZOO.plugins["effect"] and len(separation) > 10
+def lonely_twins(effects):
+    """Twins that do not exist, do not name back, or of which is not said what separates them."""
+    return [
+        (effect.name, twin)
+        for effect in effects.values()
+        for twin, separation in effect.twins
+        if twin not in effects or len(separation) < 11 or effect.name not in dict(effects[twin].twins)
+    ]
+
+
+def test_twins_name_each_other_and_what_separates_them_is_said():
+    effects = ZOO.plugins["effect"]
+    assert lonely_twins(effects) == []
+    assert lonely_twins({**effects, "bow": replace(effects["bow"], twins=())})
+    assert lonely_twins({name: effect for name, effect in effects.items() if name != "runout"})
+    assert lonely_twins({**effects, "bow": replace(effects["bow"], twins=(("runout", "size"),))})
+
+
+def test_there_are_effects_enough_to_diagnose_with():
+    offered = [effect for effect in ZOO.plugins["effect"].values() if effect.candidate]
+    assert len(offered) >= 30
+    assert {effect.acts_on for effect in offered} == {"rotor", "output"}
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        ({"places": lambda structure, sensors: []}, "no place"),
+        ({"places": lambda structure, sensors: [{}, {}]}, "twice"),
+        ({"places": lambda structure, sensors: [{"node": 7}]}, "own place"),
+        ({"shape": {"clearance_m": (0, 1)}}, "no option"),
+        ({"shape": {"node": (1, 0)}}, "range"),
+        ({"checked": "thoroughly"}, "no number"),
+    ],
+)
+def test_an_effect_that_states_too_little_fails(wrong, said, monkeypatch):
+    good = replace(ZOO.get("effect", "external_damping"), name="wrong")
+    monkeypatch.setitem(ZOO.plugins["effect"], "wrong", good)
+    assert not broken_invariants(good)
+    assert said in " ".join(broken_invariants(replace(good, **wrong)).values())
+
+
+def test_places_are_the_nodes_the_sensors_or_the_elements():
+    from rotorstudy import build_model
+
+    rotor = {"kind": "finite_element", "elements": [{"length_m": 0.6, "count": 3}], "outer_diameter_m": 0.02}
+    free = build_model({"rotor": rotor}).structure
+    effects = ZOO.plugins["effect"]
+
+    def found(name):
+        return effects[name].places(free, (2, 3))
+
+    assert found("unbalance") == [{"node": node} for node in (1, 2, 3, 4)]
+    assert found("probe_gain") == [{"node": node} for node in (2, 3)]
+    assert found("bow") == [{"node": node} for node in (2, 3)]  # a shaft without supports has none at its ends
+    assert found("breathing_crack") == [{"element": element} for element in (1, 2, 3)]
+    assert found("delay") == [{}, {"node": 2}, {"node": 3}]
+    assert effects["couple_unbalance"].places(STRUCTURE, (1,)) == []
+    assert effects["gyroscopic_error"].places(STRUCTURE, (1,)) == []
+    assert found("stiffness_error") == [{}]
 
 
 def numbers(annotation, name):

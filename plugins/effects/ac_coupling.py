@@ -1,0 +1,34 @@
+import numpy as np
+
+from rotorstudy.options import Positive
+from rotorstudy.plugins import Effect, hookimpl
+from rotorstudy.terms import Entry, Parameter
+
+
+def ac_coupling(sensors, corner_rad_per_s: Positive = 3.0):
+    """First-order high pass in all channels, which takes the mean: harmonic n shows j n w / (j n w + w_c) of itself.
+
+    The amplitude is 1 where the channels are AC coupled, 0 where not; the corner is a shape parameter.
+    """
+
+    def lost(speed, harmonic):
+        return -corner_rad_per_s / (1j * harmonic * speed + corner_rad_per_s)
+
+    entry = Entry(np.eye(len(sensors)), gain=lost, frequency_only=True)
+    return [Parameter("ac_coupling", "1", (entry,), typical=1.0)]
+
+
+@hookimpl
+def rotorstudy_effect():
+    return Effect(
+        "ac_coupling",
+        ac_coupling,
+        source="first-order high pass",
+        acts_on="output",
+        shape={"corner_rad_per_s": (0.05, 60.0)},
+        checked="0X gone to 1e-12, -3 dB and 45 degrees of lead at the corner",
+        twins=(
+            ("sensor_gap", "AC coupling takes the whole mean of every sensor away, whatever it was"),
+            ("delay", "a high pass leads most at low speeds and loses 0X, a delay lags most at high speeds"),
+        ),
+    )

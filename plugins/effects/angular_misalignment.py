@@ -1,0 +1,42 @@
+from rotorstudy.options import AtLeastOne
+from rotorstudy.plugins import Effect, hookimpl
+from rotorstudy.terms import Entry, Parameter
+
+HARMONICS = (1, 2)
+
+
+def angular_misalignment(structure, node: int | None = None, harmonics: AtLeastOne[int] = HARMONICS):
+    """Shafts at an angle in a coupling: a moment at its node at 1X and 2X that does not grow with the speed.
+
+    Free amplitude and phase for each harmonic; the axial motion at 1X, which probes on the shaft do not see, is not
+    modelled.
+    """
+    node = structure.default_node() if node is None else node
+    tilt = structure.unit(node, "tilt")
+    return [
+        Parameter(f"misalignment_moment_{n}X", "N m", (Entry(tilt, on="one", shift=n),), typical=0.1, is_complex=True)
+        for n in harmonics
+    ]
+
+
+def tilting_nodes(structure, sensors):
+    """Nodes with a tilt."""
+    return [{"node": node} for node, motion in structure.dofs if motion == "tilt"]
+
+
+@hookimpl
+def rotorstudy_effect():
+    return Effect(
+        "angular_misalignment",
+        angular_misalignment,
+        source="harmonics as in Sekhar and Prabhu 1995, J. Sound Vib. 185; Xu and Marangoni 1994, J. Sound Vib. 176",
+        places=tilting_nodes,
+        checked="equal to two opposite parallel forces l apart with moment F l to 1e-9",
+        twins=(
+            (
+                "couple_unbalance",
+                "a couple grows with the square of the speed; a coupling's moment does not, and has 2X",
+            ),
+            ("parallel_misalignment", "a force against a moment at the same node: a second plane tells them apart"),
+        ),
+    )

@@ -1,0 +1,36 @@
+import numpy as np
+
+from rotorstudy.plugins import Effect, hookimpl
+from rotorstudy.terms import Entry, Parameter
+
+
+def base_motion(structure, harmonic: int = 1):
+    """Foundation that moves by z_b at a harmonic, with the probes on it: force m n^2 w^2 z_b on every mass.
+
+    Displacements count from the base, whose amplitude is the same at all speeds.
+    """
+    along = np.array([float(motion == "translation") for _, motion in structure.dofs])
+    entry = Entry(structure.mass @ along, on="one", shift=harmonic, gain=lambda speed: (harmonic * speed) ** 2)
+    return [Parameter(f"base_motion_{harmonic}X", "m", (entry,), typical=5e-6, is_complex=True)]
+
+
+def usual_harmonics(structure, sensors):
+    """Twice a turn forward and backward, and once backward: what shakes a base from next door."""
+    return [{"harmonic": n} for n in (1, -1, 2, -2)]
+
+
+@hookimpl
+def rotorstudy_effect():
+    return Effect(
+        "base_motion",
+        base_motion,
+        source="Newton, in a frame that accelerates; Genta 2005, Dynamics of Rotating Systems",
+        places=usual_harmonics,
+        checked="motion on a moving base, integrated in the frame at rest, to 1e-9",
+        twins=(
+            (
+                "unbalance",
+                "base motion shakes all masses alike; equal on a rotor of one mass: measure the base",
+            ),
+        ),
+    )

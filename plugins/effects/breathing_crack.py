@@ -1,0 +1,35 @@
+from rotorstudy.cracks import crack_parameters
+from rotorstudy.plugins import Effect, hookimpl, registry
+
+
+def breathing_crack(structure, crack: str = "switching", node: int | None = None, element: int | None = None):
+    """Crack that weight opens and closes: its stiffness loss acts on the whole motion, so it varies in time.
+
+    crack: which opening function of the zoo.
+    """
+    return crack_parameters(
+        registry().get("crack", crack, "breathing_crack"), structure, False, node=node, element=element
+    )
+
+
+def where_it_cracks(structure, sensors):
+    """Places where the rotor says it can crack."""
+    return structure.crack_places()
+
+
+@hookimpl
+def rotorstudy_effect():
+    return Effect(
+        "breathing_crack",
+        breathing_crack,
+        source="thesis Eqs. (2.16) to (2.18); Gasch 1993",
+        places=where_it_cracks,
+        checked="force in time is sigma dk times the motion along the crack, to 1e-12",
+        twins=(
+            ("shaft_asymmetry", "an open asymmetry has 2X from gravity alone; a crack that breathes has 1X and 3X too"),
+            (
+                "breathing_crack_weight",
+                "equal while the motion is small against the static deflection: change the unbalance",
+            ),
+        ),
+    )

@@ -1,0 +1,35 @@
+from rotorstudy.plugins import Effect, hookimpl
+from rotorstudy.terms import Entry, Parameter
+
+
+def couple_unbalance(structure, node: int | None = None):
+    """Principal axis of a disc tilted by tau against the shaft: moment (I_d - I_p) tau w^2 e^{j(wt + beta)}.
+
+    The amplitude is (I_d - I_p) tau, as a balancing machine gives it; the moment acts on the tilt of the node.
+    """
+    node = structure.default_node() if node is None else node
+    entry = Entry(structure.unit(node, "tilt"), on="one", shift=1, gain=lambda speed: speed**2)
+    return [Parameter("couple_unbalance", "kg m2", (entry,), typical=2e-6, is_complex=True)]
+
+
+def tilting_nodes(structure, sensors):
+    """Nodes with a tilt."""
+    return [{"node": node} for node, motion in structure.dofs if motion == "tilt"]
+
+
+@hookimpl
+def rotorstudy_effect():
+    return Effect(
+        "couple_unbalance",
+        couple_unbalance,
+        source="Genta 2005, Dynamics of Rotating Systems; ISO 1940-1",
+        places=tilting_nodes,
+        checked="equal to two opposite unbalances l apart with moment m e l to 1e-6",
+        twins=(
+            ("unbalance", "a couple tilts: two measuring planes, or the mode of the critical speed, tell them apart"),
+            (
+                "angular_misalignment",
+                "a couple grows with the square of the speed; a coupling's moment does not, and has 2X",
+            ),
+        ),
+    )

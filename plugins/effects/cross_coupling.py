@@ -1,0 +1,29 @@
+import numpy as np
+
+from rotorstudy.plugins import Effect, hookimpl
+from rotorstudy.terms import Entry, Parameter
+
+
+def cross_coupling(structure, node: int | None = None):
+    """Fluid that swirls with the shaft pushes across the motion: force +j k z, F_x = -k y and F_y = k x.
+
+    Positive k drives forward whirl.
+    """
+    here = structure.unit(structure.default_node() if node is None else node)
+    return [Parameter("cross_coupling", "N/m", (Entry(1j * np.outer(here, here)),), typical=5e3)]
+
+
+@hookimpl
+def rotorstudy_effect():
+    return Effect(
+        "cross_coupling",
+        cross_coupling,
+        source="Alford 1965; Childs 1993, Turbomachinery Rotordynamics",
+        checked="unstable from k = c w_n on a Jeffcott rotor: growth rate crosses zero there to 1e-6 of k",
+        twins=(
+            (
+                "internal_damping",
+                "cross-coupling does not grow with speed, and acts at +1X where internal damping is silent",
+            ),
+        ),
+    )

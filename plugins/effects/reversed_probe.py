@@ -1,0 +1,38 @@
+from typing import Literal
+
+import numpy as np
+
+from rotorstudy.model import sensor_unit
+from rotorstudy.plugins import Effect, hookimpl
+from rotorstudy.terms import Entry, Parameter
+
+
+def reversed_probe(sensors, node: int | None = None, probe: Literal["x", "y"] = "x"):
+    """One probe, or its cable, with the wrong sign: z shows -conj(z) for x, conj(z) for y; 1 is reversed, 0 is not."""
+    here = np.diag(sensor_unit(sensors, node))
+    mirrored = -here if probe == "x" else here
+    return [Parameter(f"reversed_probe_{probe}", "1", (Entry(-here), Entry(mirrored, on="conj")), typical=1.0)]
+
+
+def both_probes(structure, sensors):
+    """Each probe of each sensor."""
+    return [{"node": node, "probe": probe} for node in sensors for probe in ("x", "y")]
+
+
+@hookimpl
+def rotorstudy_effect():
+    return Effect(
+        "reversed_probe",
+        reversed_probe,
+        source="Bently and Hatch 2002, Fundamentals of Rotating Machinery Diagnostics",
+        acts_on="output",
+        places=both_probes,
+        checked="with 1, x or y negative in time to 1e-12",
+        twins=(
+            ("probe_gain", "a reversed probe mirrors the whole signal, a mismatch a few per cent"),
+            (
+                "swapped_probes",
+                "they differ by a quarter turn, which weight-driven harmonics or a tap on the shaft tell",
+            ),
+        ),
+    )

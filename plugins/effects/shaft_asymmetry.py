@@ -1,0 +1,34 @@
+from rotorstudy.plugins import Effect, hookimpl
+from rotorstudy.terms import Entry, Parameter
+
+
+def shaft_asymmetry(structure):
+    """Shaft with two bending stiffnesses (keyway, flat, open crack): force -epsilon K e^{2jwt} conj(q).
+
+    Stiffer by the share epsilon in a direction that turns with the shaft, softer across; the phase of the amplitude is
+    twice its angle. Gravity bends it twice a turn.
+    """
+    entry = Entry(-structure.stiffness, on="conj", shift=2)
+    return [Parameter("shaft_asymmetry", "1", (entry,), typical=0.02, is_complex=True)]
+
+
+@hookimpl
+def rotorstudy_effect():
+    return Effect(
+        "shaft_asymmetry",
+        shaft_asymmetry,
+        source="Tondl 1965; Gasch, Nordmann, Pfuetzner, Rotordynamik, unround shaft",
+        checked="2X from gravity to closed form in the turning frame to 1e-9; no 1X from an unbalance-free rotor",
+        twins=(
+            ("support_anisotropy", "anisotropy that stands still mirrors n to -n, one that turns mirrors n to 2 - n"),
+            ("breathing_crack", "an open asymmetry has 2X from gravity alone; a crack that breathes has 1X and 3X too"),
+            (
+                "breathing_crack_weight",
+                "an open asymmetry has 2X from gravity alone; a crack that breathes has 1X and 3X too",
+            ),
+            (
+                "parallel_misalignment",
+                "2X of an asymmetric shaft follows gravity and stays when the shaft is uncoupled",
+            ),
+        ),
+    )

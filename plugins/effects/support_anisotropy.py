@@ -1,0 +1,35 @@
+import numpy as np
+
+from rotorstudy.plugins import Effect, hookimpl
+from rotorstudy.terms import Entry, Parameter
+
+
+def support_anisotropy(structure, node: int | None = None):
+    """Support stiffer along one direction and softer across: force -k e^{2j alpha} conj(z), stiffer along alpha by k.
+
+    The phase of the amplitude is twice the angle alpha of the stiff direction.
+    """
+    here = structure.unit(structure.default_node() if node is None else node)
+    entry = Entry(-np.outer(here, here), on="conj")
+    return [Parameter("support_anisotropy", "N/m", (entry,), typical=2e4, is_complex=True)]
+
+
+@hookimpl
+def rotorstudy_effect():
+    return Effect(
+        "support_anisotropy",
+        support_anisotropy,
+        source="Gasch, Nordmann, Pfuetzner, Rotordynamik, anisotropic bearings",
+        checked="with alpha = 0: x and y whirl apart with k_s + k and k_s - k, harmonics to 1e-12",
+        twins=(
+            (
+                "probe_gain",
+                "a mismatch mirrors the same share of everything; anisotropy resonates at backward whirl",
+            ),
+            (
+                "probe_angle",
+                "a skewed probe mirrors the same share of everything; anisotropy resonates at backward whirl",
+            ),
+            ("shaft_asymmetry", "anisotropy that stands still mirrors n to -n, one that turns mirrors n to 2 - n"),
+        ),
+    )

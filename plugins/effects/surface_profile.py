@@ -1,0 +1,45 @@
+import numpy as np
+
+from rotorstudy.model import sensor_unit
+from rotorstudy.options import Whole
+from rotorstudy.plugins import Effect, hookimpl
+from rotorstudy.terms import Entry, Parameter
+
+
+def surface_profile(sensors, node: int | None = None, order: Whole = 2):
+    """Shape of the surface under two probes: y shows what x showed a quarter turn before.
+
+    x shows Re(c e^{jkwt}), so z shows c (1 + j e^{-jk pi/2}) / 2 at k and its mirror at -k: order 1 is forward alone,
+    order 3 backward alone, order 2 both. Amplitudes are the cosine and sine part of the profile under x.
+    """
+    here = sensor_unit(sensors, node)
+    forward, backward = (1 + 1j * (-1j) ** order) / 2, (1 + 1j * 1j**order) / 2
+    parameters = []
+    for part, c in (("cosine", 1), ("sine", -1j)):
+        shown = ((c * forward, order), (np.conj(c) * backward, -order))
+        entries = tuple(Entry(share * here, on="one", shift=n) for share, n in shown if abs(share) > 0.1)
+        parameters.append(Parameter(f"profile_{part}_{order}X", "m", entries, typical=1e-6))
+    return parameters
+
+
+def orders(structure, sensors):
+    """Orders that runout of the forward or backward kind does not already describe."""
+    return [{"node": node, "order": order} for node in sensors for order in (2, 4)]
+
+
+@hookimpl
+def rotorstudy_effect():
+    return Effect(
+        "surface_profile",
+        surface_profile,
+        source="API 670; Bently and Hatch 2002, Fundamentals of Rotating Machinery Diagnostics",
+        acts_on="output",
+        places=orders,
+        checked="x and y of a profile of orders 1 to 4, in time, to 1e-12",
+        twins=(
+            (
+                "runout",
+                "both probes see a profile, y a quarter turn later, which ties backward to forward harmonics",
+            ),
+        ),
+    )
