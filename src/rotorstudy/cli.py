@@ -1,4 +1,4 @@
-"""Command line: the zoo and files of your own for it; simulate a rig, identify a rig from records."""
+"""Command line: the zoo and files of your own for it; simulate a rig, import measured records, identify a rig."""
 
 import argparse
 import sys
@@ -16,6 +16,7 @@ EPILOG = """examples:
   rotorstudy check plugins/cracks/my_crack.py
   rotorstudy simulate rig.yaml --speeds 88 308 --out records.nc
   rotorstudy identify records.nc --rig rig.yaml --unknowns internal_damping external_damping
+  rotorstudy import run_1.csv run_2.csv --rig rig.yaml --out spectrum.nc
 """
 
 
@@ -54,6 +55,16 @@ def parser():
     simulate.add_argument("--seed", type=int, default=0, help="of the noise (default 0)")
     simulate.add_argument("--out", required=True, help="NetCDF file to write")
 
+    measured = commands.add_parser("import", help="measured records to a spectrum with covariance and a quality page")
+    measured.add_argument(
+        "records", nargs="+", help="record files (.nc, .csv, .mat, .uff) or tables of harmonics (.csv)"
+    )
+    measured.add_argument(
+        "--rig", required=True, help="rig file; its section 'measurement:' says how to read the files"
+    )
+    measured.add_argument("--out", required=True, help="NetCDF file to write")
+    measured.add_argument("--quality", help="HTML page to write (default: quality.html beside --out)")
+
     identify = commands.add_parser("identify", help="estimate parameters of a rig from records")
     identify.add_argument("records", help="NetCDF file as `simulate` writes it")
     identify.add_argument(
@@ -86,7 +97,7 @@ def main(arguments=None):
             return list_plugins(given)
         for failure in registry().failures:
             print(f"warning: {failure}", file=sys.stderr)
-        commands = {"new": new, "check": check, "simulate": simulate, "identify": identify}
+        commands = {"new": new, "check": check, "simulate": simulate, "import": import_records, "identify": identify}
         return commands[given.command](given)
     except RotorstudyError as error:
         message = error
@@ -96,16 +107,16 @@ def main(arguments=None):
     return 1
 
 
-def check_out(out, *inputs):
+def check_out(out, *inputs, option="--out"):
     """A result goes to a new or old file in a folder that exists, and never over an input."""
     path = Path(out)
     if path.is_dir():
-        raise RotorstudyError(f"--out {out}: is a folder; name a file in it")
+        raise RotorstudyError(f"{option} {out}: is a folder; name a file in it")
     if not path.parent.is_dir():
-        raise RotorstudyError(f"--out {out}: the folder '{path.parent}' does not exist; make it first")
+        raise RotorstudyError(f"{option} {out}: the folder '{path.parent}' does not exist; make it first")
     for given in inputs:
         if path.resolve() == Path(given).resolve():
-            raise RotorstudyError(f"--out {out}: would overwrite an input; choose another name")
+            raise RotorstudyError(f"{option} {out}: would overwrite an input; choose another name")
 
 
 def list_plugins(given):
@@ -179,6 +190,32 @@ def simulate(given):
     attributes = provenance(rig, named_plugins(rig), given.seed if given.noise else None)
     save(records_dataset(records).assign_attrs(attributes), given.out)
     print(f"wrote {len(records)} record(s) of {len(time)} samples to {given.out}")
+    return 0
+
+
+def import_records(given):
+    from rotorstudy.measured import measurement_dataset, read_measurement
+    from rotorstudy.measured.page import write_page
+    from rotorstudy.rig import named_plugins, read_yaml
+    from rotorstudy.store import provenance, save
+
+    page = given.quality or Path(given.out).parent / "quality.html"
+    check_out(given.out, given.rig, *given.records)
+    check_out(page, given.rig, given.out, *given.records, option="--quality")
+    measurement = read_measurement(given.records, given.rig)
+    write_page(measurement, page, f"Quality of {', '.join(Path(path).name for path in given.records)}")
+    for finding in measurement.findings:
+        print(finding, file=sys.stderr)
+    if measurement.errors:
+        raise RotorstudyError(
+            f"{len(measurement.errors)} of the findings are errors, so no spectrum was written; leave these records "
+            f"out or correct them (see {page})"
+        )
+    rig = read_yaml(given.rig)
+    attributes = {**provenance(rig, named_plugins(rig)), "records": ", ".join(map(str, given.records))}
+    save(measurement_dataset(measurement).assign_attrs(attributes), given.out)
+    count = len(measurement.spectrum.speed)
+    print(f"wrote the spectrum of {count} speed(s) to {given.out}, their quality to {page}")
     return 0
 
 

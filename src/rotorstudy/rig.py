@@ -10,7 +10,7 @@ from rotorstudy.plugins import registry
 from rotorstudy.terms import Term
 
 SECTIONS = {"rotor": "rotor", "cracks": "crack", "bearings": "bearing", "effects": "effect"}
-OTHER = ("sensors", "static_deflection_m")
+OTHER = ("sensors", "static_deflection_m", "measurement")  # `measurement` is read by rotorstudy.measured
 
 
 def load_rig(path):

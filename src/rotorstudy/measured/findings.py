@@ -1,0 +1,29 @@
+"""Findings: what is wrong with a record, where, and what to do. Nothing is repaired without one."""
+
+from dataclasses import dataclass
+
+SEVERITIES = ("error", "warning", "note")
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing worth knowing about a record.
+
+    severity : "error" (this record cannot be used), "warning" (used, but look) or "note"
+    name     : short name of the kind of finding, the same for every record
+    where    : file, speed, node or channel
+    text     : what was found, with the value and what is allowed, and what to do
+    """
+
+    severity: str
+    name: str
+    where: str
+    text: str
+
+    def __str__(self):
+        return f"{self.severity}: {self.where}: {self.name}: {self.text}"
+
+
+def worst_first(findings):
+    """Findings in the order error, warning, note; otherwise as found."""
+    return sorted(findings, key=lambda finding: SEVERITIES.index(finding.severity))

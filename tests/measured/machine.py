@@ -1,0 +1,119 @@
+"""A machine as a user sees it: Chapter 6's rotor with probes and a phase mark anywhere, written in any format.
+
+The user's plane: angles grow clockwise from straight up as seen from the coupling, and the shaft turns the other way.
+What a probe and the keyphasor show is written out here from that picture, not with the package's own formulas.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from rotorstudy import load_rig, simulate_records
+
+ROOT = Path(__file__).parents[2]
+HARMONICS = [0, 1, -1, 2, -2, 3, -3, 5, -5, 7]
+SPEEDS = [60.0, 80.0, 100.0]
+TIME = np.arange(10000) / 4000
+NOISE = 5e-7
+GRAVITY, SENSOR, MARK = np.pi, np.pi / 2, np.pi / 6
+UNITS = {"m": 1.0, "mm": 1e3, "um": 1e6, "mil": 1 / 2.54e-5}
+PROBES = [  # channel, node, angle in degrees, unit, sign; V has 7874 V/m
+    ("disc 1 left", 2, -45, "V", -1),
+    ("disc 1 right", 2, 45, "mm", 1),
+    ("disc 2 left", 4, -45, "mil", 1),
+    ("disc 2 right", 4, 30, "um", -1),
+]
+
+
+def section(**changes):
+    """The section `measurement:` that describes this machine."""
+    probes = []
+    for channel, node, angle, unit, sign in PROBES:
+        probe = {"channel": channel, "node": node, "angle_deg": float(angle), "unit": unit, "sign": sign}
+        probes.append(probe | ({"sensitivity_V_per_m": 7874.0} if unit == "V" else {}))
+    found = {
+        "rotation": "against_angles",
+        "gravity_angle_deg": 180.0,
+        "probes": probes,
+        "keyphasor": {"channel": "key", "sensor_angle_deg": 90.0, "mark_angle_deg": 30.0},
+        "speed_channel": "speed",
+        "speed_unit": "rpm",
+        "harmonics": HARMONICS,
+    }
+    return {**found, **changes}
+
+
+def write_rig(path, **changes):
+    """The rig file of the machine, or of the project's own records with measurement=None."""
+    rig = yaml.safe_load((ROOT / "examples" / "chapter_6_rotor.yaml").read_text())
+    rig["measurement"] = section(**changes)
+    path.write_text(yaml.safe_dump(rig))
+    return path
+
+
+def model():
+    return load_rig(ROOT / "examples" / "chapter_6_rotor.yaml")
+
+
+def records(seed=1, speeds=SPEEDS, time=TIME, noise=NOISE):
+    """Records with white noise in x and y that begin at any angle."""
+    generator = np.random.default_rng(seed)
+    made = simulate_records(model(), speeds, [0, 1], time, start_angle_rad=generator.uniform(0, 6, len(speeds)))
+    for record in made:
+        x, y = generator.normal(size=(2, *record.displacement.shape)) * noise
+        record.displacement[:] += x + 1j * y
+    return made
+
+
+def channels(record):
+    """What the recorder holds: {name: (time,) values in the unit of the channel}, and the node of each probe."""
+    seen = record.displacement.conj() * np.exp(1j * GRAVITY)  # mirrored, as angles run against the rotation
+    found = {"time": record.time}
+    for channel, node, angle, unit, sign in PROBES:
+        towards = (seen[record.sensors.index(node)] * np.exp(-1j * np.deg2rad(angle))).real
+        found[channel] = sign * towards * (7874.0 if unit == "V" else UNITS[unit])
+    mark = GRAVITY - shaft_angle(record) + MARK
+    found["key"] = 5 * np.exp(-0.5 * (np.angle(np.exp(1j * (mark - SENSOR))) / 0.1) ** 2)
+    found["speed"] = np.full(len(record.time), record.speed * 30 / np.pi)
+    return found
+
+
+def shaft_angle(record):
+    """Angle of the reference line over time, from the simulated reference signal 1 + cos(angle)."""
+    turned = record.speed * record.time
+    both = np.column_stack([np.cos(turned), -np.sin(turned)])
+    cosine, sine = np.linalg.lstsq(both, record.reference - 1, rcond=None)[0]
+    return turned + np.arctan2(sine, cosine)
+
+
+def write(kind, folder, record, name=None, **changes):
+    """One record in a format; `changes` replace channels. Returns the path."""
+    found = channels(record) | changes
+    name = name or f"run_{record.speed:g}"
+    path = folder / f"{name}.{kind}"
+    if kind == "csv":
+        import pandas as pd
+
+        pd.DataFrame(found).to_csv(path, index=False)
+    elif kind == "mat":
+        from scipy.io import savemat
+
+        savemat(path, {key.replace(" ", "_"): value for key, value in found.items()})
+    elif kind == "uff":
+        import pyuff
+
+        sets = pyuff.UFF(str(path))
+        for i, (key, value) in enumerate(found.items()):
+            if key != "time":
+                sets.write_sets(
+                    pyuff.prepare_58(
+                        binary=1, func_type=1, rsp_node=i, rsp_dir=1, ref_dir=1, ref_node=1, data=value,
+                        x=record.time, id1=key, abscissa_inc=record.time[1], num_pts=len(value), ord_data_type=4,
+                        abscissa_spacing=1, id2="", id3="", id4="", id5="", rsp_ent_name="", ref_ent_name="",
+                        load_case_id=0, ver_num=0, abscissa_min=0.0, z_axis_value=0.0, abscissa_spec_data_type=17,
+                        ordinate_spec_data_type=8, orddenom_spec_data_type=0, z_axis_spec_data_type=0,
+                    ),
+                    mode="add",
+                )  # fmt: skip
+    return path

@@ -1,0 +1,253 @@
+"""A record written in any format, with any conventions, gives the harmonics it was made of."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+import xarray as xr
+from machine import HARMONICS, PROBES, SPEEDS, channels, model, records, section, write, write_rig
+from scipy.stats import chi2
+
+from rotorstudy import RotorstudyError, full_spectrum, measured_response, registry
+from rotorstudy.measured import load_spectrum, measurement_dataset, read_measurement
+from rotorstudy.measured.conventions import Conventions
+from rotorstudy.measured.tables import last_digit
+from rotorstudy.record_files import records_dataset
+from rotorstudy.spectrum import components
+from rotorstudy.store import save
+
+
+def true():
+    return measured_response(model(), SPEEDS, HARMONICS)
+
+
+def whitened(spectrum, expected):
+    off = components(spectrum.amplitude - expected)  # (speed, component, sensor)
+    return np.einsum("vsij,vjs->vsi", spectrum.whitener(), off)
+
+
+def agrees(measurement):
+    """Harmonics of all three speeds within their covariance: 120 squares. One in a thousand good records on either side
+    is outside the chi-square bounds; an estimated covariance of 15 to 40 blocks widens them by about a tenth."""
+    squares = np.sum(whitened(measurement.spectrum, true()) ** 2)
+    low, high = chi2.ppf([0.001, 0.999], 120)
+    return 0.9 * low < squares < 1.1 * high
+
+
+def underscored(probes):
+    return [{**probe, "channel": probe["channel"].replace(" ", "_")} for probe in probes]
+
+
+@pytest.mark.parametrize("kind", ["csv", "mat", "uff"])
+def test_odd_conventions_come_back_in_every_format(kind, tmp_path):
+    if kind == "uff":
+        pytest.importorskip("pyuff")
+    probes = underscored(section()["probes"]) if kind == "mat" else section()["probes"]
+    rig = write_rig(tmp_path / "rig.yaml", probes=probes)
+    paths = [write(kind, tmp_path, record) for record in records()]
+    measurement = read_measurement(paths[::-1], rig)
+    assert measurement.findings == []
+    assert measurement.spectrum.speed == pytest.approx(SPEEDS, rel=1e-6)
+    assert agrees(measurement)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"rotation": "with_angles"},
+        {"gravity_angle_deg": 170.0},
+        {"keyphasor": {"channel": "key", "sensor_angle_deg": 90.0}},
+        {"keyphasor": {"channel": "key", "sensor_angle_deg": 95.0, "mark_angle_deg": 30.0}},
+        {"probes": [{**probe, "sign": 1} for probe in section()["probes"]]},
+        {"probes": [{**probe, "angle_deg": probe["angle_deg"] + 3} for probe in section()["probes"]]},
+    ],
+    ids=lambda wrong: next(iter(wrong)),
+)
+def test_a_wrong_convention_does_not_agree(wrong, tmp_path):
+    paths = [write("csv", tmp_path, record) for record in records()]
+    measurement = read_measurement(paths, write_rig(tmp_path / "rig.yaml", **wrong))
+    assert measurement.errors or not agrees(measurement)
+
+
+def test_the_projects_own_records_and_netcdf_with_probes(tmp_path):
+    made = records()
+    own, odd = tmp_path / "own.nc", tmp_path / "odd.nc"
+    save(records_dataset(made), own)
+    rig = write_rig(tmp_path / "own.yaml", probes=[], keyphasor={"channel": "keyphasor"}, rotation="with_angles")
+    text = rig.read_text().replace("gravity_angle_deg: 180.0", "gravity_angle_deg: 0.0")
+    rig.write_text(text.replace("  speed_channel: speed\n", ""))
+    measurement = read_measurement(own, rig)
+    assert measurement.findings == [] and agrees(measurement)
+
+    left = np.array([[channels(r)["disc 1 left"], channels(r)["disc 2 left"]] for r in made])
+    right = np.array([[channels(r)["disc 1 right"], channels(r)["disc 2 right"]] for r in made])
+    units = {probe[0]: {"mm": 1e-3, "mil": 2.54e-5, "um": 1e-6, "V": 1 / 7874}[probe[3]] * probe[4] for probe in PROBES}
+    left *= np.array([units["disc 1 left"], units["disc 2 left"]])[:, None] * 1e3  # all in mm, as the file states
+    right *= np.array([units["disc 1 right"], units["disc 2 right"]])[:, None] * 1e3
+    data = xr.Dataset(
+        {
+            "displacement": (("speed", "direction", "node", "time"), np.stack([left, right], 1), {"units": "mm"}),
+            "keyphasor": (("speed", "time"), [channels(r)["key"] for r in made], {"units": "V"}),
+        },
+        {
+            "speed": ("speed", np.array(SPEEDS) * 30 / np.pi, {"units": "rpm"}),
+            "node": [2, 4],
+            "direction": ["left", "right"],
+            "time": ("time", made[0].time * 1e3, {"units": "ms"}),
+        },
+    )
+    data.to_netcdf(odd)
+    probes = [
+        {"channel": "left", "angle_deg": -45.0},
+        {"channel": "right", "node": 2, "angle_deg": 45.0},
+        {"channel": "right", "node": 4, "angle_deg": 30.0},
+    ]
+    rig = write_rig(tmp_path / "odd.yaml", probes=probes)
+    measurement = read_measurement(odd, rig)
+    assert measurement.findings == [] and agrees(measurement)
+
+    marks = [np.flatnonzero(np.diff(np.sign(channels(r)["key"] - 2.5)) != 0) for r in made]  # samples, so coarse
+    times = np.full((3, max(map(len, marks)) // 2), np.nan)
+    for row, at, r in zip(times, marks, made, strict=True):
+        at = at[1:] if channels(r)["key"][0] > 2.5 else at
+        pairs = len(at) // 2
+        row[:pairs] = (r.time[at[0 : 2 * pairs : 2]] + r.time[at[1 : 2 * pairs : 2]]) / 2 + 0.5 / 4000
+    data.drop_vars("keyphasor").assign(phase_mark_time=(("speed", "revolution"), times)).to_netcdf(
+        tmp_path / "marks.nc"
+    )
+    measurement = read_measurement(tmp_path / "marks.nc", rig)
+    assert measurement.findings == [] and agrees(measurement)
+
+
+def test_a_reference_signal_serves_where_there_is_no_keyphasor(tmp_path):
+    from rotorstudy import simulate_records
+
+    made = simulate_records(model(), SPEEDS, HARMONICS, records()[0].time, start_angle_rad=0.4, keyphasor_wanted=False)
+    save(records_dataset(made), tmp_path / "own.nc")
+    rig = write_rig(tmp_path / "rig.yaml", probes=[], keyphasor={}, rotation="with_angles", gravity_angle_deg=0.0)
+    found = read_measurement(tmp_path / "own.nc", rig)
+    assert found.findings == []
+    assert found.spectrum.amplitude == pytest.approx(true(), rel=1e-6, abs=1e-13)
+
+
+def test_clean_records_give_the_same_spectrum_by_the_projects_own_methods(tmp_path):
+    rig = write_rig(tmp_path / "rig.yaml")
+    measurement = read_measurement([write("csv", tmp_path, record) for record in records()], rig)
+    again = full_spectrum(measurement.records, HARMONICS, registry().get("spectrum", "regression"), "reference")
+    assert again.amplitude == pytest.approx(measurement.spectrum.amplitude, rel=1e-3, abs=1e-10)
+
+
+def test_mirrored_and_turned_tables_of_harmonics(tmp_path):
+    """A table in the user's plane, rounded: within its rounding."""
+    z, rows = true(), []
+    mark = np.pi - np.pi / 2 + np.pi / 6  # reference line as the mark passes: back from down by 90, and 30 for the mark
+    for i, w in enumerate(SPEEDS):
+        for k, n in enumerate(HARMONICS):
+            for s, node in enumerate((2, 4)):
+                seen = np.conj(z[i, k, s] * np.exp(1j * n * mark)) * np.exp(1j * np.pi)
+                row = {"speed_Hz": repr(float(w / 2 / np.pi)), "node": node, "harmonic": -n}
+                row |= {"amplitude_um": f"{abs(seen) * 1e6:.3f}", "phase_deg": f"{np.rad2deg(np.angle(seen)) + 20:.1f}"}
+                rows.append(row | {"reference_phase_deg": "20.0"})
+    pd.DataFrame(rows).to_csv(tmp_path / "table.csv", index=False)
+    measurement = read_measurement(tmp_path / "table.csv", write_rig(tmp_path / "rig.yaml"))
+    assert [finding.severity for finding in measurement.findings] == ["note", "note"]
+    assert np.abs(measurement.spectrum.amplitude - z).max() < 0.5e-9 + 4.3e-6 * np.deg2rad(0.05)
+    large = np.abs(z) > 5e-8  # of the others the rounding of the amplitude is no small part
+    off = whitened(measurement.spectrum, z)
+    both = np.concatenate([large, large], axis=1)
+    ratio = np.mean(np.moveaxis(off, 1, 2)[both] ** 2)
+    assert 0.4 < ratio < 1.3  # uniform; the rounding of the reference phase, here exact, is in the covariance too
+
+
+@pytest.mark.parametrize("chapter", [3, 5])
+def test_the_examples_of_printed_spectra_are_those_of_the_reference(chapter, request):
+    root = request.config.rootpath
+    found = read_measurement(
+        root / f"examples/chapter_{chapter}_spectrum.csv", root / f"examples/chapter_{chapter}_rig.yaml"
+    )
+    assert not found.errors and len(found.spectrum.speed) == {3: 4, 5: 3}[chapter]
+    printed = pd.read_csv(root / "workflow/reference/full_spectrum.csv", dtype={"table": str})
+    printed = printed[printed.table.str.startswith(f"{chapter}.") & (printed.method == "fft")]
+    for i, w in enumerate(found.spectrum.speed):
+        case = printed[printed.case == f"{w / 2 / np.pi:.0f} Hz"]
+        for k, n in enumerate(found.spectrum.harmonics):
+            value = case[case.harmonic == n].groupby("quantity").value.first()
+            if (chapter, i, n) != (3, 0, 0):  # a misprint of the phase
+                angle = value["phase"] - value["reference phase"]
+                assert found.spectrum.amplitude[i, k, 0] == pytest.approx(value["amplitude"] * np.exp(1j * angle))
+
+
+def test_the_digits_of_a_cell():
+    assert [last_digit(cell) for cell in ("2.70", "27", "-3.1e-06", "5E2")] == pytest.approx([0.01, 1, 1e-7, 100])
+
+
+def test_the_spectrum_comes_back_from_its_file(tmp_path):
+    paths = [write("csv", tmp_path, record) for record in records()]
+    measurement = read_measurement(paths, write_rig(tmp_path / "rig.yaml"))
+    save(measurement_dataset(measurement), tmp_path / "spectrum.nc")
+    again, spectrum = load_spectrum(tmp_path / "spectrum.nc"), measurement.spectrum
+    assert np.array_equal(again.amplitude, spectrum.amplitude) and np.array_equal(again.covariance, spectrum.covariance)
+    assert np.array_equal(again.speed, spectrum.speed) and np.array_equal(again.harmonics, spectrum.harmonics)
+    assert again.sensors == spectrum.sensors
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"rotaton": "with_angles"}, ["unknown key 'rotaton'", "did you mean 'rotation'"]),
+        ({"rotation": "clockwise"}, ["rotation", "'with_angles' or 'against_angles'"]),
+        ({"keyphasor": {"chanel": "key"}}, ["'chanel'", "did you mean 'channel'"]),
+        ({"probes": [{"channel": "a", "angle": 3.0}]}, ["'angle'", "'angle_deg'", "probes[0]"]),
+        ({"probes": {"channel": "a"}}, ["probes", "list"]),
+        ({"probes": [{**p, "channel": "disc 1 lefd"} for p in section()["probes"]]}, ["'disc 1 left'", "lefd"]),
+        ({"probes": section()["probes"][:3]}, ["node 4", "one direction only", "two probes"]),
+        ({"probes": [{**p, "unit": None} for p in section()["probes"]]}, ["no unit", "state 'unit:'"]),
+        ({"probes": [{**p, "unit": "V"} for p in section()["probes"]]}, ["sensitivity_V_per_m"]),
+        ({"probes": [{**p, "node": 7} for p in section()["probes"]]}, ["unknown node '7'", "probes must sit"]),
+        ({"keyphasor": {"channel": "kex"}}, ["'kex'", "did you mean 'key'"]),
+        ({"time_channel": "zeit"}, ["time channel 'zeit'"]),
+        ({"harmonics": [0, 2]}, ["harmonic 1 is missing"]),
+        ({"csv": {"separator": ";"}}, ["unknown probe channel"]),
+        ({"speeds_Hz": {"a": 1.0}, "speeds_rpm": {"a": 60.0}}, ["'a'", "two units"]),
+    ],
+)
+def test_what_does_not_fit_the_file_is_named(changes, words, tmp_path):
+    rig = write_rig(tmp_path / "rig.yaml", **changes)
+    path = write("csv", tmp_path, records(speeds=[80.0])[0])
+    with pytest.raises(RotorstudyError) as error:
+        read_measurement(path, rig)
+    for word in words:
+        assert word in str(error.value)
+
+
+def test_files_that_cannot_be_read_are_named(tmp_path):
+    rig = write_rig(tmp_path / "rig.yaml")
+    for name, text, words in (
+        ("a.xlsx", "", ["unknown kind of record file '.xlsx'", ".csv"]),
+        ("a.csv", "time,key\n0,1\n1,x\n", ["disc 1 left"]),
+        ("a.nc", "none", ["not a NetCDF file"]),
+        ("a.mat", "none", ["not a MATLAB file"]),
+    ):
+        (tmp_path / name).write_text(text)
+        with pytest.raises(RotorstudyError) as error:
+            read_measurement(tmp_path / name, rig)
+        assert all(word in str(error.value) for word in words), error.value
+    with pytest.raises(RotorstudyError, match="does not exist"):
+        read_measurement(tmp_path / "none.csv", rig)
+
+
+def test_every_key_is_documented(request):
+    page = (request.config.rootpath / "docs" / "measured_records.md").read_text()
+    assert [name for name in Conventions.model_fields if f"`{name}`" not in page] == []
+
+
+def test_records_of_different_nodes_do_not_mix(tmp_path):
+    from rotorstudy.measured.measurement import _common_nodes
+
+    with pytest.raises(RotorstudyError, match="same probes"):
+        _common_nodes([], [{"where": "a", "nodes": {1: {}}}, {"where": "b", "nodes": {2: {}}}])
+    rig = write_rig(tmp_path / "rig.yaml")
+    rig.write_text(rig.read_text().replace("sensors:\n- 2\n- 4", "sensors: [1, 2]"))
+    with pytest.raises(RotorstudyError, match="sensors has node 1"):
+        read_measurement(write("csv", tmp_path, replace(records(speeds=[80.0])[0])), rig)
