@@ -195,9 +195,9 @@ def bench_of(plugin):
     raise BrokenInvariant("it offers no place on a rotor that moves, tilts, turns, weighs and can crack")
 
 
-def typical_term(plugin, structure, place):
-    """An effect or bearing at a place, every parameter with its typical size."""
-    item = {"kind": plugin.name, **place, **plugin.example}
+def typical_term(plugin, structure, place=None):
+    """An effect or bearing at a place (options; by default where it stands by itself), every parameter with its typical size."""
+    item = {"kind": plugin.name, **(place or {}), **plugin.example}
     term = make_term(kind_of(plugin), item, structure, structure.nodes)
     values = {p.name: p.typical * (np.exp(0.6j) if p.is_complex else 1) for p in term.parameters}
     return replace(term, values=values)
@@ -230,9 +230,7 @@ def effect_shape_is_open(plugin):
 
 def effect_is_checked(plugin):
     """states which numbers it was checked against"""
-    claim(
-        any(c.isdigit() for c in plugin.checked), "checked states no number; say what it agrees with, and how closely"
-    )
+    claim(plugin.checked, "'checked' is empty; say what it agrees with, and how closely")
 
 
 def term_states_units(plugin):
