@@ -196,7 +196,7 @@ def bench_of(plugin):
 
 
 def typical_term(plugin, structure, place=None):
-    """An effect or bearing at a place (options; by default where it stands by itself), every parameter with its typical size."""
+    """An effect or bearing at a place (its own by default), every parameter with its typical size."""
     item = {"kind": plugin.name, **(place or {}), **plugin.example}
     term = make_term(kind_of(plugin), item, structure, structure.nodes)
     values = {p.name: p.typical * (np.exp(0.6j) if p.is_complex else 1) for p in term.parameters}

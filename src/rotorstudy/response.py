@@ -333,3 +333,30 @@ def measured_response(model, speed, harmonics, theta=None, *, order=COUPLED_ORDE
     if not jacobian:
         return shown[..., chosen, :]
     return shown[..., chosen, :], shown_derivatives[..., chosen, :, :]
+
+
+def sensitivities(model, speed, harmonics, unknowns, theta=None, *, order=COUPLED_ORDER):
+    """What the sensors would show more for one unit of amplitudes the model does not have, to first order.
+
+    unknowns : two lists of Unknown of further terms, those that act on the rotor and those that act on the output
+    theta    : (parameter,) of the model;  harmonics -order..order are carried
+    returns  : (speed, harmonic, sensor, unknown) complex, m per unit
+    """
+    rotor, output = unknowns
+    speed, harmonics = check_speed(speed), check_harmonics(harmonics)
+    theta = np.asarray(model.theta if theta is None else theta, float)
+    carried = np.union1d(np.arange(-order, order + 1), harmonics)
+    blocks = layout(model, carried, order)
+    own = theta[: len(model.rotor_unknowns)]
+    deflection = static_deflection(model, speed, own).value
+    found, _ = _carried_response(model, speed, theta, blocks, False)
+    shown = np.zeros((len(speed), len(blocks.harmonics), len(model.sensors), len(rotor) + len(output)), complex)
+    if rotor:
+        forces = [apply_entries(u.entries, found, speed, blocks.harmonics, resting(u, deflection)) for u in rotor]
+        moved = _solve(operator(model, own, speed, blocks), np.stack(forces, axis=-1), blocks, speed)
+        shown[..., : len(rotor)] = moved[..., model.measured, :]
+    true = found[..., model.measured]
+    for p, unknown in enumerate(output, start=len(rotor)):
+        shown[..., p] = apply_entries(unknown.entries, true, speed, blocks.harmonics)
+    chosen = [int(np.flatnonzero(blocks.harmonics == n)[0]) for n in harmonics]
+    return shown[:, chosen]

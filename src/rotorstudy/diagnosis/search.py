@@ -1,0 +1,178 @@
+"""The search for causes: screen every candidate, fit the promising ones, score, add, swap, drop."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from rotorstudy.diagnosis.candidates import Candidate, candidates, screen
+from rotorstudy.diagnosis.fit import Fit, fit
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.rig import make_term
+
+WORTH_FITTING = 0.1  # of what the best candidate explains by its columns: a large effect bends them
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """A set of causes, fitted; score : fall of the cost, less what its parameters and the choice among many cost."""
+
+    causes: tuple[Candidate, ...]
+    fit: Fit
+    score: float
+
+    @property
+    def labels(self):
+        return frozenset(cause.label for cause in self.causes)
+
+
+@dataclass(frozen=True)
+class Search:
+    """Outcome: base fit, every explanation fitted, candidates with their first screening."""
+
+    base: Fit
+    explanations: list
+    candidates: list
+    screened: list
+    prior: dict = field(default_factory=dict)
+
+    @property
+    def best(self):
+        return max(self.explanations, key=lambda e: e.score)
+
+
+def base_model(model, settings):
+    """The model with its nuisance terms, and the priors (mean, std) of all that moves in every fit."""
+    terms = []
+    for kind in settings.nuisance:
+        item = {"kind": kind, "label": "calibration"}
+        places = _places(kind, model)
+        terms += [
+            make_term("effect", {**item, **place, "label": f"calibration {i}"}, model.structure, model.sensors)
+            for i, place in enumerate(places)
+        ]
+    prior = {}
+    shares = settings.uncertainty
+    for term in model.terms:
+        for parameter in term.parameters:
+            value = term.values.get(parameter.name)
+            if value is None:
+                raise RotorstudyError(f"{term.full_name(parameter)} has no value; the rig needs one to be diagnosed")
+            full = term.full_name(parameter)
+            share = shares.get(full, shares.get(parameter.name, shares.get("default", 0.1)))
+            std = share * (abs(value) or parameter.typical)
+            if std == 0:
+                continue
+            if parameter.is_complex:
+                prior |= {f"{full}_real": (value.real, std), f"{full}_imag": (value.imag, std)}
+            else:
+                prior[full] = (float(value), std)
+    for term in terms:
+        for unknown in term.unknowns:
+            prior[unknown.name] = (0.0, settings.nuisance[term.kind])
+    return model.plus(*terms), prior
+
+
+def _places(kind, model):
+    from rotorstudy.plugins import registry
+
+    return registry().get("effect", kind, "nuisance").places(model.structure, model.sensors)
+
+
+def search(model, spectrum, settings):
+    """Explanations of a spectrum by up to `most_causes` candidates, best found by adding, swapping and dropping."""
+    whole, prior = base_model(model, settings)
+    base = fit(whole, spectrum, prior)
+    every = candidates(model, settings.leave_out)
+    rows = 2 * spectrum.amplitude.size
+    found = {frozenset(): Explanation((), base, 0.0)}
+
+    def explain(causes, start=None):
+        key = frozenset(c.label for c in causes)
+        if key in found:
+            return found[key]
+        extended = whole.plus(*(c.term for c in causes))
+        free = [name for c in causes for name in c.names]
+        before = base_of(causes)
+        here = _theta(extended, before.model.names, before.theta, start)
+        means = {**dict(zip(before.model.names, before.theta, strict=True)), **{n: m for n, (m, _) in prior.items()}}
+        fresh = _theta(extended, means, means.values())  # a base bent by what it lacks is no place to start from
+        fitted = min(
+            (f for f in (attempt(extended, free, s) for s in (fresh, here)) if f), key=lambda f: f.cost, default=None
+        )
+        if fitted is None:
+            return None
+        price = sum(_price(len(c.names), rows, len(every)) for c in causes)
+        found[key] = Explanation(tuple(causes), fitted, base.cost - fitted.cost - price)
+        return found[key]
+
+    def attempt(extended, free, start):
+        try:
+            return fit(extended, spectrum, prior, free, start=start)
+        except (RotorstudyError, np.linalg.LinAlgError):
+            return None
+
+    def base_of(causes):
+        """The fit of all causes but the last: where a new one starts."""
+        return found.get(frozenset(c.label for c in causes[:-1]), found[frozenset()]).fit
+
+    screened = screen(base, spectrum, prior, every)
+    current = found[frozenset()]
+    while len(current.causes) < settings.most_causes:
+        better = _step(current, every, spectrum, prior, settings, explain, screened if not current.causes else None)
+        if better is None or better.score <= current.score:
+            break
+        current = better
+        if len(current.causes) > 1:
+            current = _swap(current, every, spectrum, prior, settings, explain, found)
+    return Search(base, list(found.values()), every, screened, prior)
+
+
+def _price(parameters, rows, library):
+    """What a cause costs: ln n for each parameter (BIC), and twice the logarithm of the library it was chosen from."""
+    return parameters * np.log(rows) + 2 * np.log(library)
+
+
+def _step(current, every, spectrum, prior, settings, explain, screened):
+    """The best explanation with one cause more."""
+    chosen = [c for c in every if c.label not in current.labels]
+    screened = screen(current.fit, spectrum, prior, chosen) if screened is None else screened
+    order = sorted(range(len(chosen)), key=lambda i: -screened[i].explained)
+    rows = 2 * spectrum.amplitude.size
+    most = screened[order[0]].explained if order else 0.0
+    tried = []
+    for i in order[: settings.tried]:
+        price = _price(len(chosen[i].names), rows, len(every))
+        if screened[i].explained < max(WORTH_FITTING * most, 0.5 * price):
+            break
+        tried.append(explain((*current.causes, chosen[i]), screened[i].start))
+    tried = [e for e in tried if e is not None]
+    return max(tried, key=lambda e: e.score, default=None)
+
+
+def _swap(current, every, spectrum, prior, settings, explain, found):
+    """Drop each cause, and put the best other one in its place, while that is better."""
+    for cause in current.causes:
+        rest = tuple(c for c in current.causes if c.label != cause.label)
+        less = explain(rest)
+        if less is None:
+            continue
+        if less.score > current.score:
+            return less
+        other = _step(less, every, spectrum, prior, replace_tried(settings, 4), explain, None)
+        if other is not None and other.score > current.score:
+            current = other
+    return current
+
+
+def replace_tried(settings, tried):
+    return settings.model_copy(update={"tried": min(tried, settings.tried)})
+
+
+def _theta(extended, names, values, start=None):
+    """(parameter,) of an extended model: values known by name, and a start for the rest."""
+    known = dict(zip(names, values, strict=True))
+    theta = np.array([known.get(name, 0.0) for name in extended.names])
+    if start is not None:
+        new = [i for i, name in enumerate(extended.names) if name not in known]
+        theta[new] = start
+    return theta

@@ -1,0 +1,30 @@
+"""What a diagnosis assumes, stated: priors, model error, and how sure is sure."""
+
+from pydantic import Field
+
+from rotorstudy.studies.config import Strict
+
+
+class Settings(Strict):
+    """Assumptions of a diagnosis.
+
+    uncertainty     : of base parameters, standard deviation relative to their value, by name; "default" for the others
+    model_error     : share of each harmonic that the model is not trusted to hit (a coarse mesh, a short series)
+    nuisance        : effects of the measuring chain that are never quite zero -> standard deviation of each amplitude
+    hold_out_rad_s  : speeds that no fit sees; None: about a quarter of them, from the middle
+    significance    : chance of a residual this large by noise alone, below which something is missing
+    sure            : confidence from which a cause is named alone
+    most_causes     : at once
+    tried           : candidates fitted fully a round
+    leave_out       : effects that are not considered
+    """
+
+    uncertainty: dict[str, float] = {"default": 0.1}
+    model_error: float = Field(default=2e-3, ge=0, lt=0.5)
+    nuisance: dict[str, float] = {"phase_reference": 5e-3, "probe_gain": 5e-3}
+    hold_out_rad_s: list[float] | None = None
+    significance: float = Field(default=1e-3, gt=0, lt=0.5)
+    sure: float = Field(default=0.9, gt=0.5, lt=1)
+    most_causes: int = Field(default=2, ge=1)
+    tried: int = Field(default=10, ge=1)
+    leave_out: list[str] = []
