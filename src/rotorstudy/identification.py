@@ -42,6 +42,9 @@ class Problem:
         model, spectrum = self.model, self.spectrum
         if not self.names:
             raise RotorstudyError(f"no unknowns; name at least one of {', '.join(model.names) or 'none'}")
+        twice = sorted({name for name in self.names if list(self.names).count(name) > 1})
+        if twice:
+            raise RotorstudyError(f"{', '.join(twice)}: named twice among the unknowns; name each once")
         if tuple(spectrum.sensors) != tuple(model.sensors):
             raise RotorstudyError(f"the spectrum is of sensors {spectrum.sensors}, the model of {model.sensors}")
         for name in ("amplitude", "covariance"):
