@@ -49,7 +49,7 @@ def rotorstudy_estimator():
         "ridge",
         ridge,
         source="Hoerl and Kennard 1970, Technometrics 12, 55-67; as a prior, Gelman et al., Bayesian Data Analysis",
-        checked="Cramer-Rao bound where the prior is weak; the prior itself where the data are silent",
+        checked="Cramer-Rao bound where the prior is weak",
         uses_covariance=True,
         handles_rank_deficiency=True,
     )

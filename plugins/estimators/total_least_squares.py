@@ -57,6 +57,6 @@ def rotorstudy_estimator():
         "total_least_squares",
         total_least_squares,
         source="Van Huffel and Vandewalle, The Total Least Squares Problem, 1991, ch. 8 (generalized)",
-        checked="Cramer-Rao bound; bias against weighted least squares",
+        checked="Cramer-Rao bound",
         uses_covariance=True,
     )
