@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rotorstudy import full_spectrum, load_rig, measured_response, registry, simulate_records
+from rotorstudy import RotorstudyError, full_spectrum, load_rig, measured_response, registry, simulate_records
 from rotorstudy.noise import noise_std
 from rotorstudy.records import (
     Record,
@@ -20,6 +20,9 @@ from rotorstudy.spectrum import components
 HARMONICS = [0, 1, 2, 3, 5, 7, -1, -3, -5]
 RIG = "examples/jeffcott.yaml"
 SPEED, METHODS = 100.0, list(registry().plugins["spectrum"].values())
+# others take harmonics above those asked for, which drop out of whole turns in a linear fit, for speed or outliers
+LINEAR = [m for m in METHODS if m.uses_marks or not (m.tolerates_wrong_speed or m.tolerates_outliers)]
+EFFICIENT = [m for m in LINEAR if m.name != "windowed_fft"]  # a window costs variance
 TURNS = 2 * np.pi / SPEED * 20 * np.arange(4000) / 4000  # twenty whole turns
 
 
@@ -40,9 +43,13 @@ def test_a_late_record_is_put_right_by_either_phase_reference(model, true, metho
     found = full_spectrum(late, HARMONICS, method, phase).amplitude[0]
     # pulse flanks are found by straight lines between samples 0.03 rad apart, on pulses 0.1 rad wide: the mark is known
     # to 2e-4 rad, seven times that at 7X; the reference signal is exact
-    assert found == pytest.approx(true, rel=1e-10 if phase == "reference" else 2e-3)
+    rel, share = (1e-10 if phase == "reference" else 2e-3, 0) if method in LINEAR else (0, 4e-3)
+    allowed = {"rel": rel, "abs": share * np.abs(true).max()}
+    assert found == pytest.approx(true, **allowed)
     plain = full_spectrum(late, HARMONICS, method, "none").amplitude[0]
-    assert plain == pytest.approx(true * np.exp(0.7j * np.array(HARMONICS))[:, None], rel=1e-10)
+    if method in LINEAR:
+        allowed = {"rel": 1e-10}
+    assert plain == pytest.approx(true * np.exp(0.7j * np.array(HARMONICS))[:, None], **allowed)
     assert np.abs(plain - true).max() > 0.5 * np.abs(true).max()  # negative control
 
 
@@ -53,6 +60,7 @@ def test_fft_leaks_on_an_incomplete_turn_and_regression_does_not():
     found = {
         method.name: full_spectrum([record], HARMONICS, method, "none", whole_turns=False).amplitude[0, :, 0]
         for method in METHODS
+        if not method.uses_marks
     }
     assert found["regression"] == pytest.approx(size, rel=1e-10)
     assert np.abs(found["fft"] - size).max() > 0.05
@@ -69,7 +77,7 @@ def test_whole_turns_keep_unlisted_harmonics_out():
     assert cut == pytest.approx(np.ones(len(HARMONICS)), rel=1e-9)
 
 
-@pytest.mark.parametrize("method", METHODS, ids=lambda m: m.name)
+@pytest.mark.parametrize("method", EFFICIENT, ids=lambda m: m.name)
 def test_stated_covariance_is_the_scatter_of_noisy_records(model, true, method):
     """White noise on x and y, drawn in time; `noise_std` and the plugin's own covariance both foretell the scatter."""
     clean = simulate_records(model, [SPEED], HARMONICS, TURNS)
@@ -132,3 +140,54 @@ def test_keyphasor_jitter_is_stated():
 def test_basis_turns_forward_and_backward():
     basis = rotating_basis(TURNS, SPEED, HARMONICS)
     assert basis == pytest.approx(np.exp(1j * np.array(HARMONICS)[:, None] * SPEED * TURNS), abs=1e-12)
+
+
+def drifting_record(w, label, drift, jitter_s, start_angle_rad, samples=6000, turns=30):
+    """A shaft whose angle is start + w t (1 + drift t / T), with a pulse each time it passes a whole turn."""
+    time = np.arange(samples) * turns * 2 * np.pi / w / samples
+    angle = start_angle_rad + w * time * (1 + drift * time / time[-1])
+    amplitude = np.exp(1j * np.arange(len(HARMONICS))) / (1 + np.arange(len(HARMONICS)))
+    late = np.interp(angle, 2 * np.pi * np.arange(-2, 60), jitter_s * np.random.default_rng(9).normal(size=62))
+    off = np.angle(np.exp(1j * (angle - w * late)))
+    pulses = np.exp(-0.5 * (off / 0.1) ** 2)
+    signal = synthesize(amplitude, 1.0, HARMONICS, angle)
+    return amplitude, Record(time, signal[None], label, (1,), None, pulses, "drifting")
+
+
+@pytest.mark.parametrize("start", [0.0, 0.7, 4.0])
+@pytest.mark.parametrize("label", [SPEED, 1.001 * SPEED, 0.999 * SPEED])
+@pytest.mark.parametrize("name", ["order_tracking", "sine_fit"])
+def test_a_wrong_label_and_a_late_start_leave_amplitude_and_phase_right(name, label, start):
+    true, record = drifting_record(SPEED, label, 0.0, 0.0, start)
+    method = registry().get("spectrum", name)
+    found = full_spectrum([record], HARMONICS, method, "keyphasor").amplitude[0, :, 0]
+    assert np.abs(found - true).max() < 2e-3  # marks known to 2e-4 rad, see above, here of harmonics up to 7
+    fixed = full_spectrum([replace(record, keyphasor=None)], HARMONICS, registry().get("spectrum", "fft"), "none")
+    if label != SPEED:
+        assert np.abs(np.abs(fixed.amplitude[0, :, 0]) - np.abs(true)).max() > 5e-3  # negative control
+
+
+@pytest.mark.parametrize("jitter_s", [0.0, 1e-5])
+def test_order_tracking_follows_a_slow_drift(jitter_s):
+    true, record = drifting_record(SPEED, 1.001 * SPEED, 0.02, jitter_s, 0.7)
+    found = full_spectrum([record], HARMONICS, registry().get("spectrum", "order_tracking"), "keyphasor")
+    off = components(found.amplitude[0] - true[:, None])[:, 0]
+    std = np.sqrt(np.diag(found.covariance[0, 0]))
+    assert (np.abs(off) < 5 * std + 2e-3).all()
+    fixed = full_spectrum([record], HARMONICS, registry().get("spectrum", "sine_fit"), "keyphasor")
+    assert np.abs(fixed.amplitude[0, :, 0] - true).max() > 0.1  # negative control: no one speed fits
+
+
+def test_drifting_marks_still_catch_missing_and_double_pulses():
+    _, record = drifting_record(SPEED, 1.001 * SPEED, 0.02, 0.0, 0.7)
+    method, turn = registry().get("spectrum", "order_tracking"), 2 * np.pi / SPEED
+    for wrong, words in (
+        (np.where(np.abs(record.time - 10.3 * turn) < 0.5 * turn, 0, record.keyphasor), "neighbours"),
+        (record.keyphasor + np.exp(-0.5 * ((record.time - 10.3 * turn) / (0.01 * turn)) ** 2), "neighbours"),
+        (np.where(record.time < 4.3 * turn, 0, record.keyphasor), "at the start"),
+        (None, "no keyphasor"),
+    ):
+        with pytest.raises(RotorstudyError, match=words):
+            full_spectrum([replace(record, keyphasor=wrong)], HARMONICS, method, "keyphasor")
+    with pytest.raises(RotorstudyError, match="correct the speed"):
+        full_spectrum([replace(record, speed=2 * SPEED)], HARMONICS, method, "keyphasor")

@@ -9,4 +9,11 @@ def maximum_likelihood(problem):
 
 @hookimpl
 def rotorstudy_estimator():
-    return Estimator("maximum_likelihood", maximum_likelihood, source="Ljung, System Identification, 1999, ch. 7")
+    return Estimator(
+        "maximum_likelihood",
+        maximum_likelihood,
+        source="Ljung, System Identification, 1999, ch. 7",
+        checked="scipy.optimize.least_squares; Cramer-Rao bound",
+        uses_covariance=True,
+        fits_output=True,
+    )

@@ -13,4 +13,9 @@ def fft(signal, time, speed, harmonics):
 
 @hookimpl
 def rotorstudy_spectrum():
-    return SpectrumMethod("fft", fft, source="thesis section 2.2.5; Goldman and Muszynska 1999 (full spectrum)")
+    return SpectrumMethod(
+        "fft",
+        fft,
+        source="thesis section 2.2.5; Goldman and Muszynska 1999 (full spectrum)",
+        checked="thesis Tables 2.2 to 2.4 (scoreboard); variance sigma^2 / (2 N) of a discrete Fourier transform",
+    )

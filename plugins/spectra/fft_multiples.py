@@ -13,4 +13,9 @@ def fft_multiples(signal, time, speed, harmonics):
 
 @hookimpl
 def rotorstudy_spectrum():
-    return SpectrumMethod("fft_multiples", fft_multiples, source="thesis section 4.5.1 (columns of incomplete cycles)")
+    return SpectrumMethod(
+        "fft_multiples",
+        fft_multiples,
+        source="thesis section 4.5.1 (columns of incomplete cycles)",
+        checked="thesis Tables 4.2 to 4.9, columns of incomplete cycles (scoreboard)",
+    )

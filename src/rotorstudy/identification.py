@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rotorstudy.errors import NoConvergenceError, RotorstudyError, UnidentifiableError
-from rotorstudy.regression import condensed_regression, regression, residual_sensitivity
+from rotorstudy.regression import condensed_regression, equation_sensitivity, regression, residual_sensitivity
 from rotorstudy.response import COUPLED_ORDER, measured_response
 from rotorstudy.spectrum import components
 from rotorstudy.statics import static_deflection
@@ -20,6 +20,7 @@ STEP_IN_SIGMA = 1e-6  # a fit has converged when its step is this small against 
 STEP_RELATIVE = 1e-12  # or against the amplitudes, for data without noise
 MISFIT_RELATIVE = 1e-9  # or when the misfit no longer falls: a wrong model with a large misfit converges slowly
 DEFLECTION_STEPS = 40  # of the static deflection; two are enough if the bearings' nodes are measured
+WEIGHTED_STEPS = 3  # of weights taken at the estimate they lead to; the second already changes less than the noise
 TRIALS_AT_ONCE = 200  # bounds the memory of a Monte Carlo
 
 
@@ -41,6 +42,9 @@ class Problem:
         model, spectrum = self.model, self.spectrum
         if not self.names:
             raise RotorstudyError(f"no unknowns; name at least one of {', '.join(model.names) or 'none'}")
+        twice = sorted({name for name in self.names if list(self.names).count(name) > 1})
+        if twice:
+            raise RotorstudyError(f"{', '.join(twice)}: named twice among the unknowns; name each once")
         if tuple(spectrum.sensors) != tuple(model.sensors):
             raise RotorstudyError(f"the spectrum is of sensors {spectrum.sensors}, the model of {model.sensors}")
         for name in ("amplitude", "covariance"):
@@ -88,24 +92,54 @@ class Problem:
                 moved[:, p] = (residual(deflection + theta[p] * change) - at_rest) / theta[p]
         return moved
 
-    def equation_error_covariance(self, theta):
-        """First-order covariance (parameter, parameter) of a linear estimate theta = A^+ b.
+    def equation_error_covariance(self, theta, weights=None):
+        """First-order covariance (parameter, parameter) of a linear estimate theta = (W A)^+ W b.
 
         The residual A theta - b moves with the spectrum by a known matrix; noise in A is in it, its square is not.
+        weights : (speed, row, row) W of each speed, one if None
         """
-        mean = self.spectrum.amplitude.reshape(-1, *self.spectrum.amplitude.shape[-3:]).mean(axis=0)
-        theta = np.asarray(theta).reshape(-1, len(self.names)).mean(axis=0)
-        free = replace(self, spectrum=self.spectrum.with_amplitude(mean))
-        held = free.holding(theta)
-        problem = held or free
+        mean, theta = self.mean(theta)
+        held = mean.holding(theta)
+        problem = held or mean
         a, _ = problem.equations()
-        gain = np.linalg.pinv(a / np.linalg.norm(a, axis=0)) / np.linalg.norm(a, axis=0)[:, None]
+        weighted = a if weights is None else by_speed(weights, a)
+        gain = np.linalg.pinv(weighted / np.linalg.norm(weighted, axis=0), RANK_TOLERANCE)
+        gain = gain / np.linalg.norm(weighted, axis=0)[:, None]
+        if weights is not None:
+            gain = by_speed(np.swapaxes(weights, -1, -2), gain.T).T
         if held is not None:  # theta = A^+ b where A and b move with theta
-            gain = np.linalg.solve(np.eye(len(theta)) + gain @ free._moved_residual(theta), gain)
+            gain = np.linalg.solve(np.eye(len(theta)) + gain @ mean._moved_residual(theta), gain)
         sensitivity = residual_sensitivity(problem.model, problem.spectrum, self.names, theta, order=self.order)
         gain = gain.reshape(len(self.names), len(self.spectrum.speed), -1)
         through = np.einsum("psr,src->psc", gain, sensitivity)
-        return np.einsum("psc,scd,qsd->pq", through, self.spectrum.full_covariance(), through)
+        variance, turn = np.linalg.eigh(self.spectrum.full_covariance())
+        root = turn * np.sqrt(np.maximum(variance, 0))[:, None, :]  # so that round-off leaves no negative variance
+        spread = np.einsum("psc,scd->psd", through, root)
+        return np.einsum("psd,qsd->pq", spread, spread)
+
+    def mean(self, theta):
+        """The problem with the mean spectrum of all trials, and their mean estimate (parameter,)."""
+        mean = self.spectrum.amplitude.reshape(-1, *self.spectrum.amplitude.shape[-3:]).mean(axis=0)
+        theta = np.asarray(theta).reshape(-1, len(self.names)).mean(axis=0)
+        return replace(self, spectrum=self.spectrum.with_amplitude(mean)), theta
+
+    def equation_weights(self, theta):
+        """(..., speed, row, row) W that whitens the noise which the spectrum's covariance makes in the equations.
+
+        The residual moves with the spectrum by a square matrix S, so W = (whitener of the spectrum) S^-1: weighted
+        rows are errors of the harmonics again, in standard deviations.
+        theta : (..., parameter), the current estimate
+        """
+        mean, at = self.mean(theta)
+        held = mean.holding(at) or mean
+        sensitivity = residual_sensitivity(held.model, held.spectrum, self.names, theta, order=self.order)
+        return np.swapaxes(
+            np.linalg.solve(np.swapaxes(sensitivity, -1, -2), np.swapaxes(self._full_whitener(), -1, -2)), -1, -2
+        )
+
+    def _full_whitener(self):
+        """(speed, component, component) whitener of all sensors together."""
+        return replace(self.spectrum, covariance=self.spectrum.whitener()).full_covariance()
 
     def chunks(self):
         """The problem itself, or for many trials at once a few at a time; bounds the memory."""
@@ -137,6 +171,22 @@ class Estimate:
         return np.sqrt(np.diagonal(self.covariance, axis1=-2, axis2=-1))
 
 
+def by_speed(weights, rows):
+    """Weights (..., speed, row, row) on rows (..., speed * row) or columns (..., speed * row, parameter)."""
+    stacked = rows.reshape(*rows.shape[: weights.ndim - 3], *weights.shape[-3:-1], -1)
+    return (weights @ stacked).reshape(*stacked.shape[:-3], *rows.shape[weights.ndim - 3 :])
+
+
+def undetermined(columns, names):
+    """Names of the unknowns that columns (row, parameter) leave open: without effect, or traded against others."""
+    length = np.linalg.norm(columns, axis=0)
+    missing = np.zeros((max(0, columns.shape[1] - columns.shape[0]), columns.shape[1]))
+    scaled = np.concatenate([columns / np.where(length, length, 1), missing])
+    _, singular, vectors = np.linalg.svd(scaled, full_matrices=False)
+    share = np.abs(vectors[singular < RANK_TOLERANCE * singular[0]]).max(axis=0, initial=0)
+    return [name for name, part in zip(names, share, strict=True) if part > 0.05]
+
+
 def check_identifiable(columns, names):
     """Raise if columns (row, parameter) cannot tell the unknowns apart; name those that trade off."""
     if columns.shape[0] < columns.shape[1]:
@@ -145,16 +195,13 @@ def check_identifiable(columns, names):
             "add harmonics or speeds, or fix some unknowns",
             names,
         )
-    length = np.linalg.norm(columns, axis=0)
-    dead = [name for name, size in zip(names, length, strict=True) if size == 0]
+    dead = [name for name, size in zip(names, np.linalg.norm(columns, axis=0), strict=True) if size == 0]
     if dead:
         raise UnidentifiableError(
             f"the data do not depend on {', '.join(dead)}; fix it, or measure what it acts on", dead
         )
-    _, singular, vectors = np.linalg.svd(columns / length, full_matrices=False)
-    if singular[-1] < RANK_TOLERANCE * singular[0]:
-        weak = np.abs(vectors[singular < RANK_TOLERANCE * singular[0]]).max(axis=0)
-        traded = [name for name, share in zip(names, weak, strict=True) if share > 0.05]
+    traded = undetermined(columns, names)
+    if traded:
         raise UnidentifiableError(
             f"rank-deficient regression: {' and '.join(traded)} trade off against each other; "
             "fix one of them, or add speeds or harmonics",
@@ -169,27 +216,85 @@ def solve_linear(columns, right_side, names):
     raises : UnidentifiableError if the unknowns of the first trial cannot be told apart
     """
     check_identifiable(columns.reshape(-1, *columns.shape[-2:])[0], names)
+    return solve_full_rank(columns, right_side)
+
+
+def solve_full_rank(columns, right_side):
+    """Least squares of columns that are known to be independent, see `solve_linear`."""
     length = np.linalg.norm(columns, axis=-2, keepdims=True)
     q, r = np.linalg.qr(columns / length)
     scaled = np.linalg.solve(r, np.swapaxes(q, -1, -2) @ right_side[..., None])[..., 0]
     return scaled / length[..., 0, :]
 
 
-def solve_equations(problem):
-    """theta (..., parameter) by least squares of the equations of motion.
+def solve_truncated(columns, right_side, names):
+    """Least squares A theta = b, batched, of unit-length columns without their zero singular values."""
+    length = np.linalg.norm(columns, axis=-2, keepdims=True)
+    length = np.where(length, length, 1)
+    inverse = np.linalg.pinv(columns / length, RANK_TOLERANCE)
+    return (inverse @ right_side[..., None])[..., 0] / length[..., 0, :]
+
+
+def solve_equations(problem, solve=solve_linear):
+    """theta (..., parameter) by least squares of the equations of motion, or another `solve` of them.
 
     Where unknown bearings carry the weight, the static deflection that the crack and internal damping act on is found
     with them: it is held, the equations solved, the deflection taken anew, until both stand.
     """
-    theta = solve_linear(*problem.equations(), problem.names)
+    theta = solve(*problem.equations(), problem.names)
     for _ in range(DEFLECTION_STEPS):
         held = problem.holding(theta)
         if held is None:
             return theta
-        before, theta = theta, solve_linear(*held.equations(), problem.names)
+        before, theta = theta, solve(*held.equations(), problem.names)
         if np.all(np.abs(theta - before) <= 10 * STEP_RELATIVE * np.abs(theta)):
             return theta
     raise NoConvergenceError("the static deflection and the bearings that carry it were not found together")
+
+
+def whitened(weights, solve=solve_linear):
+    """A `solve` of equations that are weighted first."""
+    return lambda columns, right_side, names: solve(by_speed(weights, columns), by_speed(weights, right_side), names)
+
+
+def solve_weighted(problem, solve=solve_linear, start=solve_linear):
+    """theta (..., parameter) of equations whitened by the noise that the spectrum makes in them.
+
+    The weights depend on the unknowns, so they are taken anew at each estimate.
+    solve, start : of whitened equations; of plain ones, for the first estimate
+    """
+    theta = solve_equations(problem, start)
+    for _ in range(WEIGHTED_STEPS):
+        weights = problem.equation_weights(theta)
+
+        theta = solve_equations(problem, whitened(weights, solve))
+    return theta
+
+
+def in_chunks(problem, solve):
+    """theta (..., parameter) by solve(part of the problem), a few trials at a time."""
+    theta = np.concatenate([np.atleast_2d(solve(part)) for part in problem.chunks()])
+    return theta.reshape(*problem.spectrum.amplitude.shape[:-3], -1)
+
+
+def linear_estimate(problem, theta, covariance):
+    """Estimate without a misfit."""
+    return Estimate(problem.names, theta, covariance, np.full(theta.shape[:-1], np.nan))
+
+
+def noise_in_equations(problem, theta, weights):
+    """(..., parameter + 1, parameter + 1) covariance of (A, b) by the spectrum's noise, summed over whitened rows.
+
+    theta   : (..., parameter), which a static deflection may be held by;  weights : (..., speed, row, row)
+    """
+    mean, at = problem.mean(theta)
+    held = mean.holding(at) or mean
+    columns, right_side = equation_sensitivity(held.model, held.spectrum, problem.names, order=problem.order)
+    both = np.concatenate([columns, right_side[..., None]], axis=-1)  # (speed, row, component, parameter + 1)
+    noisy = np.einsum("scd,srdp->srcp", problem.spectrum.full_covariance(), both, optimize=True)
+    products = np.einsum("srcp,stcq->srtpq", both, noisy, optimize=True)
+    inverse = np.swapaxes(weights, -1, -2) @ weights  # of the covariance of the residual
+    return np.tensordot(inverse, products, axes=3)
 
 
 def predicted_derivatives(problem, theta):
@@ -232,12 +337,19 @@ def start_values(problem):
         return start
 
 
-def output_error_fit(problem, start=None, iterations=200):
+def _clipped(residual, clip):
+    """Huber's loss (...) of residuals (..., component), squares up to `clip`, and the weights that give its slope."""
+    weight = np.minimum(1, clip / np.maximum(np.abs(residual), np.finfo(float).tiny))
+    return np.sum(weight * (2 - weight) * residual**2, axis=-1), weight
+
+
+def output_error_fit(problem, start=None, iterations=200, clip=np.inf):
     """Levenberg-Marquardt fit of the predicted to the measured harmonics, weighted by their covariance.
 
     All trials are fitted at once.
 
     start   : (..., parameter), see `start_values`
+    clip    : standard deviations from which on a residual counts by its size, not its square (Huber)
     returns : Estimate with covariance (J^T J)^-1, and the misfit
     raises  : UnidentifiableError if the unknowns trade off at the start; NoConvergenceError if no fit converges.
               Of many trials, those that do not converge are NaN
@@ -252,19 +364,20 @@ def output_error_fit(problem, start=None, iterations=200):
     predicted, jacobian = predicted_derivatives(problem, theta)
     check_identifiable(jacobian[0], problem.names)
     residual = measured - predicted
-    misfit = np.sum(residual**2, axis=-1)
+    misfit, weight = _clipped(residual, clip)
     normal = np.zeros((len(theta), shape[-1], shape[-1]))
     for _ in range(iterations):
-        normal[trials] = np.swapaxes(jacobian, -1, -2) @ jacobian
+        weighted = np.swapaxes(jacobian * weight[..., None], -1, -2)
+        normal[trials] = weighted @ jacobian
         scale = np.sqrt(np.diagonal(normal[trials], axis1=-2, axis2=-1))
         scaled = normal[trials] / (scale[:, :, None] * scale[:, None, :])
         scaled = scaled + damping[trials, None, None] * np.eye(shape[-1])
-        gradient = (np.swapaxes(jacobian, -1, -2) @ residual[..., None])[..., 0] / scale
+        gradient = (weighted @ residual[..., None])[..., 0] / scale
         step = np.linalg.solve(scaled, gradient[..., None])[..., 0] / scale
         tried = theta[trials] + step
         new_predicted, new_jacobian = predicted_derivatives(problem, tried)
         new_residual = measured[trials] - new_predicted
-        new_misfit = np.sum(new_residual**2, axis=-1)
+        new_misfit, new_weight = _clipped(new_residual, clip)
         better = new_misfit <= misfit[trials] * (1 + 1e-12)
         in_sigma = np.sqrt(np.maximum(np.einsum("tp,tpq,tq->t", step, normal[trials], step), 0))
         small = (in_sigma < STEP_IN_SIGMA) | np.all(np.abs(step) <= STEP_RELATIVE * np.abs(tried), axis=-1)
@@ -274,6 +387,7 @@ def output_error_fit(problem, start=None, iterations=200):
         damping[trials] *= np.where(better, 0.1, 10.0)
         jacobian = np.where(better[:, None, None], new_jacobian, jacobian)[~small]
         residual = np.where(better[:, None], new_residual, residual)[~small]
+        weight = np.where(better[:, None], new_weight, weight)[~small]
         trials = trials[~small]
         if not len(trials):
             break

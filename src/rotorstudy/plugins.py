@@ -117,14 +117,36 @@ class SpectrumMethod(Plugin):
     signal     : (..., time) complex or real; time (time,) s; speed rad/s; harmonics (harmonic,) int
     amplitude  : (..., harmonic) complex, phase counted from the first sample
     covariance : (..., component, component) of real parts, then imaginary parts
+
+    What it claims to do, and is checked for:
+    any_length            : the harmonics asked for do not leak into each other, whole revolutions or not
+    uses_marks            : function(signal, time, speed, harmonics, marks) with marks (revolution,) s on the clock of
+                            time; the phase is counted from the mark
+    tolerates_wrong_speed : the stated speed may be wrong by a thousandth
+    tolerates_outliers    : a few samples may be spikes
     """
 
+    any_length: bool = False
     uses_marks: bool = False
+    tolerates_wrong_speed: bool = False
+    tolerates_outliers: bool = False
 
 
 @dataclass(frozen=True)
 class Estimator(Plugin):
-    """function(problem) -> Estimate, see `rotorstudy.identification`"""
+    """function(problem) -> Estimate, see `rotorstudy.identification`
+
+    What it claims to do, and is checked for, both ways:
+    uses_covariance         : harmonics stated to be noisier count less
+    fits_output             : estimates terms of the sensors too
+    handles_rank_deficiency : gives the unknowns that are determined even if others trade off
+    tolerates_outliers      : one harmonic may be wrong by far more than stated
+    """
+
+    uses_covariance: bool = False
+    fits_output: bool = False
+    handles_rank_deficiency: bool = False
+    tolerates_outliers: bool = False
 
 
 class Hooks:

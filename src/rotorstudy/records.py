@@ -10,6 +10,8 @@ from rotorstudy.spectrum import Spectrum
 from rotorstudy.stability import check_stable
 
 MARK_TOLERANCE = 0.05  # turns a keyphasor pulse may be off the others: jitter is far less, spurious ones mostly more
+LABEL_TOLERANCE = 0.1  # of the speed a record states, against its pulses, for methods that do not rely on the label
+PIECE_TURNS = 10  # of the spline through the phase marks: it follows slower drift, and averages the jitter of so many
 
 
 @dataclass(frozen=True)
@@ -65,23 +67,56 @@ def spectral_lines(time, speed, harmonics):
     return np.rint(np.asarray(harmonics) * revolutions).astype(int) % len(time)
 
 
-def white_noise_covariance(residual, inverse_normal, lines):
-    """Covariance of harmonics fitted to a record, from the noise floor of what the fit leaves.
+def fit_basis(signal, basis, window=1.0):
+    """Least squares of a signal (..., time) on a basis (..., harmonic, time), samples weighted by a window (time,).
+
+    returns : amplitude (..., harmonic), inverse (..., harmonic, harmonic) of the normal matrix
+    """
+    weighted = basis.conj() * window
+    inverse = np.linalg.inv(weighted @ np.swapaxes(basis, -1, -2))
+    if basis.ndim == 2:
+        return signal @ weighted.T @ inverse.T, inverse
+    return (inverse @ (weighted @ signal[..., None]))[..., 0], inverse
+
+
+def noise_power(residual, lines, window=1.0):
+    """(...) m^2 variance of white noise in a record, from the noise floor of what a fit leaves.
 
     The floor is the median of the residual's periodogram, so that lines nobody asked for (other harmonics, hum) do not
-    count as noise; noise is taken as white and circular.
+    count as noise.
 
-    residual       : (..., time) complex or real, m
-    inverse_normal : (harmonic, harmonic) inverse of basis^H basis
-    lines          : (harmonic,) lines of the harmonics asked for, which are signal or emptied by the fit, not noise
-    returns        : (..., component, component) m^2, real parts then imaginary parts
+    residual : (..., time) complex or real, m
+    lines    : (harmonic,) lines of the harmonics asked for, which are signal or emptied by the fit, not noise
+    window   : (time,) weights that the samples were fitted with
     """
     samples = residual.shape[-1]
-    rest = np.delete(np.fft.fft(residual, axis=-1), lines, axis=-1)
-    power = np.median(np.abs(rest) ** 2, axis=-1) / (samples * np.log(2))
-    real, imag = inverse_normal.real, inverse_normal.imag
-    block = np.block([[real, -imag], [imag, real]]) / 2
-    return power[..., None, None] * block
+    rest = np.delete(np.fft.fft(residual * window, axis=-1), lines, axis=-1)
+    return np.median(np.abs(rest) ** 2, axis=-1) / (np.log(2) * np.sum(np.broadcast_to(window, samples) ** 2))
+
+
+def circular_covariance(hermitian):
+    """(..., component, component) of real parts, then imaginary parts, of circular noise (..., harmonic, harmonic)."""
+    real, imag = hermitian.real, hermitian.imag
+    return np.concatenate([np.concatenate([real, -imag], -1), np.concatenate([imag, real], -1)], -2) / 2
+
+
+def white_noise_covariance(residual, inverse_normal, lines, window=1.0):
+    """Covariance of harmonics fitted to a record, with noise taken as white and circular; see `noise_power`.
+
+    inverse_normal : (harmonic, harmonic) inverse of basis^H basis
+    returns        : (..., component, component) m^2, real parts then imaginary parts
+    """
+    return noise_power(residual, lines, window)[..., None, None] * circular_covariance(inverse_normal)
+
+
+def shared_error_covariance(change, covariance):
+    """Covariance of harmonics through quantities that were estimated with them: speed, or the shaft angle.
+
+    change     : (..., harmonic, quantity) complex derivative;  covariance (..., quantity, quantity)
+    returns    : (..., component, component)
+    """
+    slope = np.concatenate([change.real, change.imag], axis=-2)
+    return slope @ covariance @ np.swapaxes(slope, -1, -2)
 
 
 def check_record(record, harmonics):
@@ -143,10 +178,11 @@ def phase_from_reference(record, harmonics, amplitude, covariance):
     return np.angle(amplitude), std[:, None] * std * mirrored
 
 
-def mark_times(record):
+def mark_times(record, drifting=False):
     """(revolution,) s when the phase mark passed: centres of the keyphasor pulses at half height.
 
-    raises : RotorstudyError if there is no keyphasor, or if its pulses are not about one a revolution
+    drifting : take the speed from the pulses, so that it may drift and its label may be wrong
+    raises   : RotorstudyError if there is no keyphasor, or if its pulses are not about one a revolution
     """
     if record.keyphasor is None:
         raise RotorstudyError(f"{record.where}: no keyphasor; record one, or use a reference signal")
@@ -162,10 +198,19 @@ def mark_times(record):
 
     pairs = min(len(up), len(down))
     found = (crossing(up[:pairs]) + crossing(down[:pairs])) / 2
-    expected = record.speed * (time[-1] - time[0]) / (2 * np.pi)
-    if pairs == 0 or abs(pairs - expected) > 1.5:
+    if drifting:
+        _check_drifting(record, found)
+    else:
+        _check_steady(record, found)
+    return found
+
+
+def _check_steady(record, found):
+    """Raise unless the pulses come once a revolution of the stated speed."""
+    expected = record.speed * (record.time[-1] - record.time[0]) / (2 * np.pi)
+    if len(found) == 0 or abs(len(found) - expected) > 1.5:
         raise RotorstudyError(
-            f"{record.where}: {pairs} keyphasor pulses in {expected:.1f} revolutions at {record.speed:g} rad/s; "
+            f"{record.where}: {len(found)} keyphasor pulses in {expected:.1f} revolutions at {record.speed:g} rad/s; "
             "there must be one a revolution"
         )
     angle = np.exp(1j * record.speed * found)
@@ -176,7 +221,69 @@ def mark_times(record):
             f"{record.where}: the keyphasor pulse at {found[off.argmax()]:g} s comes {off.max():.2f} turns off the "
             f"others at {record.speed:g} rad/s; remove spurious pulses, or correct the speed"
         )
-    return found
+
+
+def _check_drifting(record, found):
+    """Raise unless each pulse comes half way between its neighbours, at about the stated speed."""
+    if len(found) < 2:
+        raise RotorstudyError(
+            f"{record.where}: {len(found)} whole keyphasor pulses; the shaft angle needs at least two, so take a "
+            "record of three revolutions or more, or use a method that relies on the stated speed"
+        )
+    turn = np.median(np.diff(found))
+    uneven = np.abs(np.diff(found, 2)) / turn
+    if len(uneven) and uneven.max() > 2 * MARK_TOLERANCE:
+        worst = int(uneven.argmax())
+        raise RotorstudyError(
+            f"{record.where}: the keyphasor pulse at {found[worst + 1]:g} s comes {uneven[worst] / 2:.2f} turns off "
+            f"the middle of its neighbours, allowed is {MARK_TOLERANCE:g}; remove spurious pulses, restore missing ones"
+        )
+    measured = 2 * np.pi / turn
+    if abs(measured / record.speed - 1) > LABEL_TOLERANCE:
+        raise RotorstudyError(
+            f"{record.where}: the keyphasor turns at {measured:g} rad/s, the record states {record.speed:g} rad/s; "
+            "correct the speed, there must be one pulse a revolution"
+        )
+    for place, gap in (("start", found[0] - record.time[0]), ("end", record.time[-1] - found[-1])):
+        if gap > (1 + 2 * MARK_TOLERANCE) * turn:
+            raise RotorstudyError(
+                f"{record.where}: no keyphasor pulse in the {gap / turn:.2f} turns at the {place} of the record; cut it"
+            )
+
+
+def shaft_angle(marks, time):
+    """Angle of the shaft through its phase marks: a cubic spline of pieces of ten turns, by least squares.
+
+    Least squares rather than interpolation: what the marks scatter about a slow drift is jitter, and it is stated.
+
+    marks   : (revolution,) s;  time : (time,) s
+    returns : angle (time,) rad, slope (time, coefficient) by the spline's coefficients, their covariance
+    source  : Fyfe and Munck 1997 (computed order tracking), with a fit for their interpolation
+    """
+    from scipy.interpolate import BSpline
+
+    count = len(marks)
+    degree = min(max((count - 1) // 2, 1), 3)
+    middle = marks.mean()
+    ends = np.linspace(marks[0], marks[-1], max(1, (count - 1) // PIECE_TURNS) + 1) - middle
+    knots = np.concatenate([[ends[0]] * degree, ends, [ends[-1]] * degree])
+
+    def spline(instants):
+        return BSpline(knots, np.eye(len(knots) - degree - 1), degree, extrapolate=True)(instants - middle)
+
+    at_marks, turned = spline(marks), 2 * np.pi * np.arange(count)
+    coefficients = np.linalg.lstsq(at_marks, turned, rcond=None)[0]
+    freedom = count - len(coefficients)
+    variance = np.sum((turned - at_marks @ coefficients) ** 2) / freedom if freedom else 0.0
+    slope = spline(time)
+    return slope @ coefficients, slope, variance * np.linalg.inv(at_marks.T @ at_marks)
+
+
+def phase_at_start(marks, start, harmonics):
+    """Phase psi_n = n * angle of the shaft at the first sample (harmonic,), and its covariance, whatever the label."""
+    angle, slope, covariance = shaft_angle(marks, np.array([start]))
+    n = np.asarray(harmonics)
+    return np.angle(np.exp(1j * n * angle[0])), (slope @ covariance @ slope.T)[0, 0] * np.outer(n, n)
 
 
 def phase_from_keyphasor(record, harmonics):
@@ -230,6 +337,11 @@ def _no_reference(record, harmonics):
     )
 
 
+def harmonics_by(method, signal, time, speed, harmonics, marks=None):
+    """What the function of a SpectrumMethod gives; marks (revolution,) s are handed to methods that use them."""
+    return method.function(signal, time, speed, harmonics, *([marks] if method.uses_marks else []))
+
+
 def full_spectrum(records, harmonics, method, phase="reference", *, whole_turns=True):
     """The full spectrum of records, one a speed.
 
@@ -248,19 +360,27 @@ def full_spectrum(records, harmonics, method, phase="reference", *, whole_turns=
     amplitudes, covariances = [], []
     for record in records:
         check_record(record, harmonics)
-        marks = record  # pulses of the last incomplete revolution count too
+        whole = record  # pulses of the last incomplete revolution count too
         record = cut_to_whole_turns(record) if whole_turns else record
         signals = np.asarray(record.displacement)
         if phase == "reference":
             if record.reference is None:
                 raise RotorstudyError(_no_reference(record, harmonics))
             signals = np.concatenate([signals, [record.reference]])
-        amplitude, covariance = method.function(signals, record.time, record.speed, harmonics)
+        marks = mark_times(whole, drifting=True) if method.uses_marks else None
+        amplitude, covariance = harmonics_by(method, signals, record.time, record.speed, harmonics, marks)
         if phase == "reference":
             psi = phase_from_reference(record, harmonics, amplitude[-1], covariance[-1])
             amplitude, covariance = compensate(amplitude[:-1], covariance[:-1], *psi)
-        elif phase == "keyphasor":
-            amplitude, covariance = compensate(amplitude, covariance, *phase_from_keyphasor(marks, harmonics))
+        elif method.uses_marks and phase == "none":
+            psi, psi_covariance = phase_at_start(marks, record.time[0], harmonics)
+            amplitude, covariance = compensate(amplitude, covariance, -psi, psi_covariance)
+        elif method.tolerates_wrong_speed and not method.uses_marks and phase == "keyphasor":
+            marks = mark_times(whole, drifting=True)
+            psi = phase_at_start(marks, record.time[0], harmonics)
+            amplitude, covariance = compensate(amplitude, covariance, *psi)
+        elif phase == "keyphasor" and not method.uses_marks:
+            amplitude, covariance = compensate(amplitude, covariance, *phase_from_keyphasor(whole, harmonics))
         amplitudes.append(amplitude.T)
         covariances.append(covariance)
     speed = np.array([record.speed for record in records])

@@ -144,16 +144,24 @@ def condensed_regression(model, spectrum, names):
 def residual_sensitivity(model, spectrum, names, theta, *, order=COUPLED_ORDER):
     """How the residual columns @ theta - right_side moves with the spectrum; its covariance follows from it.
 
-    theta   : (parameter,) values of `names`
-    returns : (speed, row, component) real, rows as in `Regression.real_system`, components of all sensors together
+    theta   : (..., parameter) values of `names`
+    returns : (..., speed, row, component) real, rows as in `Regression.real_system`, components of all sensors together
     """
+    columns, right_side = equation_sensitivity(model, spectrum, names, order=order)
+    return np.einsum("srcp,...p->...src", columns, theta) - right_side
+
+
+def equation_sensitivity(model, spectrum, names, *, order=COUPLED_ORDER):
+    """How columns (speed, row, component, parameter) and right side (speed, row, component) move with the spectrum."""
     harmonics, sensors = spectrum.amplitude.shape[-2:]
     basis = np.eye(harmonics * sensors).reshape(-1, 1, harmonics, sensors) * np.ones((len(spectrum.speed), 1, 1))
     trials = np.concatenate([0 * basis[:1], basis, 1j * basis]).astype(complex)
-    equations = regression(model, spectrum.with_amplitude(trials), names, order=order)
-    residual = equations.columns @ theta - equations.right_side  # (trial, speed, row), affine in the spectrum
-    change = residual[1:] - residual[0]
-    return np.moveaxis(np.concatenate([change.real, change.imag], axis=-1), 0, -1)
+    equations = regression(model, spectrum.with_amplitude(trials), names, order=order)  # affine in the spectrum
+    columns, right_side = (part[1:] - part[0] for part in (equations.columns, equations.right_side))
+    return (
+        np.moveaxis(np.concatenate([columns.real, columns.imag], axis=-2), 0, -2),
+        np.moveaxis(np.concatenate([right_side.real, right_side.imag], axis=-1), 0, -1),
+    )
 
 
 def _eliminate(matrix, measured, rows):

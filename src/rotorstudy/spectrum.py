@@ -35,12 +35,16 @@ class Spectrum:
         return full.reshape(speeds, size * sensors, size * sensors)
 
     def whitener(self):
-        """(speed, sensor, component, component) lower-triangular W with W C W^T = 1."""
+        """(speed, sensor, component, component) W with W C W^T = 1.
+
+        The symmetric root of the correlation: whitened components stay those of their harmonics, in any order of these.
+        """
         floor = (RELATIVE_FLOOR * np.abs(self.amplitude).max()) ** 2
         size = np.sqrt(np.diagonal(self.covariance, axis1=-2, axis2=-1) + floor)
         correlation = self.covariance / (size[..., :, None] * size[..., None, :])
         correlation = correlation + CORRELATION_FLOOR * np.eye(size.shape[-1])
-        return np.linalg.inv(np.linalg.cholesky(correlation)) / size[..., None, :]
+        variance, turn = np.linalg.eigh(correlation)
+        return (turn / np.sqrt(variance)[..., None, :]) @ np.swapaxes(turn, -1, -2) / size[..., None, :]
 
     def at_speeds(self, chosen):
         """The spectrum at some of its speeds (index array or mask)."""

@@ -286,3 +286,45 @@ def test_loading_the_zoo_imports_nothing_heavy():
     found = loaded_modules("import rotorstudy; rotorstudy.registry()")
     assert {"numpy", "pluggy"} <= found
     assert not found & {"scipy", "xarray", "matplotlib", "pandas", "pydantic", "netCDF4"}
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "flag", "broken"),
+    [
+        ("spectrum", "fft", "any_length", "incomplete turns"),
+        ("spectrum", "regression", "tolerates_wrong_speed", "off by a thousandth"),
+        ("spectrum", "regression", "tolerates_outliers", "spikes"),
+        ("estimator", "least_squares", "uses_covariance", "noisier"),
+        ("estimator", "least_squares", "fits_output", "offset of the sensor"),
+        ("estimator", "least_squares", "handles_rank_deficiency", "trade off"),
+        ("estimator", "maximum_likelihood", "tolerates_outliers", "fifty"),
+        ("estimator", "huber", "fits_output", "offset of the sensor"),
+        ("estimator", "ridge", "handles_rank_deficiency", "trade off"),
+        ("estimator", "weighted_least_squares", "uses_covariance", "noisier"),
+    ],
+)
+def test_a_flag_that_is_not_true_fails_by_its_own_claim_alone(kind, name, flag, broken):
+    """The last three deny what they can do: flags that are checked both ways."""
+    plugin = ZOO.get(kind, name)
+    found = broken_invariants(replace(plugin, **{flag: not getattr(plugin, flag)}))
+    assert len(found) == 1 and broken in next(iter(found))
+
+
+def test_an_estimator_that_is_too_sure_fails():
+    def overconfident(problem):
+        """Half the standard deviation it has."""
+        good = ZOO.get("estimator", "least_squares").function(problem)
+        return replace(good, covariance=good.covariance / 4)
+
+    found = broken_invariants(Estimator("wrong", overconfident, source="none"))
+    assert any("95 % intervals" in claim for claim in found)
+
+
+def test_a_method_that_does_not_state_the_jitter_of_its_marks_fails():
+    def sure(signal, time, speed, harmonics, marks):
+        """Order tracking with the covariance of white noise alone."""
+        amplitude, covariance = ZOO.get("spectrum", "order_tracking").function(signal, time, speed, harmonics, marks)
+        return amplitude, 0.1 * covariance
+
+    found = broken_invariants(SpectrumMethod("wrong", sure, source="none", uses_marks=True))
+    assert any("jitter" in claim for claim in found)

@@ -13,7 +13,7 @@ from pydantic import Field
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.identification import Problem, magnitude_and_phase
 from rotorstudy.plugins import registry
-from rotorstudy.records import Record, full_spectrum, synthesize
+from rotorstudy.records import Record, full_spectrum, keyphasor_signal, synthesize
 from rotorstudy.response import measured_response
 from rotorstudy.rig import build_model, check_config, read_yaml
 from rotorstudy.scoreboard import published
@@ -293,12 +293,10 @@ def spectra(config, replay):
     plain, compensated = np.zeros(shape, complex), np.zeros(shape, complex)
     for v, d in np.ndindex(*signals.shape[:2]):
         for m, method in enumerate(methods.values()):
-            taken = [
-                Record(
-                    config.time, signals[v, d, c][None], w, (1,), references[v, d, c], None, f"{config.name}, {case}"
-                )
-                for c, (case, w) in enumerate(config.cases.items())
-            ]
+            taken = []
+            for c, (case, w) in enumerate(config.cases.items()):
+                signal, reference, mark = signals[v, d, c], references[v, d, c], keyphasor_signal(w, config.time)
+                taken.append(Record(config.time, signal[None], w, (1,), reference, mark, f"{config.name}, {case}"))
             plain[v, d, m] = full_spectrum(taken, config.harmonics, method, "none").amplitude[..., 0]
             compensated[v, d, m] = full_spectrum(taken, config.harmonics, method, "reference").amplitude[..., 0]
     coordinates = {

@@ -1,0 +1,30 @@
+import numpy as np
+
+from rotorstudy.identification import in_chunks, linear_estimate, solve_equations, solve_truncated, undetermined
+from rotorstudy.plugins import Estimator, hookimpl
+
+
+def column_scaled_least_squares(problem):
+    """Least squares that gives what is determined and leaves the rest open: NaN, with an infinite deviation.
+
+    Columns are scaled to unit length and zero singular values left out. With full rank it is `least_squares`; where two
+    unknowns trade off, that refuses and this still gives the others.
+    """
+    theta = in_chunks(problem, lambda part: solve_equations(part, solve_truncated))
+    covariance = problem.equation_error_covariance(theta)
+    mean, _ = problem.mean(theta)
+    lost = np.isin(problem.names, undetermined(mean.equations()[0], problem.names))
+    covariance[lost], covariance[:, lost] = 0, 0
+    covariance[lost, lost] = np.inf
+    return linear_estimate(problem, np.where(lost, np.nan, theta), covariance)
+
+
+@hookimpl
+def rotorstudy_estimator():
+    return Estimator(
+        "column_scaled_least_squares",
+        column_scaled_least_squares,
+        source="Golub and Van Loan, Matrix Computations, 2013, section 5.5 (rank deficiency by SVD)",
+        checked="least_squares at full rank, whose checks hold for it",
+        handles_rank_deficiency=True,
+    )

@@ -1,0 +1,55 @@
+import numpy as np
+
+from rotorstudy.identification import (
+    by_speed,
+    in_chunks,
+    invert,
+    linear_estimate,
+    solve_full_rank,
+    solve_truncated,
+    solve_weighted,
+)
+from rotorstudy.plugins import Estimator, hookimpl
+
+PRIOR_WIDTH = 10.0  # standard deviation of the prior, in typical sizes of the unknown
+
+
+def ridge(problem):
+    """Weighted least squares with a weak normal prior: the most probable values after the data, and their covariance.
+
+    Prior: each unknown by itself has the mean given in the model, or zero if none is given, and a standard deviation
+    of ten times its typical size. What the data leave open keeps the prior.
+    """
+    mean, std = _prior(problem)
+    rows = np.diag(1 / std)
+
+    def solve(columns, right_side, names):
+        leading = columns.shape[:-2]
+        columns = np.concatenate([columns, np.broadcast_to(rows, (*leading, *rows.shape))], axis=-2)
+        right_side = np.concatenate([right_side, np.broadcast_to(mean / std, (*leading, len(std)))], axis=-1)
+        return solve_full_rank(columns, right_side)
+
+    theta = in_chunks(problem, lambda part: solve_weighted(part, solve, solve_truncated))
+    at, middle = problem.mean(theta)
+    at = at.holding(middle) or at
+    columns = np.concatenate([by_speed(problem.equation_weights(middle), at.equations()[0]), rows])
+    return linear_estimate(problem, theta, invert(columns.T @ columns))
+
+
+def _prior(problem):
+    model = problem.model
+    given = np.concatenate([term.theta for term in model.terms])
+    place = model.position(problem.names)
+    return np.where(np.isnan(given), 0.0, given)[place], PRIOR_WIDTH * model.typical[place]
+
+
+@hookimpl
+def rotorstudy_estimator():
+    return Estimator(
+        "ridge",
+        ridge,
+        source="Hoerl and Kennard 1970, Technometrics 12, 55-67; as a prior, Gelman et al., Bayesian Data Analysis",
+        checked="Cramer-Rao bound where the prior is weak",
+        uses_covariance=True,
+        handles_rank_deficiency=True,
+    )

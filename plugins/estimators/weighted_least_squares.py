@@ -1,0 +1,24 @@
+from rotorstudy.identification import in_chunks, linear_estimate, solve_weighted
+from rotorstudy.plugins import Estimator, hookimpl
+
+
+def weighted_least_squares(problem):
+    """Least squares of the equations of motion, whitened by the noise that the spectrum's covariance makes in them.
+
+    As good as maximum likelihood while the noise is small; the noise in the columns still draws the estimate off by
+    its square.
+    """
+    theta = in_chunks(problem, solve_weighted)
+    weights = problem.equation_weights(problem.mean(theta)[1])
+    return linear_estimate(problem, theta, problem.equation_error_covariance(theta, weights))
+
+
+@hookimpl
+def rotorstudy_estimator():
+    return Estimator(
+        "weighted_least_squares",
+        weighted_least_squares,
+        source="Sanathanan and Koerner 1963, IEEE Trans. Autom. Control 8, 56-58 (weights taken at the last estimate)",
+        checked="Cramer-Rao bound",
+        uses_covariance=True,
+    )

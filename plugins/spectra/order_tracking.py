@@ -1,0 +1,44 @@
+import numpy as np
+
+from rotorstudy.plugins import SpectrumMethod, hookimpl
+from rotorstudy.records import (
+    fit_basis,
+    rotating_basis,
+    shaft_angle,
+    shared_error_covariance,
+    spectral_lines,
+    white_noise_covariance,
+)
+
+
+def order_tracking(signal, time, speed, harmonics, marks):
+    """Least squares on e^{jn angle(t)}, the shaft's angle taken from the keyphasor marks: the speed may drift.
+
+    Nothing is resampled, so there is no resampling error; the covariance has the jitter of the marks in it. Marks are
+    shared by all sensors, and so is their error, which a Spectrum cannot state.
+    """
+    angle, slope, angle_covariance = shaft_angle(np.asarray(marks) - time[0], time - time[0])
+    basis = rotating_basis(angle, 1.0, harmonics)
+    amplitude, inverse = fit_basis(signal, basis)
+    mean_speed = (angle[-1] - angle[0]) / (time[-1] - time[0])
+    lines = spectral_lines(time, mean_speed, harmonics)
+    noise = white_noise_covariance(signal - amplitude @ basis, inverse, lines)
+    # an error of the angle turns the whole signal: R_n changes by -B^+ (sum of jm R_m e^{jm angle}) * slope
+    gain = inverse @ basis.conj()
+    through = (gain[:, None] * slope.T).reshape(-1, len(time))  # (harmonic * coefficient, time)
+    turned = (1j * np.asarray(harmonics) * amplitude) @ basis
+    change = -(turned @ through.T).reshape(*amplitude.shape, slope.shape[1])
+    return amplitude, noise + shared_error_covariance(change, angle_covariance)
+
+
+@hookimpl
+def rotorstudy_spectrum():
+    return SpectrumMethod(
+        "order_tracking",
+        order_tracking,
+        source="Fyfe and Munck 1997, MSSP 11, 187-205 (computed order tracking)",
+        checked="closed form: records of known harmonics at drifting speed, with and without jitter of the marks",
+        any_length=True,
+        uses_marks=True,
+        tolerates_wrong_speed=True,
+    )

@@ -1,0 +1,86 @@
+import numpy as np
+
+from rotorstudy.plugins import SpectrumMethod, hookimpl
+from rotorstudy.records import (
+    circular_covariance,
+    fit_basis,
+    noise_power,
+    rotating_basis,
+    shared_error_covariance,
+    spectral_lines,
+)
+
+LABEL_TOLERANCE = 0.02  # of the stated speed: how far the fit may go from it
+SIGNALS_AT_ONCE = 25  # bounds the memory; each has its own speed, so its own basis
+STEPS = 3  # Gauss-Newton converges quadratically from inside a line of the transform
+
+
+def sine_fit(signal, time, speed, harmonics):
+    """Least squares on e^{jnwt} with the speed w unknown too; the covariance has the uncertainty of the speed in it.
+
+    Each signal finds its own speed, so that errors of different sensors stay independent. The start is found with one
+    speed for all of them, on two turns, four, eight and so on: so the stated speed may be wrong by a whole line.
+    """
+    t = time - time[0]
+    flat = np.reshape(signal, (-1, len(t)))
+    whole, turns, w = False, 2, float(speed)
+    while not whole:
+        samples = max(int(turns * 2 * np.pi / speed / t[1]), 4 * len(harmonics))
+        whole, turns = samples >= len(t), 2 * turns
+        for _ in range(STEPS):
+            _, _, _, score, information, _ = _derivatives(flat[:, :samples], t[:samples], w, harmonics)
+            w = _limited(w + _ratio(score.sum(), information.sum()), speed)
+    parts = [_fit(flat[i : i + SIGNALS_AT_ONCE], t, w, speed, harmonics) for i in range(0, len(flat), SIGNALS_AT_ONCE)]
+    amplitude, covariance = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return amplitude.reshape(*signal.shape[:-1], -1), covariance.reshape(*signal.shape[:-1], *covariance.shape[-2:])
+
+
+def _fit(signal, t, w, speed, harmonics):
+    w = np.full((len(signal), 1), w)
+    for _ in range(STEPS):
+        _, _, _, score, information, _ = _derivatives(signal, t, w, harmonics)
+        w = _limited(w + _ratio(score, information)[:, None], speed)
+    amplitude, inverse, residual, _, information, change = _derivatives(signal, t, w, harmonics)
+    power = noise_power(residual, spectral_lines(t, speed, harmonics))
+    variance = _ratio(power / 2, information)[:, None, None]
+    noise = power[:, None, None] * circular_covariance(inverse)
+    return amplitude, noise + shared_error_covariance(change[..., None], variance)
+
+
+def _derivatives(signal, t, w, harmonics):
+    """The fit at speeds w, and how its residual and amplitudes move with the speed (variable projection)."""
+    basis = rotating_basis(t, w, harmonics)
+    basis = np.moveaxis(basis, 0, -2)
+    amplitude, inverse = fit_basis(signal, basis)
+    fitted, moved = (_sum(c, basis) for c in (amplitude, 1j * np.asarray(harmonics) * amplitude))
+    moved = t * moved
+    change = -fit_basis(moved, basis)[0]
+    moved = moved + _sum(change, basis)
+    residual = signal - fitted
+    score = np.sum((moved.conj() * residual).real, axis=-1)
+    return amplitude, inverse, residual, score, np.sum(np.abs(moved) ** 2, axis=-1), change
+
+
+def _sum(amplitude, basis):
+    return amplitude @ basis if basis.ndim == 2 else (amplitude[:, None] @ basis)[:, 0]
+
+
+def _ratio(a, b):
+    """a / b, zero where b is: a signal that does not turn says nothing about the speed."""
+    return np.divide(a, b, out=np.zeros(np.shape(b)), where=np.asarray(b) > 0)
+
+
+def _limited(w, speed):
+    return np.clip(w, (1 - LABEL_TOLERANCE) * speed, (1 + LABEL_TOLERANCE) * speed)
+
+
+@hookimpl
+def rotorstudy_spectrum():
+    return SpectrumMethod(
+        "sine_fit",
+        sine_fit,
+        source="IEEE Std 1057-2017, four-parameter fit, here of several harmonics",
+        checked="phase variance at the first sample four times that at known speed (Rife and Boorstyn 1974)",
+        any_length=True,
+        tolerates_wrong_speed=True,
+    )

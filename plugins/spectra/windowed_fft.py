@@ -1,0 +1,31 @@
+import numpy as np
+
+from rotorstudy.plugins import SpectrumMethod, hookimpl
+from rotorstudy.records import circular_covariance, fit_basis, noise_power, rotating_basis, spectral_lines
+
+
+def windowed_fft(signal, time, speed, harmonics):
+    """Fourier sums under a Hann window, its leakage between the harmonics solved for; other lines leak little.
+
+    With H the window's transform, sum over m of H_{n-m} R_m is what the transform shows at n; half as much variance
+    again as without a window is the price.
+    """
+    window = np.sin(np.pi * (np.arange(len(time)) + 0.5) / len(time)) ** 2
+    basis = rotating_basis(time - time[0], speed, harmonics)
+    amplitude, inverse = fit_basis(signal, basis, window)
+    noise = inverse @ ((basis.conj() * window**2) @ basis.T) @ inverse
+    lines = spectral_lines(time, speed, harmonics)
+    beside = np.unique((lines + np.arange(-1, 2)[:, None]) % len(time))  # lines in the window's main lobe
+    power = noise_power(signal - amplitude @ basis, beside, window)
+    return amplitude, power[..., None, None] * circular_covariance(noise)
+
+
+@hookimpl
+def rotorstudy_spectrum():
+    return SpectrumMethod(
+        "windowed_fft",
+        windowed_fft,
+        source="Harris 1978, Proc. IEEE 66, 51-83 (windows)",
+        checked="equivalent noise bandwidth of the Hann window, 1.5 (Harris 1978, Table I)",
+        any_length=True,
+    )
