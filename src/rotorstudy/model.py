@@ -160,6 +160,11 @@ class Model:
         return tuple(u for term in self.terms if term.acts_on == "rotor" for u in term.unknowns)
 
     @cached_property
+    def local_forces(self):
+        """(position in `rotor_unknowns`, LocalForce) of the amplitudes that multiply a force in time."""
+        return tuple((p, u.force) for p, u in enumerate(self.rotor_unknowns) if u.force)
+
+    @cached_property
     def output_unknowns(self):
         return tuple(u for term in self.terms if term.acts_on == "output" for u in term.unknowns)
 

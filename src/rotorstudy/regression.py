@@ -187,6 +187,9 @@ def _known_amplitudes(model, names):
     """(rotor parameter,) values of the known rotor amplitudes, zero for the unknown ones."""
     values = np.concatenate([term.theta for term in model.terms])[: len(model.rotor_unknowns)]
     for p, unknown in enumerate(model.rotor_unknowns):
+        if unknown.force and (unknown.name in names or values[p]):
+            raise RotorstudyError(f"{unknown.name!r} multiplies a force in time, which moves with the whole motion; "
+                                  "use the estimator 'maximum_likelihood'")  # fmt: skip
         if unknown.name in names:
             values[p] = 0
         elif np.isnan(values[p]):

@@ -3,12 +3,14 @@
 Without entries on conj(z) or with a shift, harmonics do not see each other and are solved one by one. Otherwise
 R_n is coupled with R_{n-k} and conj(R_{-n}); then q_n and w_n = conj(q_{-n}) are unknowns side by side, and the
 blocks that really are connected are solved together. All speeds, harmonics and trials go through one batched solve.
+Local forces, which are not linear, are then added speed by speed (see `alternating`).
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
+from rotorstudy.alternating import local_column, seen_coordinates, steady_state
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.statics import static_deflection
 from rotorstudy.terms import apply_entries
@@ -58,6 +60,9 @@ def layout(model, harmonics, order=COUPLED_ORDER):
     doubled = any(e.on == "conj" for e in rotor)
     read = [(harmonics - e.shift) * (1 if e.on == "z" else -1) for e in output]  # harmonics the sensors mix in
     needed = np.unique(np.concatenate([harmonics, *read]))
+    if model.local_forces:
+        reach = max(order, np.abs(needed).max())
+        needed = np.arange(-reach, reach + 1)
     if any(e.shift for e in rotor):
         reach = max(order, np.abs(needed).max())
         carried = np.arange(-reach, reach + 1)
@@ -120,7 +125,7 @@ def _links(entry, carried, doubled):
 def forced_harmonics(model, order=COUPLED_ORDER):
     """(harmonic,) every harmonic the sensors show: of the forces (-order..order if coupled), moved by the sensors."""
     entries = [e for u in model.rotor_unknowns for e in u.entries]
-    if any(e.shift and e.reads_motion for e in entries):
+    if model.local_forces or any(e.shift and e.reads_motion for e in entries):
         vibrating = set(range(-order, order + 1))
     else:
         vibrating = {0} | {e.shift for e in entries}
@@ -280,17 +285,46 @@ def _carried_response(model, speed, theta, blocks, jacobian):
     force = force_at_rest(model, rotor, speed, blocks.harmonics, deflection)
     force[..., blocks.harmonics == 0, :] += model.static_residual
     found = _solve(matrices, force[..., None], blocks, speed)[..., 0]
+    tangents = None
+    if model.local_forces:
+        found, tangents = _with_local_forces(model, rotor, speed, blocks, matrices, deflection, found)
     if not jacobian:
         return found, None
     columns = [
         apply_entries(u.entries, found, speed, blocks.harmonics, resting(u, deflection)) for u in model.rotor_unknowns
     ]
+    for p, local in model.local_forces:
+        columns[p] = local_column(local, found, speed, blocks.harmonics, deflection)
     for p, change in moved.items():
         columns[p] = columns[p] + _moved_force(model, rotor, speed, blocks.harmonics, change)
     columns = np.stack(columns, axis=-1) if columns else np.zeros((*found.shape, 0))
     derivatives = np.zeros((*found.shape, theta.shape[-1]), complex)
-    derivatives[..., : columns.shape[-1]] = _solve(matrices, columns, blocks, speed)
+    changes = _solve(matrices, columns, blocks, speed)
+    if tangents is not None:
+        for place, tangent in np.ndenumerate(tangents):
+            changes[place] = tangent.response(changes[place])
+    derivatives[..., : columns.shape[-1]] = changes
     return found, derivatives
+
+
+def _with_local_forces(model, theta, speed, blocks, matrices, deflection, linear):
+    """Harmonics (..., speed, harmonic, dof) with the forces that are not linear, and Tangents (..., speed)."""
+    carried, dof = blocks.harmonics, len(model.structure.dofs)
+    seen = seen_coordinates([force for _, force in model.local_forces])
+    unit = np.zeros((len(carried), len(seen), len(carried), dof), complex)
+    row, column = np.ix_(range(len(carried)), range(len(seen)))
+    unit[row, column, row, seen[column]] = 1
+    unit = np.moveaxis(unit.reshape(-1, len(carried), dof), 0, -1)
+    unit = np.broadcast_to(np.concatenate([unit, 1j * unit], axis=-1), (*linear.shape, 2 * unit.shape[-1]))
+    reply = _solve(matrices, unit, blocks, speed)
+    deflection = np.broadcast_to(deflection, (*linear.shape[:-2], dof))
+    found, tangents = np.empty_like(linear), np.empty(linear.shape[:-2], object)
+    for place in np.ndindex(tangents.shape):
+        forces = [(theta[(*place[:-1], p)], force) for p, force in model.local_forces]
+        found[place], tangents[place] = steady_state(
+            forces, speed[place[-1]], carried, deflection[place], linear[place], reply[place]
+        )
+    return found, tangents
 
 
 def _moved_force(model, theta, speed, carried, change):

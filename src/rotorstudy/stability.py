@@ -25,6 +25,8 @@ def state_matrix(model, speed, theta=None):
     on_z[1] -= 1j * speed[:, None, None] * structure.gyroscopic
     on_z[2] += structure.mass
     for value, unknown in zip(theta, model.rotor_unknowns, strict=False):
+        if unknown.force:
+            raise RotorstudyError(f"{unknown.name!r} is not linear; the model has no eigenvalues")
         for entry in (e for e in unknown.entries if e.reads_motion):
             if entry.shift or entry.frequency_only:
                 raise RotorstudyError(
@@ -93,7 +95,8 @@ def stability_threshold(model, up_to, theta=None, *, lowest=None):
 
 def check_stable(model, speeds):
     """Raise if a whirl mode grows at a speed: there is no steady state then. Time-varying models are not judged."""
-    if any(e.reads_motion and (e.shift or e.frequency_only) for u in model.rotor_unknowns for e in u.entries):
+    varies = any(e.reads_motion and (e.shift or e.frequency_only) for u in model.rotor_unknowns for e in u.entries)
+    if varies or model.local_forces:
         return
     unstable = growth_rate(model, speeds) > 0
     if unstable.any():

@@ -7,6 +7,8 @@ With complex nodal coordinates q (z = u_x + j u_y, tilt dz/ds), spin speed w and
 
 x = q, conj(q), 1, or the static deflection or its conjugate.
 
+A force that is not affine in the motion (rub) is a function of time instead, see LocalForce.
+
 Everything else in this package (response, regression columns, Jacobian, force in time) is derived from that table.
 """
 
@@ -53,6 +55,19 @@ class Entry:
 
 
 @dataclass(frozen=True)
+class LocalForce:
+    """A force that no table holds, of the motion of some coordinates at the same instant.
+
+    matrix   : (coordinate, dof) the coordinates it reads, and acts on
+    function : (displacement (..., time, coordinate), velocity, deflection) -> force of that shape, N; the displacement
+               includes the static deflection, which is given beside it, the same at all times
+    """
+
+    matrix: np.ndarray
+    function: Callable
+
+
+@dataclass(frozen=True)
 class Parameter:
     """One unknown amplitude of an effect, real, or complex (then it has a magnitude and a phase).
 
@@ -60,6 +75,7 @@ class Parameter:
     unit    : SI, written "N s/m"
     entries : its table
     typical : a usual size in that unit; the diagnosis and the checks scale with it
+    force   : LocalForce of a real parameter that multiplies a force in time; its table is empty
     """
 
     name: str
@@ -67,6 +83,7 @@ class Parameter:
     entries: tuple[Entry, ...]
     typical: float
     is_complex: bool = False
+    force: LocalForce | None = None
 
     @property
     def key(self):
@@ -87,6 +104,7 @@ class Unknown:
     entries: tuple[Entry, ...]
     typical: float
     carries: bool = False
+    force: LocalForce | None = None
 
 
 @dataclass(frozen=True)
@@ -119,7 +137,7 @@ class Term:
                 found.append(Unknown(f"{name}_real", p.unit, p.entries, p.typical, self.carries))
                 found.append(Unknown(f"{name}_imag", p.unit, imaginary, p.typical, self.carries))
             else:
-                found.append(Unknown(name, p.unit, p.entries, p.typical, self.carries))
+                found.append(Unknown(name, p.unit, p.entries, p.typical, self.carries, p.force))
         return tuple(found)
 
     @property

@@ -6,7 +6,7 @@ from rotorstudy.stability import eigenvalues, state_matrix
 
 
 def time_invariant(model):
-    """The model without the terms that make it vary in time with the rotation, such as a crack."""
+    """The model without the terms that make it vary in time with the rotation, such as a crack, or are not linear."""
     kinds = [
         t.kind
         for t in model.terms
@@ -14,6 +14,7 @@ def time_invariant(model):
         for e in u.entries
         if e.reads_motion and (e.shift or e.frequency_only)
     ]
+    kinds += [t.kind for t in model.terms for u in t.unknowns if u.force]
     return model.without(kinds)
 
 

@@ -138,6 +138,6 @@ def test_rows_keep_harmonic_and_sensor_order(machine):
     harmonics = list(range(-15, 16))
     spectrum = spectrum_of(machine, [150.0], harmonics)
     push = Term("own", (machine.terms[-1].parameters[0],), {}, label="own")
-    equations = regression(machine.plus(push), spectrum, ("push[own]_real",))
+    equations = regression(machine.plus(push), spectrum, ("push[own]_real", "push[own]_imag"))
     strength = np.abs(equations.columns[0, :, 0])
     assert np.flatnonzero(strength > 1e-9) == pytest.approx([2 * (1 + 15), 2 * (1 + 15) + 1])

@@ -158,8 +158,7 @@ def test_probes_show_what_their_source_says(name):
 
 def test_every_effect_has_its_equation_written_a_second_time():
     elsewhere = {"crack_force", "breathing_crack", "breathing_crack_weight", "hysteretic_damping", "ac_coupling"}
-    local = {"rub", "looseness", "cubic_stiffness"}  # in tests/physics/test_alternating.py
-    assert set(registry().plugins["effect"]) == {*FORMS, *SHOWN, *elsewhere, *local}
+    assert set(registry().plugins["effect"]) == {*FORMS, *SHOWN, *elsewhere, *LOCAL}
 
 
 @pytest.mark.parametrize("name, weight_dominance", [("breathing_crack", False), ("breathing_crack_weight", True)])
@@ -267,11 +266,8 @@ def round_trip(kind, parameters, structure, estimator, acts_on="rotor"):
     return registry().get("estimator", estimator).function(Problem(model, spectrum, names)).theta / expected - 1
 
 
-def is_affine(effect):
-    return not effect.shape or effect.name == "ac_coupling"
-
-
-AFFINE = [effect for effect in registry().plugins["effect"].values() if is_affine(effect)]
+LOCAL = {"rub", "looseness", "cubic_stiffness"}  # forces in time: tests/physics/test_alternating.py
+AFFINE = [effect for effect in registry().plugins["effect"].values() if effect.name not in LOCAL]
 
 
 @pytest.mark.parametrize("effect", AFFINE, ids=lambda e: e.name)

@@ -1,0 +1,29 @@
+import numpy as np
+
+from rotorstudy.plugins import Effect, hookimpl
+from rotorstudy.terms import LocalForce, Parameter
+
+
+def cubic_stiffness(structure, node: int | None = None):
+    """Support that stiffens with the square of its deflection: force -k |r|^2 r, r from the line of the bearings."""
+    here = structure.unit(structure.default_node() if node is None else node)[None]
+
+    def stiffening(displacement, velocity, deflection):
+        return -(np.abs(displacement) ** 2) * displacement
+
+    return [Parameter("cubic_stiffness", "N/m3", (), typical=1e13, force=LocalForce(here, stiffening))]
+
+
+@hookimpl
+def rotorstudy_effect():
+    return Effect(
+        "cubic_stiffness",
+        cubic_stiffness,
+        source="Duffing 1918; Yamamoto and Ishida 2001, Linear and Nonlinear Rotordynamics",
+        checked="circular whirl without weight: k r^2 of stiffness to 1e-10; weight gives 2X; in time to 1e-6",
+        twins=(
+            ("support_stiffness", "cubic stiffness grows with the motion: change the unbalance"),
+            ("rub", "a rub starts at its clearance and has friction; cubic stiffness is always there"),
+            ("looseness", "looseness softens and pulls one way, cubic stiffness stiffens all ways"),
+        ),
+    )

@@ -1,0 +1,134 @@
+"""Forces that no table holds (rub, looseness), by alternating frequency and time: Cameron and Griffin 1989.
+
+Motion goes from harmonics to one turn in time, the force is taken there sample by sample and goes back to harmonics.
+The steady state follows from Newton's method on the harmonics of the coordinates that such forces read; everything
+linear stays in the receptances of the rotor. Where there are several steady states, it is the one that grows out of
+the linear one as the force does.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rotorstudy.errors import NoConvergenceError
+
+SAMPLES_PER_HARMONIC = 16  # of the highest harmonic: a contact that sets in suddenly has many more than are carried
+TOLERANCE = 1e-11  # of the residual against the motion; round-off of some hundred sums is near 1e-14
+NEWTON_STEPS = 30
+SMALLEST_GROWTH = 1e-3  # of the force, in one step of the continuation
+DIFFERENCE = 1e-6  # step of a derivative, against the motion: central, so 1e-12 off where the force is smooth
+
+
+class Tangent(NamedTuple):
+    """What a small change at a steady state leads to, at one speed.
+
+    slope : (motion component, motion component) of the local forces;  reply : (harmonic, dof, component) of the rotor
+    """
+
+    slope: np.ndarray
+    reply: np.ndarray
+    seen: np.ndarray
+
+    def response(self, change):
+        """(harmonic, dof, parameter) change with the local forces, from the change without."""
+        moved = _real(change[:, self.seen])
+        stiff = np.eye(len(moved)) - _real(self.reply[:, self.seen]) @ self.slope
+        return change + self.reply @ (self.slope @ np.linalg.solve(stiff, moved))
+
+
+def turn(harmonics):
+    """(time, harmonic) e^{jn phi} at even angles of one turn."""
+    count = SAMPLES_PER_HARMONIC * max(2, max(abs(int(n)) for n in harmonics))
+    return np.exp(2j * np.pi / count * np.outer(np.arange(count), harmonics))
+
+
+def local_column(force, amplitudes, speed, harmonics, deflection):
+    """Force harmonics of one unit of a local force at given displacement harmonics.
+
+    amplitudes : (..., speed, harmonic, dof) complex, from the static deflection (dof,) or (..., speed, dof)
+    returns    : (..., speed, harmonic, dof) complex; harmonics not listed count as zero
+    """
+    basis, rate = turn(harmonics), 1j * np.asarray(harmonics)[:, None] * np.asarray(speed, float)[:, None, None]
+    seen, still = amplitudes @ force.matrix.T, (np.asarray(deflection) @ force.matrix.T)[..., None, :]
+    given = force.function(basis @ seen + still, basis @ (rate * seen), still)
+    return basis.conj().T @ given / len(basis) @ force.matrix
+
+
+def _real(complex_rows):
+    """(harmonic, coordinate, ...) complex as (component, ...) real: real parts, then imaginary parts."""
+    flat = complex_rows.reshape(-1, *complex_rows.shape[2:])
+    return np.concatenate([flat.real, flat.imag])
+
+
+def _complex(components, coordinates):
+    real, imag = np.split(components, 2)
+    return (real + 1j * imag).reshape(-1, coordinates)
+
+
+def steady_state(forces, speed, harmonics, deflection, linear, reply):
+    """Harmonics (harmonic, dof) under local forces at one speed, and the Tangent there.
+
+    forces : list of (amplitude, LocalForce);  deflection : (dof,)
+    linear : (harmonic, dof) motion without them
+    reply  : (harmonic, dof, component) motion by a unit force at each component of the coordinates they read
+    raises : NoConvergenceError if no steady state grows out of the linear one
+    """
+    seen = seen_coordinates([force for _, force in forces])
+    basis, rate = turn(harmonics), 1j * np.asarray(harmonics) * speed
+    still = deflection[seen]
+    start, receptance = _real(linear[:, seen]), _real(reply[:, seen])
+
+    def in_time(z, v):
+        return sum(
+            amplitude * force.function(z @ s.T, v @ s.T, still @ s.T) @ s
+            for amplitude, force in forces
+            for s in [force.matrix[:, seen]]
+        )
+
+    def force_and_slope(x):
+        a = _complex(x, len(seen))
+        z, v = basis @ a + still, basis @ (rate[:, None] * a)
+        size = DIFFERENCE * (np.abs(a).max() + 1e-12)
+        slope = np.zeros((len(harmonics), len(seen), 2, len(harmonics), len(seen)), complex)
+        for c in range(len(seen)):
+            step = size * np.eye(len(seen))[c]
+            for unit in (1, 1j):
+                by_z = (in_time(z + unit * step, v) - in_time(z - unit * step, v)) / (2 * size)
+                by_v = (in_time(z, v + unit * speed * step) - in_time(z, v - unit * speed * step)) / (2 * size * speed)
+                for part, factor in enumerate((1, 1j)):  # of the real, then of the imaginary part of a harmonic
+                    move = [np.real(np.conj(unit) * factor * b) for b in (basis, basis * rate)]
+                    change = by_z[:, :, None] * move[0][:, None] + by_v[:, :, None] * move[1][:, None]
+                    slope[:, :, part, :, c] += np.tensordot(basis.conj().T, change, 1) / len(basis)
+        flat = np.moveaxis(slope, 2, -3).reshape(len(harmonics), len(seen), -1)
+        return _real(basis.conj().T @ in_time(z, v) / len(basis)), _real(flat)
+
+    def newton(x, share):
+        for _ in range(NEWTON_STEPS):
+            force, slope = force_and_slope(x)
+            off = x - start - share * receptance @ force
+            if np.linalg.norm(off) <= TOLERANCE * np.linalg.norm(x):
+                return x, force, slope
+            x = x - np.linalg.solve(np.eye(len(x)) - share * receptance @ slope, off)
+            if not np.isfinite(x).all():
+                return None
+        return None
+
+    x, share, growth = start, 0.0, 1.0
+    while share < 1:
+        found = newton(x, min(1.0, share + growth))
+        if found is not None:
+            x, share, growth = found[0], min(1.0, share + growth), 2 * growth
+        elif growth < SMALLEST_GROWTH:
+            raise NoConvergenceError(
+                f"no steady state at {speed:g} rad/s grows out of the linear one beyond {share:.0%} of the forces that "
+                "are not linear: it jumps there, or is not periodic; leave that speed out, or integrate in time"
+            )
+        else:
+            growth /= 2
+    _, force, slope = found
+    return linear + reply @ force, Tangent(slope, reply, seen)
+
+
+def seen_coordinates(forces):
+    """Positions of the coordinates that local forces read and act on."""
+    return np.flatnonzero(np.any([np.any(force.matrix, axis=0) for force in forces], axis=0))

@@ -1,0 +1,190 @@
+"""Rub, looseness and cubic stiffness: closed forms, equations of motion integrated by scipy, what is known of them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from rotorstudy import Problem, RotorstudyError, Spectrum, build_model, harmonic_response, measured_response, registry
+from rotorstudy.alternating import local_column
+from rotorstudy.invariants import BrokenInvariant, bench_structure, check_steady_state, typical_term
+from rotorstudy.response import COUPLED_ORDER
+from rotorstudy.spectrum import independent_covariance
+from rotorstudy.stability import check_stable, eigenvalues
+
+MASS, STIFFNESS, DAMPING, ECCENTRICITY = 2.0, 7.6e5, 150.0, 2e-5
+EVERY = np.arange(-COUPLED_ORDER, COUPLED_ORDER + 1)
+
+
+def rotor(*effects, gravity=9.81, eccentricity=ECCENTRICITY):
+    return build_model(
+        {
+            "rotor": {"kind": "jeffcott", "mass_kg": MASS, "stiffness_N_per_m": STIFFNESS, "gravity_m_per_s2": gravity},
+            "effects": [
+                {"kind": "external_damping", "external_damping_N_s_per_m": DAMPING},
+                {"kind": "unbalance", "eccentricity_m": eccentricity},
+                *effects,
+            ],
+        }
+    )
+
+
+def integrated(w, force, gravity=9.81, turns=40):
+    """Harmonics of the equations of motion written out, integrated in real coordinates until the start has gone."""
+    rest = MASS * gravity / STIFFNESS
+
+    def derivative(t, state):
+        x, y, vx, vy = state
+        fx, fy = force(x, y)
+        shake = MASS * ECCENTRICITY * w**2
+        ax = (shake * np.cos(w * t) - DAMPING * vx - STIFFNESS * x + MASS * gravity + fx) / MASS
+        ay = (shake * np.sin(w * t) - DAMPING * vy - STIFFNESS * y + fy) / MASS
+        return [vx, vy, ax, ay]
+
+    time = (turns + np.arange(256) / 256) * 2 * np.pi / w
+    solved = solve_ivp(
+        derivative, (0, time[-1]), [rest, 0, 0, 0], t_eval=time, rtol=1e-8, atol=1e-13, max_step=2 * np.pi / w / 40
+    )
+    z = solved.y[0] - rest + 1j * solved.y[1]
+    return (np.fft.fft(z) / len(z))[EVERY]
+
+
+RUB = {"kind": "rub", "clearance_m": 3e-5, "friction_ratio": 0.1, "rub_stiffness_N_per_m": 2e5}
+LOOSE = {"kind": "looseness", "lift_m": 1e-5, "stiffness_lost_in_lift_N_per_m": 3e5}
+CUBIC = {"kind": "cubic_stiffness", "cubic_stiffness_N_per_m3": 2e13}
+
+
+def rub_force(x, y):
+    """Ring around the shaft at rest."""
+    x = x - MASS * 9.81 / STIFFNESS
+    r = np.hypot(x, y)
+    if r <= 3e-5:
+        return 0.0, 0.0
+    push = 2e5 * (r - 3e-5)
+    return push * (-x + 0.1 * y) / r, push * (-y - 0.1 * x) / r
+
+
+def loose_force(x, y):
+    up = MASS * 9.81 / STIFFNESS - x
+    return (-3e5 * (up - 1e-5) if up > 1e-5 else 0.0), 0.0
+
+
+def cubic_force(x, y):
+    return -2e13 * (x**2 + y**2) * x, -2e13 * (x**2 + y**2) * y
+
+
+PRELOAD = {"kind": "static_preload", "static_preload_N": 12.0}  # off the middle of the ring, so that it rubs in part
+
+
+@pytest.mark.parametrize(
+    ("effects", "force", "w", "tolerance"),
+    [
+        pytest.param([RUB, PRELOAD], lambda x, y: np.add(rub_force(x, y), (12, 0)), 450.0, 2e-3, id="partial rub"),
+        pytest.param([LOOSE], loose_force, 450.0, 2e-3, id="looseness"),
+        pytest.param([LOOSE], loose_force, 480.0, 2e-3, id="more looseness"),
+        pytest.param([CUBIC], cubic_force, 300.0, 1e-6, id="cubic"),
+    ],
+)
+def test_steady_state_is_what_integration_settles_to(effects, force, w, tolerance):
+    found = harmonic_response(rotor(*effects), [w], EVERY)[0, :, 0]
+    linear = harmonic_response(rotor(*effects[1:]), [w], EVERY)[0, :, 0]
+    expected = integrated(w, force)
+    felt = np.abs(expected - linear).max()
+    assert felt > 0.01 * np.abs(linear).max()
+    assert np.abs(found - expected).max() < tolerance * felt
+
+
+def test_circular_whirl_on_a_cubic_support_is_that_of_its_stiffness_k_r2():
+    w = 450.0
+    found = harmonic_response(rotor(CUBIC, gravity=0.0), [w], EVERY)[0, :, 0]
+    r = np.abs(found[EVERY == 1][0])
+    stiff = STIFFNESS + 2e13 * r**2 - MASS * w**2 + 1j * w * DAMPING
+    assert found[EVERY == 1][0] == pytest.approx(MASS * ECCENTRICITY * w**2 / stiff, rel=1e-10)
+    assert 2e13 * r**2 > 0.01 * STIFFNESS
+    assert np.abs(found[EVERY != 1]).max() < 1e-10 * r
+
+
+def test_full_annular_rub_is_the_closed_form_of_a_circle():
+    """(k - m w^2 + j w c) r e^{ja} + k_s (1 + j mu) (r - c) e^{ja} = m e w^2 (Choy and Padovan 1987)."""
+    w = 500.0
+    found = harmonic_response(rotor(RUB), [w], EVERY)[0, :, 0]
+    r = np.abs(found[EVERY == 1][0])
+    left = (STIFFNESS - MASS * w**2 + 1j * w * DAMPING) * r + 2e5 * (1 + 0.1j) * (r - 3e-5)
+    assert r > 3e-5
+    assert np.abs(left) == pytest.approx(MASS * ECCENTRICITY * w**2, rel=1e-9)
+    assert found[EVERY == 1][0] * left / r == pytest.approx(MASS * ECCENTRICITY * w**2, rel=1e-9)
+
+
+def test_inside_the_clearance_and_below_the_lift_nothing_happens():
+    plain = harmonic_response(rotor(), [150.0], EVERY)
+    for effect in (RUB, LOOSE):
+        assert np.abs(harmonic_response(rotor(effect), [150.0], EVERY) - plain).max() < 1e-12 * np.abs(plain).max()
+        assert np.abs(harmonic_response(rotor(effect), [480.0], EVERY) - plain).max() > 0.1 * np.abs(plain).max()
+
+
+def test_looseness_lifts_the_mean_and_has_2x_and_a_rub_is_driven_backward():
+    loose = harmonic_response(rotor(LOOSE), [450.0], EVERY)[0, :, 0]
+    assert loose[EVERY == 0][0].real < 0  # up, against gravity
+    assert np.abs(loose[EVERY == 2][0]) > 1e-3 * np.abs(loose[EVERY == 1][0])
+    slipping = harmonic_response(rotor(RUB), [500.0], [1])[0, 0, 0]
+    smooth = harmonic_response(rotor({**RUB, "friction_ratio": 0.0}), [500.0], [1])[0, 0, 0]
+    assert np.angle(slipping) < np.angle(smooth)  # friction takes energy from forward whirl, as damping does
+    assert np.abs(slipping) < np.abs(smooth)
+
+
+@pytest.mark.parametrize("effect", [RUB, LOOSE, CUBIC], ids=lambda e: e["kind"])
+def test_derivatives_are_those_of_the_response(effect):
+    model, speed = rotor(effect, PRELOAD), [470.0, 485.0]
+    _, change = measured_response(model, speed, EVERY, jacobian=True)
+    for p, value in enumerate(model.theta):
+        step = 1e-4 * (abs(value) or ECCENTRICITY) * np.eye(len(model.theta))[p]
+        theta = model.theta + np.stack([step, -step])  # two trials at once
+        up, down = measured_response(model, speed, EVERY, theta)
+        numerical = (up - down) / (2 * step[p])
+        assert np.abs(change[..., p] - numerical).max() < 1e-3 * np.abs(numerical).max()
+
+
+@pytest.mark.parametrize("effect", [RUB, LOOSE, CUBIC], ids=lambda e: e["kind"])
+def test_it_is_identified_from_the_linear_start(effect):
+    true, speeds = rotor(effect, PRELOAD), np.array([420.0, 450.0, 480.0])
+    shown = measured_response(true, speeds, EVERY)
+    spectrum = Spectrum(shown, speeds, EVERY, (1,), independent_covariance(np.full(shown.shape, 1e-18)))
+    name = true.names[-3]
+    sought = rotor({key: value for key, value in effect.items() if "stiffness" not in key or key == "kind"}, PRELOAD)
+    problem = Problem(sought, spectrum, (name, "eccentricity_real", "eccentricity_imag"))
+    found = registry().get("estimator", "maximum_likelihood").function(problem)
+    assert found.theta == pytest.approx(true.theta[true.position(problem.names)], rel=1e-6, abs=1e-12)
+    with pytest.raises(RotorstudyError, match="force in time"):
+        registry().get("estimator", "least_squares").function(problem)
+
+
+def test_a_column_for_screening_is_the_force_at_the_motion():
+    model = rotor(CUBIC, gravity=0.0)
+    amplitude = np.zeros((2, len(EVERY), 1), complex)
+    amplitude[:, EVERY == 1, 0] = [[3e-5], [4e-5j]]
+    (_, force), *_ = model.local_forces
+    column = local_column(force, amplitude, np.array([100.0, 200.0]), EVERY, np.zeros(1))
+    assert column == pytest.approx(-(np.abs(amplitude) ** 2) * amplitude, abs=1e-25)
+
+
+def test_a_rotor_that_is_not_linear_has_no_eigenvalues():
+    check_stable(rotor(RUB), [100.0])
+    with pytest.raises(RotorstudyError, match="not linear"):
+        eigenvalues(rotor(RUB), [100.0])
+
+
+def test_a_steady_state_that_is_none_is_found_out(monkeypatch):
+    from rotorstudy import invariants
+
+    structure = bench_structure()
+    plugin = registry().get("effect", "cubic_stiffness")
+    term = typical_term(plugin, structure, {"node": 1})
+    check_steady_state(term, structure)
+    right = invariants.harmonic_response
+    with monkeypatch.context() as patch:
+        patch.setattr(invariants, "harmonic_response", lambda *given: 1.01 * right(*given))
+        with pytest.raises(BrokenInvariant, match="differ"):
+            check_steady_state(term, structure)
+    with pytest.raises(BrokenInvariant):
+        check_steady_state(replace(term, values={"cubic_stiffness": 0.0}), structure)
