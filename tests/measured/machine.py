@@ -119,14 +119,9 @@ def _write_uff(path, time, found):
         "load_case_id": 0,
     }
     given |= dict.fromkeys(("id2", "id3", "id4", "id5", "rsp_ent_name", "ref_ent_name"), "")
-    given |= {"abscissa_spec_data_type": 17, "ordinate_spec_data_type": 8}
-    given |= {
-        "orddenom_spec_data_type": 0,
-        "z_axis_value": 0.0,
-        "load_case_id": 0,
-        "z_axis_spec_data_type": 0,
-        "num_pts": len(time),
-        "x": time,
+    given |= {"abscissa_spec_data_type": 17, "ordinate_spec_data_type": 8, "num_pts": len(time), "x": time}
+    given |= dict.fromkeys(("orddenom_spec_data_type", "z_axis_spec_data_type", "load_case_id"), 0) | {
+        "z_axis_value": 0.0
     }
     names = [name for name in found if name != "time"]
     sets = [pyuff.prepare_58(rsp_node=i, id1=name, data=found[name], **given) for i, name in enumerate(names)]

@@ -11,7 +11,7 @@ from scipy.stats import chi2
 
 from rotorstudy import RotorstudyError, full_spectrum, measured_response, registry
 from rotorstudy.measured import load_spectrum, measurement_dataset, read_measurement
-from rotorstudy.measured.conventions import Conventions
+from rotorstudy.measured.conventions import Conventions, Keyphasor, Probe
 from rotorstudy.measured.tables import last_digit
 from rotorstudy.record_files import records_dataset
 from rotorstudy.spectrum import components
@@ -241,7 +241,8 @@ def test_files_that_cannot_be_read_are_named(tmp_path):
 
 def test_every_key_is_documented(request):
     page = (request.config.rootpath / "docs" / "measured_records.md").read_text()
-    assert [name for name in Conventions.model_fields if f"`{name}`" not in page] == []
+    keys = [*Conventions.model_fields, *Probe.model_fields, *Keyphasor.model_fields]
+    assert [name for name in keys if f"`{name}`" not in page] == []
 
 
 def test_records_of_different_nodes_do_not_mix(tmp_path):
