@@ -228,12 +228,13 @@ def _open_csv(path, conventions):
 def _open_matlab(path, conventions):
     """Channels of a .mat file: a vector by its name, of a struct as 'struct.field', of a matrix as 'name(:,2)'."""
     from scipy.io import loadmat
+    from scipy.io.matlab import MatReadError
 
     try:
         found = loadmat(path, squeeze_me=True, struct_as_record=False)
     except NotImplementedError:
         raise RotorstudyError(f"{path}: a MATLAB 7.3 file; save it with '-v7' and read that") from None
-    except (ValueError, TypeError, OSError) as error:
+    except (ValueError, TypeError, OSError, MatReadError) as error:
         raise RotorstudyError(f"{path}: not a MATLAB file that can be read ({str(error).splitlines()[0]})") from None
     vectors = {}
 

@@ -78,29 +78,23 @@ def estimate(signal, angle, revolutions, harmonics):
 def shrunk_covariance(draws):
     """Covariance of draws (draw, component), shrunk towards white noise: equal variances, no correlation.
 
-    With few draws the sample covariance is singular, and its small variances are too small by chance. As Opgen-Rhein
-    and Strimmer (2007) and Schäfer and Strimmer (2005) do, variances are pulled to their common (median) value and
-    correlations to zero, each as far as their own scatter between draws says: by the sum of the sampling variances of
-    what is pulled over the sum of its squared distances from the target. White noise is pulled all the way; noise that
-    clearly differs between harmonics, or is correlated (jitter turns all harmonics together), hardly.
+    With few draws the sample covariance is singular, and its small variances are too small by chance. Variances are
+    taken as draws from a common distribution whose width is what is left of their spread after that of chance
+    (`shrunk_variances`). Correlations are pulled to zero as far as their own scatter between draws says (Schäfer and
+    Strimmer 2005): by the sum of their sampling variances over the sum of their squares. White noise is pulled all the
+    way; noise that clearly differs between harmonics, or is correlated, hardly.
 
     returns : (component, component), (weight of the target in the variances, in the correlations)
     """
-    from scipy.stats import chi2
-
     count, size = draws.shape
     freedom = count - 1
     centred = draws - draws.mean(axis=0)
     variance = np.sum(centred**2, axis=0) / freedom
     if not variance.any():
         return np.zeros((size, size)), (1.0, 1.0)
-    target = np.median(variance) * freedom / chi2.median(freedom)
-    squares = centred**2 - np.mean(centred**2, axis=0)
-    noise = count / freedom**3 * np.sum(squares**2, axis=0)
-    far = np.sum((variance - target) ** 2)
-    pull = float(min(1.0, np.sum(noise) / far)) if far > 0 else 1.0
-    shrunk = (1 - pull) * variance + pull * target
-    scaled = centred / np.sqrt(np.where(variance > 0, variance, 1))
+    variance = np.maximum(variance, 1e-24 * variance.max())
+    shrunk, pull = shrunk_variances(variance, freedom)
+    scaled = centred / np.sqrt(variance)
     products = scaled[:, :, None] * scaled[:, None, :]
     mean = products.mean(axis=0)
     correlation = mean * count / freedom
@@ -110,6 +104,28 @@ def shrunk_covariance(draws):
     correlation = (1 - loosen) * correlation
     np.fill_diagonal(correlation, 1.0)
     return correlation * np.sqrt(np.outer(shrunk, shrunk)), (pull, loosen)
+
+
+def shrunk_variances(variance, freedom):
+    """Variances (component,) of `freedom` degrees of freedom each, pulled to what they have in common.
+
+    Empirical Bayes (Smyth 2004): true variances are taken as scaled inverse chi-square with d0 degrees of freedom; d0
+    follows from the spread of the logarithms, of which chance makes trigamma(freedom / 2).
+
+    returns : (component,), weight d0 / (d0 + freedom) of the common value
+    """
+    from scipy.optimize import brentq
+    from scipy.special import digamma, polygamma
+
+    logs = np.log(variance) - digamma(freedom / 2) + np.log(freedom / 2)
+    spread = logs.var(ddof=1) - polygamma(1, freedom / 2)
+    narrowest, widest = polygamma(1, 1e4), polygamma(1, 0.05)
+    if spread <= narrowest:
+        return np.full_like(variance, variance.mean()), 1.0
+    half = brentq(lambda x: polygamma(1, x) - min(spread, widest), 0.05, 1e4)
+    common = np.exp(logs.mean() + digamma(half) - np.log(half))
+    pull = float(2 * half / (2 * half + freedom))
+    return (1 - pull) * variance + pull * common, pull
 
 
 def with_phase_noise(amplitude, covariance, harmonics, variance):

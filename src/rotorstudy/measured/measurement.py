@@ -135,7 +135,7 @@ def analyse(raw, conventions):
             )
         name = "sampling rate" if revolutions >= 1 else "too few revolutions"
         return None, None, facts, [*findings, Finding("error", name, where, text)]
-    whole = angle - angle[0] < 2 * np.pi * revolutions - np.pi / per_turn if turns > revolutions else angle > -np.inf
+    whole = angle - angle[0] < 2 * np.pi * revolutions - 1e-9
     time, angle = raw.time[whole], angle[whole]
     speeds = turning.speed(time)
     speed, drift = float(speeds.mean()), float((speeds[-1] - speeds[0]) / speeds.mean())

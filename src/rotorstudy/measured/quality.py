@@ -12,7 +12,7 @@ IRREGULAR = 0.2  # part of the pulses that may be missing or beside and still be
 JITTER_RAD = 0.05  # 3 degrees, 15 at 5X
 GAP = (0.0, 0.05)  # part of the samples missing: warning, error
 LOUD = 15.0  # power of a harmonic over its expectation in pure noise; chance 3e-7
-FLAT_RUN, FLAT_SAMPLES, FLAT_RATIO = 3, 6, 4.0  # samples in a row, in all, and times those one step below the top
+FLAT_SAMPLES, FLAT_RATIO = 6, 4.0  # at the top: samples, and times those one step below it
 WEAK = 0.01  # of the motion the other probes of the node see
 BACKWARD = 2.0  # times the forward 1X
 HUGE_M, TINY_M = 5e-3, 1e-9  # no shaft vibrates more between its bearings, no probe sees less
@@ -136,18 +136,13 @@ def flat_top(values):
     """Whether a signal stays at its largest value as no vibration does, not even one of few digits."""
     swing = np.ptp(values)
     at_top = values >= values.max() - 1e-9 * swing
-    if at_top.sum() < FLAT_SAMPLES or _longest_run(at_top) < FLAT_RUN:
+    if at_top.sum() < FLAT_SAMPLES:
         return False
     levels = np.unique(values)
     steps = np.diff(levels)
     digit = steps[steps > 1e-9 * swing].min()  # of the recorder; tiny if values are not rounded
     below = (values < values.max() - 0.5 * digit) & (values > values.max() - 1.5 * digit)
     return bool(at_top.sum() > FLAT_RATIO * below.sum())
-
-
-def _longest_run(mask):
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(int), [0]])))
-    return int(np.max(edges[1::2] - edges[::2], initial=0))
 
 
 def check_length(revolutions, blocks, where):

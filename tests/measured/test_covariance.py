@@ -1,0 +1,103 @@
+"""The stated covariance of measured harmonics is their scatter: over many records with noise that is known."""
+
+import numpy as np
+import pytest
+from machine import GRAVITY, HARMONICS, MARK, NOISE, SENSOR, TIME, model, records, shaft_angle, write, write_rig
+from scipy.signal import lfilter
+from scipy.stats import chi2
+
+from rotorstudy import measured_response
+from rotorstudy.measured import read_measurement
+from rotorstudy.measured.harmonics import estimate, shrunk_covariance, with_phase_noise
+from rotorstudy.spectrum import components
+
+PER_TURN, TRIALS, LISTED = 40, 400, np.array([0, 1, -1, 2, -2, 3, -3])
+SIZE = np.array([3, 10, 1, 2, 0.5, 0.3, 0.2]) + 1j
+
+
+def noise(kind, generator, samples):
+    both = generator.normal(size=(2, samples + 500))
+    if kind == "white":
+        return (both[0] + 1j * both[1])[500:]
+    # remembers a sixth of a turn: power at 0X is 30 times that at 3X, and blocks are independent all the same
+    red = lfilter([1], [1, -0.86], both)
+    return (red[0] + 1j * red[1])[500:]
+
+
+def monte_carlo(kind, turns):
+    """Errors (trial, component), stated covariances and numbers of blocks of records of whole turns."""
+    generator = np.random.default_rng(7)
+    angle = 2 * np.pi * np.arange(turns * PER_TURN) / PER_TURN
+    clean = SIZE @ np.exp(1j * np.multiply.outer(LISTED, angle))
+    found = [estimate(clean + noise(kind, generator, len(angle)), angle, turns, LISTED) for _ in range(TRIALS)]
+    errors = components(np.array([one.amplitude - SIZE for one in found])[..., None])[..., 0]
+    return errors, np.array([one.covariance for one in found]), {len(one.blocks) for one in found}
+
+
+@pytest.mark.parametrize("kind", ["white", "red"])
+@pytest.mark.parametrize(("turns", "blocks"), [(4, 0), (8, 8), (20, 20), (100, 25)])
+def test_the_stated_variances_are_the_scatter(kind, turns, blocks):
+    """400 trials know each variance to 7 %, so four of these are allowed; and the squares of errors over the stated
+    covariance exceed their number a little, as it is estimated: Student's 1 + 2 / (blocks - 3) at worst."""
+    errors, stated, counts = monte_carlo(kind, turns)
+    assert counts == {blocks}
+    scatter = np.mean(errors**2, axis=0)
+    ratio = np.mean(np.diagonal(stated, axis1=1, axis2=2), axis=0) / scatter
+    if kind == "red" and blocks == 0:
+        # negative control, and why a warning says so: a floor taken as white is wrong for red noise
+        assert ratio[0] < 0.5
+        return
+    # red noise: of very unequal variances the large are stated low and the small high, more so with few blocks; and it
+    # remembers a sixth of a block at 0X, which blocks of one turn take for independent
+    low, high = (0.72, 1.28) if kind == "white" else {8: (0.5, 2), 20: (0.65, 1.6), 25: (0.75, 1.35)}[blocks]
+    assert np.all((ratio > low) & (ratio < high)), ratio
+    squares = np.einsum("ti,tij,tj->t", errors, np.linalg.inv(stated), errors) / errors.shape[1]
+    assert 0.8 < squares.mean() < 1.08 * (1 + (2 / (blocks - 3) if blocks else 0)), squares.mean()
+
+
+def test_few_blocks_give_neither_a_singular_nor_a_wild_covariance():
+    """Seven draws of 22 components: rank six at most, but shrunk to within a factor of four of the true, white one."""
+    generator = np.random.default_rng(5)
+    for _ in range(50):
+        draws = generator.normal(size=(7, 22))
+        assert np.linalg.matrix_rank(np.cov(draws.T)) == 6  # negative control
+        values = np.linalg.eigvalsh(shrunk_covariance(draws)[0])
+        assert values.min() > 1 / 4 and values.max() < 4
+
+
+def test_a_clear_correlation_and_unequal_variances_stay():
+    generator = np.random.default_rng(6)
+    true = np.array([[100.0, 9.0, 0], [9.0, 1.0, 0], [0, 0, 1.0]])
+    found, (variances, correlations) = shrunk_covariance(generator.multivariate_normal(np.zeros(3), true, 32))
+    assert variances < 0.2 and correlations < 0.2
+    assert found[0, 0] > 50 and found[0, 1] / np.sqrt(found[0, 0] * found[1, 1]) > 0.7  # of 0.9
+
+
+def test_errors_of_the_phase_mark_are_in_the_covariance():
+    """Draws of a turned amplitude: covariance n^2 times that of the mark, and all harmonics together."""
+    turn = np.random.default_rng(1).normal(size=20000) * 0.01
+    drawn = components((SIZE * np.exp(1j * LISTED * turn[:, None]))[..., None])[..., 0]
+    stated = with_phase_noise(SIZE, np.zeros((14, 14)), LISTED, 1e-4)
+    assert np.abs(np.cov(drawn.T) - stated).max() < 0.03 * np.abs(stated).max()  # 20000 draws: 1 % of a variance
+
+
+def test_whole_records_with_noise_and_jitter(tmp_path):
+    """From files: 24 records with noise on probes and marks; squares of their errors over the stated covariance."""
+    true = measured_response(model(), [80.0], HARMONICS)
+    rig, total, without, count = write_rig(tmp_path / "rig.yaml"), 0.0, 0.0, 24 * 2 * 2 * len(HARMONICS)
+    for seed in range(24):
+        (record,) = records(seed, [80.0])
+        angle = shaft_angle(record) - (GRAVITY + MARK - SENSOR)  # whole turns when the mark passes
+        turns = np.arange(np.ceil(angle[20] / (2 * np.pi)), angle[-20] / (2 * np.pi))
+        marks = np.interp(turns * 2 * np.pi, angle, record.time)
+        marks = marks + 0.02 / 80 * np.random.default_rng(1000 + seed).normal(size=len(marks))
+        key = 5 * np.exp(-0.5 * ((record.time[:, None] - marks) * 80 / 0.1) ** 2).sum(axis=1)
+        found = read_measurement(write("csv", tmp_path, record, key=key), rig).spectrum
+        off = components(found.amplitude - true)[0]
+        for s in range(2):
+            total += off[:, s] @ np.linalg.solve(found.covariance[0, s], off[:, s])
+            without += np.sum(off[:, s] ** 2) / (NOISE**2 / len(TIME))  # the white noise alone
+    # the mark's error is common to both nodes, so 24 values fewer are independent; covariances of 30 blocks: 2 / 27
+    low, high = chi2.ppf([0.001, 0.999], count - 24) / count
+    assert 0.9 * low < total / count < 1.1 * high, total / count
+    assert without / count > 1.15, without / count  # negative control: the jitter matters

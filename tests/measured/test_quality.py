@@ -1,0 +1,273 @@
+"""Every fault of a record is named, and a good record is not accused of any."""
+
+import numpy as np
+import pytest
+import yaml
+from machine import HARMONICS, TIME, channels, model, records, section, write, write_rig
+
+from rotorstudy import RotorstudyError
+from rotorstudy.cli import main
+from rotorstudy.measured import load_spectrum, read_measurement
+from rotorstudy.measured.conventions import Keyphasor
+from rotorstudy.measured.keyphasor import count_turns, find_pulses
+from rotorstudy.measured.quality import check_sense, flat_top
+
+SPEED = 80.0
+MARKS = np.arange(1, 31) * 2 * np.pi / SPEED
+
+
+def findings(tmp_path, record=None, rig_changes=None, **changes):
+    """Findings of one record, channels of which are replaced, as {name: severity}."""
+    path = write("csv", tmp_path, record or records(speeds=[SPEED])[0], name="run", **changes)
+    measurement = read_measurement(path, write_rig(tmp_path / "rig.yaml", **(rig_changes or {})))
+    assert all(len(finding.text) > 20 and "run.csv" in finding.where for finding in measurement.findings)
+    return {finding.name: finding.severity for finding in measurement.findings}
+
+
+def original():
+    return channels(records(speeds=[SPEED])[0])
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_good_records_have_no_findings(seed, tmp_path):
+    """At noise from a tenth of the usual to four times it."""
+    record = records(seed, [50.0 + 10 * seed], noise=5e-8 * 40 ** (seed / 5))[0]
+    assert findings(tmp_path, record) == {}
+
+
+def test_a_recorder_of_twelve_bits_is_not_clipping(tmp_path):
+    left = original()["disc 1 left"]
+    digit = np.ptp(left) / 400  # a tenth of its range is used
+    assert findings(tmp_path, **{"disc 1 left": np.round(left / digit) * digit}) == {}
+
+
+def clipped(part):
+    left = original()["disc 1 left"]
+    return {"disc 1 left": np.minimum(left, left.mean() + part * (left.max() - left.mean()))}
+
+
+def pulses(marks, sign=1, base=0.0, noise=0.0):
+    signal = base + sign * 5 * np.exp(-0.5 * ((TIME[:, None] - marks) * SPEED / 0.1) ** 2).sum(axis=1)
+    return {"key": signal + noise * np.random.default_rng(1).normal(size=len(TIME))}
+
+
+def with_gap(samples):
+    left = original()["disc 1 left"].copy()
+    left[1000 : 1000 + samples] = np.nan
+    return {"disc 1 left": left}
+
+
+FAULTS = {
+    "clipping at 95 %": (lambda: clipped(0.95), {"clipping": "error"}),
+    "clipping at 80 %": (lambda: clipped(0.8), {"clipping": "error"}),
+    "constant": (lambda: {"disc 1 left": np.full(len(TIME), 0.3)}, {"dead probe": "error"}),
+    "noise only": (
+        lambda: {"disc 1 left": np.random.default_rng(3).normal(size=len(TIME))},
+        {"dead probe": "error"},
+    ),
+    "weak": (
+        lambda: {"disc 1 left": np.mean(original()["disc 1 left"]) + 2e-3 * original()["disc 1 left"]},
+        {"weak probe": "warning"},
+    ),
+    "a few samples missing": (lambda: with_gap(100), {"gaps": "warning"}),
+    "many samples missing": (lambda: with_gap(2000), {"gaps": "error"}),
+    "label": (lambda: {"speed": original()["speed"] * 1.03}, {"speed label": "error"}),
+    "dead keyphasor": (lambda: {"key": np.full(len(TIME), 1.0)}, {"dead keyphasor": "error"}),
+    "noisy dead keyphasor": (
+        lambda: {"key": np.random.default_rng(2).normal(size=len(TIME))},
+        {"dead keyphasor": "error"},
+    ),
+    "three pulses missing": (lambda: pulses(np.delete(MARKS, [4, 11, 12])), {"missing pulses": "warning"}),
+    "two pulses beside": (
+        lambda: pulses(np.sort([*MARKS, MARKS[5] + 0.02, MARKS[20] + 0.03])),
+        {"doubled pulses": "warning"},
+    ),
+    "jitter": (
+        lambda: pulses(MARKS + 0.1 / SPEED * np.random.default_rng(4).normal(size=30)),
+        {"keyphasor jitter": "warning"},
+    ),
+    "two marks a turn": (
+        lambda: pulses(np.sort([*MARKS, *(MARKS - np.pi / SPEED)])),
+        {"speed label": "error"},
+    ),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_each_fault_is_named(fault, tmp_path):
+    changes, expected = FAULTS[fault]
+    found = findings(tmp_path, **changes())
+    assert {name: found.get(name) for name in expected} == expected
+    assert "error" not in {s for name, s in found.items() if name not in expected}
+
+
+def test_pulses_of_their_own_are_no_fault(tmp_path):
+    for sign, base in ((1, 0.0), (-1, 0.0), (-1, -8.0)):
+        assert findings(tmp_path, **pulses(MARKS, sign, base, noise=0.05)) == {}
+
+
+def test_reversed_polarity_is_an_error_where_the_rig_states_one(tmp_path):
+    stated = {"keyphasor": section()["keyphasor"] | {"polarity": "positive"}}
+    assert findings(tmp_path, rig_changes=stated, **pulses(MARKS)) == {}
+    assert findings(tmp_path, rig_changes=stated, **pulses(MARKS, -1))["keyphasor polarity"] == "error"
+    square = {"key": np.sign(np.sin(SPEED * TIME))}
+    assert findings(tmp_path, **square)["keyphasor polarity"] == "warning"
+
+
+def test_hints_of_the_speed_label(tmp_path):
+    path = write("csv", tmp_path, records(speeds=[SPEED])[0], speed=np.full(len(TIME), SPEED))
+    for unit, hint in (("Hz", "label"), ("rpm", "label is in"), ("rad/s", None)):
+        measurement = read_measurement(path, write_rig(tmp_path / "rig.yaml", speed_unit=unit))
+        assert [f.name for f in measurement.findings] == ([] if hint is None else ["speed label"])
+
+
+def test_short_and_coarse_records(tmp_path):
+    def at(samples, step=1):
+        (record,) = records(speeds=[SPEED], time=TIME[:samples])
+        from dataclasses import replace
+
+        return replace(
+            record,
+            time=record.time[::step],
+            displacement=record.displacement[:, ::step],
+            reference=record.reference[::step],
+        )
+
+    assert findings(tmp_path, at(1500)) == {"few revolutions": "warning"}  # 314 samples a turn
+    assert findings(tmp_path, at(350))["too few revolutions"] == "error"
+    assert findings(tmp_path, at(10000, 31))["sampling rate"] == "error"  # ten a turn are too few for 7X
+
+
+def test_a_changing_speed(tmp_path):
+    """Angle w t (1 + d t / 2 T): the speed changes by d over the record."""
+    for drift, expected in ((0.002, {}), (0.02, "warning"), (0.1, "error")):
+        length = TIME[-1]
+        marks = np.interp(2 * np.pi * np.arange(1, 32), SPEED * (TIME + drift * TIME**2 / 2 / length), TIME)
+        found = findings(tmp_path, **pulses(marks[marks < length - 0.01]))
+        assert found.get("speed drift", {}) == expected
+
+
+def test_a_vibration_that_grows_is_not_steady(tmp_path):
+    assert findings(tmp_path, **{name: original()[name] * (1 + 0.05 * TIME) for name in ("disc 1 left",)}) == {
+        "not steady": "warning"
+    }
+
+
+@pytest.mark.parametrize("unit", ["mm", "um"])
+def test_an_undeclared_unit_is_found(unit, tmp_path):
+    factor = {"mm": 1e3, "um": 1e6}[unit]
+    record = records(speeds=[SPEED])[0]
+    values = {name: value * factor for name, value in meters(record).items()}
+    probes = [
+        {"channel": p["channel"], "node": p["node"], "angle_deg": p["angle_deg"], "unit": "m"}
+        for p in section()["probes"]
+    ]
+    path = write("csv", tmp_path, record, **values)
+    measurement = read_measurement(path, write_rig(tmp_path / "rig.yaml", probes=probes))
+    (finding,) = measurement.findings
+    assert finding.name == "units" and f"{unit} taken as m?" in finding.text
+    good = read_measurement(write("csv", tmp_path, record, **meters(record)), tmp_path / "rig.yaml")
+    assert good.findings == []
+
+
+def meters(record):
+    factors = {"V": 1 / 7874, "mm": 1e-3, "mil": 2.54e-5, "um": 1e-6}
+    found = channels(record)
+    return {p["channel"]: found[p["channel"]] * factors[p["unit"]] * p["sign"] for p in section()["probes"]}
+
+
+def swapped(pair):
+    """Probe channels of some discs the wrong way round."""
+    probes = section()["probes"]
+    for i in pair:
+        probes[i]["channel"], probes[i + 1]["channel"] = probes[i + 1]["channel"], probes[i]["channel"]
+        for key in ("unit", "sign", "sensitivity_V_per_m"):  # each channel keeps its own scale
+            values = probes[i].pop(key, None), probes[i + 1].pop(key, None)
+            probes[i] |= {} if values[1] is None else {key: values[1]}
+            probes[i + 1] |= {} if values[0] is None else {key: values[0]}
+    return {"probes": probes}
+
+
+def test_swapped_probes_and_a_reversed_sense_are_told_apart(tmp_path):
+    assert findings(tmp_path, rig_changes={"rotation": "with_angles"})["sense of rotation"] == "error"
+    assert findings(tmp_path, rig_changes=swapped([0, 2]))["sense of rotation"] == "error"
+    assert findings(tmp_path, rig_changes=swapped([0]))["swapped probes"] == "error"
+
+
+def test_backward_whirl_that_the_rig_expects_is_no_fault():
+    forward, backward = np.full((3, 2), 1e-6), np.full((3, 2), 5e-6)
+    assert check_sense(forward, backward, np.array([True, True]), (2, 4), "here") == []
+    assert len(check_sense(forward, backward, np.array([False, False]), (2, 4), "here")) == 1
+
+
+def test_nothing_to_take_a_phase_from(tmp_path):
+    rig = write_rig(tmp_path / "rig.yaml")
+    given = yaml.safe_load(rig.read_text())
+    del given["measurement"]["keyphasor"]  # then a file may have none
+    rig.write_text(yaml.safe_dump(given))
+    path = write("csv", tmp_path, records(speeds=[SPEED])[0])
+    measurement = read_measurement(path, rig)
+    assert [f.name for f in measurement.errors] == ["no phase reference"] and measurement.spectrum is None
+
+
+def test_flat_tops():
+    turns = np.linspace(0, 50, 20001)
+    wave = np.sin(2 * np.pi * turns)
+    for values in (wave, np.round(wave * 100) / 100, np.round(wave * 1000)):
+        assert not flat_top(values)
+        assert flat_top(np.minimum(values, 0.97 * values.max()))
+
+
+def test_the_angle_survives_missing_and_doubled_pulses():
+    """The same marks, some lost and some added: the same angle within the noise of the marks."""
+    clean = count_turns(MARKS)
+    spoilt = count_turns(np.sort([*np.delete(MARKS, [3, 9, 10, 25]), MARKS[7] + 0.03, MARKS[18] + 0.02]))
+    assert (spoilt.missing, spoilt.doubled) == (4, 2) and (clean.missing, clean.doubled) == (0, 0)
+    assert spoilt.angle(TIME) == pytest.approx(clean.angle(TIME), abs=1e-9)
+    assert clean.speed(1.0) == pytest.approx(SPEED)
+
+
+@pytest.mark.parametrize(("edge", "offset"), [("center", 0.0), ("rising", -0.1), ("falling", 0.1)])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_edges_of_a_pulse(edge, offset, sign):
+    """A trapezium 0.3 rad wide at its foot and 0.1 at its top has its half height 0.1 rad either side."""
+    away = np.abs((SPEED * TIME + np.pi) % (2 * np.pi) - np.pi)
+    signal = sign * np.clip((0.15 - away) / 0.1, 0, 1)
+    found = find_pulses(signal, TIME, Keyphasor(edge=edge)).time
+    expected = (offset * (1 if edge == "center" else sign)) / SPEED
+    late = (found * SPEED + np.pi) % (2 * np.pi) - np.pi
+    assert late[1:-1] == pytest.approx(expected * SPEED, abs=2e-3)
+
+
+def test_import_from_the_command_line(tmp_path, capsys):
+    rig = write_rig(tmp_path / "rig.yaml")
+    paths = [str(write("csv", tmp_path, record)) for record in records()]
+    out = tmp_path / "spectrum.nc"
+    assert main(["import", *paths, "--rig", str(rig), "--out", str(out)]) == 0
+    printed = capsys.readouterr()
+    assert "3 speed(s)" in printed.out and printed.err == ""
+    assert load_spectrum(out).amplitude.shape == (3, len(HARMONICS), 2)
+    page = (tmp_path / "quality.html").read_text()
+    assert page.count("data:image/png") == 3 and "nothing wrong was seen" in page and len(page) < 500_000
+    out.unlink()
+
+    bad = str(write("csv", tmp_path, records(speeds=[SPEED])[0], name="bad", **clipped(0.8)))
+    arguments = ["import", paths[0], bad, "--rig", str(rig), "--out", str(out), "--quality", str(tmp_path / "q.html")]
+    assert main(arguments) == 1
+    printed = capsys.readouterr()
+    assert not out.exists() and "clipping" in printed.err and "no spectrum was written" in printed.err
+    assert "clipped by the range" in (tmp_path / "q.html").read_text()
+    assert main(["import", bad, "--rig", str(rig), "--out", bad]) == 1
+    assert "would overwrite an input" in capsys.readouterr().err
+
+
+def test_a_spectrum_file_that_is_none_is_named(tmp_path):
+    with pytest.raises(RotorstudyError, match="does not exist"):
+        load_spectrum(tmp_path / "none.nc")
+    from rotorstudy.record_files import records_dataset
+    from rotorstudy.store import save
+
+    save(records_dataset(records(speeds=[SPEED])), tmp_path / "records.nc")
+    with pytest.raises(RotorstudyError, match="rotorstudy import"):
+        load_spectrum(tmp_path / "records.nc")
+    assert model().sensors == (2, 4)
