@@ -25,6 +25,8 @@ from rotorstudy.plugins import KINDS, Crack, Effect, Estimator, SpectrumMethod
 
 ZOO = registry()
 STRUCTURE = bench_structure()
+BY_ENGINE = ("structure", "sensors", "angle", "depth_ratio")  # arguments that are no options
+UNITS = {"kg", "m", "m2", "m3", "s2", "N", "Pa", "ratio", "share", "xx", "xy", "yx", "yy", "participation", "s"}
 
 
 def test_the_whole_zoo_loads():
@@ -69,15 +71,14 @@ def numbers(annotation, name):
         yield from numbers(part, name)
 
 
-@pytest.mark.parametrize("kind", ["rotor", "bearing", "effect"])
+@pytest.mark.parametrize("kind", ["rotor", "crack", "depth", "bearing", "effect"])
 def test_numbers_among_the_options_have_their_unit_in_the_name(kind):
     for plugin in ZOO.plugins[kind].values():
         for option, parameter in list(inspect.signature(plugin.function).parameters.items()):
-            assert parameter.annotation is not parameter.empty or option in ("structure", "sensors"), option
+            assert parameter.annotation is not parameter.empty or option in BY_ENGINE, option
             for name in numbers(parameter.annotation, option):
                 unit = name.rsplit("_", 1)[-1]
-                known = {"kg", "m", "m2", "m3", "s2", "N", "Pa", "ratio", "xx", "xy", "yx", "yy", "participation", "s"}
-                assert unit in known, (plugin.name, name)
+                assert unit in UNITS, (plugin.name, name)
 
 
 def test_a_crack_whose_series_is_another_function_fails():
