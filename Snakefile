@@ -20,6 +20,7 @@ include: "workflow/rules/identify.smk"
 include: "workflow/rules/replay.smk"
 include: "workflow/rules/tables.smk"
 include: "workflow/rules/figures.smk"
+include: "workflow/rules/cracks.smk"
 
 
 rule all:
@@ -29,3 +30,4 @@ rule all:
         table_files(),
         figure_files(),
         data_files(),
+        crack_files(),

@@ -24,7 +24,7 @@ def parser():
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
 
     plugins = commands.add_parser("plugins", help="list the zoo: kind, name, source, one line each")
-    plugins.add_argument("--kind", help="only this kind: rotor, crack, bearing, effect, spectrum, estimator")
+    plugins.add_argument("--kind", help="only this kind: rotor, crack, depth, bearing, effect, spectrum, estimator")
 
     simulate = commands.add_parser("simulate", help="records of the steady state of a rig, as NetCDF")
     simulate.add_argument("rig", help="rig file (YAML) with a value for every parameter")

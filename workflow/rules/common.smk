@@ -17,6 +17,7 @@ try:
     from rotorstudy.job import imported_files, plugin_files
     from rotorstudy.plugins import registry
     from rotorstudy.studies.config import file_name, load_study
+    from rotorstudy.studies.cracks import load_cracks
     from rotorstudy.studies.replay import check_replay, load_replay
     from rotorstudy.studies.workflow import WorkflowConfig
     from rotorstudy.rig import check_config
@@ -27,6 +28,7 @@ try:
     settings = check_config(WorkflowConfig, dict(config), "the workflow configuration")
     STUDIES = {name: load_study(ROOT / path) for name, path in settings.studies.items()}
     REPLAYS = {name: load_replay(ROOT / path) for name, path in settings.replays.items()}
+    CRACKS = load_cracks(ROOT / settings.cracks) if settings.cracks else None
     for study in STUDIES.values():
         study.check_rigs()
     for name in ("chapter_2", "chapter_4"):
@@ -192,3 +194,13 @@ def data_files():
     return found + [
         f"{RESULTS}/{name}/{stage}.nc" for name in REPLAYS for stage in ("records", "spectra", "identification")
     ]
+
+
+CRACK_FIGURES = ["stiffness", "spectra", "speed_sweep", "depth"]
+
+
+def crack_files():
+    if not settings.cracks:
+        return []
+    figures = [f"{RESULTS}/cracks/figures/{name}.{kind}" for name in CRACK_FIGURES for kind in ("png", "svg")]
+    return [f"{RESULTS}/cracks/comparison.nc", *figures]
