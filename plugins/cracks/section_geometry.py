@@ -64,7 +64,7 @@ def rotorstudy_crack():
     return Crack(
         "section_geometry",
         section_geometry,
-        source="Al-Shudeifat and Butcher 2011, neutral axis through the centroid at each angle",
+        source="after Al-Shudeifat and Butcher 2011; neutral axis through the centroid at each angle",
         symmetric=True,
-        checked="angles where the crack begins and ends to shut, area moments of the open crack (both of that paper)",
+        checked="closed forms of the open crack's area moments and of the angles where it begins and ends to shut; counting",
     )

@@ -66,6 +66,23 @@ def test_participation_factors_in_closed_form():
     assert np.allclose(even, [0, 0.25, 0.5, 0.25, 0, 0, 0])
 
 
+def test_participation_factors_of_the_thesis():
+    printed = {
+        0: 0.25,
+        1: 0.31830,
+        2: 0.25,
+        3: 0.10610,
+        5: -0.02122,
+        7: 0.00909,
+        -1: 0.10610,
+        -3: -0.02122,
+        -5: 0.00909,
+    }
+    found = participation_factors(CRACKS["switching"], printed)
+    assert np.abs(found - list(printed.values())).max() < 1e-5  # some are cut, not rounded
+    assert np.abs(participation_factors(CRACKS["breathing"], printed) - list(printed.values())).max() > 0.01
+
+
 def test_switching_cut_short_is_its_first_terms():
     angle = np.linspace(0, 7, 300)
     options = {"terms": 3}
@@ -92,8 +109,8 @@ def test_switching_cut_short_overshoots_as_said():
 
 
 @pytest.mark.parametrize("depth_ratio", [0.05, 0.15, 0.25, 0.4, 0.5])
-def test_section_geometry_has_the_published_angles_and_moments(depth_ratio):
-    """Al-Shudeifat and Butcher 2011: area moments of the open section, angles where it begins and ends to shut."""
+def test_section_geometry_has_the_angles_and_moments_in_closed_form(depth_ratio):
+    """Closed forms: area moments of the open section, angles where it begins and ends to shut."""
     mu, function = 2 * depth_ratio, CRACKS["section_geometry"].function
     root = np.sqrt(mu * (2 - mu))
     area = np.pi - np.arccos(1 - mu) + (1 - mu) * root

@@ -209,7 +209,7 @@ def spectra_figure(data):
         panel.set(title=f"{speed:.0f} rad/s, {speed / natural:.2f} of the natural frequency", xlabel="")
     axes[-1, 0].set_xlabel("harmonic (backward < 0 < forward)")
     picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
-    picture.suptitle("An open crack adds 2X alone, one that breathes every harmonic", fontsize=9)
+    picture.suptitle("An open crack shows at 0X and 2X, one that breathes at every harmonic", fontsize=9)
     return picture
 
 
