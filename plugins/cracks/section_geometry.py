@@ -66,5 +66,5 @@ def rotorstudy_crack():
         section_geometry,
         source="after Al-Shudeifat and Butcher 2011; neutral axis through the centroid at each angle",
         symmetric=True,
-        checked="closed forms of the open crack's area moments and of the angles where it begins and ends to shut; counting",
+        checked="closed forms: area moments of the open crack, angles where it begins and ends to shut; squares",
     )
