@@ -115,6 +115,8 @@ def test_circular_whirl_on_a_cubic_support_is_that_of_its_stiffness_k_r2():
     assert found[EVERY == 1][0] == pytest.approx(MASS * ECCENTRICITY * w**2 / stiff, rel=1e-10)
     assert 2e13 * r**2 > 0.01 * STIFFNESS
     assert np.abs(found[EVERY != 1]).max() < 1e-10 * r
+    heavy = harmonic_response(rotor(CUBIC), [w], EVERY)[0, :, 0]
+    assert np.abs(heavy[EVERY == 2][0]) > 1e-3 * r  # weight takes the circle off the middle
 
 
 def test_full_annular_rub_is_the_closed_form_of_a_circle():
