@@ -9,6 +9,7 @@ __version__ = "0.1.0"
 
 _HOME = {
     "Entry": "terms",
+    "LocalForce": "terms",
     "Parameter": "terms",
     "Term": "terms",
     "Structure": "model",

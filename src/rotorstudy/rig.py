@@ -168,6 +168,17 @@ def _check_shapes(parameters, size, plugin, where):
     import numpy as np
 
     for parameter in parameters:
+        local = parameter.force
+        if local and (
+            parameter.is_complex
+            or parameter.entries
+            or getattr(plugin, "acts_on", "rotor") != "rotor"
+            or np.shape(local.matrix)[1:] != (size,)
+        ):
+            raise PluginError(
+                f"plugin '{plugin.name}' ({plugin.file}) in {where}: '{parameter.name}' multiplies a force in time: "
+                f"it must be real, act on the rotor, and have no entries and a matrix (coordinate, {size}) here"
+            )
         for i, entry in enumerate(parameter.entries):
             needed = (size,) if entry.on == "one" else (size, size)
             if np.shape(entry.matrix) != needed:

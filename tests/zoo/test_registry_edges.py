@@ -99,7 +99,7 @@ def test_an_installed_distribution_that_does_not_import_is_named_and_the_next_lo
     distribution(tmp_path, "a_fake_plugin", "\nimport a_module_nobody_has\n")
     distribution(tmp_path, "b_fake_plugin", CRACK.format(name="installed"))
     cracks, *failures = in_subprocess(LIST, PYTHONPATH=str(tmp_path)).stdout.splitlines()
-    assert cracks == "switching installed"
+    assert "switching" in cracks.split() and cracks.endswith("installed")
     assert len(failures) == 1 and "a_fake_plugin" in failures[0] and "a_module_nobody_has" in failures[0]
 
 
@@ -108,7 +108,7 @@ def test_a_misspelt_hook_of_an_installed_distribution_does_not_spoil_the_next(tm
     distribution(tmp_path, "b_fake_plugin", CRACK.format(name="installed"))
     cracks, *failures = in_subprocess(LIST, PYTHONPATH=str(tmp_path)).stdout.splitlines()
     assert len(failures) == 1 and "a_fake_plugin" in failures[0] and "rotorstudy_crak" in failures[0]
-    assert cracks == "switching installed"
+    assert "switching" in cracks.split() and cracks.endswith("installed")
 
 
 def test_a_forgotten_hookimpl_does_not_lose_the_plugin_in_silence(tmp_path):
