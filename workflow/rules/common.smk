@@ -61,6 +61,11 @@ def code(script):
     return imported_files(ROOT / "workflow" / "scripts" / script)
 
 
+def zoo(*kinds):
+    """Every plugin of some kinds."""
+    return [plugin for kind, plugin in registry() if kind in kinds]
+
+
 def study_plugins(*kinds):
     """Files of the plugins a study's rigs name, and of the methods of some kinds that it shows."""
 
