@@ -5,6 +5,7 @@ from rotorstudy.records import fit_basis, rotating_basis, spectral_lines, white_
 
 HUBER, TUKEY = 1.345, 4.685  # clipping in standard deviations, for 95 % efficiency under normal noise
 STEPS = 8, 20  # of either; each step takes the error down to a fifth or less
+SIGNALS_AT_ONCE = 25  # stay in the processor's cache
 STILL = 1e-4  # of the standard deviation of an amplitude: the fit has come to rest
 
 
@@ -15,6 +16,17 @@ def robust_regression(signal, time, speed, harmonics):
     nobody asked for look like noise to it and do not drop out of whole revolutions altogether: ask for all there are.
     """
     basis = rotating_basis(time - time[0], speed, harmonics)
+    flat = np.reshape(signal, (-1, len(time)))
+    parts = [_fit(flat[i : i + SIGNALS_AT_ONCE], basis) for i in range(0, len(flat), SIGNALS_AT_ONCE)]
+    amplitude, modified = (
+        np.concatenate(part).reshape(*np.shape(signal)[:-1], -1) for part in zip(*parts, strict=True)
+    )
+    inverse = fit_basis(flat[:1], basis)[1]
+    return amplitude, white_noise_covariance(modified, inverse, spectral_lines(time, speed, harmonics))
+
+
+def _fit(signal, basis):
+    """Amplitude (signal, harmonic) and modified residual (signal, time)."""
     amplitude, inverse = fit_basis(signal, basis)
     gain = (inverse @ basis.conj()).T
     for counted, steps in zip((_huber, _tukey), STEPS, strict=True):
@@ -25,10 +37,9 @@ def robust_regression(signal, time, speed, harmonics):
             modified = x * counted(residual.real / x) + 1j * y * counted(residual.imag / y)
             step = modified @ gain
             amplitude = amplitude + step
-            if np.all(np.abs(step) <= STILL * np.hypot(x, y) / np.sqrt(len(time))):
+            if np.all(np.abs(step) <= STILL * np.hypot(x, y) / np.sqrt(basis.shape[-1])):
                 break
-    lines = spectral_lines(time, speed, harmonics)
-    return amplitude, white_noise_covariance(modified, inverse, lines)
+    return amplitude, modified
 
 
 def _spread(residual):

@@ -13,6 +13,7 @@ from rotorstudy.records import (
 LABEL_TOLERANCE = 0.02  # of the stated speed: how far the fit may go from it
 SIGNALS_AT_ONCE = 25  # bounds the memory; each has its own speed, so its own basis
 STEPS = 3  # Gauss-Newton converges quadratically from inside a line of the transform
+STILL = 1e-7  # rad at the end of the record: the fit has come to rest
 
 
 def sine_fit(signal, time, speed, harmonics):
@@ -36,10 +37,14 @@ def sine_fit(signal, time, speed, harmonics):
 
 
 def _fit(signal, t, w, speed, harmonics):
-    w = np.full((len(signal), 1), w)
-    for _ in range(STEPS):
+    _, _, _, score, information, _ = _derivatives(signal, t, w, harmonics)  # one basis does for the first step
+    w = _limited(w + _ratio(score, information)[:, None], speed)
+    for _ in range(STEPS - 1):
         _, _, _, score, information, _ = _derivatives(signal, t, w, harmonics)
-        w = _limited(w + _ratio(score, information)[:, None], speed)
+        step = _ratio(score, information)[:, None]
+        w = _limited(w + step, speed)
+        if np.all(np.abs(step) * t[-1] < STILL):
+            break
     amplitude, inverse, residual, _, information, change = _derivatives(signal, t, w, harmonics)
     power = noise_power(residual, spectral_lines(t, speed, harmonics))
     variance = _ratio(power / 2, information)[:, None, None]

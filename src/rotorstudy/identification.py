@@ -12,13 +12,15 @@ import numpy as np
 from rotorstudy.errors import NoConvergenceError, RotorstudyError, UnidentifiableError
 from rotorstudy.regression import condensed_regression, equation_sensitivity, regression, residual_sensitivity
 from rotorstudy.response import COUPLED_ORDER, measured_response
-from rotorstudy.spectrum import components
+from rotorstudy.spectrum import components, shared_product
 from rotorstudy.statics import static_deflection
 
 RANK_TOLERANCE = 1e-9  # smallest over largest singular value of unit-length columns; round-off is near 1e-15
 STEP_IN_SIGMA = 1e-6  # a fit has converged when its step is this small against its own standard deviation
 STEP_RELATIVE = 1e-12  # or against the amplitudes, for data without noise
 MISFIT_RELATIVE = 1e-9  # or when the misfit no longer falls: a wrong model with a large misfit converges slowly
+DEFLECTION_RELATIVE = 1e-9  # change of the unknowns that ends it
+ROUND_OFF_RELATIVE = 1e-6  # or one that no longer falls: weights of exact data differ by up to 1e15
 DEFLECTION_STEPS = 40  # of the static deflection; two are enough if the bearings' nodes are measured
 WEIGHTED_STEPS = 3  # of weights taken at the estimate they lead to; the second already changes less than the noise
 TRIALS_AT_ONCE = 200  # bounds the memory of a Monte Carlo
@@ -235,20 +237,27 @@ def solve_truncated(columns, right_side, names):
     return (inverse @ right_side[..., None])[..., 0] / length[..., 0, :]
 
 
-def solve_equations(problem, solve=solve_linear):
+def solve_equations(problem, solve=solve_linear, start=None, settled=True):
     """theta (..., parameter) by least squares of the equations of motion, or another `solve` of them.
 
     Where unknown bearings carry the weight, the static deflection that the crack and internal damping act on is found
     with them: it is held, the equations solved, the deflection taken anew, until both stand.
+
+    start   : (..., parameter) for the first deflection
+    settled : whether to go on until both stand; False solves the equations once
     """
-    theta = solve(*problem.equations(), problem.names)
+    theta, last = start, np.inf
+    if start is None or problem.holding(start) is None:
+        theta = solve(*problem.equations(), problem.names)
     for _ in range(DEFLECTION_STEPS):
-        held = problem.holding(theta)
+        held = problem.holding(theta) if settled or theta is start else None
         if held is None:
             return theta
         before, theta = theta, solve(*held.equations(), problem.names)
-        if np.all(np.abs(theta - before) <= 10 * STEP_RELATIVE * np.abs(theta)):
+        change = np.max(np.abs(theta - before) / np.maximum(np.abs(theta), np.finfo(float).tiny))
+        if change <= DEFLECTION_RELATIVE or last <= change <= ROUND_OFF_RELATIVE:
             return theta
+        last = change
     raise NoConvergenceError("the static deflection and the bearings that carry it were not found together")
 
 
@@ -263,11 +272,10 @@ def solve_weighted(problem, solve=solve_linear, start=solve_linear):
     The weights depend on the unknowns, so they are taken anew at each estimate.
     solve, start : of whitened equations; of plain ones, for the first estimate
     """
-    theta = solve_equations(problem, start)
-    for _ in range(WEIGHTED_STEPS):
+    theta = solve_equations(problem, start, settled=False)
+    for step in range(WEIGHTED_STEPS):
         weights = problem.equation_weights(theta)
-
-        theta = solve_equations(problem, whitened(weights, solve))
+        theta = solve_equations(problem, whitened(weights, solve), theta, settled=step == WEIGHTED_STEPS - 1)
     return theta
 
 
@@ -312,14 +320,14 @@ def predicted_derivatives(problem, theta):
     )
     whitener = spectrum.whitener()
     change = np.moveaxis(change[..., position], -1, 0)
-    whitened = np.einsum("smij,...sjm->...smi", whitener, components(np.stack([shown, *change])))
+    whitened = shared_product(whitener, np.swapaxes(components(np.stack([shown, *change])), -1, -2))
     whitened = whitened.reshape(*whitened.shape[:-3], -1)
     return whitened[0], np.moveaxis(whitened[1:], 0, -1)
 
 
 def whitened_measurement(spectrum):
     """(..., component) measured harmonics of all speeds in units of their standard deviation."""
-    whitened = np.einsum("smij,...sjm->...smi", spectrum.whitener(), components(spectrum.amplitude))
+    whitened = shared_product(spectrum.whitener(), np.swapaxes(components(spectrum.amplitude), -1, -2))
     return whitened.reshape(*whitened.shape[:-3], -1)
 
 
@@ -366,10 +374,18 @@ def output_error_fit(problem, start=None, iterations=200, clip=np.inf):
     residual = measured - predicted
     misfit, weight = _clipped(residual, clip)
     normal = np.zeros((len(theta), shape[-1], shape[-1]))
+    freedom = max(1, measured.shape[-1] - shape[-1])
     for _ in range(iterations):
         weighted = np.swapaxes(jacobian * weight[..., None], -1, -2)
         normal[trials] = weighted @ jacobian
         scale = np.sqrt(np.diagonal(normal[trials], axis1=-2, axis2=-1))
+        lost = ~(np.isfinite(scale) & (scale > 0)).all(axis=-1)  # an unknown gone where the data do not depend on it
+        if lost.any():
+            theta[trials[lost]] = np.nan
+            parts = (trials, scale, weighted, jacobian, residual, weight)
+            trials, scale, weighted, jacobian, residual, weight = (part[~lost] for part in parts)
+            if not len(trials):
+                break
         scaled = normal[trials] / (scale[:, :, None] * scale[:, None, :])
         scaled = scaled + damping[trials, None, None] * np.eye(shape[-1])
         gradient = (weighted @ residual[..., None])[..., 0] / scale
@@ -380,6 +396,7 @@ def output_error_fit(problem, start=None, iterations=200, clip=np.inf):
         new_misfit, new_weight = _clipped(new_residual, clip)
         better = new_misfit <= misfit[trials] * (1 + 1e-12)
         in_sigma = np.sqrt(np.maximum(np.einsum("tp,tpq,tq->t", step, normal[trials], step), 0))
+        in_sigma = in_sigma / np.sqrt(np.maximum(1, new_misfit / freedom))  # of what the misfit says
         small = (in_sigma < STEP_IN_SIGMA) | np.all(np.abs(step) <= STEP_RELATIVE * np.abs(tried), axis=-1)
         small |= better & (misfit[trials] - new_misfit <= MISFIT_RELATIVE * new_misfit)
         theta[trials[better]] = tried[better]
@@ -391,11 +408,13 @@ def output_error_fit(problem, start=None, iterations=200, clip=np.inf):
         trials = trials[~small]
         if not len(trials):
             break
-    if len(trials) == len(theta):
+    theta[trials] = np.nan
+    without = np.isnan(theta).any(axis=-1)
+    if without.all():
         raise NoConvergenceError(
             f"the output-error fit did not converge in {iterations} steps; start closer, or fix a weak parameter"
         )
-    theta[trials] = np.nan
+    normal[without] = np.nan
     return Estimate(
         problem.names, theta.reshape(shape), invert(normal).reshape(*shape, shape[-1]), misfit.reshape(shape[:-1])
     )

@@ -20,6 +20,7 @@ from rotorstudy.response import (
     own_harmonic,
     resting,
 )
+from rotorstudy.spectrum import shared_product
 from rotorstudy.statics import static_deflection
 from rotorstudy.terms import apply_entries
 
@@ -81,7 +82,7 @@ def regression(model, spectrum, names, *, order=COUPLED_ORDER):
         measured = (np.isin(own_harmonic(group[0], carried), harmonics)[:, None] & is_sensor).ravel()
         direct = coordinate[0][measured] < count * dof
         kept = direct | mirror  # the equation of w_n is the conjugate of that of q_{-n}
-        residual = np.einsum("sbij,...sbj->...sbi", matrix, gather(displacement, group, count, carried))
+        residual = shared_product(matrix, gather(displacement, group, count, carried))
         residual = residual - gather(force, group, count, carried)
         for side, rows in ((right, residual), (left, gather(columns, group, count, carried))):
             reduced = _eliminate(matrix, measured, rows)
@@ -171,7 +172,7 @@ def _eliminate(matrix, measured, rows):
     hidden = ~measured
     transfer = np.linalg.solve(np.swapaxes(matrix[..., hidden, :][..., hidden], -1, -2),
                                np.swapaxes(matrix[..., measured, :][..., hidden], -1, -2))  # fmt: skip
-    return rows[..., measured] - np.einsum("sbhm,...sbh->...sbm", transfer, rows[..., hidden])
+    return rows[..., measured] - shared_product(np.swapaxes(transfer, -1, -2), rows[..., hidden])
 
 
 def _rotor_unknown(model, name):

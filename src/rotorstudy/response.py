@@ -6,6 +6,7 @@ blocks that really are connected are solved together. All speeds, harmonics and 
 Local forces, which are not linear, are then added speed by speed (see `alternating`).
 """
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -54,30 +55,39 @@ def check_harmonics(harmonics):
 
 def layout(model, harmonics, order=COUPLED_ORDER):
     """Find the blocks of harmonics that the model couples."""
+    links = [
+        frozenset((e.on, e.shift) for u in unknowns for e in u.entries if e.reads_motion)
+        for unknowns in (model.rotor_unknowns, model.output_unknowns)
+    ]
+    return _layout(*links, bool(model.local_forces), tuple(int(n) for n in harmonics), order)
+
+
+@lru_cache(maxsize=256)
+def _layout(rotor, output, has_local_forces, harmonics, order):
+    """The layout of entries of the rotor and of the output, each (on, shift)."""
     harmonics = np.asarray(harmonics, int)
-    rotor = [e for u in model.rotor_unknowns for e in u.entries if e.reads_motion]
-    output = [e for u in model.output_unknowns for e in u.entries if e.reads_motion]
-    doubled = any(e.on == "conj" for e in rotor)
-    read = [(harmonics - e.shift) * (1 if e.on == "z" else -1) for e in output]  # harmonics the sensors mix in
+    doubled = any(on == "conj" for on, _ in rotor)
+    read = [(harmonics - shift) * (1 if on == "z" else -1) for on, shift in output]  # harmonics the sensors mix in
     needed = np.unique(np.concatenate([harmonics, *read]))
-    if model.local_forces:
+    if has_local_forces:
         reach = max(order, np.abs(needed).max())
         needed = np.arange(-reach, reach + 1)
-    if any(e.shift for e in rotor):
+    if any(shift for _, shift in rotor):
         reach = max(order, np.abs(needed).max())
         carried = np.arange(-reach, reach + 1)
     elif doubled:
         carried = np.unique(np.concatenate([needed, -needed]))
     else:
         carried = needed
-    if not any(e.shift or e.on == "conj" for e in rotor):
+    if not any(shift or on == "conj" for on, shift in rotor):
         return Layout(carried, (np.arange(len(carried))[:, None],), False, (False,))
 
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
     size = len(carried) * (2 if doubled else 1)
-    row, column = np.concatenate([_links(e, carried, doubled)[:2] for e in rotor], axis=1)
+    linked = [_links(on, shift, tuple(carried.tolist()), doubled)[:2] for on, shift in sorted(rotor)]
+    row, column = np.concatenate(linked, axis=1)
     _, block = connected_components(coo_array((np.ones(len(row)), (row, column)), (size, size)), directed=False)
     wanted = np.isin(carried, needed)
     groups, solved = {}, set()
@@ -107,19 +117,22 @@ def own_harmonic(unknown, carried):
     return np.where(np.asarray(unknown) < count, 1, -1) * carried[np.asarray(unknown) % count]
 
 
-def _links(entry, carried, doubled):
+@lru_cache(maxsize=4096)
+def _links(on, shift, carried, doubled):
     """Unknowns (row, column) an entry connects, and the harmonic of the equation each pair belongs to."""
     count = len(carried)
-    index = {int(n): i for i, n in enumerate(carried)}
+    index = {n: i for i, n in enumerate(carried)}
     links = []
     for copy in (0, 1) if doubled else (0,):
         sign = 1 if copy == 0 else -1
-        other = copy if entry.on == "z" else 1 - copy
+        other = copy if on == "z" else 1 - copy
         for i, n in enumerate(carried):
-            source = int(n) - sign * entry.shift
+            source = n - sign * shift
             if source in index:
-                links.append((copy * count + i, other * count + index[source], sign * int(n)))
-    return np.array(links, int).reshape(-1, 3).T
+                links.append((copy * count + i, other * count + index[source], sign * n))
+    found = np.array(links, int).reshape(-1, 3).T
+    found.setflags(write=False)
+    return found
 
 
 def forced_harmonics(model, order=COUPLED_ORDER):
@@ -167,7 +180,7 @@ def operator(model, theta, speed, blocks):
         result.append(full)
     for p, unknown in enumerate(model.rotor_unknowns):
         for entry in (e for e in unknown.entries if e.reads_motion):
-            row, column, n = _links(entry, carried, blocks.doubled)
+            row, column, n = _links(entry.on, entry.shift, tuple(carried.tolist()), blocks.doubled)
             order = (1j * (n - entry.shift) * speed[:, None]) ** entry.order
             factor = entry.gain_at(speed[:, None], n) * order
             is_w = row >= count
@@ -295,8 +308,10 @@ def _carried_response(model, speed, theta, blocks, jacobian):
     ]
     for p, local in model.local_forces:
         columns[p] = local_column(local, found, speed, blocks.harmonics, deflection)
-    for p, change in moved.items():
-        columns[p] = columns[p] + _moved_force(model, rotor, speed, blocks.harmonics, change)
+    if moved:
+        forces = _moved_force(model, rotor, speed, blocks.harmonics, np.stack(list(moved.values())))
+        for p, force in zip(moved, np.broadcast_to(forces, (len(moved), *found.shape)), strict=True):
+            columns[p] = columns[p] + force
     columns = np.stack(columns, axis=-1) if columns else np.zeros((*found.shape, 0))
     derivatives = np.zeros((*found.shape, theta.shape[-1]), complex)
     changes = _solve(matrices, columns, blocks, speed)
@@ -328,9 +343,9 @@ def _with_local_forces(model, theta, speed, blocks, matrices, deflection, linear
 
 
 def _moved_force(model, theta, speed, carried, change):
-    """Change of the force at rest by a change (..., speed, dof) of the static deflection."""
+    """Change of the force at rest by changes (change, ..., speed, dof) of the static deflection."""
     rest = np.zeros((len(speed), len(carried), len(model.structure.dofs)), complex)
-    force = 0
+    force = np.zeros((), complex)
     for p, unknown in enumerate(model.rotor_unknowns):
         acting = tuple(e for e in unknown.entries if e.order == 0 and e.on != "one")
         if acting and not unknown.carries:

@@ -64,6 +64,13 @@ def components(amplitude):
     return np.concatenate([amplitude.real, amplitude.imag], axis=-2)
 
 
+def shared_product(matrix, vectors):
+    """Matrices (speed, block, row, column), the same for all trials, times vectors (..., speed, block, column)."""
+    lead, last = vectors.shape[:-3], vectors.shape[-3:]
+    columns = np.moveaxis(vectors.reshape(-1, *last), 0, -1)  # trials side by side: one product for each matrix
+    return np.moveaxis(matrix @ columns, -1, 0).reshape(*lead, *matrix.shape[:-1])
+
+
 def independent_covariance(variance):
     """Covariance of circular noise, independent by harmonic.
 

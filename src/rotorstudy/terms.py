@@ -14,6 +14,7 @@ Everything else in this package (response, regression columns, Jacobian, force i
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -44,9 +45,9 @@ class Entry:
 
     def gain_at(self, speed, harmonic):
         """Gain, broadcast over `speed` (rad/s) and `harmonic`."""
-        speed, harmonic = np.broadcast_arrays(np.asarray(speed, float), np.asarray(harmonic))
         if self.gain is None:
-            return np.ones(speed.shape)
+            return np.ones(np.broadcast_shapes(np.shape(speed), np.shape(harmonic)))
+        speed, harmonic = np.broadcast_arrays(np.asarray(speed, float), np.asarray(harmonic))
         return self.gain(speed, harmonic) if self.frequency_only else self.gain(speed) + 0 * speed
 
     def times(self, factor):
@@ -127,7 +128,7 @@ class Term:
     def full_name(self, parameter):
         return f"{parameter.name}[{self.label}]" if self.label else parameter.name
 
-    @property
+    @cached_property
     def unknowns(self):
         """The real amplitudes of this term, in order; a complex parameter gives two."""
         found = []
@@ -185,27 +186,29 @@ def apply_entries(entries, amplitudes, speed, harmonics, reference=None):
     if np.ndim(reference) > 1:
         lead = (*np.broadcast_shapes(lead[:-2], np.shape(reference)[:-2]), *lead[-2:])
     force = np.zeros((*lead, rows), complex)
+    moving = np.any(amplitudes)
     for entry in entries:
-        gain = entry.gain_at(speed[:, None], harmonics)
         if entry.on == "one":
             if entry.shift in where:
-                n = where[entry.shift]
-                force[..., n, :] += gain[:, n, None] * entry.matrix
+                force[..., where[entry.shift], :] += entry.gain_at(speed[:, None], entry.shift) * entry.matrix
             continue
         mirrored = entry.on.endswith("conj")
         if reference is not None and entry.order == 0 and entry.shift in where:
-            n = where[entry.shift]
             constant = np.conj(reference) if mirrored else reference
-            force[..., n, :] += gain[:, n, None] * (constant @ np.asarray(entry.matrix).T)
-        if not entry.reads_motion:
+            gain = entry.gain_at(speed[:, None], entry.shift)
+            force[..., where[entry.shift], :] += gain * (constant @ np.asarray(entry.matrix).T)
+        if not entry.reads_motion or not moving:
             continue
         source_harmonic = harmonics - entry.shift  # harmonic m of q, or of conj(q), that this row sees
         lookup = -source_harmonic if mirrored else source_harmonic
         pairs = [(n, where[int(m)]) for n, m in enumerate(lookup) if int(m) in where]
         if pairs:
-            derivative = (1j * source_harmonic * speed[:, None]) ** entry.order * gain
+            derivative = (1j * source_harmonic * speed[:, None]) ** entry.order
+            derivative = derivative * entry.gain_at(speed[:, None], harmonics)
             row, column = np.array(pairs).T
-            source = amplitudes[..., column, :]
-            source = source.conj() if mirrored else source
-            force[..., row, :] += derivative[:, row, None] * (source @ np.asarray(entry.matrix).T)
+            matrix = np.asarray(entry.matrix)
+            for i, j in zip(*np.nonzero(matrix), strict=True):  # most effects act at one node
+                source = amplitudes[..., column, j]
+                source = source.conj() if mirrored else source
+                force[..., row, i] += (derivative[:, row] * matrix[i, j]) * source
     return force

@@ -3,33 +3,36 @@ COMPARE = f"{RESULTS}/compare"
 ESTIMATORS = sorted(registry().plugins["estimator"])
 METHODS = sorted(registry().plugins["spectrum"])
 ROTORS = {file_name(name): name for name in (COMPARISON.rotors if COMPARISON else {})}
-BIASED = [name for name in STUDIES if COMPARISON and name in {c.study for c in COMPARISON.rotors.values()}]
+BIASED = [file for file, name in ROTORS.items() if COMPARISON.rotors[name].study]
 COMPARISON_FIGURES = ["estimators", "spectra", "faults", "coverage", "bias"]
 
 
 wildcard_constraints:
-    rotor="|".join(ROTORS) or "none",
     method="|".join(METHODS),
     estimator="|".join(ESTIMATORS),
 
 
-def compared_source(wildcards):
-    """Configuration of the study or replay a rotor is of, and what the replay identified."""
-    compared = COMPARISON.rotors[ROTORS[wildcards.rotor]]
+def compared_source(compared):
+    """Configuration of the study or replay a rotor is of, and what the replay identified, if it is one."""
     if compared.study:
-        return {"source": str(ROOT / settings.studies[compared.study])}
-    found = f"{RESULTS}/{compared.replay}/identification.nc"
-    return {"source": str(ROOT / settings.replays[compared.replay]), "identification": found}
+        return [str(ROOT / settings.studies[compared.study])]
+    return [str(ROOT / settings.replays[compared.replay]), f"{RESULTS}/{compared.replay}/identification.nc"]
+
+
+def compared_sources():
+    return [path for name in ROTORS.values() for path in compared_source(COMPARISON.rotors[name])]
 
 
 def method_file(kind, wildcard):
     return lambda wildcards: registry().get(kind, getattr(wildcards, wildcard)).file
 
 
-def compared_plugins(wildcards):
-    compared = COMPARISON.rotors[ROTORS[wildcards.rotor]]
-    source = STUDIES[compared.study] if compared.study else REPLAYS[compared.replay]
-    return plugin_files([source.rigs[source.main_rig] if compared.study else source.rig])
+def compared_plugins():
+    rigs = []
+    for compared in COMPARISON.rotors.values():
+        source = STUDIES[compared.study] if compared.study else REPLAYS[compared.replay]
+        rigs.append(source.rigs[source.main_rig] if compared.study else source.rig)
+    return plugin_files(rigs)
 
 
 def comparison_files():
@@ -44,56 +47,45 @@ if COMPARISON:
 
     rule compare_spectra:
         input:
-            unpack(compared_source),
+            sources=compared_sources(),
             config=str(ROOT / settings.compare),
             code=code("compare_spectra.py"),
-            plugins=compared_plugins,
+            plugins=compared_plugins(),
             method=method_file("spectrum", "method"),
         output:
-            f"{COMPARE}/spectra/{{rotor}}/{{method}}.nc",
+            [f"{COMPARE}/spectra/{rotor}/{{method}}.nc" for rotor in ROTORS],
         params:
-            rotor=lambda wildcards: ROTORS[wildcards.rotor],
+            sources={name: compared_source(c) for name, c in COMPARISON.rotors.items()},
         log:
-            f"{RESULTS}/logs/compare/spectra_{{rotor}}_{{method}}.log",
+            f"{RESULTS}/logs/compare/spectra_{{method}}.log",
         script:
             "../scripts/compare_spectra.py"
 
+    # also what wrong known quantities cost the estimator: a job for each would start Python more often than it computes
     rule compare_estimates:
         input:
-            unpack(compared_source),
+            sources=compared_sources(),
             config=str(ROOT / settings.compare),
-            spectra=[f"{COMPARE}/spectra/{{rotor}}/{method}.nc" for method in METHODS],
+            spectra=[f"{COMPARE}/spectra/{rotor}/{method}.nc" for rotor in ROTORS for method in METHODS],
             code=code("compare_estimates.py"),
-            plugins=compared_plugins,
+            plugins=compared_plugins(),
             estimator=method_file("estimator", "estimator"),
         output:
-            f"{COMPARE}/estimates/{{rotor}}/{{estimator}}.nc",
+            estimates=[f"{COMPARE}/estimates/{rotor}/{{estimator}}.nc" for rotor in ROTORS],
+            bias=[f"{COMPARE}/bias/{rotor}/{{estimator}}.nc" for rotor in BIASED],
         params:
-            rotor=lambda wildcards: ROTORS[wildcards.rotor],
+            sources={name: compared_source(c) for name, c in COMPARISON.rotors.items()},
         log:
-            f"{RESULTS}/logs/compare/estimates_{{rotor}}_{{estimator}}.log",
+            f"{RESULTS}/logs/compare/estimates_{{estimator}}.log",
         script:
             "../scripts/compare_estimates.py"
-
-    rule compare_bias:
-        input:
-            config=study_config,
-            code=code("compare_bias.py"),
-            plugins=study_plugins(),
-            estimator=method_file("estimator", "estimator"),
-        output:
-            f"{COMPARE}/bias/{{study}}/{{estimator}}.nc",
-        log:
-            f"{RESULTS}/logs/compare/bias_{{study}}_{{estimator}}.log",
-        script:
-            "../scripts/compare_bias.py"
 
     rule compare:
         input:
             config=str(ROOT / settings.compare),
             spectra=[f"{COMPARE}/spectra/{rotor}/{method}.nc" for rotor in ROTORS for method in METHODS],
             estimates=[f"{COMPARE}/estimates/{rotor}/{estimator}.nc" for rotor in ROTORS for estimator in ESTIMATORS],
-            bias=[f"{COMPARE}/bias/{study}/{estimator}.nc" for study in BIASED for estimator in ESTIMATORS],
+            bias=[f"{COMPARE}/bias/{rotor}/{estimator}.nc" for rotor in BIASED for estimator in ESTIMATORS],
             code=code("compare.py"),
         output:
             comparison=f"{COMPARE}/comparison.nc",

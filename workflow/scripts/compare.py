@@ -122,7 +122,7 @@ with job(snakemake):
         picture.suptitle(title, fontsize=9)
         save_figure(picture, *paths[name])
 
-    biased = [(Path(p).parent.name, Path(p).stem, load(p)) for p in snakemake.input.bias]
+    biased = [(names[Path(p).parent.name], Path(p).stem, load(p)) for p in snakemake.input.bias]
     studies = list(dict.fromkeys(study for study, *_ in biased))
     picture, axes = figure(1, len(studies), height=2.8, width=3.0)
     for a, study in zip(axes[0], studies, strict=True):
@@ -130,7 +130,7 @@ with job(snakemake):
             error = abs(data.relative_error).isel(case=-1, estimator=0).max("known").median("parameter")
             a.plot(data.percent, 100 * error, style(i), color=COLOURS[i % len(COLOURS)], label=estimator)
         a.set_yscale("symlog", linthresh=1)
-        a.set_title(study.replace("_", " ").capitalize())
+        a.set_title(study)
         a.set_xlabel("error of the known quantity (%)")
         a.set_ylabel("median error of the parameters (%)")
     axes[0, 0].legend(fontsize=5)

@@ -5,11 +5,18 @@ with job(snakemake):
 
     from rotorstudy.plugins import registry
     from rotorstudy.store import load, provenance, save
-    from rotorstudy.studies.compare import estimates, load_comparison, load_rotor
+    from rotorstudy.studies.compare import bias, estimates, load_comparison, load_rotor
+    from rotorstudy.studies.config import file_name, load_study
 
-    config, name = load_comparison(snakemake.input.config), snakemake.params.rotor
-    rotor = load_rotor(config, name, snakemake.input.source, snakemake.input.get("identification"))
+    config = load_comparison(snakemake.input.config)
     estimator = registry().get("estimator", snakemake.wildcards.estimator)
-    by_method = {Path(path).stem: load(path) for path in snakemake.input.spectra}
-    result = estimates(config, name, rotor, by_method, estimator)
-    save(result.assign_attrs(provenance(config.model_dump(), [estimator], config.seed)), snakemake.output[0])
+    attributes = provenance(config.model_dump(), [estimator], config.seed)
+    paths = {Path(path).parent.name: path for path in snakemake.output.bias}
+    for (name, source), path in zip(snakemake.params.sources.items(), snakemake.output.estimates, strict=True):
+        rotor = load_rotor(config, name, *source)
+        spectra = [p for p in snakemake.input.spectra if Path(p).parent.name == file_name(name)]
+        by_method = {Path(p).stem: load(p) for p in spectra}
+        save(estimates(config, name, rotor, by_method, estimator).assign_attrs(attributes), path)
+        if file_name(name) in paths:
+            found = bias(load_study(source[0]), rotor, estimator)
+            save(found.assign_attrs(attributes), paths[file_name(name)])

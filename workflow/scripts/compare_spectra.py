@@ -5,8 +5,8 @@ with job(snakemake):
     from rotorstudy.store import provenance, save
     from rotorstudy.studies.compare import load_comparison, load_rotor, spectra
 
-    config, name = load_comparison(snakemake.input.config), snakemake.params.rotor
-    rotor = load_rotor(config, name, snakemake.input.source, snakemake.input.get("identification"))
+    config = load_comparison(snakemake.input.config)
     method = registry().get("spectrum", snakemake.wildcards.method)
-    result = spectra(config, name, rotor, method)
-    save(result.assign_attrs(provenance(config.model_dump(), [method], config.seed)), snakemake.output[0])
+    attributes = provenance(config.model_dump(), [method], config.seed)
+    for (name, source), path in zip(snakemake.params.sources.items(), snakemake.output, strict=True):
+        save(spectra(config, name, load_rotor(config, name, *source), method).assign_attrs(attributes), path)

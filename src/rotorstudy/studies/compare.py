@@ -29,6 +29,7 @@ from rotorstudy.response import check_harmonics
 from rotorstudy.rig import check_config, read_yaml
 from rotorstudy.spectrum import Spectrum
 from rotorstudy.store import as_complex, dataset, load
+from rotorstudy.studies import identify
 from rotorstudy.studies.config import SPEED, Strict, clean_spectrum, load_study, parameter_coordinates
 from rotorstudy.studies.replay import load_replay
 
@@ -341,6 +342,17 @@ def _bounds(config, name, rotor, theta):
         bound = cramer_rao_bound(Problem(rotor.model, replace(clean, covariance=covariance), rotor.unknowns), theta)
         found[level] = np.sqrt(np.diag(magnitude_and_phase(rotor.unknowns, theta, bound)[2]))
     return found
+
+
+class _Speeds(NamedTuple):
+    speeds: np.ndarray
+
+
+def bias(study, rotor, estimator):
+    """What wrong known quantities of its study cost an estimator, at the speeds compared on; see `identify.bias`."""
+    cases = {"speeds compared": _Speeds(rotor.speeds)}
+    settings = {"cases": cases, "harmonics": list(rotor.harmonics), "estimators": [estimator.name]}
+    return identify.bias(study.model_copy(update=settings), study.main_rig)
 
 
 def comparison(parts):
