@@ -79,9 +79,9 @@ def fit(model, spectrum, prior, free=(), start=None, steps=STEPS):
 
     def at(theta):
         shown, change = predicted(model, spectrum, theta, jacobian=True)
-        predicted = whitened(spectrum, shown, whitener)
+        model_shows = whitened(spectrum, shown, whitener)
         jacobian = whitened(spectrum, np.moveaxis(change[..., place], -1, 0), whitener).T
-        residual = measured - predicted
+        residual = measured - model_shows
         return residual, jacobian, residual @ residual, np.sum((weight * (theta[place] - mean)) ** 2)
 
     residual, jacobian, misfit, penalty = at(theta)
