@@ -22,6 +22,7 @@ include: "workflow/rules/compare.smk"
 include: "workflow/rules/bearings.smk"
 include: "workflow/rules/tables.smk"
 include: "workflow/rules/figures.smk"
+include: "workflow/rules/cracks.smk"
 
 
 rule all:
@@ -33,3 +34,4 @@ rule all:
         bearing_files(),
         data_files(),
         comparison_files(),
+        crack_files(),

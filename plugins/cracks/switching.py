@@ -1,21 +1,34 @@
 import numpy as np
 
+from rotorstudy.options import Whole
 from rotorstudy.plugins import Crack, hookimpl
 
 
-def switching(angle):
-    """Hinge that opens and shuts at once: sigma = 1 while cos(angle) > 0, else 0."""
+def switching(angle, terms: Whole | None = None):
+    """Hinge that opens and shuts at once: sigma = 1 while cos(angle) > 0, else 0.
+
+    terms: of the cosine series that are kept; cut short, it overshoots by 9 to 14 % of the loss.
+    """
+    if terms:
+        return sum(np.real(s * np.exp(1j * k * angle)) for k, s in series(2 * terms - 1).items())
     return np.where(np.abs(np.cos(angle)) < 1e-12, 0.5, np.cos(angle) > 0)
 
 
-def series(order):
+def series(order, terms=None):
     """sigma = 1/2 + (2/pi) (cos - cos3 / 3 + cos5 / 5 - ...)"""
     coefficients = {0: 0.5}
-    for k in range(1, order + 1, 2):
+    for k in range(1, min(order, 2 * terms - 1 if terms else order) + 1, 2):
         coefficients[k] = coefficients[-k] = (-1) ** ((k - 1) // 2) / (np.pi * k)
     return coefficients
 
 
 @hookimpl
 def rotorstudy_crack():
-    return Crack("switching", switching, source="Gasch 1993, 2008; thesis Eq. (2.4)", series=series)
+    return Crack(
+        "switching",
+        switching,
+        source="Gasch 1993, 2008; thesis Eq. (2.4)",
+        series=series,
+        symmetric=True,
+        checked="the nine participation factors the thesis prints (with reversed sign), to their five decimals",
+    )

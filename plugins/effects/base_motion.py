@@ -26,7 +26,7 @@ def rotorstudy_effect():
         base_motion,
         source="Newton, in a frame that accelerates; Genta 2005, Dynamics of Rotating Systems",
         places=usual_harmonics,
-        checked="motion on a moving base, integrated in the frame at rest, to 1e-9",
+        checked="motion solved in the frame at rest to 1e-9",
         twins=(
             (
                 "unbalance",

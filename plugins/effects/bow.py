@@ -34,7 +34,7 @@ def rotorstudy_effect():
         bow,
         source="Nicholas, Gunter, Allaire 1976",
         places=between_the_ends,
-        checked="slow roll shows the bow itself to 1e-9; whirl b / |1 - eta^2| of a Jeffcott rotor to 1e-12",
+        checked="whirl b / |1 - eta^2| of a Jeffcott rotor to 1e-12",
         twins=(
             (
                 "unbalance",

@@ -16,7 +16,7 @@ def rotorstudy_effect():
         "external_damping",
         external_damping,
         source="thesis Eq. (2.7)",
-        checked="-c dz/dt in time to 1e-12; growth rate -c / 2m of a Jeffcott rotor to 1e-9",
+        checked="-c dz/dt in time to 1e-12",
         twins=(
             (
                 "internal_damping",

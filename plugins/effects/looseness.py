@@ -26,7 +26,7 @@ def rotorstudy_effect():
         source="bilinear support as in Chu and Tang 2001; Muszynska and Goldman 1995",
         shape={"lift_m": (0.0, 1e-4)},
         example={"lift_m": 0.0},
-        checked="as integrated in time to 1e-3 of the motion; sound support below the lift to 1e-12; 0X and 2X set in",
+        checked="as integrated in time to 2e-3 of what it does; nothing below the lift to 1e-12; mean goes up",
         twins=(
             ("support_stiffness", "looseness gives harmonics of 1X and depends on the size of the motion"),
             ("breathing_crack_weight", "a loose support depends on the size of the motion: change the unbalance"),

@@ -24,7 +24,7 @@ def rotorstudy_effect():
         probe_angle,
         source="API 670 (probes 90 degrees apart within 5)",
         acts_on="output",
-        checked="exact turned and skewed axes at 1e-4 rad, in time, to 1e-8",
+        checked="exactly turned and skewed axes at 1e-4 rad, in time, to 1e-7",
         twins=(
             (
                 "support_anisotropy",

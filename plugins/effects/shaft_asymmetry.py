@@ -18,7 +18,7 @@ def rotorstudy_effect():
         "shaft_asymmetry",
         shaft_asymmetry,
         source="Tondl 1965; Gasch, Nordmann, Pfuetzner, Rotordynamik, unround shaft",
-        checked="2X from gravity to closed form in the turning frame to 1e-9; no 1X from an unbalance-free rotor",
+        checked="0X and 2X from gravity to closed form to 1e-12; no 1X without unbalance",
         twins=(
             ("support_anisotropy", "anisotropy that stands still mirrors n to -n, one that turns mirrors n to 2 - n"),
             ("breathing_crack", "an open asymmetry has 2X from gravity alone; a crack that breathes has 1X and 3X too"),

@@ -76,6 +76,7 @@ def rotorstudy_rotor():
         "offset_disc",
         offset_disc,
         source="thesis section 4.2 (Table 4.1); sign of the gyroscopic moment corrected",
+        checked="thesis Tables 4.2 to 4.9: 250 of 252 printed values, with the printed gyroscopic sign",
         example={
             "mass_kg": 2.0,
             "polar_moment_kg_m2": 0.0048,

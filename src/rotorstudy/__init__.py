@@ -9,6 +9,7 @@ __version__ = "0.1.0"
 
 _HOME = {
     "Entry": "terms",
+    "LocalForce": "terms",
     "Parameter": "terms",
     "Term": "terms",
     "Structure": "model",
@@ -27,6 +28,8 @@ _HOME = {
     "full_spectrum": "records",
     "simulate_records": "records",
     "load_records": "record_files",
+    "read_measurement": "measured",
+    "load_spectrum": "measured",
     "Spectrum": "spectrum",
     "Problem": "identification",
     "Estimate": "identification",

@@ -27,7 +27,7 @@ def parser():
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
 
     plugins = commands.add_parser("plugins", help="list the zoo: kind, name, source, one line each")
-    plugins.add_argument("--kind", help="only this kind: rotor, crack, bearing, effect, spectrum, estimator")
+    plugins.add_argument("--kind", help="only this kind: rotor, crack, depth, bearing, effect, spectrum, estimator")
 
     new = commands.add_parser("new", help="write a working plugin file to start from")
     new.add_argument("kind", help="rotor, crack, bearing, effect, spectrum or estimator")

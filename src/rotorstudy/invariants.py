@@ -9,7 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from rotorstudy.bearings import dynamic_stiffness
-from rotorstudy.cracks import crack_parameters
+from rotorstudy.cracks import SAMPLES, crack_parameters, crack_series, opening_of, participation_factors
+from rotorstudy.depth import compliance, depth_ratio_of, stiffness_loss
 from rotorstudy.errors import RotorstudyError, UnidentifiableError
 from rotorstudy.identification import Problem, output_error_fit
 from rotorstudy.integration import force_in_time, time_response
@@ -52,9 +53,15 @@ def stated(plugin):
     claim(plugin.source, "no source; name the paper, book or equation")
 
 
+def numbers_checked(plugin):
+    """says which published or closed-form numbers it was checked against"""
+    claim(len(plugin.checked) > 10, "'checked' is empty; name the numbers of the paper or closed form it agrees with")
+
+
 # --- cracks
 
 GRID = 40_000  # angles; a function with jumps has its Fourier sums wrong by the height of the jumps over the grid
+OPENINGS = ("xi", "eta", "xi-eta")
 
 
 def _angles():
@@ -62,35 +69,133 @@ def _angles():
 
 
 def crack_is_bounded(plugin):
-    """opens between 0 (shut) and 1 (open)"""
-    opening = plugin.function(_angles())
-    claim(np.shape(opening) == (GRID,), f"the opening has shape {np.shape(opening)} for angles of shape {(GRID,)}")
-    claim(np.isfinite(opening).all(), "the opening has NaN or infinite values")
-    low, high = opening.min(), opening.max()
-    claim(low >= -1e-12 and high <= 1 + 1e-12, f"the opening goes from {low:.3g} to {high:.3g}")
+    """opens between 0 (shut) and 1 (open), along xi and eta"""
+    openings = opening_of(plugin, _angles(), plugin.example)
+    claim(np.isfinite(openings).all(), "the opening has NaN or infinite values")
+    for name, opening in zip(OPENINGS[:2], openings, strict=False):
+        low, high = opening.min(), opening.max()
+        claim(low >= -1e-12 and high <= 1 + 1e-12, f"the opening along {name} goes from {low:.3g} to {high:.3g}")
+
+
+def crack_never_stiffens(plugin):
+    """takes stiffness away in every direction at every angle, nowhere more than the whole loss"""
+    xi, eta, both = opening_of(plugin, _angles(), plugin.example)
+    middle, radius = (xi + eta) / 2, np.hypot((xi - eta) / 2, both)
+    low, high = (middle - radius).min(), (middle + radius).max()
+    claim(low >= -1e-12, f"in some direction it adds {-low:.3g} of the loss: the loss matrix has a negative eigenvalue")
+    claim(high <= 1 + 1e-12, f"in some direction it takes {high:.3g} times the loss")
 
 
 def crack_is_periodic(plugin):
     """is the same after a turn"""
     angle = _angles()
-    off = np.abs(plugin.function(angle) - plugin.function(angle + 2 * np.pi)).max()
+    one, other = (opening_of(plugin, a, plugin.example) for a in (angle, angle + 2 * np.pi))
+    off = np.abs(one - other).max()
     claim(off < ROUND_OFF, f"a turn later the opening differs by up to {off:.3g}")
+
+
+def crack_is_symmetric(plugin):
+    """opens as it shuts, if it claims so: xi and eta even in the angle, xi-eta odd"""
+    if not plugin.symmetric:
+        return
+    angle = _angles()
+    mirrored = opening_of(plugin, -angle, plugin.example) * np.array([1, 1, -1])[:, None]
+    off = np.abs(opening_of(plugin, angle, plugin.example) - mirrored).max()
+    claim(off < ROUND_OFF, f"opening and shutting differ by up to {off:.3g}")
 
 
 def crack_series_is_the_function(plugin):
     """has a Fourier series that agrees with its form in time, mean included"""
-    angle, series = _angles(), plugin.series(SERIES_ORDER)
-    opening = plugin.function(angle)
+    angle, series = _angles(), crack_series(plugin, SERIES_ORDER, plugin.example)
+    openings = opening_of(plugin, angle, plugin.example)
     highest = max(abs(k) for k in series)
     claim(highest <= SERIES_ORDER, f"series({SERIES_ORDER}) gives coefficient {highest}")
     for k in range(-SERIES_ORDER, SERIES_ORDER + 1):
-        numerical, stated = np.mean(opening * np.exp(-1j * k * angle)), series.get(k, 0)
-        claim(
-            abs(numerical - stated) < 2 / GRID,
-            f"coefficient {k} of the series is {stated:.4g}, of the function {numerical:.4g}",
-        )
-        mirrored = np.conj(series.get(-k, 0))
-        claim(abs(stated - mirrored) < 1e-15, f"coefficients {k} and {-k} are not conjugate: no real function has them")
+        numerical = np.mean(openings * np.exp(-1j * k * angle), axis=-1)
+        told, mirrored = series.get(k, np.zeros(3)), np.conj(series.get(-k, np.zeros(3)))
+        for name, one, other, back in zip(OPENINGS, told, numerical, mirrored, strict=True):
+            claim(
+                abs(one - other) < (2 / GRID if plugin.series else 2 / SAMPLES),
+                f"coefficient {k} of the series along {name} is {one:.4g}, of the function {other:.4g}",
+            )
+            claim(
+                abs(one - back) < 1e-13,
+                f"coefficients {k} and {-k} along {name} are not conjugate: no real function has them",
+            )
+
+
+def crack_force_is_its_table(plugin):
+    """pushes as the stiffness lost at each shaft angle says, at any position about the shaft"""
+    structure, position, w = bench_structure(), 0.8, 88.0
+    time = np.arange(256) * 2 * np.pi / w / 256
+    (loss,) = crack_parameters(plugin, structure, False, SERIES_ORDER, angle_rad=position, **plugin.example)
+    motion = np.exp(1j * np.outer(w * time, [0, 1, -1])) @ np.array([1.0, 0.5j, 0.3])
+    angle = w * time + position
+    turned = motion * np.exp(-1j * angle)
+    series = crack_series(plugin, SERIES_ORDER, plugin.example)
+    xi, eta, both = sum(np.outer(s, np.exp(1j * k * angle)) for k, s in series.items()).real
+    expected = (xi * turned.real + both * turned.imag) + 1j * (both * turned.real + eta * turned.imag)
+    force = force_in_time(loss.entries, w, time, motion[:, None])[:, 0]
+    off = np.abs(force - expected * np.exp(1j * angle)).max()
+    claim(off < ROUND_OFF, f"the force of one unit of loss differs by {off:.3g} N from the stiffness lost")
+    still = apply_entries(
+        crack_parameters(plugin, structure, True, SERIES_ORDER, **plugin.example)[0].entries,
+        np.zeros((1, len(HARMONICS), 1), complex),
+        np.array([w]),
+        np.array(HARMONICS),
+        np.ones(1),
+    )
+    off = np.abs(still[0, :, 0] - participation_factors(plugin, HARMONICS, SERIES_ORDER, plugin.example)).max()
+    claim(off < ROUND_OFF, f"the participation factors differ by {off:.3g} from the weight-dominant force")
+
+
+def crack_is_found_again(plugin):
+    """is found again from what it does, with and without weight dominance: its stiffness loss from a start 30 % off"""
+    structure = bench_structure()
+    for dominance in (True, False):
+        parameters = tuple(crack_parameters(plugin, structure, dominance, **plugin.example))
+        check_round_trip(Term(plugin.name, parameters, {p.name: p.typical for p in parameters}), structure)
+
+
+# --- depth of a crack
+
+SHAFT = {"stiffness": 7.6e5, "span_m": 0.45}
+
+
+def _depths(plugin):
+    return np.linspace(*plugin.valid, 26)
+
+
+def depth_is_monotone(plugin):
+    """bends the shaft not at all at no depth, and ever more the deeper the crack, most along xi"""
+    found = np.array([compliance(plugin, depth, **plugin.example) for depth in _depths(plugin)])
+    claim(found.shape == (26, 2), f"it gives {found.shape[1:]} compliances, not one for xi and one for eta")
+    claim(np.isfinite(found).all(), "a compliance within its range is not finite")
+    if plugin.valid[0] == 0:
+        claim(np.abs(found[0]).max() == 0, f"a crack of no depth has the compliance {found[0].max():.3g} rad/(N m)")
+    claim((np.diff(found, axis=0) > 0).all(), "a deeper crack bends no more")
+    claim((found[1:, 0] >= found[1:, 1]).all(), "it bends more along eta than along xi, its weak direction")
+
+
+def depth_keeps_to_its_range(plugin):
+    """refuses a depth outside the range it states"""
+    low, high = plugin.valid
+    claim(0 <= low < high <= 1, f"the range {low:g} to {high:g} is none of a depth over the diameter")
+    for outside in (low - 0.01, high + 0.01, float("nan")):
+        try:
+            compliance(plugin, outside, **plugin.example)
+        except RotorstudyError:
+            continue
+        raise BrokenInvariant(f"it takes the depth ratio {outside:g}")
+
+
+def depth_comes_back(plugin):
+    """comes back from the stiffness loss it means, and that is less than the whole stiffness"""
+    for depth in _depths(plugin)[1:-1:4]:
+        loss = stiffness_loss(plugin, depth, **SHAFT, **plugin.example)
+        claim(0 < loss.eta <= loss.xi < SHAFT["stiffness"], f"depth {depth:.3g} takes {loss} of {SHAFT['stiffness']}")
+        found = depth_ratio_of(plugin, loss.xi, **SHAFT, **plugin.example)
+        claim(abs(found - depth) < 1e-9, f"depth {depth:.6g} comes back as {found:.6g}")
 
 
 # --- rotors
@@ -228,11 +333,6 @@ def effect_shape_is_open(plugin):
         claim(low <= default <= high, f"shape '{name}' has the default {default} outside {low:g} to {high:g}")
 
 
-def effect_is_checked(plugin):
-    """states which numbers it was checked against"""
-    claim(plugin.checked, "'checked' is empty; say what it agrees with, and how closely")
-
-
 def term_states_units(plugin):
     """states unit and typical size of every parameter"""
     check_units(typical_term(plugin, *bench_of(plugin)))
@@ -328,11 +428,6 @@ def _sure_spectrum(model, shown, std=1e-9):
 # --- bearings
 
 BEARING_HARMONICS = [1, 2, 3]
-
-
-def bearing_says_its_checks(plugin):
-    """says which published or closed-form numbers it was checked against"""
-    claim(plugin.checked, "'checked' is empty; compare it with a published table or a closed form, and say which")
 
 
 def bearing_is_finite(plugin):
@@ -619,12 +714,20 @@ def estimator_tolerates_outliers(plugin):
 
 INVARIANTS = {
     "rotor": (rotor_is_mechanical, rotor_weighs, rotor_losses_take_away),
-    "crack": (crack_is_bounded, crack_is_periodic, crack_series_is_the_function),
+    "crack": (
+        crack_is_bounded,
+        crack_never_stiffens,
+        crack_is_periodic,
+        crack_is_symmetric,
+        crack_series_is_the_function,
+        crack_force_is_its_table,
+        crack_is_found_again,
+    ),
+    "depth": (depth_is_monotone, depth_keeps_to_its_range, depth_comes_back),
     "bearing": (
         term_states_units,
         term_is_one_table,
         term_is_found_again,
-        bearing_says_its_checks,
         bearing_is_finite,
         bearing_carries,
         bearing_is_what_it_claims,
@@ -632,7 +735,6 @@ INVARIANTS = {
     "effect": (
         effect_offers_places,
         effect_shape_is_open,
-        effect_is_checked,
         term_states_units,
         term_is_one_table,
         term_is_found_again,
@@ -658,7 +760,7 @@ INVARIANTS = {
 
 def invariants_of(plugin):
     """The checks a plugin must pass, in order."""
-    return (stated, *INVARIANTS[kind_of(plugin)])
+    return (stated, numbers_checked, *INVARIANTS[kind_of(plugin)])
 
 
 def broken_invariants(plugin):

@@ -2,7 +2,7 @@
 
 from typing import Annotated, TypeVar, get_args
 
-from annotated_types import Ge, Gt, Le, Lt, MinLen
+from annotated_types import Ge, Gt, Le, Lt, MinLen, MultipleOf
 from typing_extensions import TypedDict as TypedDict  # for plugins: pydantic takes no other before Python 3.12
 from typing_extensions import is_typeddict
 
@@ -12,7 +12,10 @@ Positive = Annotated[float, Gt(0)]
 NonNegative = Annotated[float, Ge(0)]
 Fraction = Annotated[float, Gt(0), Lt(1)]
 PoissonsRatio = Annotated[float, Ge(0), Le(0.5)]
+DepthRatio = Annotated[float, Gt(0), Le(0.5)]
+Share = Annotated[float, Ge(0), Le(1)]
 Whole = Annotated[int, Ge(1)]
+Even = Annotated[int, Ge(2), MultipleOf(2)]
 AtLeastOne = Annotated[list[TypeVar("Item")], MinLen(1)]
 
 

@@ -62,12 +62,31 @@ class Rotor(Plugin):
 
 @dataclass(frozen=True)
 class Crack(Plugin):
-    """function(angle) -> opening between 0 (closed) and 1 (open); angle (...) rad from crack edge down.
+    """function(angle, **options) -> opening between 0 (closed) and 1 (open); angle (...) rad from crack edge down.
 
-    series : function(order) -> {k: s_k}, its Fourier coefficients of e^{jk*angle} for |k| <= order
+    The opening has the shape of `angle` if the shaft loses stiffness along the weak direction xi alone (it points from
+    the axis to the middle of the crack edge), or is (3, ...): shares xi, eta and xi-eta of the loss in the frame that
+    turns with the shaft, dk * [[xi, xi-eta], [xi-eta, eta]].
+
+    series    : function(order, **options) -> {k: s_k} or {k: (xi, eta, xi-eta)}, Fourier coefficients of e^{jk*angle}
+                for |k| <= order; without it they come from the function, see `rotorstudy.cracks.crack_series`
+    symmetric : it claims to open as it shuts: xi and eta are even in the angle, xi-eta is odd
     """
 
     series: Callable = None
+    symmetric: bool = False
+
+
+@dataclass(frozen=True)
+class CrackDepth(Plugin):
+    """function(depth_ratio, diameter_m, youngs_modulus_Pa, **options) -> hinge compliance in xi and eta, rad/(N m).
+
+    Of the open crack; depth_ratio is its depth over the diameter of the shaft.
+
+    valid : lowest and highest depth ratio it holds for
+    """
+
+    valid: tuple[float, float] = (0.0, 0.5)
 
 
 @dataclass(frozen=True)
@@ -161,6 +180,10 @@ class Hooks:
         """Crack: an opening function of the shaft angle."""
 
     @_hookspec
+    def rotorstudy_depth():
+        """CrackDepth: how far the shaft bends more for a crack of some depth."""
+
+    @_hookspec
     def rotorstudy_bearing():
         """Bearing: stiffness and damping at a node."""
 
@@ -180,6 +203,7 @@ class Hooks:
 KINDS = {
     "rotor": Rotor,
     "crack": Crack,
+    "depth": CrackDepth,
     "bearing": Bearing,
     "effect": Effect,
     "spectrum": SpectrumMethod,

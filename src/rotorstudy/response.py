@@ -386,7 +386,12 @@ def sensitivities(model, speed, harmonics, unknowns, theta=None, *, order=COUPLE
     found, _ = _carried_response(model, speed, theta, blocks, False)
     shown = np.zeros((len(speed), len(blocks.harmonics), len(model.sensors), len(rotor) + len(output)), complex)
     if rotor:
-        forces = [apply_entries(u.entries, found, speed, blocks.harmonics, resting(u, deflection)) for u in rotor]
+        forces = [
+            apply_entries(u.entries, found, speed, blocks.harmonics, resting(u, deflection))
+            if u.force is None
+            else local_column(u.force, found, speed, blocks.harmonics, deflection)
+            for u in rotor
+        ]
         moved = _solve(operator(model, own, speed, blocks), np.stack(forces, axis=-1), blocks, speed)
         shown[..., : len(rotor)] = moved[..., model.measured, :]
     true = found[..., model.measured]

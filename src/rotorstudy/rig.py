@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from rotorstudy.cracks import SERIES_ORDER, crack_parameters
+from rotorstudy.depth import keys_from_depth
 from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
 from rotorstudy.model import Model
 from rotorstudy.options import Whole, check_options, number_hint, option_names, validation_message
@@ -129,11 +130,14 @@ def named_plugins(rig):
         found += [
             registry().get(kind, item["kind"], section) for item in ([items] if isinstance(items, dict) else items)
         ]
-    return found
+    depths = [item["depth"] for item in rig.get("cracks") or [] if "depth" in item]
+    return found + [registry().get("depth", depth["kind"], "depth") for depth in depths]
 
 
 def make_term(section, item, structure, sensors, where="the term"):
     """A Term from a plugin kind and its configuration: kind, label, options, and values of its parameters.
+
+    The stiffness loss of a crack can also follow from its depth, {"depth": {"kind": ..., "depth_ratio": ..., ...}}.
 
     section : "crack", "bearing" or "effect"
     item    : {"kind": name, options..., parameter_unit: value, ...}; a complex parameter also has parameter_phase_rad
@@ -144,7 +148,10 @@ def make_term(section, item, structure, sensors, where="the term"):
     function, fixed, acts_on = plugin.function, {}, getattr(plugin, "acts_on", "rotor")
     if section == "crack":
         function, fixed = crack_parameters, {"crack": plugin, "structure": structure}
-        options = _typed_crack_options(given, where)
+        if "depth" in given:
+            depth = given.pop("depth")
+            given = {**keys_from_depth(depth, plugin, structure, given, where), **given}
+        options = _crack_options(plugin, given, where)
     else:
         fixed = {"sensors": sensors} if acts_on == "output" else {"structure": structure}
         names = option_names(function, fixed)
@@ -161,6 +168,17 @@ def _check_shapes(parameters, size, plugin, where):
     import numpy as np
 
     for parameter in parameters:
+        local = parameter.force
+        if local and (
+            parameter.is_complex
+            or parameter.entries
+            or getattr(plugin, "acts_on", "rotor") != "rotor"
+            or np.shape(local.matrix)[1:] != (size,)
+        ):
+            raise PluginError(
+                f"plugin '{plugin.name}' ({plugin.file}) in {where}: '{parameter.name}' multiplies a force in time: "
+                f"it must be real, act on the rotor, and have no entries and a matrix (coordinate, {size}) here"
+            )
         for i, entry in enumerate(parameter.entries):
             needed = (size,) if entry.on == "one" else (size, size)
             if np.shape(entry.matrix) != needed:
@@ -172,13 +190,25 @@ def _check_shapes(parameters, size, plugin, where):
                 raise PluginError(f"plugin '{plugin.name}' in {where}: entry {i} of '{parameter.name}' is not finite")
 
 
-def _typed_crack_options(given, where):
-    def crack_options(
-        weight_dominance: bool = True, order: Whole = SERIES_ORDER, node: int | None = None, element: int | None = None
+def _crack_options(plugin, given, where):
+    def every_crack(
+        weight_dominance: bool = True,
+        order: Whole = SERIES_ORDER,
+        node: int | None = None,
+        element: int | None = None,
+        angle_rad: float = 0.0,
     ):
         """What any crack can be given."""
 
-    return check_options(crack_options, {k: v for k, v in given.items() if k in option_names(crack_options)}, where)
+    options = {}
+    for function in (every_crack, plugin.function):
+        names = option_names(function, ("angle",))
+        for name in {*options, "depth", "label"} & {*names}:
+            raise PluginError(
+                f"plugin '{plugin.name}' ({plugin.file}): option '{name}' is one of every crack; rename it"
+            )
+        options |= check_options(function, {k: v for k, v in given.items() if k in names}, where, ("angle",))
+    return options
 
 
 def _read_values(parameters, given, options, where):

@@ -30,7 +30,7 @@ def offences(text, allowed_names=()):
     modules = [
         m for m in imported(text) if m.split(".")[0] in ("plugins", "workflow", "snakemake") or "rotorstudy_plugin" in m
     ]
-    models = {plugin.name for kind, plugin in registry() if kind in ("rotor", "crack", "bearing")}
+    models = {plugin.name for kind, plugin in registry() if kind in ("rotor", "crack", "depth", "bearing")}
     return modules + sorted(models & strings(text))
 
 

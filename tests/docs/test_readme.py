@@ -34,14 +34,16 @@ def run(arguments, folder, **environment):
 def test_the_crack_in_one_file_is_found_and_used(tmp_path):
     code = next(block for block in blocks("python") if "rotorstudy_crack" in block)
     (tmp_path / "zoo").mkdir()
-    (tmp_path / "zoo" / "breathing_from_readme.py").write_text(
-        code.replace('Crack("breathing"', 'Crack("breathing_from_readme"')
+    (tmp_path / "zoo" / "jammed.py").write_text(code)
+    rig = (
+        (ROOT / "examples" / "jeffcott.yaml")
+        .read_text()
+        .replace("kind: switching", "kind: jammed\n    open_share: 0.2")
     )
-    rig = (ROOT / "examples" / "jeffcott.yaml").read_text().replace("kind: switching", "kind: breathing_from_readme")
     (tmp_path / "rig.yaml").write_text(rig)
     zoo = {"ROTORSTUDY_PLUGINS": str(tmp_path / "zoo")}
     tool = [sys.executable, "-m", "rotorstudy.cli"]
-    assert "breathing_from_readme" in run([*tool, "plugins"], tmp_path, **zoo).stdout
+    assert "jammed" in run([*tool, "plugins"], tmp_path, **zoo).stdout
     found = run([*tool, "simulate", "rig.yaml", "--speeds", "88", "--out", "r.nc"], tmp_path, **zoo)
     assert found.returncode == 0, found.stderr
     without = run([*tool, "simulate", "rig.yaml", "--speeds", "88", "--out", "s.nc"], tmp_path)

@@ -6,8 +6,20 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from rotorstudy import Problem, RotorstudyError, Spectrum, build_model, harmonic_response, measured_response, registry
+from rotorstudy import (
+    Entry,
+    LocalForce,
+    Problem,
+    RotorstudyError,
+    Spectrum,
+    build_model,
+    harmonic_response,
+    measured_response,
+    registry,
+    time_response,
+)
 from rotorstudy.alternating import local_column
+from rotorstudy.errors import PluginError
 from rotorstudy.invariants import BrokenInvariant, bench_structure, check_steady_state, typical_term
 from rotorstudy.response import COUPLED_ORDER
 from rotorstudy.spectrum import independent_covariance
@@ -103,6 +115,8 @@ def test_circular_whirl_on_a_cubic_support_is_that_of_its_stiffness_k_r2():
     assert found[EVERY == 1][0] == pytest.approx(MASS * ECCENTRICITY * w**2 / stiff, rel=1e-10)
     assert 2e13 * r**2 > 0.01 * STIFFNESS
     assert np.abs(found[EVERY != 1]).max() < 1e-10 * r
+    heavy = harmonic_response(rotor(CUBIC), [w], EVERY)[0, :, 0]
+    assert np.abs(heavy[EVERY == 2][0]) > 1e-3 * r  # weight takes the circle off the middle
 
 
 def test_full_annular_rub_is_the_closed_form_of_a_circle():
@@ -188,3 +202,47 @@ def test_a_steady_state_that_is_none_is_found_out(monkeypatch):
             check_steady_state(term, structure)
     with pytest.raises(BrokenInvariant):
         check_steady_state(replace(term, values={"cubic_stiffness": 0.0}), structure)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"is_complex": True}, {"entries": (Entry(np.eye(1)),)}, {"force": LocalForce(np.eye(2), None)}],
+    ids=["complex", "with entries", "of another rotor"],
+)
+def test_a_force_in_time_that_the_engine_would_misread_is_refused(wrong, monkeypatch):
+    zoo, good = registry().plugins["effect"], registry().get("effect", "cubic_stiffness")
+    plugin = replace(good, name="wrong", function=lambda structure: [replace(*good.function(structure), **wrong)])
+    monkeypatch.setitem(zoo, "wrong", plugin)
+    with pytest.raises(PluginError, match="multiplies a force in time"):
+        rotor({"kind": "wrong"})
+
+
+def test_a_rub_of_a_shaft_settles_as_integrated():
+    """Several coordinates, and supports that couple forward with backward harmonics."""
+    stiff = {"kind": "support_anisotropy", "support_anisotropy_N_per_m": 1e5}
+    rig = {
+        "rotor": {
+            "kind": "finite_element",
+            "elements": [{"length_m": 0.6, "count": 2}],
+            "outer_diameter_m": 0.02,
+            "discs": [{"node": 2, "mass_kg": 2.0, "polar_moment_kg_m2": 0.0048, "diametral_moment_kg_m2": 0.0024}],
+            "pinned_nodes": [1, 3],
+        },
+        "effects": [
+            {"kind": "external_damping", "node": 2, "external_damping_N_s_per_m": 300.0},
+            {"kind": "shaft_damping", "shaft_damping_s": 3e-5},
+            {"kind": "unbalance", "node": 2, "eccentricity_m": 3e-5},
+            {**stiff, "node": 2},
+            {**RUB, "node": 2, "clearance_m": 2e-5, "friction_ratio": 0.05},
+        ],
+    }
+    model, w = build_model(rig), 280.0
+    found = harmonic_response(model, [w], EVERY)[0]
+    plain = harmonic_response(model.without(["rub"]), [w], EVERY)[0]
+    start = (found.sum(axis=0), 1j * w * EVERY @ found)
+    time = (2 + np.arange(128) / 128) * 2 * np.pi / w
+    moved = np.fft.fft(time_response(model, w, time, start=start, relative_tolerance=1e-8), axis=0) / 128
+    at = model.structure.index(2)
+    felt = np.abs(found - plain)[:, at].max()
+    assert felt > 0.01 * np.abs(plain)[:, at].max()
+    assert np.abs(found - moved[EVERY])[:, at].max() < 5e-3 * felt

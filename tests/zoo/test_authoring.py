@@ -29,6 +29,7 @@ def test_every_kind_has_one_template(kind):
 WRONG = {  # a change of each template, and the claim that then breaks
     "rotor": ("mass=disc_mass_kg * np.eye(2)", "mass=-disc_mass_kg * np.eye(2)", "positive mass"),
     "crack": ("** 2\n\n\ndef", "** 2 + 0.1\n\n\ndef", "opens between 0"),
+    "depth": ("depth_ratio**2", "(0.3 - depth_ratio)**2", "not at all at no depth"),
     "bearing": ("Entry(-here, order=1)", "Entry(0 * here, order=1)", "is found again"),
     "effect": ('"N s/m"', '""', "states unit"),
     "spectrum": ("np.eye(len(lines)) / samples", "np.eye(len(lines)) / samples / 4", "states the covariance"),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rotorstudy import Model, Problem, Spectrum, Term, build_model, make_term, measured_response, registry
-from rotorstudy.cracks import crack_parameters
+from rotorstudy.cracks import crack_parameters, crack_series, participation_factors
 from rotorstudy.errors import UnidentifiableError
 from rotorstudy.response import forced_harmonics
 from rotorstudy.spectrum import independent_covariance
@@ -194,18 +194,20 @@ def test_ac_coupling_loses_the_mean_and_leads_by_45_degrees_at_its_corner():
 @pytest.mark.parametrize("crack", CRACKS, ids=lambda c: c.name)
 @pytest.mark.parametrize("weight_dominance", [True, False])
 def test_crack_is_the_stiffness_lost_along_a_direction_that_turns(crack, structure, weight_dominance):
-    size, series = len(structure.dofs), crack.series(15)
+    size, series = len(structure.dofs), crack_series(crack, 15, crack.example)
 
     def force(sign):
         def form(speed, time, z, _):
             turned = np.exp(1j * speed * time)[:, None]
-            opening = sum(s * turned**k for k, s in series.items()).real
+            xi, eta, both = sum(s[:, None, None] * turned**k for k, s in series.items()).real
             z = motion(speed, size)[2] + 0 * z if weight_dominance else z  # the static deflection alone
-            return sign * opening * turned * (z / turned).real @ pattern.T
+            along, across = (z / turned).real, (z / turned).imag
+            lost = xi * along + both * across + 1j * (both * along + eta * across)
+            return sign * turned * lost @ pattern.T
 
         return form
 
-    for parameter in crack_parameters(crack, structure, weight_dominance):
+    for parameter in crack_parameters(crack, structure, weight_dominance, **crack.example):
         pattern = structure.stiffness_loss[parameter.name][0]
         assert mismatch(parameter.entries, force(1), size) < ROUND_OFF
         assert mismatch(parameter.entries, force(-1), size) > 1
@@ -213,8 +215,9 @@ def test_crack_is_the_stiffness_lost_along_a_direction_that_turns(crack, structu
 
 def test_crack_force_with_the_factors_of_a_crack_is_that_crack(structure):
     crack, size = registry().get("crack", "switching"), len(structure.dofs)
+    factors = dict(zip(range(-9, 12), participation_factors(crack, range(-9, 12), order=9), strict=True))
     series = crack.series(9)
-    factors = {n: (series.get(n, 0) + series.get(n - 2, 0)) / 2 for n in range(-9, 12)}
+    assert factors == {n: (series.get(n, 0) + series.get(n - 2, 0)) / 2 for n in range(-9, 12)}
     given = registry().get("effect", "crack_force").function(structure, participation=factors)
     for one, other in zip(given, crack_parameters(crack, structure, order=9), strict=True):
         found, expected, fewer = (
@@ -303,7 +306,11 @@ def test_free_crack_forces_are_refused_where_the_speed_cannot_tell_deflection_an
 @pytest.mark.parametrize("crack", CRACKS, ids=lambda c: c.name)
 @pytest.mark.parametrize("estimator", ["least_squares", "maximum_likelihood"])
 def test_crack_comes_back(crack, structure, estimator):
-    parameters = crack_parameters(crack, structure)
+    parameters = crack_parameters(crack, structure, **crack.example)
+    if len(parameters) > 1 and {entry.shift for entry in parameters[0].entries} <= {0, 2}:
+        with pytest.raises(UnidentifiableError, match="trade off"):  # as two tests above
+            round_trip(crack.name, parameters, structure, estimator)
+        return
     assert np.abs(round_trip(crack.name, parameters, structure, estimator)).max() < ROUND_TRIP
 
 
@@ -311,7 +318,7 @@ def test_crack_comes_back(crack, structure, estimator):
 @pytest.mark.parametrize("estimator", ["least_squares", "maximum_likelihood"])
 def test_crack_in_full_comes_back(crack, estimator):
     """Without weight dominance; every harmonic is measured, so that the equations are linear in it."""
-    parameters = crack_parameters(crack, ROTORS["plain"], weight_dominance=False)
+    parameters = crack_parameters(crack, ROTORS["plain"], weight_dominance=False, **crack.example)
     assert np.abs(round_trip(crack.name, parameters, ROTORS["plain"], estimator)).max() < ROUND_TRIP
 
 

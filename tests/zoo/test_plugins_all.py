@@ -13,7 +13,6 @@ from rotorstudy import Entry, Estimate, Parameter, Term, registry
 from rotorstudy.invariants import (
     BrokenInvariant,
     bearing_is_what_it_claims,
-    bearing_says_its_checks,
     bench_structure,
     broken_invariants,
     check_carries,
@@ -26,12 +25,15 @@ from rotorstudy.invariants import (
     check_table,
     check_units,
     invariants_of,
+    numbers_checked,
 )
 from rotorstudy.plugins import KINDS, Crack, Effect, Estimator, SpectrumMethod
 from rotorstudy.terms import planar_entries
 
 ZOO = registry()
 STRUCTURE = bench_structure()
+BY_ENGINE = ("structure", "sensors", "angle", "depth_ratio")  # arguments that are no options
+UNITS = {"kg", "m", "m2", "m3", "s2", "N", "Pa", "ratio", "share", "xx", "xy", "yx", "yy", "participation", "s"}
 
 
 def test_the_whole_zoo_loads():
@@ -91,7 +93,7 @@ def test_there_are_effects_enough_to_diagnose_with():
         ({"places": lambda structure, sensors: [{"node": 7}]}, "own place"),
         ({"shape": {"clearance_m": (0, 1)}}, "no option"),
         ({"shape": {"node": (1, 0)}}, "range"),
-        ({"checked": "thoroughly"}, "no number"),
+        ({"checked": ""}, "'checked' is empty"),
     ],
 )
 def test_an_effect_that_states_too_little_fails(wrong, said, monkeypatch):
@@ -132,15 +134,14 @@ def numbers(annotation, name):
         yield from numbers(part, name)
 
 
-@pytest.mark.parametrize("kind", ["rotor", "bearing", "effect"])
+@pytest.mark.parametrize("kind", ["rotor", "crack", "depth", "bearing", "effect"])
 def test_numbers_among_the_options_have_their_unit_in_the_name(kind):
     for plugin in ZOO.plugins[kind].values():
         for option, parameter in list(inspect.signature(plugin.function).parameters.items()):
-            assert parameter.annotation is not parameter.empty or option in ("structure", "sensors"), option
+            assert parameter.annotation is not parameter.empty or option in BY_ENGINE, option
             for name in numbers(parameter.annotation, option):
                 unit = name.rsplit("_", 1)[-1]
-                known = {"kg", "m", "m2", "m3", "s2", "N", "Pa", "ratio", "xx", "xy", "yx", "yy", "participation", "s"}
-                assert unit in known, (plugin.name, name)
+                assert unit in UNITS, (plugin.name, name)
 
 
 def test_a_crack_whose_series_is_another_function_fails():
@@ -226,9 +227,9 @@ def test_a_bearing_is_held_to_what_it_claims_and_to_saying_its_checks():
     bearing_is_what_it_claims(whirling)
     with pytest.raises(BrokenInvariant, match="feed a whirl"):
         bearing_is_what_it_claims(replace(whirling, symmetric=True))
-    bearing_says_its_checks(whirling)
+    numbers_checked(whirling)
     with pytest.raises(BrokenInvariant, match="'checked' is empty"):
-        bearing_says_its_checks(replace(whirling, checked=""))
+        numbers_checked(replace(whirling, checked=""))
 
 
 def test_a_spectrum_that_is_too_sure_fails():

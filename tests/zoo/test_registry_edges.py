@@ -99,7 +99,7 @@ def test_an_installed_distribution_that_does_not_import_is_named_and_the_next_lo
     distribution(tmp_path, "a_fake_plugin", "\nimport a_module_nobody_has\n")
     distribution(tmp_path, "b_fake_plugin", CRACK.format(name="installed"))
     cracks, *failures = in_subprocess(LIST, PYTHONPATH=str(tmp_path)).stdout.splitlines()
-    assert cracks == "switching installed"
+    assert "switching" in cracks.split() and cracks.endswith("installed")
     assert len(failures) == 1 and "a_fake_plugin" in failures[0] and "a_module_nobody_has" in failures[0]
 
 
@@ -108,7 +108,7 @@ def test_a_misspelt_hook_of_an_installed_distribution_does_not_spoil_the_next(tm
     distribution(tmp_path, "b_fake_plugin", CRACK.format(name="installed"))
     cracks, *failures = in_subprocess(LIST, PYTHONPATH=str(tmp_path)).stdout.splitlines()
     assert len(failures) == 1 and "a_fake_plugin" in failures[0] and "rotorstudy_crak" in failures[0]
-    assert cracks == "switching installed"
+    assert "switching" in cracks.split() and cracks.endswith("installed")
 
 
 def test_a_forgotten_hookimpl_does_not_lose_the_plugin_in_silence(tmp_path):
@@ -138,7 +138,9 @@ def test_a_folder_listed_twice_is_read_once(tmp_path, monkeypatch):
     write(tmp_path, "mine", CRACK.format(name="listed_twice"))
     monkeypatch.setenv("ROTORSTUDY_PLUGINS", os.pathsep.join([str(tmp_path), "", str(tmp_path / ".." / tmp_path.name)]))
     assert plugin_folders()[1:] == (tmp_path.resolve(),)
-    assert set(registry().plugins["crack"]) == {"switching", "listed_twice"}
+    found = set(registry().plugins["crack"])
+    monkeypatch.delenv("ROTORSTUDY_PLUGINS")
+    assert found == {*registry().plugins["crack"], "listed_twice"}
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,7 @@ try:
     from rotorstudy.plugins import registry
     from rotorstudy.studies.compare import load_comparison
     from rotorstudy.studies.config import file_name, load_study, named_methods
+    from rotorstudy.studies.cracks import load_cracks
     from rotorstudy.studies.replay import check_replay, load_replay
     from rotorstudy.studies.workflow import WorkflowConfig
     from rotorstudy.rig import check_config
@@ -31,6 +32,7 @@ try:
     COMPARISON = load_comparison(ROOT / settings.compare) if settings.compare else None
     if COMPARISON:
         COMPARISON.check(STUDIES, REPLAYS)
+    CRACKS = load_cracks(ROOT / settings.cracks) if settings.cracks else None
     for study in STUDIES.values():
         study.check_rigs()
     for name in ("chapter_2", "chapter_4"):
@@ -207,3 +209,13 @@ def data_files():
     return found + [
         f"{RESULTS}/{name}/{stage}.nc" for name in REPLAYS for stage in ("records", "spectra", "identification")
     ]
+
+
+CRACK_FIGURES = ["stiffness", "spectra", "speed_sweep", "depth"]
+
+
+def crack_files():
+    if not settings.cracks:
+        return []
+    figures = [f"{RESULTS}/cracks/figures/{name}.{kind}" for name in CRACK_FIGURES for kind in ("png", "svg")]
+    return [f"{RESULTS}/cracks/comparison.nc", *figures]

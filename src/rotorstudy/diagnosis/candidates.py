@@ -11,21 +11,49 @@ from rotorstudy.response import sensitivities
 from rotorstudy.rig import make_term
 from rotorstudy.terms import Term
 
+SHAPES_TRIED = 5  # values of a shape option, before the best is refined
+
 
 class Candidate(NamedTuple):
-    """An effect at a place: plugin name, options of the place, and its term without values."""
+    """An effect at a place: plugin name, options of the place, its term without values.
+
+    shape : options that stand inside a nonlinear force (a clearance), at one of the values tried
+    """
 
     effect: str
     where: dict
     term: Term
+    shape: dict = {}
+
+    @property
+    def cause(self):
+        """What is named: the effect and its place, whatever its shape."""
+        return self.effect + "".join(f", {key} {value}" for key, value in self.where.items())
 
     @property
     def label(self):
-        return self.effect + "".join(f", {key} {value}" for key, value in self.where.items())
+        return self.cause + "".join(f", {key} {value:.4g}" for key, value in self.shape.items())
 
     @property
     def names(self):
         return tuple(unknown.name for unknown in self.term.unknowns)
+
+
+def candidate(model, effect, where, shape=None, label="cause"):
+    """A candidate; raises RotorstudyError if the effect cannot act there."""
+    plugin = registry().get("effect", effect, "diagnosis")
+    item = {"kind": effect, **plugin.example, **where, **(shape or {}), "label": label}
+    term = make_term("effect", item, model.structure, model.sensors, f"candidate {effect}")
+    return Candidate(effect, where, term, dict(shape or {}))
+
+
+def _shapes(plugin):
+    """Values of the first shape option to try, all over its range; {} for an effect without."""
+    if not plugin.shape:
+        return [{}]
+    (name, (low, high)), *_ = plugin.shape.items()
+    values = np.geomspace(low, high, SHAPES_TRIED) if low > 0 else np.linspace(low, high, SHAPES_TRIED)
+    return [{name: float(value)} for value in values]
 
 
 def candidates(model, leave_out=()):
@@ -35,12 +63,11 @@ def candidates(model, leave_out=()):
         if not plugin.candidate or name in leave_out:
             continue
         for place in plugin.places(model.structure, model.sensors):
-            item = {"kind": name, **plugin.example, **place, "label": f"cause {len(found)}"}
-            try:
-                term = make_term("effect", item, model.structure, model.sensors, f"candidate {name}")
-            except RotorstudyError:  # it offers a place that this rig's other options rule out
-                continue
-            found.append(Candidate(name, place, term))
+            for shape in _shapes(plugin):
+                try:
+                    found.append(candidate(model, name, place, shape, f"cause {len(found)}"))
+                except RotorstudyError:  # it offers a place that this rig's other options rule out
+                    continue
     return found
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rotorstudy.diagnosis.candidates import Candidate, candidates, screen
+from rotorstudy.diagnosis.candidates import SHAPES_TRIED, Candidate, candidate, candidates, screen
 from rotorstudy.diagnosis.fit import Fit, fit
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.rig import make_term
@@ -23,6 +23,11 @@ class Explanation:
     @property
     def labels(self):
         return frozenset(cause.label for cause in self.causes)
+
+    @property
+    def named(self):
+        """The causes as they are named, shapes apart."""
+        return frozenset(cause.cause for cause in self.causes)
 
 
 @dataclass(frozen=True)
@@ -117,11 +122,15 @@ def search(model, spectrum, settings):
 
     screened = screen(base, spectrum, prior, every)
     current = found[frozenset()]
+
+    def refined(explanation):
+        return _refine(explanation, model, explain) if any(c.shape for c in explanation.causes) else explanation
+
     while len(current.causes) < settings.most_causes:
         better = _step(current, every, spectrum, prior, settings, explain, screened if not current.causes else None)
         if better is None or better.score <= current.score:
             break
-        current = better
+        current = refined(better)
         if len(current.causes) > 1:
             current = _swap(current, every, spectrum, prior, settings, explain, found)
     return Search(base, list(found.values()), every, screened, prior)
@@ -134,7 +143,7 @@ def _price(parameters, rows, library):
 
 def _step(current, every, spectrum, prior, settings, explain, screened):
     """The best explanation with one cause more."""
-    chosen = [c for c in every if c.label not in current.labels]
+    chosen = [c for c in every if c.cause not in current.named]
     screened = screen(current.fit, spectrum, prior, chosen) if screened is None else screened
     order = sorted(range(len(chosen)), key=lambda i: -screened[i].explained)
     rows = 2 * spectrum.amplitude.size
@@ -162,6 +171,37 @@ def _swap(current, every, spectrum, prior, settings, explain, found):
         if other is not None and other.score > current.score:
             current = other
     return current
+
+
+SHAPE_STEPS = 12  # evaluations of a shape option
+
+
+def _refine(explanation, model, explain):
+    """Shape options of the last cause moved, one after the other, to where the fit is best."""
+    from scipy.optimize import minimize_scalar
+
+    from rotorstudy.plugins import registry
+
+    *rest, last = explanation.causes
+    best = [explanation]
+    for name, (low, high) in registry().get("effect", last.effect).shape.items():
+        logarithmic = low > 0
+
+        def cost(value, name=name, logarithmic=logarithmic):
+            shape = {**best[0].causes[-1].shape, name: float(np.exp(value)) if logarithmic else float(value)}
+            tried = explain((*rest, candidate(model, last.effect, last.where, shape, last.term.label)))
+            if tried is None:
+                return np.inf
+            best[0] = max(best[0], tried, key=lambda e: e.score)
+            return -tried.score
+
+        middle = best[0].causes[-1].shape.get(name)
+        ends = (np.log(low), np.log(high)) if logarithmic else (low, high)
+        if middle is not None:
+            here, reach = (np.log(middle) if logarithmic else middle), (ends[1] - ends[0]) / SHAPES_TRIED
+            ends = (max(ends[0], here - reach), min(ends[1], here + reach))
+        minimize_scalar(cost, bounds=ends, method="bounded", options={"maxiter": SHAPE_STEPS})
+    return best[0]
 
 
 def replace_tried(settings, tried):

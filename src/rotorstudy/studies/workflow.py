@@ -7,6 +7,7 @@ class WorkflowConfig(Strict):
     """results, reference: folders;  studies, replays: name -> configuration file;  plugin_folders: further plugins
 
     compare : configuration file of the comparison of spectra and estimators; none: it is left out
+    cracks : configuration file of the comparison of crack models; none: left out
     """
 
     results: str
@@ -15,3 +16,4 @@ class WorkflowConfig(Strict):
     studies: dict[str, str] = {}
     replays: dict[str, str] = {}
     compare: str | None = None
+    cracks: str = ""

@@ -1,0 +1,30 @@
+import numpy as np
+
+from rotorstudy.options import Share
+from rotorstudy.plugins import Crack, hookimpl
+
+
+def always_open(angle, eta_share: Share = 0.0):
+    """Never shuts, a notch or a shaft of unequal stiffness: sigma = 1.
+
+    eta_share: loss along eta over that along xi.
+    """
+    return np.stack([np.full(np.shape(angle), share) for share in (1.0, eta_share, 0.0)])
+
+
+def series(order, eta_share=0.0):
+    """sigma = 1"""
+    return {0: np.array([1.0, eta_share, 0.0])}
+
+
+@hookimpl
+def rotorstudy_crack():
+    return Crack(
+        "open",
+        always_open,
+        source="Smith 1933; Tondl 1965; the asymmetric shaft of textbooks",
+        series=series,
+        symmetric=True,
+        example={"eta_share": 0.2},
+        checked="closed form of the 2X response to gravity of an asymmetric shaft and of its two natural frequencies",
+    )

@@ -1,0 +1,36 @@
+from math import comb
+
+import numpy as np
+
+from rotorstudy.options import Even, Share
+from rotorstudy.plugins import Crack, hookimpl
+
+
+def power_cosine(angle, exponent: Even = 4, eta_share: Share = 0.0):
+    """Opens for a smaller part of the turn the higher the exponent: sigma = cos(angle / 2)^exponent.
+
+    exponent: even; 2 is the cosine of Mayes and Davies.  eta_share: loss along eta over that along xi.
+    """
+    opening = np.cos(angle / 2) ** exponent
+    return np.stack([opening, eta_share * opening, 0 * opening])
+
+
+def series(order, exponent=4, eta_share=0.0):
+    """sigma_k = binomial(exponent, exponent / 2 + k) / 2^exponent"""
+    half = min(exponent // 2, order)
+    return {
+        k: comb(exponent, exponent // 2 + k) / 2**exponent * np.array([1, eta_share, 0]) for k in range(-half, half + 1)
+    }
+
+
+@hookimpl
+def rotorstudy_crack():
+    return Crack(
+        "power_cosine",
+        power_cosine,
+        source="Al-Shudeifat and Butcher 2011 (the first of their breathing functions)",
+        series=series,
+        symmetric=True,
+        example={"eta_share": 0.2},
+        checked="exponent 2 is the cosine of Mayes and Davies; its mean is binomial(m, m/2) / 2^m",
+    )

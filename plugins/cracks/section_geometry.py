@@ -1,0 +1,70 @@
+import numpy as np
+
+from rotorstudy.options import DepthRatio
+from rotorstudy.plugins import Crack, hookimpl
+
+GAUSS = np.polynomial.legendre.leggauss(10)  # of sines and cosines up to order 5 over a quarter turn: to round-off
+
+
+def section_geometry(angle, depth_ratio: DepthRatio = 0.25):
+    """Straight-edged crack, open where the weight pulls: loss of the area moments of a round section.
+
+    The crack is open below a neutral axis that is horizontal and goes through the centroid of what carries, the section
+    without the open part of the crack. Shares are losses of central area moments over that of the open crack in xi;
+    radius 1, crack depth 2 * depth_ratio.
+    """
+    angle = np.asarray(angle, float)
+    turned = np.abs(np.angle(np.exp(1j * angle)))  # 0 crack down, pi crack up; the other half turn mirrors eta
+    half = np.arccos(1 - 2 * depth_ratio)  # the crack edge spans the angles -half to half about xi
+    neutral = np.zeros_like(turned)
+    for _ in range(30):  # Newton from the convex side: first moment of what carries about the neutral axis is zero
+        area, first, _ = _open_part(turned, neutral, half)
+        down = first[0] * np.cos(turned) - first[1] * np.sin(turned)
+        step = (np.pi * neutral + down - area * neutral) / (np.pi - area)
+        neutral = neutral - step
+        if np.abs(step).max() < 1e-13:
+            break
+    loss = _loss(*_open_part(turned, neutral, half))
+    loss[2] *= np.where(np.sin(angle) < 0, -1, 1)
+    return loss / _loss(*_open_part(np.zeros(()), np.array(-1.0), half))[0]
+
+
+def _open_part(turned, neutral, half):
+    """Area, first moments (xi, eta) and second (xi xi, eta eta, xi eta) of the crack below the neutral axis.
+
+    A point of the crack lies at xi cos(turned) - eta sin(turned) below the axis of the shaft. Strips across
+    xi = cos(phi) are integrated in closed form, over phi between the angles where the neutral axis meets the circle.
+    """
+    meets = np.arccos(np.clip(neutral, -1, 1))
+    ends = [np.arccos(np.cos(meets + sign * turned)).clip(0, half) for sign in (-1, 1)]
+    cuts = np.sort(np.stack([0 * turned, *ends, 0 * turned + half]), axis=0)
+    width = np.diff(cuts, axis=0)[..., None] / 2
+    phi = (cuts[:-1, ..., None] + width) + width * GAUSS[0]
+    xi, w = np.cos(phi), np.sin(phi)
+    along, across = xi * np.cos(turned)[..., None] - neutral[..., None], np.sin(turned)[..., None]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        right = np.where(across < 1e-12, np.where(along > 0, w, -w), np.clip(along / across, -w, w))
+
+    def over(strips):
+        return np.sum(strips * w * width * GAUSS[1], axis=(0, -1))
+
+    first, second, third = (right**n - (-w) ** n for n in (1, 2, 3))
+    moments = [xi * first, second / 2], [xi**2 * first, third / 3, xi * second / 2]
+    return over(first), *(np.array([over(moment) for moment in order]) for order in moments)
+
+
+def _loss(area, first, second):
+    """What the section loses of its central area moments xi xi, eta eta and xi eta."""
+    carrying = np.pi - area
+    return second + np.array([first[0] ** 2, first[1] ** 2, first[0] * first[1]]) / carrying
+
+
+@hookimpl
+def rotorstudy_crack():
+    return Crack(
+        "section_geometry",
+        section_geometry,
+        source="after Al-Shudeifat and Butcher 2011; neutral axis through the centroid at each angle",
+        symmetric=True,
+        checked="closed forms: area moments of the open crack, angles where it begins and ends to shut; squares",
+    )

@@ -1,0 +1,120 @@
+"""The study that puts crack models side by side: critical sub-speeds, closed forms, steady state that is one."""
+
+from functools import reduce
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from rotorstudy import RotorstudyError, registry
+from rotorstudy.cracks import opening_of
+from rotorstudy.plugins import Crack
+from rotorstudy.store import as_complex
+from rotorstudy.studies.cracks import compare, load_cracks
+
+CONFIG = Path(__file__).parents[2] / "workflow" / "config" / "cracks.yaml"
+CRACKS = registry().plugins["crack"]
+
+
+@pytest.fixture(scope="module")
+def config():
+    return load_cracks(CONFIG)
+
+
+@pytest.fixture(scope="module")
+def data(config):
+    return compare(config)
+
+
+def swept(data, crack, n):
+    return np.abs(as_complex(data.swept_displacement.sel(crack=crack, harmonic=n)))
+
+
+def test_every_crack_and_depth_of_the_zoo_is_there(data):
+    assert list(data.crack.values) == list(CRACKS)
+    assert list(data.depth.values) == list(registry().plugins["depth"])
+    assert all(np.isfinite(data[name]).all() for name in data.data_vars if name != "depth_loss")
+
+
+@pytest.mark.parametrize("name", CRACKS)
+def test_critical_sub_speeds(data, name):
+    """nX is highest at the natural frequency of the mean stiffness over n: half a speed step, and 0.5 % for the damping
+    and the second order of the loss."""
+    mean, sound = float(data.mean_natural_frequency.sel(crack=name)), float(data.natural_frequency)
+    assert 0.96 * sound < mean < sound
+    for n in (2, 3):
+        height = swept(data, name, n)
+        if height.max() < 1e-12:
+            assert name == "open"  # the only one of ours that does not breathe
+            continue
+        peak = float(data.swept_speed[height.argmax()])
+        assert peak == pytest.approx(mean / n, rel=5e-3, abs=0.25)
+        assert height.max() > 10 * np.median(height)
+
+
+def test_stiffness_over_a_turn(data, config):
+    k = config.shaft_stiffness
+    stiffness = data.stiffness.sel(direction=["xi", "eta"])
+    assert float(stiffness.max()) <= k * (1 + 1e-12)
+    assert float(stiffness.min()) == pytest.approx(k * (1 - config.loss_share))
+    down, sideways = (data.stiffness.sel(direction=d).values for d in ("vertical", "horizontal"))
+    assert np.allclose(down + sideways, stiffness.sum("direction"))  # the trace does not turn
+    assert np.allclose(down[:, 0], stiffness.values[:, 0, 0]) and np.allclose(sideways[:, 0], stiffness.values[:, 1, 0])
+
+
+def growth_per_turn(config, name, speeds, damping=24.0):
+    """Largest Floquet multiplier of free motion: exponentials of the equations over 240 short pieces of a turn."""
+    k, mass, angle = config.shaft_stiffness, config.rotor["mass_kg"], (np.arange(240) + 0.5) * 2 * np.pi / 240
+    xi, eta, both = opening_of(CRACKS[name], angle, config.options_of(CRACKS[name]))
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    lost = np.einsum("iat,abt,jbt->tij", turn, np.array([[xi, both], [both, eta]]), turn)
+    state = np.zeros((240, 4, 4))
+    state[:, :2, 2:] = np.eye(2)
+    state[:, 2:, :2] = -k / mass * (np.eye(2) - config.loss_share * lost)
+    state[:, 2:, 2:] = -damping / mass * np.eye(2)
+    found = []
+    for w in speeds:
+        pieces = expm(state * 2 * np.pi / w / 240)
+        found.append(np.abs(np.linalg.eigvals(reduce(np.matmul, pieces[::-1]))).max())
+    return np.array(found)
+
+
+@pytest.mark.parametrize("name", CRACKS)
+def test_free_motion_decays_at_every_speed_of_the_sweep(config, name):
+    """Otherwise there is no steady state to show; where parametric resonance threatens, 2 w_n / n, more closely."""
+    natural = np.sqrt(0.98 * config.shaft_stiffness / 2.0)
+    near = [2 * natural / n * np.linspace(0.97, 1.03, 5) for n in (3, 4, 5)]
+    swept = config.swept
+    speeds = np.concatenate([np.linspace(swept.first_rad_s, swept.last_rad_s, 12), *near])
+    assert (growth_per_turn(config, name, speeds) < 1).all()
+    between = natural * np.linspace(0.94, 1.0, 7)
+    assert growth_per_turn(config, name, between, damping=0.0).max() > 1.005  # the check sees an instability
+
+
+def test_a_crack_of_the_user_appears_by_itself(config, monkeypatch):
+    def jammed(angle):
+        """Half open all the time."""
+        return 0 * angle + 0.5
+
+    monkeypatch.setitem(CRACKS, "jammed", Crack("jammed", jammed, source="a test"))
+    small = config.model_copy(update={"swept": config.swept.model_copy(update={"step_rad_s": 100.0})})
+    assert "jammed" in compare(small).crack.values
+    monkeypatch.undo()
+    assert "jammed" not in compare(small).crack.values
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("section_geometry: {", "section_geometri: {"), "unknown crack 'section_geometri'"),
+        (("depth_ratio: 0.25", "depth_ratio: 0.75"), "depth_ratio = 0.75"),
+        (("kind: jeffcott, mass", "kind: jefcott, mass"), "unknown rotor"),
+        (("loss_share: 0.1", "loss_share: 1.1"), "loss_share = 1.1"),
+        (("swept:", "sweep:"), "unknown key 'sweep'"),
+    ],
+)
+def test_a_wrong_configuration_is_told(tmp_path, change, words):
+    (tmp_path / "cracks.yaml").write_text(CONFIG.read_text().replace(*change))
+    with pytest.raises(RotorstudyError, match=words):
+        load_cracks(tmp_path / "cracks.yaml")

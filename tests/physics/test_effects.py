@@ -1,0 +1,225 @@
+"""What each effect does, against closed forms and against rotors and signals built with the error in them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rotorstudy import Model, build_model, harmonic_response, make_term, measured_response, registry, simulate_records
+from rotorstudy.records import full_spectrum
+from rotorstudy.stability import growth_rate
+
+MASS, STIFFNESS = 2.0, 7.6e5
+NATURAL = np.sqrt(STIFFNESS / MASS)
+SPEEDS = np.array([60.0, 150.0, 250.0, 340.0])
+PLAIN = build_model({"rotor": {"kind": "jeffcott", "mass_kg": MASS, "stiffness_N_per_m": STIFFNESS}}).structure
+TILTING = build_model(
+    {
+        "rotor": {
+            "kind": "offset_disc",
+            "mass_kg": MASS,
+            "polar_moment_kg_m2": 0.0048,
+            "diametral_moment_kg_m2": 0.0024,
+            "a_m": 0.2,
+            "b_m": 0.16,
+            "diameter_m": 0.015,
+        }
+    }
+).structure
+SHAFT = build_model(
+    {
+        "rotor": {
+            "kind": "finite_element",
+            "elements": [{"length_m": 0.6, "count": 60}],
+            "outer_diameter_m": 0.02,
+            "theory": "euler_bernoulli",  # else a couple of forces also shears the shaft between them
+            "discs": [{"node": 21, "mass_kg": 2.0, "polar_moment_kg_m2": 0.0048, "diametral_moment_kg_m2": 0.0024}],
+            "pinned_nodes": [1, 61],
+        }
+    }
+).structure
+SHAKEN = (
+    {"kind": "unbalance", "eccentricity_m": 1e-5, "eccentricity_phase_rad": 0.4},
+    {"kind": "external_damping", "external_damping_N_s_per_m": 60.0},
+    {"kind": "parallel_misalignment", "misalignment_force_2X_N": 3.0, "harmonics": [2]},
+)
+
+
+def model_of(structure, *items):
+    terms = [make_term("effect", {"label": str(i), **item}, structure, structure.nodes) for i, item in enumerate(items)]
+    return Model(structure, tuple(terms))
+
+
+def whirl(structure, *items, harmonics=(0, 1, 2, -1), speeds=SPEEDS):
+    return harmonic_response(model_of(structure, *items), speeds, harmonics)
+
+
+def same(found, expected, tolerance=1e-12):
+    return np.abs(found - expected).max() <= tolerance * np.abs(expected).max()
+
+
+@pytest.mark.parametrize(
+    ("item", "harmonic", "expected"),
+    [
+        ({"kind": "unbalance", "eccentricity_m": 1e-5}, 1, 1e-5 * SPEEDS**2 / (NATURAL**2 - SPEEDS**2)),
+        ({"kind": "base_motion", "base_motion_1X_m": 1e-5}, 1, 1e-5 * SPEEDS**2 / (NATURAL**2 - SPEEDS**2)),
+        ({"kind": "bow", "bow_m": 1e-5}, 1, 1e-5 / (1 - (SPEEDS / NATURAL) ** 2)),
+        (
+            {"kind": "parallel_misalignment", "harmonics": [2], "misalignment_force_2X_N": 3.0},
+            2,
+            3.0 / (STIFFNESS - MASS * (2 * SPEEDS) ** 2),
+        ),
+        ({"kind": "static_preload", "static_preload_N": 5.0}, 0, 5.0 / STIFFNESS + 0 * SPEEDS),
+        ({"kind": "gravity_direction", "gravity_direction_rad": 0.03}, 0, 0.03j * MASS * 9.81 / STIFFNESS + 0 * SPEEDS),
+    ],
+    ids=lambda given: given["kind"] if isinstance(given, dict) else "",
+)
+def test_a_given_force_bends_a_jeffcott_rotor_as_in_the_books(item, harmonic, expected):
+    found = whirl(PLAIN, item)[..., 0]
+    place = (0, 1, 2, -1).index(harmonic)
+    assert same(found[:, place], expected)
+    assert np.abs(np.delete(found, place, axis=1)).max() == 0
+
+
+WRONG = [
+    ("stiffness_error", "stiffness_error", 0.07, lambda s, e: replace(s, stiffness=(1 + e) * s.stiffness)),
+    ("gyroscopic_error", "gyroscopic_error", 0.2, lambda s, e: replace(s, gyroscopic=(1 + e) * s.gyroscopic)),
+    ("added_mass", "added_mass_kg", 0.1, lambda s, e: replace(s, mass=s.mass + e * np.outer(s.unit(1), s.unit(1)))),
+    (
+        "support_stiffness",
+        "support_stiffness_N_per_m",
+        3e4,
+        lambda s, e: replace(s, stiffness=s.stiffness + e * np.outer(s.unit(1), s.unit(1))),
+    ),
+]
+
+
+@pytest.mark.parametrize(("kind", "key", "error", "built"), WRONG, ids=[w[0] for w in WRONG])
+def test_an_error_of_the_rotor_is_a_rotor_built_with_it(kind, key, error, built):
+    where = {} if kind.endswith("error") else {"node": 1}
+    mass = {"mass_kg": MASS}  # the unbalance is of the mass it had
+    shaken = ({**SHAKEN[0], **mass}, *SHAKEN[1:])
+    wrong = built(TILTING, error)
+    found, expected = whirl(TILTING, *shaken, {"kind": kind, **where, key: error}), whirl(wrong, *shaken)
+    # each counts from its own static deflection
+    moved = wrong.static_deflection - TILTING.static_deflection
+    assert same(found[:, 0], expected[:, 0] + moved, 1e-10)
+    assert same(found[:, 1:], expected[:, 1:], 1e-11)
+    assert not same(found[:, 1:], whirl(TILTING, *shaken)[:, 1:], 1e-4)
+
+
+@pytest.mark.parametrize(("pair", "couple", "key", "size"), [
+    ({"kind": "unbalance", "mass_kg": 1.0, "eccentricity_m": 1e-5}, "couple_unbalance", "couple_unbalance_kg_m2", 1e-5),
+    (
+        {"kind": "parallel_misalignment", "harmonics": [1], "misalignment_force_1X_N": 10.0},
+        "angular_misalignment",
+        "misalignment_moment_1X_N_m",
+        10.0,
+    ),
+], ids=["couple_unbalance", "angular_misalignment"])  # fmt: skip
+def test_two_opposite_forces_are_a_couple(pair, couple, key, size):
+    """But for the bending between their nodes, which falls with the square of their distance."""
+    phase = next(
+        k for k in ("eccentricity_phase_rad", "misalignment_force_1X_phase_rad") if k[:5] == list(pair)[-1][:5]
+    )
+    two = whirl(SHAFT, {**pair, "node": 32}, {**pair, "node": 30, phase: np.pi}, harmonics=[1])
+    options = {"harmonics": [1]} if "angular" in couple else {}
+    one = whirl(SHAFT, {"kind": couple, "node": 31, key: size * 0.02, **options}, harmonics=[1])
+    ends = [SHAFT.index(node) for node in (11, 21, 51)]
+    assert same(two[..., ends], one[..., ends], 5e-3)
+    assert not same(two[..., ends], -one[..., ends], 1.0)
+
+
+def test_anisotropic_support_parts_x_and_y():
+    item = {"kind": "support_anisotropy", "support_anisotropy_N_per_m": 5e4}
+    found = whirl(PLAIN, {"kind": "unbalance", "eccentricity_m": 1e-5}, item)[..., 0]
+    x, y = (MASS * 1e-5 * SPEEDS**2 / (STIFFNESS + k - MASS * SPEEDS**2) for k in (5e4, -5e4))
+    assert same(found[:, 1], (x + y) / 2) and same(found[:, 3], (x - y) / 2)
+
+
+def test_cross_coupling_is_unstable_from_damping_times_natural_frequency():
+    def grows(factor):
+        cross = {"kind": "cross_coupling", "cross_coupling_N_per_m": factor * 60.0 * NATURAL}
+        return growth_rate(model_of(PLAIN, SHAKEN[1], cross), [100.0])[0]
+
+    assert grows(1 + 1e-6) > 0 > grows(1 - 1e-6)
+
+
+def test_gravity_bends_an_asymmetric_shaft_twice_a_turn():
+    """In the turning frame (K + eps K conj) zeta - m w^2 shifted: z_2 = a, conj(z_0) = b couple in two equations."""
+    share, rest = 0.05, MASS * 9.81 / STIFFNESS
+    found = whirl(PLAIN, {"kind": "shaft_asymmetry", "shaft_asymmetry": share})[..., 0]
+    twice = STIFFNESS - 4 * MASS * SPEEDS**2
+    total = MASS * 9.81 / (STIFFNESS - (share * STIFFNESS) ** 2 / twice)  # of 0X, real
+    assert same(found[:, 2], -share * STIFFNESS * total / twice, 1e-12)
+    assert same(found[:, 0] + rest, total, 1e-12)
+    assert np.abs(found[:, 1]).max() == 0
+
+
+def test_speed_error_is_the_derivative_by_the_speed():
+    push = {"kind": "parallel_misalignment", "harmonics": [1, 2, -1]}
+    push |= {f"misalignment_force_{n}X_N": 1.0 for n in (1, 2, -1)}
+    step = 1e-5
+    up, down = (whirl(TILTING, push, harmonics=[1, 2, -1], speeds=SPEEDS * (1 + e)) for e in (step, -step))
+    model = model_of(TILTING, push, {"kind": "speed_error", "speed_error": 0.0})
+    _, change = harmonic_response(model, SPEEDS, [1, 2, -1], jacobian=True)
+    assert same(change[..., -1], (up - down) / (2 * step), 1e-6)
+
+
+def test_base_motion_is_that_of_a_frame_that_is_carried_along():
+    """m z'' + k (z - z_b) = 0 in the frame at rest; displacements count from the base."""
+    along = np.array([1.0, 0.0])
+    found = whirl(TILTING, {"kind": "base_motion", "harmonic": 2, "base_motion_2X_m": 1e-5}, harmonics=[2])[:, 0]
+    for w, seen in zip(SPEEDS, found, strict=True):
+        dynamic = TILTING.stiffness - 4 * w**2 * TILTING.mass + 2 * w * w * TILTING.gyroscopic
+        absolute = np.linalg.solve(dynamic, TILTING.stiffness @ along * 1e-5)
+        assert same(seen, absolute - along * 1e-5, 1e-9)
+
+
+CHAIN = [  # what x, y become, exactly
+    ({"kind": "probe_gain", "gain_error": 0.05, "gain_mismatch": 0.02}, lambda x, y: (1.07 * x, 1.03 * y), 1e-12),
+    ({"kind": "swapped_probes", "swapped_probes": 1.0}, lambda x, y: (y, x), 1e-12),
+    ({"kind": "reversed_probe", "reversed_probe_x": 1.0}, lambda x, y: (-x, y), 1e-12),
+    ({"kind": "reversed_probe", "probe": "y", "reversed_probe_y": 1.0}, lambda x, y: (x, -y), 1e-12),
+    (
+        {"kind": "probe_angle", "probe_rotation_rad": 1e-4, "probe_skew_rad": 2e-4},
+        lambda x, y: (np.cos(1e-4) * x + np.sin(1e-4) * y, np.cos(3e-4) * y - np.sin(3e-4) * x),
+        1e-7,
+    ),
+]
+
+
+@pytest.mark.parametrize(("item", "exact", "tolerance"), CHAIN, ids=[str(c[0]) for c in CHAIN])
+def test_probes_that_are_wrong_change_x_and_y(item, exact, tolerance):
+    shaken, time = (*SHAKEN, {"kind": "support_anisotropy", "support_anisotropy_N_per_m": 5e4}), np.arange(256) * 1e-4
+    true = simulate_records(model_of(PLAIN, *shaken), [150.0], [1, 2], time)[0].displacement
+    seen = simulate_records(model_of(PLAIN, *shaken, item), [150.0], [1, 2], time)[0].displacement
+    x, y = exact(true.real, true.imag)
+    assert same(seen, x + 1j * y, tolerance)
+    assert not same(seen, true, 1e-5)
+
+
+def test_a_delay_shifts_the_record():
+    time, late = np.arange(256) * 1e-4, 1e-4 / 150
+    true = simulate_records(model_of(PLAIN, *SHAKEN), [150.0], [1], time - late)[0].displacement
+    seen = simulate_records(model_of(PLAIN, *SHAKEN, {"kind": "delay", "delay_s": late}), [150.0], [1], time)[0]
+    assert same(seen.displacement, true, 1e-7)
+
+
+def test_a_wrong_phase_mark_is_a_record_that_starts_at_an_angle():
+    time, angle, harmonics = np.arange(600) * 2e-4, 1e-4, [0, 1, 2, -1]
+    records = simulate_records(model_of(PLAIN, *SHAKEN), SPEEDS[1:], [1], time, start_angle_rad=angle)
+    found = full_spectrum(records, harmonics, registry().get("spectrum", "regression"), "none", whole_turns=False)
+    marked = model_of(PLAIN, *SHAKEN, {"kind": "phase_reference", "phase_reference_rad": angle})
+    assert same(measured_response(marked, SPEEDS[1:], harmonics), found.amplitude, 1e-6)
+    assert not same(measured_response(model_of(PLAIN, *SHAKEN), SPEEDS[1:], harmonics), found.amplitude, 1e-5)
+
+
+@pytest.mark.parametrize("order", [1, 2, 3, 4])
+def test_both_probes_see_the_same_profile_a_quarter_turn_apart(order):
+    w, time = 100.0, np.arange(64) * 2 * np.pi / 6400
+    cosine, sine = registry().get("effect", "surface_profile").function((1,), order=order)
+    for parameter, profile in ((cosine, np.cos), (sine, np.sin)):
+        shown = sum(np.exp(1j * e.shift * w * time) * e.matrix[0] for e in parameter.entries)
+        expected = profile(order * w * time) + 1j * profile(order * (w * time - np.pi / 2))
+        assert same(shown, expected)

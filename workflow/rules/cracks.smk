@@ -1,0 +1,31 @@
+# Crack models side by side: every crack and every depth plugin of the zoo on one rotor.
+
+if settings.cracks:
+
+    rule cracks:
+        input:
+            config=str(ROOT / settings.cracks),
+            code=code("cracks.py"),
+            plugins=plugin_files([CRACKS.base], "crack", "depth"),
+        output:
+            f"{RESULTS}/cracks/comparison.nc",
+        log:
+            f"{RESULTS}/logs/cracks/comparison.log",
+        script:
+            "../scripts/cracks.py"
+
+    rule figures_cracks:
+        input:
+            config=str(ROOT / settings.cracks),
+            comparison=rules.cracks.output[0],
+            code=code("figures_cracks.py"),
+        output:
+            png=[
+                in_report(f"{RESULTS}/cracks/figures/{name}.png", f"cracks_{name}", "Crack models", "Figures")
+                for name in CRACK_FIGURES
+            ],
+            svg=[f"{RESULTS}/cracks/figures/{name}.svg" for name in CRACK_FIGURES],
+        log:
+            f"{RESULTS}/logs/cracks/figures.log",
+        script:
+            "../scripts/figures_cracks.py"
