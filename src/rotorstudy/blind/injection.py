@@ -154,6 +154,10 @@ def _draw(config, kind, generator, truth):
         ],
         "base": {effect: _parts(values) for effect, values, _ in setting.effects},
         "phase_mark_rad": float(setting.mark),
+        "without_noise": [
+            _harmonics(signals, harmonics, config).real.tolist(),
+            _harmonics(signals, harmonics, config).imag.tolist(),
+        ],
     }
     stated = {
         "uncertainty": {"default": config.base_share},
@@ -282,8 +286,7 @@ def _measure(config, setting, signals, level, colour, generator):
 
     samples = signals.shape[-1]
     draws = generator.standard_normal((*signals.shape, 2))
-    start = draws[..., :1, :] * (1 / np.sqrt(1 - colour**2) - 1) * np.array(1.0)  # stationary from the first sample
-    draws[..., :1, :] += start
+    draws[..., 0, :] /= np.sqrt(1 - colour**2)  # stationary from the first sample
     noise = lfilter([1.0], [1.0, -colour], draws, axis=-2) * np.sqrt(1 - colour**2)
     noise = (noise[..., 0] + 1j * noise[..., 1]) * level * np.sqrt(samples / 2)
     records, amplitude, covariance = [], [], []
