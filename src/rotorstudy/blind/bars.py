@@ -53,7 +53,7 @@ def _status(good, bad, cases):
     """good, bad : whether both bounds lie on that side of the bar."""
     if not cases:
         return "no such case"
-    return "reached" if good else "not reached" if bad else "open"
+    return "reached" if good else "not reached" if bad else "undecided"
 
 
 def _share(what, part, right, bar, at_most=False):
@@ -65,9 +65,9 @@ def _share(what, part, right, bar, at_most=False):
         return _row(what, "", value, (low, high), k, n, "for information")
     good, bad = (high <= bar, low > bar) if at_most else (low >= bar, high < bar)
     status, why = _status(good, bad, n), ""
-    if status in ("not reached", "open"):
+    if status in ("not reached", "undecided"):
         why = _reasons(part[right if at_most else ~right])
-        if status == "open" and (value <= bar if at_most else value >= bar):
+        if status == "undecided" and (value <= bar if at_most else value >= bar):
             why = f"the number is there, {n} cases are too few to prove it; {why or 'no case failed'}"
     return _row(what, f"{'<=' if at_most else '>='} {bar:g}", value, (low, high), k, n, status, why)
 
@@ -94,7 +94,7 @@ def _coverage(rows):
     if status != "reached" and n:
         missed = exact[[not all(covered) for covered in exact.covered]]
         why = "missed most: " + ", ".join(f"{c} x {name}" for name, c in Counter(missed.truth).most_common(5))
-        if status == "open" and 0.93 <= value <= 0.97:
+        if status == "undecided" and 0.93 <= value <= 0.97:
             why = f"the number is there, {cases} cases are too few to prove it; {why}"
     return _row("95 % intervals that hold the truth", "0.93 to 0.97", value, bounds, k, n, status, why)
 
