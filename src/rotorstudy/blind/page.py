@@ -10,8 +10,8 @@ NOTE = (
     "Effects were hidden in simulated measurements by another road than the diagnosis takes, and sealed.",
     "s is the change of the measured harmonics by the effect over their noise, rms.",
     "low and high are 95 % bounds: of Clopper and Pearson for shares, by order for medians, by drawing the cases again "
-    "for the calibration error. 'reached' and 'not reached' mean that both lie on that side; 'undecided' that so many cases "
-    "do not decide, or that the number is missed but not surely.",
+    "for the calibration error. 'reached' and 'not reached' mean that both lie on that side; 'undecided' that so many "
+    "cases do not decide, or that the number is missed but not surely.",
     "Right means: the cause and its place are named, or the verdict is ambiguous and the stated set holds them.",
     "Foreign effects are physics that the library lacks, or one of its effects left out of it; s >= 3 stands for their "
     "detection limit. A twin is one that a plugin declares, or for foreign physics one that this package declares.",
