@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.diagnosis.fit import whitened
+from rotorstudy.diagnosis.fit import BEYOND, whitened
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.plugins import registry
 from rotorstudy.response import sensitivities
@@ -91,7 +91,11 @@ def screen(fitted, spectrum, prior, chosen):
     """
     on_rotor = [u for c in chosen if c.term.acts_on == "rotor" for u in c.term.unknowns]
     on_output = [u for c in chosen if c.term.acts_on == "output" for u in c.term.unknowns]
-    columns = sensitivities(fitted.model, spectrum.speed, spectrum.harmonics, (on_rotor, on_output), fitted.theta)
+    order = int(np.abs(spectrum.harmonics).max()) + BEYOND
+    carried = int(np.abs(spectrum.harmonics).max()) + BEYOND
+    columns = sensitivities(
+        fitted.model, spectrum.speed, spectrum.harmonics, (on_rotor, on_output), fitted.theta, order=carried
+    )
     columns = whitened(spectrum, np.moveaxis(columns, -1, 0)).T  # (component, unknown)
     order = [u.name for u in on_rotor + on_output]
     # rows of the priors below the data: a parameter that sits off its mean pulls back

@@ -5,10 +5,15 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rotorstudy.diagnosis.candidates import SHAPES_TRIED, Candidate, candidate, candidates, screen
-from rotorstudy.diagnosis.fit import Fit, fit
+from rotorstudy.diagnosis.fit import STEPS, Fit, fit
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.rig import make_term
 
+FIRST_LOOK = 5  # steps of a fit before it is known whether it is worth more
+FITTED_FULLY = 4  # explanations a round at least, and all
+CLOSE = 15.0  # above the cost of the best: e^-7 of its belief
+BENT = 3.0  # mean square of the priors' deviations from which a base fit is bent; 1 is expected
+ENOUGH = 0.05  # chance of a residual by noise alone from which no further cause is looked for
 WORTH_FITTING = 0.1  # of what the best candidate explains by its columns: a large effect bends them
 
 
@@ -91,7 +96,8 @@ def search(model, spectrum, settings):
     rows = 2 * spectrum.amplitude.size
     found = {frozenset(): Explanation((), base, 0.0)}
 
-    def explain(causes, start=None):
+    def explain(causes, start=None, steps=None):
+        """The Explanation by some causes; steps: a first look, which is not kept."""
         key = frozenset(c.label for c in causes)
         if key in found:
             return found[key]
@@ -101,6 +107,9 @@ def search(model, spectrum, settings):
         here = _theta(extended, before.model.names, before.theta, start)
         means = {**dict(zip(before.model.names, before.theta, strict=True)), **{n: m for n, (m, _) in prior.items()}}
         fresh = _theta(extended, means, means.values())  # a base bent by what it lacks is no place to start from
+        if steps is not None:
+            fitted = attempt(extended, free, fresh, steps)
+            return None if fitted is None else fitted.cost
         fitted = min(
             (f for f in (attempt(extended, free, s) for s in (fresh, here)) if f), key=lambda f: f.cost, default=None
         )
@@ -110,9 +119,9 @@ def search(model, spectrum, settings):
         found[key] = Explanation(tuple(causes), fitted, base.cost - fitted.cost - price)
         return found[key]
 
-    def attempt(extended, free, start):
+    def attempt(extended, free, start, steps=STEPS):
         try:
-            return fit(extended, spectrum, prior, free, start=start)
+            return fit(extended, spectrum, prior, free, start=start, steps=steps)
         except (RotorstudyError, np.linalg.LinAlgError):
             return None
 
@@ -120,13 +129,15 @@ def search(model, spectrum, settings):
         """The fit of all causes but the last: where a new one starts."""
         return found.get(frozenset(c.label for c in causes[:-1]), found[frozenset()]).fit
 
-    screened = screen(base, spectrum, prior, every)
+    # a base bent by what it lacks would bend the columns too: then they are taken at the stated parameters
+    bent = base.penalty > BENT * len(prior)
+    screened = screen(fit(whole, spectrum, prior, steps=0) if bent else base, spectrum, prior, every)
     current = found[frozenset()]
 
     def refined(explanation):
         return _refine(explanation, model, explain) if any(c.shape for c in explanation.causes) else explanation
 
-    while len(current.causes) < settings.most_causes:
+    while len(current.causes) < settings.most_causes and not (current.causes and _is_enough(current, rows)):
         better = _step(current, every, spectrum, prior, settings, explain, screened if not current.causes else None)
         if better is None or better.score <= current.score:
             break
@@ -134,6 +145,13 @@ def search(model, spectrum, settings):
         if len(current.causes) > 1:
             current = _swap(current, every, spectrum, prior, settings, explain, found)
     return Search(base, list(found.values()), every, screened, prior)
+
+
+def _is_enough(explanation, rows):
+    """Whether noise explains what is left, so that looking for a further cause is idle."""
+    from scipy.stats import chi2
+
+    return chi2.sf(explanation.fit.cost, rows) > ENOUGH
 
 
 def _price(parameters, rows, library):
@@ -146,14 +164,22 @@ def _step(current, every, spectrum, prior, settings, explain, screened):
     chosen = [c for c in every if c.cause not in current.named]
     screened = screen(current.fit, spectrum, prior, chosen) if screened is None else screened
     order = sorted(range(len(chosen)), key=lambda i: -screened[i].explained)
+    seen = set()  # of each cause the shape that explains most
+    order = [i for i in order if not (chosen[i].cause in seen or seen.add(chosen[i].cause))]
     rows = 2 * spectrum.amplitude.size
     most = screened[order[0]].explained if order else 0.0
-    tried = []
+    looked = []
     for i in order[: settings.tried]:
         price = _price(len(chosen[i].names), rows, len(every))
         if screened[i].explained < max(WORTH_FITTING * most, 0.5 * price):
             break
-        tried.append(explain((*current.causes, chosen[i]), screened[i].start))
+        causes = (*current.causes, chosen[i])
+        cost = explain(causes, steps=FIRST_LOOK)
+        if cost is not None:
+            looked.append((cost.fit.cost if isinstance(cost, Explanation) else cost, i))
+    looked.sort()
+    looked = [one for rank, one in enumerate(looked) if rank < FITTED_FULLY or one[0] < looked[0][0] + CLOSE]
+    tried = [explain((*current.causes, chosen[i]), screened[i].start) for _, i in looked]
     tried = [e for e in tried if e is not None]
     return max(tried, key=lambda e: e.score, default=None)
 

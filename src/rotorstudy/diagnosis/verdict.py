@@ -4,12 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorstudy.diagnosis.fit import Fit, whitened, with_model_error
+from rotorstudy.diagnosis.fit import Fit, predicted, whitened, with_model_error
 from rotorstudy.diagnosis.search import Search, _price, search
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.identification import magnitude_and_phase
-from rotorstudy.response import measured_response
 from rotorstudy.spectrum import Spectrum
 
 STATED_SET = 0.99  # confidence that the causes named together hold the true one
@@ -173,7 +172,7 @@ def _gain(base, best, held):
         return None
 
     def error(fitted):
-        shown = measured_response(fitted.model, held.speed, held.harmonics, fitted.theta)
+        shown = predicted(fitted.model, held, fitted.theta)
         off = held.amplitude - shown
         return float(np.sqrt(np.mean(np.abs(off) ** 2))), float(np.sqrt(np.mean(whitened(held, off) ** 2)))
 
