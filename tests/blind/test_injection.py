@@ -18,7 +18,7 @@ from rotorstudy.rig import make_term
 
 from .conftest import SEED
 
-CLOSE = 4e-4  # of the change: STEPS of a turn when marching
+CLOSE = 1e-3  # of the change: STEPS of a turn when marching
 FIRST_ORDER = {"delay", "phase_reference", "probe_angle", "gravity_direction"}  # linear in the zoo, exact here
 SMALL = 0.02  # size, so that second order is below 2e-3
 

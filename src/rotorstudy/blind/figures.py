@@ -124,19 +124,21 @@ def detection_limits(data):
     axes = axes[0, 0]
     order = np.argsort(data.found_half.values)
     half, low, high = (data[f"found_half{end}"].values[order] for end in ("", "_low", "_high"))
-    axes.errorbar(half, np.arange(len(half)), xerr=np.abs([half - low, high - half]), fmt="o", color=COLOURS[0])
+    axes.hlines(np.arange(len(half)), low, high, color=COLOURS[0])
+    seen = (half > low) & (half < high)  # all found, or none, gives a bound and no estimate
+    axes.plot(half[seen], np.flatnonzero(seen), "o", color=COLOURS[0])
     axes.axvline(LARGE, color="0.5", linewidth=0.8, linestyle=":")
     axes.set_yticks(range(len(half)), [str(f).replace("_", " ") for f in families[order]])
     axes.set_xscale("log")
     axes.set_xlabel("change over noise at which half are found, 95 % bounds")
-    late = int((half > LARGE).sum())
-    axes.set_title(f"{len(half) - late} of {len(half)} effects are found below three times the noise")
+    sure = int((high <= LARGE).sum())
+    axes.set_title(f"{sure} of {len(half)} effects are surely found below three times the noise")
     return picture
 
 
 def gain(data):
     """Distribution of the error on held-out speeds, after over before."""
-    picture, axes = figure(1, 1, height=2.6)
+    picture, axes = figure(1, 1, height=2.6, width=4.2)
     axes = axes[0, 0]
     large = (data.case_known.values == 1) & (data.case_size.values >= LARGE) & np.isfinite(data.case_confidence.values)
     for i, (name, label) in enumerate((("gain", "against the signal without noise"),

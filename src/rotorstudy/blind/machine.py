@@ -11,7 +11,7 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError
 
-STEPS = 256  # of a revolution when marching; the harmonics up to 5 are then right to about 1e-4 of the effect
+STEPS = 128  # of a revolution when marching; the harmonics up to 5 are then right to better than 1e-3 of the effect
 MOST_TURNS = 60  # marched until the motion repeats
 REPEATS = 1e-7  # relative change from turn to turn at which it does
 
