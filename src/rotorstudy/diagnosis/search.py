@@ -15,6 +15,7 @@ CLOSE = 15.0  # above the cost of the best: e^-7 of its belief
 BENT = 3.0  # mean square of the priors' deviations from which a base fit is bent; 1 is expected
 FIXED = 0.02  # of an amplitude that is there or not: what a calibration of the probe leaves open
 ENOUGH = 0.05  # chance of a residual by noise alone from which no further cause is looked for
+ACCUSES = 4.0  # score an explanation needs: the best of a library fitted to noise reaches more than zero now and then
 WORTH_FITTING = 0.1  # of what the best candidate explains by its columns: a large effect bends them
 SHAPE_STEPS = 12  # evaluations of a shape option
 
@@ -58,7 +59,9 @@ class Search:
 
     @property
     def best(self):
-        return max(self.explanations, key=lambda e: e.score)
+        """The explanation with the highest score; none of them if the base alone is nearly as good."""
+        best = max(self.explanations, key=lambda e: e.score)
+        return best if best.score > ACCUSES else self.found[frozenset()]
 
     @property
     def rows(self):
