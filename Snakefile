@@ -18,6 +18,7 @@ include: "workflow/rules/common.smk"
 include: "workflow/rules/simulate.smk"
 include: "workflow/rules/identify.smk"
 include: "workflow/rules/replay.smk"
+include: "workflow/rules/zoo.smk"
 include: "workflow/rules/compare.smk"
 include: "workflow/rules/bearings.smk"
 include: "workflow/rules/blind.smk"
@@ -34,6 +35,7 @@ rule all:
         figure_files(),
         bearing_files(),
         data_files(),
+        rules.zoo.output,
         comparison_files(),
         blind_files(),
         crack_files(),

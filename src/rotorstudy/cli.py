@@ -29,6 +29,7 @@ def parser():
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
 
     plugins = commands.add_parser("plugins", help="list the zoo: kind, name, source, one line each")
+    plugins.add_argument("--name", help="all that this one plugin says of itself: options, parameters, claims, twins")
     plugins.add_argument("--kind", help="only this kind: rotor, crack, depth, bearing, effect, spectrum, estimator")
 
     new = commands.add_parser("new", help="write a working plugin file to start from")
@@ -143,12 +144,28 @@ def list_plugins(given):
         raise unknown_name("kind", given.kind, KINDS, "--kind")
     zoo = registry()
     shown = [(kind, plugin) for kind, plugin in zoo if given.kind in (None, kind)]
+    if given.name:
+        return show_plugin(given.name, [one for one in shown if one[1].name == given.name], shown)
     if shown:
         widths = [max(len(text) for text in column) for column in zip(*((k, p.name) for k, p in shown), strict=True)]
         for kind, plugin in shown:
             print(f"{kind:{widths[0]}}  {plugin.name:{widths[1]}}  {plugin.summary} [{plugin.source}]")
     if zoo.failures:
         raise PluginError("; ".join(zoo.failures))
+    return 0
+
+
+def show_plugin(name, found, known):
+    """What the plugins of a name say of themselves."""
+    from rotorstudy.errors import unknown_name
+    from rotorstudy.studies.zoo import facts
+
+    if not found:
+        raise unknown_name("plugin", name, [plugin.name for _, plugin in known], "--name")
+    for kind, plugin in found:
+        print(f"{kind} {plugin.name} ({plugin.file})")
+        for heading, text in facts(kind, plugin).items():
+            print(f"  {heading:16} {text}")
     return 0
 
 
