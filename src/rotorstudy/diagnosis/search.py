@@ -10,7 +10,9 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.rig import make_term
 
 FIRST_LOOK = 5  # steps of a fit before it is known whether it is worth more
-FITTED_FULLY = 4  # explanations a round
+FITTED_FULLY = 4  # explanations a round at least, and all
+CLOSE = 15.0  # above the cost of the best: e^-7 of its belief
+BENT = 3.0  # mean square of the priors' deviations from which a base fit is bent; 1 is expected
 ENOUGH = 0.05  # chance of a residual by noise alone from which no further cause is looked for
 WORTH_FITTING = 0.1  # of what the best candidate explains by its columns: a large effect bends them
 
@@ -127,8 +129,9 @@ def search(model, spectrum, settings):
         """The fit of all causes but the last: where a new one starts."""
         return found.get(frozenset(c.label for c in causes[:-1]), found[frozenset()]).fit
 
-    stated = fit(whole, spectrum, prior, steps=0)  # a base bent by what it lacks would bend the columns too
-    screened = screen(stated, spectrum, prior, every)
+    # a base bent by what it lacks would bend the columns too: then they are taken at the stated parameters
+    bent = base.penalty > BENT * len(prior)
+    screened = screen(fit(whole, spectrum, prior, steps=0) if bent else base, spectrum, prior, every)
     current = found[frozenset()]
 
     def refined(explanation):
@@ -174,7 +177,8 @@ def _step(current, every, spectrum, prior, settings, explain, screened):
         cost = explain(causes, steps=FIRST_LOOK)
         if cost is not None:
             looked.append((cost.fit.cost if isinstance(cost, Explanation) else cost, i))
-    looked = sorted(looked)[:FITTED_FULLY]
+    looked.sort()
+    looked = [one for rank, one in enumerate(looked) if rank < FITTED_FULLY or one[0] < looked[0][0] + CLOSE]
     tried = [explain((*current.causes, chosen[i]), screened[i].start) for _, i in looked]
     tried = [e for e in tried if e is not None]
     return max(tried, key=lambda e: e.score, default=None)
