@@ -20,6 +20,7 @@ include: "workflow/rules/identify.smk"
 include: "workflow/rules/replay.smk"
 include: "workflow/rules/compare.smk"
 include: "workflow/rules/bearings.smk"
+include: "workflow/rules/blind.smk"
 include: "workflow/rules/tables.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/cracks.smk"
@@ -34,4 +35,5 @@ rule all:
         bearing_files(),
         data_files(),
         comparison_files(),
+        blind_files(),
         crack_files(),

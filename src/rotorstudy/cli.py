@@ -8,6 +8,7 @@ from rotorstudy.errors import PluginError, RotorstudyError
 from rotorstudy.plugins import registry
 
 HARMONICS = (0, 1, 2, 3, 5, 7, -1, -3, -5)
+BLIND = "workflow/config/blind.yaml"
 MOST_SAMPLES = 20_000_000  # of a record, about a gigabyte while it is made
 
 EPILOG = """examples:
@@ -18,6 +19,7 @@ EPILOG = """examples:
   rotorstudy identify records.nc --rig rig.yaml --unknowns internal_damping external_damping
   rotorstudy import run_1.csv run_2.csv --rig rig.yaml --out spectrum.nc
   rotorstudy diagnose run_1.csv run_2.csv --rig rig.yaml --out diagnosis
+  rotorstudy blind --cases 60 --seed 7 --out blind_7
 """
 
 
@@ -103,6 +105,13 @@ def parser():
     )
     identify.add_argument("--phase", default="reference", help="reference, keyphasor or none (default reference)")
     identify.add_argument("--out", help="NetCDF file to write the estimates to")
+
+    blind = commands.add_parser("blind", help="hide effects in simulated measurements and see what a diagnosis finds")
+    blind.add_argument("--config", default=BLIND, help=f"what to draw (default {BLIND})")
+    blind.add_argument("--cases", type=int, metavar="N", help="number of cases (default: the configuration's)")
+    blind.add_argument("--seed", type=int, metavar="S", help="of all random numbers (default: the configuration's)")
+    blind.add_argument("--cores", type=int, default=1, metavar="K", help="processes; results are the same (default 1)")
+    blind.add_argument("--out", required=True, help="folder to write to")
     return top
 
 
@@ -121,6 +130,7 @@ def main(arguments=None):
             "import": import_records,
             "diagnose": diagnose,
             "identify": identify,
+            "blind": blind,
         }
         return commands[given.command](given)
     except RotorstudyError as error:
@@ -307,6 +317,23 @@ def identify(given):
         rig = read_yaml(given.rig)
         attributes = provenance(rig, [*named_plugins(rig), method, estimator])
         save(dataset(variables, coordinates, title="identification").assign_attrs(attributes), given.out)
+    return 0
+
+
+def blind(given):
+    from rotorstudy.blind.config import load_blind
+    from rotorstudy.blind.page import write_pages
+    from rotorstudy.blind.run import run_blind
+
+    if Path(given.out).is_file():
+        raise RotorstudyError(f"--out {given.out}: is a file; name a folder")
+    config = load_blind(given.config)
+    data, bars, rows = run_blind(config, given.out, cases=given.cases, seed=given.seed, cores=given.cores)
+    write_pages(data, bars, rows, given.out)
+    for row in bars.itertuples():
+        value = f"{row.reached:.3g} ({row.low:.3g} to {row.high:.3g}), {row.cases} cases"
+        print(f"{row.status:15} {row.what} {row.needed}: {value}")
+    print(f"wrote {given.out}/bars.html, cases.html, blind.nc and figures")
     return 0
 
 

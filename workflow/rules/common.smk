@@ -13,6 +13,7 @@ if folders:
     os.environ.update(ROTORSTUDY_PLUGINS=folders)
 
 try:
+    from rotorstudy.blind.config import load_blind
     from rotorstudy.errors import RotorstudyError
     from rotorstudy.job import imported_files, plugin_files
     from rotorstudy.plugins import registry
@@ -30,6 +31,7 @@ try:
     STUDIES = {name: load_study(ROOT / path) for name, path in settings.studies.items()}
     REPLAYS = {name: load_replay(ROOT / path) for name, path in settings.replays.items()}
     COMPARISON = load_comparison(ROOT / settings.compare) if settings.compare else None
+    BLIND = load_blind(ROOT / settings.blind) if settings.blind else None
     if COMPARISON:
         COMPARISON.check(STUDIES, REPLAYS)
     CRACKS = load_cracks(ROOT / settings.cracks) if settings.cracks else None

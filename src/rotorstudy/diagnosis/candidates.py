@@ -18,12 +18,14 @@ class Candidate(NamedTuple):
     """An effect at a place: plugin name, options of the place, its term without values.
 
     shape : options that stand inside a nonlinear force (a clearance), at one of the values tried
+    fixed : unknown name -> amplitude, of an effect that is there or not and has no size to fit
     """
 
     effect: str
     where: dict
     term: Term
     shape: dict = {}
+    fixed: dict = {}
 
     @property
     def cause(self):
@@ -44,7 +46,8 @@ def candidate(model, effect, where, shape=None, label="cause"):
     plugin = registry().get("effect", effect, "diagnosis")
     item = {"kind": effect, **plugin.example, **where, **(shape or {}), "label": label}
     term = make_term("effect", item, model.structure, model.sensors, f"candidate {effect}")
-    return Candidate(effect, where, term, dict(shape or {}))
+    fixed = {unknown.name: unknown.typical for unknown in term.unknowns} if plugin.fixed else {}
+    return Candidate(effect, where, term, dict(shape or {}), fixed)
 
 
 def _shapes(plugin):
@@ -91,7 +94,6 @@ def screen(fitted, spectrum, prior, chosen):
     """
     on_rotor = [u for c in chosen if c.term.acts_on == "rotor" for u in c.term.unknowns]
     on_output = [u for c in chosen if c.term.acts_on == "output" for u in c.term.unknowns]
-    order = int(np.abs(spectrum.harmonics).max()) + BEYOND
     carried = int(np.abs(spectrum.harmonics).max()) + BEYOND
     columns = sensitivities(
         fitted.model, spectrum.speed, spectrum.harmonics, (on_rotor, on_output), fitted.theta, order=carried
@@ -119,9 +121,11 @@ def screen(fitted, spectrum, prior, chosen):
             continue
         scale = np.where(left > 1e-6 * whole, left, np.inf)
         start = np.linalg.pinv(own / scale, rcond=1e-6) @ residual / scale
+        if candidate.fixed:
+            start = np.array(list(candidate.fixed.values()))
         gone = own @ start
         detection = np.full(len(place), np.inf)
         seen = np.isfinite(scale)
         detection[seen] = 1 / scale[seen]
-        result.append(Screened(float(gone @ gone), start, detection))
+        result.append(Screened(float(2 * gone @ residual - gone @ gone), start, detection))
     return result

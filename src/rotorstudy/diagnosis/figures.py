@@ -66,7 +66,7 @@ def what_is_wrong(data):
             ax.set_title(("residual" if column < 2 else "missing force") + f", {when}" if row == 0 else "")
         if when == "after":
             label = "standard deviations" if column < 2 else "force at the node (N)"
-            picture.colorbar(image, ax=axes[:, column - 1 : column + 1], label=label, shrink=0.9, pad=0.02)
+            picture.colorbar(image, ax=axes[:, column - 1 : column + 1], label=label, pad=0.02)
     held = " (* held out)" if data.held_out.values.any() else ""
     picture.supxlabel(f"harmonic (backward < 0 < forward){held}", fontsize=8)
     return picture
@@ -159,7 +159,7 @@ def gain(data):
     held = data.held_out.values.astype(bool)
     chosen = data.isel(speed=np.flatnonzero(held)) if held.any() else data
     picture, axes = figure(1, 2, height=2.6)
-    labels = [f"{w:.4g} rad/s, node {node}" for w in chosen.speed.values for node in chosen.node.values]
+    labels = [f"{w:.4g}, node {node}" for w in chosen.speed.values for node in chosen.node.values]
     labels = labels if len(labels) <= 24 else [""] * len(labels)
     measured = as_complex(chosen.measured)
     for k, (when, name, colour) in enumerate((("before", "base", BASE), ("after", "extended", EXTENDED))):
@@ -169,10 +169,12 @@ def gain(data):
         place = np.arange(len(length)) + 0.38 * (k - 0.5)
         for ax, values in zip(axes[0], (length, sigma), strict=True):
             ax.bar(place, values, 0.36, color=colour, label=f"{name} model")
-    for ax, label in zip(axes[0], ("error, rms over the harmonics (µm)", "error (standard deviations)"), strict=True):
+    for ax, label in zip(axes[0], ("rms error (µm)", "error (standard deviations)"), strict=True):
         ax.set_yscale("log")
         ax.set_xticks(np.arange(len(labels)), labels, rotation=90)
         ax.set_ylabel(label)
+        ax.set_xlabel("speed (rad/s), node")
+        ax.set_xlim(-1.5, max(len(labels), 4) - 0.5)
     axes[0, 1].axhline(1, color="k", linewidth=0.8, linestyle=":")
     axes[0, 0].legend()
     axes[0, 0].set_title("speeds no fit has seen" if held.any() else "no speed was held out: speeds that were fitted")

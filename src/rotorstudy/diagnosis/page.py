@@ -1,6 +1,7 @@
 """The page an engineer reads in two minutes: the verdict in words, the evidence, and what is assumed."""
 
 import base64
+import re
 from html import escape
 
 import numpy as np
@@ -41,10 +42,10 @@ def in_words(verdict):
             "Nothing is missing: noise and the stated model error explain what the simulation does not show (chance of "
             f"a residual this large: {chance(verdict['chance_of_residual']['before'])})."
         )
-        limits = verdict["detection_limit"][:FEW]
-        if limits:
-            found = "; ".join(f"{place(row)}, {row['parameter']} {quantity(row['amplitude'], row['unit'])}" for row in limits)
-            text += f" Of 100 records with one of these, 95 would have shown it: {found}."
+        limits = {place(row): row for row in reversed(detection_limits(verdict))}  # the most sensitive of a place
+        found = [f"{name} {quantity(row['amplitude'], row['unit'])}" for name, row in reversed(limits.items())]
+        if found:
+            text += f" Of 100 records with one of these, 95 would have shown it: {', '.join(found[:FEW])}."
         return text
     if not causes:
         return (
@@ -73,13 +74,30 @@ def gain_in_words(verdict):
     change = "lowers" if gain["ratio"] < 1 else "raises"
     return (
         f"Adding it {change} the error at {speeds} rad/s, which no fit saw, from {quantity(gain['before_m'], 'm')} to "
-        f"{quantity(gain['after_m'], 'm')} rms ({gain['before_sigma']:.3g} to {gain['after_sigma']:.3g} standard deviations)."
+        f"{quantity(gain['after_m'], 'm')} rms ({gain['before_sigma']:.3g} to {gain['after_sigma']:.3g} standard "
+        "deviations)."
     )
+
+
+def detection_limits(verdict):
+    """Detection limits, the most sensitive first; of real and imaginary part the larger one."""
+    largest = {}
+    for row in verdict["detection_limit"]:
+        name = re.sub("_(real|imag)$", "", row["parameter"])
+        largest[(place(row), name)] = {**row, "parameter": name}  # sorted: the last is the larger
+    return sorted(largest.values(), key=lambda row: row["of_typical"])
+
+
+def plain(name):
+    """A parameter as a page names it, without the labels that the search gives."""
+    return re.sub(r"\[cause \d+\]", "", re.sub(r"\[calibration \d+\]", " (calibration)", name)).replace("_", " ")
 
 
 def place(cause):
     """'unbalance at node 2' for a cause or another dict with effect and where."""
-    where = " ".join(("at node {}" if key == "node" else f"({key} {{}})").format(v) for key, v in cause["where"].items())
+    where = " ".join(
+        ("at node {}" if key == "node" else f"({key} {{}})").format(v) for key, v in cause["where"].items()
+    )
     if registry().get("effect", cause["effect"]).acts_on == "output":
         where = where.replace("at node", "of the probes at node")
     return f"{cause['effect'].replace('_', ' ')} {where}".strip()
@@ -92,7 +110,8 @@ def cause_in_words(cause):
         if name.endswith("_phase") and name.removesuffix("_phase") in given:
             parts[-1] += f" at {quantity(value['value'], value['unit'], value['std'])}"
         else:
-            parts.append(f"{name.replace('_', ' ')} {quantity(value['value'], value['unit'], value['std'])}")
+            label = "" if name == cause["effect"] else f"{plain(name)} "
+            parts.append(f"{label}{quantity(value['value'], value['unit'], value['std'])}")
     return f"{place(cause)} ({', '.join(parts)})"
 
 
@@ -126,14 +145,16 @@ def write_page(verdict, data, figures, path, title):
         *_picture("causes", figures),
         *_picture("before_and_after", figures),
         *_picture("gain", figures),
-        *_table("Base parameters that moved by more than two of their stated deviations", _moved(verdict), "None."),
+        *_table(
+            "Base parameters that moved by more than two of their stated deviations", _moved(verdict, data), "None."
+        ),
         *_identifiability(verdict),
         *_table(
             "Detection limits",
             _limits(verdict),
             "None: no effect of the library shows in these records.",
             f"The smallest amplitude found in 95 of 100 such records, the {MOST_LIMITS} most sensitive of "
-            f"{len(verdict['detection_limit'])} (all in verdict.json). As read: anything smaller may be there.",
+            f"{len(detection_limits(verdict))} (all in verdict.json). Anything smaller may be there unseen.",
         ),
         *_findings(verdict),
         *_table("Settings", _settings(verdict), ""),
@@ -165,19 +186,21 @@ def _left(verdict):
          "standard deviations": row["sigma"]}
         for row in verdict["unexplained"]
     ]  # fmt: skip
+    added = "With all causes added" if verdict["causes"] else "Nothing was added"
     note = (
-        "With all causes added: chance of a residual this large "
+        f"{added}: chance of a residual this large "
         f"{chance(verdict['chance_of_residual']['after'])}; left of the excess error: {percent(verdict['left_over'])}."
     )
     return _table("What remains unexplained", rows, f"{note} No harmonic of a node stands out.", note)
 
 
-def _moved(verdict):
+def _moved(verdict, data):
+    units = dict(zip(data.parameter.values, data.unit.values, strict=True))
     return [
         {
-            "parameter": row["name"],
-            "stated": quantity(row["stated"], row.get("unit", "1"), row["stated_std"]),
-            "fitted": quantity(row["value"], row.get("unit", "1"), row["std"]),
+            "parameter": plain(row["name"]),
+            "stated": quantity(row["stated"], units[row["name"]], row["stated_std"]),
+            "fitted": quantity(row["value"], units[row["name"]], row["std"]),
             "moved (stated deviations)": row["moved_sigma"],
         }
         for row in verdict["base_parameters"]
@@ -188,21 +211,25 @@ def _limits(verdict):
     return [
         {
             "effect": place(row),
-            "parameter": row["parameter"].replace("_", " "),
+            "parameter": plain(row["parameter"]),
             "smallest found": quantity(row["amplitude"], row["unit"]),
             "of a typical one": row["of_typical"],
         }
-        for row in verdict["detection_limit"][:MOST_LIMITS]
+        for row in detection_limits(verdict)[:MOST_LIMITS]
     ]
 
 
 def _identifiability(verdict):
     card = verdict["identifiability"]
     lines = {
-        "Seen by no harmonic": ", ".join(card["dead"]),
-        "Known by what the rig states alone, the records add nothing": ", ".join(card["known_by_prior_alone"]),
+        "Seen by no harmonic": ", ".join(map(plain, card["dead"])),
+        "Known by what the rig states alone, the records add nothing": ", ".join(
+            map(plain, card["known_by_prior_alone"])
+        ),
         "Traded off against each other": ", ".join(
-            f"{a} and {b} ({row['correlation']:.3f})" for row in card["traded_off"] for a, b in [row["pair"]]
+            f"{plain(a)} and {plain(b)} ({row['correlation']:.3f})"
+            for row in card["traded_off"]
+            for a, b in [row["pair"]]
         ),
     }
     items = "".join(f"<li>{name}: {escape(text) or 'none'}</li>" for name, text in lines.items())

@@ -48,7 +48,9 @@ def report(records, rig_path, out, hold_out=None):
     with whole_folder(out) as folder:
         draw(diagnosis, data, folder / "figures")
         save(data, folder / "verdict.nc")
-        write_rig(rig, folder / "extended_rig.yaml", f"{rig_path} after a diagnosis of its records\n{verdict['in_words']}")
+        write_rig(
+            rig, folder / "extended_rig.yaml", f"{rig_path} after a diagnosis of its records\n{verdict['in_words']}"
+        )
         write_page(verdict, data, folder / "figures", folder / "index.html", title=Path(rig_path).stem)
         write_text(folder / "verdict.json", json.dumps(finite(verdict), indent=1, ensure_ascii=False) + "\n")
     return verdict
@@ -170,7 +172,9 @@ def check_spectrum(spectrum, where):
         raise RotorstudyError(f"{where}: harmonics or their covariance are missing or not finite (NaN); import again")
     variance = np.diagonal(spectrum.covariance, axis1=-2, axis2=-1)
     if (variance < 0).any() or not variance.any():
-        raise RotorstudyError(f"{where}: variances are negative or all zero; a diagnosis needs the noise of each harmonic")
+        raise RotorstudyError(
+            f"{where}: variances are negative or all zero; a diagnosis needs the noise of each harmonic"
+        )
     twice = sorted({float(w) for w in spectrum.speed if np.sum(np.isclose(spectrum.speed, w, rtol=1e-6)) > 1})
     if twice:
         raise RotorstudyError(f"{where}: speed {twice[0]:g} rad/s is there twice; give each record once")
@@ -241,9 +245,7 @@ def _parameters(diagnosis):
 def _explanations(diagnosis):
     """Every explanation that was fitted, most believed first."""
     weights = _weights(diagnosis.search.explanations)
-    stated = {
-        (cause["effect"], tuple(cause["where"].items())) for cause in diagnosis.verdict["ambiguous_with"]
-    }
+    stated = {(cause["effect"], tuple(cause["where"].items())) for cause in diagnosis.verdict["ambiguous_with"]}
     best = diagnosis.search.best
     labels = [" + ".join(cause.label for cause in e.causes) or "nothing more" for e, _ in weights]
     twin = [

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rotorstudy.diagnosis.fit import Fit, predicted, whitened, with_model_error
-from rotorstudy.diagnosis.search import Search, _price, search
+from rotorstudy.diagnosis.search import Search, search
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.identification import magnitude_and_phase
@@ -13,7 +13,6 @@ from rotorstudy.spectrum import Spectrum
 
 STATED_SET = 0.99  # confidence that the causes named together hold the true one
 LEFT_OVER = 0.1  # of the excess rms before, above which a significant rest means that the cause is not the right one
-WORSE = 20.0  # growth of the held-out misfit that no noise explains
 POWER = 1.645  # deviations above the price at which 95 % of effects of that size are found
 
 
@@ -59,15 +58,18 @@ def investigate(spectrum, model, *, hold_out=None, settings=None):
     best = found.best
     gain = _gain(found.base, best.fit, held)
     rows = 2 * fitted.amplitude.size
-    unlikely_before = _tail(found.base.cost, rows)
-    unlikely_after = _tail(best.fit.cost, rows - len(best.fit.names) + len(found.prior))
+    wide = 1 + settings.covariance_error
+    unlikely_before = _tail(found.base.cost / wide, rows)
+    unlikely_after = _tail(best.fit.cost / wide, rows - len(best.fit.names) + len(found.prior))
     left = _left_over(found.base.cost, best.fit.cost, rows)
     weights = _weights(found.explanations)
     sure = {name: sum(w for e, w in weights if name in e.named) for e, _ in weights for name in e.named}
     stated = _stated(weights, best)
     if not best.causes:
         verdict = "nothing" if unlikely_before >= settings.significance else "unknown"
-    elif (unlikely_after < settings.significance and left > LEFT_OVER) or _is_worse(gain, held):
+    elif (unlikely_after < settings.significance and left > LEFT_OVER) or _is_worse(
+        found.base, best.fit, held, settings
+    ):
         verdict = "unknown"
     elif stated or min(sure[name] for name in best.named) < settings.sure:
         verdict = "ambiguous"
@@ -83,7 +85,7 @@ def investigate(spectrum, model, *, hold_out=None, settings=None):
         "unexplained": _unexplained(best.fit, fitted, settings) if verdict == "unknown" or best.causes else [],
         "chance_of_residual": {"before": unlikely_before, "after": unlikely_after},
         "left_over": left,
-        "detection_limit": _detection_limits(found, rows),
+        "detection_limit": _detection_limits(found),
         "gain": gain,
         "base_parameters": _moved(best.fit, found.prior),
         "identifiability": _identifiability(best.fit, found.prior),
@@ -187,12 +189,22 @@ def _gain(base, best, held):
     }
 
 
-def _is_worse(gain, held):
-    """Whether held-out speeds speak against the extension: their misfit grows by more than noise would make it."""
-    if gain is None:
+def _is_worse(base, best, held, settings):
+    """Whether held-out speeds speak against the extension: they contradict what it predicts, and the base less so."""
+    if held is None:
         return False
-    rows = 2 * held.amplitude.size
-    return rows * (gain["after_sigma"] ** 2 - gain["before_sigma"] ** 2) > WORSE
+    (before, _), (after, unlikely) = (_surprise(fitted, held, settings) for fitted in (base, best))
+    return unlikely < settings.significance and after > before
+
+
+def _surprise(fitted, held, settings):
+    """Misfit of held-out speeds, and its chance, noise and what the fit leaves open of its parameters counted."""
+    shown, change = predicted(fitted.model, held, fitted.theta, jacobian=True)
+    off = whitened(held, held.amplitude - shown)
+    columns = whitened(held, np.moveaxis(change[..., fitted.model.position(fitted.names)], -1, 0)).T
+    spread = (1 + settings.covariance_error) * np.eye(len(off)) + columns @ fitted.covariance @ columns.T
+    misfit = float(off @ np.linalg.solve(spread, off))
+    return misfit, _tail(misfit, len(off))
 
 
 def residual_map(fitted, spectrum):
@@ -220,12 +232,12 @@ def _unexplained(fitted, spectrum, settings):
     return sorted(found, key=lambda row: -row["share"])
 
 
-def _detection_limits(found, rows):
+def _detection_limits(found):
     """Smallest amplitude of each candidate found in 95 of 100 such records, the most sensitive first."""
     limits = []
     for c, screened in zip(found.candidates, found.screened, strict=True):
         unknowns = c.term.unknowns
-        needed = np.sqrt(_price(len(unknowns), rows, len(found.candidates))) + POWER
+        needed = np.sqrt(found.price(len(unknowns))) + POWER
         for unknown, one in zip(unknowns, screened.detection, strict=True):
             if np.isfinite(one):
                 name = unknown.name.replace(f"[{c.term.label}]", "")

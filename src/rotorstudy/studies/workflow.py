@@ -6,6 +6,7 @@ from rotorstudy.studies.config import Strict
 class WorkflowConfig(Strict):
     """results, reference: folders;  studies, replays: name -> configuration file;  plugin_folders: further plugins
 
+    blind   : configuration file of the blind tests of the diagnosis; none: they are left out
     compare : configuration file of the comparison of spectra and estimators; none: it is left out
     cracks : configuration file of the comparison of crack models; none: left out
     """
@@ -15,5 +16,6 @@ class WorkflowConfig(Strict):
     plugin_folders: list[str] = []
     studies: dict[str, str] = {}
     replays: dict[str, str] = {}
+    blind: str | None = None
     compare: str | None = None
     cracks: str = ""
