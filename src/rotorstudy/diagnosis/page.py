@@ -34,8 +34,13 @@ CAPTIONS = {
 }
 
 
-def in_words(verdict):
-    """The verdict as a few plain sentences."""
+def in_words(verdict, findings=()):
+    """The verdict as a few plain sentences; findings : of the quality of the records."""
+    doubts = dict.fromkeys(finding.name for finding in findings if finding.severity == "warning")
+    return _said(verdict) + (f" Check the records first: {', '.join(doubts)}." if doubts else "")
+
+
+def _said(verdict):
     kind, causes, others = verdict["verdict"], verdict["causes"], verdict["ambiguous_with"]
     if kind == "nothing":
         text = (

@@ -40,7 +40,7 @@ def report(records, rig_path, out, hold_out=None):
     data = verdict_dataset(diagnosis, spectrum).assign_attrs(attributes)
     verdict = {
         **diagnosis.verdict,
-        "in_words": in_words(diagnosis.verdict),
+        "in_words": in_words(diagnosis.verdict, findings),
         "findings": [asdict(finding) for finding in findings],
         "provenance": attributes,
     }
