@@ -1,4 +1,4 @@
-"""Command line: the zoo and files of your own for it; simulate a rig, import measured records, identify a rig."""
+"""Command line: the zoo and your own files for it; simulate a rig, import records, identify and diagnose a rig."""
 
 import argparse
 import sys
@@ -18,6 +18,7 @@ EPILOG = """examples:
   rotorstudy simulate rig.yaml --speeds 88 308 --out records.nc
   rotorstudy identify records.nc --rig rig.yaml --unknowns internal_damping external_damping
   rotorstudy import run_1.csv run_2.csv --rig rig.yaml --out spectrum.nc
+  rotorstudy diagnose run_1.csv run_2.csv --rig rig.yaml --out diagnosis
   rotorstudy blind --cases 60 --seed 7 --out blind_7
 """
 
@@ -68,6 +69,22 @@ def parser():
     measured.add_argument("--out", required=True, help="NetCDF file to write")
     measured.add_argument("--quality", help="HTML page to write (default: quality.html beside --out)")
 
+    diagnose = commands.add_parser("diagnose", help="what the simulation of a rig gets wrong, and the cause")
+    diagnose.add_argument(
+        "records", nargs="+", help="record files, tables of harmonics, or one spectrum that `import` wrote"
+    )
+    diagnose.add_argument(
+        "--rig", required=True, help="rig file with a value for every parameter; its section 'diagnosis:' has settings"
+    )
+    diagnose.add_argument("--out", required=True, metavar="DIR", help="folder to write verdict, figures and page to")
+    diagnose.add_argument(
+        "--hold-out",
+        type=float,
+        nargs="+",
+        metavar="RAD_S",
+        help="measured speeds in rad/s that no fit sees (default: those of the rig file, else about a quarter)",
+    )
+
     identify = commands.add_parser("identify", help="estimate parameters of a rig from records")
     identify.add_argument("records", help="NetCDF file as `simulate` writes it")
     identify.add_argument(
@@ -112,6 +129,7 @@ def main(arguments=None):
             "check": check,
             "simulate": simulate,
             "import": import_records,
+            "diagnose": diagnose,
             "identify": identify,
             "blind": blind,
         }
@@ -249,6 +267,24 @@ def import_records(given):
     save(measurement_dataset(measurement).assign_attrs(attributes), given.out)
     count = len(measurement.spectrum.speed)
     print(f"wrote the spectrum of {count} speed(s) to {given.out}, their quality to {page}")
+    return 0
+
+
+def diagnose(given):
+    from rotorstudy.diagnosis.report import report
+
+    if Path(given.out).is_file():
+        raise RotorstudyError(f"--out {given.out}: is a file; name a folder")
+    if not Path(given.out).parent.is_dir():
+        raise RotorstudyError(f"--out {given.out}: the folder '{Path(given.out).parent}' does not exist; make it first")
+    inputs = [Path(path).resolve() for path in (given.rig, *given.records)]
+    if Path(given.out).resolve() in [path.parent for path in inputs]:
+        raise RotorstudyError(f"--out {given.out}: holds an input; name a folder of its own")
+    verdict = report(given.records, given.rig, given.out, given.hold_out)
+    for finding in verdict["findings"]:
+        print("{severity}: {where}: {name}: {text}".format(**finding), file=sys.stderr)
+    print(verdict["in_words"])
+    print(f"wrote {Path(given.out) / 'index.html'}")
     return 0
 
 
