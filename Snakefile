@@ -21,6 +21,7 @@ include: "workflow/rules/replay.smk"
 include: "workflow/rules/compare.smk"
 include: "workflow/rules/bearings.smk"
 include: "workflow/rules/blind.smk"
+include: "workflow/rules/diagnose.smk"
 include: "workflow/rules/tables.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/cracks.smk"
@@ -36,4 +37,5 @@ rule all:
         data_files(),
         comparison_files(),
         blind_files(),
+        diagnosis_files(),
         crack_files(),
