@@ -3,7 +3,7 @@
 import numpy as np
 
 from rotorstudy.diagnosis.fit import fit, predicted, with_model_error
-from rotorstudy.diagnosis.page import gain_in_words, place
+from rotorstudy.diagnosis.page import chance, gain_in_words, place
 from rotorstudy.diagnosis.report import read_settings, read_spectrum
 from rotorstudy.diagnosis.search import base_model
 from rotorstudy.diagnosis.verdict import investigate
@@ -15,6 +15,7 @@ from rotorstudy.studies.checks import shown_name
 from rotorstudy.studies.replay import thesis_estimates
 
 UNLIMITED = 1e3  # times the stated uncertainty: as the thesis fits, with no limit on any parameter
+WORST = 4  # harmonics named in a sentence
 
 
 def leave_one_out(records, rig_path):
@@ -93,3 +94,68 @@ def parameter_rows(config, data, folder):
         unit = "µm" if unit == "m" else unit
         rows.append({"rig": config.name.replace("_", " "), "parameter": shown_name(name), "unit": unit, **columns})
     return rows
+
+
+def left_out_rows(config, rows):
+    """Rows of `leave_one_out` as a page shows them, µm."""
+    return [
+        {
+            "rig": config.name.replace("_", " "),
+            "speed left out (Hz)": row["speed"] / (2 * np.pi),
+            "verdict": row["verdict"],
+            "causes": "; ".join(row["causes"]),
+            **{f"{key.replace('_', ' ')} (µm)": 1e6 * row[key] for key in ("without_limits", "base", "extended")},
+        }
+        for row in rows
+    ]
+
+
+def notes_on(config, verdict, harmonics, left_out):
+    """Sentences on one rig: where its model is wrong, the verdict, what holds on speeds left out.
+
+    harmonics, left_out : from `harmonic_rows`, `leave_one_out`
+    """
+    rig = config.name.replace("_", " ").capitalize()
+    wrong = sorted(harmonics, key=lambda row: -row["base (σ)"])[:WORST]
+    where = ", ".join(
+        f"{row['harmonic']} by {row['base, left (µm)']:.3g} µm ({row['base (σ)']:.2g} σ)" for row in wrong
+    )
+    before, after = (chance(verdict["chance_of_residual"][when]) for when in ("before", "after"))
+    better = sum(row["extended"] < row["base"] for row in left_out)
+    freely = sum(row["extended"] < row["without_limits"] for row in left_out)
+    always = set.intersection(*(set(row["causes"]) for row in left_out))
+    return [
+        f"{rig}: within what its own other measurements allow, the thesis's model misses most at {where}; chance of "
+        f"that by noise: {before}.",
+        f"{rig}, verdict '{verdict['verdict']}': {verdict['in_words']} Chance of what is left: {after}.",
+        f"{rig}: of {len(left_out)} speeds left out in turn, {better} are foretold better with causes than without, "
+        f"{freely} better than by the thesis's model with every parameter free. Found whichever speed is left out: "
+        f"{', '.join(sorted(always)) or 'nothing'}.",
+    ]
+
+
+def shared_causes(verdicts):
+    """A sentence on what is a cause, or cannot be ruled out, in every rig; verdicts : name -> verdict.json."""
+    named = [{place(cause) for cause in v["causes"] + v["ambiguous_with"]} for v in verdicts.values()]
+    return f"In every rig, as cause or not ruled out: {', '.join(sorted(set.intersection(*named))) or 'nothing'}."
+
+
+LEGEND = (
+    "Thesis: its own estimates from all speeds, 0X and 1X of the slow roll taken off as in Eq. (3.1). Base: its model, "
+    "with dampings, crack and disc within what its impact tests and a lathe allow. Without limits: its model, every "
+    "parameter free. Extended: base and the causes found."
+)
+UNDECIDED = (
+    "What three or four speeds of one pair of probes cannot decide: on the rig of Chapter 3, modelled with one "
+    "coordinate, a bow and a force at 1X that does not grow with the speed are the same at every speed. An uncoupled "
+    "run tells.",
+    "All speeds but the slow roll lie well below the critical speed (at a quarter to two fifths of it): an unbalance "
+    "grows there with the square of the speed, a bow by its resonance, and a 1X runout that drifts looks like either. "
+    "A coast-down through the critical speed tells.",
+    "A mirror image of 1X at -1X may be unequal or skewed probes, runout, or supports of unequal stiffness. Exchange "
+    "the two probes, or turn both by 45 degrees.",
+    "0X is nearly all sensor gap, so the side force by which 0X would tell internal damping is below the stated error. "
+    "Touch the shaft at rest before and after each run.",
+    "The noise beyond the rounding was never published; 1 µm and 5 % of each harmonic are assumed. Repeated records "
+    "tell. With fewer equations than a library has effects, agreement of several causes together is no proof of any.",
+)
