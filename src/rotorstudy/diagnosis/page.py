@@ -27,8 +27,8 @@ CAPTIONS = {
     "parameters fitted; 1 is what chance does. Right: the force at the measured nodes that would make up for it; where "
     "not all of the rotor is measured the true force may act elsewhere. An effect of the measuring chain shows as a "
     "force too, though none acts.",
-    "causes": "Each explanation was fitted with the base parameters free. Its price grows with its parameters and with "
-    "the number of causes it was chosen from.",
+    "causes": "Best first. Each was fitted with the base parameters free; what it leaves is weighed against its price, "
+    "which grows with its parameters and with the number of causes it was chosen from.",
     "before_and_after": "The harmonics and one turn of the orbit, at the nodes with the largest residual.",
     "gain": "Base: the rig as given, fitted. Extended: with the causes.",
 }
