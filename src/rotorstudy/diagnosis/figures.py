@@ -17,7 +17,7 @@ FIGURES = {
     "what_is_wrong": "What the simulation gets wrong",
     "causes": "What was tried as the cause",
     "before_and_after": "Spectra and orbits",
-    "gain": "Error on speeds no fit has seen",
+    "gain": "What adding the causes gains",
 }
 
 

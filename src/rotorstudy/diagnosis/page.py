@@ -180,7 +180,14 @@ def _next(verdict):
     items = "".join(f"<li>{escape(cause_in_words(c))}; confidence {percent(c['confidence'])}</li>" for c in others)
     parts = ["<h2>What else it could be</h2>", f"<ul>{items}</ul>"]
     if tell:
-        told = "".join(f"<li>{escape(text)}</li>" for text in tell.split("; "))
+        groups = {}
+        for line in tell.split("; "):
+            pair, _, text = line.partition(": ")
+            groups.setdefault(text or pair, []).append(pair.replace("_", " ") if text else "")
+        told = "".join(
+            f"<li><b>{escape(text)}</b> ({escape('; '.join(pairs))})</li>" if any(pairs) else f"<li>{escape(text)}</li>"
+            for text, pairs in groups.items()
+        )
         parts += ["<h2>What would tell them apart</h2>", f"<ul>{told}</ul>"]
     return parts
 
