@@ -22,6 +22,7 @@ include: "workflow/rules/zoo.smk"
 include: "workflow/rules/compare.smk"
 include: "workflow/rules/bearings.smk"
 include: "workflow/rules/blind.smk"
+include: "workflow/rules/diagnose.smk"
 include: "workflow/rules/tables.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/cracks.smk"
@@ -38,4 +39,5 @@ rule all:
         rules.zoo.output,
         comparison_files(),
         blind_files(),
+        diagnosis_files(),
         crack_files(),

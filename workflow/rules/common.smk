@@ -14,7 +14,7 @@ if folders:
 
 try:
     from rotorstudy.blind.config import load_blind
-    from rotorstudy.errors import RotorstudyError
+    from rotorstudy.errors import RotorstudyError, unknown_name
     from rotorstudy.job import imported_files, plugin_files
     from rotorstudy.plugins import registry
     from rotorstudy.studies.compare import load_comparison
@@ -42,6 +42,9 @@ try:
             STUDIES[name].check_shown(2)
     for replay in REPLAYS.values():
         check_replay(replay, ROOT / settings.reference)
+    for name, item in settings.diagnoses.items():
+        if item.replay and item.replay not in REPLAYS:
+            raise unknown_name("replay", item.replay, REPLAYS, f"the workflow configuration, diagnoses.{name}")
     for failure in registry().failures:
         print(f"warning: {failure}", file=sys.stderr)
 except RotorstudyError as error:

@@ -17,7 +17,7 @@ FIGURES = {
     "what_is_wrong": "What the simulation gets wrong",
     "causes": "What was tried as the cause",
     "before_and_after": "Spectra and orbits",
-    "gain": "Error on speeds no fit has seen",
+    "gain": "What adding the causes gains",
 }
 
 
@@ -81,12 +81,14 @@ def _map_axes(ax, data, order):
 
 
 def causes(data, sure):
-    """Explanations ranked: how much each explains beyond what it costs, and the confidence in it."""
+    """Explanations ranked by score: the error each leaves, rms in standard deviations, and the confidence in it."""
     count = min(MOST_CAUSES, data.sizes["explanation"])
     part = data.isel(explanation=slice(0, count))
-    picture, axes = figure(height=0.7 + 0.22 * count, width=6.0)
+    components = 2 * int((data.held_out == 0).sum()) * data.sizes["harmonic"] * data.sizes["node"]
+    picture, axes = figure(height=1.0 + 0.22 * count, width=6.5)
     ax, place = axes[0, 0], np.arange(count)
-    score = np.maximum(part.score.values, 0.0)
+    left = np.sqrt(part.cost.values / components)
+    start = 0.8 * min(1.0, left.min())
     for best, twin, colour, label in (
         (1, 0, EXTENDED, "the verdict"),
         (0, 1, COLOURS[4], "cannot be ruled out"),
@@ -94,16 +96,19 @@ def causes(data, sure):
     ):
         chosen = (part.is_best.values == best) & (part.is_twin.values == twin)
         if chosen.any():
-            ax.barh(place[chosen], score[chosen], 0.7, color=colour, label=label, hatch="//" if twin else None)
-    for y, value, belief in zip(place, score, part.confidence.values, strict=True):
+            hatch = "//" if twin else None
+            ax.barh(place[chosen], left[chosen] - start, 0.7, start, color=colour, label=label, hatch=hatch)
+    for y, value, belief in zip(place, left, part.confidence.values, strict=True):
         if belief >= 0.001:
-            ax.text(value, y, f" {belief:.1%}", va="center", fontsize=7)
-    ax.set_yticks(place, [shorten(str(label), 70, placeholder=" ...") for label in part.explanation_label.values])
+            ax.text(value, y, f" confidence {belief:.1%}", va="center", fontsize=7)
+    ax.axvline(1, color="k", linewidth=0.8, linestyle=":")
+    ax.set_xscale("log")
+    ax.set_xlim(start, max(3 * left.max(), 3.0))
+    labels = [str(label).replace("_", " ") for label in part.explanation_label.values]
+    ax.set_yticks(place, [shorten(label, 70, placeholder=" ...") for label in labels])
     ax.invert_yaxis()
-    ax.set_xlim(0, max(1.15 * score.max(), 1.0))
-    ax.set_xlabel("explained: fall of the misfit less the price of the causes (1)")
-    ax.set_title(f"Bars: score; figures: confidence, if 0.1 % or more (named alone from {sure:.0%})")
-    ax.legend(loc="lower right")
+    ax.set_xlabel(f"error left (standard deviations); dotted: noise alone. Named alone from {sure:.0%} confidence")
+    picture.legend(loc="outside upper center", ncols=3)
     return picture
 
 

@@ -27,8 +27,8 @@ CAPTIONS = {
     "parameters fitted; 1 is what chance does. Right: the force at the measured nodes that would make up for it; where "
     "not all of the rotor is measured the true force may act elsewhere. An effect of the measuring chain shows as a "
     "force too, though none acts.",
-    "causes": "Each explanation was fitted with the base parameters free. Its price grows with its parameters and with "
-    "the number of causes it was chosen from.",
+    "causes": "Best first. Each was fitted with the base parameters free; what it leaves is weighed against its price, "
+    "which grows with its parameters and with the number of causes it was chosen from.",
     "before_and_after": "The harmonics and one turn of the orbit, at the nodes with the largest residual.",
     "gain": "Base: the rig as given, fitted. Extended: with the causes.",
 }
@@ -180,7 +180,14 @@ def _next(verdict):
     items = "".join(f"<li>{escape(cause_in_words(c))}; confidence {percent(c['confidence'])}</li>" for c in others)
     parts = ["<h2>What else it could be</h2>", f"<ul>{items}</ul>"]
     if tell:
-        told = "".join(f"<li>{escape(text)}</li>" for text in tell.split("; "))
+        groups = {}
+        for line in tell.split("; "):
+            pair, _, text = line.partition(": ")
+            groups.setdefault(text or pair, []).append(pair.replace("_", " ") if text else "")
+        told = "".join(
+            f"<li><b>{escape(text)}</b> ({escape('; '.join(pairs))})</li>" if any(pairs) else f"<li>{escape(text)}</li>"
+            for text, pairs in groups.items()
+        )
         parts += ["<h2>What would tell them apart</h2>", f"<ul>{told}</ul>"]
     return parts
 

@@ -243,8 +243,8 @@ def _parameters(diagnosis):
 
 
 def _explanations(diagnosis):
-    """Every explanation that was fitted, most believed first."""
-    weights = _weights(diagnosis.search.explanations)
+    """Every explanation that was fitted, that with the highest score first."""
+    weights = sorted(_weights(diagnosis.search.explanations), key=lambda pair: -pair[0].score)
     stated = {(cause["effect"], tuple(cause["where"].items())) for cause in diagnosis.verdict["ambiguous_with"]}
     best = diagnosis.search.best
     labels = [" + ".join(cause.label for cause in e.causes) or "nothing more" for e, _ in weights]
