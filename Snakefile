@@ -18,8 +18,11 @@ include: "workflow/rules/common.smk"
 include: "workflow/rules/simulate.smk"
 include: "workflow/rules/identify.smk"
 include: "workflow/rules/replay.smk"
+include: "workflow/rules/zoo.smk"
 include: "workflow/rules/compare.smk"
 include: "workflow/rules/bearings.smk"
+include: "workflow/rules/blind.smk"
+include: "workflow/rules/diagnose.smk"
 include: "workflow/rules/tables.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/cracks.smk"
@@ -33,5 +36,8 @@ rule all:
         figure_files(),
         bearing_files(),
         data_files(),
+        rules.zoo.output,
         comparison_files(),
+        blind_files(),
+        diagnosis_files(),
         crack_files(),

@@ -25,6 +25,7 @@ def rotorstudy_effect():
         ac_coupling,
         source="first-order high pass",
         acts_on="output",
+        fixed=True,
         shape={"corner_rad_per_s": (0.05, 60.0)},
         checked="0X gone to 1e-12, -3 dB and 45 degrees of lead at the corner",
         twins=(

@@ -26,6 +26,7 @@ def rotorstudy_effect():
         reversed_probe,
         source="Bently and Hatch 2002, Fundamentals of Rotating Machinery Diagnostics",
         acts_on="output",
+        fixed=True,
         places=both_probes,
         checked="with 1, x or y negative in time to 1e-12",
         twins=(

@@ -18,6 +18,7 @@ def rotorstudy_effect():
         swapped_probes,
         source="Bently and Hatch 2002, Fundamentals of Rotating Machinery Diagnostics",
         acts_on="output",
+        fixed=True,
         checked="with 1, x and y exchanged in time to 1e-12",
         twins=(
             ("probe_angle", "swapped probes mirror the whole signal, a skew a few per cent"),

@@ -28,6 +28,8 @@ _HOME = {
     "full_spectrum": "records",
     "simulate_records": "records",
     "load_records": "record_files",
+    "read_measurement": "measured",
+    "load_spectrum": "measured",
     "Spectrum": "spectrum",
     "Problem": "identification",
     "Estimate": "identification",

@@ -1,4 +1,4 @@
-"""Command line: the zoo and files of your own for it; simulate a rig, import measured records, identify a rig."""
+"""Command line: the zoo and your own files for it; simulate a rig, import records, identify and diagnose a rig."""
 
 import argparse
 import sys
@@ -8,6 +8,7 @@ from rotorstudy.errors import PluginError, RotorstudyError
 from rotorstudy.plugins import registry
 
 HARMONICS = (0, 1, 2, 3, 5, 7, -1, -3, -5)
+BLIND = "workflow/config/blind.yaml"
 MOST_SAMPLES = 20_000_000  # of a record, about a gigabyte while it is made
 
 EPILOG = """examples:
@@ -17,6 +18,8 @@ EPILOG = """examples:
   rotorstudy simulate rig.yaml --speeds 88 308 --out records.nc
   rotorstudy identify records.nc --rig rig.yaml --unknowns internal_damping external_damping
   rotorstudy import run_1.csv run_2.csv --rig rig.yaml --out spectrum.nc
+  rotorstudy diagnose run_1.csv run_2.csv --rig rig.yaml --out diagnosis
+  rotorstudy blind --cases 60 --seed 7 --out blind_7
 """
 
 
@@ -27,6 +30,7 @@ def parser():
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
 
     plugins = commands.add_parser("plugins", help="list the zoo: kind, name, source, one line each")
+    plugins.add_argument("--name", help="all that this one plugin says of itself: options, parameters, claims, twins")
     plugins.add_argument("--kind", help="only this kind: rotor, crack, depth, bearing, effect, spectrum, estimator")
 
     new = commands.add_parser("new", help="write a working plugin file to start from")
@@ -65,6 +69,22 @@ def parser():
     measured.add_argument("--out", required=True, help="NetCDF file to write")
     measured.add_argument("--quality", help="HTML page to write (default: quality.html beside --out)")
 
+    diagnose = commands.add_parser("diagnose", help="what the simulation of a rig gets wrong, and the cause")
+    diagnose.add_argument(
+        "records", nargs="+", help="record files, tables of harmonics, or one spectrum that `import` wrote"
+    )
+    diagnose.add_argument(
+        "--rig", required=True, help="rig file with a value for every parameter; its section 'diagnosis:' has settings"
+    )
+    diagnose.add_argument("--out", required=True, metavar="DIR", help="folder to write verdict, figures and page to")
+    diagnose.add_argument(
+        "--hold-out",
+        type=float,
+        nargs="+",
+        metavar="RAD_S",
+        help="measured speeds in rad/s that no fit sees (default: those of the rig file, else about a quarter)",
+    )
+
     identify = commands.add_parser("identify", help="estimate parameters of a rig from records")
     identify.add_argument("records", help="NetCDF file as `simulate` writes it")
     identify.add_argument(
@@ -86,6 +106,13 @@ def parser():
     )
     identify.add_argument("--phase", default="reference", help="reference, keyphasor or none (default reference)")
     identify.add_argument("--out", help="NetCDF file to write the estimates to")
+
+    blind = commands.add_parser("blind", help="hide effects in simulated measurements and see what a diagnosis finds")
+    blind.add_argument("--config", default=BLIND, help=f"what to draw (default {BLIND})")
+    blind.add_argument("--cases", type=int, metavar="N", help="number of cases (default: the configuration's)")
+    blind.add_argument("--seed", type=int, metavar="S", help="of all random numbers (default: the configuration's)")
+    blind.add_argument("--cores", type=int, default=1, metavar="K", help="processes; results are the same (default 1)")
+    blind.add_argument("--out", required=True, help="folder to write to")
     return top
 
 
@@ -97,7 +124,15 @@ def main(arguments=None):
             return list_plugins(given)
         for failure in registry().failures:
             print(f"warning: {failure}", file=sys.stderr)
-        commands = {"new": new, "check": check, "simulate": simulate, "import": import_records, "identify": identify}
+        commands = {
+            "new": new,
+            "check": check,
+            "simulate": simulate,
+            "import": import_records,
+            "diagnose": diagnose,
+            "identify": identify,
+            "blind": blind,
+        }
         return commands[given.command](given)
     except RotorstudyError as error:
         message = error
@@ -127,12 +162,28 @@ def list_plugins(given):
         raise unknown_name("kind", given.kind, KINDS, "--kind")
     zoo = registry()
     shown = [(kind, plugin) for kind, plugin in zoo if given.kind in (None, kind)]
+    if given.name:
+        return show_plugin(given.name, [one for one in shown if one[1].name == given.name], shown)
     if shown:
         widths = [max(len(text) for text in column) for column in zip(*((k, p.name) for k, p in shown), strict=True)]
         for kind, plugin in shown:
             print(f"{kind:{widths[0]}}  {plugin.name:{widths[1]}}  {plugin.summary} [{plugin.source}]")
     if zoo.failures:
         raise PluginError("; ".join(zoo.failures))
+    return 0
+
+
+def show_plugin(name, found, known):
+    """What the plugins of a name say of themselves."""
+    from rotorstudy.errors import unknown_name
+    from rotorstudy.studies.zoo import facts
+
+    if not found:
+        raise unknown_name("plugin", name, [plugin.name for _, plugin in known], "--name")
+    for kind, plugin in found:
+        print(f"{kind} {plugin.name} ({plugin.file})")
+        for heading, text in facts(kind, plugin).items():
+            print(f"  {heading:16} {text}")
     return 0
 
 
@@ -219,6 +270,24 @@ def import_records(given):
     return 0
 
 
+def diagnose(given):
+    from rotorstudy.diagnosis.report import report
+
+    if Path(given.out).is_file():
+        raise RotorstudyError(f"--out {given.out}: is a file; name a folder")
+    if not Path(given.out).parent.is_dir():
+        raise RotorstudyError(f"--out {given.out}: the folder '{Path(given.out).parent}' does not exist; make it first")
+    inputs = [Path(path).resolve() for path in (given.rig, *given.records)]
+    if Path(given.out).resolve() in [path.parent for path in inputs]:
+        raise RotorstudyError(f"--out {given.out}: holds an input; name a folder of its own")
+    verdict = report(given.records, given.rig, given.out, given.hold_out)
+    for finding in verdict["findings"]:
+        print("{severity}: {where}: {name}: {text}".format(**finding), file=sys.stderr)
+    print(verdict["in_words"])
+    print(f"wrote {Path(given.out) / 'index.html'}")
+    return 0
+
+
 def identify(given):
     import numpy as np
 
@@ -265,6 +334,23 @@ def identify(given):
         rig = read_yaml(given.rig)
         attributes = provenance(rig, [*named_plugins(rig), method, estimator])
         save(dataset(variables, coordinates, title="identification").assign_attrs(attributes), given.out)
+    return 0
+
+
+def blind(given):
+    from rotorstudy.blind.config import load_blind
+    from rotorstudy.blind.page import write_pages
+    from rotorstudy.blind.run import run_blind
+
+    if Path(given.out).is_file():
+        raise RotorstudyError(f"--out {given.out}: is a file; name a folder")
+    config = load_blind(given.config)
+    data, bars, rows = run_blind(config, given.out, cases=given.cases, seed=given.seed, cores=given.cores)
+    write_pages(data, bars, rows, given.out)
+    for row in bars.itertuples():
+        value = f"{row.reached:.3g} ({row.low:.3g} to {row.high:.3g}), {row.cases} cases"
+        print(f"{row.status:15} {row.what} {row.needed}: {value}")
+    print(f"wrote {given.out}/bars.html, cases.html, blind.nc and figures")
     return 0
 
 

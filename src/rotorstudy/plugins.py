@@ -111,6 +111,7 @@ class Effect(Plugin):
                 node (each sensor) if it has an option `node`, else one place without options
     candidate : whether diagnosis offers it as a cause; a free force at every harmonic would explain anything
     shape     : option -> (low, high), in which an option that stands inside a nonlinear force is searched
+    fixed     : it is there with its typical amplitude or not at all: a cable is swapped or not
     """
 
     acts_on: str = "rotor"
@@ -118,6 +119,7 @@ class Effect(Plugin):
     places: Callable | None = field(default=None, compare=False)
     candidate: bool = True
     shape: dict = field(default_factory=dict, compare=False)
+    fixed: bool = False
 
     def __post_init__(self):
         if self.places is None:

@@ -373,10 +373,10 @@ def measured_response(model, speed, harmonics, theta=None, *, order=COUPLED_ORDE
         shown += amplitude * change
         if jacobian:
             moving = tuple(e for e in unknown.entries if e.reads_motion)
-            if moving:
-                for k in range(first):
-                    through = apply_entries(moving, derivatives[..., k], speed, blocks.harmonics)
-                    shown_derivatives[..., k] += amplitude * through
+            if moving and first:
+                each = np.moveaxis(derivatives[..., :first], -1, 0)
+                through = apply_entries(moving, each, speed, blocks.harmonics)
+                shown_derivatives[..., :first] += np.moveaxis(amplitude * through, 0, -1)
             shown_derivatives[..., p] += change
     chosen = [int(np.flatnonzero(blocks.harmonics == n)[0]) for n in harmonics]
     if not jacobian:

@@ -11,7 +11,8 @@ from rotorstudy.plugins import registry
 from rotorstudy.terms import Term
 
 SECTIONS = {"rotor": "rotor", "cracks": "crack", "bearings": "bearing", "effects": "effect"}
-OTHER = ("sensors", "static_deflection_m", "measurement")  # `measurement` is read by rotorstudy.measured
+# `measurement` is read by rotorstudy.measured, `diagnosis` by rotorstudy.diagnosis
+OTHER = ("sensors", "static_deflection_m", "measurement", "diagnosis")
 
 
 def load_rig(path):

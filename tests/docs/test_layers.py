@@ -50,6 +50,23 @@ def test_plugins_import_the_machine_and_no_other_plugin(path):
     assert roots <= {"rotorstudy", "numpy", "scipy", *sys.stdlib_module_names}
 
 
+def crossings(text, forbidden):
+    """Modules of another half that a file imports."""
+    return [module for module in imported(text) if module.startswith(forbidden)]
+
+
+def test_the_diagnosis_knows_nothing_of_what_injects_and_the_other_way_round():
+    diagnosis = sorted((ROOT / "src" / "rotorstudy" / "diagnosis").glob("*.py"))
+    blind = sorted((ROOT / "src" / "rotorstudy" / "blind").glob("*.py"))
+    assert diagnosis and blind
+    for path in diagnosis:
+        assert crossings(path.read_text(), "rotorstudy.blind") == [], path
+    for path in blind:
+        if path.name != "run.py":  # which hands the measurement over
+            assert crossings(path.read_text(), "rotorstudy.diagnosis") == [], path
+    assert crossings("from rotorstudy.diagnosis.fit import fit", "rotorstudy.diagnosis")
+
+
 def test_no_file_names_a_folder_outside_the_project():
     for path in [*MACHINE, *PLUGINS, *(ROOT / "workflow").rglob("*.py"), *(ROOT / "workflow").rglob("*.yaml")]:
         assert "../" not in path.read_text().replace("../scripts", ""), path

@@ -8,7 +8,7 @@ from scipy.stats import chi2
 
 from rotorstudy import measured_response
 from rotorstudy.measured import read_measurement
-from rotorstudy.measured.harmonics import estimate, shrunk_covariance, with_phase_noise
+from rotorstudy.measured.harmonics import estimate, fit, shrunk_covariance, with_phase_noise
 from rotorstudy.spectrum import components
 
 PER_TURN, TRIALS, LISTED = 40, 400, np.array([0, 1, -1, 2, -2, 3, -3])
@@ -101,3 +101,11 @@ def test_whole_records_with_noise_and_jitter(tmp_path):
     low, high = chi2.ppf([0.001, 0.999], count - 24) / count
     assert 0.9 * low < total / count < 1.1 * high, total / count
     assert without / count > 1.15, without / count  # negative control: the jitter matters
+
+
+def test_the_fit_is_exact_off_whole_turns():
+    """Where the harmonics are not orthogonal: a third of a turn too much."""
+    angle = 0.7 + 2 * np.pi * np.arange(133) / PER_TURN
+    clean = SIZE @ np.exp(1j * np.multiply.outer(LISTED, angle))
+    amplitude, residual, _ = fit(clean, angle, LISTED)
+    assert amplitude == pytest.approx(SIZE, rel=1e-10) and np.abs(residual).max() < 1e-10

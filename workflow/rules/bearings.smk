@@ -8,7 +8,7 @@ def bearing_files():
 rule bearings:
     input:
         code=code("bearings.py"),
-        plugins=plugin_files([], zoo("bearing")),
+        plugins=plugin_files([], registry().plugins["bearing"].values()),
     output:
         data=f"{RESULTS}/bearings/coefficients.nc",
         png=in_report(

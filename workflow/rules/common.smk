@@ -13,7 +13,8 @@ if folders:
     os.environ.update(ROTORSTUDY_PLUGINS=folders)
 
 try:
-    from rotorstudy.errors import RotorstudyError
+    from rotorstudy.blind.config import load_blind
+    from rotorstudy.errors import RotorstudyError, unknown_name
     from rotorstudy.job import imported_files, plugin_files
     from rotorstudy.plugins import registry
     from rotorstudy.studies.compare import load_comparison
@@ -30,6 +31,7 @@ try:
     STUDIES = {name: load_study(ROOT / path) for name, path in settings.studies.items()}
     REPLAYS = {name: load_replay(ROOT / path) for name, path in settings.replays.items()}
     COMPARISON = load_comparison(ROOT / settings.compare) if settings.compare else None
+    BLIND = load_blind(ROOT / settings.blind) if settings.blind else None
     if COMPARISON:
         COMPARISON.check(STUDIES, REPLAYS)
     CRACKS = load_cracks(ROOT / settings.cracks) if settings.cracks else None
@@ -40,6 +42,9 @@ try:
             STUDIES[name].check_shown(2)
     for replay in REPLAYS.values():
         check_replay(replay, ROOT / settings.reference)
+    for name, item in settings.diagnoses.items():
+        if item.replay and item.replay not in REPLAYS:
+            raise unknown_name("replay", item.replay, REPLAYS, f"the workflow configuration, diagnoses.{name}")
     for failure in registry().failures:
         print(f"warning: {failure}", file=sys.stderr)
 except RotorstudyError as error:
@@ -59,11 +64,6 @@ wildcard_constraints:
 def code(script):
     """Modules of rotorstudy a script imports: Snakemake does not see them by itself."""
     return imported_files(ROOT / "workflow" / "scripts" / script)
-
-
-def zoo(*kinds):
-    """Every plugin of some kinds."""
-    return [plugin for kind, plugin in registry() if kind in kinds]
 
 
 def study_plugins(*kinds):

@@ -6,7 +6,7 @@ if settings.cracks:
         input:
             config=str(ROOT / settings.cracks),
             code=code("cracks.py"),
-            plugins=plugin_files([CRACKS.base], zoo("crack", "depth")),
+            plugins=plugin_files([CRACKS.base], [p for kind, p in registry() if kind in ("crack", "depth")]),
         output:
             f"{RESULTS}/cracks/comparison.nc",
         log:

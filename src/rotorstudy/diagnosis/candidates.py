@@ -4,28 +4,59 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.diagnosis.fit import whitened
+from rotorstudy.diagnosis.fit import BEYOND, whitened
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.plugins import registry
 from rotorstudy.response import sensitivities
 from rotorstudy.rig import make_term
 from rotorstudy.terms import Term
 
+SHAPES_TRIED = 5  # values of a shape option, before the best is refined
+
 
 class Candidate(NamedTuple):
-    """An effect at a place: plugin name, options of the place, and its term without values."""
+    """An effect at a place: plugin name, options of the place, its term without values.
+
+    shape : options that stand inside a nonlinear force (a clearance), at one of the values tried
+    fixed : unknown name -> amplitude, of an effect that is there or not and has no size to fit
+    """
 
     effect: str
     where: dict
     term: Term
+    shape: dict = {}
+    fixed: dict = {}
+
+    @property
+    def cause(self):
+        """What is named: the effect and its place, whatever its shape."""
+        return self.effect + "".join(f", {key} {value}" for key, value in self.where.items())
 
     @property
     def label(self):
-        return self.effect + "".join(f", {key} {value}" for key, value in self.where.items())
+        return self.cause + "".join(f", {key} {value:.4g}" for key, value in self.shape.items())
 
     @property
     def names(self):
         return tuple(unknown.name for unknown in self.term.unknowns)
+
+
+def candidate(model, effect, where, shape=None, label="cause"):
+    """A candidate; raises RotorstudyError if the effect cannot act there."""
+    plugin = registry().get("effect", effect, "diagnosis")
+    item = {"kind": effect, **plugin.example, **where, **(shape or {}), "label": label}
+    term = make_term("effect", item, model.structure, model.sensors, f"candidate {effect}")
+    fixed = {unknown.name: unknown.typical for unknown in term.unknowns} if plugin.fixed else {}
+    return Candidate(effect, where, term, dict(shape or {}), fixed)
+
+
+def _shapes(plugin):
+    """Values of the first shape option to try, all over its range; {} for an effect without."""
+    if not plugin.shape:
+        return [{}]
+    (name, (low, high)), *_ = plugin.shape.items()
+    values = np.geomspace(low, high, SHAPES_TRIED) if low > 0 else np.linspace(low, high, SHAPES_TRIED)
+    return [{name: float(value)} for value in values]
 
 
 def candidates(model, leave_out=()):
@@ -35,12 +66,11 @@ def candidates(model, leave_out=()):
         if not plugin.candidate or name in leave_out:
             continue
         for place in plugin.places(model.structure, model.sensors):
-            item = {"kind": name, **plugin.example, **place, "label": f"cause {len(found)}"}
-            try:
-                term = make_term("effect", item, model.structure, model.sensors, f"candidate {name}")
-            except RotorstudyError:  # it offers a place that this rig's other options rule out
-                continue
-            found.append(Candidate(name, place, term))
+            for shape in _shapes(plugin):
+                try:
+                    found.append(candidate(model, name, place, shape, f"cause {len(found)}"))
+                except RotorstudyError:  # it offers a place that this rig's other options rule out
+                    continue
     return found
 
 
@@ -64,7 +94,10 @@ def screen(fitted, spectrum, prior, chosen):
     """
     on_rotor = [u for c in chosen if c.term.acts_on == "rotor" for u in c.term.unknowns]
     on_output = [u for c in chosen if c.term.acts_on == "output" for u in c.term.unknowns]
-    columns = sensitivities(fitted.model, spectrum.speed, spectrum.harmonics, (on_rotor, on_output), fitted.theta)
+    carried = int(np.abs(spectrum.harmonics).max()) + BEYOND
+    columns = sensitivities(
+        fitted.model, spectrum.speed, spectrum.harmonics, (on_rotor, on_output), fitted.theta, order=carried
+    )
     columns = whitened(spectrum, np.moveaxis(columns, -1, 0)).T  # (component, unknown)
     order = [u.name for u in on_rotor + on_output]
     # rows of the priors below the data: a parameter that sits off its mean pulls back
@@ -88,9 +121,11 @@ def screen(fitted, spectrum, prior, chosen):
             continue
         scale = np.where(left > 1e-6 * whole, left, np.inf)
         start = np.linalg.pinv(own / scale, rcond=1e-6) @ residual / scale
+        if candidate.fixed:
+            start = np.array(list(candidate.fixed.values()))
         gone = own @ start
         detection = np.full(len(place), np.inf)
         seen = np.isfinite(scale)
         detection[seen] = 1 / scale[seen]
-        result.append(Screened(float(gone @ gone), start, detection))
+        result.append(Screened(float(2 * gone @ residual - gone @ gone), start, detection))
     return result

@@ -8,6 +8,7 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.response import measured_response
 from rotorstudy.spectrum import components, independent_covariance
 
+BEYOND = 4  # harmonics carried beyond the highest measured one where a model couples them
 STEPS = 40
 STEP_IN_SIGMA = 1e-3  # a fit is at rest when its step is this small against its own standard deviation
 GAIN = 1e-4  # or when a step gains less than this share of the cost: a wrong cause need not be fitted well
@@ -54,12 +55,18 @@ def whitened(spectrum, amplitude, whitener=None):
     return found.reshape(*found.shape[:-3], -1)
 
 
-def fit(model, spectrum, prior, free=(), start=None):
+def predicted(model, spectrum, theta, jacobian=False):
+    """What a model shows at the speeds and harmonics of a spectrum; with `jacobian` its derivatives too."""
+    order = int(np.abs(spectrum.harmonics).max()) + BEYOND
+    return measured_response(model, spectrum.speed, spectrum.harmonics, theta, order=order, jacobian=jacobian)
+
+
+def fit(model, spectrum, prior, free=(), start=None, steps=STEPS):
     """Levenberg-Marquardt of data and priors.
 
     prior : name -> (mean, std) of amplitudes that are known so well; they move
     free  : further names, without prior
-    start : (parameter,) of the model;  missing values start at zero
+    start : (parameter,) of the model;  missing values start at zero;  steps : at most, 0 for the start itself
     raises: RotorstudyError if there is no steady state anywhere near the start
     """
     names = (*prior, *free)
@@ -71,15 +78,15 @@ def fit(model, spectrum, prior, free=(), start=None):
     measured = whitened(spectrum, spectrum.amplitude, whitener)
 
     def at(theta):
-        shown, change = measured_response(model, spectrum.speed, spectrum.harmonics, theta, jacobian=True)
-        predicted = whitened(spectrum, shown, whitener)
+        shown, change = predicted(model, spectrum, theta, jacobian=True)
+        model_shows = whitened(spectrum, shown, whitener)
         jacobian = whitened(spectrum, np.moveaxis(change[..., place], -1, 0), whitener).T
-        residual = measured - predicted
+        residual = measured - model_shows
         return residual, jacobian, residual @ residual, np.sum((weight * (theta[place] - mean)) ** 2)
 
     residual, jacobian, misfit, penalty = at(theta)
     damping = 1e-6
-    for _ in range(STEPS):
+    for _ in range(steps):
         normal = jacobian.T @ jacobian + np.diag(weight**2)
         gradient = jacobian.T @ residual - weight**2 * (theta[place] - mean)
         scale = np.sqrt(np.diag(normal))

@@ -4,12 +4,20 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rotorstudy.diagnosis.candidates import Candidate, candidates, screen
-from rotorstudy.diagnosis.fit import Fit, fit
+from rotorstudy.diagnosis.candidates import SHAPES_TRIED, Candidate, candidate, candidates, screen
+from rotorstudy.diagnosis.fit import STEPS, Fit, fit
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.rig import make_term
 
+FIRST_LOOK = 5  # steps of a fit before it is known whether it is worth more
+FITTED_FULLY = 4  # explanations a round at least, and all
+CLOSE = 15.0  # above the cost of the best: e^-7 of its belief
+BENT = 3.0  # mean square of the priors' deviations from which a base fit is bent; 1 is expected
+FIXED = 0.02  # of an amplitude that is there or not: what a calibration of the probe leaves open
+ENOUGH = 0.05  # chance of a residual by noise alone from which no further cause is looked for
+ACCUSES = 4.0  # score an explanation needs: the best of a library fitted to noise reaches more than zero now and then
 WORTH_FITTING = 0.1  # of what the best candidate explains by its columns: a large effect bends them
+SHAPE_STEPS = 12  # evaluations of a shape option
 
 
 @dataclass(frozen=True)
@@ -21,23 +29,47 @@ class Explanation:
     score: float
 
     @property
-    def labels(self):
-        return frozenset(cause.label for cause in self.causes)
+    def named(self):
+        """The causes as they are named, shapes apart."""
+        return frozenset(cause.cause for cause in self.causes)
 
 
 @dataclass(frozen=True)
 class Search:
-    """Outcome: base fit, every explanation fitted, candidates with their first screening."""
+    """A search under way, and its outcome.
 
+    model, spectrum : with the nuisance terms; with the model error
+    prior           : name -> (mean, std) of all that moves in every fit;  base : Fit of it alone
+    candidates      : every one;  screened : of each, by the columns at the base fit
+    found           : labels -> Explanation, every one fitted
+    """
+
+    model: object
+    spectrum: object
+    settings: object
+    prior: dict
     base: Fit
-    explanations: list
     candidates: list
     screened: list
-    prior: dict = field(default_factory=dict)
+    found: dict = field(default_factory=dict)
+
+    @property
+    def explanations(self):
+        return list(self.found.values())
 
     @property
     def best(self):
-        return max(self.explanations, key=lambda e: e.score)
+        """The explanation with the highest score; none of them if the base alone is nearly as good."""
+        best = max(self.explanations, key=lambda e: e.score)
+        return best if best.score > ACCUSES else self.found[frozenset()]
+
+    @property
+    def rows(self):
+        return 2 * self.spectrum.amplitude.size
+
+    def price(self, parameters):
+        """What a cause costs: ln n a parameter (BIC), and twice the logarithm of the library it was chosen from."""
+        return parameters * np.log(self.rows) + 2 * np.log(len(self.candidates))
 
 
 def base_model(model, settings):
@@ -83,89 +115,151 @@ def search(model, spectrum, settings):
     whole, prior = base_model(model, settings)
     base = fit(whole, spectrum, prior)
     every = candidates(model, settings.leave_out)
-    rows = 2 * spectrum.amplitude.size
-    found = {frozenset(): Explanation((), base, 0.0)}
-
-    def explain(causes, start=None):
-        key = frozenset(c.label for c in causes)
-        if key in found:
-            return found[key]
-        extended = whole.plus(*(c.term for c in causes))
-        free = [name for c in causes for name in c.names]
-        before = base_of(causes)
-        here = _theta(extended, before.model.names, before.theta, start)
-        means = {**dict(zip(before.model.names, before.theta, strict=True)), **{n: m for n, (m, _) in prior.items()}}
-        fresh = _theta(extended, means, means.values())  # a base bent by what it lacks is no place to start from
-        fitted = min(
-            (f for f in (attempt(extended, free, s) for s in (fresh, here)) if f), key=lambda f: f.cost, default=None
-        )
-        if fitted is None:
-            return None
-        price = sum(_price(len(c.names), rows, len(every)) for c in causes)
-        found[key] = Explanation(tuple(causes), fitted, base.cost - fitted.cost - price)
-        return found[key]
-
-    def attempt(extended, free, start):
-        try:
-            return fit(extended, spectrum, prior, free, start=start)
-        except (RotorstudyError, np.linalg.LinAlgError):
-            return None
-
-    def base_of(causes):
-        """The fit of all causes but the last: where a new one starts."""
-        return found.get(frozenset(c.label for c in causes[:-1]), found[frozenset()]).fit
-
-    screened = screen(base, spectrum, prior, every)
-    current = found[frozenset()]
-    while len(current.causes) < settings.most_causes:
-        better = _step(current, every, spectrum, prior, settings, explain, screened if not current.causes else None)
+    work = Search(whole, spectrum, settings, prior, base, every, screen(base, spectrum, prior, every))
+    current = work.found[frozenset()] = Explanation((), base, 0.0)
+    screenings = [work.screened]
+    if base.penalty > BENT * len(prior):  # bent by what it lacks; columns at the stated parameters may serve better
+        screenings.append(screen(fit(whole, spectrum, prior, steps=0), spectrum, prior, every))
+    while len(current.causes) < settings.most_causes and not (current.causes and _is_enough(work, current)):
+        better = _add(work, current, screenings if not current.causes else None)
         if better is None or better.score <= current.score:
             break
-        current = better
+        current = _refine(work, model, better)
         if len(current.causes) > 1:
-            current = _swap(current, every, spectrum, prior, settings, explain, found)
-    return Search(base, list(found.values()), every, screened, prior)
+            current = _swap(work, current)
+    return work
 
 
-def _price(parameters, rows, library):
-    """What a cause costs: ln n for each parameter (BIC), and twice the logarithm of the library it was chosen from."""
-    return parameters * np.log(rows) + 2 * np.log(library)
+def _explain(work, causes, start=None):
+    """The Explanation by some causes, fitted from two starts; None if no fit succeeds.
+
+    start : (unknown,) of the last cause, from its screening
+    """
+    key = frozenset(c.label for c in causes)
+    if key not in work.found:
+        extended, known, free, fresh = _extension(work, causes)
+        before = _before(work, causes)
+        here = _theta(extended, before.model.names, before.theta, start)
+        fits = [f for f in (_fit(work, extended, known, free, s) for s in (fresh, here)) if f]
+        if not fits:
+            return None
+        fitted = min(fits, key=lambda f: f.cost)
+        price = sum(work.price(len(c.names) - len(c.fixed)) for c in causes)
+        gained = (work.base.cost - fitted.cost) / (1 + work.settings.covariance_error)
+        work.found[key] = Explanation(tuple(causes), fitted, gained - price)
+    return work.found[key]
 
 
-def _step(current, every, spectrum, prior, settings, explain, screened):
-    """The best explanation with one cause more."""
-    chosen = [c for c in every if c.label not in current.labels]
-    screened = screen(current.fit, spectrum, prior, chosen) if screened is None else screened
-    order = sorted(range(len(chosen)), key=lambda i: -screened[i].explained)
-    rows = 2 * spectrum.amplitude.size
-    most = screened[order[0]].explained if order else 0.0
-    tried = []
-    for i in order[: settings.tried]:
-        price = _price(len(chosen[i].names), rows, len(every))
-        if screened[i].explained < max(WORTH_FITTING * most, 0.5 * price):
-            break
-        tried.append(explain((*current.causes, chosen[i]), screened[i].start))
-    tried = [e for e in tried if e is not None]
-    return max(tried, key=lambda e: e.score, default=None)
+def _first_look(work, causes):
+    """Cost of an explanation after a few steps; infinite if there is none."""
+    found = work.found.get(frozenset(c.label for c in causes))
+    if found:
+        return found.fit.cost
+    fitted = _fit(work, *_extension(work, causes), steps=FIRST_LOOK)
+    return np.inf if fitted is None else fitted.cost
 
 
-def _swap(current, every, spectrum, prior, settings, explain, found):
+def _extension(work, causes):
+    """Extended model, what is known of its parameters, names of the free ones, and a start at the stated values."""
+    extended = work.model.plus(*(c.term for c in causes))
+    fixed = {name: (value, FIXED * abs(value)) for c in causes for name, value in c.fixed.items()}
+    free = [name for c in causes for name in c.names if name not in fixed]
+    known = {**work.prior, **fixed}
+    before = _before(work, causes)  # causes before keep their size; the base starts where it is stated, not bent
+    values = dict(zip(before.model.names, before.theta, strict=True)) | {
+        name: mean for name, (mean, _) in known.items()
+    }
+    return extended, known, free, _theta(extended, values, values.values())
+
+
+def _before(work, causes):
+    """The fit of all causes but the last."""
+    known = work.found.get(frozenset(c.label for c in causes[:-1]))
+    return known.fit if known else work.base
+
+
+def _fit(work, extended, known, free, start, steps=STEPS):
+    try:
+        return fit(extended, work.spectrum, known, free, start=start, steps=steps)
+    except (RotorstudyError, np.linalg.LinAlgError):
+        return None
+
+
+def _is_enough(work, explanation):
+    """Whether noise explains what is left, so that looking for a further cause is idle."""
+    from scipy.stats import chi2
+
+    return chi2.sf(explanation.fit.cost / (1 + work.settings.covariance_error), work.rows) > ENOUGH
+
+
+def _promising(work, chosen, screenings, most):
+    """Candidates worth a fit, {index: Screened}: of each screening the first, in turn, each cause in its best shape."""
+    lists = []
+    for screened in screenings:
+        order, seen = sorted(range(len(chosen)), key=lambda i: -screened[i].explained), set()
+        order = [i for i in order if not (chosen[i].cause in seen or seen.add(chosen[i].cause))]
+        best = screened[order[0]].explained if order else 0.0
+        worth = [max(WORTH_FITTING * best, 0.5 * work.price(len(chosen[i].names))) for i in order]
+        lists.append([(i, screened[i]) for i, low in zip(order, worth, strict=True) if screened[i].explained >= low])
+    found = {}
+    for rank in range(max(map(len, lists), default=0)):
+        for one in lists:
+            if rank < len(one) and len(found) < most * len(lists):
+                found.setdefault(*one[rank])
+    return found
+
+
+def _add(work, current, screenings=None, most=None):
+    """The best explanation with one cause more, None if there is none."""
+    named = current.named
+    chosen = [c for c in work.candidates if c.cause not in named]
+    screenings = screenings or [screen(current.fit, work.spectrum, work.prior, chosen)]
+    promising = _promising(work, chosen, screenings, most or work.settings.tried)
+    looked = sorted((_first_look(work, (*current.causes, chosen[i])), i) for i in promising)
+    looked = [i for rank, (cost, i) in enumerate(looked) if rank < FITTED_FULLY or cost < looked[0][0] + CLOSE]
+    tried = [_explain(work, (*current.causes, chosen[i]), promising[i].start) for i in looked]
+    return max((e for e in tried if e), key=lambda e: e.score, default=None)
+
+
+def _swap(work, current):
     """Drop each cause, and put the best other one in its place, while that is better."""
     for cause in current.causes:
-        rest = tuple(c for c in current.causes if c.label != cause.label)
-        less = explain(rest)
+        less = _explain(work, tuple(c for c in current.causes if c.label != cause.label))
         if less is None:
             continue
         if less.score > current.score:
             return less
-        other = _step(less, every, spectrum, prior, replace_tried(settings, 4), explain, None)
+        other = _add(work, less, most=FITTED_FULLY)
         if other is not None and other.score > current.score:
             current = other
     return current
 
 
-def replace_tried(settings, tried):
-    return settings.model_copy(update={"tried": min(tried, settings.tried)})
+def _refine(work, model, explanation):
+    """Shape options of the last cause moved, one after the other, to where the fit is best."""
+    from scipy.optimize import minimize_scalar
+
+    from rotorstudy.plugins import registry
+
+    *rest, last = explanation.causes
+    best = [explanation]
+    for name, (low, high) in registry().get("effect", last.effect).shape.items():
+        scale, back = (np.log, np.exp) if low > 0 else (float, float)
+
+        def cost(value, name=name, back=back):
+            shape = {**best[0].causes[-1].shape, name: float(back(value))}
+            tried = _explain(work, (*rest, candidate(model, last.effect, last.where, shape, last.term.label)))
+            if tried is None:
+                return np.inf
+            best[0] = max(best[0], tried, key=lambda e: e.score)
+            return -tried.score
+
+        ends, middle = (scale(low), scale(high)), best[0].causes[-1].shape.get(name)
+        if middle is not None:
+            reach = (ends[1] - ends[0]) / SHAPES_TRIED
+            ends = (max(ends[0], scale(middle) - reach), min(ends[1], scale(middle) + reach))
+        minimize_scalar(cost, bounds=ends, method="bounded", options={"maxiter": SHAPE_STEPS})
+    return best[0]
 
 
 def _theta(extended, names, values, start=None):

@@ -10,6 +10,7 @@ class Settings(Strict):
 
     uncertainty     : of base parameters, standard deviation relative to their value, by name; "default" for the others
     model_error     : share of each harmonic that the model is not trusted to hit (a coarse mesh, a short series)
+    covariance_error : share by which the stated variances may be too small: they come from a few blocks of a record
     nuisance        : effects of the measuring chain that are never quite zero -> standard deviation of each amplitude
     hold_out_rad_s  : speeds that no fit sees; None: about a quarter of them, from the middle
     significance    : chance of a residual this large by noise alone, below which something is missing
@@ -21,6 +22,7 @@ class Settings(Strict):
 
     uncertainty: dict[str, float] = {"default": 0.1}
     model_error: float = Field(default=2e-3, ge=0, lt=0.5)
+    covariance_error: float = Field(default=0.1, ge=0, lt=1)
     nuisance: dict[str, float] = {"phase_reference": 5e-3, "probe_gain": 5e-3}
     hold_out_rad_s: list[float] | None = None
     significance: float = Field(default=1e-3, gt=0, lt=0.5)

@@ -104,6 +104,7 @@ class Conventions(Strict):
     harmonics: list[int] = HARMONICS
     csv: CsvLayout = CsvLayout()
     table_node: int | None = None
+    table_noise_m: Annotated[float, Ge(0)] = 0.0
 
     @property
     def sense(self):

@@ -32,7 +32,7 @@ def fit(signal, angle, harmonics):
     """Least squares of (time,) complex on e^{j n angle}: harmonics, residual, inverse of basis^H basis."""
     basis = np.exp(1j * np.multiply.outer(np.asarray(harmonics), angle))  # (harmonic, time)
     inverse = np.linalg.inv(basis.conj() @ basis.T)
-    amplitude = inverse.T @ (basis.conj() @ signal)
+    amplitude = inverse @ (basis.conj() @ signal)
     return amplitude, signal - amplitude @ basis, inverse
 
 

@@ -11,11 +11,13 @@ LONGEST_PULSE = 0.4  # of a turn: beyond, which of the two levels is the pulse i
 
 @dataclass(frozen=True)
 class Pulses:
-    """Pulses of a keyphasor: instants (pulse,) s, polarity 1 or -1, and the part of the time they last."""
+    """Pulses of a keyphasor: instants (pulse,) s, polarity 1 or -1, the part of the time they last, and how well the
+    sampling tells an instant, s: an error that may be the same for all, where the speed fits the sampling rate."""
 
     time: np.ndarray
     polarity: int
     duty: float
+    resolution: float
 
 
 def find_pulses(signal, time, settings):
@@ -42,29 +44,34 @@ def find_pulses(signal, time, settings):
     state = np.where(shown > margin, 1, np.where(shown < -margin, -1, 0))
     decided = np.flatnonzero(state)
     turns = np.flatnonzero(np.diff(state[decided]))
-    begins, ends = [], []
+    begins, ends, steps = [], [], []
     for i in turns:
         first, last = decided[i], decided[i + 1]
         rising = state[last] > 0
-        crossing = _crossing(shown[first : last + 1], time[first : last + 1], rising)
+        crossing, step = _crossing(shown[first : last + 1], time[first : last + 1], rising)
         (begins if rising else ends).append(crossing)
+        steps.append(step / height)
     begins, ends = np.array(begins), np.array(ends)
     duty = float(np.mean(shown > 0))
+    # an edge within one sample may be anywhere in it; one over several samples is found between them ever better
+    part = min(1.0, float(np.median(steps))) if steps else 1.0
+    resolution = float(part**3 * np.median(np.diff(time)) / np.sqrt(12))
     if settings.edge == "rising":  # of the voltage, whatever the polarity
-        return Pulses(begins if polarity > 0 else ends, polarity, duty)
+        return Pulses(begins if polarity > 0 else ends, polarity, duty, resolution)
     if settings.edge == "falling":
-        return Pulses(ends if polarity > 0 else begins, polarity, duty)
+        return Pulses(ends if polarity > 0 else begins, polarity, duty, resolution)
     if len(begins) and len(ends):
         ends = ends[ends > begins[0]]
     pairs = min(len(begins), len(ends))
-    return Pulses((begins[:pairs] + ends[:pairs]) / 2, polarity, duty)
+    return Pulses((begins[:pairs] + ends[:pairs]) / 2, polarity, duty, resolution / np.sqrt(2))
 
 
 def _crossing(shown, time, rising):
-    """Instant at which a stretch that begins on one side of zero and ends on the other first passes it."""
+    """When a stretch from one side of zero to the other first passes it, and the step of the signal there."""
     shown = shown if rising else -shown
     i = int(np.flatnonzero((shown[:-1] <= 0) & (shown[1:] > 0))[0])
-    return time[i] - shown[i] / (shown[i + 1] - shown[i]) * (time[i + 1] - time[i])
+    step = shown[i + 1] - shown[i]
+    return time[i] - shown[i] / step * (time[i + 1] - time[i]), step
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,7 @@ FACTS = {  # of each record: unit and long name
     "samples_per_revolution": ("1", "samples a revolution"),
     "speed_drift": ("1", "change of speed over the record, relative"),
     "jitter": ("rad", "scatter of the phase marks"),
+    "mark_resolution": ("rad", "resolution of the phase marks by the sampling"),
     "missing_pulses": ("1", "keyphasor pulses that did not come"),
     "doubled_pulses": ("1", "keyphasor pulses beside the marks"),
     "missing_samples": ("1", "part of the samples that is missing"),
@@ -146,6 +147,7 @@ def analyse(raw, conventions):
         "samples_per_revolution": per_turn,
         "speed_drift": drift,
         "jitter": turning.jitter_rad,
+        "mark_resolution": speed * told.get("resolution", 0.0),
         "missing_pulses": turning.missing,
         "doubled_pulses": turning.doubled,
         "missing_samples": missing,
@@ -156,6 +158,7 @@ def analyse(raw, conventions):
         return None, None, facts, findings
     findings += _check_channels(raw, whole, angle, harmonics)
     of_node, facts["nodes"] = {}, {}
+    mark_variance = turning.phase_variance + facts["mark_resolution"] ** 2
     try:
         psi = _reference_phase(raw, whole, angle, harmonics) if "mark_rad" not in told else None
     except RotorstudyError as error:
@@ -164,7 +167,7 @@ def analyse(raw, conventions):
         found = estimate(signal, angle, revolutions, harmonics)
         amplitude, covariance = found.amplitude, found.covariance
         if psi is None:
-            covariance = with_phase_noise(amplitude, covariance, harmonics, turning.phase_variance)
+            covariance = with_phase_noise(amplitude, covariance, harmonics, mark_variance)
         else:
             (amplitude,), (covariance,) = compensate(amplitude[None], covariance[None], *psi)
         of_node[node] = amplitude, covariance
@@ -187,7 +190,7 @@ def analyse(raw, conventions):
 
 
 def _turning(raw, conventions):
-    """How the shaft turned, findings, and `mark_rad` in a dict if phase marks told it; None if nothing did."""
+    """How the shaft turned (None if nothing told), findings, and of phase marks `mark_rad` and `resolution`, s."""
     where, label = raw.where, raw.label
     if raw.keyphasor is None and raw.marks is None:
         if raw.reference is not None and label is not None:
@@ -209,7 +212,8 @@ def _turning(raw, conventions):
     findings = quality.check_pulses(pulses, turning, settings.polarity, where)
     speed = float(turning.speed(np.mean(raw.time)))
     findings += quality.check_speed_label(label, speed, where)
-    return turning, findings, {"mark_rad": conventions.mark_rad}
+    resolution = 0.0 if pulses is None else pulses.resolution
+    return turning, findings, {"mark_rad": conventions.mark_rad, "resolution": resolution}
 
 
 def _reference_phase(raw, whole, angle, harmonics):

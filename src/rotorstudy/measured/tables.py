@@ -75,8 +75,9 @@ def read_table(path, conventions, nodes):
             inferred = True
     steps["reference_phase"] = np.where(harmonic == 0, 0, steps["reference_phase"])  # the mean has no phase to refer
     amplitude = values["amplitude"] * np.exp(1j * (values["phase"] - values["reference_phase"]))
-    along = steps["amplitude"] ** 2 / 12
-    across = np.abs(amplitude) ** 2 * (steps["phase"] ** 2 + steps["reference_phase"] ** 2) / 12
+    noise = conventions.table_noise_m**2
+    along = steps["amplitude"] ** 2 / 12 + noise
+    across = np.abs(amplitude) ** 2 * (steps["phase"] ** 2 + steps["reference_phase"] ** 2) / 12 + noise
     across = np.where(amplitude == 0, along, across)
     harmonic, amplitude = _into_project_axes(conventions, harmonic, amplitude)
     spectra = []
@@ -87,15 +88,14 @@ def read_table(path, conventions, nodes):
             where = f"{path}, {one:.6g} rad/s, node {place}"
             of_speed[int(place)] = _in_order(rows, harmonic, amplitude, along, across, conventions.harmonics, where)
         spectra.append((float(one), of_speed))
-    findings = [
-        Finding(
-            "note",
-            "rounding only",
-            str(path),
+    findings = []
+    if not noise:
+        text = (
             "the covariance is that of the rounding of the printed digits; the noise of the measurement itself is not "
-            "in a table, so intervals are too narrow by as much as it exceeds the rounding",
+            "in a table, so intervals are too narrow by as much as it exceeds the rounding. State 'measurement: "
+            "table_noise_m:' if it is known"
         )
-    ]
+        findings.append(Finding("note", "rounding only", str(path), text))
     if inferred:
         text = "last digits were read off the cells as printed; give columns '..._last_digit' if zeros were dropped"
         findings.append(Finding("note", "last digits", str(path), text))

@@ -1,0 +1,110 @@
+"""What the measuring chain does to a signal in time, exactly and not to first order.
+
+CHAIN holds name -> function(signal (sensor, time) complex, angle (time,) rad, speed rad/s, values, where, sensors) of
+effects of the zoo; FOREIGN_CHAIN of what the zoo does not know. Records hold whole turns, so that shifts in time are
+exact by Fourier.
+"""
+
+import numpy as np
+
+
+def _chosen(where, sensors):
+    return range(len(sensors)) if "node" not in where else [list(sensors).index(where["node"])]
+
+
+def probe_gain(signal, angle, speed, values, where, sensors):
+    g, m = values["gain_error"], values["gain_mismatch"]
+    for s in _chosen(where, sensors):
+        signal[s] = (1 + g + m) * signal[s].real + 1j * (1 + g - m) * signal[s].imag
+    return signal
+
+
+def probe_angle(signal, angle, speed, values, where, sensors):
+    first, second = values["probe_rotation"], values["probe_rotation"] + values["probe_skew"]
+    for s in _chosen(where, sensors):
+        x, y = signal[s].real, signal[s].imag
+        signal[s] = x * np.cos(first) + y * np.sin(first) + 1j * (y * np.cos(second) - x * np.sin(second))
+    return signal
+
+
+def swapped_probes(signal, angle, speed, values, where, sensors):
+    for s in _chosen(where, sensors):
+        signal[s] = signal[s].imag + 1j * signal[s].real
+    return signal
+
+
+def reversed_probe(signal, angle, speed, values, where, sensors):
+    for s in _chosen(where, sensors):
+        signal[s] = signal[s].conj() * (-1 if where["probe"] == "x" else 1)
+    return signal
+
+
+def runout(signal, angle, speed, values, where, sensors):
+    (value,) = values.values()
+    for s in _chosen(where, sensors):
+        signal[s] += value * np.exp(1j * where["harmonic"] * angle)
+    return signal
+
+
+def surface_profile(signal, angle, speed, values, where, sensors):
+    """The y probe sees the surface a quarter turn after the x probe."""
+    cosine, sine = (values[f"profile_{part}_{where['order']}X"] for part in ("cosine", "sine"))
+
+    def seen(turned):
+        return cosine * np.cos(where["order"] * turned) + sine * np.sin(where["order"] * turned)
+
+    for s in _chosen(where, sensors):
+        signal[s] += seen(angle) + 1j * seen(angle - np.pi / 2)
+    return signal
+
+
+def phase_reference(signal, angle, speed, values, where, sensors):
+    """The mark comes late by the angle: what is counted from it has turned that much further."""
+    return _shifted(signal, angle, values["phase_reference"], range(len(signal)))
+
+
+def delay(signal, angle, speed, values, where, sensors):
+    return _shifted(signal, angle, -speed * values["delay"], _chosen(where, sensors))
+
+
+def _shifted(signal, angle, by, chosen):
+    turns = np.fft.fftfreq(len(angle), d=(angle[1] - angle[0]) / (2 * np.pi))
+    for s in chosen:
+        signal[s] = np.fft.ifft(np.fft.fft(signal[s]) * np.exp(1j * turns * by))
+    return signal
+
+
+def ac_coupling(signal, angle, speed, values, where, sensors):
+    frequency = 1j * speed * np.fft.fftfreq(len(angle), d=(angle[1] - angle[0]) / (2 * np.pi))
+    return np.fft.ifft(np.fft.fft(signal) * frequency / (frequency + where["corner_rad_per_s"]))
+
+
+CHAIN = {
+    function.__name__: function
+    for function in (
+        probe_gain, probe_angle, swapped_probes, reversed_probe, runout, surface_profile, phase_reference, delay,
+        ac_coupling,
+    )
+}  # fmt: skip
+LABEL = "speed_error"  # the rotor turns at another speed than its label says
+UNSIZED = {"swapped_probes", "reversed_probe"}
+CHAIN_SIGNED = {"probe_gain", "probe_angle", "surface_profile", "phase_reference", LABEL}
+
+
+def probe_saturation(signal, angle, speed, values, where, sensors):
+    """An amplifier that bends: x becomes tanh(a x) / a."""
+    a = values["bending_per_m"]
+    for s in _chosen(where, sensors):
+        signal[s] = (np.tanh(a * signal[s].real) + 1j * np.tanh(a * signal[s].imag)) / a
+    return signal
+
+
+def mains_modulation(signal, angle, speed, values, where, sensors):
+    """Supply of the probes that ripples at 50 Hz and modulates what they show."""
+    return signal * (1 + values["ripple"] * np.cos(2 * np.pi * 50 * angle / speed))
+
+
+FOREIGN_CHAIN = {
+    "probe_saturation": (probe_saturation, "bending_per_m", ("probe_gain",)),
+    "mains_modulation": (mains_modulation, "ripple", ("probe_gain",)),
+}

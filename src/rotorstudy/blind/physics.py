@@ -1,0 +1,277 @@
+"""What each effect does to the machine, from its physics and not from the tables of the zoo.
+
+HIDDEN holds name -> function(plant, values, where) of the effects that act on the rotor: values by parameter name, SI,
+complex where they have a direction; where: the place. FOREIGN holds what the zoo does not know, with the effects of the
+zoo that may stand for it. It does not hold for hysteretic damping, which has no form in time: its loss is put on each
+harmonic by hand, as in the zoo.
+"""
+
+import numpy as np
+
+CRACK_ANGLES = 4096  # of a turn, in which the opening of a crack is sampled
+CRACK_HARMONICS = 9
+
+
+def _node(where, plant):
+    return where.get("node", plant.nominal.nodes[0])
+
+
+def _here(plant, where, motion="translation"):
+    found = np.zeros(plant.dof)
+    found[plant.index(_node(where, plant), motion)] = 1.0
+    return found
+
+
+def unbalance(plant, values, where):
+    node = _node(where, plant)
+    i = plant.nominal.index(node)
+    mass = where.get("mass_kg", plant.nominal.mass[i, i])  # the eccentricity is stated for the mass of the rig file
+    plant.push(_here(plant, where), 1, mass * values["eccentricity"] * plant.speed**2)
+
+
+def couple_unbalance(plant, values, where):
+    plant.push(_here(plant, where, "tilt"), 1, values["couple_unbalance"] * plant.speed**2)
+
+
+def bow(plant, values, where):
+    structure, here = plant.structure, _here(plant, where)
+    ends = [] if structure.is_supported else [structure.index(n) for n in (structure.nodes[0], structure.nodes[-1])]
+    free = np.setdiff1d(np.arange(plant.dof), ends)
+    shape = np.zeros(plant.dof)
+    shape[free] = np.linalg.solve(structure.stiffness[np.ix_(free, free)], here[free])
+    shape /= here @ shape
+    plant.push(structure.stiffness @ shape, 1, values["bow"])
+
+
+def angular_misalignment(plant, values, where):
+    for name, value in values.items():
+        plant.push(_here(plant, where, "tilt"), _order(name), value)
+
+
+def parallel_misalignment(plant, values, where):
+    for name, value in values.items():
+        plant.push(_here(plant, where), _order(name), value)
+
+
+def _order(name):
+    return int(name.split("_")[-1].removesuffix("X"))
+
+
+def base_motion(plant, values, where):
+    n, (value,) = where["harmonic"], values.values()
+    along = np.array([float(motion == "translation") for _, motion in plant.structure.dofs])
+    plant.push(plant.structure.mass @ along, n, value * (n * plant.speed) ** 2)
+
+
+def static_preload(plant, values, where):
+    plant.push(_here(plant, where), 0, values["static_preload"])
+
+
+def gravity_direction(plant, values, where):
+    """Weight really turned, not by its first order."""
+    plant.push(plant.structure.static_load, 0, np.exp(1j * values["gravity_direction"]) - 1)
+
+
+def external_damping(plant, values, where):
+    c = values["external_damping"]
+    plant.couple(plant.damping, plant.point(_node(where, plant)), xx=c, yy=c)
+
+
+def internal_damping(plant, values, where):
+    _turning_damping(plant, plant.point(_node(where, plant)), values["internal_damping"])
+
+
+def shaft_damping(plant, values, where):
+    _turning_damping(plant, plant.structure.stiffness, values["shaft_damping"])
+
+
+def _turning_damping(plant, matrix, c):
+    """In axes that turn with w the velocity is (x' + w y, y' - w x)."""
+    plant.couple(plant.damping, matrix, xx=c, yy=c)
+    plant.couple(plant.stiffness, matrix, xy=c * plant.speed, yx=-c * plant.speed)
+
+
+def hysteretic_damping(plant, values, where):
+    shaft, zero = plant.structure.stiffness, np.zeros_like(plant.structure.stiffness)
+    to_whirl = np.block([[np.eye(plant.dof), 1j * np.eye(plant.dof)], [np.eye(plant.dof), -1j * np.eye(plant.dof)]])
+
+    def loss(n):
+        """Forward part n bends at n - 1 times the speed, backward part -n at -n - 1 times."""
+        forward, backward = np.sign(n - 1) * 1j * shaft, -np.sign(-n - 1) * 1j * shaft
+        whirl = np.block([[forward, zero], [zero, backward]])
+        return values["loss_factor"] * np.linalg.solve(to_whirl, whirl @ to_whirl)
+
+    plant.stiffness_of_harmonic.append(loss)
+
+
+def cross_coupling(plant, values, where):
+    k = values["cross_coupling"]
+    plant.couple(plant.stiffness, plant.point(_node(where, plant)), xy=k, yx=-k)
+
+
+def stiffness_error(plant, values, where):
+    share = values["stiffness_error"]
+    plant.couple(plant.stiffness, plant.structure.stiffness, xx=share, yy=share)
+
+
+def support_stiffness(plant, values, where):
+    k = values["support_stiffness"]
+    plant.couple(plant.stiffness, plant.point(_node(where, plant)), xx=k, yy=k)
+
+
+def support_anisotropy(plant, values, where):
+    k, angle = np.abs(values["support_anisotropy"]), np.angle(values["support_anisotropy"])
+    here, c, s = plant.point(_node(where, plant)), k * np.cos(angle), k * np.sin(angle)
+    plant.couple(plant.stiffness, here, xx=c, yy=-c, xy=s, yx=s)
+
+
+def added_mass(plant, values, where):
+    """Inertia alone, as the zoo defines it: that the mass also weighs is left out."""
+    m = values["added_mass"]
+    plant.couple(plant.mass, plant.point(_node(where, plant)), xx=m, yy=m)
+
+
+def gyroscopic_error(plant, values, where):
+    share = values["gyroscopic_error"] * plant.speed
+    plant.couple(plant.damping, plant.structure.gyroscopic, xy=share, yx=-share)
+
+
+def shaft_asymmetry(plant, values, where):
+    """K along one direction of the turning shaft by the share stiffer, across it softer."""
+    share, angle = np.abs(values["shaft_asymmetry"]), np.angle(values["shaft_asymmetry"]) / 2
+    size, stiffness = plant.dof, plant.structure.stiffness
+
+    def force(turned, middle, position, velocity):
+        c, s = np.cos(2 * (turned + angle)), np.sin(2 * (turned + angle))
+        x, y = position[:, :size] @ stiffness, position[:, size:] @ stiffness
+        return -share * np.concatenate([c * x + s * y, s * x - c * y], axis=1)
+
+    plant.moving.append(force)
+
+
+def _lost_stiffness(plant, values, where):
+    """(dof, dof) that a crack takes away while open; an element of the nominal mesh is several of this one."""
+    element = where.get("element")
+    places = [{}] if element is None else [{"element": e} for e in plant.place(element, element=True)]
+    return sum(values[name] * pattern for p in places
+               for name, (pattern, _, _) in plant.structure.stiffness_loss_at(**p).items())  # fmt: skip
+
+
+def _is_open(angle):
+    return np.cos(angle) > 0
+
+
+def breathing_crack(plant, values, where):
+    lost, size = _lost_stiffness(plant, values, where), plant.dof
+
+    def force(angle, middle, position, velocity):
+        c, s = np.cos(angle), np.sin(angle)
+        along = _is_open(middle) * (c * position[:, :size] + s * position[:, size:]) @ lost
+        return np.concatenate([c * along, s * along], axis=1)
+
+    plant.moving.append(force)
+
+
+def breathing_crack_weight(plant, values, where):
+    lost, size = _lost_stiffness(plant, values, where), plant.dof
+    angle = 2 * np.pi * (np.arange(CRACK_ANGLES) + 0.5) / CRACK_ANGLES  # between the instants of opening and shutting
+    along = np.outer(np.cos(angle), plant.rest[:size]) + np.outer(np.sin(angle), plant.rest[size:])
+    force = (_is_open(angle) * np.exp(1j * angle))[:, None] * (along @ lost)
+    for n in range(-CRACK_HARMONICS, CRACK_HARMONICS + 1):
+        amplitude = np.mean(np.exp(-1j * n * angle)[:, None] * force, axis=0)
+        for part, turn in ((amplitude.real, 1), (amplitude.imag, 1j)):
+            plant.push(part, n, turn)
+
+
+def _local(plant, where, force):
+    """Add a force of the motion of one node: force(x, y, x', y') (speed,) -> its x and y."""
+    i, j = plant.index(_node(where, plant)), plant.index(_node(where, plant)) + plant.dof
+
+    def moving(angle, middle, position, velocity):
+        found = np.zeros_like(position)
+        found[:, i], found[:, j] = force(position[:, i], position[:, j], velocity[:, i], velocity[:, j])
+        return found
+
+    plant.moving.append(moving)
+    return plant.rest[i], plant.rest[j]
+
+
+def rub(plant, values, where):
+    clearance, friction, k = where["clearance_m"], where["friction_ratio"], values["rub_stiffness"]
+
+    def force(x, y, vx, vy):
+        x, y = x - rest[0], y - rest[1]
+        distance = np.hypot(x, y)
+        press = k * np.maximum(distance - clearance, 0) / np.maximum(distance, 1e-30)
+        return -press * (x - friction * y), -press * (y + friction * x)
+
+    rest = _local(plant, where, force)
+
+
+def looseness(plant, values, where):
+    k = values["stiffness_lost_in_lift"]
+
+    def force(x, y, vx, vy):
+        return -k * np.maximum(rest[0] - x - where["lift_m"], 0), 0 * y
+
+    rest = _local(plant, where, force)
+
+
+def cubic_stiffness(plant, values, where):
+    k = values["cubic_stiffness"]
+    _local(plant, where, lambda x, y, vx, vy: (-k * (x**2 + y**2) * x, -k * (x**2 + y**2) * y))
+
+
+HIDDEN = {
+    function.__name__: function
+    for function in (
+        unbalance, couple_unbalance, bow, angular_misalignment, parallel_misalignment, base_motion, static_preload,
+        gravity_direction, external_damping, internal_damping, shaft_damping, hysteretic_damping, cross_coupling,
+        stiffness_error, support_stiffness, support_anisotropy, added_mass, gyroscopic_error, shaft_asymmetry,
+        breathing_crack, breathing_crack_weight, rub, looseness, cubic_stiffness,
+    )
+}  # fmt: skip
+SIGNED = {"gravity_direction", "stiffness_error", "support_stiffness", "gyroscopic_error"}
+
+
+def bearing(plant, values, where):
+    """Springs and dashpots, values by name: bearing_stiffness_xx, ..., or bearing_stiffness for both directions."""
+    here = plant.point(where["node"])
+    for name, value in values.items():
+        target = plant.stiffness if name.startswith("bearing_stiffness") else plant.damping
+        direction = name[-2:] if name[-3] == "_" else None
+        plant.couple(target, here, **({direction: value} if direction else {"xx": value, "yy": value}))
+
+
+def coulomb_friction(plant, values, where):
+    """Dry friction of one strength whatever the velocity."""
+    slow = where["smooth_m_per_s"]
+
+    def force(x, y, vx, vy):
+        along = -values["friction_N"] / np.sqrt(vx**2 + vy**2 + slow**2)
+        return along * vx, along * vy
+
+    _local(plant, where, force)
+
+
+def quadratic_damping(plant, values, where):
+    c = values["drag_N_s2_per_m2"]
+
+    def force(x, y, vx, vy):
+        return -c * np.hypot(vx, vy) * vx, -c * np.hypot(vx, vy) * vy
+
+    _local(plant, where, force)
+
+
+def gear_mesh(plant, values, where):
+    """A force that keeps to one direction, at four times the speed: a pinion of four teeth."""
+    force, direction = values["mesh_force_N"], where["direction_rad"]
+    for n, turn in ((4, where["phase_rad"]), (-4, -where["phase_rad"])):
+        plant.push(_here(plant, where), n, force / 2 * np.exp(1j * (direction + turn)))
+
+
+FOREIGN = {  # on the rotor: function, name of its size, effects that may stand for it
+    "coulomb_friction": (coulomb_friction, "friction_N", ("external_damping",)),
+    "quadratic_damping": (quadratic_damping, "drag_N_s2_per_m2", ("external_damping",)),
+    "gear_mesh": (gear_mesh, "mesh_force_N", ("base_motion", "surface_profile")),
+}

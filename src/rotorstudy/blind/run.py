@@ -1,0 +1,96 @@
+"""A whole blind test: hide, seal, diagnose, open, score."""
+
+import json
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from pathlib import Path
+from time import perf_counter
+
+from rotorstudy.blind.bars import reached
+from rotorstudy.blind.injection import draw_case
+from rotorstudy.blind.records import write_records
+from rotorstudy.blind.scoring import score, summary
+from rotorstudy.blind.sealing import check_seal, salt_of, seal
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.rig import build_model, named_plugins
+from rotorstudy.store import provenance, save, write_text
+
+
+def diagnosed(spectrum, model, stated):
+    """What the package's own diagnosis answers: verdict, and its predictions on the speeds it held out."""
+    from rotorstudy.diagnosis import investigate
+    from rotorstudy.response import measured_response
+
+    found = investigate(spectrum, model, settings=stated)
+    held = found.held_out
+    if held is None:
+        return found.verdict, None
+    before, after = (
+        measured_response(fit.model, held.speed, held.harmonics, fit.theta) for fit in (found.search.base, found.best)
+    )
+    return found.verdict, {"speed": held.speed.tolist(), "before": before, "after": after}
+
+
+def run_blind(config, out, *, cases=None, seed=None, cores=1, answer=diagnosed):
+    """Run blind tests and write everything but the pictures to a folder.
+
+    config : BlindConfig;  cases, seed : instead of the configuration's
+    answer : function(spectrum, model, stated) -> verdict dict, held-out predictions or None
+    returns: Dataset of `scoring.summary`, DataFrame of `bars.reached`, DataFrame of cases
+    The result depends on configuration and seed alone, not on the cores (times apart).
+    """
+    cases, seed = config.cases if cases is None else cases, config.seed if seed is None else seed
+    if cases < 1 or seed < 0 or cores < 1:
+        raise RotorstudyError(f"blind: cases {cases}, seed {seed}, cores {cores}: at least 1, 0 and 1 are needed")
+    out = Path(out)
+    with _pool(cores) as mapped:
+        hidden = list(mapped(partial(draw_case, config, seed), range(cases)))
+        for case in hidden[: config.records]:
+            write_records(case, out / "records" / f"case_{case.truth['case']}")
+        salts = [salt_of(seed, i) for i in range(cases)]
+        seals = [seal(case.truth, salt) for case, salt in zip(hidden, salts, strict=True)]
+        write_text(out / "seals.json", json.dumps({"seed": seed, "sha256": seals}, indent=1))
+        truths = [json.dumps({"truth": case.truth, "salt": salt}) for case, salt in zip(hidden, salts, strict=True)]
+        shown = [(case.spectrum, case.rig, case.stated) for case in hidden]  # what the diagnosis may see, no more
+        answers = list(mapped(partial(_answer, answer), shown))
+    published = json.loads((out / "seals.json").read_text())["sha256"]
+    opened = []
+    for i, (text, sealed) in enumerate(zip(truths, published, strict=True)):
+        found = json.loads(text)
+        check_seal(found["truth"], found["salt"], sealed, f"blind case {i}")
+        opened.append(found["truth"])
+    write_text(out / "truths.json", "[" + ",\n".join(truths) + "]\n")
+    told = [{**one["verdict"], "seconds": one["seconds"]} for one in answers]
+    write_text(out / "verdicts.json", "[" + ",\n".join(json.dumps(one, default=float) for one in told) + "]\n")
+    rows = score(opened, answers)
+    bars = reached(rows)
+    plugins = [p for name in config.rigs for p in named_plugins(config.nominal(name))]
+    attributes = {**provenance(config.model_dump(), plugins, seed), "cases": cases}
+    data = summary(rows, bars).assign_attrs(attributes, title=config.title)
+    save(data, out / "blind.nc")
+    return data, bars, rows
+
+
+def _answer(answer, shown):
+    """Verdict, held-out predictions and time; an error of the diagnosis is an answer too, a wrong one."""
+    spectrum, rig, stated = shown
+    start = perf_counter()
+    try:
+        verdict, held_out = answer(spectrum, build_model(rig), stated)
+    except RotorstudyError as error:
+        verdict, held_out = {"verdict": "failed", "causes": [], "error": str(error)}, None
+    return {"verdict": verdict, "held_out": held_out, "seconds": perf_counter() - start}
+
+
+class _pool:
+    """`map` over processes, in order; in this process for one core."""
+
+    def __init__(self, cores):
+        self.executor = ProcessPoolExecutor(cores) if cores > 1 else None
+
+    def __enter__(self):
+        return map if self.executor is None else partial(self.executor.map, chunksize=4)
+
+    def __exit__(self, *problem):
+        if self.executor is not None:
+            self.executor.shutdown(cancel_futures=True)

@@ -1,0 +1,37 @@
+"""Missing force: what would have to push at the measured nodes for the simulation to show what was measured."""
+
+import numpy as np
+
+from rotorstudy.diagnosis.fit import BEYOND
+from rotorstudy.response import sensitivities
+from rotorstudy.terms import Entry, Unknown
+
+
+def missing_force(model, theta, speed, harmonics, residual):
+    """Residual displacement times the inverse receptance at the measured nodes.
+
+    Harmonics that the model couples are solved together. Where not every coordinate is measured it is the force at the
+    measured nodes alone that would make the same residual, wherever the true one acts; a fault of the measuring chain
+    shows as a force too. Of forces that are not linear in the motion the receptance is left out.
+
+    theta    : (parameter,) of the model
+    residual : (speed, harmonic, sensor) complex, measured minus simulated, m
+    returns  : (speed, harmonic, sensor) complex, N
+    """
+    harmonics = np.asarray(harmonics)
+    units = [model.structure.unit(node) for node in model.sensors]
+    pushes = [
+        Unknown(f"{part} {n}X at {node}", "N", (Entry(factor * unit, on="one", shift=int(n)),), 1.0)
+        for part, factor in (("real", 1), ("imag", 1j))
+        for n in harmonics
+        for node, unit in zip(model.sensors, units, strict=True)
+    ]
+    order = int(np.abs(harmonics).max()) + BEYOND
+    reply = sensitivities(model, speed, harmonics, (pushes, []), theta, order=order)
+    reply = reply.reshape(len(speed), -1, len(pushes))
+    right = residual.reshape(len(speed), -1)
+    found = np.linalg.solve(
+        np.concatenate([reply.real, reply.imag], axis=1), np.concatenate([right.real, right.imag], axis=1)[..., None]
+    )[..., 0]
+    real, imag = np.split(found, 2, axis=1)
+    return (real + 1j * imag).reshape(residual.shape)

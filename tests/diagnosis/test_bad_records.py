@@ -1,0 +1,191 @@
+"""Everything a real record does wrong ends in a clear error or a named finding, never in a silent wrong verdict."""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+import yaml
+
+from rotorstudy.cli import main
+from rotorstudy.diagnosis.report import check_names, read_settings, read_spectrum
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "measured"))
+from machine import TIME, channels, records, section, write, write_rig
+
+SPEED = 80.0
+
+
+@pytest.fixture(scope="module")
+def record():
+    (found,) = records(speeds=[SPEED])
+    return found, channels(found)
+
+
+def refused(capsys, folder, rig, path, *words):
+    status = main(["diagnose", str(path), "--rig", str(rig), "--out", str(folder / "out")])
+    printed = capsys.readouterr()
+    assert status == 1 and printed.out == ""
+    error = printed.err.strip().splitlines()[-1]
+    assert error.startswith("error: ")
+    for word in words:
+        assert word in error, error
+    assert not (folder / "out").exists() and not list(folder.glob(".*partial"))
+
+
+def changed(name, record):
+    """Channels of the record with a fault."""
+    left, right = record["disc 1 left"].copy(), record["disc 1 right"]
+    middle = left.mean()
+    holed = left.copy()
+    holed[1000:3000] = np.nan
+    marks = np.arange(1, 31) * 2 * np.pi / SPEED
+    pulses = 5 * np.exp(-0.5 * ((TIME[:, None] - marks) * SPEED / 0.1) ** 2).sum(axis=1)
+    return {
+        "dead probe": {"disc 1 left": np.full(len(TIME), 0.3)},
+        "gaps": {"disc 1 left": holed},
+        "clipping": {"disc 1 left": np.minimum(left, middle + 0.8 * (left.max() - middle))},
+        # the wires of left and right exchanged, each in the unit of the other
+        "swapped probes": {
+            "disc 1 left": right * 1e-3 * -7874.0,
+            "disc 1 right": left / 7874.0 * -1e3,
+        },
+        "speed label": {"speed": record["speed"] * 1.03},
+        "dead keyphasor": {"key": np.full(len(TIME), 1.0)},
+        "keyphasor polarity": {"key": -pulses},
+        "too few revolutions": {},
+    }[name]
+
+
+FAULTS = [
+    "dead probe", "gaps", "clipping", "swapped probes", "speed label", "dead keyphasor", "keyphasor polarity",
+    "too few revolutions",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_record_with_an_error_is_not_diagnosed(fault, record, tmp_path, capsys):
+    found, original = record
+    rig = write_rig(tmp_path / "rig.yaml", keyphasor=section()["keyphasor"] | {"polarity": "positive"})
+    path = write("csv", tmp_path, found, name="run", **changed(fault, original))
+    if fault == "too few revolutions":
+        path.write_text("".join(path.read_text().splitlines(keepends=True)[:300]))
+    refused(capsys, tmp_path, rig, path, "run.csv", fault)
+
+
+def test_a_record_without_phase_reference_or_unit_is_refused(record, tmp_path, capsys):
+    found, _ = record
+    path = write("csv", tmp_path, found, name="run")
+    probes = section()["probes"]
+    without = [{key: value for key, value in probe.items() if key != "unit"} for probe in probes[1:]]
+    refused(capsys, tmp_path, write_rig(tmp_path / "a.yaml", probes=[probes[0], *without]), path, "unit")
+    lines = [line.split(",") for line in path.read_text().splitlines()]
+    key = lines[0].index("key")
+    path.write_text("\n".join(",".join(row[:key] + row[key + 1 :]) for row in lines))
+    refused(capsys, tmp_path, write_rig(tmp_path / "b.yaml"), path, "key")
+
+
+def test_a_unit_declared_a_thousandfold_wrong_is_a_finding(record, tmp_path):
+    found, _ = record
+    path = write("csv", tmp_path, found, name="run")
+    probes = [{**p, "unit": "m"} if p["unit"] == "mm" else p for p in section()["probes"]]
+    _, _, findings = read_spectrum([path], write_rig(tmp_path / "rig.yaml", probes=probes))
+    assert {"units", "weak probe"} <= {finding.name for finding in findings}
+
+
+RIG = {
+    "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
+    "effects": [
+        {"kind": "external_damping", "external_damping_N_s_per_m": 100.0},
+        {"kind": "unbalance", "eccentricity_m": 5e-6},
+    ],
+    "measurement": {"harmonics": [0, 1, -1]},
+}
+
+
+@pytest.fixture
+def spectrum(tmp_path):
+    """An imported spectrum of the rig, and the rig file."""
+    rig, out = tmp_path / "rig.yaml", tmp_path / "spectrum.nc"
+    rig.write_text(yaml.safe_dump(RIG))
+    simulated = ["simulate", str(rig), "--speeds", "100", "200", "--noise", "1", "--rate", "2000"]
+    assert main([*simulated, "--out", str(tmp_path / "records.nc")]) == 0
+    assert main(["import", str(tmp_path / "records.nc"), "--rig", str(rig), "--out", str(out)]) == 0
+    return out, rig
+
+
+def test_a_spectrum_that_cannot_be_trusted_is_refused(spectrum, tmp_path, capsys):
+    path, rig = spectrum
+    with xr.open_dataset(path) as data:
+        data = data.load()
+    broken = data.copy(deep=True)
+    broken.amplitude[0, 0, 0, 0] = np.nan
+    silent = data.copy(deep=True)
+    silent.covariance[:] = 0
+    twice = xr.concat([data.isel(speed=[0]), data.isel(speed=[0])], "speed", data_vars="minimal")
+    for name, changed, word in (("nan", broken, "NaN"), ("zero", silent, "all zero"), ("twice", twice, "twice")):
+        changed.to_netcdf(tmp_path / f"{name}.nc")
+        capsys.readouterr()
+        refused(capsys, tmp_path, rig, tmp_path / f"{name}.nc", f"{name}.nc", word)
+
+
+def test_what_the_command_line_refuses(spectrum, tmp_path, capsys):
+    path, rig = spectrum
+    base = ["diagnose", str(path), "--rig", str(rig)]
+    (tmp_path / "file").write_text("precious")
+    capsys.readouterr()
+    for options, words in (
+        (["--out", str(tmp_path / "file")], ["is a file"]),
+        (["--out", str(tmp_path)], ["holds an input"]),
+        (["--out", str(tmp_path / "no" / "out")], ["does not exist"]),
+        (["--out", str(tmp_path / "out"), "--hold-out", "150"], ["150", "not measured", "100, 200"]),
+        (["--out", str(tmp_path / "out"), "--hold-out", "100", "200"], ["every speed"]),
+    ):
+        assert main([*base, *options]) == 1
+        error = capsys.readouterr().err
+        assert error.startswith("error: ") and all(word in error for word in words), error
+    assert main(["diagnose", str(path), str(tmp_path / "records.nc"), *base[2:], "--out", str(tmp_path / "out")]) == 1
+    assert "give it alone" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"model_eror": 0.1}, ["model_eror", "did you mean 'model_error'"]),
+        ({"model_error": -0.1}, ["model_error = -0.1"]),
+        ({"uncertainty": {"eccentricty": 0.1}}, ["eccentricty", "did you mean 'eccentricity'", "uncertainty"]),
+        ({"uncertainty": {"default": -0.1}}, ["default = -0.1", "not be negative"]),
+        ({"nuisance": {"probe_gian": 0.1}}, ["probe_gian", "did you mean 'probe_gain'"]),
+        ({"nuisance": {"unbalance": 0.1}}, ["unbalance", "measuring chain"]),
+        ({"nuisance": {"probe_gain": 0.0}}, ["probe_gain = 0", "positive"]),
+        ({"leave_out": ["bwo"]}, ["bwo", "did you mean 'bow'"]),
+        ([1], ["expected keys and values"]),
+    ],
+)
+def test_settings_are_checked_with_near_misses(given, words):
+    from rotorstudy import RotorstudyError
+    from rotorstudy.rig import build_model
+
+    with pytest.raises(RotorstudyError) as error:
+        settings = read_settings({**RIG, "diagnosis": given}, "rig.yaml")
+        check_names(settings, build_model(RIG), "rig.yaml, diagnosis")
+    assert "rig.yaml, diagnosis" in str(error.value)
+    for word in words:
+        assert word in str(error.value), error.value
+
+
+def test_warnings_go_into_the_verdict(spectrum, tmp_path, capsys):
+    """A record with few revolutions is used, and the verdict says so."""
+    _, rig = spectrum
+    short = ["simulate", str(rig), "--speeds", "100", "200", "--noise", "1", "--rate", "2000", "--duration", "0.2"]
+    assert main([*short, "--out", str(tmp_path / "short.nc")]) == 0
+    capsys.readouterr()
+    assert main(["diagnose", str(tmp_path / "short.nc"), "--rig", str(rig), "--out", str(tmp_path / "out")]) == 0
+    assert "few revolutions" in capsys.readouterr().err
+    verdict = json.loads((tmp_path / "out" / "verdict.json").read_text())
+    assert verdict["in_words"].endswith("Check the records first: few revolutions.")
+    assert "few revolutions" in {finding["name"] for finding in verdict["findings"]}
+    assert "few revolutions" in (tmp_path / "out" / "index.html").read_text()

@@ -1,0 +1,183 @@
+"""The diagnosis as an engineer runs it: records on disk, the command line, a folder with verdict, rig and page."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+import yaml
+
+from rotorstudy.cli import main
+from rotorstudy.diagnosis.force import missing_force
+from rotorstudy.response import measured_response
+from rotorstudy.rig import build_model
+
+SPEEDS = [100.0, 150.0, 200.0, 250.0, 300.0, 350.0, 400.0]
+RIG = {
+    "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
+    "effects": [
+        {"kind": "internal_damping", "internal_damping_N_s_per_m": 20.0},
+        {"kind": "external_damping", "external_damping_N_s_per_m": 100.0},
+        {"kind": "unbalance", "eccentricity_m": 5e-6, "eccentricity_phase_rad": 0.52},
+    ],
+    "measurement": {"harmonics": [0, 1, -1, 2, -2, 3, -3]},
+}
+ASYMMETRY = {"kind": "shaft_asymmetry", "shaft_asymmetry": 0.03, "shaft_asymmetry_phase_rad": 0.7}
+PRELOAD = {"kind": "static_preload", "static_preload_N": 3.0, "static_preload_phase_rad": -1.0}
+SKEW = {"kind": "probe_angle", "probe_rotation_rad": 0.0, "probe_skew_rad": 0.08}
+FILES = {"verdict.json", "verdict.nc", "extended_rig.yaml", "index.html"}
+PICTURES = {f"{name}.{k}" for name in ("what_is_wrong", "causes", "before_and_after", "gain") for k in ("png", "svg")}
+
+
+def write_rig(path, *effects, **changes):
+    path.write_text(yaml.safe_dump({**RIG, "effects": [*RIG["effects"], *effects], **changes}))
+    return path
+
+
+def simulate(folder, *effects, name="records.nc", seed=1):
+    """Records of the rig with effects it does not know of, 1 % noise."""
+    rig = write_rig(folder / "truth.yaml", *effects)
+    options = ["--noise", "1", "--seed", str(seed), "--rate", "2000", "--out", str(folder / name)]
+    assert main(["simulate", str(rig), "--speeds", *map(str, SPEEDS), *options]) == 0
+    return folder / name
+
+
+def diagnose(records, rig, out, *options):
+    records = records if isinstance(records, list) else [records]
+    assert main(["diagnose", *map(str, records), "--rig", str(rig), "--out", str(out), *map(str, options)]) == 0
+    return json.loads((out / "verdict.json").read_text())
+
+
+def named(verdict):
+    return {cause["effect"] for cause in verdict["causes"]}
+
+
+def could_be(verdict):
+    return named(verdict) | {cause["effect"] for cause in verdict["ambiguous_with"]}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("diagnosis")
+
+
+@pytest.fixture(scope="module")
+def asymmetric(folder):
+    """A shaft whose asymmetry the rig does not know, diagnosed; the verdict and the folder it is in."""
+    out = folder / "asymmetric"
+    return diagnose(simulate(folder, ASYMMETRY), write_rig(folder / "rig.yaml"), out), out
+
+
+def test_a_hidden_effect_is_found_with_its_size(asymmetric):
+    verdict, _ = asymmetric
+    assert verdict["verdict"] == "cause" and named(verdict) == {"shaft_asymmetry"}
+    found = verdict["causes"][0]["parameters"]
+    for name, true in (("shaft_asymmetry", 0.03), ("shaft_asymmetry_phase", 0.7)):
+        assert abs(found[name]["value"] - true) < 5 * found[name]["std"]
+    assert verdict["gain"]["ratio"] < 0.1
+    assert verdict["in_words"].startswith("Something is missing, and it is most likely shaft asymmetry (0.0")
+    assert "250 rad/s, which no fit saw" in verdict["in_words"]
+
+
+def test_everything_is_written_and_the_page_needs_no_other_file(asymmetric):
+    verdict, out = asymmetric
+    assert {path.name for path in out.iterdir()} == FILES | {"figures"}
+    assert {path.name for path in (out / "figures").iterdir()} == PICTURES
+    assert not list(out.parent.glob(".*partial"))
+    page = (out / "index.html").read_text()
+    assert page.count("data:image/png;base64,") == 4 and 'src="figures' not in page and "http" not in page
+    for text in ("What the simulation gets wrong", "Detection limits", "default: 0.1", verdict["in_words"][:60]):
+        assert text in page
+
+
+def test_verdict_json_has_what_the_documentation_says(asymmetric):
+    verdict, _ = asymmetric
+    kinds = {
+        "verdict": str, "in_words": str, "causes": list, "ambiguous_with": list, "separating_measurement": str,
+        "unexplained": list, "detection_limit": list, "gain": dict, "identifiability": dict, "findings": list,
+        "settings": dict, "provenance": dict, "base_parameters": list, "left_over": float, "candidates": int,
+        "chance_of_residual": dict,
+    }  # fmt: skip
+    assert {key: type(verdict[key]) for key in kinds} == kinds
+    (cause,) = verdict["causes"]
+    assert set(cause) == {"effect", "where", "parameters", "confidence"} and 0.9 < cause["confidence"] <= 1
+    assert all(set(value) == {"value", "std", "unit"} for value in cause["parameters"].values())
+    assert {"speeds", "before_m", "after_m", "ratio", "before_sigma", "after_sigma"} <= set(verdict["gain"])
+    assert set(verdict["identifiability"]) >= {"dead", "known_by_prior_alone", "traded_off"}
+    docs = (Path(__file__).parents[2] / "docs" / "diagnosis.md").read_text()
+    for key in [*kinds, *verdict["settings"]]:
+        assert f"`{key}`" in docs, key
+
+
+def test_verdict_nc_holds_maps_spectra_and_fits_with_units(asymmetric):
+    _, out = asymmetric
+    with xr.open_dataset(out / "verdict.nc") as data:
+        data = data.load()
+    assert all("units" in data[name].attrs for name in data.variables)
+    assert {"rotorstudy_version", "configuration_sha256", "records"} <= set(data.attrs)
+    before, after = data.residual_before, data.residual_after
+    assert before.dims == after.dims == ("speed", "harmonic", "node")
+    assert before.sel(harmonic=2).min() > 20 and after.max() < 5
+    force = np.hypot(*np.moveaxis(data.missing_force_before.sel(harmonic=2).values, -1, 0))
+    sag = 9.81 * 2.0 / 7.6e5  # the asymmetry turns the static deflection into a force at 2X: epsilon k sag and more
+    assert np.all(force > 0.9 * 0.03 * 7.6e5 * sag)
+    assert list(data.held_out.values) == [0, 0, 0, 1, 0, 0, 0]
+    assert int(data.is_best.sum()) == 1
+
+
+def test_the_extended_rig_is_accepted_again_and_lacks_nothing(asymmetric, folder):
+    _, out = asymmetric
+    extended = out / "extended_rig.yaml"
+    assert main(["simulate", str(extended), "--speeds", "100", "--out", str(folder / "again.nc")]) == 0
+    again = diagnose(folder / "records.nc", extended, folder / "again")
+    assert again["verdict"] == "nothing" and again["causes"] == []
+    assert again["in_words"].startswith("Nothing is missing") and "95 would have shown it" in again["in_words"]
+
+
+def test_without_the_true_effect_in_the_library_no_wrong_cause_is_sure(asymmetric, folder):
+    """The negative control: unknown, or a twin that the effect declares."""
+    rig = write_rig(folder / "left_out.yaml", diagnosis={"leave_out": ["shaft_asymmetry"]})
+    verdict = diagnose(folder / "records.nc", rig, folder / "left_out")
+    twins = {"support_anisotropy", "breathing_crack", "breathing_crack_weight", "parallel_misalignment"}
+    assert verdict["verdict"] == "unknown" or named(verdict) <= twins
+    assert "shaft_asymmetry" not in could_be(verdict)
+
+
+@pytest.mark.parametrize(("name", "hidden"), [("preload", PRELOAD), ("skew", SKEW)])
+def test_other_effects_are_found_or_not_ruled_out(name, hidden, tmp_path):
+    verdict = diagnose(simulate(tmp_path, hidden), write_rig(tmp_path / "rig.yaml"), tmp_path / name)
+    assert verdict["verdict"] in ("cause", "ambiguous") and hidden["kind"] in could_be(verdict)
+    assert verdict["gain"]["ratio"] < 0.3
+
+
+def test_a_change_of_unbalance_from_an_imported_spectrum(tmp_path):
+    """The rig knows its unbalance well; since then it has changed. The spectrum is imported first."""
+    rig = write_rig(tmp_path / "rig.yaml", diagnosis={"uncertainty": {"default": 0.1, "eccentricity": 0.02}})
+    change = {"kind": "unbalance", "label": "change", "eccentricity_m": 4e-6, "eccentricity_phase_rad": 2.0}
+    records, spectrum = simulate(tmp_path, change), tmp_path / "spectrum.nc"
+    assert main(["import", str(records), "--rig", str(rig), "--out", str(spectrum)]) == 0
+    verdict = diagnose(spectrum, rig, tmp_path / "out", "--hold-out", 200, 300)
+    assert verdict["verdict"] in ("cause", "ambiguous") and "unbalance" in could_be(verdict)
+    assert np.allclose(verdict["gain"]["speeds"], [200, 300], rtol=1e-4) and verdict["gain"]["ratio"] < 0.5
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_clean_record_lacks_nothing(seed, tmp_path):
+    verdict = diagnose(simulate(tmp_path, seed=seed), write_rig(tmp_path / "rig.yaml"), tmp_path / "out")
+    assert verdict["verdict"] == "nothing" and verdict["findings"] == []
+
+
+def test_missing_force_is_the_force_that_was_left_out():
+    """On a rotor that couples harmonics, measured at every node: back to rounding, and nothing elsewhere."""
+    harmonics = [0, 1, -1, 2, -2, 3, -3]
+    base = {
+        "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
+        "effects": [*RIG["effects"], {"kind": "support_anisotropy", "support_anisotropy_N_per_m": 5e4}],
+    }
+    model = build_model(base)
+    hidden = build_model({**base, "effects": [*base["effects"], PRELOAD]})
+    off = measured_response(hidden, SPEEDS, harmonics) - measured_response(model, SPEEDS, harmonics)
+    force = missing_force(model, model.theta, np.array(SPEEDS), harmonics, off)
+    assert np.allclose(force[:, 0, 0], 3.0 * np.exp(-1j), rtol=1e-9)
+    assert np.abs(force[:, 1:]).max() < 1e-9

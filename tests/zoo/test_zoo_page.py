@@ -1,0 +1,48 @@
+"""The zoo's page follows from the registry: every plugin is on it, also one that lives elsewhere."""
+
+import pytest
+
+from rotorstudy.authoring import new_plugin
+from rotorstudy.cli import main
+from rotorstudy.plugins import KINDS, Registry, plugin_folders, registry, using
+from rotorstudy.studies.zoo import tables
+
+WANTED = {"crack": 5, "bearing": 5, "spectrum": 6, "estimator": 7, "effect": 20, "rotor": 3}
+
+
+def test_every_plugin_is_on_the_page_with_its_source_and_checks():
+    found = tables()
+    assert set(found) == set(KINDS)
+    for kind, table in found.items():
+        assert list(table.name) == sorted(registry().plugins[kind])
+        assert table["source"].str.len().min() > 3 and table["checked against"].str.len().min() > 10
+    assert found["bearing"].parameters.str.contains("typically").all()
+
+
+def test_the_zoo_is_as_large_as_it_is_said_to_be():
+    for kind, least in WANTED.items():
+        assert len(registry().plugins[kind]) >= least
+
+
+def test_a_plugin_of_another_folder_is_on_the_page(tmp_path):
+    path = new_plugin("bearing", "mine", tmp_path)
+    with using(Registry(plugin_folders(), files=[path])):
+        row = tables()["bearing"].set_index("name").loc["mine"]
+    assert "bearing_stiffness_N_per_m (typically 1e+07)" in row.parameters
+    assert "mine" not in set(tables()["bearing"].name)
+
+
+def test_one_plugin_on_the_command_line(capsys):
+    assert main(["plugins", "--name", "short_journal"]) == 0
+    said = capsys.readouterr().out
+    for words in ("bearing short_journal", "load_N", "viscosity_Pa_s", "bearing_scale", "source"):
+        assert words in said
+    assert main(["plugins", "--name", "short_jurnal"]) == 1
+    assert "did you mean 'short_journal'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_claims_are_named(kind):
+    claims = tables()[kind].get("claims")
+    if kind in ("spectrum", "estimator", "bearing"):
+        assert claims.str.len().max() > 5

@@ -1,0 +1,40 @@
+# Blind tests: effects hidden in simulated measurements, diagnosed without the truth.
+BLIND_RESULTS = f"{RESULTS}/blind"
+BLIND_FIGURES = ["curves", "confusion", "calibration", "coverage", "detection_limits", "gain"]
+BLIND_PAGES = ["bars", "cases"]
+
+
+def blind_files():
+    if not BLIND:
+        return []
+    figures = [f"{BLIND_RESULTS}/figures/{name}.{kind}" for name in BLIND_FIGURES for kind in ("png", "svg")]
+    return [f"{BLIND_RESULTS}/blind.nc", *figures, *(f"{BLIND_RESULTS}/{name}.html" for name in BLIND_PAGES)]
+
+
+if BLIND:
+
+    rule blind:
+        input:
+            config=str(ROOT / settings.blind),
+            code=code("blind.py"),
+            plugins=sorted(
+                {plugin.file for kind, plugin in registry() if kind in ("rotor", "crack", "bearing", "effect")}
+            ),
+        output:
+            data=f"{BLIND_RESULTS}/blind.nc",
+            sealed=[f"{BLIND_RESULTS}/{name}.json" for name in ("seals", "truths", "verdicts")],
+            sheets=[f"{BLIND_RESULTS}/{name}.csv" for name in BLIND_PAGES],
+            pages=[
+                in_report(f"{BLIND_RESULTS}/{name}.html", f"blind_{name}", "Blind tests", "Tables")
+                for name in BLIND_PAGES
+            ],
+            png=[
+                in_report(f"{BLIND_RESULTS}/figures/{name}.png", f"blind_{name}", "Blind tests", "Figures")
+                for name in BLIND_FIGURES
+            ],
+            svg=[f"{BLIND_RESULTS}/figures/{name}.svg" for name in BLIND_FIGURES],
+        threads: workflow.cores
+        log:
+            f"{RESULTS}/logs/blind.log",
+        script:
+            "../scripts/blind.py"

@@ -1,0 +1,75 @@
+# Measured records to a verdict: one folder each, and a page on the replayed experiments.
+DIAGNOSIS = f"{RESULTS}/diagnosis"
+DIAGNOSIS_FIGURES = ["what_is_wrong", "causes", "before_and_after", "gain"]
+REPLAYED = [name for name, item in settings.diagnoses.items() if item.replay]
+REPLAY_SHEETS = ["harmonics", "left_out", "parameters"]
+EFFECTS = sorted(plugin.file for kind, plugin in registry() if kind in ("rotor", "crack", "bearing", "effect"))
+
+
+wildcard_constraints:
+    diagnosis="|".join(settings.diagnoses) or "none",
+
+
+def diagnosis_files():
+    made = ["verdict.json", "verdict.nc", "extended_rig.yaml", "index.html"]
+    made += [f"figures/{name}.{kind}" for name in DIAGNOSIS_FIGURES for kind in ("png", "svg")]
+    found = [f"{DIAGNOSIS}/{name}/{file}" for name in settings.diagnoses for file in made]
+    return found + [f"{DIAGNOSIS}/replays.html"] * bool(REPLAYED)
+
+
+def diagnosed(wildcards):
+    """Records and rig of a diagnosis."""
+    item = settings.diagnoses[wildcards.diagnosis]
+    return {"records": [str(ROOT / path) for path in item.records], "rig": str(ROOT / item.rig)}
+
+
+rule diagnose:
+    input:
+        unpack(diagnosed),
+        code=code("diagnose.py"),
+        plugins=EFFECTS,
+    output:
+        verdict=f"{DIAGNOSIS}/{{diagnosis}}/verdict.json",
+        data=f"{DIAGNOSIS}/{{diagnosis}}/verdict.nc",
+        rig=f"{DIAGNOSIS}/{{diagnosis}}/extended_rig.yaml",
+        page=in_report(f"{DIAGNOSIS}/{{diagnosis}}/index.html", "diagnosis_index", "Diagnosis", "Pages"),
+        png=[
+            in_report(f"{DIAGNOSIS}/{{diagnosis}}/figures/{name}.png", f"diagnosis_{name}", "Diagnosis", "Figures")
+            for name in DIAGNOSIS_FIGURES
+        ],
+        svg=[f"{DIAGNOSIS}/{{diagnosis}}/figures/{name}.svg" for name in DIAGNOSIS_FIGURES],
+    log:
+        f"{RESULTS}/logs/diagnosis/{{diagnosis}}.log",
+    script:
+        "../scripts/diagnose.py"
+
+
+if REPLAYED:
+
+    rule diagnose_left_out:
+        input:
+            unpack(diagnosed),
+            code=code("diagnose_left_out.py"),
+            plugins=EFFECTS,
+        output:
+            f"{DIAGNOSIS}/{{diagnosis}}/left_out.json",
+        log:
+            f"{RESULTS}/logs/diagnosis/{{diagnosis}}_left_out.log",
+        script:
+            "../scripts/diagnose_left_out.py"
+
+    rule diagnose_replays:
+        input:
+            configs=[str(ROOT / settings.replays[settings.diagnoses[name].replay]) for name in REPLAYED],
+            verdicts=[f"{DIAGNOSIS}/{name}/verdict.json" for name in REPLAYED],
+            data=[f"{DIAGNOSIS}/{name}/verdict.nc" for name in REPLAYED],
+            left_out=[f"{DIAGNOSIS}/{name}/left_out.json" for name in REPLAYED],
+            published=f"{REFERENCE}/identified_parameters.csv",
+            code=code("diagnose_replays.py"),
+        output:
+            csv=[f"{DIAGNOSIS}/replays_{sheet}.csv" for sheet in REPLAY_SHEETS],
+            html=in_report(f"{DIAGNOSIS}/replays.html", "diagnosis_replays", "Diagnosis", "Pages"),
+        log:
+            f"{RESULTS}/logs/diagnosis/replays.log",
+        script:
+            "../scripts/diagnose_replays.py"

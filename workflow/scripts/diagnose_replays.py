@@ -1,0 +1,44 @@
+from rotorstudy.job import job
+
+with job(snakemake):
+    import json
+    from pathlib import Path
+
+    import pandas as pd
+
+    from rotorstudy.store import load
+    from rotorstudy.studies.left_out import (
+        LEGEND,
+        UNDECIDED,
+        harmonic_rows,
+        left_out_rows,
+        notes_on,
+        parameter_rows,
+        shared_causes,
+    )
+    from rotorstudy.studies.replay import load_replay
+    from rotorstudy.tables import write_csv, write_html
+
+    reference = Path(snakemake.input.published).parent
+    harmonics, left_out, parameters, notes, verdicts = [], [], [], [], {}
+    for path, told, values, left in zip(
+        snakemake.input.configs, snakemake.input.verdicts, snakemake.input.data, snakemake.input.left_out, strict=True
+    ):
+        config, data = load_replay(path), load(values)
+        verdicts[config.name] = json.loads(Path(told).read_text())
+        rows, wrong = json.loads(Path(left).read_text()), harmonic_rows(config, data, reference)
+        harmonics += wrong
+        left_out += left_out_rows(config, rows)
+        parameters += parameter_rows(config, data, reference)
+        notes += notes_on(config, verdicts[config.name], wrong, rows)
+    headings = ("Harmonics", "Each speed left out, rms over the harmonics", "The thesis's estimates")
+    tables = [pd.DataFrame(rows) for rows in (harmonics, left_out, parameters)]
+    for table, sheet in zip(tables, snakemake.output.csv, strict=True):
+        write_csv(table, sheet)
+    write_html(
+        snakemake.output.html,
+        "What the thesis's model gets wrong on its own measurements",
+        [LEGEND, *notes, shared_causes(verdicts), *UNDECIDED],
+        dict(zip(headings, tables, strict=True)),
+        digits=3,
+    )

@@ -1,0 +1,17 @@
+from rotorstudy.job import job
+
+with job(snakemake):
+    import pandas as pd
+
+    from rotorstudy.studies.zoo import tables
+    from rotorstudy.tables import write_csv, write_html
+
+    found = tables()
+    count = sum(len(table) for table in found.values())
+    write_csv(pd.concat([table.assign(kind=kind) for kind, table in found.items()]), snakemake.output.csv)
+    write_html(
+        snakemake.output.html,
+        "The zoo",
+        f"{count} models, each one file in plugins/. Every claim is verified by the tests and by `rotorstudy check`.",
+        {f"{kind} ({len(table)})": table for kind, table in found.items()},
+    )
