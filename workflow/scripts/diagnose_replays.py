@@ -11,6 +11,7 @@ with job(snakemake):
         LEGEND,
         UNDECIDED,
         harmonic_rows,
+        impossible_dampings,
         left_out_rows,
         notes_on,
         parameter_rows,
@@ -38,7 +39,7 @@ with job(snakemake):
     write_html(
         snakemake.output.html,
         "What the thesis's model gets wrong on its own measurements",
-        [LEGEND, *notes, shared_causes(verdicts), *UNDECIDED],
+        [LEGEND, *notes, *impossible_dampings(parameters), shared_causes(verdicts), *UNDECIDED],
         dict(zip(headings, tables, strict=True)),
         digits=3,
     )

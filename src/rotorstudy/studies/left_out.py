@@ -125,12 +125,23 @@ def notes_on(config, verdict, harmonics, left_out):
     freely = sum(row["extended"] < row["without_limits"] for row in left_out)
     always = set.intersection(*(set(row["causes"]) for row in left_out))
     return [
-        f"{rig}: within what its own other measurements allow, the thesis's model misses most at {where}; chance of "
+        f"{rig}: drawn to what its own other measurements allow, the thesis's model misses most at {where}; chance of "
         f"that by noise: {before}.",
         f"{rig}, verdict '{verdict['verdict']}': {verdict['in_words']} Chance of what is left: {after}.",
         f"{rig}: of {len(left_out)} speeds left out in turn, {better} are foretold better with causes than without, "
         f"{freely} better than by the thesis's model with every parameter free. Found whichever speed is left out: "
         f"{', '.join(sorted(always)) or 'nothing'}.",
+    ]
+
+
+def impossible_dampings(rows):
+    """Sentences on dampings below zero by more than two deviations; rows : from `parameter_rows`."""
+    return [
+        f"{row['rig'].capitalize()}: the {model} model needs {row['parameter']} {row[model]:.3g} ± "
+        f"{row[f'{model} ±']:.2g} {row['unit']}. No passive part has that, so what it adds is not the explanation."
+        for row in rows
+        for model in ("base", "extended")
+        if row["parameter"].endswith("damping") and row[model] < -2 * row[f"{model} ±"]
     ]
 
 
@@ -142,7 +153,7 @@ def shared_causes(verdicts):
 
 LEGEND = (
     "Thesis: its own estimates from all speeds, 0X and 1X of the slow roll taken off as in Eq. (3.1). Base: its model, "
-    "with dampings, crack and disc within what its impact tests and a lathe allow. Without limits: its model, every "
+    "its dampings, crack and disc drawn to what its impact tests and a lathe allow. Without limits: its model, every "
     "parameter free. Extended: base and the causes found."
 )
 UNDECIDED = (
