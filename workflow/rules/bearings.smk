@@ -1,10 +1,4 @@
 # Stiffness and damping over speed of every bearing of the zoo; a further bearing plugin is a further row.
-
-
-def bearing_files():
-    return [f"{RESULTS}/bearings/coefficients.{kind}" for kind in ("nc", "png", "svg")]
-
-
 rule bearings:
     input:
         code=code("bearings.py"),

@@ -1,16 +1,4 @@
 # Blind tests: effects hidden in simulated measurements, diagnosed without the truth.
-BLIND_RESULTS = f"{RESULTS}/blind"
-BLIND_FIGURES = ["curves", "confusion", "calibration", "coverage", "detection_limits", "gain"]
-BLIND_PAGES = ["bars", "cases"]
-
-
-def blind_files():
-    if not BLIND:
-        return []
-    figures = [f"{BLIND_RESULTS}/figures/{name}.{kind}" for name in BLIND_FIGURES for kind in ("png", "svg")]
-    return [f"{BLIND_RESULTS}/blind.nc", *figures, *(f"{BLIND_RESULTS}/{name}.html" for name in BLIND_PAGES)]
-
-
 if BLIND:
 
     rule blind:

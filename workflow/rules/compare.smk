@@ -1,48 +1,4 @@
 # Every spectrum method with every estimator of the zoo. A new estimator runs alone on spectra that are there.
-COMPARE = f"{RESULTS}/compare"
-ESTIMATORS = sorted(registry().plugins["estimator"])
-METHODS = sorted(registry().plugins["spectrum"])
-ROTORS = {file_name(name): name for name in (COMPARISON.rotors if COMPARISON else {})}
-BIASED = [file for file, name in ROTORS.items() if COMPARISON.rotors[name].study]
-COMPARISON_FIGURES = ["estimators", "spectra", "faults", "coverage", "bias"]
-
-
-wildcard_constraints:
-    method="|".join(METHODS),
-    estimator="|".join(ESTIMATORS),
-
-
-def compared_source(compared):
-    """Configuration of the study or replay a rotor is of, and what the replay identified, if it is one."""
-    if compared.study:
-        return [str(ROOT / settings.studies[compared.study])]
-    return [str(ROOT / settings.replays[compared.replay]), f"{RESULTS}/{compared.replay}/identification.nc"]
-
-
-def compared_sources():
-    return [path for name in ROTORS.values() for path in compared_source(COMPARISON.rotors[name])]
-
-
-def method_file(kind, wildcard):
-    return lambda wildcards: registry().get(kind, getattr(wildcards, wildcard)).file
-
-
-def compared_plugins():
-    rigs = []
-    for compared in COMPARISON.rotors.values():
-        source = STUDIES[compared.study] if compared.study else REPLAYS[compared.replay]
-        rigs.append(source.rigs[source.main_rig] if compared.study else source.rig)
-    return plugin_files(rigs)
-
-
-def comparison_files():
-    if not COMPARISON:
-        return []
-    figures = [f"{COMPARE}/figures/{name}.{kind}" for name in COMPARISON_FIGURES for kind in ("png", "svg")]
-    tables = [f"{COMPARE}/{name}.{kind}" for name in ("ranking", "advice") for kind in ("csv", "html")]
-    return [f"{COMPARE}/comparison.nc", *figures, *tables]
-
-
 if COMPARISON:
 
     rule compare_spectra:

@@ -1,28 +1,4 @@
 # Measured records to a verdict: one folder each, and a page on the replayed experiments.
-DIAGNOSIS = f"{RESULTS}/diagnosis"
-DIAGNOSIS_FIGURES = ["what_is_wrong", "causes", "before_and_after", "gain"]
-REPLAYED = [name for name, item in settings.diagnoses.items() if item.replay]
-REPLAY_SHEETS = ["harmonics", "left_out", "parameters"]
-EFFECTS = sorted(plugin.file for kind, plugin in registry() if kind in ("rotor", "crack", "bearing", "effect"))
-
-
-wildcard_constraints:
-    diagnosis="|".join(settings.diagnoses) or "none",
-
-
-def diagnosis_files():
-    made = ["verdict.json", "verdict.nc", "extended_rig.yaml", "index.html"]
-    made += [f"figures/{name}.{kind}" for name in DIAGNOSIS_FIGURES for kind in ("png", "svg")]
-    found = [f"{DIAGNOSIS}/{name}/{file}" for name in settings.diagnoses for file in made]
-    return found + [f"{DIAGNOSIS}/replays.html"] * bool(REPLAYED)
-
-
-def diagnosed(wildcards):
-    """Records and rig of a diagnosis."""
-    item = settings.diagnoses[wildcards.diagnosis]
-    return {"records": [str(ROOT / path) for path in item.records], "rig": str(ROOT / item.rig)}
-
-
 rule diagnose:
     input:
         unpack(diagnosed),

@@ -1,0 +1,82 @@
+# What the rules of bearings, comparison, blind tests and diagnoses share: their targets and inputs.
+
+
+def bearing_files():
+    return [f"{RESULTS}/bearings/coefficients.{kind}" for kind in ("nc", "png", "svg")]
+
+
+COMPARE = f"{RESULTS}/compare"
+ESTIMATORS = sorted(registry().plugins["estimator"])
+METHODS = sorted(registry().plugins["spectrum"])
+ROTORS = {file_name(name): name for name in (COMPARISON.rotors if COMPARISON else {})}
+BIASED = [file for file, name in ROTORS.items() if COMPARISON.rotors[name].study]
+COMPARISON_FIGURES = ["estimators", "spectra", "faults", "coverage", "bias"]
+
+
+def compared_source(compared):
+    """Configuration of the study or replay a rotor is of, and what the replay identified, if it is one."""
+    if compared.study:
+        return [str(ROOT / settings.studies[compared.study])]
+    return [str(ROOT / settings.replays[compared.replay]), f"{RESULTS}/{compared.replay}/identification.nc"]
+
+
+def compared_sources():
+    return [path for name in ROTORS.values() for path in compared_source(COMPARISON.rotors[name])]
+
+
+def method_file(kind, wildcard):
+    return lambda wildcards: registry().get(kind, getattr(wildcards, wildcard)).file
+
+
+def compared_plugins():
+    rigs = []
+    for compared in COMPARISON.rotors.values():
+        source = STUDIES[compared.study] if compared.study else REPLAYS[compared.replay]
+        rigs.append(source.rigs[source.main_rig] if compared.study else source.rig)
+    return plugin_files(rigs)
+
+
+def comparison_files():
+    if not COMPARISON:
+        return []
+    figures = [f"{COMPARE}/figures/{name}.{kind}" for name in COMPARISON_FIGURES for kind in ("png", "svg")]
+    tables = [f"{COMPARE}/{name}.{kind}" for name in ("ranking", "advice") for kind in ("csv", "html")]
+    return [f"{COMPARE}/comparison.nc", *figures, *tables]
+
+
+BLIND_RESULTS = f"{RESULTS}/blind"
+BLIND_FIGURES = ["curves", "confusion", "calibration", "coverage", "detection_limits", "gain"]
+BLIND_PAGES = ["bars", "cases"]
+
+
+def blind_files():
+    if not BLIND:
+        return []
+    figures = [f"{BLIND_RESULTS}/figures/{name}.{kind}" for name in BLIND_FIGURES for kind in ("png", "svg")]
+    return [f"{BLIND_RESULTS}/blind.nc", *figures, *(f"{BLIND_RESULTS}/{name}.html" for name in BLIND_PAGES)]
+
+
+DIAGNOSIS = f"{RESULTS}/diagnosis"
+DIAGNOSIS_FIGURES = ["what_is_wrong", "causes", "before_and_after", "gain"]
+REPLAYED = [name for name, item in settings.diagnoses.items() if item.replay]
+REPLAY_SHEETS = ["harmonics", "left_out", "parameters"]
+EFFECTS = sorted(plugin.file for kind, plugin in registry() if kind in ("rotor", "crack", "bearing", "effect"))
+
+
+def diagnosis_files():
+    made = ["verdict.json", "verdict.nc", "extended_rig.yaml", "index.html"]
+    made += [f"figures/{name}.{kind}" for name in DIAGNOSIS_FIGURES for kind in ("png", "svg")]
+    found = [f"{DIAGNOSIS}/{name}/{file}" for name in settings.diagnoses for file in made]
+    return found + [f"{DIAGNOSIS}/replays.html"] * bool(REPLAYED)
+
+
+def diagnosed(wildcards):
+    """Records and rig of a diagnosis."""
+    item = settings.diagnoses[wildcards.diagnosis]
+    return {"records": [str(ROOT / path) for path in item.records], "rig": str(ROOT / item.rig)}
+
+
+wildcard_constraints:
+    method="|".join(METHODS),
+    estimator="|".join(ESTIMATORS),
+    diagnosis="|".join(settings.diagnoses) or "none",
