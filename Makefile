@@ -24,8 +24,9 @@ check: .venv/ready
 	.venv/bin/ruff format --check .
 	.venv/bin/snakemake --lint > .venv/lint.log 2>&1 || { cat .venv/lint.log; exit 1; }
 
+# one BLAS thread a worker: small matrices, and workers that would wait for each other's threads
 test: check
-	.venv/bin/pytest -n 2 --dist loadfile
+	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 .venv/bin/pytest -n 2 --dist loadfile --durations 15
 
 bench: .venv/ready
 	.venv/bin/python benchmarks/run.py
