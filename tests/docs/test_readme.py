@@ -69,7 +69,8 @@ def test_the_shell_examples_run(tmp_path):
 def test_every_example_rig_vibrates(path):
     model = load_rig(path)
     assert np.isfinite(harmonic_response(model, [88.0], [0, 1, -1])).all()
-    assert np.abs(harmonic_response(model, [88.0], [1])).max() > 1e-9
+    if not path.stem.endswith("_diagnosis"):  # those start from a rotor without unbalance: it is what they look for
+        assert np.abs(harmonic_response(model, [88.0], [1])).max() > 1e-9
 
 
 def test_every_linked_file_exists():

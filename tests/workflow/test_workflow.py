@@ -24,7 +24,7 @@ def command(folder, *arguments, cores=2):
 
 
 def snakemake(folder, *arguments, cores=2):
-    found = subprocess.run(command(folder, *arguments, cores=cores), capture_output=True, text=True, timeout=400)
+    found = subprocess.run(command(folder, *arguments, cores=cores), capture_output=True, text=True, timeout=1200)
     assert found.returncode == 0, found.stdout + found.stderr
     return found.stdout + found.stderr
 
