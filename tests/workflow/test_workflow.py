@@ -172,8 +172,7 @@ def test_an_estimator_in_one_file_joins_the_comparison_and_nothing_else_runs_aga
     with_it = ("--config", f"plugin_folders=[{tmp_path / 'zoo'}]", "--")
     target = "results/compare/comparison.nc"
     plan = snakemake(tmp_path / "copy", "--dry-run", *with_it, target)
-    assert set(re.findall(r"^rule (\w+):", plan, re.M)) == {"compare_estimates", "compare_bias", "compare"}
-    assert set(re.findall(r"estimator=(\w+)", plan)) == {"newcomer"}
+    assert dict(re.findall(r"^(\w+) +(\d+)$", plan, re.M)) == {"compare_estimates": "1", "compare": "1", "total": "2"}
     snakemake(tmp_path / "copy", *with_it, target)
     with xr.open_dataset(tmp_path / "copy" / target) as after, xr.open_dataset(built / target) as before:
         assert set(after.estimator.values) - set(before.estimator.values) == {"newcomer"}
@@ -191,5 +190,13 @@ def test_the_comparison_knows_what_a_fault_does(built):
         over = (fit.efficiency**-0.5).median("parameter")
         assert (over.sel(fault="whole turns") < 1.6).all()  # on the bound, as far as six trials tell
         assert (over.sel(fault="1 % outliers") > 5).all()
-        exact = data.rmse.sel(estimator="maximum_likelihood", fault="whole turns", noise=0) / abs(data.true)
-        assert exact.max() < 1e-6  # records without noise or fault give the truth
+        off = data.rmse.sel(estimator="maximum_likelihood", fault="whole turns", noise=0) / abs(data.true)
+        # records without noise or fault give the truth; two methods seek the speed or the marks and stop at 1e-4 of it
+        searching = ["sine_fit", "order_tracking"]
+        assert off.sel(spectrum_method=searching).max() < 1e-3
+        exact = off.drop_sel(spectrum_method=[*searching, "robust_regression"])
+        assert exact.max() < 1e-9
+        # to robust_regression harmonics nobody asked for are noise: exact only on a rotor that has none
+        harmonic_by_harmonic = off.sel(spectrum_method="robust_regression")
+        assert harmonic_by_harmonic.sel(rotor="first test rig").max() < 1e-9
+        assert harmonic_by_harmonic.sel(rotor="2-DOF").max() > 1e-3
