@@ -46,6 +46,7 @@ def save_figure(picture, *paths):
     for path in paths:
         with atomic(path) as temporary:
             picture.savefig(temporary, metadata=without_date[temporary.suffix])
+        picture.set_layout_engine("none")  # the layout found for the first holds for all
     plt.close(picture)
 
 
