@@ -26,7 +26,7 @@ check: .venv/ready
 
 # one BLAS thread a worker: small matrices, and workers that would wait for each other's threads
 test: check
-	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 .venv/bin/pytest -n 2 --dist loadfile --durations 15
+	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 .venv/bin/pytest -n 2 --dist loadfile --no-loadscope-reorder --durations 15
 
 bench: .venv/ready
 	.venv/bin/python benchmarks/run.py
