@@ -16,13 +16,13 @@ from rotorstudy.spectrum import components, shared_product
 from rotorstudy.statics import static_deflection
 
 RANK_TOLERANCE = 1e-9  # smallest over largest singular value of unit-length columns; round-off is near 1e-15
-STEP_IN_SIGMA = 1e-6  # a fit has converged when its step is this small against its own standard deviation
+STEP_IN_SIGMA = 1e-4  # a fit has converged when its step is this small against its own standard deviation
 STEP_RELATIVE = 1e-12  # or against the amplitudes, for data without noise
-MISFIT_RELATIVE = 1e-9  # or when the misfit no longer falls: a wrong model with a large misfit converges slowly
+MISFIT_RELATIVE = 1e-6  # or when the misfit no longer falls: of a misfit of some hundred, a hundredth of a deviation
 DEFLECTION_RELATIVE = 1e-9  # change of the unknowns that ends it
 ROUND_OFF_RELATIVE = 1e-6  # or one that no longer falls: weights of exact data differ by up to 1e15
 DEFLECTION_STEPS = 40  # of the static deflection; two are enough if the bearings' nodes are measured
-WEIGHTED_STEPS = 3  # of weights taken at the estimate they lead to; the second already changes less than the noise
+WEIGHTED_STEPS = 2  # of weights taken at the estimate they lead to; the second already changes less than the noise
 TRIALS_AT_ONCE = 200  # bounds the memory of a Monte Carlo
 
 
@@ -332,15 +332,20 @@ def whitened_measurement(spectrum):
 
 
 def start_values(problem):
-    """(..., parameter) where a fit starts: equation-error least squares, else the values given or typical."""
+    """(..., parameter) where a fit starts: equation-error least squares weighted once, else values given or typical."""
     given = np.concatenate([term.theta for term in problem.model.terms])
     nominal = np.where(np.isnan(given), problem.model.typical, given)[problem.model.position(problem.names)]
     linear = [n for n in problem.names if n in {u.name for u in problem.model.rotor_unknowns}]
     start = np.broadcast_to(nominal, (*problem.spectrum.amplitude.shape[:-3], len(nominal))).copy()
     if len(linear) < len(problem.names):
         return start
+
+    def weighted_once(part):
+        theta = solve_equations(part, settled=False)
+        return solve_equations(part, whitened(part.equation_weights(theta)), theta, settled=False)
+
     try:
-        return solve_equations(problem)
+        return in_chunks(problem, weighted_once)
     except RotorstudyError:
         return start
 

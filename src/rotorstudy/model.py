@@ -174,6 +174,18 @@ class Model:
         return np.array([self.structure.index(node) for node in self.sensors])
 
     @cached_property
+    def involved(self):
+        """(coordinate,) positions of those that are measured, read or acted on by a term; the rest pass forces on."""
+        seen = np.zeros(len(self.structure.dofs), bool)
+        seen[self.measured] = True
+        for entry in (e for u in self.rotor_unknowns for e in u.entries):
+            matrix = np.asarray(entry.matrix)
+            seen |= matrix != 0 if matrix.ndim == 1 else (matrix != 0).any(axis=0) | (matrix != 0).any(axis=1)
+        for _, force in self.local_forces:
+            seen |= np.any(force.matrix, axis=0)
+        return np.flatnonzero(seen | (self.static_residual != 0))
+
+    @cached_property
     def is_carried(self):
         """Whether bearings carry the static load, alone or beside the shaft's own supports."""
         return any(unknown.carries for unknown in self.rotor_unknowns)
@@ -182,12 +194,12 @@ class Model:
     def static_residual(self):
         """(dof,) static load that the static deflection does not carry, N; an error if nothing carries it."""
         structure = self.structure
-        if self.is_carried or self.held_deflection is not None:
+        if self.is_carried or self.held_deflection is not None or structure.is_supported:
             return np.zeros(len(structure.dofs))
         springs = (e for u in self.rotor_unknowns for e in u.entries if e.on == "z" and not (e.order or e.shift))
-        if structure.static_load.any() and not structure.is_supported and not any(springs):
+        if structure.static_load.any() and not any(springs):
             raise RotorstudyError("nothing carries the rotor against its weight; add bearings, or support it rigidly")
-        return structure.static_load - structure.stiffness @ structure.static_deflection
+        return structure.static_load
 
     def position(self, names):
         """Positions of amplitudes by name in `theta`."""

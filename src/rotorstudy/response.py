@@ -17,6 +17,7 @@ from rotorstudy.statics import static_deflection
 from rotorstudy.terms import apply_entries
 
 NUMBERS_AT_ONCE = 5e7  # complex numbers in the matrices of one solve, 0.8 GB; beyond, speeds are taken in parts
+CONDENSED_AT_MOST = 1e4  # of the stiffness, passed on by condensed coordinates: four of sixteen digits are lost there
 COUPLED_ORDER = 15  # harmonics -15..15 are carried when harmonics are coupled; a caller may ask for more
 
 
@@ -152,15 +153,18 @@ def forced_harmonics(model, order=COUPLED_ORDER):
     return np.array(sorted(shown))
 
 
-def operator(model, theta, speed, blocks):
+def operator(model, theta, speed, blocks, kept=None):
     """Dynamic stiffness D of each group, D q = force.
 
     theta   : (..., rotor parameter)
     speed   : (speed,) rad/s
+    kept    : (dof,) coordinates to which the others, where no force acts, are condensed; all by default
     returns : list of (..., speed, block, member * dof, member * dof) complex
+    raises  : LinAlgError where the others resonate on their own, so that condensing would lose digits
     """
     structure, carried = model.structure, blocks.harmonics
-    count, dof = len(carried), len(structure.dofs)
+    kept = np.arange(len(structure.dofs)) if kept is None else kept
+    count, dof = len(carried), len(kept)
     speed = np.asarray(speed, float)
     unknown_block = np.full(2 * count, -1)
     member = np.zeros(2 * count, int)
@@ -173,6 +177,7 @@ def operator(model, theta, speed, blocks):
         nw = n * speed[:, None, None]
         base = structure.stiffness - (nw**2)[..., None, None] * structure.mass
         base = base + (nw * speed[:, None, None])[..., None, None] * structure.gyroscopic
+        base = _condensed(base, kept, np.diag(structure.stiffness))
         base = np.where((group < count)[..., None, None], base, base.conj())
         full = np.zeros((*theta.shape[:-1], len(speed), *group.shape, dof, group.shape[1], dof), complex)
         for m in range(group.shape[1]):
@@ -185,7 +190,7 @@ def operator(model, theta, speed, blocks):
             factor = entry.gain_at(speed[:, None], n) * order
             is_w = row >= count
             coefficient = theta[..., p, None, None] * np.where(is_w, np.conj(factor), factor)  # (..., speed, link)
-            matrix = np.asarray(entry.matrix)
+            matrix = np.asarray(entry.matrix)[np.ix_(kept, kept)]
             i, j = np.nonzero(matrix)  # most effects act at one node: only what is there is added
             value = np.where(is_w[:, None], np.conj(matrix[i, j]), matrix[i, j])  # (link, place)
             for g, full in enumerate(result):
@@ -196,6 +201,19 @@ def operator(model, theta, speed, blocks):
                 place = (unknown_block[r], member[r], i, member[c], j)
                 full[..., *place] -= coefficient[..., here, None] * value[here]
     return [full.reshape(*full.shape[:-4], full.shape[-4] * dof, full.shape[-4] * dof) for full in result]
+
+
+def _condensed(matrix, kept, stiffness):
+    """(..., kept, kept) of a dynamic stiffness (..., dof, dof), the other coordinates condensed; stiffness (dof,)."""
+    if len(kept) == matrix.shape[-1]:
+        return matrix
+    gone = np.setdiff1d(np.arange(matrix.shape[-1]), kept)
+    rows, columns = matrix[..., kept, :], matrix[..., gone, :]
+    passed = rows[..., gone] @ np.linalg.solve(columns[..., gone], columns[..., kept])
+    size = np.abs(np.diagonal(passed, axis1=-2, axis2=-1)) / stiffness[kept]
+    if not np.all(size < CONDENSED_AT_MOST):
+        raise np.linalg.LinAlgError
+    return rows[..., kept] - passed
 
 
 def resting(unknown, deflection):
@@ -284,20 +302,35 @@ def harmonic_response(model, speed, harmonics, theta=None, *, order=COUPLED_ORDE
     return found[..., chosen, :], derivatives[..., chosen, :, :]
 
 
-def _carried_response(model, speed, theta, blocks, jacobian):
-    numbers = np.prod(theta.shape[:-1]) * len(speed) * sum(g.size * g.shape[1] for g in blocks.groups)
-    numbers *= len(model.structure.dofs) ** 2
+def _carried_response(model, speed, theta, blocks, jacobian, kept=None):
+    """Harmonics (..., speed, harmonic, dof) and derivatives, at the coordinates `kept`; zero at the others."""
+    dof = len(model.structure.dofs)
+    kept = np.arange(dof) if kept is None or model.local_forces else kept
+    trials, links = np.prod(theta.shape[:-1]), sum(g.size * g.shape[1] for g in blocks.groups)
+    numbers = len(speed) * links * max(trials * len(kept) ** 2, dof**2)
     if numbers > NUMBERS_AT_ONCE and len(speed) > 1 and np.ndim(model.held_deflection) < 2:
         half = len(speed) // 2
-        parts = [_carried_response(model, part, theta, blocks, jacobian) for part in (speed[:half], speed[half:])]
+        parts = [_carried_response(model, part, theta, blocks, jacobian, kept) for part in (speed[:half], speed[half:])]
         found, derivatives = zip(*parts, strict=True)
         return np.concatenate(found, axis=-3), np.concatenate(derivatives, axis=-4) if jacobian else None
     rotor = theta[..., : len(model.rotor_unknowns)]
-    matrices = operator(model, rotor, speed, blocks)
+    try:
+        matrices = operator(model, rotor, speed, blocks, kept)
+    except np.linalg.LinAlgError:
+        kept = np.arange(dof)
+        matrices = operator(model, rotor, speed, blocks)
+
+    def solve(force):  # (..., speed, harmonic, dof, column)
+        if len(kept) == dof:
+            return _solve(matrices, force, blocks, speed)
+        found = np.zeros(force.shape, complex)
+        found[..., kept, :] = _solve(matrices, force[..., kept, :], blocks, speed)
+        return found
+
     deflection, moved = static_deflection(model, speed, rotor, jacobian=jacobian)
     force = force_at_rest(model, rotor, speed, blocks.harmonics, deflection)
     force[..., blocks.harmonics == 0, :] += model.static_residual
-    found = _solve(matrices, force[..., None], blocks, speed)[..., 0]
+    found = solve(force[..., None])[..., 0]
     tangents = None
     if model.local_forces:
         found, tangents = _with_local_forces(model, rotor, speed, blocks, matrices, deflection, found)
@@ -314,7 +347,7 @@ def _carried_response(model, speed, theta, blocks, jacobian):
             columns[p] = columns[p] + force
     columns = np.stack(columns, axis=-1) if columns else np.zeros((*found.shape, 0))
     derivatives = np.zeros((*found.shape, theta.shape[-1]), complex)
-    changes = _solve(matrices, columns, blocks, speed)
+    changes = solve(columns)
     if tangents is not None:
         for place, tangent in np.ndenumerate(tangents):
             changes[place] = tangent.response(changes[place])
@@ -361,7 +394,7 @@ def measured_response(model, speed, harmonics, theta=None, *, order=COUPLED_ORDE
     speed, harmonics = check_speed(speed), check_harmonics(harmonics)
     theta = np.asarray(model.theta if theta is None else theta, float)
     blocks = layout(model, harmonics, order)
-    found, derivatives = _carried_response(model, speed, theta, blocks, jacobian)
+    found, derivatives = _carried_response(model, speed, theta, blocks, jacobian, model.involved)
     true = found[..., model.measured]
     shown, first = true.copy(), len(model.rotor_unknowns)
     if jacobian:

@@ -41,16 +41,16 @@ def static_deflection(model, speed, theta, *, jacobian=False):
     upper, lower = np.concatenate([on_z, on_conj], axis=-1), np.concatenate([on_conj.conj(), on_z.conj()], axis=-1)
     matrix = np.concatenate([upper, lower], axis=-2)
 
-    def solve(force):
-        both = np.broadcast_to(np.concatenate([force, force.conj()], axis=-1), matrix.shape[:-1])
-        return np.linalg.solve(matrix, both[..., None])[..., :dof, 0]
+    def solve(forces):  # (..., speed, dof, force)
+        both = np.concatenate([forces, forces.conj()], axis=-2)
+        return np.linalg.solve(matrix, np.broadcast_to(both, (*matrix.shape[:-1], both.shape[-1])))[..., :dof, :]
 
-    value = solve(structure.static_load.astype(complex))
-    changes = {}
-    if jacobian:
-        for p, (direct, mirrored) in springs.items():
-            changes[p] = solve(_times(direct, value) + _times(mirrored, value.conj()))
-    return Deflection(value, changes)
+    value = solve(structure.static_load.astype(complex)[:, None])[..., 0]
+    if not jacobian:
+        return Deflection(value, {})
+    forces = [_times(direct, value) + _times(mirrored, value.conj()) for direct, mirrored in springs.values()]
+    changes = solve(np.stack(forces, axis=-1))
+    return Deflection(value, dict(zip(springs, np.moveaxis(changes, -1, 0), strict=True)))
 
 
 def _springs(unknown, speed, dof):
