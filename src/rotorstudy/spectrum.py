@@ -55,6 +55,13 @@ class Spectrum:
             covariance=self.covariance[chosen],
         )
 
+    def at_harmonics(self, wanted):
+        """The spectrum at some of its harmonics, in the order wanted."""
+        place = np.array([list(self.harmonics).index(n) for n in wanted])
+        both = np.concatenate([place, place + len(self.harmonics)])
+        covariance = self.covariance[..., both, :][..., both]
+        return replace(self, amplitude=self.amplitude[..., place, :], harmonics=np.array(wanted), covariance=covariance)
+
     def with_amplitude(self, amplitude):
         return replace(self, amplitude=amplitude)
 

@@ -55,7 +55,8 @@ class Compared(Strict):
     """A rotor to compare on: the main rig of a study, or the twin of a replay, with the parameters identified there.
 
     speeds_rad_s : needed for a study; of a replay, its own
-    harmonics, levels_percent : instead of the study's, or the comparison's own
+    harmonics : identified from, if not all of the study's; a spectrum method is asked for all of those
+    levels_percent : instead of the comparison's own
     """
 
     study: str | None = None
@@ -111,18 +112,27 @@ def load_comparison(path):
 
 
 class Rotor(NamedTuple):
-    """A rotor to compare on: model with true values, unknowns, harmonics (harmonic,), speeds (speed,) rad/s."""
+    """A rotor to compare on: model with true values, unknowns, speeds (speed,) rad/s.
+
+    measured, harmonics : (harmonic,) what a spectrum method is asked for, and those of it that an estimator gets
+    """
 
     model: Model
     unknowns: tuple
+    measured: list
     harmonics: list
     speeds: np.ndarray
 
 
 def study_rotor(compared, study):
     """The main rig of a study."""
-    model = study.rig(study.main_rig)
-    return Rotor(model, tuple(study.unknowns), compared.harmonics or study.harmonics, np.array(compared.speeds_rad_s))
+    return _rotor(compared, study.rig(study.main_rig), tuple(study.unknowns), study.harmonics, compared.speeds_rad_s)
+
+
+def _rotor(compared, model, unknowns, harmonics, speeds):
+    used = compared.harmonics or harmonics
+    measured = [*harmonics, *(n for n in used if n not in harmonics)]
+    return Rotor(model, unknowns, measured, used, np.array(speeds))
 
 
 def replay_rotor(compared, replay, identification):
@@ -138,8 +148,8 @@ def replay_rotor(compared, replay, identification):
                 values[p.name] *= np.exp(1j * float(found.sel(parameter=f"{name}_phase")))
         terms.append(replace(term, values=values))
     model = replace(replay.model, terms=tuple(terms))
-    speeds = np.array([w for case, w in replay.cases.items() if case != replay.slow_roll])
-    return Rotor(model, model.names, compared.harmonics or replay.harmonics, speeds)
+    speeds = [w for case, w in replay.cases.items() if case != replay.slow_roll]
+    return _rotor(compared, model, model.names, replay.harmonics, speeds)
 
 
 def load_rotor(config, name, source, identification=None):
@@ -165,7 +175,7 @@ def make_trials(config, rotor_index, rotor, fault_name, place, level, count):
     fault, speed = config.faults[fault_name], float(rotor.speeds[place])
     stream = (rotor_index * len(config.faults) + list(config.faults).index(fault_name)) * 1000 + place
     time = np.arange(config.samples) * fault.turns * 2 * np.pi / speed / config.samples
-    clean = simulate_records(rotor.model, [speed], rotor.harmonics, time)[0].displacement
+    clean = simulate_records(rotor.model, [speed], rotor.measured, time)[0].displacement
     moving = clean - clean.mean(axis=-1, keepdims=True)
     rms = np.sqrt(np.mean(np.abs(moving) ** 2, axis=-1, keepdims=True) / 2)
     x, y = np.moveaxis(standard_normal(config.seed, stream, count, (2, *clean.shape)), 1, 0)
@@ -224,7 +234,7 @@ def spectra(config, name, rotor, method):
               seconds (fault, noise) a record
     """
     faults, levels = list(config.faults), config.levels(name)
-    model, harmonics = rotor.model, rotor.harmonics
+    model, harmonics = rotor.model, rotor.measured
     shape = (len(faults), len(levels), config.trials, len(rotor.speeds), len(harmonics), len(model.sensors))
     amplitude = np.full(shape, np.nan, complex)
     size = 2 * len(harmonics)
@@ -285,7 +295,8 @@ def estimates(config, name, rotor, by_method, estimator):
         cell = data.sel(fault=fault, noise=level)
         amplitude = as_complex(cell.amplitude)
         amplitude = amplitude[np.isfinite(amplitude[:, 0, 0, 0])]
-        spectrum = Spectrum(amplitude, rotor.speeds, np.array(rotor.harmonics), model.sensors, cell.covariance.values)
+        spectrum = Spectrum(amplitude, rotor.speeds, np.array(rotor.measured), model.sensors, cell.covariance.values)
+        spectrum = spectrum.at_harmonics(rotor.harmonics)
         start = perf_counter()
         try:
             result = estimator.function(Problem(model, spectrum, unknowns))
@@ -331,7 +342,7 @@ def estimates(config, name, rotor, by_method, estimator):
 
 def _bounds(config, name, rotor, theta):
     """Level -> (parameter,) Cramer-Rao standard deviations for whole turns with white noise."""
-    clean = clean_spectrum(_NamedHarmonics(rotor.harmonics), rotor.model, rotor.speeds)
+    clean = clean_spectrum(_NamedHarmonics(rotor.measured), rotor.model, rotor.speeds)
     found = {}
     for level in config.levels(name):
         if not level:
@@ -339,7 +350,8 @@ def _bounds(config, name, rotor, theta):
         std = noise_std(clean, level / 100, "white in time", config.samples)
         both = np.concatenate([std, std], axis=1) ** 2
         covariance = np.moveaxis(both, -1, 1)[..., None] * np.eye(both.shape[1])
-        bound = cramer_rao_bound(Problem(rotor.model, replace(clean, covariance=covariance), rotor.unknowns), theta)
+        used = replace(clean, covariance=covariance).at_harmonics(rotor.harmonics)
+        bound = cramer_rao_bound(Problem(rotor.model, used, rotor.unknowns), theta)
         found[level] = np.sqrt(np.diag(magnitude_and_phase(rotor.unknowns, theta, bound)[2]))
     return found
 
