@@ -14,7 +14,7 @@ Everything else in this package (response, regression columns, Jacobian, force i
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Literal
 
 import numpy as np
@@ -42,6 +42,12 @@ class Entry:
     def reads_motion(self):
         """Whether the force moves with the motion; otherwise it is given."""
         return self.on in ("z", "conj")
+
+    @cached_property
+    def places(self):
+        """(row, column, value) of what is in the matrix: most effects act at one node."""
+        matrix = np.asarray(self.matrix)
+        return [(int(i), int(j), matrix[i, j]) for i, j in zip(*np.nonzero(matrix), strict=True)]
 
     def gain_at(self, speed, harmonic):
         """Gain, broadcast over `speed` (rad/s) and `harmonic`."""
@@ -179,14 +185,14 @@ def apply_entries(entries, amplitudes, speed, harmonics, reference=None):
     returns    : (..., speed, harmonic, row) complex
     """
     speed = np.asarray(speed, float)
-    harmonics = np.asarray(harmonics)
-    where = {int(n): i for i, n in enumerate(harmonics)}
+    order = tuple(np.asarray(harmonics).tolist())
+    where = {n: i for i, n in enumerate(order)}
     rows = np.shape(entries[0].matrix)[0] if entries else amplitudes.shape[-1]
     lead = amplitudes.shape[:-1]
     if np.ndim(reference) > 1:
         lead = (*np.broadcast_shapes(lead[:-2], np.shape(reference)[:-2]), *lead[-2:])
     force = np.zeros((*lead, rows), complex)
-    moving = np.any(amplitudes)
+    moving = any(entry.reads_motion for entry in entries) and np.any(amplitudes)
     for entry in entries:
         if entry.on == "one":
             if entry.shift in where:
@@ -199,16 +205,29 @@ def apply_entries(entries, amplitudes, speed, harmonics, reference=None):
             force[..., where[entry.shift], :] += gain * (constant @ np.asarray(entry.matrix).T)
         if not entry.reads_motion or not moving:
             continue
-        source_harmonic = harmonics - entry.shift  # harmonic m of q, or of conj(q), that this row sees
-        lookup = -source_harmonic if mirrored else source_harmonic
-        pairs = [(n, where[int(m)]) for n, m in enumerate(lookup) if int(m) in where]
-        if pairs:
-            derivative = (1j * source_harmonic * speed[:, None]) ** entry.order
-            derivative = derivative * entry.gain_at(speed[:, None], harmonics)
-            row, column = np.array(pairs).T
-            matrix = np.asarray(entry.matrix)
-            for i, j in zip(*np.nonzero(matrix), strict=True):  # most effects act at one node
-                source = amplitudes[..., column, j]
-                source = source.conj() if mirrored else source
-                force[..., row, i] += (derivative[:, row] * matrix[i, j]) * source
+        row, column, source_harmonic = _seen_by(entry.shift, mirrored, order)
+        factor = 1.0
+        if entry.order:
+            factor = (1j * source_harmonic * speed[:, None]) ** entry.order
+        if entry.gain is not None:
+            factor = factor * entry.gain_at(speed[:, None], np.array(order)[row])
+        for i, j, value in entry.places:
+            source = amplitudes[..., column, j]
+            force[..., row, i] += (factor * value) * (source.conj() if mirrored else source)
     return force
+
+
+@lru_cache(maxsize=4096)
+def _seen_by(shift, mirrored, harmonics):
+    """Places of harmonics in a force (slice or array), of those they see in the motion, and which harmonics these are.
+
+    Of q, or of conj(q) if mirrored, the row of harmonic n sees harmonic n - shift.
+    """
+    source = np.array(harmonics) - shift
+    where = {n: i for i, n in enumerate(harmonics)}
+    pairs = [(i, where[n]) for i, n in enumerate((-source if mirrored else source).tolist()) if n in where]
+    row, column = np.array(pairs, int).reshape(-1, 2).T
+    every = slice(0, len(harmonics))
+    if len(row) == len(harmonics) and (row == column).all():
+        return every, every, source
+    return row, column, source[row]
