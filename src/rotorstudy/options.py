@@ -1,5 +1,6 @@
 """Options of a plugin are the annotated arguments of its function; here they are checked against a configuration."""
 
+from functools import lru_cache
 from typing import Annotated, TypeVar, get_args
 
 from annotated_types import Ge, Gt, Le, Lt, MinLen, MultipleOf
@@ -28,24 +29,34 @@ def option_names(function, given_by_engine=()):
 
 def check_options(function, given, where, given_by_engine=()):
     """Options as the function wants them, or an error naming key, value, place and what is allowed."""
+    from pydantic import ValidationError
+
+    fields, model = _options_model(function, tuple(given_by_engine))
+    for key in given:
+        if key not in fields:
+            raise unknown_name("key", key, fields, where)
+    try:
+        return dict(model(**given))
+    except ValidationError as error:
+        nested = {name: _named_keys(annotation) for name, (annotation, _) in fields.items()}
+        raise RotorstudyError(validation_message(error, where, nested)) from None
+
+
+@lru_cache(maxsize=1024)
+def _options_model(function, given_by_engine):
+    """Fields (annotation, default) of a plugin's options, and the pydantic model that checks them."""
     import inspect
 
-    from pydantic import ConfigDict, ValidationError, create_model
+    from pydantic import ConfigDict, create_model
 
     fields = {}
     for name, parameter in inspect.signature(function).parameters.items():
         if name not in given_by_engine:
             annotation = float if parameter.annotation is parameter.empty else parameter.annotation
             fields[name] = (annotation, ... if parameter.default is parameter.empty else parameter.default)
-    for key in given:
-        if key not in fields:
-            raise unknown_name("key", key, fields, where)
-    model = create_model("Options", __config__=ConfigDict(extra="forbid", strict=True, allow_inf_nan=False), **fields)
-    try:
-        return dict(model(**given))
-    except ValidationError as error:
-        nested = {name: _named_keys(annotation) for name, (annotation, _) in fields.items()}
-        raise RotorstudyError(validation_message(error, where, nested)) from None
+    return fields, create_model(
+        "Options", __config__=ConfigDict(extra="forbid", strict=True, allow_inf_nan=False), **fields
+    )
 
 
 def _named_keys(annotation):

@@ -318,9 +318,14 @@ def _blame(place, error):
 
 def plugin_folders():
     """The project's own plugins/ folder (or its copy in an installed package), then those of ROTORSTUDY_PLUGINS."""
+    return _plugin_folders(os.environ.get(FOLDERS_VARIABLE, ""), os.getcwd())
+
+
+@lru_cache
+def _plugin_folders(listed, working_folder):
     project, packaged = Path(__file__).parents[2] / "plugins", Path(__file__).parent / "zoo"
     own = [packaged if packaged.is_dir() else project]
-    extra = [Path(folder) for folder in os.environ.get(FOLDERS_VARIABLE, "").split(os.pathsep) if folder]
+    extra = [Path(working_folder, folder) for folder in listed.split(os.pathsep) if folder]
     return tuple(dict.fromkeys(folder.resolve() for folder in own + extra))
 
 

@@ -6,8 +6,8 @@ blocks that really are connected are solved together. All speeds, harmonics and 
 Local forces, which are not linear, are then added speed by speed (see `alternating`).
 """
 
+from dataclasses import dataclass
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 
@@ -21,7 +21,8 @@ CONDENSED_AT_MOST = 1e4  # of the stiffness, passed on by condensed coordinates:
 COUPLED_ORDER = 15  # harmonics -15..15 are carried when harmonics are coupled; a caller may ask for more
 
 
-class Layout(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Layout:
     """Which unknowns are solved together.
 
     harmonics : (harmonic,) all harmonics carried; unknown i is q of harmonic i, unknown i + H is w of harmonic i
@@ -166,13 +167,8 @@ def operator(model, theta, speed, blocks, kept=None):
     kept = np.arange(len(structure.dofs)) if kept is None else kept
     count, dof = len(carried), len(kept)
     speed = np.asarray(speed, float)
-    unknown_block = np.full(2 * count, -1)
-    member = np.zeros(2 * count, int)
-    unknown_group = np.full(2 * count, -1)
     result = []
-    for g, group in enumerate(blocks.groups):
-        unknown_block[group], member[group] = np.arange(len(group))[:, None], np.arange(group.shape[1])
-        unknown_group[group] = g
+    for group in blocks.groups:
         n = np.where(group < count, carried[group % count], -carried[group % count])  # harmonic of the equation
         nw = n * speed[:, None, None]
         base = structure.stiffness - (nw**2)[..., None, None] * structure.mass
@@ -183,24 +179,39 @@ def operator(model, theta, speed, blocks, kept=None):
         for m in range(group.shape[1]):
             full[..., m, :, m, :] = base[:, :, m]
         result.append(full)
+    at = {int(coordinate): i for i, coordinate in enumerate(kept)}
     for p, unknown in enumerate(model.rotor_unknowns):
-        for entry in (e for e in unknown.entries if e.reads_motion):
-            row, column, n = _links(entry.on, entry.shift, tuple(carried.tolist()), blocks.doubled)
-            order = (1j * (n - entry.shift) * speed[:, None]) ** entry.order
-            factor = entry.gain_at(speed[:, None], n) * order
-            is_w = row >= count
-            coefficient = theta[..., p, None, None] * np.where(is_w, np.conj(factor), factor)  # (..., speed, link)
-            matrix = np.asarray(entry.matrix)[np.ix_(kept, kept)]
-            i, j = np.nonzero(matrix)  # most effects act at one node: only what is there is added
-            value = np.where(is_w[:, None], np.conj(matrix[i, j]), matrix[i, j])  # (link, place)
-            for g, full in enumerate(result):
-                here = unknown_group[row] == g
-                if not here.any():
+        for entry in (e for e in unknown.entries if e.reads_motion and e.places):
+            i, j, value = (np.array(part) for part in zip(*entry.places, strict=True))
+            i, j = ([at[k] for k in part.tolist()] for part in (i, j))
+            for full, (n, is_w, block, row, column) in zip(
+                result, _linked_members(blocks, entry.on, entry.shift), strict=True
+            ):
+                if not len(n):
                     continue
-                r, c = row[here][:, None], column[here][:, None]
-                place = (unknown_block[r], member[r], i, member[c], j)
-                full[..., *place] -= coefficient[..., here, None] * value[here]
+                factor = entry.gain_at(speed[:, None], n) * (1j * (n - entry.shift) * speed[:, None]) ** entry.order
+                both = factor[..., None] * value  # (speed, link, place)
+                both = np.where(is_w[:, None], both.conj(), both)
+                full[..., block, row, i, column, j] -= theta[..., p, None, None, None] * both
     return [full.reshape(*full.shape[:-4], full.shape[-4] * dof, full.shape[-4] * dof) for full in result]
+
+
+@lru_cache(maxsize=4096)
+def _linked_members(blocks, on, shift):
+    """For each group, what an entry links: harmonic of the equation, whether it is of w, block, row and column member.
+
+    The last three are columns, to be set against the places in the matrix.
+    """
+    count = len(blocks.harmonics)
+    row, column, n = _links(on, shift, tuple(blocks.harmonics.tolist()), blocks.doubled)
+    found = []
+    for group in blocks.groups:
+        block, member = np.full(2 * count, -1), np.zeros(2 * count, int)
+        block[group], member[group] = np.arange(len(group))[:, None], np.arange(group.shape[1])
+        here = block[row] >= 0
+        r, c = row[here], column[here]
+        found.append((n[here], r >= count, block[r][:, None], member[r][:, None], member[c][:, None]))
+    return found
 
 
 def _condensed(matrix, kept, stiffness):

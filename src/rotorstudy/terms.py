@@ -196,25 +196,27 @@ def apply_entries(entries, amplitudes, speed, harmonics, reference=None):
     for entry in entries:
         if entry.on == "one":
             if entry.shift in where:
-                force[..., where[entry.shift], :] += entry.gain_at(speed[:, None], entry.shift) * entry.matrix
+                force[..., where[entry.shift], :] += _gain(entry, speed[:, None], entry.shift) * entry.matrix
             continue
         mirrored = entry.on.endswith("conj")
         if reference is not None and entry.order == 0 and entry.shift in where:
             constant = np.conj(reference) if mirrored else reference
-            gain = entry.gain_at(speed[:, None], entry.shift)
+            gain = _gain(entry, speed[:, None], entry.shift)
             force[..., where[entry.shift], :] += gain * (constant @ np.asarray(entry.matrix).T)
         if not entry.reads_motion or not moving:
             continue
         row, column, source_harmonic = _seen_by(entry.shift, mirrored, order)
-        factor = 1.0
+        factor = _gain(entry, speed[:, None], np.array(order)[row])
         if entry.order:
-            factor = (1j * source_harmonic * speed[:, None]) ** entry.order
-        if entry.gain is not None:
-            factor = factor * entry.gain_at(speed[:, None], np.array(order)[row])
+            factor = factor * (1j * source_harmonic * speed[:, None]) ** entry.order
         for i, j, value in entry.places:
             source = amplitudes[..., column, j]
             force[..., row, i] += (factor * value) * (source.conj() if mirrored else source)
     return force
+
+
+def _gain(entry, speed, harmonic):
+    return 1.0 if entry.gain is None else entry.gain_at(speed, harmonic)
 
 
 @lru_cache(maxsize=4096)
