@@ -49,7 +49,10 @@ def check_file(path):
 
     path = Path(path)
     if not path.is_file():
-        raise RotorstudyError(f"file '{path}' does not exist; `rotorstudy new` writes one")
+        wrong = "is a folder; name a file in it" if path.is_dir() else "does not exist; `rotorstudy new` writes one"
+        raise RotorstudyError(f"file '{path}' {wrong}")
+    if path.suffix != ".py":
+        raise RotorstudyError(f"file '{path}' is no Python file; a plugin ends in .py")
     zoo = Registry(plugin_folders(), files=[path])
     mine = [(kind, plugin) for kind, plugin in zoo if Path(plugin.file).resolve() == path.resolve()]
     if not mine:
