@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rotorstudy.errors import PluginError, RotorstudyError
+from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
 from rotorstudy.response import check_harmonics, forced_harmonics, measured_response
 from rotorstudy.spectrum import Spectrum
 from rotorstudy.stability import check_stable
@@ -372,7 +372,7 @@ def full_spectrum(records, harmonics, method, phase="reference", *, whole_turns=
     returns   : Spectrum with amplitude (speed, harmonic, sensor)
     """
     if phase not in ("reference", "keyphasor", "none"):
-        raise RotorstudyError(f"phase '{phase}' is unknown (known: reference, keyphasor, none)")
+        raise unknown_name("phase", phase, ("reference", "keyphasor", "none"))
     harmonics = check_harmonics(harmonics)
     if not records:
         raise RotorstudyError("no records; give at least one")

@@ -6,7 +6,7 @@ from rotorstudy.cracks import SERIES_ORDER, crack_parameters
 from rotorstudy.depth import keys_from_depth
 from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
 from rotorstudy.model import Model, Structure
-from rotorstudy.options import Whole, check_options, number_hint, option_names, validation_message
+from rotorstudy.options import Whole, check_options, named_keys, number_hint, option_names, validation_message
 from rotorstudy.plugins import registry
 from rotorstudy.terms import Entry, Parameter, Term
 
@@ -65,7 +65,7 @@ def check_config(config_class, given, where):
     try:
         return config_class(**given)
     except ValidationError as error:
-        raise RotorstudyError(validation_message(error, where)) from None
+        raise RotorstudyError(validation_message(error, where, lambda loc: named_keys(config_class, loc))) from None
 
 
 def build_model(rig, where="the rig"):

@@ -16,7 +16,7 @@ from rotorstudy.errors import PluginError, RotorstudyError, UnidentifiableError,
 from rotorstudy.identification import Problem, cramer_rao_bound, estimate_by, magnitude_and_phase
 from rotorstudy.model import Model
 from rotorstudy.noise import noise_std, standard_normal
-from rotorstudy.options import Positive
+from rotorstudy.options import NonNegative, Positive
 from rotorstudy.records import (
     Record,
     compensate,
@@ -80,7 +80,7 @@ class CompareConfig(Strict):
     trials: int = Field(ge=2)
     trials_without_noise: int = Field(ge=2)
     samples: int = Field(ge=64)
-    levels_percent: list[float] = Field(min_length=1)
+    levels_percent: list[NonNegative] = Field(min_length=1)
     faults: dict[str, Fault] = Field(min_length=1)
     rotors: dict[str, Compared] = Field(min_length=1)
     seed: int
@@ -97,11 +97,14 @@ class CompareConfig(Strict):
             if wanted not in known:
                 raise unknown_name("study or replay", wanted, known, f"compare, rotor '{name}'")
             if compared.harmonics is not None:
-                check_harmonics(compared.harmonics)
-            if any(level not in self.levels_percent for level in self.levels(name)) or min(self.levels(name)) < 0:
+                try:
+                    check_harmonics(compared.harmonics)
+                except RotorstudyError as error:
+                    raise RotorstudyError(f"compare, rotor '{name}': {error}") from None
+            if any(level not in self.levels_percent for level in self.levels(name)) or not self.levels(name):
                 raise RotorstudyError(
                     f"compare, rotor '{name}': levels_percent = {self.levels(name)} must be some of "
-                    f"{self.levels_percent}, none negative"
+                    f"{self.levels_percent}"
                 )
 
 
