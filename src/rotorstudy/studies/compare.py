@@ -452,7 +452,7 @@ def advice(ranked):
     best["last"] = best.fault == ANY_FAULT
     best["step"] = np.round(
         np.log(best.worst.astype(float)) / np.log(AS_GOOD)
-    )  # of equals the better one in the median
+    )  # equals: by the median
     best = best.sort_values(["last", "fault", "step", "typical"], kind="stable").groupby("fault", sort=False).head(3)
     shown = {
         **{key: key for key in keys},
