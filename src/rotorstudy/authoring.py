@@ -7,6 +7,10 @@ from rotorstudy.plugins import KINDS, Registry, plugin_folders, registry, using
 
 TEMPLATES = Path(__file__).parent / "templates"
 NAME_IN_TEMPLATE = "my_model"
+PLACEHOLDERS = {
+    "source": "the paper and equation it comes from",
+    "checked": "the published or closed-form numbers it was compared with",
+}
 
 
 def new_plugin(kind, name, folder=None):
@@ -29,6 +33,12 @@ def new_plugin(kind, name, folder=None):
     folder.mkdir(parents=True, exist_ok=True)
     path.write_text((TEMPLATES / f"{kind}.py").read_text().replace(NAME_IN_TEMPLATE, name))
     return path
+
+
+def left_to_write(path):
+    """Names of the statements in a plugin file that are still those of the template."""
+    text = Path(path).read_text(encoding="utf-8")
+    return [name for name, words in PLACEHOLDERS.items() if f'"{words}"' in text]
 
 
 def _folder_of(kind):

@@ -200,13 +200,15 @@ def new(given):
 
 
 def check(given):
-    from rotorstudy.authoring import check_file
+    from rotorstudy.authoring import check_file, left_to_write
 
     rows = check_file(given.file)
     broken = [row for row in rows if row[-1]]
     for kind, name, claim, wrong in rows:
         print(f"{'fails' if wrong else 'holds'}  {kind} {name}: {claim}" + (f"\n       {wrong}" if wrong else ""))
     print(f"{len(rows) - len(broken)} of {len(rows)} hold")
+    if left := left_to_write(given.file):
+        print(f"note: {' and '.join(left)} in {given.file} still say what the template says; name your own")
     return 1 if broken else 0
 
 

@@ -83,6 +83,18 @@ class LocalForce:
     matrix: np.ndarray
     function: Callable
 
+    def at(self, displacement, velocity, deflection):
+        """The force (..., time, coordinate), N; a wrong shape, or NaN for a finite motion, is a PluginError."""
+        found = self.function(displacement, velocity, deflection)
+        shape = np.shape(displacement)
+        if np.shape(found) == shape and not (np.isnan(found).any() and np.isfinite(displacement).all()):
+            return found
+        code = getattr(self.function, "__code__", None)
+        who = f"the force in time ({code.co_filename}:{code.co_firstlineno})" if code else repr(self.function)
+        if np.shape(found) == shape:
+            raise PluginError(f"{who} is NaN for a finite motion")
+        raise PluginError(f"{who} has shape {np.shape(found)}; it must be that of the displacement, {shape}")
+
 
 @dataclass(frozen=True)
 class Parameter:

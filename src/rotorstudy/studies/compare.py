@@ -450,9 +450,7 @@ def advice(ranked):
         rows.append({**good.iloc[0], "as_good": ", ".join(good.estimator[1:]) or "none"})
     best = pd.DataFrame(rows, columns=[*table.columns, "as_good"])
     best["last"] = best.fault == ANY_FAULT
-    best["step"] = np.round(
-        np.log(best.worst.astype(float)) / np.log(AS_GOOD)
-    )  # equals: by the median
+    best["step"] = np.round(np.log(best.worst.astype(float)) / np.log(AS_GOOD))  # equals: by the median
     best = best.sort_values(["last", "fault", "step", "typical"], kind="stable").groupby("fault", sort=False).head(3)
     shown = {
         **{key: key for key in keys},
