@@ -50,7 +50,7 @@ def local_column(force, amplitudes, speed, harmonics, deflection):
     """
     basis, rate = turn(harmonics), 1j * np.asarray(harmonics)[:, None] * np.asarray(speed, float)[:, None, None]
     seen, still = amplitudes @ force.matrix.T, (np.asarray(deflection) @ force.matrix.T)[..., None, :]
-    given = force.function(basis @ seen + still, basis @ (rate * seen), still)
+    given = force.at(basis @ seen + still, basis @ (rate * seen), still)
     return basis.conj().T @ given / len(basis) @ force.matrix
 
 
@@ -80,7 +80,7 @@ def steady_state(forces, speed, harmonics, deflection, linear, reply):
 
     def in_time(z, v):
         return sum(
-            amplitude * force.function(z @ s.T, v @ s.T, still @ s.T) @ s
+            amplitude * force.at(z @ s.T, v @ s.T, still @ s.T) @ s
             for amplitude, force in forces
             for s in [force.matrix[:, seen]]
         )

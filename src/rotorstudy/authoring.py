@@ -7,6 +7,10 @@ from rotorstudy.plugins import KINDS, Registry, plugin_folders, registry, using
 
 TEMPLATES = Path(__file__).parent / "templates"
 NAME_IN_TEMPLATE = "my_model"
+PLACEHOLDERS = {
+    "source": "the paper and equation it comes from",
+    "checked": "the published or closed-form numbers it was compared with",
+}
 
 
 def new_plugin(kind, name, folder=None):
@@ -31,6 +35,12 @@ def new_plugin(kind, name, folder=None):
     return path
 
 
+def left_to_write(path):
+    """Names of the statements in a plugin file that are still those of the template."""
+    text = Path(path).read_text(encoding="utf-8")
+    return [name for name, words in PLACEHOLDERS.items() if f'"{words}"' in text]
+
+
 def _folder_of(kind):
     """Where the zoo keeps its plugins of a kind, next to one that is there."""
     own = plugin_folders()[0]
@@ -49,7 +59,10 @@ def check_file(path):
 
     path = Path(path)
     if not path.is_file():
-        raise RotorstudyError(f"file '{path}' does not exist; `rotorstudy new` writes one")
+        wrong = "is a folder; name a file in it" if path.is_dir() else "does not exist; `rotorstudy new` writes one"
+        raise RotorstudyError(f"file '{path}' {wrong}")
+    if path.suffix != ".py":
+        raise RotorstudyError(f"file '{path}' is no Python file; a plugin ends in .py")
     zoo = Registry(plugin_folders(), files=[path])
     mine = [(kind, plugin) for kind, plugin in zoo if Path(plugin.file).resolve() == path.resolve()]
     if not mine:

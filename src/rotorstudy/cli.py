@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 from rotorstudy.errors import PluginError, RotorstudyError
-from rotorstudy.plugins import registry
+from rotorstudy.plugins import blamed, registry
 
 HARMONICS = (0, 1, 2, 3, 5, 7, -1, -3, -5)
 BLIND = "workflow/config/blind.yaml"
@@ -34,7 +34,7 @@ def parser():
     plugins.add_argument("--kind", help="only this kind: rotor, crack, depth, bearing, effect, spectrum, estimator")
 
     new = commands.add_parser("new", help="write a working plugin file to start from")
-    new.add_argument("kind", help="rotor, crack, bearing, effect, spectrum or estimator")
+    new.add_argument("kind", help="rotor, crack, depth, bearing, effect, spectrum or estimator")
     new.add_argument("name", help="of the plugin and its file")
     new.add_argument("--folder", help="where to write it (default: the kind's folder in plugins/)")
 
@@ -137,7 +137,11 @@ def main(arguments=None):
     except RotorstudyError as error:
         message = error
     except (OSError, MemoryError) as error:
-        message = f"{type(error).__name__}: {error}"
+        message = blamed(error) or f"{type(error).__name__}: {error}"
+    except Exception as error:
+        message = blamed(error)
+        if not message:
+            raise
     print(f"error: {message}", file=sys.stderr)
     return 1
 
@@ -196,13 +200,15 @@ def new(given):
 
 
 def check(given):
-    from rotorstudy.authoring import check_file
+    from rotorstudy.authoring import check_file, left_to_write
 
     rows = check_file(given.file)
     broken = [row for row in rows if row[-1]]
     for kind, name, claim, wrong in rows:
         print(f"{'fails' if wrong else 'holds'}  {kind} {name}: {claim}" + (f"\n       {wrong}" if wrong else ""))
     print(f"{len(rows) - len(broken)} of {len(rows)} hold")
+    if left := left_to_write(given.file):
+        print(f"note: {' and '.join(left)} in {given.file} still say what the template says; name your own")
     return 1 if broken else 0
 
 
@@ -291,7 +297,7 @@ def diagnose(given):
 def identify(given):
     import numpy as np
 
-    from rotorstudy.identification import Problem, magnitude_and_phase
+    from rotorstudy.identification import Problem, estimate_by, magnitude_and_phase
     from rotorstudy.record_files import load_records
     from rotorstudy.records import full_spectrum
     from rotorstudy.rig import load_rig, named_plugins, read_yaml
@@ -304,7 +310,7 @@ def identify(given):
     unknowns = model.unknown_names(given.unknowns)
     spectrum = full_spectrum(load_records(given.records), given.harmonics, method, given.phase)
     problem = Problem(model, spectrum, unknowns)
-    estimate = estimator.function(problem)
+    estimate = estimate_by(estimator, problem)
     names, theta, covariance = magnitude_and_phase(unknowns, estimate.theta, estimate.covariance)
     std = np.sqrt(np.diag(covariance))
     units = model.reported_units(names)

@@ -23,15 +23,23 @@ NOTHING = 1e-13  # a coefficient that small is round-off
 def opening_of(crack, angle, options=None):
     """(3, ...) shares xi, eta and xi-eta of the stiffness loss at shaft angles (...) rad."""
     angle = np.asarray(angle, float)
-    found = np.asarray(crack.function(angle, **(options or {})), float)
-    if found.shape == (3, *angle.shape):
-        return found
-    if found.shape != angle.shape:
+    found = crack.function(angle, **(options or {}))
+    try:
+        found = np.asarray(found, float)
+        shape = found.shape
+    except (TypeError, ValueError):
+        shape = type(found).__name__ if not isinstance(found, (list, tuple)) else [np.shape(part) for part in found]
+    if shape not in (angle.shape, (3, *angle.shape)):
         raise PluginError(
-            f"crack '{crack.name}' ({crack.file}) gives an opening of shape {found.shape} for angles of shape "
+            f"crack '{crack.name}' ({crack.file}) gives an opening of shape {shape} for angles of shape "
             f"{angle.shape}; it must be that shape, or {(3, *angle.shape)} for xi, eta and xi-eta"
         )
-    return np.stack([found, 0 * found, 0 * found])
+    if not np.isfinite(found).all():
+        where = np.broadcast_to(angle, found.shape)[~np.isfinite(found)][0]
+        raise PluginError(
+            f"crack '{crack.name}' ({crack.file}) gives NaN or infinity, at an angle of {where:.4g} rad first"
+        )
+    return found if shape != angle.shape else np.stack([found, 0 * found, 0 * found])
 
 
 def crack_series(crack, order, options=None):
@@ -41,12 +49,25 @@ def crack_series(crack, order, options=None):
     """
     if crack.series:
         given = crack.series(order, **(options or {}))
+        _check_series(crack, given)
         return {k: np.append(s, [0, 0]) if np.ndim(s) == 0 else np.asarray(s) for k, s in given.items()}
     angle = (np.arange(SAMPLES) + 0.5) * 2 * np.pi / SAMPLES  # jumps lie on whole parts of a turn: between samples
     transform = np.fft.fft(opening_of(crack, angle, options)) / SAMPLES
     orders = range(-order, order + 1)
     found = {k: transform[:, k] * np.exp(-1j * k * angle[0]) for k in orders}
     return {k: s for k, s in found.items() if np.abs(s).max() > NOTHING}
+
+
+def _check_series(crack, given):
+    """Raise PluginError unless a plugin's own series is {k: s_k} or {k: (xi, eta, xi-eta)}, finite."""
+    who = f"the series of crack '{crack.name}'" + (f" ({crack.file})" if crack.function else "")
+    if not isinstance(given, dict) or not given:
+        raise PluginError(f"{who} is a {type(given).__name__}, maybe empty; it must be {{k: s_k}} or {{k: (3,)}}")
+    for k, s in given.items():
+        if np.shape(s) not in ((), (3,)) or not np.isfinite(s).all():
+            raise PluginError(
+                f"{who} has for k = {k} the coefficient {s!r}; it must be a finite number, or three for xi, eta, xi-eta"
+            )
 
 
 def _on_z_and_conj(coefficients):

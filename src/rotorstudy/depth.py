@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
 from rotorstudy.options import Positive, check_options, option_names
 from rotorstudy.plugins import registry
 from rotorstudy.terms import Parameter
@@ -33,7 +33,13 @@ def compliance(depth, depth_ratio, where="the depth of the crack", **options):
             f"depth_ratio = {depth_ratio!r} in {where}: '{depth.name}' holds from {low:g} to {high:g} times the "
             "diameter; take another kind, or give the stiffness loss itself"
         )
-    return np.array(depth.function(depth_ratio, **options))
+    found = depth.function(depth_ratio, **options)
+    if np.shape(found) != (2,) or not np.isfinite(found).all():
+        raise PluginError(
+            f"depth '{depth.name}' ({depth.file}) in {where} gives {found!r} for depth_ratio {depth_ratio:g}; it must "
+            "be two finite compliances, along xi and eta, in rad/(N m)"
+        )
+    return np.array(found)
 
 
 def stiffness_loss(depth, depth_ratio, stiffness, span_m, where="the depth of the crack", **options):

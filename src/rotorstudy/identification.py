@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rotorstudy.errors import NoConvergenceError, RotorstudyError, UnidentifiableError
+from rotorstudy.errors import NoConvergenceError, PluginError, RotorstudyError, UnidentifiableError
 from rotorstudy.regression import condensed_regression, equation_sensitivity, regression, residual_sensitivity
 from rotorstudy.response import COUPLED_ORDER, measured_response
 from rotorstudy.spectrum import components, shared_product
@@ -171,6 +171,38 @@ class Estimate:
     @property
     def std(self):
         return np.sqrt(np.diagonal(self.covariance, axis1=-2, axis2=-1))
+
+
+def estimate_by(estimator, problem):
+    """The Estimate an Estimator plugin gives, its shapes checked; PluginError names file, shapes and unknowns.
+
+    Of many trials those without an estimate are NaN; of one spectrum only unknowns that are left open may be.
+    """
+    found, who = estimator.function(problem), f"estimator '{estimator.name}' ({estimator.file})"
+    if not isinstance(found, Estimate):
+        raise PluginError(
+            f"{who} gives {type(found).__name__}; it must give an Estimate(names, theta, covariance, misfit), see "
+            "rotorstudy.identification"
+        )
+    lead, size = problem.spectrum.amplitude.shape[:-3], len(problem.names)
+    for name, allowed in (
+        ("theta", [(*lead, size)]),
+        ("covariance", [(*lead, size, size), (size, size)]),
+        ("misfit", [lead]),
+    ):
+        shape = np.shape(getattr(found, name))
+        if shape not in allowed:
+            trials = f" and trials of shape {lead}" if lead else ""
+            raise PluginError(
+                f"{who} gives {name} of shape {shape}; it must be {' or '.join(map(str, dict.fromkeys(allowed)))} for "
+                f"{size} unknowns{trials}"
+            )
+    if not lead and not estimator.handles_rank_deficiency:
+        bad = ~(np.isfinite(found.theta) & np.isfinite(np.diagonal(found.covariance)))
+        if bad.any():
+            names = ", ".join(name for name, wrong in zip(problem.names, bad, strict=True) if wrong)
+            raise PluginError(f"{who} gives NaN or infinity for {names} or its variance, without an error")
+    return found
 
 
 def by_speed(weights, rows):

@@ -93,7 +93,7 @@ def time_response(
                 acceleration = acceleration + np.tensordot(turning, table[name], 1) @ vector
         for p, local in model.local_forces:
             seen = [(local.matrix @ vector)[None] for vector in (position, velocity, reference)]
-            acceleration = acceleration + theta[p] * inverse_mass @ (local.function(*seen)[0] @ local.matrix)
+            acceleration = acceleration + theta[p] * inverse_mass @ (local.at(*seen)[0] @ local.matrix)
         return np.concatenate([velocity, acceleration])
 
     initial = np.zeros(2 * dof, complex) if start is None else np.concatenate(start).astype(complex)

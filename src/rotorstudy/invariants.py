@@ -11,11 +11,11 @@ import numpy as np
 from rotorstudy.bearings import dynamic_stiffness
 from rotorstudy.cracks import SAMPLES, crack_parameters, crack_series, opening_of, participation_factors
 from rotorstudy.depth import compliance, depth_ratio_of, stiffness_loss
-from rotorstudy.errors import RotorstudyError, UnidentifiableError
-from rotorstudy.identification import Problem, output_error_fit
+from rotorstudy.errors import PluginError, RotorstudyError, UnidentifiableError
+from rotorstudy.identification import Problem, estimate_by, output_error_fit
 from rotorstudy.integration import force_in_time, time_response
 from rotorstudy.model import Model, Structure
-from rotorstudy.plugins import KINDS, Crack, Effect
+from rotorstudy.plugins import KINDS, Crack, Effect, blamed
 from rotorstudy.records import harmonics_by, synthesize
 from rotorstudy.response import harmonic_response, measured_response
 from rotorstudy.rig import build_model, make_term
@@ -569,10 +569,10 @@ def spectrum_follows_the_marks(plugin):
     signal = synthesize(true, TURN_SPEED, HARMONICS, time * (1 + drift * time))
     turned = np.arange(20) * 2 * np.pi / TURN_SPEED
     marks = 2 * turned / (1 + np.sqrt(1 + 4 * drift * turned))  # where time * (1 + drift * time) = turned
-    found = plugin.function(signal, time, TURN_SPEED, HARMONICS, marks)[0]
+    found = harmonics_by(plugin, signal, time, TURN_SPEED, HARMONICS, marks)[0]
     _claim_exact(found, true, 1e-3)  # a cubic spline over pieces of ten turns; without it every harmonic is lost
     jitter = 1e-3 / TURN_SPEED * np.random.default_rng(6).normal(size=(SPECTRUM_TRIALS, len(marks)))
-    trials = [plugin.function(signal, time, TURN_SPEED, HARMONICS, marks + late) for late in jitter]
+    trials = [harmonics_by(plugin, signal, time, TURN_SPEED, HARMONICS, marks + late) for late in jitter]
     amplitude, stated = (np.array(part) for part in zip(*trials, strict=True))
     # one error a mark: fewer than ten independent ones in 300 trials, so a variance is known to 8 %, here three times
     _claim_honest(np.concatenate([amplitude.real, amplitude.imag], axis=-1), stated, 0.25)
@@ -600,7 +600,7 @@ def estimator_is_exact(plugin):
     problem = _bench_problem()
     shown, true = problem.spectrum.amplitude, problem.model.theta
     for amplitude in (shown, np.stack([shown, shown])):
-        found = plugin.function(replace(problem, spectrum=problem.spectrum.with_amplitude(amplitude)))
+        found = estimate_by(plugin, replace(problem, spectrum=problem.spectrum.with_amplitude(amplitude)))
         needed = (*amplitude.shape[:-3], len(true))
         claim(np.shape(found.theta) == needed, f"theta of shape {np.shape(found.theta)}, not {needed}")
         claim(np.isfinite(found.std).all() and np.isfinite(found.theta).all(), "theta or its covariance is not finite")
@@ -629,7 +629,7 @@ def _of_trial(problem, trial=0):
 def estimator_covariance_is_honest(plugin):
     """states the covariance that its estimates scatter with, and 95 % intervals that hold the truth"""
     problem = _noisy_bench()
-    found, true = plugin.function(problem), problem.model.theta
+    found, true = estimate_by(plugin, problem), problem.model.theta
     errors = found.theta - true
     stated = np.broadcast_to(found.covariance, (*errors.shape, len(true)))
     # variances of 300 trials scatter by 8 %: five times that for each unknown, and 3.3 % for all six together
@@ -653,7 +653,7 @@ def estimator_uses_covariance(plugin):
     spectrum = problem.spectrum
     loud = np.where(np.arange(2 * len(HARMONICS)) % len(HARMONICS) == HARMONICS.index(2), 10.0, 1.0)
     doubted = replace(spectrum, covariance=spectrum.covariance * np.outer(loud, loud))
-    one, other = (plugin.function(replace(problem, spectrum=s)) for s in (spectrum, doubted))
+    one, other = (estimate_by(plugin, replace(problem, spectrum=s)) for s in (spectrum, doubted))
     moved = np.abs((other.theta - one.theta) / one.std).max()
     if plugin.uses_covariance:
         claim(moved > 1e-3, "the estimate does not change when a harmonic is stated to be ten times noisier")
@@ -669,7 +669,7 @@ def estimator_fits_output(plugin):
     shown = measured_response(model, SPEEDS, HARMONICS)
     problem = Problem(model, _sure_spectrum(model, shown), model.names)
     if plugin.fits_output:
-        off = np.abs(plugin.function(problem).theta / model.theta - 1).max()
+        off = np.abs(estimate_by(plugin, problem).theta / model.theta - 1).max()
         claim(off < 1e-6, f"with an offset of the sensor unknown too, an estimate is off by {off:.3g} of its value")
     else:
         _claim_refused(plugin, problem, "an offset of the sensor", RotorstudyError)
@@ -684,7 +684,7 @@ def estimator_handles_rank_deficiency(plugin):
     if not plugin.handles_rank_deficiency:
         _claim_refused(plugin, doubled, "two unknowns that trade off", UnidentifiableError)
         return
-    found, open_ones = plugin.function(doubled), np.isin(doubled.names, (problem.names[0], twin))
+    found, open_ones = estimate_by(plugin, doubled), np.isin(doubled.names, (problem.names[0], twin))
     off = np.abs(found.theta[~open_ones] / problem.model.theta[1:] - 1).max()  # all but the one with a twin
     claim(off < 1e-4, f"beside two unknowns that trade off, another is off by {off:.3g} of its value")
     sure = found.std[open_ones] < 0.1 * problem.model.typical[0]
@@ -693,7 +693,9 @@ def estimator_handles_rank_deficiency(plugin):
 
 def _claim_refused(plugin, problem, what, error):
     try:
-        plugin.function(problem)
+        estimate_by(plugin, problem)
+    except PluginError:
+        raise
     except error:
         return
     raise BrokenInvariant(f"takes {what} without an error, yet does not say that it can")
@@ -707,7 +709,7 @@ def estimator_tolerates_outliers(plugin):
     amplitude = problem.spectrum.amplitude[:50].copy()
     amplitude[:, 2, HARMONICS.index(1)] *= 1 + 50 * BENCH_LEVEL / np.sqrt(2)
     problem = replace(problem, spectrum=problem.spectrum.with_amplitude(amplitude))
-    found = plugin.function(problem)
+    found = estimate_by(plugin, problem)
     off = np.abs((found.theta - problem.model.theta).mean(axis=0) / found.std.mean(axis=0)).max()
     claim(off < 1.5, f"an outlier of fifty standard deviations moves an estimate by {off:.2g} of its own")
 
@@ -771,5 +773,6 @@ def broken_invariants(plugin):
             check(plugin)
         except Exception as error:
             said = " ".join(str(error).split()) or type(error).__name__
-            broken[check.__doc__] = said if isinstance(error, BrokenInvariant) else f"{type(error).__name__}: {said}"
+            told = isinstance(error, (BrokenInvariant, RotorstudyError))
+            broken[check.__doc__] = said if told else blamed(error) or f"{type(error).__name__}: {said}"
     return broken

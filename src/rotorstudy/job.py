@@ -2,10 +2,12 @@
 
 import ast
 import sys
+import traceback
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
 
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.plugins import blamed
 
 
 @contextmanager
@@ -17,9 +19,14 @@ def job(snakemake):
     with path.open("w") as log, redirect_stdout(log), redirect_stderr(log):
         try:
             yield
-        except RotorstudyError as error:
-            print(f"error: {error}", file=log)
-            print(f"error: {error}", file=screen)
+        except Exception as error:
+            message = error if isinstance(error, RotorstudyError) else blamed(error)
+            if not message:
+                raise
+            if not isinstance(error, RotorstudyError):
+                traceback.print_exc(file=log)
+            print(f"error: {message}", file=log)
+            print(f"error: {message}", file=screen)
             sys.exit(1)
 
 

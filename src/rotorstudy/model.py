@@ -37,6 +37,11 @@ class Structure:
 
     def index(self, node, motion="translation"):
         """Position of a coordinate; an unknown node is an error that lists the nodes there are."""
+        if node is None:
+            raise RotorstudyError(
+                f"no node is given; say which of {list(self.nodes)} with 'node:' (a plugin takes the only one there is "
+                "with structure.default_node() where its node is None)"
+            )
         if (node, motion) not in self.dofs:
             raise unknown_name(f"{motion} at node", node, [n for n, m in self.dofs if m == motion], "the rotor")
         return self.dofs.index((node, motion))

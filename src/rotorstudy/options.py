@@ -1,7 +1,7 @@
 """Options of a plugin are the annotated arguments of its function; here they are checked against a configuration."""
 
 from functools import lru_cache
-from typing import Annotated, TypeVar, get_args
+from typing import Annotated, TypeVar, get_args, get_origin
 
 from annotated_types import Ge, Gt, Le, Lt, MinLen, MultipleOf
 from typing_extensions import TypedDict as TypedDict  # for plugins: pydantic takes no other before Python 3.12
@@ -38,8 +38,7 @@ def check_options(function, given, where, given_by_engine=()):
     try:
         return dict(model(**given))
     except ValidationError as error:
-        nested = {name: _named_keys(annotation) for name, (annotation, _) in fields.items()}
-        raise RotorstudyError(validation_message(error, where, nested)) from None
+        raise RotorstudyError(validation_message(error, where, lambda loc: named_keys(model, loc))) from None
 
 
 @lru_cache(maxsize=1024)
@@ -59,15 +58,23 @@ def _options_model(function, given_by_engine):
     )
 
 
-def _named_keys(annotation):
-    """Keys of the TypedDict inside an annotation; empty if there is none."""
-    if is_typeddict(annotation):
-        return list(annotation.__annotations__)
-    return next(filter(None, map(_named_keys, get_args(annotation))), [])
+def named_keys(annotation, loc=()):
+    """Keys of the TypedDict or configuration class that the last key of a place belongs to; empty if there is none.
+
+    annotation : a type;  loc : keys, names and places in lists that lead into it
+    """
+    fields = annotation.__annotations__ if is_typeddict(annotation) else None
+    if fields is None and hasattr(annotation, "model_fields"):
+        fields = {name: field.annotation for name, field in annotation.model_fields.items()}
+    if fields is None:  # a list, a dict with names of its own, or one of several types
+        parts = get_args(annotation)
+        deeper = loc[1:] if get_origin(annotation) in (list, dict, tuple) else loc
+        return next(filter(None, (named_keys(part, deeper) for part in parts)), [])
+    return list(fields) if len(loc) < 2 else named_keys(fields.get(loc[0]), loc[1:])
 
 
-def validation_message(error, where, nested=None):
-    """One line out of a pydantic error: key, value, what is allowed; nested: option -> keys of the dicts in it."""
+def validation_message(error, where, keys_at=lambda loc: ()):
+    """One line out of a pydantic error: key, value, what is allowed; keys_at(place): keys known where one is not."""
     messages = []
     for problem in error.errors():
         key = ".".join(str(part) for part in problem["loc"])
@@ -75,10 +82,11 @@ def validation_message(error, where, nested=None):
             messages.append(f"key '{key}' is missing in {where}")
         elif problem["type"] == "extra_forbidden":
             place = key.removesuffix(str(problem["loc"][-1]))
-            known = [place + name for name in (nested or {}).get(problem["loc"][0], ())]
+            known = [place + name for name in keys_at(problem["loc"])]
             messages.append(str(unknown_name("key", key, known, where)) if known else f"unknown key '{key}' in {where}")
         else:
-            said = problem["msg"][0].lower() + problem["msg"][1:]
+            said = problem["msg"].removeprefix("Value error, ").replace(" after validation", "")
+            said = said[0].lower() + said[1:]
             messages.append(f"{key} = {problem['input']!r} in {where}: {said}{number_hint(problem['input'])}")
     return "; ".join(messages)
 

@@ -227,8 +227,9 @@ class Registry:
         self.failures = []
         for folder in folders:
             if not Path(folder).is_dir():
+                wrong = "is a file; name the folder it lies in" if Path(folder).is_file() else "does not exist"
                 raise PluginError(
-                    f"plugin folder '{folder}' does not exist; check {FOLDERS_VARIABLE} and the configuration"
+                    f"plugin folder '{folder}' {wrong}; check {FOLDERS_VARIABLE} and the configuration (plugin_folders)"
                 )
             self._add_files(sorted(Path(folder).rglob("*.py")))
         self._add_files(file for file in files if not any(_is_in(file, folder) for folder in folders))
@@ -250,8 +251,7 @@ class Registry:
             self._manager.check_pending()
             found = [(kind, plugin) for kind in KINDS for plugin in _plugins_of(module, kind)]
         except Exception as error:
-            said = " ".join(str(error).split()) or "no message"
-            self.failures.append(f"plugin {_blame(place, error)}: {type(error).__name__}: {said}")
+            self.failures.append(f"plugin {_blame(place, error)}: {_said(error)}")
             if module and self._manager.is_registered(module):
                 self._manager.unregister(module)
             return
@@ -291,6 +291,8 @@ def _plugins_of(module, kind):
     for plugin in found:
         if not isinstance(plugin, KINDS[kind]):
             raise PluginError(f"rotorstudy_{kind} must return a {KINDS[kind].__name__}, not {type(plugin).__name__}")
+        if not str(plugin.source or "").strip():
+            raise PluginError(f"{kind} '{plugin.name}' has no source; name the paper, book or equation it comes from")
     return found
 
 
@@ -303,6 +305,26 @@ def _import_file(file):
     spec.loader.exec_module(module)
     sys.modules[name] = module
     return module
+
+
+def _said(error):
+    """An exception in one line."""
+    return f"{type(error).__name__}: {' '.join(str(error).split()) or 'no message'}"
+
+
+def blamed(error):
+    """One line for an exception that came out of a plugin of the zoo, with file and line; "" if it did not.
+
+    For the end of a command or a job: whoever wrote the plugin sees the place, and no traceback of the engine.
+    """
+    files, trace, found = {plugin.file: (kind, plugin.name) for kind, plugin in registry()}, error.__traceback__, ""
+    while trace:
+        file = trace.tb_frame.f_code.co_filename
+        if file in files:
+            kind, name = files[file]
+            found = f"{kind} '{name}' ({file}:{trace.tb_lineno}): {_said(error)}"
+        trace = trace.tb_next
+    return found
 
 
 def _blame(place, error):

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rotorstudy.errors import RotorstudyError
+from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
 from rotorstudy.response import check_harmonics, forced_harmonics, measured_response
 from rotorstudy.spectrum import Spectrum
 from rotorstudy.stability import check_stable
@@ -338,8 +338,27 @@ def _no_reference(record, harmonics):
 
 
 def harmonics_by(method, signal, time, speed, harmonics, marks=None):
-    """What the function of a SpectrumMethod gives; marks (revolution,) s are handed to methods that use them."""
-    return method.function(signal, time, speed, harmonics, *([marks] if method.uses_marks else []))
+    """Amplitude (..., harmonic) and covariance (..., component, component) that a SpectrumMethod gives, or PluginError.
+
+    marks : (revolution,) s, handed to methods that use them
+    """
+    found = method.function(signal, time, speed, harmonics, *([marks] if method.uses_marks else []))
+    size, lead, who = len(harmonics), np.shape(signal)[:-1], f"spectrum '{method.name}' ({method.file})"
+    if not isinstance(found, (tuple, list)) or len(found) != 2:
+        raise PluginError(
+            f"{who} gives one {type(found).__name__}; it must give two arrays, amplitude and covariance, of shapes "
+            f"{(*lead, size)} and {(*lead, 2 * size, 2 * size)}"
+        )
+    needed = {"amplitude": (*lead, size), "covariance": (*lead, 2 * size, 2 * size)}
+    for part, (name, shape) in zip(found, needed.items(), strict=True):
+        if np.shape(part) != shape:
+            raise PluginError(
+                f"{who} gives {name} of shape {np.shape(part)}; it must be {shape} for a signal of shape "
+                f"{np.shape(signal)} and {size} harmonics"
+            )
+        if not np.isfinite(part).all():
+            raise PluginError(f"{who} gives {name} with NaN or infinite values for a finite signal at {speed:g} rad/s")
+    return found
 
 
 def full_spectrum(records, harmonics, method, phase="reference", *, whole_turns=True):
@@ -353,7 +372,7 @@ def full_spectrum(records, harmonics, method, phase="reference", *, whole_turns=
     returns   : Spectrum with amplitude (speed, harmonic, sensor)
     """
     if phase not in ("reference", "keyphasor", "none"):
-        raise RotorstudyError(f"phase '{phase}' is unknown (known: reference, keyphasor, none)")
+        raise unknown_name("phase", phase, ("reference", "keyphasor", "none"))
     harmonics = check_harmonics(harmonics)
     if not records:
         raise RotorstudyError("no records; give at least one")

@@ -5,10 +5,10 @@ from pathlib import Path
 from rotorstudy.cracks import SERIES_ORDER, crack_parameters
 from rotorstudy.depth import keys_from_depth
 from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
-from rotorstudy.model import Model
-from rotorstudy.options import Whole, check_options, number_hint, option_names, validation_message
+from rotorstudy.model import Model, Structure
+from rotorstudy.options import Whole, check_options, named_keys, number_hint, option_names, validation_message
 from rotorstudy.plugins import registry
-from rotorstudy.terms import Term
+from rotorstudy.terms import Entry, Parameter, Term
 
 SECTIONS = {"rotor": "rotor", "cracks": "crack", "bearings": "bearing", "effects": "effect"}
 # `measurement` is read by rotorstudy.measured, `diagnosis` by rotorstudy.diagnosis
@@ -65,7 +65,7 @@ def check_config(config_class, given, where):
     try:
         return config_class(**given)
     except ValidationError as error:
-        raise RotorstudyError(validation_message(error, where)) from None
+        raise RotorstudyError(validation_message(error, where, lambda loc: named_keys(config_class, loc))) from None
 
 
 def build_model(rig, where="the rig"):
@@ -84,6 +84,7 @@ def build_model(rig, where="the rig"):
     place = f"{where}, rotor"
     plugin = registry().get("rotor", _kind(rig["rotor"], place), place)
     structure = plugin.function(**check_options(plugin.function, _rest(rig["rotor"]), place))
+    _check_structure(structure, plugin, place)
     sensors = _sensors(rig.get("sensors"), structure, where)
     terms = []
     for section in ("cracks", "bearings", "effects"):
@@ -157,11 +158,47 @@ def make_term(section, item, structure, sensors, where="the term"):
         fixed = {"sensors": sensors} if acts_on == "output" else {"structure": structure}
         names = option_names(function, fixed)
         options = check_options(function, {k: v for k, v in given.items() if k in names}, where, fixed)
-    parameters = tuple(function(**fixed, **options))
+    parameters = _parameters(function(**fixed, **options), plugin, where)
     _check_shapes(parameters, len(sensors) if acts_on == "output" else len(structure.dofs), plugin, where)
     values = {key: value for key, value in given.items() if key not in options}
     values = _read_values(parameters, values, options, where)
     return Term(plugin.name, parameters, values, acts_on, label, carries=section == "bearing")
+
+
+def _check_structure(structure, plugin, where):
+    """A rotor plugin gives a Structure of matrices that fit its coordinates, or an error naming plugin and shapes."""
+    import numpy as np
+
+    who = f"rotor '{plugin.name}' ({plugin.file}) in {where}"
+    if not isinstance(structure, Structure):
+        raise PluginError(f"{who} gives {type(structure).__name__}; it must give a Structure, see rotorstudy.model")
+    size = len(structure.dofs)
+    for name in ("mass", "stiffness", "gyroscopic", "static_load"):
+        matrix, needed = getattr(structure, name), (size,) if name == "static_load" else (size, size)
+        if np.shape(matrix) != needed:
+            raise PluginError(
+                f"{who} gives {name} of shape {np.shape(matrix)}; it must be {needed} for its {size} coordinates"
+            )
+        if not np.isfinite(matrix).all():
+            raise PluginError(f"{who} gives {name} with NaN or infinite values")
+
+
+def _parameters(found, plugin, where):
+    """What the function of a bearing or effect gives, if it is a list of Parameter with tables of Entry."""
+    found = [found] if isinstance(found, Parameter) else found
+    who = f"plugin '{plugin.name}' ({plugin.file}) in {where}"
+    if not isinstance(found, (list, tuple)) or not all(isinstance(one, Parameter) for one in found):
+        inside = f" of {type(found[0]).__name__}" if isinstance(found, (list, tuple)) and found else ""
+        raise PluginError(f"{who} gives {type(found).__name__}{inside}; it must give a list of Parameter")
+    for parameter in found:
+        if not parameter.unit:
+            raise PluginError(f"{who}: '{parameter.name}' has no unit; write it as 'N s/m', or '1' for a pure number")
+        if not isinstance(parameter.entries, (list, tuple)) or not all(isinstance(e, Entry) for e in parameter.entries):
+            raise PluginError(
+                f"{who}: the entries of '{parameter.name}' are {type(parameter.entries).__name__}; they must be a "
+                "tuple of Entry, and of one Entry that is (Entry(...),) with a comma"
+            )
+    return tuple(found)
 
 
 def _check_shapes(parameters, size, plugin, where):
@@ -188,7 +225,9 @@ def _check_shapes(parameters, size, plugin, where):
                     f"of shape {np.shape(entry.matrix)}; on '{entry.on}' it must be {needed} here"
                 )
             if not np.isfinite(entry.matrix).all():
-                raise PluginError(f"plugin '{plugin.name}' in {where}: entry {i} of '{parameter.name}' is not finite")
+                raise PluginError(
+                    f"plugin '{plugin.name}' ({plugin.file}) in {where}: entry {i} of '{parameter.name}' is not finite"
+                )
 
 
 def _crack_options(plugin, given, where):

@@ -13,8 +13,9 @@ th, td { border: 1px solid #ccc; padding: 0.2em 0.5em; text-align: left; vertica
 th { background: #f0f0f0; }
 td.number { text-align: right; white-space: nowrap; }
 td.short { white-space: nowrap; }
+td.text, td.long { white-space: pre-line; }
 td.text { min-width: 12em; }
-td.long { min-width: 24em; }
+td.long { min-width: 22em; }
 """
 
 

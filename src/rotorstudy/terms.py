@@ -19,6 +19,8 @@ from typing import Literal
 
 import numpy as np
 
+from rotorstudy.errors import PluginError
+
 
 @dataclass(frozen=True)
 class Entry:
@@ -54,7 +56,21 @@ class Entry:
         if self.gain is None:
             return np.ones(np.broadcast_shapes(np.shape(speed), np.shape(harmonic)))
         speed, harmonic = np.broadcast_arrays(np.asarray(speed, float), np.asarray(harmonic))
-        return self.gain(speed, harmonic) if self.frequency_only else self.gain(speed) + 0 * speed
+        found = (self.gain(speed, harmonic) if self.frequency_only else self.gain(speed)) + 0 * speed
+        if np.shape(found) != speed.shape or not np.isfinite(found).all():
+            self._refuse_gain(found, speed)
+        return found
+
+    def _refuse_gain(self, found, speed):
+        """Raise for a gain of a wrong shape or without a finite value, with the place where it is written."""
+        code = getattr(self.gain, "__code__", None)
+        who = f"the gain of an entry ({code.co_filename}:{code.co_firstlineno})" if code else f"the gain {self.gain!r}"
+        if np.shape(found) != speed.shape:
+            raise PluginError(
+                f"{who} has shape {np.shape(found)} for speeds of shape {speed.shape}; it must be that shape"
+            )
+        at = ", ".join(f"{w:g}" for w in np.unique(speed[~np.isfinite(found)])[:3])
+        raise PluginError(f"{who} is not finite at {at} rad/s")
 
     def times(self, factor):
         """The same entry with its matrix multiplied by `factor`."""
@@ -72,6 +88,18 @@ class LocalForce:
 
     matrix: np.ndarray
     function: Callable
+
+    def at(self, displacement, velocity, deflection):
+        """The force (..., time, coordinate), N; a wrong shape, or NaN for a finite motion, is a PluginError."""
+        found = self.function(displacement, velocity, deflection)
+        shape = np.shape(displacement)
+        if np.shape(found) == shape and not (np.isnan(found).any() and np.isfinite(displacement).all()):
+            return found
+        code = getattr(self.function, "__code__", None)
+        who = f"the force in time ({code.co_filename}:{code.co_firstlineno})" if code else repr(self.function)
+        if np.shape(found) == shape:
+            raise PluginError(f"{who} is NaN for a finite motion")
+        raise PluginError(f"{who} has shape {np.shape(found)}; it must be that of the displacement, {shape}")
 
 
 @dataclass(frozen=True)

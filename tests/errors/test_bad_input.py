@@ -159,7 +159,7 @@ def test_the_record_itself_is_right():
         (record(time=lambda t: t**1.01), "none", ["not evenly spaced"]),
         (record(time=lambda t: t[:-1]), "none", ["samples of displacement but 1999 of time"]),
         (record(reference=lambda s: s[:-1]), "reference", ["1999 samples of reference but 2000 of time"]),
-        (record(), "refrence", ["phase 'refrence' is unknown", "reference, keyphasor, none"]),
+        (record(), "refrence", ["unknown phase 'refrence'", "did you mean 'reference'"]),
     ],
     ids=lambda part: part[0] if isinstance(part, list) else "",
 )

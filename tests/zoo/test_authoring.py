@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from rotorstudy.authoring import TEMPLATES, check_file, new_plugin
+from rotorstudy.authoring import PLACEHOLDERS, TEMPLATES, check_file, left_to_write, new_plugin
 from rotorstudy.cli import main
 from rotorstudy.errors import PluginError, RotorstudyError
 from rotorstudy.plugins import KINDS, registry
@@ -21,8 +21,17 @@ def test_a_new_file_works_and_holds_every_invariant(kind, tmp_path):
     assert "brand_new" not in registry().plugins[kind]  # it was looked at, not added to the zoo of this process
 
 
+def test_a_file_that_still_says_what_the_template_says_is_reminded(tmp_path, capsys):
+    path = new_plugin("crack", "brand_new", tmp_path)
+    assert main(["check", str(path)]) == 0
+    assert "note: source and checked in" in capsys.readouterr().out
+    path.write_text(path.read_text().replace(PLACEHOLDERS["source"], "a paper"))
+    assert left_to_write(path) == ["checked"]
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_kind_has_one_template(kind):
+    assert all(f'"{words}"' in (TEMPLATES / f"{kind}.py").read_text() for words in PLACEHOLDERS.values())
     assert (TEMPLATES / f"{kind}.py").read_text().count("# ") >= 1  # it is commented
 
 

@@ -5,7 +5,7 @@ import pytest
 from rotorstudy.authoring import new_plugin
 from rotorstudy.cli import main
 from rotorstudy.plugins import KINDS, Registry, plugin_folders, registry, using
-from rotorstudy.studies.zoo import tables
+from rotorstudy.studies.zoo import page, tables
 
 WANTED = {"crack": 5, "bearing": 5, "spectrum": 6, "estimator": 7, "effect": 20, "rotor": 3}
 
@@ -30,6 +30,16 @@ def test_a_plugin_of_another_folder_is_on_the_page(tmp_path):
         row = tables()["bearing"].set_index("name").loc["mine"]
     assert "bearing_stiffness_N_per_m (typically 1e+07)" in row.parameters
     assert "mine" not in set(tables()["bearing"].name)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_page_says_all_that_the_table_says_in_few_columns(kind):
+    table = tables()[kind]
+    shown = page(table)
+    assert list(shown["name"].str.split("\n").str[0]) == list(table["name"]) and len(shown.columns) <= 4
+    for (_, row), (_, facts) in zip(shown.iterrows(), table.iterrows(), strict=True):
+        said = " ".join(row)
+        assert all(part in said for text in facts for part in text.split("; "))
 
 
 def test_one_plugin_on_the_command_line(capsys):

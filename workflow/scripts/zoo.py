@@ -3,7 +3,7 @@ from rotorstudy.job import job
 with job(snakemake):
     import pandas as pd
 
-    from rotorstudy.studies.zoo import tables
+    from rotorstudy.studies.zoo import page, tables
     from rotorstudy.tables import write_csv, write_html
 
     found = tables()
@@ -12,6 +12,7 @@ with job(snakemake):
     write_html(
         snakemake.output.html,
         "The zoo",
-        f"{count} models, each one file in plugins/. Every claim is verified by the tests and by `rotorstudy check`.",
-        {f"{kind} ({len(table)})": table for kind, table in found.items()},
+        f"{count} models, each one file in plugins/. Every claim is verified by the tests and by `rotorstudy check`. "
+        "An option marked (needed) has no default. The same with a column for each fact is in zoo.csv.",
+        {f"{kind} ({len(table)})": page(table) for kind, table in found.items()},
     )

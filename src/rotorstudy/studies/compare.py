@@ -12,11 +12,11 @@ from typing import NamedTuple
 import numpy as np
 from pydantic import Field, model_validator
 
-from rotorstudy.errors import RotorstudyError, UnidentifiableError, unknown_name
-from rotorstudy.identification import Problem, cramer_rao_bound, magnitude_and_phase
+from rotorstudy.errors import PluginError, RotorstudyError, UnidentifiableError, unknown_name
+from rotorstudy.identification import Problem, cramer_rao_bound, estimate_by, magnitude_and_phase
 from rotorstudy.model import Model
 from rotorstudy.noise import noise_std, standard_normal
-from rotorstudy.options import Positive
+from rotorstudy.options import NonNegative, Positive
 from rotorstudy.records import (
     Record,
     compensate,
@@ -81,7 +81,7 @@ class CompareConfig(Strict):
     trials: int = Field(ge=2)
     trials_without_noise: int = Field(ge=2)
     samples: int = Field(ge=64)
-    levels_percent: list[float] = Field(min_length=1)
+    levels_percent: list[NonNegative] = Field(min_length=1)
     faults: dict[str, Fault] = Field(min_length=1)
     rotors: dict[str, Compared] = Field(min_length=1)
     seed: int
@@ -98,11 +98,14 @@ class CompareConfig(Strict):
             if wanted not in known:
                 raise unknown_name("study or replay", wanted, known, f"compare, rotor '{name}'")
             if compared.harmonics is not None:
-                check_harmonics(compared.harmonics)
-            if any(level not in self.levels_percent for level in self.levels(name)) or min(self.levels(name)) < 0:
+                try:
+                    check_harmonics(compared.harmonics)
+                except RotorstudyError as error:
+                    raise RotorstudyError(f"compare, rotor '{name}': {error}") from None
+            if any(level not in self.levels_percent for level in self.levels(name)) or not self.levels(name):
                 raise RotorstudyError(
                     f"compare, rotor '{name}': levels_percent = {self.levels(name)} must be some of "
-                    f"{self.levels_percent}, none negative"
+                    f"{self.levels_percent}"
                 )
 
 
@@ -289,6 +292,7 @@ def estimates(config, name, rotor, by_method, estimator):
     found = {key: np.full((*shape, len(names)), np.nan) for key in STATISTICS[:5]}
     found |= {key: np.full(shape, np.nan) for key in STATISTICS[5:]}
     bounds = _bounds(config, name, rotor, theta_true)
+    asked = without_values(model, unknowns)
     for (m, data), (f, fault), (n, level) in product(
         enumerate(by_method.values()), enumerate(faults), enumerate(levels)
     ):
@@ -299,7 +303,9 @@ def estimates(config, name, rotor, by_method, estimator):
         spectrum = spectrum.at_harmonics(rotor.harmonics)
         start = perf_counter()
         try:
-            result = estimator.function(Problem(model, spectrum, unknowns))
+            result = estimate_by(estimator, Problem(asked, spectrum, unknowns))
+        except PluginError:
+            raise  # a mistake in the estimator is not a failed estimate
         except (RotorstudyError, UnidentifiableError, np.linalg.LinAlgError):
             found["failed"][m, f, n] = 1.0
             continue
@@ -338,6 +344,15 @@ def estimates(config, name, rotor, by_method, estimator):
         **parameter_coordinates(names),
     }
     return dataset(variables, coordinates, title=f"{config.title}: {name}, {estimator.name}")
+
+
+def without_values(model, unknowns):
+    """The model with its unknowns not given a value: a start or a prior must not know the truth."""
+    terms = []
+    for term in model.terms:
+        sought = {p.name for p in term.parameters if {term.full_name(p), f"{term.full_name(p)}_real"} & {*unknowns}}
+        terms.append(replace(term, values={name: v for name, v in term.values.items() if name not in sought}))
+    return replace(model, terms=tuple(terms))
 
 
 def _bounds(config, name, rotor, theta):
@@ -410,33 +425,54 @@ def ranking(whole):
 HONEST = (0.90, 0.99)  # mean coverage of 95 % intervals that may be believed: 200 trials know it to 1.5 % a parameter
 
 
-def advice(ranked):
-    """Which pair for which fault: the smallest error in the worst rotor and noise level, among those that never fail.
+AS_GOOD = 1.05  # errors that close are one another's equal: 200 trials know an error to 5 %
+ANY_FAULT = "not known which"
 
-    returns : DataFrame (fault, place): pair, its error over the bound in the worst cell and on the average, coverage
+
+def advice(ranked):
+    """Which spectrum method and estimator for which fault: the smallest error in the worst rotor and noise level.
+
+    Of the pairs that never fail, each spectrum method's best estimator, one with honest intervals before its equals.
+    returns : DataFrame (fault, three best spectrum methods): estimator, its equals, the error over the bound in the
+              worst cell, which cell that is, the median, coverage; last the same for a fault that is not known
     """
+    import pandas as pd
+
+    every = pd.concat([ranked, ranked.assign(fault=ANY_FAULT)], ignore_index=True)
     keys = ["fault", "spectrum_method", "estimator"]
-    groups = ranked.groupby(keys, sort=False)
+    every = every[every.groupby(keys).failed.transform("max") == 0]
+    groups, error = every.groupby(keys, sort=False), "error over bound"
     table = groups.agg(
-        worst=("error over bound", "max"),
-        typical=("error over bound", "median"),
+        worst=(error, "max"),
+        typical=(error, "median"),
         lowest_coverage=("coverage", "min"),
         highest_coverage=("coverage", "max"),
-        failed=("failed", "max"),
         ms=("ms an estimate", "median"),
     ).reset_index()
+    cells = every.loc[groups[error].idxmax()]
+    table["worst_in"] = [f"{rotor}, {noise:g} %" for rotor, noise in zip(cells.rotor, cells.noise, strict=True)]
     table["intervals"] = [
         "honest" if HONEST[0] <= low and high <= HONEST[1] else "too narrow" if low < HONEST[0] else "too wide"
         for low, high in zip(table.lowest_coverage, table.highest_coverage, strict=True)
     ]
-    table = table[table.failed == 0].sort_values(["fault", "worst"])
-    best = table.groupby("fault", sort=False).head(3)
-    return best.rename(
-        columns={
-            "worst": "error over bound, worst rotor and noise",
-            "typical": "error over bound, median",
-            "lowest_coverage": "lowest coverage",
-            "highest_coverage": "highest coverage",
-            "ms": "ms an estimate",
-        }
-    ).drop(columns="failed")
+    rows = []
+    for _, same in table.groupby(keys[:2], sort=False):
+        good = same[same.worst <= AS_GOOD * same.worst.min()]
+        good = good.assign(dishonest=good.intervals != "honest").sort_values(["dishonest", "worst"], kind="stable")
+        rows.append({**good.iloc[0], "as_good": ", ".join(good.estimator[1:]) or "none"})
+    best = pd.DataFrame(rows, columns=[*table.columns, "as_good"])
+    best["last"] = best.fault == ANY_FAULT
+    best["step"] = np.round(np.log(best.worst.astype(float)) / np.log(AS_GOOD))  # equals: by the median
+    best = best.sort_values(["last", "fault", "step", "typical"], kind="stable").groupby("fault", sort=False).head(3)
+    shown = {
+        **{key: key for key in keys},
+        "as_good": "estimators as good",
+        "worst": "error over bound, worst rotor and noise",
+        "worst_in": "where that is",
+        "typical": "error over bound, median",
+        "intervals": "intervals",
+        "lowest_coverage": "lowest coverage",
+        "highest_coverage": "highest coverage",
+        "ms": "ms an estimate",
+    }
+    return best[list(shown)].rename(columns=shown).reset_index(drop=True)

@@ -85,8 +85,8 @@ class MonteCarloRig(Strict):
     condensed : also least squares with the thesis's condensation, which leaves gyroscopic moments out
     """
 
-    estimators: list[str]
-    models: list[Literal[MODELS]]
+    estimators: list[str] = Field(min_length=1)
+    models: list[Literal[MODELS]] = Field(min_length=1)
     records: list[str] = []
     condensed: bool = False
 

@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 
 from rotorstudy.errors import NoConvergenceError
-from rotorstudy.identification import Problem, cramer_rao_bound, magnitude_and_phase
+from rotorstudy.identification import Problem, cramer_rao_bound, estimate_by, magnitude_and_phase
 from rotorstudy.noise import noise_std, noisy, standard_normal
 from rotorstudy.plugins import registry
 from rotorstudy.rig import build_model
@@ -40,7 +40,7 @@ def identify(config, rig):
             problem = Problem(model, kind_spectrum(config, kind, records, method, phase), tuple(config.unknowns))
             for estimator in estimators:
                 try:
-                    _, theta, std = reported(problem, estimator.function(problem))
+                    _, theta, std = reported(problem, estimate_by(estimator, problem))
                 except NoConvergenceError:  # records whose phase is not compensated can be beyond any model
                     theta = std = np.full(len(names), np.nan)
                 rows.append((theta, std))
@@ -81,7 +81,7 @@ CONDENSED = "least_squares, condensed"
 def _estimate(name, problem):
     if name == CONDENSED:
         name, problem = "least_squares", replace(problem, condensation="without gyroscopic moments")
-    return reported(problem, registry().get("estimator", name).function(problem))
+    return reported(problem, estimate_by(registry().get("estimator", name), problem))
 
 
 def monte_carlo(config, rig, case):
@@ -196,7 +196,7 @@ def bias(config, rig):
                 problem = Problem(held, spectrum, tuple(config.unknowns))
                 for estimator in estimators:
                     try:
-                        theta = reported(problem, estimator.function(problem))[1]
+                        theta = reported(problem, estimate_by(estimator, problem))[1]
                     except NoConvergenceError:
                         theta = np.full(len(names), np.nan)
                     rows.append(relative_error(names, theta, true))

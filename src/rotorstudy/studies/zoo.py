@@ -1,6 +1,7 @@
 """What each plugin says of itself, as tables: the zoo's own page follows from the registry alone."""
 
 import inspect
+import re
 
 import numpy as np
 
@@ -35,7 +36,8 @@ def _options(kind, plugin):
     known = inspect.signature(plugin.function).parameters
     names = option_names(plugin.function, GIVEN.get(kind, ()))
     defaults = {name: known[name].default for name in names}
-    return ", ".join(f"{n} (needed)" if d is inspect.Parameter.empty else f"{n} = {d}" for n, d in defaults.items())
+    told = {n: f"{d:g}" if isinstance(d, float) else d for n, d in defaults.items()}
+    return ", ".join(f"{n} (needed)" if d is inspect.Parameter.empty else f"{n} = {d}" for n, d in told.items())
 
 
 def _parameters(kind, plugin):
@@ -51,6 +53,28 @@ def _claims(plugin):
     own = {name for name, value in vars(plugin).items() if isinstance(value, (bool, np.bool_))}
     default = {name: field.default for name, field in type(plugin).__dataclass_fields__.items()}
     return [name for name in sorted(own) if getattr(plugin, name) != default[name]]
+
+
+PAGE = {  # columns of the page, few enough for a screen, and the headings whose texts stand in each
+    "name": ("name", "claims"),
+    "what it is": ("what it is", "source"),
+    "in a rig file": ("options", "parameters"),
+    "checks and twins": ("checked against", "twins"),
+}
+
+
+def page(table):
+    """A table of `tables` as people read it: fewer columns, several lines in a cell."""
+    import pandas as pd
+
+    def cell(row, headings):
+        unnamed = headings[0] if headings[0] in PAGE else None
+        texts = {h: re.sub(r"; (?=\w+: )", "\n", row[h]) for h in headings if row.get(h)}  # a twin a line
+        return "\n".join(text if h == unnamed else f"{h}: {text}" for h, text in texts.items())
+
+    rows = [{column: cell(row, headings) for column, headings in PAGE.items()} for _, row in table.iterrows()]
+    found = pd.DataFrame(rows)
+    return found.loc[:, (found != "").any()]
 
 
 def tables():

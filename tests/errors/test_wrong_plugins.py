@@ -1,0 +1,168 @@
+"""A wrong plugin of every kind, in `rotorstudy check` and in use: one line that names the file, and no traceback."""
+
+import pytest
+
+from rotorstudy.authoring import new_plugin
+from rotorstudy.cli import main
+
+BODY = {  # what the template of each kind gives back, first and last line of it
+    "rotor": ("    return Structure(", "    )\n\n\n@hookimpl"),
+    "crack": ("    return ((1", "** 2\n"),
+    "depth": ("    return weak", "/ 2\n"),
+    "bearing": ("    return [", "]\n"),
+    "effect": ("    return [", "]\n"),
+    "spectrum": ("    return amplitude", "lines)\n"),
+    "estimator": ("    return output_error_fit", "problem))\n"),
+}
+TWO = "((1, 'translation'), (2, 'translation'))"
+SHAPE = {  # what a wrong one gives back instead, and words of the answer
+    "rotor": (f"    return Structure(np.eye(2), np.eye(3), np.eye(2), np.ones(2), {TWO})",
+              "stiffness of shape (3, 3); it must be (2, 2)"),
+    "crack": ("    return np.ones((2, *np.shape(angle)))", "gives an opening of shape (2, "),
+    "depth": ("    return weak", "must be two finite compliances"),
+    "bearing": ('    return [Parameter("k", "N/m", (Entry(-np.eye(3)),), typical=1e7)]', "shape (3, 3); on 'z'"),
+    "effect": ('    return [Parameter("c", "N s/m", (Entry(-np.eye(3)),), typical=50.0)]', "shape (3, 3); on 'z'"),
+    "spectrum": ("    return amplitude[..., 1:], None", "gives amplitude of shape ("),
+    "estimator": ("    found = output_error_fit(problem)\n"
+                  "    return type(found)(found.names, found.theta[..., 1:], found.covariance, found.misfit)",
+                  "gives theta of shape ("),
+}  # fmt: skip
+NOT_A_NUMBER = {
+    "rotor": (f"    return Structure(np.eye(2), np.nan * np.eye(2), np.eye(2), np.ones(2), {TWO})",
+              "stiffness with NaN"),
+    "crack": ("    return np.nan * angle", "gives NaN or infinity, at an angle of"),
+    "depth": ("    return weak, np.nan", "must be two finite compliances"),
+    "bearing": ('    return [Parameter("k", "N/m", (Entry(-np.nan * here),), typical=1e7)]', "is not finite"),
+    "effect": ('    return [Parameter("c", "N s/m", (Entry(-np.outer(here, here), gain=lambda w: np.nan * w),), 50.0)]',
+               "is not finite at"),
+    "spectrum": ("    return np.nan * amplitude, np.zeros((*amplitude.shape[:-1], 2 * len(lines), 2 * len(lines)))",
+                 "gives amplitude with NaN"),
+    "estimator": ("    found = output_error_fit(problem)\n    found.theta[:] = np.nan\n    return found", "gives NaN"),
+}  # fmt: skip
+RAISES = dict.fromkeys(BODY, ("    return 1 / 0", "ZeroDivisionError: division by zero"))
+NOTHING = {
+    "rotor": ("    return None", "gives NoneType; it must give a Structure"),
+    "crack": ("    return None", "gives an opening of shape"),
+    "depth": ("    return None", "must be two finite compliances"),
+    "bearing": ("    return None", "gives NoneType; it must give a list of Parameter"),
+    "effect": ("    return None", "gives NoneType; it must give a list of Parameter"),
+    "spectrum": ("    return None", "gives one NoneType; it must give two arrays"),
+    "estimator": ("    return None", "gives NoneType; it must give an Estimate"),
+}
+WITHOUT_UNIT = {
+    "bearing": ('    return [Parameter("k", "", (Entry(-here),), typical=1e7)]', "has no unit"),
+    "effect": ('    return [Parameter("c", "", (Entry(-np.outer(here, here)),), typical=50.0)]', "has no unit"),
+}
+NO_TUPLE = {
+    "bearing": ('    return [Parameter("k", "N/m", (Entry(-here)), typical=1e7)]', "with a comma"),
+    "effect": ('    return [Parameter("c", "N/m", (Entry(-np.outer(here, here))), typical=1.0)]', "with a comma"),
+}
+WRONG = [
+    pytest.param(kind, *case, id=f"{kind}-{name}")
+    for name, cases in (("shape", SHAPE), ("NaN", NOT_A_NUMBER), ("raises", RAISES), ("nothing", NOTHING),
+                        ("unit", WITHOUT_UNIT), ("tuple", NO_TUPLE))
+    for kind, case in cases.items()
+]  # fmt: skip
+
+JEFFCOTT = "rotor: {kind: jeffcott, mass_kg: 2.0, stiffness_N_per_m: 7.6e+5}\n"
+UNBALANCE = "effects:\n  - {kind: external_damping, external_damping_N_s_per_m: 100.0}\n"
+UNBALANCE += "  - {kind: unbalance, eccentricity_m: 5.0e-6}\n"
+RIG = {
+    "rotor": "rotor: {kind: mine, disc_mass_kg: 2.0, stiffness_N_per_m: 7.6e+5}\n"
+    + UNBALANCE.replace("}", ", node: 1}"),
+    "crack": JEFFCOTT + "cracks: [{kind: mine, stiffness_loss_N_per_m: 1.0e+5}]\n" + UNBALANCE,
+    "depth": JEFFCOTT + UNBALANCE
+    + "cracks: [{kind: switching, depth: {kind: mine, depth_ratio: 0.3, diameter_m: 0.02, span_m: 0.45}}]\n",
+    "bearing": JEFFCOTT + "bearings: [{kind: mine, k_N_per_m: 1.0e+7}]\n" + UNBALANCE,
+    "effect": JEFFCOTT + UNBALANCE + "  - {kind: mine, c_N_s_per_m: 50.0}\n",
+    "spectrum": JEFFCOTT + UNBALANCE,
+    "estimator": JEFFCOTT + UNBALANCE,
+}  # fmt: skip
+
+
+@pytest.fixture
+def wrong_plugin(tmp_path, monkeypatch):
+    """A function that writes a plugin 'mine' of a kind which gives back something else, and puts it in the zoo."""
+
+    def write(kind, body):
+        path = new_plugin(kind, "mine", tmp_path / "zoo")
+        text = path.read_text().replace("        series=series,\n", "")
+        first, last = BODY[kind]
+        start = text.index(first)
+        end = text.index(last, start) + len(last.split("\n")[0])
+        text = text[:start] + body + text[end:]
+        if "np." in body and "import numpy" not in text:
+            text = "import numpy as np\n\n" + text
+        path.write_text(text)
+        monkeypatch.setenv("ROTORSTUDY_PLUGINS", str(tmp_path / "zoo"))
+        return path
+
+    return write
+
+
+@pytest.mark.parametrize(("kind", "body", "words"), WRONG)
+def test_a_wrong_plugin_fails_its_check_with_file_and_shapes(wrong_plugin, capsys, kind, body, words):
+    path = wrong_plugin(kind, body)
+    assert main(["check", str(path)]) == 1
+    said = capsys.readouterr().out
+    assert words in said and "Traceback" not in said
+    assert all(str(path) in line for line in said.splitlines() if words in line)
+
+
+@pytest.mark.parametrize(("kind", "body", "words"), WRONG)
+def test_a_wrong_plugin_in_use_is_named_with_file_and_shapes(wrong_plugin, tmp_path, capsys, kind, body, words):
+    rig, records = tmp_path / "rig.yaml", tmp_path / "records.nc"
+    short = ["--duration", "0.2", "--rate", "3000"]
+    rig.write_text(RIG[kind])
+    if kind in ("spectrum", "estimator"):
+        assert main(["simulate", str(rig), "--speeds", "88", "199", *short, "--out", str(records)]) == 0
+    path = wrong_plugin(kind, body)
+    capsys.readouterr()
+    if kind in ("spectrum", "estimator"):
+        status = main(["identify", str(records), "--rig", str(rig), "--unknowns", "external_damping",
+                       f"--{kind}", "mine"])  # fmt: skip
+    else:
+        status = main(["simulate", str(rig), "--speeds", "88", *short, "--out", str(records)])
+    said = capsys.readouterr().err.splitlines()
+    assert status == 1 and len(said) == 1 and said[0].startswith("error: ")
+    assert words in said[0] and str(path) in said[0]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("the paper and equation it comes from", "", "has no source"),
+        ('        source="the paper and equation it comes from",\n', "", "'source'"),
+        ("return None", "return (None", "SyntaxError"),
+    ],
+)
+@pytest.mark.parametrize("kind", BODY)
+def test_a_plugin_without_source_or_that_does_not_parse_is_named(wrong_plugin, tmp_path, capsys, kind, old, new, words):
+    path = wrong_plugin(kind, "    return None")
+    path.write_text(path.read_text().replace(old, new))
+    assert main(["check", str(path)]) == 1
+    said = capsys.readouterr().err.splitlines()
+    assert words in said[-1] and str(path) in said[-1]
+    (tmp_path / "rig.yaml").write_text(RIG[kind])
+    command = ["simulate", str(tmp_path / "rig.yaml"), "--speeds", "88", "--out", str(tmp_path / "records.nc")]
+    if kind in ("spectrum", "estimator"):
+        command = ["identify", "none.nc", "--rig", str(tmp_path / "rig.yaml"), f"--{kind}", "mine"]
+    assert main(command) == 1
+    said = capsys.readouterr().err.splitlines()
+    assert f"unknown {kind} 'mine'" in said[-1] and words in said[-1] and str(path) in said[-1]
+
+
+@pytest.mark.parametrize(
+    ("force", "words"),
+    [("np.ones(3)", "has shape (3,); it must be that of the displacement"), ("np.nan * z", "is NaN for a finite")],
+)
+def test_a_wrong_force_in_time_is_named_with_file_and_shapes(wrong_plugin, tmp_path, capsys, force, words):
+    body = f"""    from rotorstudy.terms import LocalForce
+    return [Parameter("c", "N s/m", (), 50.0, force=LocalForce(here[None], lambda z, v, still: {force}))]"""
+    path = wrong_plugin("effect", body)
+    (tmp_path / "rig.yaml").write_text(RIG["effect"])
+    assert main(["simulate", str(tmp_path / "rig.yaml"), "--speeds", "88", "--out", str(tmp_path / "r.nc")]) == 1
+    said = capsys.readouterr().err.splitlines()
+    assert len(said) == 1 and words in said[0] and str(path) in said[0]
+    assert main(["check", str(path)]) == 1
+    assert words in capsys.readouterr().out
