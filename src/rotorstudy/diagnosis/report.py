@@ -27,7 +27,7 @@ def report(records, rig_path, out, hold_out=None):
     raises   : RotorstudyError for files that cannot be read, and for findings that are errors; then nothing is written
     """
     from rotorstudy.diagnosis.figures import draw
-    from rotorstudy.diagnosis.page import in_words, write_page
+    from rotorstudy.diagnosis.page import in_words, not_considered, write_page
     from rotorstudy.store import provenance, save, write_text
 
     given = read_yaml(rig_path)
@@ -38,9 +38,10 @@ def report(records, rig_path, out, hold_out=None):
     attributes = provenance(given, [*named_plugins(given), *_effects_named(diagnosis)])
     attributes |= {"records": ", ".join(map(str, records)), "rig": str(rig_path)}
     data = verdict_dataset(diagnosis, spectrum).assign_attrs(attributes)
-    verdict = {
-        **diagnosis.verdict,
-        "in_words": in_words(diagnosis.verdict, findings),
+    kinds = {term.kind for term in model.terms}
+    verdict = {**diagnosis.verdict, "not_considered": not_considered(diagnosis.verdict, kinds)}
+    verdict |= {
+        "in_words": in_words(verdict, findings),
         "findings": [asdict(finding) for finding in findings],
         "provenance": attributes,
     }

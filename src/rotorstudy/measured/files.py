@@ -1,13 +1,13 @@
 """Readers: every format gives the same raw record, in metres, in the project's axes."""
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError, unknown_name
-from rotorstudy.measured.conventions import RAD_PER_S, SECONDS, Probe, combine
+from rotorstudy.measured.conventions import RAD_PER_S, SECONDS, Conventions, Probe, combine
 
 LEAST_ANGLE_RAD = 0.05  # between the probes of a node, below which they cannot tell two directions
 SUFFIXES = {
@@ -33,6 +33,7 @@ class RawRecord:
     label        : rad/s that the file or the rig file states, or None
     keyphasor    : (time,) V; marks (mark,) s when the phase mark passed; reference (time,): each may be None
     where        : file and, if it holds several, which speed
+    conventions  : those it was read by: the rig file's, or the project's own for a simulated record
     """
 
     time: np.ndarray
@@ -44,6 +45,7 @@ class RawRecord:
     marks: np.ndarray | None
     reference: np.ndarray | None
     where: str
+    conventions: object = field(repr=False)
 
 
 def read_file(path, conventions, nodes):
@@ -135,7 +137,9 @@ def _assemble(readings, conventions, nodes, time, label, keyphasor, marks, refer
             )
         displacement.append(combine(angles, [values for _, values in of_node]))
     channels = [(probe.channel, node, values) for probe, node, values in readings]
-    return RawRecord(time, np.array(displacement), tuple(measured), channels, label, keyphasor, marks, reference, where)
+    return RawRecord(
+        time, np.array(displacement), tuple(measured), channels, label, keyphasor, marks, reference, where, conventions
+    )
 
 
 def _read_netcdf(path, conventions, nodes):
@@ -161,9 +165,15 @@ def _read_netcdf(path, conventions, nodes):
     stated = data.displacement.attrs.get("units")
     stated = UNITS.get(stated, stated)
     directions = [str(name) for name in data.direction.values]
-    probes = conventions.probes or [Probe(channel="x", angle_deg=0.0), Probe(channel="y", angle_deg=90.0)]
-    if not conventions.probes:  # the file's own x and y, which are the project's, whatever the user's angles
-        conventions = conventions.model_copy(update={"rotation": "with_angles", "gravity_angle_deg": 0.0})
+    probes, x_and_y = conventions.probes, [Probe(channel="x", angle_deg=0.0), Probe(channel="y", angle_deg=90.0)]
+    as_read = axes = conventions
+    simulated = "rotorstudy_version" in data.attrs and "reference" in data and sorted(directions) == ["x", "y"]
+    if simulated and not {probe.channel for probe in probes} & {"x", "y"}:  # in the project's axes, not the user's
+        probes, axes = x_and_y, Conventions(harmonics=conventions.harmonics)
+        as_read = axes
+    elif not probes:  # the file's own x and y, which are the project's, whatever the user's angles
+        probes = x_and_y
+        axes = conventions.model_copy(update={"rotation": "with_angles", "gravity_angle_deg": 0.0})
     time = _scaled(data.time, {**SECONDS, "seconds": 1.0}, "s", path)
     speeds = _scaled(data.speed, RAD_PER_S, "rad/s", path) if "speed" in data.coords else [None] * len(values)
     records = []
@@ -186,7 +196,7 @@ def _read_netcdf(path, conventions, nodes):
             marks = _scaled(data.phase_mark_time, SECONDS, "s", path).reshape(len(values), -1)[i]
             marks = marks[np.isfinite(marks)]
         signals = (signals["keyphasor"], marks, signals["reference"])
-        records.append(_assemble(readings, conventions, nodes, time, label, *signals, where))
+        records.append(replace(_assemble(readings, axes, nodes, time, label, *signals, where), conventions=as_read))
     return records
 
 

@@ -17,6 +17,7 @@ WEAK = 0.01  # of the motion the other probes of the node see
 BACKWARD = 2.0  # times the forward 1X
 HUGE_M, TINY_M = 5e-3, 1e-9  # no shaft vibrates more between its bearings, no probe sees less
 SCALE = 100.0  # times, or part of, the motion the rig expects
+APART = 3.0  # times what the shaft moves and hangs through: a mean further off than this is hardly the shaft's
 STEADY = 1e-4  # chance below which a change over the blocks is real
 CHANGE = 0.01  # of the largest fluctuating harmonic: a smaller change over the record does not matter
 
@@ -221,6 +222,28 @@ def check_units(fluctuating, expected, where):
         )
         return [Finding("warning", "units", where, text)]
     return []
+
+
+def check_mean(mean, expected, fluctuating, nodes, where):
+    """Whether 0X is where the shaft can be: most proximity probes show their gap as well.
+
+    mean, expected : (speed, node) complex, m, measured and of the rig;  fluctuating : (speed, node) rms of the rest, m
+    """
+    off = np.median(np.abs(mean - expected), axis=0)
+    allowed = APART * (np.abs(np.atleast_2d(expected)).max(axis=0) + fluctuating.max(axis=0))
+    return [
+        Finding(
+            "warning",
+            "probe gap",
+            f"{where}, node {node}",
+            f"the mean is {off[i]:.2g} m from where the rig says the shaft hangs, but the shaft vibrates by "
+            f"{fluctuating[:, i].max():.2g} m rms: the gap of the probes? It would be taken for a preload. Zero the "
+            "probes with the shaft at rest, leave 0 out of 'measurement: harmonics:', or give the rig the effect "
+            "sensor_gap",
+        )
+        for i, node in enumerate(nodes)
+        if off[i] > allowed[i]
+    ]
 
 
 def _fitting(size, expected, units):
