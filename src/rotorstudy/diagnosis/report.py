@@ -15,8 +15,12 @@ from rotorstudy.diagnosis.force import missing_force
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict import _weights, investigate
 from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.measured.findings import Finding, worst_first
 from rotorstudy.plugins import registry
 from rotorstudy.rig import build_model, check_config, named_plugins, read_yaml
+
+MISSED = 0.5  # share of the vibration, rms, from which records and rig hardly belong together
+CONTRADICTED = 5.0  # stated deviations that a parameter of the rig is moved
 
 
 def report(records, rig_path, out, hold_out=None):
@@ -38,6 +42,7 @@ def report(records, rig_path, out, hold_out=None):
     attributes = provenance(given, [*named_plugins(given), *_effects_named(diagnosis)])
     attributes |= {"records": ", ".join(map(str, records)), "rig": str(rig_path)}
     data = verdict_dataset(diagnosis, spectrum).assign_attrs(attributes)
+    findings = worst_first([*findings, *far_from_the_rig(diagnosis.verdict, data)])
     kinds = {term.kind for term in model.terms}
     verdict = {**diagnosis.verdict, "not_considered": not_considered(diagnosis.verdict, kinds)}
     verdict |= {
@@ -55,6 +60,30 @@ def report(records, rig_path, out, hold_out=None):
         write_page(verdict, data, folder / "figures", folder / "index.html", title=Path(rig_path).stem)
         write_text(folder / "verdict.json", json.dumps(finite(verdict), indent=1, ensure_ascii=False) + "\n")
     return verdict
+
+
+def far_from_the_rig(verdict, data):
+    """A warning if the rig, fitted, misses most of the vibration, or its own values are contradicted: another machine?
+
+    data : Dataset of verdict.nc
+    """
+    from rotorstudy.diagnosis.page import plain
+
+    if verdict["verdict"] == "nothing":
+        return []
+    moving = data.sel(harmonic=data.harmonic != 0)
+    measured = float(np.sqrt((moving.measured**2).sum()))
+    missed = float(np.sqrt(((moving.measured - moving.base) ** 2).sum())) / measured if measured else 0.0
+    moved = [row for row in verdict["base_parameters"] if abs(row["moved_sigma"]) > CONTRADICTED]
+    said = [f"fitted, the rig misses {100 * missed:.0f} % of the vibration"] if missed > MISSED else []
+    said += [f"{plain(row['name'])} moved by {abs(row['moved_sigma']):.0f} stated deviations" for row in moved]
+    if not said:
+        return []
+    text = (
+        f"{'; '.join(said)}. Are these records of this rig, at these speeds, in these units? If so, look at the sizes "
+        "of the causes before believing them, and at the values and 'uncertainty' the rig states"
+    )
+    return [Finding("warning", "far from the rig", "records and rig", text)]
 
 
 def _effects_named(diagnosis):
@@ -157,7 +186,6 @@ def _is_spectrum(path):
 
 def _imported(path):
     from rotorstudy.measured import load_spectrum
-    from rotorstudy.measured.findings import Finding
     from rotorstudy.store import load
 
     spectrum, data = load_spectrum(path), load(path)

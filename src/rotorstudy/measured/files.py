@@ -55,6 +55,8 @@ def read_file(path, conventions, nodes):
     raises : RotorstudyError for a file that cannot be read or lacks what the rig file says it has
     """
     path = Path(path)
+    if path.is_dir():
+        raise RotorstudyError(f"record file '{path}' is a folder; name the files in it")
     if not path.is_file():
         raise RotorstudyError(f"record file '{path}' does not exist")
     kind = SUFFIXES.get(path.suffix.lower())
@@ -106,8 +108,9 @@ def _from_channels(path, conventions, nodes, names, channel):
         wanted(key, "keyphasor")
     label = conventions.label_rad_per_s(path.name)
     if conventions.speed_channel is not None:
-        speed = np.mean(wanted(conventions.speed_channel, "speed"))
-        label = float(speed) * RAD_PER_S[conventions.speed_unit]
+        speed = wanted(conventions.speed_channel, "speed")
+        speed = speed[np.isfinite(speed)]  # a row cut short has none
+        label = float(np.mean(speed)) * RAD_PER_S[conventions.speed_unit] if len(speed) else None
     for name, values in [("time", time), ("keyphasor", keyphasor), *((p.channel, r) for p, _, r in readings)]:
         if values is not None and len(values) != length:
             raise RotorstudyError(
@@ -120,7 +123,9 @@ def _from_channels(path, conventions, nodes, names, channel):
 def _assemble(readings, conventions, nodes, time, label, keyphasor, marks, reference, where):
     """A RawRecord from readings [(probe, node, (time,) m)]."""
     time = np.asarray(time, float)
-    if len(time) < 3 or not (np.diff(time) > 0).all():
+    if len(time) < 3:
+        raise RotorstudyError(f"{where}: {len(time)} samples; the file is empty or cut short")
+    if not (np.diff(time) > 0).all():
         raise RotorstudyError(f"{where}: time does not increase from sample to sample; check the time channel")
     measured = sorted({node for _, node, _ in readings})
     displacement = []
@@ -188,6 +193,9 @@ def _read_netcdf(path, conventions, nodes):
             for k, node in enumerate(data.node.values):
                 if probe.node in (None, int(node)):
                     readings.append((probe, int(node), factor * values[i, k, d]))
+        if not readings:
+            held = ", ".join(str(int(node)) for node in data.node.values)
+            raise RotorstudyError(f"{where}: no probe of the rig file sits at a node of this file (nodes {held})")
         signals = {}
         for name in ("keyphasor", "reference"):
             signals[name] = data[name].transpose("speed", "time").values[i] if name in data else None
