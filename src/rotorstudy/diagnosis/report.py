@@ -20,6 +20,7 @@ from rotorstudy.plugins import registry
 from rotorstudy.rig import build_model, check_config, named_plugins, read_yaml
 
 MISSED = 0.5  # share of the vibration, rms, from which records and rig hardly belong together
+UNUSUAL = 10.0  # times a usual share or angle
 CONTRADICTED = 5.0  # stated deviations that a parameter of the rig is moved
 
 
@@ -42,7 +43,7 @@ def report(records, rig_path, out, hold_out=None):
     attributes = provenance(given, [*named_plugins(given), *_effects_named(diagnosis)])
     attributes |= {"records": ", ".join(map(str, records)), "rig": str(rig_path)}
     data = verdict_dataset(diagnosis, spectrum).assign_attrs(attributes)
-    findings = worst_first([*findings, *far_from_the_rig(diagnosis.verdict, data)])
+    findings = worst_first([*findings, *far_from_the_rig(diagnosis, data)])
     kinds = {term.kind for term in model.terms}
     verdict = {**diagnosis.verdict, "not_considered": not_considered(diagnosis.verdict, kinds)}
     verdict |= {
@@ -62,13 +63,17 @@ def report(records, rig_path, out, hold_out=None):
     return verdict
 
 
-def far_from_the_rig(verdict, data):
-    """A warning if the rig, fitted, misses most of the vibration, or its own values are contradicted: another machine?
+def far_from_the_rig(diagnosis, data):
+    """A warning if records and rig hardly belong together: another machine, other units, other speeds.
+
+    Signs of it: the rig, fitted, misses most of the vibration; its own values are contradicted; a share or an angle
+    that was found is far beyond a usual one.
 
     data : Dataset of verdict.nc
     """
-    from rotorstudy.diagnosis.page import plain
+    from rotorstudy.diagnosis.page import plain, quantity
 
+    verdict = diagnosis.verdict
     if verdict["verdict"] == "nothing":
         return []
     moving = data.sel(harmonic=data.harmonic != 0)
@@ -77,6 +82,13 @@ def far_from_the_rig(verdict, data):
     moved = [row for row in verdict["base_parameters"] if abs(row["moved_sigma"]) > CONTRADICTED]
     said = [f"fitted, the rig misses {100 * missed:.0f} % of the vibration"] if missed > MISSED else []
     said += [f"{plain(row['name'])} moved by {abs(row['moved_sigma']):.0f} stated deviations" for row in moved]
+    theta = dict(zip(diagnosis.best.model.names, diagnosis.best.theta, strict=True))
+    for cause in diagnosis.search.best.causes:
+        for unknown in cause.term.unknowns:
+            value = theta[unknown.name]
+            if unknown.unit in ("1", "rad") and not cause.fixed and abs(value) > UNUSUAL * unknown.typical:
+                name = plain(unknown.name.replace(f"[{cause.term.label}]", ""))
+                said.append(f"{name} would be {quantity(value, unknown.unit)}")
     if not said:
         return []
     text = (
