@@ -18,6 +18,7 @@ def rotorstudy_effect():
         "shaft_asymmetry",
         shaft_asymmetry,
         source="Tondl 1965; Gasch, Nordmann, Pfuetzner, Rotordynamik, unround shaft",
+        fold=2,
         checked="0X and 2X from gravity to closed form to 1e-12; no 1X without unbalance",
         twins=(
             ("support_anisotropy", "anisotropy that stands still mirrors n to -n, one that turns mirrors n to 2 - n"),

@@ -20,6 +20,7 @@ def rotorstudy_effect():
         "support_anisotropy",
         support_anisotropy,
         source="Gasch, Nordmann, Pfuetzner, Rotordynamik, anisotropic bearings",
+        fold=2,
         checked="with alpha = 0: x and y whirl apart with k_s + k and k_s - k, harmonics to 1e-12",
         twins=(
             (

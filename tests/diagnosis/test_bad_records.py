@@ -11,6 +11,8 @@ import yaml
 
 from rotorstudy.cli import main
 from rotorstudy.diagnosis.report import check_names, read_settings, read_spectrum
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.record_files import records_dataset
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "measured"))
 from machine import TIME, channels, records, section, write, write_rig
@@ -189,3 +191,164 @@ def test_warnings_go_into_the_verdict(spectrum, tmp_path, capsys):
     assert verdict["in_words"].endswith("Check the records first: few revolutions.")
     assert "few revolutions" in {finding["name"] for finding in verdict["findings"]}
     assert "few revolutions" in (tmp_path / "out" / "index.html").read_text()
+
+
+def test_the_same_record_without_a_fault_is_accepted(record, tmp_path):
+    """The negative control of the faults above."""
+    found, _ = record
+    rig = write_rig(tmp_path / "rig.yaml", keyphasor=section()["keyphasor"] | {"polarity": "positive"})
+    spectrum, _, findings = read_spectrum([write("csv", tmp_path, found, name="run")], rig)
+    assert findings == [] and np.allclose(spectrum.speed, SPEED, rtol=1e-3)
+
+
+def test_a_shaft_that_turns_the_other_way_is_refused(record, tmp_path, capsys):
+    found, original = record
+    path = write("csv", tmp_path, found, name="run")
+    wrong_way = write_rig(tmp_path / "a.yaml", rotation="with_angles")
+    refused(capsys, tmp_path, wrong_way, path, "sense of rotation", "Correct 'rotation:'")
+    backwards = {name: values[::-1] for name, values in original.items() if name != "time"}
+    path = write("csv", tmp_path, found, name="backwards", **backwards)
+    refused(capsys, tmp_path, write_rig(tmp_path / "b.yaml"), path, "backwards.csv", "sense of rotation")
+
+
+@pytest.mark.parametrize(
+    ("kind", "words"),
+    [("csv", "not a table"), ("mat", "not a MATLAB file"), ("uff", "no data set 58"), ("nc", "not a NetCDF file")],
+)
+def test_an_empty_or_truncated_file_is_refused(kind, words, record, tmp_path, capsys):
+    found, _ = record
+    rig, empty, cut = write_rig(tmp_path / "rig.yaml"), tmp_path / f"empty.{kind}", tmp_path / f"cut.{kind}"
+    empty.write_bytes(b"")
+    refused(capsys, tmp_path, rig, empty, f"empty.{kind}", words)
+    if kind == "nc":
+        whole = tmp_path / "whole.nc"
+        records_dataset([found]).to_netcdf(whole)
+    else:
+        whole = write(kind, tmp_path, found, name="whole")
+    content = whole.read_bytes()
+    cut.write_bytes(content[: content.index(b"\n") + 1] if kind == "csv" else content[: int(0.6 * len(content))])
+    refused(capsys, tmp_path, rig, cut, f"cut.{kind}", *(["empty or cut short"] if kind == "csv" else []))
+
+
+def test_a_last_row_cut_short_does_no_harm(record, tmp_path):
+    found, _ = record
+    rig, path = write_rig(tmp_path / "rig.yaml"), write("csv", tmp_path, found, name="run")
+    whole = read_spectrum([path], rig)[0]
+    text = path.read_text()
+    path.write_text(text[: text[:-400].rindex(",")])
+    cut = read_spectrum([path], rig)[0]
+    assert np.abs(cut.amplitude - whole.amplitude).max() < 0.01 * np.abs(whole.amplitude).max()
+
+
+@pytest.fixture
+def simulated(tmp_path):
+    """Records of the rig as NetCDF with changes: function(name, sensors, speed, **attributes of displacement)."""
+
+    def make(name, sensors=(2, 4), speed=80.0, units="m"):
+        (found,) = records(speeds=[speed])
+        data = records_dataset([found]).sel(node=list(sensors))
+        data.displacement.attrs["units"] = units
+        if not units:
+            del data.displacement.attrs["units"]
+        data.to_netcdf(tmp_path / f"{name}.nc")
+        return tmp_path / f"{name}.nc"
+
+    return make
+
+
+def plain_rig(path, **changes):
+    """The rig for records in the project's own axes."""
+    write_rig(path)
+    rig = {key: value for key, value in yaml.safe_load(path.read_text()).items() if key != "sensors"}
+    path.write_text(yaml.safe_dump({**rig, "measurement": {"harmonics": [0, 1, -1]}, **changes}))
+    return path
+
+
+def test_sensors_that_do_not_fit_are_refused(simulated, tmp_path, capsys):
+    both, one = simulated("both"), simulated("one", sensors=[2], speed=100.0)
+    rig = plain_rig(tmp_path / "rig.yaml")
+    assert read_spectrum([both], rig)[0].sensors == (2, 4)
+    with pytest.raises(RotorstudyError, match=r"one.nc, 100 rad/s has nodes \[2\].*same probes"):
+        read_spectrum([both, one], rig)
+    refused(capsys, tmp_path, plain_rig(tmp_path / "a.yaml", sensors=[2, 3]), both, "node 3", "leave it out")
+    probes = [{"channel": name, "node": 3, "angle_deg": angle} for name, angle in (("x", 0.0), ("y", 90.0))]
+    elsewhere = plain_rig(tmp_path / "b.yaml", measurement={"probes": probes})
+    refused(capsys, tmp_path, elsewhere, both, "no probe", "nodes 2, 4")
+
+
+@pytest.mark.parametrize("units", ["", "inch"])
+def test_a_netcdf_file_without_a_known_unit_is_refused(units, simulated, tmp_path, capsys):
+    path = simulated("units", units=units)
+    refused(capsys, tmp_path, plain_rig(tmp_path / "rig.yaml"), path, "units.nc", "state 'unit:'")
+
+
+def test_a_rig_without_values_is_refused(spectrum, tmp_path, capsys):
+    path, _ = spectrum
+    rig = tmp_path / "empty_rig.yaml"
+    effects = [{"kind": "external_damping"}, RIG["effects"][1]]
+    rig.write_text(yaml.safe_dump({**RIG, "effects": effects}))
+    capsys.readouterr()
+    refused(capsys, tmp_path, rig, path, "external_damping", "no value")
+
+
+OTHER = {
+    **RIG,
+    "rotor": {"kind": "jeffcott", "mass_kg": 8.0, "stiffness_N_per_m": 2e5},
+    "effects": [
+        {"kind": "external_damping", "external_damping_N_s_per_m": 400.0},
+        {"kind": "unbalance", "eccentricity_m": 6e-5, "eccentricity_phase_rad": -2.0},
+    ],
+}
+
+
+def verdict_on(rig, truth, tmp_path, capsys):
+    """The verdict on records simulated with `truth`."""
+    (tmp_path / "truth.yaml").write_text(yaml.safe_dump(truth))
+    (tmp_path / "rig.yaml").write_text(yaml.safe_dump(rig))
+    simulated = ["simulate", str(tmp_path / "truth.yaml"), "--speeds", "100", "200", "300", "--noise", "1"]
+    assert main([*simulated, "--rate", "2000", "--out", str(tmp_path / "records.nc")]) == 0
+    out = tmp_path / "verdict"
+    assert main(["diagnose", str(tmp_path / "records.nc"), "--rig", str(tmp_path / "rig.yaml"), "--out", str(out)]) == 0
+    capsys.readouterr()
+    return json.loads((out / "verdict.json").read_text())
+
+
+def test_records_of_another_machine_are_told(tmp_path, capsys):
+    verdict = verdict_on(RIG, OTHER, tmp_path, capsys)
+    assert verdict["verdict"] != "nothing"
+    assert "far from the rig" in {finding["name"] for finding in verdict["findings"]}
+    assert "far from the rig" in verdict["in_words"]
+
+
+def test_a_hidden_effect_is_not_taken_for_another_machine(tmp_path, capsys):
+    asymmetry = {"kind": "shaft_asymmetry", "shaft_asymmetry": 0.02, "shaft_asymmetry_phase_rad": 1.0}
+    verdict = verdict_on(RIG, {**RIG, "effects": [*RIG["effects"], asymmetry]}, tmp_path, capsys)
+    assert verdict["findings"] == [] and verdict["verdict"] != "nothing"
+
+
+def test_the_gap_of_the_probes_is_told_and_can_be_given(tmp_path, capsys):
+    """A gap of a millimetre is what most proximity probes show; it must not silently become a preload."""
+    gap = {"kind": "sensor_gap", "sensor_gap_m": 1e-3, "sensor_gap_phase_rad": 2.5}
+    behind = {**RIG, "effects": [*RIG["effects"], gap]}
+    silent = verdict_on(RIG, behind, tmp_path, capsys)
+    assert "probe gap" in {finding["name"] for finding in silent["findings"]} and "probe gap" in silent["in_words"]
+    named = {cause["effect"] for cause in silent["causes"]}
+    assert ("sensor_gap" in silent["not_considered"]) == ("static_preload" in named)
+    given = verdict_on(
+        {**RIG, "effects": [*RIG["effects"], {**gap, "sensor_gap_m": 1.05e-3}]}, behind, tmp_path, capsys
+    )
+    assert given["verdict"] == "nothing" and given["findings"] == []
+
+
+def test_mil_declared_as_mm_is_told(spectrum, tmp_path, capsys):
+    """A factor of 39 is no gain error of a probe."""
+    with xr.open_dataset(tmp_path / "records.nc") as data:
+        data = data.load()
+    data.displacement[:] = data.displacement / 0.0254
+    data.to_netcdf(tmp_path / "mil.nc")
+    (tmp_path / "ac.yaml").write_text(yaml.safe_dump({**RIG, "measurement": {"harmonics": [1, -1]}}))
+    given = ["diagnose", str(tmp_path / "mil.nc"), "--rig", str(tmp_path / "ac.yaml"), "--out", str(tmp_path / "o")]
+    assert main(given) == 0
+    assert "mil taken as mm" in capsys.readouterr().err
+    verdict = json.loads((tmp_path / "o" / "verdict.json").read_text())
+    assert {"units", "far from the rig"} <= {finding["name"] for finding in verdict["findings"]}

@@ -97,7 +97,7 @@ def test_verdict_json_has_what_the_documentation_says(asymmetric):
         "verdict": str, "in_words": str, "causes": list, "ambiguous_with": list, "separating_measurement": str,
         "unexplained": list, "detection_limit": list, "gain": dict, "identifiability": dict, "findings": list,
         "settings": dict, "provenance": dict, "base_parameters": list, "left_over": float, "candidates": int,
-        "chance_of_residual": dict,
+        "chance_of_residual": dict, "not_considered": list,
     }  # fmt: skip
     assert {key: type(verdict[key]) for key in kinds} == kinds
     (cause,) = verdict["causes"]

@@ -10,8 +10,10 @@ with job(snakemake):
     from rotorstudy.studies.left_out import (
         LEGEND,
         UNDECIDED,
+        changed_estimates,
         harmonic_rows,
         impossible_dampings,
+        in_short,
         left_out_rows,
         notes_on,
         parameter_rows,
@@ -39,7 +41,16 @@ with job(snakemake):
     write_html(
         snakemake.output.html,
         "What the thesis's model gets wrong on its own measurements",
-        [LEGEND, *notes, *impossible_dampings(parameters), shared_causes(verdicts), *UNDECIDED],
+        [
+            in_short(verdicts, harmonics),
+            LEGEND,
+            *notes,
+            shared_causes(verdicts),
+            *impossible_dampings(parameters),
+            *changed_estimates(parameters),
+            UNDECIDED[0],
+            *(f"Not decided either: {text}" for text in UNDECIDED[1:]),
+        ],
         dict(zip(headings, tables, strict=True)),
         digits=3,
     )

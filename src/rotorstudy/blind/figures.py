@@ -47,7 +47,9 @@ def curves(data):
     axes.set_xticks([0.3, 1, 3, 10, 30], ["0.3", "1", "3", "10", "30"])
     axes.set_xlabel("change by the effect over noise, rms")
     found = _bar(data, "right cause and place at s >= 3")
-    axes.set_title(f"Right cause and place: {_percent(float(found.bar_reached))} at three times the noise and more")
+    low, high = (100 * float(found[f"bar_{end}"]) for end in ("low", "high"))
+    said = f"{_percent(float(found.bar_reached))} ({low:.0f} to {high:.0f}, {int(found.bar_cases)} cases)"
+    axes.set_title(f"Right at three times the noise and more: {said}")
     axes.legend(loc="lower right")
     return picture
 

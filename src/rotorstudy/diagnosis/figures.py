@@ -107,7 +107,8 @@ def causes(data, sure):
     labels = [str(label).replace("_", " ") for label in part.explanation_label.values]
     ax.set_yticks(place, [shorten(label, 70, placeholder=" ...") for label in labels])
     ax.invert_yaxis()
-    ax.set_xlabel(f"error left (standard deviations); dotted: noise alone. Named alone from {sure:.0%} confidence")
+    ax.set_xlabel("error left (standard deviations); dotted: noise alone")
+    ax.set_title(f"a cause is named alone from {sure:.0%} confidence")
     picture.legend(loc="outside upper center", ncols=3)
     return picture
 
@@ -143,18 +144,17 @@ def before_and_after(data):
         ax.set_ylim(bottom=1e6 * floor)
         ax.set_ylabel(f"node {data.node.values[node]}: amplitude (µm)")
         harmonic_axis(ax, harmonics)
-        middle = measured[list(harmonics).index(0), node] if 0 in harmonics else 0
         for values, index, name, line in (
             (spectra["base"], 1, "base", "--"),
             (spectra["extended"], 0, "extended", "-"),
             (measured, 6, "measured", ":"),
         ):
-            signal = synthesize(values[:, node], w, harmonics, time) - middle
+            signal = synthesize(np.where(harmonics == 0, 0, values[:, node]), w, harmonics, time)
             plot_orbit(signal, orbit, index=index, label=name, linestyle=line)
         if row == 0:
             seen = "held out of every fit" if data.held_out.values[speed] else "seen by the fits"
             ax.set_title(f"{w:.4g} rad/s, {seen}")
-            orbit.set_title("orbits, less the measured mean")
+            orbit.set_title("orbits, each about its mean")
             ax.legend(loc="best")
     return picture
 

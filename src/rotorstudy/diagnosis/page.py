@@ -14,10 +14,18 @@ from rotorstudy.tables import CSS, html_table
 SHOWN = {"m": ("µm", 1e6), "rad": ("°", 180 / np.pi), "s": ("ms", 1e3)}
 MOST_LIMITS = 12  # detection limits on the page, the most sensitive first; all are in verdict.json
 FEW = 3  # detection limits in a sentence
+TWO_SIDED = 1.96  # standard deviations of a 95 % interval
+HEADINGS = {
+    "nothing": "nothing is missing",
+    "cause": "a cause is found",
+    "ambiguous": "more than one cause is possible",
+    "unknown": "something unknown is missing",
+}
 COLOUR = {"nothing": "#009E73", "cause": "#0072B2", "ambiguous": "#B07500", "unknown": "#A00000"}
 PAGE_CSS = """
 body { max-width: 70em; }
 .verdict { border-left: 0.5em solid; padding: 0.4em 1em; background: #f6f6f6; font-size: 1.15em; max-width: 56em; }
+.glance th { white-space: nowrap; } .glance td { max-width: 52em; } .glance { font-size: 1em; }
 img { max-width: 100%; }
 .error { color: #a00000; } .warning { color: #8a5a00; } .note { color: #444; }
 figure { margin: 0.5em 0; } figcaption { max-width: 60em; color: #444; font-size: 0.9em; }
@@ -37,7 +45,9 @@ CAPTIONS = {
 def in_words(verdict, findings=()):
     """The verdict as a few plain sentences; findings : of the quality of the records."""
     doubts = dict.fromkeys(finding.name for finding in findings if finding.severity == "warning")
-    return _said(verdict) + (f" Check the records first: {', '.join(doubts)}." if doubts else "")
+    alike = [name.replace("_", " ") for name in verdict.get("not_considered", [])]
+    told = f" Not considered, though it looks alike: {', '.join(alike)}." if alike else ""
+    return _said(verdict) + told + (f" Check the records first: {', '.join(doubts)}." if doubts else "")
 
 
 def _said(verdict):
@@ -47,10 +57,9 @@ def _said(verdict):
             "Nothing is missing: noise and the stated model error explain what the simulation does not show (chance of "
             f"a residual this large: {chance(verdict['chance_of_residual']['before'])})."
         )
-        limits = {place(row): row for row in reversed(detection_limits(verdict))}  # the most sensitive of a place
-        found = [f"{name} {quantity(row['amplitude'], row['unit'])}" for name, row in reversed(limits.items())]
+        found = smallest_found(verdict)
         if found:
-            text += f" Of 100 records with one of these, 95 would have shown it: {', '.join(found[:FEW])}."
+            text += f" Of 100 records with one of these, 95 would have shown it: {', '.join(found)}."
         return text
     if not causes:
         return (
@@ -84,6 +93,12 @@ def gain_in_words(verdict):
     )
 
 
+def smallest_found(verdict):
+    """The most sensitive detection limits, one a place, as short texts."""
+    limits = {place(row): row for row in reversed(detection_limits(verdict))}
+    return [f"{name} {quantity(row['amplitude'], row['unit'])}" for name, row in reversed(limits.items())][:FEW]
+
+
 def detection_limits(verdict):
     """Detection limits, the most sensitive first; of real and imaginary part the larger one."""
     largest = {}
@@ -109,25 +124,116 @@ def place(cause):
 
 
 def cause_in_words(cause):
-    """'unbalance at node 2: eccentricity 12 ± 0.1 µm at 30 ± 1 °'."""
+    """'unbalance at node 2 (eccentricity 12.00 ± 0.10 µm at 30.0 ± 1.0 °)'."""
     parts, given = [], cause["parameters"]
     for name, value in given.items():
         if name.endswith("_phase") and name.removesuffix("_phase") in given:
-            parts[-1] += f" at {quantity(value['value'], value['unit'], value['std'])}"
+            word, fold = _direction(cause)
+            parts[-1] += f" {word} {quantity(value['value'] / fold, value['unit'], value['std'] / fold)}"
         else:
             label = "" if name == cause["effect"] else f"{plain(name)} "
             parts.append(f"{label}{quantity(value['value'], value['unit'], value['std'])}")
     return f"{place(cause)} ({', '.join(parts)})"
 
 
+def _direction(cause):
+    """The word before the angle of a cause, and how often that angle goes into the phase of its amplitude."""
+    fold = registry().get("effect", cause["effect"]).fold
+    return ("at" if fold == 1 else "along"), fold
+
+
+def sizes(cause):
+    """Parameters of a cause with their 95 % intervals, as {name: text}; an angle is that of the direction."""
+    found, given = {}, cause["parameters"]
+    fold = _direction(cause)[1]
+    for name, value in given.items():
+        is_phase = name.endswith("_phase") and name.removesuffix("_phase") in given
+        amplitude = name.removesuffix("_phase") if is_phase else name
+        label = ("phase" if fold == 1 else "stiff direction") if is_phase else "size"
+        if amplitude != cause["effect"]:
+            label = f"{plain(amplitude)}{', ' + label if is_phase else ''}"
+        times = fold if is_phase else 1
+        number, std = value["value"] / times, value["std"] and value["std"] / times
+        text = quantity(number, value["unit"], std)
+        known = std is not None and np.isfinite(std) and std > 0
+        found[label] = f"{text} (95 %: {interval(number, value['unit'], std)})" if known else text
+    return found
+
+
+def not_considered(verdict, known=()):
+    """Effects that look like a named cause by what they declare, but are no candidates; known : those of the rig."""
+    effects, left_out = registry().plugins["effect"], verdict["settings"]["leave_out"]
+    twins = [twin for cause in verdict["causes"] for twin, _ in effects[cause["effect"]].twins if twin not in known]
+    return [t for t in dict.fromkeys(twins) if t in effects and (t in left_out or not effects[t].candidate)]
+
+
+def next_steps(verdict):
+    """What to do or measure next, as plain sentences."""
+    kind, steps = verdict["verdict"], []
+    doubts = dict.fromkeys(f["name"] for f in verdict["findings"] if f["severity"] == "warning")
+    if doubts:
+        steps.append(f"Check the records first: {', '.join(doubts)} (see below).")
+    if kind == "nothing":
+        steps.append(
+            "Nothing, unless something below the detection limits matters: then longer records, or speeds nearer to "
+            "resonance, lower them."
+        )
+    if kind == "ambiguous":
+        steps += [text for text, _ in told_apart(verdict)] or ["Other speeds, nearer to and beyond resonance."]
+    if kind == "unknown":
+        rest = ", ".join(f"{row['harmonic']}X at node {row['node']}" for row in verdict["unexplained"][:FEW])
+        steps.append(
+            (f"Look where the rest is: {rest}. " if rest else "")
+            + "Physics that the library lacks can be added as an effect (docs/adding_a_model.md)."
+        )
+    alike = [name.replace("_", " ") for name in verdict["not_considered"]]
+    if alike:
+        steps.append(
+            f"Rule out what was not considered and looks alike: {', '.join(alike)}"
+            + (" (was the mean of the probes zeroed with the shaft at rest?)." if "sensor gap" in alike else ".")
+        )
+    if kind == "cause":
+        steps.append(
+            "Measure one more speed and compare: 'rotorstudy simulate extended_rig.yaml --speeds ...' predicts it."
+        )
+    if verdict["gain"] is None and kind != "nothing":
+        steps.append("Hold out a speed ('--hold-out'), so that the gain is known.")
+    return steps
+
+
+def told_apart(verdict):
+    """[(what would tell, [pairs of causes it tells apart])]"""
+    groups = {}
+    for line in filter(None, verdict["separating_measurement"].split("; ")):
+        pair, _, text = line.partition(": ")
+        text = text or pair
+        groups.setdefault(text[:1].upper() + text[1:], []).append(pair.replace("_", " ") if text != pair else "")
+    return list(groups.items())
+
+
 def quantity(value, unit, std=None):
-    """A number with its deviation as an engineer writes it: 12 ± 0.1 µm."""
+    """A number with its standard deviation as an engineer writes it: 12.00 ± 0.10 µm."""
     unit, factor = SHOWN.get(unit, (unit, 1.0))
     unit = "" if unit in ("1", "shape") else unit
     if std is None or not np.isfinite(std):
         return f"{value * factor:.3g} {unit}".strip()
-    digits = int(np.clip(np.ceil(np.log10(abs(value) / std)) + 2, 2, 6)) if value and std else 3
-    return f"{value * factor:.{digits}g} ± {std * factor:.2g} {unit}".strip()
+    return f"{as_sure_as(value * factor, std * factor)} ± {as_sure_as(std * factor, std * factor)} {unit}".strip()
+
+
+def as_sure_as(value, std):
+    """A number with the two digits that a standard deviation leaves it; with an exponent if that were long."""
+    last = int(np.floor(np.log10(std))) - 1 if std > 0 else -3
+    if abs(value) >= 1e7 or last < -7:
+        return f"{value:.4g}"
+    return f"{round(value, -last):.{max(0, -last)}f}"
+
+
+def interval(value, unit, std):
+    """The 95 % interval of a number: 11.80 to 12.20 µm."""
+    unit, factor = SHOWN.get(unit, (unit, 1.0))
+    unit = "" if unit in ("1", "shape") else unit
+    ends = (as_sure_as((value + side * TWO_SIDED * std) * factor, std * factor) for side in (-1, 1))
+    return f"{' to '.join(ends)} {unit}".strip()
 
 
 def percent(share):
@@ -135,15 +241,18 @@ def percent(share):
 
 
 def chance(probability):
-    return f"{100 * probability:.2g} %" if probability >= 1e-6 else "below one in a million"
+    if probability < 1e-6:
+        return "below one in a million"
+    return f"{100 * probability:.3g} %" if probability > 0.1 else f"{100 * probability:.2g} %"
 
 
 def write_page(verdict, data, figures, path, title):
     """Write the page; verdict : content of verdict.json, data : Dataset of verdict.nc, figures : folder of the PNG."""
     kind = verdict["verdict"]
     parts = [
-        f"<h1>Diagnosis of {escape(title)}: {kind}</h1>",
+        f"<h1>Diagnosis of {escape(title)}: {HEADINGS[kind]}</h1>",
         f'<p class="verdict" style="border-color: {COLOUR[kind]}">{escape(verdict["in_words"])}</p>',
+        *_glance(verdict),
         *_next(verdict),
         *_picture("what_is_wrong", figures),
         *_left(verdict),
@@ -172,24 +281,46 @@ def write_page(verdict, data, figures, path, title):
     write_text(path, head + "\n".join(parts) + "</html>\n")
 
 
+def _glance(verdict):
+    """The verdict as a table: cause, place, size, confidence, gain, next step."""
+    rows, gain = [], verdict["gain"]
+    named = {"cause": "Cause", "unknown": "What comes nearest"}.get(verdict["verdict"], "Most likely")
+    for cause in verdict["causes"]:
+        sure = "" if verdict["verdict"] == "unknown" else f"; confidence {percent(cause['confidence'])}"
+        rows.append((named, f"{place(cause)}{sure}"))
+        rows += [(f"its {name}", text) for name, text in sizes(cause).items()]
+    if not verdict["causes"]:
+        left = chance(verdict["chance_of_residual"]["before"])
+        rows.append(("Chance of such a residual by noise", left))
+        rows.append(("Smallest found in 95 of 100", "; ".join(smallest_found(verdict)) or "no effect shows at all"))
+    if gain is None:
+        rows.append(("Gain", "not known, no speed was held out"))
+    elif verdict["causes"]:
+        speeds = ", ".join(f"{w:.4g}" for w in gain["speeds"])
+        lengths = " to ".join(quantity(gain[key], "m") for key in ("before_m", "after_m"))
+        sigmas = f"{gain['before_sigma']:.3g} to {gain['after_sigma']:.3g} standard deviations"
+        rows.append(("Error at speeds no fit saw", f"{lengths} rms, {sigmas} ({speeds} rad/s)"))
+    rows += [("What next" if i == 0 else "", text) for i, text in enumerate(next_steps(verdict))]
+    cells = "".join(f"<tr><th>{escape(name)}</th><td>{escape(text)}</td></tr>" for name, text in rows)
+    angles = (
+        "<p>Angles: of what turns with the shaft from its reference line, of what stands still from gravity (x), both "
+        "in the sense of rotation. ± is one standard deviation.</p>"
+    )
+    return [f'<table class="glance">{cells}</table>', angles if verdict["causes"] else ""]
+
+
 def _next(verdict):
     """What else it could be and which measurement would tell."""
-    others, tell = verdict["ambiguous_with"], verdict["separating_measurement"]
+    others = verdict["ambiguous_with"]
     if not others:
         return []
     items = "".join(f"<li>{escape(cause_in_words(c))}; confidence {percent(c['confidence'])}</li>" for c in others)
     parts = ["<h2>What else it could be</h2>", f"<ul>{items}</ul>"]
-    if tell:
-        groups = {}
-        for line in tell.split("; "):
-            pair, _, text = line.partition(": ")
-            groups.setdefault(text or pair, []).append(pair.replace("_", " ") if text else "")
-        told = "".join(
-            f"<li><b>{escape(text)}</b> ({escape('; '.join(pairs))})</li>" if any(pairs) else f"<li>{escape(text)}</li>"
-            for text, pairs in groups.items()
-        )
-        parts += ["<h2>What would tell them apart</h2>", f"<ul>{told}</ul>"]
-    return parts
+    told = "".join(
+        f"<li><b>{escape(text)}</b> ({escape('; '.join(pairs))})</li>" if any(pairs) else f"<li>{escape(text)}</li>"
+        for text, pairs in told_apart(verdict)
+    )
+    return [*parts, "<h2>What would tell them apart</h2>", f"<ul>{told}</ul>"] if told else parts
 
 
 def _left(verdict):

@@ -15,8 +15,13 @@ from rotorstudy.diagnosis.force import missing_force
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict import _weights, investigate
 from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.measured.findings import Finding, worst_first
 from rotorstudy.plugins import registry
 from rotorstudy.rig import build_model, check_config, named_plugins, read_yaml
+
+MISSED = 0.5  # share of the vibration, rms, from which records and rig hardly belong together
+UNUSUAL = 10.0  # times a usual share or angle
+CONTRADICTED = 5.0  # stated deviations that a parameter of the rig is moved
 
 
 def report(records, rig_path, out, hold_out=None):
@@ -27,7 +32,7 @@ def report(records, rig_path, out, hold_out=None):
     raises   : RotorstudyError for files that cannot be read, and for findings that are errors; then nothing is written
     """
     from rotorstudy.diagnosis.figures import draw
-    from rotorstudy.diagnosis.page import in_words, write_page
+    from rotorstudy.diagnosis.page import in_words, not_considered, write_page
     from rotorstudy.store import provenance, save, write_text
 
     given = read_yaml(rig_path)
@@ -38,9 +43,11 @@ def report(records, rig_path, out, hold_out=None):
     attributes = provenance(given, [*named_plugins(given), *_effects_named(diagnosis)])
     attributes |= {"records": ", ".join(map(str, records)), "rig": str(rig_path)}
     data = verdict_dataset(diagnosis, spectrum).assign_attrs(attributes)
-    verdict = {
-        **diagnosis.verdict,
-        "in_words": in_words(diagnosis.verdict, findings),
+    findings = worst_first([*findings, *far_from_the_rig(diagnosis, data)])
+    kinds = {term.kind for term in model.terms}
+    verdict = {**diagnosis.verdict, "not_considered": not_considered(diagnosis.verdict, kinds)}
+    verdict |= {
+        "in_words": in_words(verdict, findings),
         "findings": [asdict(finding) for finding in findings],
         "provenance": attributes,
     }
@@ -54,6 +61,41 @@ def report(records, rig_path, out, hold_out=None):
         write_page(verdict, data, folder / "figures", folder / "index.html", title=Path(rig_path).stem)
         write_text(folder / "verdict.json", json.dumps(finite(verdict), indent=1, ensure_ascii=False) + "\n")
     return verdict
+
+
+def far_from_the_rig(diagnosis, data):
+    """A warning if records and rig hardly belong together: another machine, other units, other speeds.
+
+    Signs of it: the rig, fitted, misses most of the vibration; its own values are contradicted; a share or an angle
+    that was found is far beyond a usual one.
+
+    data : Dataset of verdict.nc
+    """
+    from rotorstudy.diagnosis.page import plain, quantity
+
+    verdict = diagnosis.verdict
+    if verdict["verdict"] == "nothing":
+        return []
+    moving = data.sel(harmonic=data.harmonic != 0)
+    measured = float(np.sqrt((moving.measured**2).sum()))
+    missed = float(np.sqrt(((moving.measured - moving.base) ** 2).sum())) / measured if measured else 0.0
+    moved = [row for row in verdict["base_parameters"] if abs(row["moved_sigma"]) > CONTRADICTED]
+    said = [f"fitted, the rig misses {100 * missed:.0f} % of the vibration"] if missed > MISSED else []
+    said += [f"{plain(row['name'])} moved by {abs(row['moved_sigma']):.0f} stated deviations" for row in moved]
+    theta = dict(zip(diagnosis.best.model.names, diagnosis.best.theta, strict=True))
+    for cause in diagnosis.search.best.causes:
+        for unknown in cause.term.unknowns:
+            value = theta[unknown.name]
+            if unknown.unit in ("1", "rad") and not cause.fixed and abs(value) > UNUSUAL * unknown.typical:
+                name = plain(unknown.name.replace(f"[{cause.term.label}]", ""))
+                said.append(f"{name} would be {quantity(value, unknown.unit)}")
+    if not said:
+        return []
+    text = (
+        f"{'; '.join(said)}. Are these records of this rig, at these speeds, in these units? If so, look at the sizes "
+        "of the causes before believing them, and at the values and 'uncertainty' the rig states"
+    )
+    return [Finding("warning", "far from the rig", "records and rig", text)]
 
 
 def _effects_named(diagnosis):
@@ -156,7 +198,6 @@ def _is_spectrum(path):
 
 def _imported(path):
     from rotorstudy.measured import load_spectrum
-    from rotorstudy.measured.findings import Finding
     from rotorstudy.store import load
 
     spectrum, data = load_spectrum(path), load(path)

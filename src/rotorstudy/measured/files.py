@@ -1,13 +1,13 @@
 """Readers: every format gives the same raw record, in metres, in the project's axes."""
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError, unknown_name
-from rotorstudy.measured.conventions import RAD_PER_S, SECONDS, Probe, combine
+from rotorstudy.measured.conventions import RAD_PER_S, SECONDS, Conventions, Probe, combine
 
 LEAST_ANGLE_RAD = 0.05  # between the probes of a node, below which they cannot tell two directions
 SUFFIXES = {
@@ -33,6 +33,7 @@ class RawRecord:
     label        : rad/s that the file or the rig file states, or None
     keyphasor    : (time,) V; marks (mark,) s when the phase mark passed; reference (time,): each may be None
     where        : file and, if it holds several, which speed
+    conventions  : those it was read by: the rig file's, or the project's own for a simulated record
     """
 
     time: np.ndarray
@@ -44,6 +45,7 @@ class RawRecord:
     marks: np.ndarray | None
     reference: np.ndarray | None
     where: str
+    conventions: object = field(repr=False)
 
 
 def read_file(path, conventions, nodes):
@@ -53,6 +55,8 @@ def read_file(path, conventions, nodes):
     raises : RotorstudyError for a file that cannot be read or lacks what the rig file says it has
     """
     path = Path(path)
+    if path.is_dir():
+        raise RotorstudyError(f"record file '{path}' is a folder; name the files in it")
     if not path.is_file():
         raise RotorstudyError(f"record file '{path}' does not exist")
     kind = SUFFIXES.get(path.suffix.lower())
@@ -104,8 +108,9 @@ def _from_channels(path, conventions, nodes, names, channel):
         wanted(key, "keyphasor")
     label = conventions.label_rad_per_s(path.name)
     if conventions.speed_channel is not None:
-        speed = np.mean(wanted(conventions.speed_channel, "speed"))
-        label = float(speed) * RAD_PER_S[conventions.speed_unit]
+        speed = wanted(conventions.speed_channel, "speed")
+        speed = speed[np.isfinite(speed)]  # a row cut short has none
+        label = float(np.mean(speed)) * RAD_PER_S[conventions.speed_unit] if len(speed) else None
     for name, values in [("time", time), ("keyphasor", keyphasor), *((p.channel, r) for p, _, r in readings)]:
         if values is not None and len(values) != length:
             raise RotorstudyError(
@@ -118,7 +123,9 @@ def _from_channels(path, conventions, nodes, names, channel):
 def _assemble(readings, conventions, nodes, time, label, keyphasor, marks, reference, where):
     """A RawRecord from readings [(probe, node, (time,) m)]."""
     time = np.asarray(time, float)
-    if len(time) < 3 or not (np.diff(time) > 0).all():
+    if len(time) < 3:
+        raise RotorstudyError(f"{where}: {len(time)} samples; the file is empty or cut short")
+    if not (np.diff(time) > 0).all():
         raise RotorstudyError(f"{where}: time does not increase from sample to sample; check the time channel")
     measured = sorted({node for _, node, _ in readings})
     displacement = []
@@ -135,7 +142,9 @@ def _assemble(readings, conventions, nodes, time, label, keyphasor, marks, refer
             )
         displacement.append(combine(angles, [values for _, values in of_node]))
     channels = [(probe.channel, node, values) for probe, node, values in readings]
-    return RawRecord(time, np.array(displacement), tuple(measured), channels, label, keyphasor, marks, reference, where)
+    return RawRecord(
+        time, np.array(displacement), tuple(measured), channels, label, keyphasor, marks, reference, where, conventions
+    )
 
 
 def _read_netcdf(path, conventions, nodes):
@@ -161,9 +170,15 @@ def _read_netcdf(path, conventions, nodes):
     stated = data.displacement.attrs.get("units")
     stated = UNITS.get(stated, stated)
     directions = [str(name) for name in data.direction.values]
-    probes = conventions.probes or [Probe(channel="x", angle_deg=0.0), Probe(channel="y", angle_deg=90.0)]
-    if not conventions.probes:  # the file's own x and y, which are the project's, whatever the user's angles
-        conventions = conventions.model_copy(update={"rotation": "with_angles", "gravity_angle_deg": 0.0})
+    probes, x_and_y = conventions.probes, [Probe(channel="x", angle_deg=0.0), Probe(channel="y", angle_deg=90.0)]
+    as_read = axes = conventions
+    simulated = "rotorstudy_version" in data.attrs and "reference" in data and sorted(directions) == ["x", "y"]
+    if simulated and not {probe.channel for probe in probes} & {"x", "y"}:  # in the project's axes, not the user's
+        probes, axes = x_and_y, Conventions(harmonics=conventions.harmonics)
+        as_read = axes
+    elif not probes:  # the file's own x and y, which are the project's, whatever the user's angles
+        probes = x_and_y
+        axes = conventions.model_copy(update={"rotation": "with_angles", "gravity_angle_deg": 0.0})
     time = _scaled(data.time, {**SECONDS, "seconds": 1.0}, "s", path)
     speeds = _scaled(data.speed, RAD_PER_S, "rad/s", path) if "speed" in data.coords else [None] * len(values)
     records = []
@@ -178,6 +193,9 @@ def _read_netcdf(path, conventions, nodes):
             for k, node in enumerate(data.node.values):
                 if probe.node in (None, int(node)):
                     readings.append((probe, int(node), factor * values[i, k, d]))
+        if not readings:
+            held = ", ".join(str(int(node)) for node in data.node.values)
+            raise RotorstudyError(f"{where}: no probe of the rig file sits at a node of this file (nodes {held})")
         signals = {}
         for name in ("keyphasor", "reference"):
             signals[name] = data[name].transpose("speed", "time").values[i] if name in data else None
@@ -186,7 +204,7 @@ def _read_netcdf(path, conventions, nodes):
             marks = _scaled(data.phase_mark_time, SECONDS, "s", path).reshape(len(values), -1)[i]
             marks = marks[np.isfinite(marks)]
         signals = (signals["keyphasor"], marks, signals["reference"])
-        records.append(_assemble(readings, conventions, nodes, time, label, *signals, where))
+        records.append(replace(_assemble(readings, axes, nodes, time, label, *signals, where), conventions=as_read))
     return records
 
 

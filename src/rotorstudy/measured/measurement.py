@@ -88,7 +88,7 @@ def read_measurement(paths, rig_path):
             findings += notes
             continue
         for raw in read_file(path, conventions, nodes):
-            of_record, record, about, told = analyse(raw, conventions)
+            of_record, record, about, told = analyse(raw, raw.conventions)
             findings += told
             facts.append(about)
             if of_record is not None:
@@ -289,8 +289,10 @@ def _check_together(spectrum, rig, where):
     harmonics = list(spectrum.harmonics)
     fluctuating = spectrum.amplitude[:, np.array(harmonics) != 0]
     rms = np.sqrt(np.sum(np.abs(fluctuating) ** 2, axis=1))
-    expected, backward = _expected(rig, spectrum.speed)
+    expected, backward, mean = _expected(rig, spectrum.speed)
     findings = quality.check_units(rms, expected, where)
+    if 0 in harmonics:
+        findings += quality.check_mean(spectrum.amplitude[:, harmonics.index(0)], mean, rms, spectrum.sensors, where)
     if -1 in harmonics:
         forward, turned = (np.abs(spectrum.amplitude[:, harmonics.index(n)]) for n in (1, -1))
         findings += quality.check_sense(forward, turned, backward, spectrum.sensors, where)
@@ -298,17 +300,19 @@ def _check_together(spectrum, rig, where):
 
 
 def _expected(rig, speeds):
-    """Size of the vibration to expect, m or None, and (sensor,) whether the rig whirls backward; of its own values.
+    """By the rig's own values: size of the vibration, m or None; (sensor,) whether it whirls backward; 0X there, m.
 
     Without values for all parameters the size is the static deflection, and the rig is taken to whirl forward.
     """
     try:
-        shown = np.abs(measured_response(rig, speeds, [1, -1]))
+        shown = measured_response(rig, speeds, [1, -1, 0])
     except RotorstudyError:
-        sag = float(np.abs(rig.structure.static_deflection).max())
-        return sag or None, np.zeros(len(rig.sensors), bool)
-    power = np.sum(shown**2, axis=0)
-    return float(shown.max()) or None, power[1] > power[0]
+        deflection = rig.structure.static_deflection
+        at_sensors = deflection[list(rig.measured)]
+        return float(np.abs(deflection).max()) or None, np.zeros(len(rig.sensors), bool), at_sensors
+    size = np.abs(shown[:, :2])
+    power = np.sum(size**2, axis=0)
+    return float(size.max()) or None, power[1] > power[0], shown[:, 2]
 
 
 def measurement_dataset(measurement):

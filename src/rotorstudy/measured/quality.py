@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from rotorstudy.measured.conventions import METRES
 from rotorstudy.measured.findings import Finding
 from rotorstudy.measured.harmonics import FEWEST_BLOCKS, fit, trend_probability
 from rotorstudy.measured.keyphasor import LONGEST_PULSE
@@ -16,7 +17,8 @@ FLAT_SAMPLES, FLAT_RATIO = 6, 4.0  # at the top: samples, and times those one st
 WEAK = 0.01  # of the motion the other probes of the node see
 BACKWARD = 2.0  # times the forward 1X
 HUGE_M, TINY_M = 5e-3, 1e-9  # no shaft vibrates more between its bearings, no probe sees less
-SCALE = 100.0  # times, or part of, the motion the rig expects
+SCALE = 20.0  # times, or part of, the motion the rig expects; mil taken as µm is 25
+APART = 3.0  # times what the shaft moves and hangs through: a mean further off than this is hardly the shaft's
 STEADY = 1e-4  # chance below which a change over the blocks is real
 CHANGE = 0.01  # of the largest fluctuating harmonic: a smaller change over the record does not matter
 
@@ -209,26 +211,47 @@ def check_units(fluctuating, expected, where):
     fluctuating : (speed, node) rms of the harmonics without the mean, m;  expected : the rig's own size, m, or None
     """
     largest = float(np.max(fluctuating))
-    fits = {"mm": 1e-3, "um": 1e-6, "mil": 2.54e-5}
     if largest > HUGE_M or largest < TINY_M:
         what = "more than any shaft moves" if largest > HUGE_M else "less than any probe sees"
-        text = f"vibration of {largest:.3g} m rms is {what}; check the units ({_fitting(largest, expected, fits)})"
+        text = f"vibration of {largest:.3g} m rms is {what}; check the units ({_fitting(largest, expected)})"
         return [Finding("error", "units", where, text)]
     if expected and not expected / SCALE < largest < expected * SCALE:
         text = (
             f"vibration of {largest:.3g} m rms where the rig is expected to move by {expected:.2g} m; check the units "
-            f"({_fitting(largest, expected, fits)})"
+            f"({_fitting(largest, expected)})"
         )
         return [Finding("warning", "units", where, text)]
     return []
 
 
-def _fitting(size, expected, units):
+def check_mean(mean, expected, fluctuating, nodes, where):
+    """Whether 0X is where the shaft can be: most proximity probes show their gap as well.
+
+    mean, expected : (speed, node) complex, m, measured and of the rig;  fluctuating : (speed, node) rms of the rest, m
+    """
+    off = np.median(np.abs(mean - expected), axis=0)
+    allowed = APART * (np.abs(np.atleast_2d(expected)).max(axis=0) + fluctuating.max(axis=0))
+    return [
+        Finding(
+            "warning",
+            "probe gap",
+            f"{where}, node {node}",
+            f"the mean is {off[i]:.2g} m from where the rig says the shaft hangs, but the shaft vibrates by "
+            f"{fluctuating[:, i].max():.2g} m rms: the gap of the probes? It would be taken for a preload. Zero the "
+            "probes with the shaft at rest, leave 0 out of 'measurement: harmonics:', or give the rig the effect "
+            "sensor_gap",
+        )
+        for i, node in enumerate(nodes)
+        if off[i] > allowed[i]
+    ]
+
+
+def _fitting(size, expected):
     """Which unit mistaken for another would bring a size nearest to what is expected."""
-    expected = expected or 5e-5
-    factors = {f"{name} taken as m?": factor for name, factor in units.items()}
-    factors |= {f"m taken as {name}?": 1 / factor for name, factor in units.items()}
-    return min(factors, key=lambda name: abs(np.log(size * factors[name] / expected)))
+    pairs = {(a, b): METRES[a] / METRES[b] for a in METRES for b in METRES if a != b}
+    off = {pair: abs(np.log(size * factor / (expected or 5e-5))) for pair, factor in pairs.items()}
+    nearest = [f"{a} taken as {b}?" for (a, b), one in off.items() if one < min(off.values()) + 1e-6]
+    return " ".join(nearest)
 
 
 def check_noise(amplitude, std, where):

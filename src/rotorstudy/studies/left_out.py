@@ -121,24 +121,88 @@ def notes_on(config, verdict, harmonics, left_out):
         f"{row['harmonic']} by {row['base, left (µm)']:.3g} µm ({row['base (σ)']:.2g} σ)" for row in wrong
     )
     before, after = (chance(verdict["chance_of_residual"][when]) for when in ("before", "after"))
-    better = sum(row["extended"] < row["base"] for row in left_out)
-    freely = sum(row["extended"] < row["without_limits"] for row in left_out)
     always = set.intersection(*(set(row["causes"]) for row in left_out))
+    gained = "; ".join(
+        f"{row['speed'] / (2 * np.pi):.3g} Hz: {1e6 * row['base']:.3g} to {1e6 * row['extended']:.3g} µm "
+        f"({1e6 * row['without_limits']:.3g})"
+        for row in left_out
+    )
+    better = sum(row["extended"] < row["base"] for row in left_out)
     return [
-        f"{rig}: drawn to what its own other measurements allow, the thesis's model misses most at {where}; chance of "
-        f"that by noise: {before}.",
-        f"{rig}, verdict '{verdict['verdict']}': {verdict['in_words']} Chance of what is left: {after}.",
-        f"{rig}: of {len(left_out)} speeds left out in turn, {better} are foretold better with causes than without, "
-        f"{freely} better than by the thesis's model with every parameter free. Found whichever speed is left out: "
-        f"{', '.join(sorted(always)) or 'nothing'}.",
+        f"{rig}, what is wrong: drawn to what its own other measurements allow, the thesis's model misses most at "
+        f"{where}; chance of that by noise: {before}.",
+        f"{rig}, which cause: {_explained(verdict)} Chance of what is left by noise: {after}.",
+        f"{rig}, what adding causes gains at a speed left out: {better} of {len(left_out)} speeds are foretold better; "
+        f"{gained}; in brackets the thesis's model with every parameter free. Named whichever speed is left out: "
+        f"{', '.join(sorted(always)) or 'no cause, so none of them is established'}.",
     ]
+
+
+def _explained(verdict):
+    """A sentence on what explains a rig's residual, without sizes that the records do not fix."""
+    causes = " together with ".join(map(place, verdict["causes"]))
+    others = ", ".join(dict.fromkeys(map(place, verdict["ambiguous_with"])))
+    removed = 100 * (1 - verdict["left_over"])
+    return {
+        "nothing": "nothing is missing.",
+        "cause": f"{causes}; it removes {removed:.3g} % of the excess error (rms).",
+        "ambiguous": f"{causes}, or {others or 'another'}; it removes {removed:.3g} % of the excess error (rms).",
+        "unknown": "no effect of the library explains it (verdict: unknown). What comes nearest, "
+        f"{causes or 'nothing'}, removes {removed:.3g} % of the excess error (rms); it is no finding.",
+    }[verdict["verdict"]]
+
+
+def changed_estimates(rows):
+    """Sentences, one a rig, on the thesis's estimates that the extended model contradicts by more than two deviations.
+
+    rows : from `parameter_rows`
+    """
+    found = []
+    for rig in dict.fromkeys(row["rig"] for row in rows):
+        own = [row for row in rows if row["rig"] == rig and not row["parameter"].endswith("phase")]
+        changed = [row for row in own if abs(row["extended"] - row["thesis"]) > 2 * row["extended ±"]]
+        named = [row for row in changed if not row["parameter"].startswith("dk")]
+        forces = [row for row in own if row["parameter"].startswith("dk")]
+        gone = sum(abs(row["extended"]) < 2 * row["extended ±"] for row in forces)
+        other = sum(row in changed for row in forces)
+        said = ", ".join(
+            f"{row['parameter']} from {_round(row['thesis'])} to {_round(row['extended'])} ± {row['extended ±']:.2g} "
+            f"{row['unit']}"
+            for row in named
+        )
+        found.append(
+            f"{rig.capitalize()}, which of the thesis's estimates change: {said or 'none of damping and unbalance'}; "
+            f"{other} of {len(forces)} crack forces dk p_n differ from the thesis's by more than two deviations, and "
+            f"{gone} are zero within two, once other causes may explain their harmonic (table below)."
+        )
+    return found
+
+
+def _round(value):
+    """Three digits without an exponent: 1140, not 1.14e+03."""
+    return f"{float(f'{value:.3g}'):g}"
+
+
+def in_short(verdicts, harmonics):
+    """The answer of the page in two sentences.
+
+    verdicts : name -> verdict.json;  harmonics : from `harmonic_rows`, of all rigs
+    """
+    worst = {}
+    for row in harmonics:
+        if row["base (σ)"] > worst.get(row["rig"], row)["base (σ)"] or row["rig"] not in worst:
+            worst[row["rig"]] = row
+    where = "; ".join(f"{rig}: {row['harmonic']}, {row['base, left (µm)']:.3g} µm" for rig, row in worst.items())
+    told = "; ".join(f"{name.replace('_', ' ')}: {v['verdict']}" for name, v in verdicts.items())
+    return f"In short: the thesis's model misses most at these harmonics ({where}). Verdicts on the cause: {told}."
 
 
 def impossible_dampings(rows):
     """Sentences on dampings below zero by more than two deviations; rows : from `parameter_rows`."""
     return [
-        f"{row['rig'].capitalize()}: the {model} model needs {row['parameter']} {row[model]:.3g} ± "
-        f"{row[f'{model} ±']:.2g} {row['unit']}. No passive part has that, so what it adds is not the explanation."
+        f"{row['rig'].capitalize()}, what speaks against it: the {model} model needs {row['parameter']} "
+        f"{row[model]:.3g} ± {row[f'{model} ±']:.2g} {row['unit']}. No passive part has that, so what it adds is not "
+        "the explanation."
         for row in rows
         for model in ("base", "extended")
         if row["parameter"].endswith("damping") and row[model] < -2 * row[f"{model} ±"]
@@ -148,7 +212,10 @@ def impossible_dampings(rows):
 def shared_causes(verdicts):
     """A sentence on what is a cause, or cannot be ruled out, in every rig; verdicts : name -> verdict.json."""
     named = [{place(cause) for cause in v["causes"] + v["ambiguous_with"]} for v in verdicts.values()]
-    return f"In every rig, as cause or not ruled out: {', '.join(sorted(set.intersection(*named))) or 'nothing'}."
+    shared = ", ".join(sorted(set.intersection(*named)))
+    kinds = {v["verdict"] for v in verdicts.values()}
+    doubt = " As no rig is explained by it, that is a hint where to look, not a cause." if kinds == {"unknown"} else ""
+    return f"In every rig, among what is named or cannot be ruled out: {shared or 'nothing'}.{doubt if shared else ''}"
 
 
 LEGEND = (

@@ -1,0 +1,107 @@
+"""Blind cases through the real diagnosis: what must hold of a few fixed ones, and of any one at all."""
+
+import json
+import secrets
+
+import numpy as np
+import pytest
+
+from rotorstudy.blind.config import KINDS as KINDS_OF_CASES
+from rotorstudy.blind.run import diagnosed, run_blind
+from rotorstudy.blind.scoring import stated_set
+from rotorstudy.blind.sealing import check_seal
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.plugins import registry
+
+FIXED_SEED, CLEAN, LARGE = 2, 3, 5
+KINDS = {
+    "verdict": str,
+    "causes": list,
+    "ambiguous_with": list,
+    "separating_measurement": str,
+    "unexplained": list,
+    "chance_of_residual": dict,
+    "left_over": float,
+    "detection_limit": list,
+    "gain": (dict, type(None)),
+    "base_parameters": list,
+    "identifiability": dict,
+    "settings": dict,
+    "candidates": int,
+}
+ALWAYS = ("case", "kind", "rig", "noise_percent", "size", "truth", "verdict", "answer", "known", "right", "seconds")
+
+
+def quick(config, **changes):
+    """The configuration on rotors that are diagnosed in a second or two."""
+    rigs = {name: config.rigs[name] for name in ("offset disc", "two discs")}
+    return config.model_copy(update={"rigs": rigs, "records": 0, "most_speeds": 5} | changes)
+
+
+def run(config, out, cases, seed):
+    """Rows, verdicts, truths with salt, and seals; the diagnosis must find every truth sealed before it starts."""
+
+    def answer(spectrum, model, stated):
+        assert len(json.loads((out / "seals.json").read_text())["sha256"]) == cases
+        assert not (out / "truths.json").exists()
+        return diagnosed(spectrum, model, stated)
+
+    _, _, rows = run_blind(config, out, cases=cases, seed=seed, answer=answer)
+    verdicts, truths, seals = (json.loads((out / f"{n}.json").read_text()) for n in ("verdicts", "truths", "seals"))
+    return rows, verdicts, truths, seals["sha256"]
+
+
+def check_always(rows, verdicts, truths, seals, where):
+    """What holds of every case: a whole verdict, a truth that is the sealed one, a whole row of the score."""
+    for row, verdict, opened, sealed in zip(rows.to_dict("records"), verdicts, truths, seals, strict=True):
+        assert verdict["verdict"] in ("nothing", "cause", "ambiguous", "unknown"), (where, verdict)
+        assert {key: isinstance(verdict[key], kind) for key, kind in KINDS.items()} == dict.fromkeys(KINDS, True), where
+        for cause in [*verdict["causes"], *verdict["ambiguous_with"]]:
+            assert set(cause) == {"effect", "where", "parameters", "confidence"}, where
+            assert cause["effect"] in registry().plugins["effect"], where
+            assert 0 <= cause["confidence"] <= 1 + 1e-9, where
+            assert all(np.isfinite(value["value"]) for value in cause["parameters"].values()), where
+        assert (verdict["verdict"] == "nothing") <= (not verdict["causes"]), where
+        assert (verdict["verdict"] in ("cause", "ambiguous")) <= bool(verdict["causes"]), where
+        assert all(0 <= share <= 1 for share in verdict["chance_of_residual"].values()), where
+        assert verdict["gain"] is None or verdict["gain"]["before_m"] > 0 < verdict["gain"]["after_m"], where
+        check_seal(opened["truth"], opened["salt"], sealed, where)
+        with pytest.raises(RotorstudyError, match="altered"):
+            check_seal({**opened["truth"], "kind": "another"}, opened["salt"], sealed, where)
+        assert all(row[key] == row[key] and row[key] is not None for key in ALWAYS), (where, row)
+        assert row["truth"] == (" + ".join(sorted(e["effect"] for e in opened["truth"]["effects"])) or "clean"), where
+        assert np.isnan(row["confidence"]) == (not stated_set(verdict)), where
+
+
+def only(kind):
+    return {name: float(name == kind) for name in KINDS_OF_CASES}
+
+
+def test_clean_records_are_not_accused(config, tmp_path):
+    found = run(quick(config, shares=only("clean")), tmp_path, CLEAN, FIXED_SEED)
+    check_always(*found, f"seed {FIXED_SEED}")
+    rows = found[0]
+    assert (rows.kind == "clean").all()
+    assert ((rows.verdict == "nothing") | ~(rows.confidence > 0.99)).all(), rows[["rig", "answer", "confidence"]]
+
+
+def test_most_large_effects_are_found_or_not_ruled_out(config, tmp_path):
+    """Of most, not of all, as even a good diagnosis errs now and then."""
+    large = quick(config, shares=only("single"), size=(8.0, 30.0), noise_percent=[0.5, 1.0])
+    found = run(large, tmp_path, LARGE, FIXED_SEED)
+    check_always(*found, f"seed {FIXED_SEED}")
+    rows = found[0]
+    assert rows.inside.mean() > 0.5, rows[["truth", "verdict", "answer", "size"]]
+    assert (rows.verdict != "nothing").mean() > 0.5
+
+
+def test_one_case_of_any_seed(config, tmp_path):
+    """Only what holds whatever is hidden: whether it is found is a matter of shares, see the bars."""
+    seed = secrets.randbelow(2**31)
+    where = f"random seed {seed}: pytest cannot choose it again; put it into test_one_case_of_any_seed"
+    try:
+        check_always(*run(quick(config), tmp_path, 1, seed), where)
+    except AssertionError:
+        raise
+    except Exception as error:
+        raise AssertionError(f"{where}: {type(error).__name__}: {error}") from error
