@@ -8,7 +8,7 @@ from rotorstudy.errors import PluginError, RotorstudyError
 from rotorstudy.plugins import blamed, registry
 
 HARMONICS = (0, 1, 2, 3, 5, 7, -1, -3, -5)
-BLIND = "workflow/config/blind.yaml"
+BLIND = "workflow/config/blind.yaml"  # of the project, wherever the command is given
 MOST_SAMPLES = 20_000_000  # of a record, about a gigabyte while it is made
 
 EPILOG = """examples:
@@ -108,7 +108,7 @@ def parser():
     identify.add_argument("--out", help="NetCDF file to write the estimates to")
 
     blind = commands.add_parser("blind", help="hide effects in simulated measurements and see what a diagnosis finds")
-    blind.add_argument("--config", default=BLIND, help=f"what to draw (default {BLIND})")
+    blind.add_argument("--config", help=f"what to draw (default: {BLIND} of the project)")
     blind.add_argument("--cases", type=int, metavar="N", help="number of cases (default: the configuration's)")
     blind.add_argument("--seed", type=int, metavar="S", help="of all random numbers (default: the configuration's)")
     blind.add_argument("--cores", type=int, default=1, metavar="K", help="processes; results are the same (default 1)")
@@ -350,7 +350,7 @@ def blind(given):
 
     if Path(given.out).is_file():
         raise RotorstudyError(f"--out {given.out}: is a file; name a folder")
-    config = load_blind(given.config)
+    config = load_blind(given.config or Path(__file__).parents[2] / BLIND)
     data, bars, rows = run_blind(config, given.out, cases=given.cases, seed=given.seed, cores=given.cores)
     write_pages(data, bars, rows, given.out)
     for row in bars.itertuples():

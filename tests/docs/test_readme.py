@@ -1,5 +1,6 @@
 """What the README shows works as shown."""
 
+import json
 import os
 import re
 import shlex
@@ -58,11 +59,15 @@ def test_the_python_example_runs_and_draws(tmp_path):
 
 
 def test_the_shell_examples_run(tmp_path):
-    lines = next(block for block in blocks("sh") if "rotorstudy simulate" in block).strip().splitlines()
+    lines = [line for block in blocks("sh") if "rotorstudy" in block for line in block.strip().splitlines()]
     for line in lines:
         arguments = shlex.split(line.split("#")[0].replace("examples/", f"{ROOT}/examples/"))
         found = run([sys.executable, "-m", "rotorstudy.cli", *arguments[1:]], tmp_path)
         assert found.returncode == 0, (line, found.stderr)
+    verdict = json.loads((tmp_path / "diagnosis" / "verdict.json").read_text())
+    assert verdict["in_words"].split(" (")[0] in README.replace(
+        "\n> ", " "
+    )  # the numbers behind are of one draw of noise
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("*.yaml")), ids=lambda path: path.name)
