@@ -376,11 +376,9 @@ def comparison(parts):
 
     rotors = list(dict.fromkeys(rotor for rotor, _ in parts))
     estimators = list(dict.fromkeys(estimator for _, estimator in parts))
-    by_rotor = [
-        xr.concat([parts[r, e] for e in estimators], dim=xr.Variable("estimator", estimators), data_vars="different")
-        for r in rotors
-    ]
-    whole = xr.concat(by_rotor, dim=xr.Variable("rotor", rotors), data_vars="all", join="outer")
+    along, equal = xr.Variable("estimator", estimators), {"compat": "equals"}
+    by_rotor = [xr.concat([parts[r, e] for e in estimators], dim=along, data_vars="different", **equal) for r in rotors]
+    whole = xr.concat(by_rotor, dim=xr.Variable("rotor", rotors), data_vars="all", join="outer", **equal)
     whole["rotor"].attrs = {"units": "1", "long_name": "rotor compared on"}
     whole["estimator"].attrs = {"units": "1", "long_name": "parameter estimator"}
     return whole
