@@ -19,15 +19,21 @@ def test_advice_takes_honest_equals_first_names_them_and_says_where_the_worst_is
             ("spikes", "a", 1.0, "plain", "honest", 2.02, 0.95, 0.0),
             ("spikes", "b", 5.0, "plain", "sure", 1.00, 0.95, 0.0),
             ("spikes", "b", 5.0, "plain", "honest", 1.00, 0.95, 0.0),
+            ("spikes", "a", 1.0, "plain", "seldom fails", 1.99, 0.95, 0.01),
+            ("spikes", "b", 5.0, "plain", "seldom fails", 1.00, 0.95, 0.0),
             ("spikes", "a", 1.0, "other", "honest", 3.00, 0.95, 0.0),
             ("spikes", "b", 5.0, "other", "honest", 9.00, 0.95, 0.0),
-            ("spikes", "a", 1.0, "lucky", "fails once", 1.00, 0.95, 0.005),
-            ("spikes", "b", 5.0, "lucky", "fails once", 1.00, 0.95, 0.0),
+            ("spikes", "a", 1.0, "lucky", "fails", 1.00, 0.95, 0.1),
+            ("spikes", "b", 5.0, "lucky", "fails", 1.00, 0.95, 0.0),
         )
     )
     assert list(told.fault) == ["spikes", "spikes", ANY_FAULT, ANY_FAULT]
     first, second = told.iloc[0], told.iloc[1]
-    assert (first.spectrum_method, first.estimator, first["estimators as good"]) == ("plain", "honest", "sure")
+    assert (first.spectrum_method, first.estimator, first["estimators as good"]) == (
+        "plain",
+        "honest",
+        "seldom fails, sure",
+    )
     assert first["where that is"] == "a, 1 %" and first.intervals == "honest"
     assert (second.spectrum_method, second["where that is"], second["estimators as good"]) == (
         "other",
