@@ -5,8 +5,9 @@ from rotorstudy.plugins import Estimator, hookimpl
 def my_model(problem):
     """Fit of the predicted to the measured harmonics from a start 10 % above that of least squares."""
     # problem.equations() gives A (..., row, parameter) and b (..., row); problem.spectrum the measured harmonics with
-    # their covariance; "..." is () for one spectrum, (trial,) for many at once. The result is an Estimate(problem.names,
-    # theta (..., parameter), covariance (..., parameter, parameter), misfit (...)); docs/adding_a_model.md has one.
+    # their covariance; "..." is () for one spectrum, (trial,) for many at once. The result is an
+    # Estimate(problem.names, theta (..., parameter), covariance (..., parameter, parameter), misfit (...)), see
+    # docs/adding_a_model.md.
     return output_error_fit(problem, start=1.1 * start_values(problem))
 
 
