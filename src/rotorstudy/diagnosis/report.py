@@ -90,8 +90,8 @@ def far_from_the_rig(diagnosis, data):
         return []
     text = (
         f"{'; '.join(said)}; fitted, the rig misses {100 * missed:.0f} % of the vibration. Are these records of this "
-        "rig, at these speeds, in these units? If so, look at the sizes of the causes before believing them, and at the "
-        "values and 'uncertainty' the rig states"
+        "rig, at these speeds, in these units? If so, look at the sizes of the causes before believing them, and at "
+        "the values and 'uncertainty' the rig states"
     )
     return [Finding("warning", "far from the rig", "records and rig", text)]
 
