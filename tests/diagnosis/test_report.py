@@ -10,6 +10,8 @@ import yaml
 
 from rotorstudy.cli import main
 from rotorstudy.diagnosis.force import missing_force
+from rotorstudy.diagnosis.page import cause_in_words, chance, quantity, write_page
+from rotorstudy.measured import read_measurement
 from rotorstudy.response import measured_response
 from rotorstudy.rig import build_model
 
@@ -181,3 +183,57 @@ def test_missing_force_is_the_force_that_was_left_out():
     force = missing_force(model, model.theta, np.array(SPEEDS), harmonics, off)
     assert np.allclose(force[:, 0, 0], 3.0 * np.exp(-1j), rtol=1e-9)
     assert np.abs(force[:, 1:]).max() < 1e-9
+
+
+def test_numbers_are_written_with_the_digits_that_are_known():
+    assert quantity(1.2345678e-5, "m", 1.04e-7) == "12.35 ± 0.10 µm"
+    assert quantity(24980.3, "N/m", 35.8) == "24980 ± 36 N/m"
+    assert quantity(0.0300064, "1", 6.8e-5) == "0.030006 ± 0.000068"
+    assert quantity(0.6, "1", None) == "0.6" and quantity(5.0, "N", 120.0) == "0 ± 120 N"
+    assert [chance(p) for p in (1.0, 0.4, 0.0123, 1e-9)] == ["100 %", "40 %", "1.2 %", "below one in a million"]
+
+
+def test_the_stiff_direction_is_an_angle_and_not_the_phase():
+    """Turning the stiff direction by an angle turns the phase of the amplitude by twice that."""
+    size = {"value": 2e4, "std": 100.0, "unit": "N/m"}
+    phase = {"value": np.deg2rad(70.0), "std": np.deg2rad(2.0), "unit": "rad"}
+    parameters = {"support_anisotropy": size, "support_anisotropy_phase": phase}
+    words = cause_in_words({"effect": "support_anisotropy", "where": {"node": 1}, "parameters": parameters})
+    assert words == "support anisotropy at node 1 (20000 ± 100 N/m along 35.0 ± 1.0 °)"
+    model = build_model({**RIG, "effects": [{"kind": "support_anisotropy", "support_anisotropy_N_per_m": 2e4,
+                                             "support_anisotropy_phase_rad": np.deg2rad(70.0)}]})  # fmt: skip
+    (entry,) = model.rotor_unknowns[0].entries
+    direction = np.exp(1j * np.deg2rad(35.0))
+    force = entry.matrix[0, 0] * 2e4 * np.exp(1j * np.deg2rad(70.0)) * np.conj(direction)
+    assert np.allclose(force, -2e4 * direction, rtol=1e-12)  # against a push along 35 degrees, as a spring
+
+
+@pytest.mark.parametrize("kind", ["nothing", "cause", "ambiguous", "unknown"])
+def test_the_first_lines_say_what_to_do_next_whatever_the_verdict(kind, asymmetric, tmp_path):
+    verdict, out = asymmetric
+    other = {**verdict["causes"][0], "effect": "support_anisotropy", "where": {"node": 1}, "parameters": {}}
+    changed = {**verdict, "verdict": kind}
+    changed |= {"causes": []} if kind == "nothing" else {}
+    if kind == "ambiguous":
+        changed |= {"ambiguous_with": [other], "separating_measurement": "a or b: exchange the two probes"}
+    with xr.open_dataset(out / "verdict.nc") as data:
+        write_page(changed, data.load(), out / "figures", tmp_path / "index.html", "rig")
+    page = (tmp_path / "index.html").read_text()
+    first = page[: page.index("What the simulation gets wrong")]
+    assert "What next" in first
+    assert {"nothing": "detection limits", "cause": "95 %", "ambiguous": "Exchange the two probes",
+            "unknown": "docs/adding_a_model.md"}[kind] in first  # fmt: skip
+
+
+def test_records_simulated_by_an_extended_rig_are_read_in_their_own_axes(tmp_path):
+    """The probes and phase mark that a rig file names are of the machine's records, not of simulated ones."""
+    probes = [{"channel": name, "node": 1, "angle_deg": angle, "unit": "mm"} for name, angle in (("A", 45), ("B", 135))]
+    section = {"rotation": "against_angles", "gravity_angle_deg": -90.0, "harmonics": [0, 1, -1],
+               "probes": [{**probe, "angle_deg": float(probe["angle_deg"])} for probe in probes],
+               "keyphasor": {"channel": "key", "mark_angle_deg": 20.0}}  # fmt: skip
+    rig = write_rig(tmp_path / "rig.yaml", measurement=section)
+    options = ["--speeds", "100", "200", "--out", str(tmp_path / "records.nc")]
+    assert main(["simulate", str(rig), *options]) == 0
+    found = read_measurement([tmp_path / "records.nc"], rig).spectrum
+    expected = measured_response(build_model(RIG), [100.0, 200.0], found.harmonics)
+    assert np.abs(found.amplitude - expected).max() < 1e-3 * np.abs(expected).max()

@@ -25,7 +25,7 @@ def draw(diagnosis, data, folder):
     """Every figure as PNG and SVG in a folder; data : the Dataset of verdict.nc."""
     pictures = {
         "what_is_wrong": what_is_wrong(data),
-        "causes": causes(data, diagnosis.settings.sure),
+        "causes": causes(data, diagnosis.settings.sure, diagnosis.verdict["verdict"]),
         "before_and_after": before_and_after(data),
         "gain": gain(data),
     }
@@ -80,8 +80,11 @@ def _map_axes(ax, data, order):
     ax.set_yticks(np.arange(len(speeds))[::step] + 0.5, labels[::step])
 
 
-def causes(data, sure):
-    """Explanations ranked by score: the error each leaves, rms in standard deviations, and the confidence in it."""
+def causes(data, sure, verdict):
+    """Explanations ranked by score: the error each leaves, rms in standard deviations, and the confidence in it.
+
+    verdict : if it is "unknown" none of them is believed, so no confidence is shown
+    """
     count = min(MOST_CAUSES, data.sizes["explanation"])
     part = data.isel(explanation=slice(0, count))
     components = 2 * int((data.held_out == 0).sum()) * data.sizes["harmonic"] * data.sizes["node"]
@@ -90,7 +93,7 @@ def causes(data, sure):
     left = np.sqrt(part.cost.values / components)
     start = 0.8 * min(1.0, left.min())
     for best, twin, colour, label in (
-        (1, 0, EXTENDED, "the verdict"),
+        (1, 0, EXTENDED, "comes nearest" if verdict == "unknown" else "the verdict"),
         (0, 1, COLOURS[4], "cannot be ruled out"),
         (0, 0, "#BBBBBB", "less likely"),
     ):
@@ -99,7 +102,7 @@ def causes(data, sure):
             hatch = "//" if twin else None
             ax.barh(place[chosen], left[chosen] - start, 0.7, start, color=colour, label=label, hatch=hatch)
     for y, value, belief in zip(place, left, part.confidence.values, strict=True):
-        if belief >= 0.001:
+        if belief >= 0.001 and verdict != "unknown":
             ax.text(value, y, f" confidence {belief:.1%}", va="center", fontsize=7)
     ax.axvline(1, color="k", linewidth=0.8, linestyle=":")
     ax.set_xscale("log")
@@ -176,6 +179,7 @@ def gain(data):
             ax.bar(place, values, 0.36, color=colour, label=f"{name} model")
     for ax, label in zip(axes[0], ("rms error (µm)", "error (standard deviations)"), strict=True):
         ax.set_yscale("log")
+        ax.set_ylim(bottom=0.5 * min(bar.get_height() for bar in ax.patches) or None)
         ax.set_xticks(np.arange(len(labels)), labels, rotation=90)
         ax.set_ylabel(label)
         ax.set_xlabel("speed (rad/s), node")

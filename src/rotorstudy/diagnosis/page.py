@@ -14,6 +14,7 @@ from rotorstudy.tables import CSS, html_table
 SHOWN = {"m": ("µm", 1e6), "rad": ("°", 180 / np.pi), "s": ("ms", 1e3)}
 MOST_LIMITS = 12  # detection limits on the page, the most sensitive first; all are in verdict.json
 FEW = 3  # detection limits in a sentence
+HARDLY = 3.0  # standard deviations, rms, below which a longer record helps to tell causes apart
 TWO_SIDED = 1.96  # standard deviations of a 95 % interval
 HEADINGS = {
     "nothing": "nothing is missing",
@@ -75,7 +76,8 @@ def _said(verdict):
         rest = ", ".join(dict.fromkeys(place(cause) for cause in others))
         text += f", but these cannot be ruled out: {rest}." if rest else ", but that is not sure."
     else:
-        text = f"Something is missing that no effect of the library explains. What comes nearest is {named}"
+        near = " together with ".join(map(place, causes))  # sizes of what is not the cause would be taken for findings
+        text = f"Something is missing that no effect of the library explains. What comes nearest is {near}"
         text += f", which leaves {percent(verdict['left_over'])} of the excess error (rms)."
     return f"{text} {gain_in_words(verdict)}".strip()
 
@@ -179,7 +181,9 @@ def next_steps(verdict):
             "resonance, lower them."
         )
     if kind == "ambiguous":
-        steps += [text for text, _ in told_apart(verdict)] or ["Other speeds, nearer to and beyond resonance."]
+        steps += [f"{text.rstrip('.')}." for text, _ in told_apart(verdict)]
+        if verdict["gain"] and verdict["gain"]["before_sigma"] < HARDLY:
+            steps.append("What is missing is hardly above the noise: longer records, or more of them.")
     if kind == "unknown":
         rest = ", ".join(f"{row['harmonic']}X at node {row['node']}" for row in verdict["unexplained"][:FEW])
         steps.append(
@@ -224,7 +228,7 @@ def as_sure_as(value, std):
     """A number with the two digits that a standard deviation leaves it; with an exponent if that were long."""
     last = int(np.floor(np.log10(std))) - 1 if std > 0 else -3
     if abs(value) >= 1e7 or last < -7:
-        return f"{value:.4g}"
+        return f"{value:.2g}" if value == std else f"{value:.4g}"
     return f"{round(value, -last):.{max(0, -last)}f}"
 
 

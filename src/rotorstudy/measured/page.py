@@ -47,8 +47,11 @@ def write_page(measurement, path, title):
 
 def _named(facts, known):
     """Facts under their long names with unit."""
-    labels = {name: long if unit == "1" else f"{long} ({unit})" for name, (unit, long) in known.items()}
-    return {label: float(facts.get(name, np.nan)) for name, label in labels.items()}
+    found = {}
+    for name, (unit, long) in known.items():
+        unit, factor = ("µm", 1e6) if unit == "m" else (unit, 1.0)
+        found[long if unit == "1" else f"{long} ({unit})"] = factor * float(facts.get(name, np.nan))
+    return found
 
 
 def _pictures(measurement):
@@ -82,11 +85,12 @@ def _picture(spectrum, i, record):
         signals, orbit_axes = axes.pop(0), axes.pop(0)
         for s, node in enumerate(record.sensors):
             z, colour = record.displacement[s, shown], COLOURS[s % len(COLOURS)]
-            signals.plot(turns, z.real * 1e6, color=colour, label=f"x, node {node}")
-            signals.plot(turns, z.imag * 1e6, color=colour, linestyle="--", label=f"y, node {node}")
+            moving = z - np.nanmean(z)
+            signals.plot(turns, moving.real * 1e6, color=colour, label=f"x, node {node}")
+            signals.plot(turns, moving.imag * 1e6, color=colour, linestyle="--", label=f"y, node {node}")
             plot_orbit(z, orbit_axes, index=s % len(COLOURS), label=f"node {node}")
         signals.set_xlabel("turns")
-        signals.set_ylabel("displacement (µm)")
+        signals.set_ylabel("displacement less its mean (µm)")
         signals.legend()
     count = len(spectrum.harmonics)
     for s, node in enumerate(spectrum.sensors):

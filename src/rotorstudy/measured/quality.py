@@ -23,6 +23,11 @@ STEADY = 1e-4  # chance below which a change over the blocks is real
 CHANGE = 0.01  # of the largest fluctuating harmonic: a smaller change over the record does not matter
 
 
+def um(metres, digits=2):
+    """A length as people read it: 55 µm."""
+    return f"{float(f'{1e6 * metres:.{digits}g}'):.12g} µm"
+
+
 def check_pulses(pulses, turning, asked_polarity, where):
     """Findings on how regular the keyphasor is. pulses : Pulses or None if the file gave the mark times."""
     found = []
@@ -110,7 +115,7 @@ def check_channel(name, node, readings, angle, harmonics, largest, where):
     readings, angle = readings[usable], angle[usable]
     swing = np.ptp(readings)
     if swing <= 1e-9 * max(np.abs(readings).max(), 1e-300):
-        text = f"constant at {readings[0]:.3g} m: the probe is dead or not connected; leave it out or repair it"
+        text = f"constant at {um(readings[0], 3)}: the probe is dead or not connected; leave it out or repair it"
         return [Finding("error", "dead probe", place, text)]
     orders = np.arange(1, max(abs(int(n)) for n in harmonics) + 1)
     both = np.concatenate([[0], orders, -orders])
@@ -123,13 +128,13 @@ def check_channel(name, node, readings, angle, harmonics, largest, where):
         found.append(Finding("error", "dead probe", place, text))
     elif moving < WEAK * largest:
         text = (
-            f"{moving:.2g} m rms where another probe of this node sees {largest:.2g} m: check sensitivity and unit, or "
+            f"{um(moving)} rms where another probe of this node sees {um(largest)}: check sensitivity and unit, or "
             "whether the probe sees the shaft"
         )
         found.append(Finding("warning", "weak probe", place, text))
     for side, values in (("top", readings), ("bottom", -readings)):
         if flat_top(values):
-            text = f"the signal is flat at its {side}, {values.max():.4g} m: clipped by the range of probe or recorder"
+            text = f"the signal is flat at its {side}, {um(values.max(), 4)}: clipped by the range of probe or recorder"
             found.append(Finding("error", "clipping", place, text))
     return found
 
@@ -168,7 +173,7 @@ def check_steadiness(blocks, harmonics, where):
         return []
     n = int(np.asarray(harmonics)[change.argmax()])
     text = (
-        f"harmonic {n} changes steadily by {change.max():.2g} m over the record; the stated covariance is that of the "
+        f"harmonic {n} changes steadily by {um(change.max())} over the record; the stated covariance is that of the "
         "scatter about a constant. Wait for a steady state, or cut the record"
     )
     return [Finding("warning", "not steady", where, text)]
@@ -213,11 +218,11 @@ def check_units(fluctuating, expected, where):
     largest = float(np.max(fluctuating))
     if largest > HUGE_M or largest < TINY_M:
         what = "more than any shaft moves" if largest > HUGE_M else "less than any probe sees"
-        text = f"vibration of {largest:.3g} m rms is {what}; check the units ({_fitting(largest, expected)})"
+        text = f"vibration of {um(largest, 3)} rms is {what}; check the units ({_fitting(largest, expected)})"
         return [Finding("error", "units", where, text)]
     if expected and not expected / SCALE < largest < expected * SCALE:
         text = (
-            f"vibration of {largest:.3g} m rms where the rig is expected to move by {expected:.2g} m; check the units "
+            f"vibration of {um(largest, 3)} rms where the rig is expected to move by {um(expected)}; check the units "
             f"({_fitting(largest, expected)})"
         )
         return [Finding("warning", "units", where, text)]
@@ -236,8 +241,8 @@ def check_mean(mean, expected, fluctuating, nodes, where):
             "warning",
             "probe gap",
             f"{where}, node {node}",
-            f"the mean is {off[i]:.2g} m from where the rig says the shaft hangs, but the shaft vibrates by "
-            f"{fluctuating[:, i].max():.2g} m rms: the gap of the probes? It would be taken for a preload. Zero the "
+            f"the mean is {um(off[i])} from where the rig says the shaft hangs, but the shaft vibrates by "
+            f"{um(fluctuating[:, i].max())} rms: the gap of the probes? It would be taken for a preload. Zero the "
             "probes with the shaft at rest, leave 0 out of 'measurement: harmonics:', or give the rig the effect "
             "sensor_gap",
         )
