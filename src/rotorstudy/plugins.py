@@ -112,6 +112,7 @@ class Effect(Plugin):
     candidate : whether diagnosis offers it as a cause; a free force at every harmonic would explain anything
     shape     : option -> (low, high), in which an option that stands inside a nonlinear force is searched
     fixed     : it is there with its typical amplitude or not at all: a cable is swapped or not
+    positive  : its amplitudes cannot be negative: a damping that makes energy, a crack that stiffens
     """
 
     acts_on: str = "rotor"
@@ -120,6 +121,7 @@ class Effect(Plugin):
     candidate: bool = True
     shape: dict = field(default_factory=dict, compare=False)
     fixed: bool = False
+    positive: bool = False
 
     def __post_init__(self):
         if self.places is None:

@@ -13,7 +13,7 @@ from rotorstudy.diagnosis.extend import extended_rig, write_rig
 from rotorstudy.diagnosis.fit import predicted, whitened, with_model_error
 from rotorstudy.diagnosis.force import missing_force
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.diagnosis.verdict import _weights, investigate
+from rotorstudy.diagnosis.verdict import investigate
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.plugins import registry
 from rotorstudy.rig import build_model, check_config, named_plugins, read_yaml
@@ -187,7 +187,7 @@ def verdict_dataset(diagnosis, spectrum):
     """
     from rotorstudy.store import dataset
 
-    whole = with_model_error(spectrum, diagnosis.settings.model_error)
+    whole = with_model_error(spectrum, diagnosis.settings)
     base, best = diagnosis.search.base, diagnosis.best
     held = diagnosis.held_out.speed if diagnosis.held_out is not None else []
     grid = ("speed", "harmonic", "node")
@@ -244,7 +244,7 @@ def _parameters(diagnosis):
 
 def _explanations(diagnosis):
     """Every explanation that was fitted, that with the highest score first."""
-    weights = sorted(_weights(diagnosis.search.explanations), key=lambda pair: -pair[0].score)
+    weights = diagnosis.search.shares()
     stated = {(cause["effect"], tuple(cause["where"].items())) for cause in diagnosis.verdict["ambiguous_with"]}
     best = diagnosis.search.best
     labels = [" + ".join(cause.label for cause in e.causes) or "nothing more" for e, _ in weights]
@@ -255,7 +255,12 @@ def _explanations(diagnosis):
     along = ("explanation",)
     return {
         "explanation_label": (along, np.array(labels, object), "1", "causes"),
-        "score": (along, np.array([e.score for e, _ in weights]), "1", "fall of the cost less the price of the causes"),
+        "score": (
+            along,
+            np.array([e.score for e, _ in weights]),
+            "1",
+            "twice the logarithm of the odds against the base alone",
+        ),
         "confidence": (along, np.array([w for _, w in weights]), "1", "share of belief"),
         "cost": (along, np.array([e.fit.cost for e, _ in weights]), "1", "misfit of data and priors"),
         "is_twin": (along, np.array(twin, "int8"), "1", "1 if the data cannot rule it out"),

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rotorstudy.diagnosis.candidates import SHAPES_TRIED, Candidate, candidate, candidates, screen
+from rotorstudy.diagnosis.candidates import SHAPES_TRIED, Candidate, candidate, candidates, log_possible, screen
 from rotorstudy.diagnosis.fit import STEPS, Fit, fit
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.rig import make_term
@@ -13,16 +13,16 @@ FIRST_LOOK = 5  # steps of a fit before it is known whether it is worth more
 FITTED_FULLY = 4  # explanations a round at least, and all
 CLOSE = 15.0  # above the cost of the best: e^-7 of its belief
 BENT = 3.0  # mean square of the priors' deviations from which a base fit is bent; 1 is expected
-FIXED = 0.02  # of an amplitude that is there or not: what a calibration of the probe leaves open
 ENOUGH = 0.05  # chance of a residual by noise alone from which no further cause is looked for
-ACCUSES = 4.0  # score an explanation needs: the best of a library fitted to noise reaches more than zero now and then
+ACCUSES = 4.0  # score an explanation needs: odds of seven to one that something is missing at all
 WORTH_FITTING = 0.1  # of what the best candidate explains by its columns: a large effect bends them
+LEAST = -700.0  # logarithm of the least share of belief, so that none becomes zero by rounding
 SHAPE_STEPS = 12  # evaluations of a shape option
 
 
 @dataclass(frozen=True)
 class Explanation:
-    """A set of causes, fitted; score : fall of the cost, less what its parameters and the choice among many cost."""
+    """A set of causes, fitted; score : twice the logarithm of its odds against the base alone."""
 
     causes: tuple[Candidate, ...]
     fit: Fit
@@ -63,13 +63,26 @@ class Search:
         best = max(self.explanations, key=lambda e: e.score)
         return best if best.score > ACCUSES else self.found[frozenset()]
 
-    @property
-    def rows(self):
-        return 2 * self.spectrum.amplitude.size
+    def share(self, cause):
+        """Prior odds of a cause: every effect of the library alike, its places and shapes share what it has."""
+        effects = len({c.effect for c in self.candidates})
+        return 1 / (effects * sum(c.effect == cause.effect for c in self.candidates))
 
-    def price(self, parameters):
-        """What a cause costs: ln n a parameter (BIC), and twice the logarithm of the library it was chosen from."""
-        return parameters * np.log(self.rows) + 2 * np.log(len(self.candidates))
+    def price(self, cause, detection):
+        """Fall of the cost at which a cause is as likely as not; detection (unknown,) deviations of its amplitudes."""
+        std = np.array([cause.prior[name][1] for name in cause.names])
+        return 2 * float(np.sum(np.log(np.maximum(std / detection, 1)))) - 2 * np.log(self.share(cause))
+
+    def shares(self):
+        """(explanation, share of belief), most believed first; of each set of causes its best shape."""
+        best = {}
+        for e in self.explanations:
+            if e.named not in best or e.score > best[e.named].score:
+                best[e.named] = e
+        found = sorted(best.values(), key=lambda e: -e.score)
+        score = np.array([e.score for e in found]) / 2
+        weight = np.exp(np.maximum(score - np.logaddexp.reduce(score), LEAST))
+        return list(zip(found, weight.tolist(), strict=True))
 
 
 def base_model(model, settings):
@@ -114,12 +127,12 @@ def search(model, spectrum, settings):
     """Explanations of a spectrum by up to `most_causes` candidates, best found by adding, swapping and dropping."""
     whole, prior = base_model(model, settings)
     base = fit(whole, spectrum, prior)
-    every = candidates(model, settings.leave_out)
-    work = Search(whole, spectrum, settings, prior, base, every, screen(base, spectrum, prior, every))
+    every = candidates(model, settings)
+    work = Search(whole, spectrum, settings, prior, base, every, screen(base, spectrum, every))
     current = work.found[frozenset()] = Explanation((), base, 0.0)
     screenings = [work.screened]
     if base.penalty > BENT * len(prior):  # bent by what it lacks; columns at the stated parameters may serve better
-        screenings.append(screen(fit(whole, spectrum, prior, steps=0), spectrum, prior, every))
+        screenings.append(screen(fit(whole, spectrum, prior, steps=0), spectrum, every))
     while len(current.causes) < settings.most_causes and not (current.causes and _is_enough(work, current)):
         better = _add(work, current, screenings if not current.causes else None)
         if better is None or better.score <= current.score:
@@ -137,17 +150,26 @@ def _explain(work, causes, start=None):
     """
     key = frozenset(c.label for c in causes)
     if key not in work.found:
-        extended, known, free, fresh = _extension(work, causes)
+        extended, known, fresh = _extension(work, causes)
         before = _before(work, causes)
         here = _theta(extended, before.model.names, before.theta, start)
-        fits = [f for f in (_fit(work, extended, known, free, s) for s in (fresh, here)) if f]
+        fits = [f for f in (_fit(work, extended, known, s) for s in (fresh, here)) if f]
         if not fits:
             return None
         fitted = min(fits, key=lambda f: f.cost)
-        price = sum(work.price(len(c.names) - len(c.fixed)) for c in causes)
-        gained = (work.base.cost - fitted.cost) / (1 + work.settings.covariance_error)
-        work.found[key] = Explanation(tuple(causes), fitted, gained - price)
+        work.found[key] = Explanation(tuple(causes), fitted, _score(work, causes, fitted))
     return work.found[key]
+
+
+def _score(work, causes, fitted):
+    """Twice the logarithm of the odds of some causes, fitted, against the base alone."""
+    score = 2 * (fitted.evidence - work.base.evidence)
+    std = dict(zip(fitted.names, np.sqrt(np.diag(fitted.covariance)), strict=True))
+    value = dict(zip(fitted.names, fitted.free, strict=True))
+    for cause in causes:
+        score += 2 * np.log(work.share(cause))
+        score += 2 * sum(log_possible(value[name], std[name]) for name in cause.positive)
+    return float(score)
 
 
 def _first_look(work, causes):
@@ -160,16 +182,15 @@ def _first_look(work, causes):
 
 
 def _extension(work, causes):
-    """Extended model, what is known of its parameters, names of the free ones, and a start at the stated values."""
+    """Extended model, what is known of its parameters, and a start at the stated values."""
     extended = work.model.plus(*(c.term for c in causes))
-    fixed = {name: (value, FIXED * abs(value)) for c in causes for name, value in c.fixed.items()}
-    free = [name for c in causes for name in c.names if name not in fixed]
-    known = {**work.prior, **fixed}
+    known = work.prior | {name: prior for c in causes for name, prior in c.prior.items()}
     before = _before(work, causes)  # causes before keep their size; the base starts where it is stated, not bent
-    values = dict(zip(before.model.names, before.theta, strict=True)) | {
-        name: mean for name, (mean, _) in known.items()
+    values = {name: mean for name, (mean, _) in known.items()}
+    values |= {
+        name: value for name, value in zip(before.model.names, before.theta, strict=True) if name not in work.prior
     }
-    return extended, known, free, _theta(extended, values, values.values())
+    return extended, known, _theta(extended, values, values.values())
 
 
 def _before(work, causes):
@@ -178,9 +199,9 @@ def _before(work, causes):
     return known.fit if known else work.base
 
 
-def _fit(work, extended, known, free, start, steps=STEPS):
+def _fit(work, extended, known, start, steps=STEPS):
     try:
-        return fit(extended, work.spectrum, known, free, start=start, steps=steps)
+        return fit(extended, work.spectrum, known, start=start, steps=steps)
     except (RotorstudyError, np.linalg.LinAlgError):
         return None
 
@@ -189,17 +210,18 @@ def _is_enough(work, explanation):
     """Whether noise explains what is left, so that looking for a further cause is idle."""
     from scipy.stats import chi2
 
-    return chi2.sf(explanation.fit.cost / (1 + work.settings.covariance_error), work.rows) > ENOUGH
+    return chi2.sf(explanation.fit.cost, len(explanation.fit.residual)) > ENOUGH
 
 
 def _promising(work, chosen, screenings, most):
     """Candidates worth a fit, {index: Screened}: of each screening the first, in turn, each cause in its best shape."""
     lists = []
     for screened in screenings:
-        order, seen = sorted(range(len(chosen)), key=lambda i: -screened[i].explained), set()
+        odds = [one.evidence + np.log(work.share(cause)) for one, cause in zip(screened, chosen, strict=True)]
+        order, seen = sorted(range(len(chosen)), key=lambda i: -odds[i]), set()
         order = [i for i in order if not (chosen[i].cause in seen or seen.add(chosen[i].cause))]
-        best = screened[order[0]].explained if order else 0.0
-        worth = [max(WORTH_FITTING * best, 0.5 * work.price(len(chosen[i].names))) for i in order]
+        best = max((one.explained for one in screened), default=0.0)
+        worth = [max(WORTH_FITTING * best, 0.5 * work.price(chosen[i], screened[i].detection)) for i in order]
         lists.append([(i, screened[i]) for i, low in zip(order, worth, strict=True) if screened[i].explained >= low])
     found = {}
     for rank in range(max(map(len, lists), default=0)):
@@ -213,7 +235,7 @@ def _add(work, current, screenings=None, most=None):
     """The best explanation with one cause more, None if there is none."""
     named = current.named
     chosen = [c for c in work.candidates if c.cause not in named]
-    screenings = screenings or [screen(current.fit, work.spectrum, work.prior, chosen)]
+    screenings = screenings or [screen(current.fit, work.spectrum, chosen)]
     promising = _promising(work, chosen, screenings, most or work.settings.tried)
     looked = sorted((_first_look(work, (*current.causes, chosen[i])), i) for i in promising)
     looked = [i for rank, (cost, i) in enumerate(looked) if rank < FITTED_FULLY or cost < looked[0][0] + CLOSE]
@@ -248,7 +270,8 @@ def _refine(work, model, explanation):
 
         def cost(value, name=name, back=back):
             shape = {**best[0].causes[-1].shape, name: float(back(value))}
-            tried = _explain(work, (*rest, candidate(model, last.effect, last.where, shape, last.term.label)))
+            moved = candidate(model, last.effect, last.where, shape, last.term.label, work.settings.reach)
+            tried = _explain(work, (*rest, moved))
             if tried is None:
                 return np.inf
             best[0] = max(best[0], tried, key=lambda e: e.score)
