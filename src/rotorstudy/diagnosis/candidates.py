@@ -12,6 +12,7 @@ from rotorstudy.rig import make_term
 from rotorstudy.terms import Term
 
 SHAPES_TRIED = 5  # values of a shape option, before the best is refined
+SCALES = 10.0 ** (-0.5 * np.arange(7))  # of the widest prior: amplitudes of any order of magnitude are alike
 FIXED = 0.02  # of an amplitude that is there or not: what a calibration of the probe leaves open
 
 
@@ -20,6 +21,7 @@ class Candidate(NamedTuple):
 
     prior    : unknown name -> (mean, std) of its amplitude before anything is measured
     positive : names of unknowns that cannot be negative: then the prior is the upper half of that normal distribution
+    fixed    : it has one size, and no prior of unknown width
     shape    : options that stand inside a nonlinear force (a clearance), at one of the values tried
     """
 
@@ -28,6 +30,7 @@ class Candidate(NamedTuple):
     term: Term
     prior: dict
     positive: tuple = ()
+    fixed: bool = False
     shape: dict = {}
 
     @property
@@ -55,7 +58,7 @@ def candidate(model, effect, where, shape=None, label="cause", reach=10.0):
     mean, std = (1.0, FIXED) if plugin.fixed else (0.0, reach)
     prior = {unknown.name: (mean * unknown.typical, std * unknown.typical) for unknown in term.unknowns}
     positive = tuple(prior) if plugin.positive else ()
-    return Candidate(effect, where, term, prior, positive, dict(shape or {}))
+    return Candidate(effect, where, term, prior, positive, plugin.fixed, dict(shape or {}))
 
 
 def _shapes(plugin):
@@ -95,6 +98,20 @@ class Screened(NamedTuple):
     evidence: float
     start: np.ndarray
     detection: np.ndarray
+
+
+def log_scales(mean, covariance):
+    """Logarithm of the evidence gained by a prior of unknown width over the widest one: the mean over `SCALES`.
+
+    mean, covariance : (unknown,), (unknown, unknown) fitted with the widest prior, in its standard deviations
+    """
+    narrow, turn = np.linalg.eigh(covariance)
+    narrow = np.clip(narrow, 1e-30, 1)
+    pull = (turn.T @ mean / narrow) ** 2
+    data = 1 / narrow - 1  # precision that the data give
+    square = SCALES[:, None] ** 2
+    value = 0.5 * np.sum(pull * square / (1 + data * square) - np.log1p(data * square), axis=1)
+    return float(np.logaddexp.reduce(value) - np.log(len(SCALES)) - value[0])
 
 
 def log_possible(mean, std):
@@ -137,7 +154,8 @@ def _screened(candidate, columns, residual):
     mean, std = np.array([candidate.prior[n] for n in candidate.names]).T
     left = residual - columns @ mean
     scaled = columns * std
-    off = np.linalg.solve(np.eye(len(std)) + scaled.T @ scaled, scaled.T @ left)  # in standard deviations of the prior
+    covariance = np.linalg.inv(np.eye(len(std)) + scaled.T @ scaled)
+    off = covariance @ (scaled.T @ left)  # in standard deviations of the prior
     cost = np.sum((left - scaled @ off) ** 2) + off @ off
     explained = float(residual @ residual - cost)
     evidence = 0.5 * (explained - log_narrowing(columns, std))
@@ -145,4 +163,6 @@ def _screened(candidate, columns, residual):
     detection = std / np.sqrt(1 + np.sum(scaled**2, axis=0))
     limited = np.isin(candidate.names, candidate.positive)
     evidence += float(log_possible(start, detection)[limited].sum())
+    if not candidate.fixed:
+        evidence += log_scales(off, covariance)
     return Screened(explained, evidence, start, detection)

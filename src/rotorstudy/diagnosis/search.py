@@ -4,7 +4,16 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rotorstudy.diagnosis.candidates import SHAPES_TRIED, Candidate, candidate, candidates, log_possible, screen
+from rotorstudy.diagnosis.candidates import (
+    SCALES,
+    SHAPES_TRIED,
+    Candidate,
+    candidate,
+    candidates,
+    log_possible,
+    log_scales,
+    screen,
+)
 from rotorstudy.diagnosis.fit import STEPS, Fit, fit
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.rig import make_term
@@ -13,9 +22,9 @@ FIRST_LOOK = 5  # steps of a fit before it is known whether it is worth more
 FITTED_FULLY = 4  # explanations a round at least, and all
 CLOSE = 15.0  # above the cost of the best: e^-7 of its belief
 BENT = 3.0  # mean square of the priors' deviations from which a base fit is bent; 1 is expected
-ENOUGH = 0.05  # chance of a residual by noise alone from which no further cause is looked for
 ACCUSES = 4.0  # score an explanation needs: odds of seven to one that something is missing at all
 WORTH_FITTING = 0.1  # of what the best candidate explains by its columns: a large effect bends them
+PRICE_STEPS = 20
 LEAST = -700.0  # logarithm of the least share of belief, so that none becomes zero by rounding
 SHAPE_STEPS = 12  # evaluations of a shape option
 
@@ -68,10 +77,13 @@ class Search:
         effects = len({c.effect for c in self.candidates})
         return 1 / (effects * sum(c.effect == cause.effect for c in self.candidates))
 
-    def price(self, cause, detection):
-        """Fall of the cost at which a cause is as likely as not; detection (unknown,) deviations of its amplitudes."""
-        std = np.array([cause.prior[name][1] for name in cause.names])
-        return 2 * float(np.sum(np.log(np.maximum(std / detection, 1)))) - 2 * np.log(self.share(cause))
+    def price(self, cause):
+        """Fall of the cost at which a cause is as likely as not: what its width, its sign and the choice cost."""
+        given = -2 * np.log(self.share(cause)) + (0 if cause.fixed else 2 * np.log(len(SCALES)))
+        count, price = len(cause.names) * (not cause.fixed), given
+        for _ in range(PRICE_STEPS):  # the width that serves best is that of the amplitude itself
+            price = given + count * np.log1p(price / max(count, 1))
+        return float(price)
 
     def shares(self):
         """(explanation, share of belief), most believed first; of each set of causes its best shape."""
@@ -133,7 +145,7 @@ def search(model, spectrum, settings):
     screenings = [work.screened]
     if base.penalty > BENT * len(prior):  # bent by what it lacks; columns at the stated parameters may serve better
         screenings.append(screen(fit(whole, spectrum, prior, steps=0), spectrum, every))
-    while len(current.causes) < settings.most_causes and not (current.causes and _is_enough(work, current)):
+    while len(current.causes) < settings.most_causes:
         better = _add(work, current, screenings if not current.causes else None)
         if better is None or better.score <= current.score:
             break
@@ -143,42 +155,46 @@ def search(model, spectrum, settings):
     return work
 
 
-def _explain(work, causes, start=None):
-    """The Explanation by some causes, fitted from two starts; None if no fit succeeds.
+def _explain(work, causes, starts=None):
+    """The Explanation by some causes; None if no fit succeeds.
 
-    start : (unknown,) of the last cause, from its screening
+    starts : list of (parameter,) of the extended model, by default the stated values; the later ones are tried only if
+             the earlier do not leave as little as noise does
     """
     key = frozenset(c.label for c in causes)
     if key not in work.found:
         extended, known, fresh = _extension(work, causes)
-        before = _before(work, causes)
-        here = _theta(extended, before.model.names, before.theta, start)
-        fits = [f for f in (_fit(work, extended, known, s) for s in (fresh, here)) if f]
-        if not fits:
+        fitted = None
+        for start in starts or [fresh]:
+            found = _fit(work, extended, known, start)
+            fitted = min((f for f in (fitted, found) if f), key=lambda f: f.cost, default=None)
+            if fitted and fitted.cost < len(fitted.residual):
+                break
+        if fitted is None:
             return None
-        fitted = min(fits, key=lambda f: f.cost)
         work.found[key] = Explanation(tuple(causes), fitted, _score(work, causes, fitted))
     return work.found[key]
 
 
 def _score(work, causes, fitted):
     """Twice the logarithm of the odds of some causes, fitted, against the base alone."""
-    score = 2 * (fitted.evidence - work.base.evidence)
-    std = dict(zip(fitted.names, np.sqrt(np.diag(fitted.covariance)), strict=True))
-    value = dict(zip(fitted.names, fitted.free, strict=True))
+    odds = fitted.evidence - work.base.evidence
     for cause in causes:
-        score += 2 * np.log(work.share(cause))
-        score += 2 * sum(log_possible(value[name], std[name]) for name in cause.positive)
-    return float(score)
+        place = [fitted.names.index(name) for name in cause.names]
+        width = fitted.std[place]
+        covariance = fitted.covariance[np.ix_(place, place)]
+        odds += np.log(work.share(cause))
+        limited = np.isin(cause.names, cause.positive)
+        odds += np.sum(log_possible(fitted.free[place], np.sqrt(np.diag(covariance)))[limited])
+        if not cause.fixed:
+            odds += log_scales(fitted.free[place] / width, covariance / np.outer(width, width))
+    return float(2 * odds)
 
 
 def _first_look(work, causes):
-    """Cost of an explanation after a few steps; infinite if there is none."""
+    """Fit of an explanation after a few steps, None if there is none."""
     found = work.found.get(frozenset(c.label for c in causes))
-    if found:
-        return found.fit.cost
-    fitted = _fit(work, *_extension(work, causes), steps=FIRST_LOOK)
-    return np.inf if fitted is None else fitted.cost
+    return found.fit if found else _fit(work, *_extension(work, causes), steps=FIRST_LOOK)
 
 
 def _extension(work, causes):
@@ -206,13 +222,6 @@ def _fit(work, extended, known, start, steps=STEPS):
         return None
 
 
-def _is_enough(work, explanation):
-    """Whether noise explains what is left, so that looking for a further cause is idle."""
-    from scipy.stats import chi2
-
-    return chi2.sf(explanation.fit.cost, len(explanation.fit.residual)) > ENOUGH
-
-
 def _promising(work, chosen, screenings, most):
     """Candidates worth a fit, {index: Screened}: of each screening the first, in turn, each cause in its best shape."""
     lists = []
@@ -221,7 +230,7 @@ def _promising(work, chosen, screenings, most):
         order, seen = sorted(range(len(chosen)), key=lambda i: -odds[i]), set()
         order = [i for i in order if not (chosen[i].cause in seen or seen.add(chosen[i].cause))]
         best = max((one.explained for one in screened), default=0.0)
-        worth = [max(WORTH_FITTING * best, 0.5 * work.price(chosen[i], screened[i].detection)) for i in order]
+        worth = [max(WORTH_FITTING * best, 0.5 * work.price(chosen[i])) for i in order]
         lists.append([(i, screened[i]) for i, low in zip(order, worth, strict=True) if screened[i].explained >= low])
     found = {}
     for rank in range(max(map(len, lists), default=0)):
@@ -237,9 +246,14 @@ def _add(work, current, screenings=None, most=None):
     chosen = [c for c in work.candidates if c.cause not in named]
     screenings = screenings or [screen(current.fit, work.spectrum, chosen)]
     promising = _promising(work, chosen, screenings, most or work.settings.tried)
-    looked = sorted((_first_look(work, (*current.causes, chosen[i])), i) for i in promising)
-    looked = [i for rank, (cost, i) in enumerate(looked) if rank < FITTED_FULLY or cost < looked[0][0] + CLOSE]
-    tried = [_explain(work, (*current.causes, chosen[i]), promising[i].start) for i in looked]
+    looked = {i: _first_look(work, (*current.causes, chosen[i])) for i in promising}
+    order = sorted((i for i in looked if looked[i]), key=lambda i: looked[i].cost)
+    tried = []
+    for rank, i in enumerate(order):
+        if rank >= FITTED_FULLY and looked[i].cost > looked[order[0]].cost + CLOSE:
+            break
+        columns = _theta(looked[i].model, current.fit.model.names, current.fit.theta, promising[i].start)
+        tried.append(_explain(work, (*current.causes, chosen[i]), [looked[i].theta, columns]))
     return max((e for e in tried if e), key=lambda e: e.score, default=None)
 
 
@@ -271,7 +285,7 @@ def _refine(work, model, explanation):
         def cost(value, name=name, back=back):
             shape = {**best[0].causes[-1].shape, name: float(back(value))}
             moved = candidate(model, last.effect, last.where, shape, last.term.label, work.settings.reach)
-            tried = _explain(work, (*rest, moved))
+            tried = _explain(work, (*rest, moved), [best[0].fit.theta])
             if tried is None:
                 return np.inf
             best[0] = max(best[0], tried, key=lambda e: e.score)

@@ -227,7 +227,7 @@ def _detection_limits(found):
     limits = []
     for c, screened in zip(found.candidates, found.screened, strict=True):
         unknowns = c.term.unknowns
-        needed = np.sqrt(ACCUSES + found.price(c, screened.detection)) + POWER
+        needed = np.sqrt(ACCUSES + found.price(c)) + POWER
         for unknown, one in zip(unknowns, screened.detection, strict=True):
             if one < SEEN * c.prior[unknown.name][1]:
                 name = unknown.name.replace(f"[{c.term.label}]", "")
