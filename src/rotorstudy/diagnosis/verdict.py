@@ -60,15 +60,16 @@ def investigate(spectrum, model, *, hold_out=None, settings=None):
     gain = _gain(found.base, best.fit, held)
     rows = 2 * fitted.amplitude.size
     unlikely_before, unlikely_after = _tail(found.base.cost, rows), _tail(best.fit.cost, rows)
+    bent = _tail(best.fit.penalty, len(best.fit.names))
     left = _left_over(found.base.cost, best.fit.cost, rows)
     weights = found.shares()
     sure = {name: sum(w for e, w in weights if name in e.named) for e, _ in weights for name in e.named}
     stated = _stated(weights, best)
     if not best.causes:
-        verdict = "nothing" if unlikely_before >= settings.significance else "unknown"
-    elif (unlikely_after < settings.significance and left > LEFT_OVER) or _is_worse(
-        found.base, best.fit, held, settings
-    ):
+        verdict = "nothing" if min(unlikely_before, bent) >= settings.significance else "unknown"
+    elif (unlikely_after < settings.significance and left > LEFT_OVER) or bent < settings.significance:
+        verdict = "unknown"
+    elif _is_worse(found.base, best.fit, held, settings):
         verdict = "unknown"
     elif stated or min(sure[name] for name in best.named) < settings.sure:
         verdict = "ambiguous"
@@ -83,6 +84,7 @@ def investigate(spectrum, model, *, hold_out=None, settings=None):
         "separating_measurement": _separating(best, [c for c, _ in stated]),
         "unexplained": _unexplained(best.fit, fitted, settings) if verdict == "unknown" or best.causes else [],
         "chance_of_residual": {"before": unlikely_before, "after": unlikely_after},
+        "chance_of_parameters": bent,
         "left_over": left,
         "detection_limit": _detection_limits(found),
         "gain": gain,
