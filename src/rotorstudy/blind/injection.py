@@ -144,13 +144,13 @@ def _draw(config, kind, generator, truth):
     stated = {
         "uncertainty": {"default": config.base_share},
         "nuisance": {"phase_reference": config.phase_mark_std_rad, "probe_gain": config.gain_std},
+        "model_error": config.model_error,
         "leave_out": left_out,
     }
-    beyond = []  # of each effect alone, over the noise of a revolution like the sizes
+    beyond = []  # of each effect alone
     for one in acting:
         seen = signals if len(acting) == 1 else _observe(setting, [one])
-        left = left_by_base(_harmonics(seen, harmonics, config) - base, spectrum, setting.nominal, stated)
-        beyond.append(left / np.sqrt(config.revolutions))
+        beyond.append(left_by_base(_harmonics(seen, harmonics, config) - base, spectrum, setting.nominal, stated))
     truth |= {
         "rig": name,
         "sensors": list(setting.nominal.sensors),

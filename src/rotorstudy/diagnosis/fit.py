@@ -49,11 +49,12 @@ class Fit:
 def with_model_error(spectrum, settings):
     """The spectrum with its covariance widened by what the model is not trusted to hit and the scatter does not show.
 
-    settings : Settings; model_error is a share of each harmonic, model_floor one of the rms of all harmonics of a
-               sensor at a speed, covariance_error one of the stated variances
+    settings : Settings; model_error is a share of each harmonic, model_floor one of the rms vibration at a sensor and a
+               speed (all harmonics but 0X, which may be a gap), covariance_error one of the stated variances
     """
     size = np.abs(spectrum.amplitude)
-    whole = np.sqrt(np.mean(size**2, axis=-2, keepdims=True))
+    moving = (spectrum.harmonics != 0)[:, None]
+    whole = np.sqrt(np.sum((size * moving) ** 2, axis=-2, keepdims=True))
     floor = independent_covariance(((settings.model_error * size) ** 2 + (settings.model_floor * whole) ** 2) / 2)
     return replace(spectrum, covariance=(1 + settings.covariance_error) * spectrum.covariance + floor)
 

@@ -51,6 +51,7 @@ class Search:
     prior           : name -> (mean, std) of all that moves in every fit;  base : Fit of it alone
     candidates      : every one;  screened : of each, by the columns at the base fit
     found           : labels -> Explanation, every one fitted
+    upheld          : whether what no fit has seen leaves the best of them standing
     """
 
     model: object
@@ -61,6 +62,7 @@ class Search:
     candidates: list
     screened: list
     found: dict = field(default_factory=dict)
+    upheld: bool = True
 
     @property
     def explanations(self):
@@ -70,7 +72,7 @@ class Search:
     def best(self):
         """The explanation with the highest score; none of them if the base alone is nearly as good."""
         best = max(self.explanations, key=lambda e: e.score)
-        return best if best.score > ACCUSES else self.found[frozenset()]
+        return best if best.score > ACCUSES and self.upheld else self.found[frozenset()]
 
     def share(self, cause):
         """Prior odds of a cause: every effect of the library alike, its places and shapes share what it has."""

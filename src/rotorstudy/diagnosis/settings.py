@@ -10,8 +10,8 @@ class Settings(Strict):
 
     uncertainty     : of base parameters, standard deviation relative to their value, by name; "default" for the others
     model_error     : share of each harmonic that the model is not trusted to hit (a coarse mesh, a short series)
-    model_floor     : the same as a share of the rms of all harmonics of a sensor at a speed: what is nearly zero is not
-                      known to a share of itself
+    model_floor     : the same as a share of the rms vibration at a sensor and a speed: what is nearly zero is not known
+                      to a share of itself
     covariance_error : share by which the stated variances may be too small: they come from a few blocks of a record
     nuisance        : effects of the measuring chain that are never quite zero -> standard deviation of each amplitude
     reach           : standard deviation of the amplitude of a cause before anything is measured, in its typical sizes

@@ -1,6 +1,7 @@
 """From a spectrum and a model to a verdict: nothing, a cause, ambiguous, or unknown."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -56,20 +57,20 @@ def investigate(spectrum, model, *, hold_out=None, settings=None):
     fitted = with_model_error(fitted, settings)
     held = None if held is None else with_model_error(held, settings)
     found = search(model, fitted, settings)
+    found = replace(found, upheld=_is_upheld(found, held))
     best = found.best
     gain = _gain(found.base, best.fit, held)
     rows = 2 * fitted.amplitude.size
     unlikely_before, unlikely_after = _tail(found.base.cost, rows), _tail(best.fit.cost, rows)
     bent = _tail(best.fit.penalty, len(best.fit.names))
     left = _left_over(found.base.cost, best.fit.cost, rows)
+    fits = unlikely_after >= settings.significance or left <= LEFT_OVER
     weights = found.shares()
     sure = {name: sum(w for e, w in weights if name in e.named) for e, _ in weights for name in e.named}
     stated = _stated(weights, best)
     if not best.causes:
         verdict = "nothing" if min(unlikely_before, bent) >= settings.significance else "unknown"
-    elif (unlikely_after < settings.significance and left > LEFT_OVER) or bent < settings.significance:
-        verdict = "unknown"
-    elif _is_worse(found.base, best.fit, held, settings):
+    elif not fits or bent < settings.significance or _is_worse(found.base, best.fit, held, settings):
         verdict = "unknown"
     elif stated or min(sure[name] for name in best.named) < settings.sure:
         verdict = "ambiguous"
@@ -84,6 +85,7 @@ def investigate(spectrum, model, *, hold_out=None, settings=None):
         "separating_measurement": _separating(best, [c for c, _ in stated]),
         "unexplained": _unexplained(best.fit, fitted, settings) if verdict == "unknown" or best.causes else [],
         "chance_of_residual": {"before": unlikely_before, "after": unlikely_after},
+        "score": max((e.score for e in found.explanations if e.causes), default=None),
         "chance_of_parameters": bent,
         "left_over": left,
         "detection_limit": _detection_limits(found),
@@ -181,22 +183,39 @@ def _gain(base, best, held):
     }
 
 
+def _is_upheld(found, held):
+    """Whether the best explanation is still likelier than the base alone once the held-out speeds are counted too."""
+    best = found.best
+    if held is None or not best.causes:
+        return True
+    before, after = (_surprise(fitted, held).chance for fitted in (found.base, best.fit))
+    return best.score + 2 * (after - before) > ACCUSES
+
+
 def _is_worse(base, best, held, settings):
     """Whether held-out speeds speak against the extension: they contradict what it predicts, and the base less so."""
     if held is None:
         return False
-    (before, _), (after, unlikely) = (_surprise(fitted, held) for fitted in (base, best))
-    return unlikely < settings.significance and after > before
+    before, after = (_surprise(fitted, held) for fitted in (base, best))
+    return after.tail < settings.significance and after.misfit > before.misfit
+
+
+class Surprise(NamedTuple):
+    """Of held-out speeds: misfit, the probability of one as large, the logarithm of their chance less a constant."""
+
+    misfit: float
+    tail: float
+    chance: float
 
 
 def _surprise(fitted, held):
-    """Misfit of held-out speeds, and its chance, noise and what the fit leaves open of its parameters counted."""
+    """Surprise of held-out speeds, noise and what the fit leaves open of its parameters counted."""
     shown, change = predicted(fitted.model, held, fitted.theta, jacobian=True)
     off = whitened(held, held.amplitude - shown)
     columns = whitened(held, np.moveaxis(change[..., fitted.model.position(fitted.names)], -1, 0)).T
     spread = np.eye(len(off)) + columns @ fitted.covariance @ columns.T
     misfit = float(off @ np.linalg.solve(spread, off))
-    return misfit, _tail(misfit, len(off))
+    return Surprise(misfit, _tail(misfit, len(off)), -0.5 * (misfit + np.linalg.slogdet(spread)[1]))
 
 
 def residual_map(fitted, spectrum):
