@@ -11,7 +11,7 @@ from rotorstudy.response import sensitivities
 from rotorstudy.rig import make_term
 from rotorstudy.terms import Term
 
-SHAPES_TRIED = 5  # values of a shape option, before the best is refined
+SHAPES_TRIED = 9  # values of a shape option, before the best is refined
 SCALES = 10.0 ** (-0.5 * np.arange(7))  # of the widest prior: amplitudes of any order of magnitude are alike
 FIXED = 0.02  # of an amplitude that is there or not: what a calibration of the probe leaves open
 

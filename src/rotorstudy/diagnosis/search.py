@@ -6,7 +6,6 @@ import numpy as np
 
 from rotorstudy.diagnosis.candidates import (
     SCALES,
-    SHAPES_TRIED,
     Candidate,
     candidate,
     candidates,
@@ -14,8 +13,9 @@ from rotorstudy.diagnosis.candidates import (
     log_scales,
     screen,
 )
-from rotorstudy.diagnosis.fit import STEPS, Fit, fit
+from rotorstudy.diagnosis.fit import STEPS, Fit, fit, predicted, whitened
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.plugins import registry
 from rotorstudy.rig import make_term
 
 FIRST_LOOK = 5  # steps of a fit before it is known whether it is worth more
@@ -26,7 +26,10 @@ ACCUSES = 4.0  # score an explanation needs: odds of seven to one that something
 WORTH_FITTING = 0.1  # of what the best candidate explains by its columns: a large effect bends them
 PRICE_STEPS = 20
 LEAST = -700.0  # logarithm of the least share of belief, so that none becomes zero by rounding
-SHAPE_STEPS = 12  # evaluations of a shape option
+SHAPE_STEPS = 8  # of the shape options of a cause
+SHAPE_DIFFERENCE = 1e-4  # of the range of a shape option, for its derivative
+SHAPE_GAIN = 0.5  # of the score, below which a shape is good enough
+SHARES_OF_STEP = (1.0, 0.3, 0.1)
 
 
 @dataclass(frozen=True)
@@ -132,8 +135,6 @@ def base_model(model, settings):
 
 
 def _places(kind, model):
-    from rotorstudy.plugins import registry
-
     return registry().get("effect", kind, "nuisance").places(model.structure, model.sensors)
 
 
@@ -148,13 +149,24 @@ def search(model, spectrum, settings):
     if base.penalty > BENT * len(prior):  # bent by what it lacks; columns at the stated parameters may serve better
         screenings.append(screen(fit(whole, spectrum, prior, steps=0), spectrum, every))
     while len(current.causes) < settings.most_causes:
-        better = _add(work, current, screenings if not current.causes else None)
-        if better is None or better.score <= current.score:
+        tried = _add(work, current, screenings if not current.causes else None)
+        better = max((_refine(work, model, e) for e in _worth_refining(tried)), key=lambda e: e.score, default=current)
+        if better.score <= current.score:
             break
-        current = _refine(work, model, better)
+        current = better
         if len(current.causes) > 1:
             current = _swap(work, current)
     return work
+
+
+def _worth_refining(tried):
+    """The best of explanations; if it leaves more than noise does, also the best whose last cause has a shape."""
+    if not tried:
+        return []
+    best = max(tried, key=lambda e: e.score)
+    shaped = [e for e in tried if e.causes[-1].shape and best.fit.cost > len(best.fit.residual)]
+    other = max(shaped, key=lambda e: e.score, default=best)
+    return [best] if other is best else [best, other]
 
 
 def _explain(work, causes, starts=None):
@@ -243,7 +255,7 @@ def _promising(work, chosen, screenings, most):
 
 
 def _add(work, current, screenings=None, most=None):
-    """The best explanation with one cause more, None if there is none."""
+    """Explanations with one cause more, those worth a fit."""
     named = current.named
     chosen = [c for c in work.candidates if c.cause not in named]
     screenings = screenings or [screen(current.fit, work.spectrum, chosen)]
@@ -256,7 +268,7 @@ def _add(work, current, screenings=None, most=None):
             break
         columns = _theta(looked[i].model, current.fit.model.names, current.fit.theta, promising[i].start)
         tried.append(_explain(work, (*current.causes, chosen[i]), [looked[i].theta, columns]))
-    return max((e for e in tried if e), key=lambda e: e.score, default=None)
+    return [e for e in tried if e]
 
 
 def _swap(work, current):
@@ -267,38 +279,89 @@ def _swap(work, current):
             continue
         if less.score > current.score:
             return less
-        other = _add(work, less, most=FITTED_FULLY)
-        if other is not None and other.score > current.score:
-            current = other
+        current = max([current, *_add(work, less, most=FITTED_FULLY)], key=lambda e: e.score)
     return current
 
 
 def _refine(work, model, explanation):
-    """Shape options of the last cause moved, one after the other, to where the fit is best."""
-    from scipy.optimize import minimize_scalar
+    """Shape options of the last cause moved to where the fit is best, by steps of Gauss and Newton.
 
-    from rotorstudy.plugins import registry
-
+    They count in units of their range, logarithmic where it does not begin at zero. A contact bends its own columns, so
+    that these may choose the wrong shape: where more than noise is left, all shapes are looked at first.
+    """
+    explanation = _best_shape(work, explanation)
     *rest, last = explanation.causes
-    best = [explanation]
-    for name, (low, high) in registry().get("effect", last.effect).shape.items():
-        scale, back = (np.log, np.exp) if low > 0 else (float, float)
+    ranges = registry().get("effect", last.effect).shape
 
-        def cost(value, name=name, back=back):
-            shape = {**best[0].causes[-1].shape, name: float(back(value))}
-            moved = candidate(model, last.effect, last.where, shape, last.term.label, work.settings.reach)
-            tried = _explain(work, (*rest, moved), [best[0].fit.theta])
-            if tried is None:
-                return np.inf
-            best[0] = max(best[0], tried, key=lambda e: e.score)
-            return -tried.score
+    def explain(place, theta):
+        shape = {name: _value(x, *ranges[name]) for name, x in zip(ranges, place, strict=True)}
+        moved = candidate(model, last.effect, last.where, shape, last.term.label, work.settings.reach)
+        return _explain(work, (*rest, moved), [theta])
 
-        ends, middle = (scale(low), scale(high)), best[0].causes[-1].shape.get(name)
-        if middle is not None:
-            reach = (ends[1] - ends[0]) / SHAPES_TRIED
-            ends = (max(ends[0], scale(middle) - reach), min(ends[1], scale(middle) + reach))
-        minimize_scalar(cost, bounds=ends, method="bounded", options={"maxiter": SHAPE_STEPS})
-    return best[0]
+    best = explanation
+    place = [_place(last.shape[name], *ranges[name]) if name in last.shape else 0.5 for name in ranges]
+    if ranges and set(ranges) != set(last.shape):
+        best = explain(place, best.fit.theta) or best
+    for _ in range(SHAPE_STEPS if set(ranges) == set(best.causes[-1].shape) and ranges else 0):
+        step, moved = _shape_step(work, model, best, place, ranges)
+        tried = None
+        for share in SHARES_OF_STEP:
+            ahead = np.clip(place + share * moved, 0, 1)
+            theta = best.fit.theta.copy()
+            theta[best.fit.model.position(best.fit.names)] += share * step
+            tried = explain(ahead, theta)
+            if tried and tried.score > best.score:
+                break
+        if not tried or tried.score <= best.score:
+            break
+        gained, best, place = tried.score - best.score, tried, ahead
+        if gained < SHAPE_GAIN:
+            break
+    return max(best, explanation, key=lambda e: e.score)
+
+
+def _best_shape(work, explanation):
+    """The explanation with the last cause in the best of the shapes tried."""
+    *rest, last = explanation.causes
+    if not last.shape or explanation.fit.cost < len(explanation.fit.residual):
+        return explanation
+    looked = []
+    for cause in work.candidates:
+        if cause.cause == last.cause:
+            fitted = _first_look(work, (*rest, cause))
+            looked += [(fitted.cost, (*rest, cause), fitted.theta)] if fitted else []
+    _, causes, theta = min(looked, key=lambda one: one[0])
+    return max(explanation, _explain(work, causes, [theta]) or explanation, key=lambda e: e.score)
+
+
+def _place(value, low, high):
+    """Where in its range (0 to 1) the value of a shape option lies."""
+    return np.log(value / low) / np.log(high / low) if low > 0 else value / high
+
+
+def _value(place, low, high):
+    return float(low * (high / low) ** place if low > 0 else place * high)
+
+
+def _shape_step(work, model, explanation, place, ranges):
+    """Steps (free,) of the parameters and (option,) of the shape, in its range, to the best fit by first order."""
+    *rest, last = explanation.causes
+    fitted, columns = explanation.fit, []
+    for i, name in enumerate(ranges):
+        off = SHAPE_DIFFERENCE if place[i] < 0.5 else -SHAPE_DIFFERENCE
+        shape = {**last.shape, name: _value(place[i] + off, *ranges[name])}
+        moved = candidate(model, last.effect, last.where, shape, last.term.label, work.settings.reach)
+        extended = work.model.plus(*(c.term for c in (*rest, moved)))
+        shown = predicted(extended, work.spectrum, fitted.theta)
+        left = whitened(work.spectrum, work.spectrum.amplitude - shown)
+        columns.append((fitted.residual - left) / off)
+    data = np.column_stack([fitted.jacobian, *columns])
+    known = np.diag(np.concatenate([1 / fitted.std, np.ones(len(ranges))]))
+    pull = np.concatenate([(fitted.mean - fitted.free) / fitted.std, 0.5 - np.array(place)])
+    normal, right = data.T @ data + known**2, data.T @ fitted.residual + known @ pull
+    scale = np.sqrt(np.diag(normal))
+    step = np.linalg.solve(normal / np.outer(scale, scale), right / scale) / scale
+    return step[: len(fitted.names)], step[len(fitted.names) :]
 
 
 def _theta(extended, names, values, start=None):

@@ -120,7 +120,7 @@ def _split(spectrum, hold_out):
 def _tail(cost, freedom):
     from scipy.stats import chi2
 
-    return max(float(chi2.sf(cost, freedom)), np.finfo(float).tiny)
+    return float(max(chi2.sf(cost, freedom), np.finfo(float).tiny))
 
 
 def _left_over(before, after, rows):
