@@ -18,7 +18,8 @@ def reached(rows):
     import pandas as pd
 
     clean, chain = rows[rows.kind == "clean"], rows[rows.kind == "chain"]
-    named = rows[rows.known & rows.states_causes]
+    known = rows[rows.known]
+    named = known[known.states_causes]
     held = named[named.gain.notna()]
     found = [
         _share("clean records called clean", clean, clean.verdict == "nothing", 0.99),
@@ -31,6 +32,7 @@ def reached(rows):
         _coverage(rows),
         _calibration(rows),
         _share("held-out error made worse", held, held.gain > 1, 0.01, at_most=True),
+        _share("effects of the library called unknown", known, known.verdict == "unknown", None),
         *_by_size(rows, "beyond", "s beyond the base"),
     ]
     return pd.DataFrame(found)
