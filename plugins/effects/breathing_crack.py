@@ -24,6 +24,7 @@ def rotorstudy_effect():
         breathing_crack,
         source="thesis Eqs. (2.16) to (2.18); Gasch 1993",
         places=where_it_cracks,
+        positive=True,
         checked="force in time is sigma dk times the motion along the crack, to 1e-12",
         twins=(
             ("shaft_asymmetry", "an open asymmetry has 2X from gravity alone; a crack that breathes has 1X and 3X too"),

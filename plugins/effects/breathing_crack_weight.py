@@ -24,6 +24,7 @@ def rotorstudy_effect():
         breathing_crack_weight,
         source="thesis Eqs. (2.16) to (2.20); Mayes and Davies 1984",
         places=where_it_cracks,
+        positive=True,
         checked="force in time is sigma dk u_x along the crack to 1e-12, with and without tilt",
         twins=(
             ("shaft_asymmetry", "an open asymmetry has 2X from gravity alone; a crack that breathes has 1X and 3X too"),

@@ -19,6 +19,7 @@ def rotorstudy_effect():
         "cross_coupling",
         cross_coupling,
         source="Alford 1965; Childs 1993, Turbomachinery Rotordynamics",
+        positive=True,
         checked="unstable from k = c w_n on a Jeffcott rotor: growth rate crosses zero there to 1e-6 of k",
         twins=(
             (

@@ -20,6 +20,7 @@ def rotorstudy_effect():
         "cubic_stiffness",
         cubic_stiffness,
         source="Duffing 1918; Yamamoto and Ishida 2001, Linear and Nonlinear Rotordynamics",
+        positive=True,
         checked="circular whirl without weight: k r^2 of stiffness to 1e-10; weight gives 2X; in time to 1e-6",
         twins=(
             ("support_stiffness", "cubic stiffness grows with the motion: change the unbalance"),

@@ -27,6 +27,7 @@ def rotorstudy_effect():
         source="Taylor; filters and multiplexers state their group delay",
         acts_on="output",
         places=all_or_one,
+        positive=True,
         checked="z(t - tau) at w tau = 1e-4, in time, to 1e-7",
         twins=(
             ("external_damping", "a delay turns the harmonics far from resonance too, where damping does little"),

@@ -16,6 +16,7 @@ def rotorstudy_effect():
         "external_damping",
         external_damping,
         source="thesis Eq. (2.7)",
+        positive=True,
         checked="-c dz/dt in time to 1e-12",
         twins=(
             (

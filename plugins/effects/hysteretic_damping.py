@@ -20,6 +20,7 @@ def rotorstudy_effect():
         "hysteretic_damping",
         hysteretic_damping,
         source="Zorzi and Nelson 1977; Genta 2005, Dynamics of Rotating Systems",
+        positive=True,
         checked="the same force at every speed to 1e-6; its sign changes at n = 1",
         twins=(
             (

@@ -26,6 +26,7 @@ def rotorstudy_effect():
         source="bilinear support as in Chu and Tang 2001; Muszynska and Goldman 1995",
         shape={"lift_m": (0.0, 1e-4)},
         example={"lift_m": 0.0},
+        positive=True,
         checked="as integrated in time to 2e-3 of what it does; nothing below the lift to 1e-12; mean goes up",
         twins=(
             ("support_stiffness", "looseness gives harmonics of 1X and depends on the size of the motion"),

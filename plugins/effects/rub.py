@@ -29,6 +29,7 @@ def rotorstudy_effect():
         source="Choy and Padovan 1987, J. Sound Vib.; Muszynska 2005, Rotordynamics",
         shape={"clearance_m": (1e-6, 1e-3), "friction_ratio": (0.0, 0.5)},
         example={"clearance_m": 2e-6},
+        positive=True,
         checked="circular full annular rub to closed form to 1e-9; partial rub as in time to 2e-3 of what it does",
         twins=(
             ("cubic_stiffness", "a rub starts at its clearance and has friction; cubic stiffness is always there"),

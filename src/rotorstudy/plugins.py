@@ -113,6 +113,7 @@ class Effect(Plugin):
     shape     : option -> (low, high), in which an option that stands inside a nonlinear force is searched
     fixed     : it is there with its typical amplitude or not at all: a cable is swapped or not
     fold      : the phase of its amplitude is so many times the angle of its direction: 2 for two stiffnesses
+    positive  : its amplitudes cannot be negative: a damping that makes energy, a crack that stiffens
     """
 
     acts_on: str = "rotor"
@@ -122,6 +123,7 @@ class Effect(Plugin):
     shape: dict = field(default_factory=dict, compare=False)
     fixed: bool = False
     fold: int = 1
+    positive: bool = False
 
     def __post_init__(self):
         if self.places is None:

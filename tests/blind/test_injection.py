@@ -123,3 +123,15 @@ def test_configuration_errors_say_what_is_wrong(tmp_path):
     with pytest.raises(RotorstudyError, match="rigz"):
         (tmp_path / "a.yaml").write_text("rigz: {}\n")
         load_blind(tmp_path / "a.yaml")
+
+
+def test_what_the_base_cannot_take_over_is_at_most_the_whole(cases):
+    """All of it where no base parameter acts (a runout at 2X), next to nothing where one acts alike (a phase mark)."""
+    told = [effect for case in cases if case.truth["foreign"] is None for effect in case.truth["effects"]]
+    share = [effect["change_beyond_base"] / effect["change_over_noise"] for effect in told]
+    assert min(share) > 0 and max(share) < 1.5  # the covariance that weighs it is estimated from the record
+    for effect, left in zip(told, share, strict=True):
+        if effect["effect"] == "phase_reference":
+            assert left < 0.2
+        if effect["effect"] in ("runout", "base_motion") and effect["where"]["harmonic"] not in (1, -1):
+            assert left > 0.6

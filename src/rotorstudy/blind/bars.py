@@ -11,36 +11,54 @@ RESAMPLED = 400  # times, for the bounds of the calibration error
 
 
 def reached(rows):
-    """A DataFrame of the bars: what, needed, reached, low, high (95 %), found, cases, status, why."""
+    """A DataFrame of the bars: what, needed, reached, low, high (95 %), found, cases, status, why.
+
+    Those that ask for a size come a second time, for the change that the base parameters cannot take over.
+    """
     import pandas as pd
 
-    single = rows[rows.known & rows.kind.isin(["single", "chain"])]
-    clean, large = rows[rows.kind == "clean"], single[single["size"] >= LARGE]
-    small = single[single["size"].between(0.6, 2) & (single.noise_percent == 5.0)]
-    chain, foreign = rows[rows.kind == "chain"], rows[(rows.kind == "foreign") & (rows["size"] >= LARGE)]
-    two = rows[(rows.kind == "two") & (rows.noise_percent == 1.0)]
-    named = rows[rows.known & rows.states_causes]
-    held = rows[rows.known & rows.states_causes & rows.gain.notna()]
+    clean, chain = rows[rows.kind == "clean"], rows[rows.kind == "chain"]
+    known = rows[rows.known]
+    named = known[known.states_causes]
+    held = named[named.gain.notna()]
     found = [
         _share("clean records called clean", clean, clean.verdict == "nothing", 0.99),
-        _share("right cause and place at s >= 3", large, large.right, 0.95),
-        _share("the same, named alone", large, large.exact & (large.verdict == "cause"), None),
-        _share("right cause and place at s 0.6 to 2 and 5 % noise", small, small.right, 0.80),
+        *_by_size(rows, "size", "s"),
         *(
             _share(f"truth inside the stated set at {level:g} % noise", part, part.inside, 0.95)
             for level, part in named.groupby("noise_percent")
         ),
-        _share("foreign effects at s >= 3 called unknown or a declared twin", foreign,
-               (foreign.verdict == "unknown") | foreign.twin, 0.90),
         _share("chain errors not named as rotor effects", chain, ~chain.names_rotor, 0.95),
         _coverage(rows),
         _calibration(rows),
-        _median_gain(held[held["size"] >= LARGE], "gain", 0.1),
-        _median_gain(held[held["size"] >= LARGE], "gain_measured", None),
         _share("held-out error made worse", held, held.gain > 1, 0.01, at_most=True),
-        _share("two effects at 1 % noise exact", two, two.exact, 0.85),
-    ]  # fmt: skip
+        _share("effects of the library called unknown", known, known.verdict == "unknown", None),
+        *_by_size(rows, "beyond", "s beyond the base"),
+    ]
     return pd.DataFrame(found)
+
+
+def _by_size(rows, size, called):
+    """Bars of effects of a size; size : column it stands in, called : how."""
+    single = rows[rows.known & rows.kind.isin(["single", "chain"])]
+    large = single[single[size] >= LARGE]
+    small = single[single[size].between(0.6, 2) & (single.noise_percent == 5.0)]
+    foreign = rows[(rows.kind == "foreign") & (rows[size] >= LARGE)]
+    two = rows[(rows.kind == "two") & (rows.noise_percent == 1.0)]
+    if size != "size":  # two effects are drawn from 3 on
+        two = two[two[size] >= LARGE]
+    held = rows[rows.known & rows.states_causes & rows.gain.notna() & (rows[size] >= LARGE)]
+    beyond = "" if size == "size" else f", both {called} >= 3"
+    return [
+        _share(f"right cause and place at {called} >= 3", large, large.right, 0.95),
+        _share(f"the same, named alone ({called})", large, large.exact & (large.verdict == "cause"), None),
+        _share(f"right cause and place at {called} 0.6 to 2 and 5 % noise", small, small.right, 0.80),
+        _share(f"foreign effects at {called} >= 3 called unknown or a declared twin", foreign,
+               (foreign.verdict == "unknown") | foreign.twin, 0.90),
+        _median_gain(held, "gain", 0.1, called),
+        _median_gain(held, "gain_measured", None, called),
+        _share(f"two effects at 1 % noise exact{beyond}", two, two.exact, 0.85),
+    ]  # fmt: skip
 
 
 def _row(what, needed, value, bounds, found, cases, status, why=""):
@@ -116,13 +134,13 @@ def _calibration(rows):
     return _row("calibration error of the stated confidence", "<= 0.05", error, bounds, 0, count, status, why)
 
 
-def _median_gain(part, key, bar):
+def _median_gain(part, key, bar, called):
     """Median of after over before; bounds by order statistics."""
     from scipy.stats import binom
 
     values = np.sort(part[key].dropna())
     n, against = len(values), {"gain": "against the signal without noise", "gain_measured": "against the measurement"}
-    what = f"held-out error after over before, median at s >= 3, {against[key]}"
+    what = f"held-out error after over before, median at {called} >= 3, {against[key]}"
     if not n:
         return _row(what, "" if bar is None else f"<= {bar:g}", np.nan, (0, np.inf), 0, 0, "no such case")
     i = int(binom.ppf(0.025, n, 0.5))

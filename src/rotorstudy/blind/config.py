@@ -42,6 +42,7 @@ class BlindConfig(Strict):
     fewest_speeds, most_speeds
     mesh_factor    : elements of the machine for each of the rig file
     base_share     : standard deviation of each base parameter around the rig file's, relative; stated to the diagnosis
+    model_error    : share of a harmonic that the mesh of the rig file misses; stated to the diagnosis
     phase_mark_std_rad, gain_std : of the measuring chain; stated to the diagnosis
     records        : cases whose record is written as NetCDF too
     """
@@ -63,6 +64,7 @@ class BlindConfig(Strict):
     most_speeds: int = Field(ge=3)
     mesh_factor: int = Field(ge=1)
     base_share: float = Field(ge=0, lt=0.5)
+    model_error: float = Field(ge=0, lt=0.5)
     phase_mark_std_rad: float = Field(ge=0, lt=0.2)
     gain_std: float = Field(ge=0, lt=0.2)
     records: int = Field(ge=0)

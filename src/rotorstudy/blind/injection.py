@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rotorstudy.blind.base import left_by_base
 from rotorstudy.blind.chain import CHAIN, CHAIN_SIGNED, FOREIGN_CHAIN, LABEL, UNSIZED, phase_reference, probe_gain
 from rotorstudy.blind.machine import build_plant, critical_speeds, growth, settle, steady_motion
 from rotorstudy.blind.physics import FOREIGN, HIDDEN, SIGNED, bearing
@@ -140,6 +141,16 @@ def _draw(config, kind, generator, truth):
     signals = _observe(setting, acting) if acting else clean
     together = change(acting) if len(acting) > 1 else (alone[0] if alone else 0.0)
     records, spectrum = _measure(config, setting, signals, level, colour, generator)
+    stated = {
+        "uncertainty": {"default": config.base_share},
+        "nuisance": {"phase_reference": config.phase_mark_std_rad, "probe_gain": config.gain_std},
+        "model_error": config.model_error,
+        "leave_out": left_out,
+    }
+    beyond = []  # of each effect alone
+    for one in acting:
+        seen = signals if len(acting) == 1 else _observe(setting, [one])
+        beyond.append(left_by_base(_harmonics(seen, harmonics, config) - base, spectrum, setting.nominal, stated))
     truth |= {
         "rig": name,
         "sensors": list(setting.nominal.sensors),
@@ -150,7 +161,8 @@ def _draw(config, kind, generator, truth):
         "left_out": left_out,
         "foreign": foreign,
         "effects": [
-            _told(one, values, place, s) for one, (_, values, place), s in zip(hidden, acting, alone, strict=True)
+            _told(one, values, place, s) | {"change_beyond_base": left}
+            for one, (_, values, place), s, left in zip(hidden, acting, alone, beyond, strict=True)
         ],
         "base": {effect: _parts(values) for effect, values, _ in setting.effects},
         "phase_mark_rad": float(setting.mark),
@@ -158,11 +170,6 @@ def _draw(config, kind, generator, truth):
             _harmonics(signals, harmonics, config).real.tolist(),
             _harmonics(signals, harmonics, config).imag.tolist(),
         ],
-    }
-    stated = {
-        "uncertainty": {"default": config.base_share},
-        "nuisance": {"phase_reference": config.phase_mark_std_rad, "probe_gain": config.gain_std},
-        "leave_out": left_out,
     }
     return Case(rig, spectrum, records, stated, truth)
 

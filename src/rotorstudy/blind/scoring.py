@@ -66,6 +66,7 @@ def score_case(truth, answer):
         "rig": truth["rig"],
         "noise_percent": truth["noise_percent"],
         "size": min((t["change_over_noise"] for t in true), default=0.0),
+        "beyond": min((t.get("change_beyond_base", np.nan) for t in true), default=0.0),
         "truth": " + ".join(sorted(t["effect"] for t in true)) or "clean",
         "verdict": verdict["verdict"],
         "answer": " + ".join(sorted(c["effect"] for c in named)) or verdict["verdict"],
@@ -199,6 +200,7 @@ def summary(rows, bars):
         variables[name] = (("family",), half[:, i], "1", "change over noise at which half the effects are found")
     for name, unit, long_name in (
         ("size", "1", "change over noise, of the smaller effect if two"),
+        ("beyond", "1", "the same of what base parameters and calibration cannot take over"),
         ("noise_percent", "percent", "noise of a harmonic over the rms vibration"),
         ("confidence", "1", "confidence of the first cause"),
         ("gain", "1", "error on held-out speeds after over before, against the signal without noise"),

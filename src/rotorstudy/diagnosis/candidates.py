@@ -4,28 +4,34 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.diagnosis.fit import BEYOND, whitened
+from rotorstudy.diagnosis.fit import BEYOND, log_narrowing, whitened
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.plugins import registry
 from rotorstudy.response import sensitivities
 from rotorstudy.rig import make_term
 from rotorstudy.terms import Term
 
-SHAPES_TRIED = 5  # values of a shape option, before the best is refined
+SHAPES_TRIED = 9  # values of a shape option, before the best is refined
+SCALES = 10.0 ** (-0.5 * np.arange(7))  # of the widest prior: amplitudes of any order of magnitude are alike
+FIXED = 0.02  # of an amplitude that is there or not: what a calibration of the probe leaves open
 
 
 class Candidate(NamedTuple):
     """An effect at a place: plugin name, options of the place, its term without values.
 
-    shape : options that stand inside a nonlinear force (a clearance), at one of the values tried
-    fixed : unknown name -> amplitude, of an effect that is there or not and has no size to fit
+    prior    : unknown name -> (mean, std) of its amplitude before anything is measured
+    positive : names of unknowns that cannot be negative: then the prior is the upper half of that normal distribution
+    fixed    : it has one size, and no prior of unknown width
+    shape    : options that stand inside a nonlinear force (a clearance), at one of the values tried
     """
 
     effect: str
     where: dict
     term: Term
+    prior: dict
+    positive: tuple = ()
+    fixed: bool = False
     shape: dict = {}
-    fixed: dict = {}
 
     @property
     def cause(self):
@@ -41,13 +47,18 @@ class Candidate(NamedTuple):
         return tuple(unknown.name for unknown in self.term.unknowns)
 
 
-def candidate(model, effect, where, shape=None, label="cause"):
-    """A candidate; raises RotorstudyError if the effect cannot act there."""
+def candidate(model, effect, where, shape=None, label="cause", reach=10.0):
+    """A candidate; raises RotorstudyError if the effect cannot act there.
+
+    reach : standard deviation of its amplitude, in its typical sizes
+    """
     plugin = registry().get("effect", effect, "diagnosis")
     item = {"kind": effect, **plugin.example, **where, **(shape or {}), "label": label}
     term = make_term("effect", item, model.structure, model.sensors, f"candidate {effect}")
-    fixed = {unknown.name: unknown.typical for unknown in term.unknowns} if plugin.fixed else {}
-    return Candidate(effect, where, term, dict(shape or {}), fixed)
+    mean, std = (1.0, FIXED) if plugin.fixed else (0.0, reach)
+    prior = {unknown.name: (mean * unknown.typical, std * unknown.typical) for unknown in term.unknowns}
+    positive = tuple(prior) if plugin.positive else ()
+    return Candidate(effect, where, term, prior, positive, plugin.fixed, dict(shape or {}))
 
 
 def _shapes(plugin):
@@ -59,16 +70,16 @@ def _shapes(plugin):
     return [{name: float(value)} for value in values]
 
 
-def candidates(model, leave_out=()):
-    """Every effect at every place it offers on this rotor; leave_out : effects not to be considered."""
+def candidates(model, settings):
+    """Every effect at every place it offers on this rotor, as `settings` allow."""
     found = []
     for name, plugin in sorted(registry().plugins["effect"].items()):
-        if not plugin.candidate or name in leave_out:
+        if not plugin.candidate or name in settings.leave_out:
             continue
         for place in plugin.places(model.structure, model.sensors):
             for shape in _shapes(plugin):
                 try:
-                    found.append(candidate(model, name, place, shape, f"cause {len(found)}"))
+                    found.append(candidate(model, name, place, shape, f"cause {len(found)}", settings.reach))
                 except RotorstudyError:  # it offers a place that this rig's other options rule out
                     continue
     return found
@@ -78,16 +89,43 @@ class Screened(NamedTuple):
     """What first-order columns say of a candidate.
 
     explained : fall of the cost if it alone is added, the base parameters moving along
+    evidence  : logarithm of the evidence it gains, see `evidence`
     start     : (unknown,) its amplitudes there
-    detection : (unknown,) amplitude whose fall of the cost is one: times sqrt(threshold), the detection limit
+    detection : (unknown,) standard deviation of each amplitude if it alone is fitted
     """
 
     explained: float
+    evidence: float
     start: np.ndarray
     detection: np.ndarray
 
 
-def screen(fitted, spectrum, prior, chosen):
+def log_scales(mean, covariance):
+    """Logarithm of the evidence gained by a prior of unknown width over the widest one: the mean over `SCALES`.
+
+    mean, covariance : (unknown,), (unknown, unknown) fitted with the widest prior, in its standard deviations
+    """
+    narrow, turn = np.linalg.eigh(covariance)
+    narrow = np.clip(narrow, 1e-30, 1)
+    pull = (turn.T @ mean / narrow) ** 2
+    data = 1 / narrow - 1  # precision that the data give
+    square = SCALES[:, None] ** 2
+    value = 0.5 * np.sum(pull * square / (1 + data * square) - np.log1p(data * square), axis=1)
+    return float(np.logaddexp.reduce(value) - np.log(len(SCALES)) - value[0])
+
+
+def log_possible(mean, std):
+    """Logarithm of the evidence gained by amplitudes that cannot be negative over ones that can.
+
+    mean, std : (...,) of a normal distribution fitted without that limit; half of the prior and the share of the fitted
+    distribution above zero are what the limit leaves
+    """
+    from scipy.special import log_ndtr
+
+    return np.log(2) + log_ndtr(np.asarray(mean) / np.asarray(std))
+
+
+def screen(fitted, spectrum, chosen):
     """Screened for each candidate of `chosen`, by the linear columns at a fit.
 
     The free parameters of the fit are projected out with their priors: what they can explain is not a new cause.
@@ -99,33 +137,32 @@ def screen(fitted, spectrum, prior, chosen):
         fitted.model, spectrum.speed, spectrum.harmonics, (on_rotor, on_output), fitted.theta, order=carried
     )
     columns = whitened(spectrum, np.moveaxis(columns, -1, 0)).T  # (component, unknown)
-    order = [u.name for u in on_rotor + on_output]
+    order = {u.name: i for i, u in enumerate(on_rotor + on_output)}
     # rows of the priors below the data: a parameter that sits off its mean pulls back
-    weight = np.array([1 / prior[n][1] if n in prior else 0.0 for n in fitted.names])
-    mean = np.array([prior[n][0] if n in prior else 0.0 for n in fitted.names])
-    known = np.vstack([fitted.jacobian, np.diag(weight)])
-    residual = np.concatenate([fitted.residual, weight * (mean - fitted.free)])
-    columns = np.vstack([columns, np.zeros((len(weight), columns.shape[1]))])
+    known = np.vstack([fitted.jacobian, np.diag(1 / fitted.std)])
+    residual = np.concatenate([fitted.residual, (fitted.mean - fitted.free) / fitted.std])
+    columns = np.vstack([columns, np.zeros((len(fitted.std), columns.shape[1]))])
     length = np.linalg.norm(known, axis=0)
-    basis, _ = np.linalg.qr(known[:, length > 0] / length[length > 0])
-    size = np.linalg.norm(columns, axis=0)
+    basis, _ = np.linalg.qr(known / length)
     columns = columns - basis @ (basis.T @ columns)
     residual = residual - basis @ (basis.T @ residual)
-    result = []
-    for candidate in chosen:
-        place = [order.index(name) for name in candidate.names]
-        own, whole = columns[:, place], size[place]
-        left = np.linalg.norm(own, axis=0)
-        if not (left > 1e-6 * whole).any():
-            result.append(Screened(0.0, np.zeros(len(place)), np.full(len(place), np.inf)))
-            continue
-        scale = np.where(left > 1e-6 * whole, left, np.inf)
-        start = np.linalg.pinv(own / scale, rcond=1e-6) @ residual / scale
-        if candidate.fixed:
-            start = np.array(list(candidate.fixed.values()))
-        gone = own @ start
-        detection = np.full(len(place), np.inf)
-        seen = np.isfinite(scale)
-        detection[seen] = 1 / scale[seen]
-        result.append(Screened(float(2 * gone @ residual - gone @ gone), start, detection))
-    return result
+    return [_screened(candidate, columns[:, [order[n] for n in candidate.names]], residual) for candidate in chosen]
+
+
+def _screened(candidate, columns, residual):
+    """Screened of one candidate; columns (component, unknown) and residual (component,), the base projected out."""
+    mean, std = np.array([candidate.prior[n] for n in candidate.names]).T
+    left = residual - columns @ mean
+    scaled = columns * std
+    covariance = np.linalg.inv(np.eye(len(std)) + scaled.T @ scaled)
+    off = covariance @ (scaled.T @ left)  # in standard deviations of the prior
+    cost = np.sum((left - scaled @ off) ** 2) + off @ off
+    explained = float(residual @ residual - cost)
+    evidence = 0.5 * (explained - log_narrowing(columns, std))
+    start = mean + std * off
+    detection = std / np.sqrt(1 + np.sum(scaled**2, axis=0))
+    limited = np.isin(candidate.names, candidate.positive)
+    evidence += float(log_possible(start, detection)[limited].sum())
+    if not candidate.fixed:
+        evidence += log_scales(off, covariance)
+    return Screened(explained, evidence, start, detection)

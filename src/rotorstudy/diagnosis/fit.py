@@ -1,4 +1,4 @@
-"""Output-error fit with priors: base parameters move within what is known of them, causes move freely."""
+"""Output-error fit with priors: everything moves within what is known of it, and the evidence for the model follows."""
 
 from dataclasses import dataclass, replace
 
@@ -19,19 +19,23 @@ class Fit:
     """A fitted model.
 
     theta      : (parameter,) in the order of model.names
-    names      : (free,) those that were fitted;  covariance : (free, free)
+    names      : (free,) those that were fitted;  mean, std : (free,) of their priors;  covariance : (free, free)
     misfit     : weighted sum of squares of the data;  penalty : of the priors
     residual   : (component,) whitened measured minus predicted;  jacobian : (component, free) of the prediction
+    evidence   : logarithm of the chance of the data whatever the parameters are, less a constant (Laplace)
     """
 
     model: object
     theta: np.ndarray
     names: tuple
+    mean: np.ndarray
+    std: np.ndarray
     covariance: np.ndarray
     misfit: float
     penalty: float
     residual: np.ndarray
     jacobian: np.ndarray
+    evidence: float
 
     @property
     def cost(self):
@@ -42,10 +46,17 @@ class Fit:
         return self.theta[self.model.position(self.names)]
 
 
-def with_model_error(spectrum, share):
-    """The spectrum with its covariance widened by a share of each harmonic: what the model is not trusted to hit."""
-    floor = independent_covariance((share * np.abs(spectrum.amplitude)) ** 2 / 2)
-    return replace(spectrum, covariance=spectrum.covariance + floor)
+def with_model_error(spectrum, settings):
+    """The spectrum with its covariance widened by what the model is not trusted to hit and the scatter does not show.
+
+    settings : Settings; model_error is a share of each harmonic, model_floor one of the rms vibration at a sensor and a
+               speed (all harmonics but 0X, which may be a gap), covariance_error one of the stated variances
+    """
+    size = np.abs(spectrum.amplitude)
+    moving = (spectrum.harmonics != 0)[:, None]
+    whole = np.sqrt(np.sum((size * moving) ** 2, axis=-2, keepdims=True))
+    floor = independent_covariance(((settings.model_error * size) ** 2 + (settings.model_floor * whole) ** 2) / 2)
+    return replace(spectrum, covariance=(1 + settings.covariance_error) * spectrum.covariance + floor)
 
 
 def whitened(spectrum, amplitude, whitener=None):
@@ -61,19 +72,18 @@ def predicted(model, spectrum, theta, jacobian=False):
     return measured_response(model, spectrum.speed, spectrum.harmonics, theta, order=order, jacobian=jacobian)
 
 
-def fit(model, spectrum, prior, free=(), start=None, steps=STEPS):
+def fit(model, spectrum, prior, start=None, steps=STEPS):
     """Levenberg-Marquardt of data and priors.
 
-    prior : name -> (mean, std) of amplitudes that are known so well; they move
-    free  : further names, without prior
+    prior : name -> (mean, std) of the amplitudes that move
     start : (parameter,) of the model;  missing values start at zero;  steps : at most, 0 for the start itself
     raises: RotorstudyError if there is no steady state anywhere near the start
     """
-    names = (*prior, *free)
+    names = tuple(prior)
     place = model.position(names)
     theta = _start(model) if start is None else np.array(start, float)
-    mean = np.array([prior[n][0] if n in prior else 0.0 for n in names])
-    weight = np.array([1 / prior[n][1] if n in prior else 0.0 for n in names])
+    mean, std = np.array([prior[n] for n in names], float).reshape(-1, 2).T
+    weight = 1 / std
     whitener = spectrum.whitener()
     measured = whitened(spectrum, spectrum.amplitude, whitener)
 
@@ -110,7 +120,17 @@ def fit(model, spectrum, prior, free=(), start=None, steps=STEPS):
             if damping > 1e8:
                 break
     normal = jacobian.T @ jacobian + np.diag(weight**2)
-    return Fit(model, theta, names, _inverse(normal), misfit, penalty, residual, jacobian)
+    evidence = -0.5 * (misfit + penalty + log_narrowing(jacobian, std))
+    return Fit(model, theta, names, mean, std, _inverse(normal), misfit, penalty, residual, jacobian, evidence)
+
+
+def log_narrowing(jacobian, std):
+    """ln det (posterior precision / prior precision): how much narrower the data make what the priors leave open.
+
+    jacobian : (component, free) of whitened data;  std : (free,) of the priors
+    """
+    scaled = jacobian * std
+    return float(np.linalg.slogdet(np.eye(len(std)) + scaled.T @ scaled)[1])
 
 
 def _start(model):

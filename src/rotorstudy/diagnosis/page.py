@@ -36,8 +36,8 @@ CAPTIONS = {
     "parameters fitted; 1 is what chance does. Right: the force at the measured nodes that would make up for it; where "
     "not all of the rotor is measured the true force may act elsewhere. An effect of the measuring chain shows as a "
     "force too, though none acts.",
-    "causes": "Best first. Each was fitted with the base parameters free; what it leaves is weighed against its price, "
-    "which grows with its parameters and with the number of causes it was chosen from.",
+    "causes": "Best first. Each was fitted with the base parameters free; what it leaves is weighed against how finely "
+    "it had to be tuned and against the number of causes it was chosen from.",
     "before_and_after": "The harmonics and one turn of the orbit, at the nodes with the largest residual.",
     "gain": "Base: the rig as given, fitted. Extended: with the causes.",
 }
@@ -62,11 +62,14 @@ def _said(verdict):
         if found:
             text += f" Of 100 records with one of these, 95 would have shown it: {', '.join(found)}."
         return text
-    if not causes:
-        return (
-            "Something is missing, and no effect of the library explains it (chance of a residual this large: "
-            f"{chance(verdict['chance_of_residual']['before'])})."
+    bent = ""
+    if kind == "unknown" and verdict["chance_of_parameters"] < verdict["settings"]["significance"]:
+        bent = (
+            f"parameters as far off what is stated as they would have to be: {chance(verdict['chance_of_parameters'])}"
         )
+    if not causes:
+        left = f"a residual this large: {chance(verdict['chance_of_residual']['before'])}"
+        return f"Something is missing, and no effect of the library explains it (chance of {bent or left})."
     named = " together with ".join(cause_in_words(cause) for cause in causes)
     sure = min(cause["confidence"] for cause in causes)
     if kind == "cause":
@@ -78,7 +81,8 @@ def _said(verdict):
     else:
         near = " together with ".join(map(place, causes))  # sizes of what is not the cause would be taken for findings
         text = f"Something is missing that no effect of the library explains. What comes nearest is {near}"
-        text += f", which leaves {percent(verdict['left_over'])} of the excess error (rms)."
+        text += f", which leaves {percent(verdict['left_over'])} of the excess error (rms)"
+        text += f" (chance of {bent})." if bent else "."
     return f"{text} {gain_in_words(verdict)}".strip()
 
 

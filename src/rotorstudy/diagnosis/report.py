@@ -13,13 +13,12 @@ from rotorstudy.diagnosis.extend import extended_rig, write_rig
 from rotorstudy.diagnosis.fit import predicted, whitened, with_model_error
 from rotorstudy.diagnosis.force import missing_force
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.diagnosis.verdict import _weights, investigate
+from rotorstudy.diagnosis.verdict import investigate
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.measured.findings import Finding, worst_first
 from rotorstudy.plugins import registry
 from rotorstudy.rig import build_model, check_config, named_plugins, read_yaml
 
-UNUSUAL = 10.0  # times a usual share or angle
 CONTRADICTED = 5.0  # stated deviations that a parameter of the rig is moved
 
 
@@ -65,7 +64,7 @@ def report(records, rig_path, out, hold_out=None):
 def far_from_the_rig(diagnosis, data):
     """A warning if records and rig hardly belong together: another machine, other units, other speeds.
 
-    Signs of it: the rig's own values are contradicted, or a share or an angle that was found is far beyond a usual one.
+    Signs of it: the rig's own values are contradicted, or what was found is beyond the `reach` of its usual sizes.
 
     data : Dataset of verdict.nc
     """
@@ -83,7 +82,7 @@ def far_from_the_rig(diagnosis, data):
     for cause in diagnosis.search.best.causes:
         for unknown in cause.term.unknowns:
             value = theta[unknown.name]
-            if unknown.unit in ("1", "rad") and not cause.fixed and abs(value) > UNUSUAL * unknown.typical:
+            if not cause.fixed and abs(value) > diagnosis.settings.reach * unknown.typical:
                 name = plain(unknown.name.replace(f"[{cause.term.label}]", ""))
                 said.append(f"{name} would be {quantity(value, unknown.unit)}")
     if not said:
@@ -226,7 +225,7 @@ def verdict_dataset(diagnosis, spectrum):
     """
     from rotorstudy.store import dataset
 
-    whole = with_model_error(spectrum, diagnosis.settings.model_error)
+    whole = with_model_error(spectrum, diagnosis.settings)
     base, best = diagnosis.search.base, diagnosis.best
     held = diagnosis.held_out.speed if diagnosis.held_out is not None else []
     grid = ("speed", "harmonic", "node")
@@ -283,7 +282,7 @@ def _parameters(diagnosis):
 
 def _explanations(diagnosis):
     """Every explanation that was fitted, that with the highest score first."""
-    weights = sorted(_weights(diagnosis.search.explanations), key=lambda pair: -pair[0].score)
+    weights = diagnosis.search.shares()
     stated = {(cause["effect"], tuple(cause["where"].items())) for cause in diagnosis.verdict["ambiguous_with"]}
     best = diagnosis.search.best
     labels = [" + ".join(cause.label for cause in e.causes) or "nothing more" for e, _ in weights]
@@ -294,7 +293,12 @@ def _explanations(diagnosis):
     along = ("explanation",)
     return {
         "explanation_label": (along, np.array(labels, object), "1", "causes"),
-        "score": (along, np.array([e.score for e, _ in weights]), "1", "fall of the cost less the price of the causes"),
+        "score": (
+            along,
+            np.array([e.score for e, _ in weights]),
+            "1",
+            "twice the logarithm of the odds against the base alone",
+        ),
         "confidence": (along, np.array([w for _, w in weights]), "1", "share of belief"),
         "cost": (along, np.array([e.fit.cost for e, _ in weights]), "1", "misfit of data and priors"),
         "is_twin": (along, np.array(twin, "int8"), "1", "1 if the data cannot rule it out"),

@@ -4,25 +4,37 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rotorstudy.diagnosis.candidates import SHAPES_TRIED, Candidate, candidate, candidates, screen
-from rotorstudy.diagnosis.fit import STEPS, Fit, fit
+from rotorstudy.diagnosis.candidates import (
+    SCALES,
+    Candidate,
+    candidate,
+    candidates,
+    log_possible,
+    log_scales,
+    screen,
+)
+from rotorstudy.diagnosis.fit import STEPS, Fit, fit, predicted, whitened
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.plugins import registry
 from rotorstudy.rig import make_term
 
 FIRST_LOOK = 5  # steps of a fit before it is known whether it is worth more
 FITTED_FULLY = 4  # explanations a round at least, and all
 CLOSE = 15.0  # above the cost of the best: e^-7 of its belief
 BENT = 3.0  # mean square of the priors' deviations from which a base fit is bent; 1 is expected
-FIXED = 0.02  # of an amplitude that is there or not: what a calibration of the probe leaves open
-ENOUGH = 0.05  # chance of a residual by noise alone from which no further cause is looked for
-ACCUSES = 4.0  # score an explanation needs: the best of a library fitted to noise reaches more than zero now and then
+ACCUSES = 4.0  # score an explanation needs: odds of seven to one that something is missing at all
 WORTH_FITTING = 0.1  # of what the best candidate explains by its columns: a large effect bends them
-SHAPE_STEPS = 12  # evaluations of a shape option
+PRICE_STEPS = 20
+LEAST = -700.0  # logarithm of the least share of belief, so that none becomes zero by rounding
+SHAPE_STEPS = 8  # of the shape options of a cause
+SHAPE_DIFFERENCE = 1e-4  # of the range of a shape option, for its derivative
+SHAPE_GAIN = 0.5  # of the score, below which a shape is good enough
+SHARES_OF_STEP = (1.0, 0.3, 0.1)
 
 
 @dataclass(frozen=True)
 class Explanation:
-    """A set of causes, fitted; score : fall of the cost, less what its parameters and the choice among many cost."""
+    """A set of causes, fitted; score : twice the logarithm of its odds against the base alone."""
 
     causes: tuple[Candidate, ...]
     fit: Fit
@@ -42,6 +54,7 @@ class Search:
     prior           : name -> (mean, std) of all that moves in every fit;  base : Fit of it alone
     candidates      : every one;  screened : of each, by the columns at the base fit
     found           : labels -> Explanation, every one fitted
+    upheld          : whether what no fit has seen leaves the best of them standing
     """
 
     model: object
@@ -52,6 +65,7 @@ class Search:
     candidates: list
     screened: list
     found: dict = field(default_factory=dict)
+    upheld: bool = True
 
     @property
     def explanations(self):
@@ -61,15 +75,31 @@ class Search:
     def best(self):
         """The explanation with the highest score; none of them if the base alone is nearly as good."""
         best = max(self.explanations, key=lambda e: e.score)
-        return best if best.score > ACCUSES else self.found[frozenset()]
+        return best if best.score > ACCUSES and self.upheld else self.found[frozenset()]
 
-    @property
-    def rows(self):
-        return 2 * self.spectrum.amplitude.size
+    def share(self, cause):
+        """Prior odds of a cause: every effect of the library alike, its places and shapes share what it has."""
+        effects = len({c.effect for c in self.candidates})
+        return 1 / (effects * sum(c.effect == cause.effect for c in self.candidates))
 
-    def price(self, parameters):
-        """What a cause costs: ln n a parameter (BIC), and twice the logarithm of the library it was chosen from."""
-        return parameters * np.log(self.rows) + 2 * np.log(len(self.candidates))
+    def price(self, cause):
+        """Fall of the cost at which a cause is as likely as not: what its width, its sign and the choice cost."""
+        given = -2 * np.log(self.share(cause)) + (0 if cause.fixed else 2 * np.log(len(SCALES)))
+        count, price = len(cause.names) * (not cause.fixed), given
+        for _ in range(PRICE_STEPS):  # the width that serves best is that of the amplitude itself
+            price = given + count * np.log1p(price / max(count, 1))
+        return float(price)
+
+    def shares(self):
+        """(explanation, share of belief), most believed first; of each set of causes its best shape."""
+        best = {}
+        for e in self.explanations:
+            if e.named not in best or e.score > best[e.named].score:
+                best[e.named] = e
+        found = sorted(best.values(), key=lambda e: -e.score)
+        score = np.array([e.score for e in found]) / 2
+        weight = np.exp(np.maximum(score - np.logaddexp.reduce(score), LEAST))
+        return list(zip(found, weight.tolist(), strict=True))
 
 
 def base_model(model, settings):
@@ -105,8 +135,6 @@ def base_model(model, settings):
 
 
 def _places(kind, model):
-    from rotorstudy.plugins import registry
-
     return registry().get("effect", kind, "nuisance").places(model.structure, model.sensors)
 
 
@@ -114,62 +142,85 @@ def search(model, spectrum, settings):
     """Explanations of a spectrum by up to `most_causes` candidates, best found by adding, swapping and dropping."""
     whole, prior = base_model(model, settings)
     base = fit(whole, spectrum, prior)
-    every = candidates(model, settings.leave_out)
-    work = Search(whole, spectrum, settings, prior, base, every, screen(base, spectrum, prior, every))
+    every = candidates(model, settings)
+    work = Search(whole, spectrum, settings, prior, base, every, screen(base, spectrum, every))
     current = work.found[frozenset()] = Explanation((), base, 0.0)
     screenings = [work.screened]
     if base.penalty > BENT * len(prior):  # bent by what it lacks; columns at the stated parameters may serve better
-        screenings.append(screen(fit(whole, spectrum, prior, steps=0), spectrum, prior, every))
-    while len(current.causes) < settings.most_causes and not (current.causes and _is_enough(work, current)):
-        better = _add(work, current, screenings if not current.causes else None)
-        if better is None or better.score <= current.score:
+        screenings.append(screen(fit(whole, spectrum, prior, steps=0), spectrum, every))
+    while len(current.causes) < settings.most_causes:
+        tried = _add(work, current, screenings if not current.causes else None)
+        better = max((_refine(work, model, e) for e in _worth_refining(tried)), key=lambda e: e.score, default=current)
+        if better.score <= current.score:
             break
-        current = _refine(work, model, better)
+        current = better
         if len(current.causes) > 1:
             current = _swap(work, current)
     return work
 
 
-def _explain(work, causes, start=None):
-    """The Explanation by some causes, fitted from two starts; None if no fit succeeds.
+def _worth_refining(tried):
+    """The best of explanations; if it leaves more than noise does, also the best whose last cause has a shape."""
+    if not tried:
+        return []
+    best = max(tried, key=lambda e: e.score)
+    shaped = [e for e in tried if e.causes[-1].shape and best.fit.cost > len(best.fit.residual)]
+    other = max(shaped, key=lambda e: e.score, default=best)
+    return [best] if other is best else [best, other]
 
-    start : (unknown,) of the last cause, from its screening
+
+def _explain(work, causes, starts=None):
+    """The Explanation by some causes; None if no fit succeeds.
+
+    starts : list of (parameter,) of the extended model, by default the stated values; the later ones are tried only if
+             the earlier do not leave as little as noise does
     """
     key = frozenset(c.label for c in causes)
     if key not in work.found:
-        extended, known, free, fresh = _extension(work, causes)
-        before = _before(work, causes)
-        here = _theta(extended, before.model.names, before.theta, start)
-        fits = [f for f in (_fit(work, extended, known, free, s) for s in (fresh, here)) if f]
-        if not fits:
+        extended, known, fresh = _extension(work, causes)
+        fitted = None
+        for start in starts or [fresh]:
+            found = _fit(work, extended, known, start)
+            fitted = min((f for f in (fitted, found) if f), key=lambda f: f.cost, default=None)
+            if fitted and fitted.cost < len(fitted.residual):
+                break
+        if fitted is None:
             return None
-        fitted = min(fits, key=lambda f: f.cost)
-        price = sum(work.price(len(c.names) - len(c.fixed)) for c in causes)
-        gained = (work.base.cost - fitted.cost) / (1 + work.settings.covariance_error)
-        work.found[key] = Explanation(tuple(causes), fitted, gained - price)
+        work.found[key] = Explanation(tuple(causes), fitted, _score(work, causes, fitted))
     return work.found[key]
 
 
+def _score(work, causes, fitted):
+    """Twice the logarithm of the odds of some causes, fitted, against the base alone."""
+    odds = fitted.evidence - work.base.evidence
+    for cause in causes:
+        place = [fitted.names.index(name) for name in cause.names]
+        width = fitted.std[place]
+        covariance = fitted.covariance[np.ix_(place, place)]
+        odds += np.log(work.share(cause))
+        limited = np.isin(cause.names, cause.positive)
+        odds += np.sum(log_possible(fitted.free[place], np.sqrt(np.diag(covariance)))[limited])
+        if not cause.fixed:
+            odds += log_scales(fitted.free[place] / width, covariance / np.outer(width, width))
+    return float(2 * odds)
+
+
 def _first_look(work, causes):
-    """Cost of an explanation after a few steps; infinite if there is none."""
+    """Fit of an explanation after a few steps, None if there is none."""
     found = work.found.get(frozenset(c.label for c in causes))
-    if found:
-        return found.fit.cost
-    fitted = _fit(work, *_extension(work, causes), steps=FIRST_LOOK)
-    return np.inf if fitted is None else fitted.cost
+    return found.fit if found else _fit(work, *_extension(work, causes), steps=FIRST_LOOK)
 
 
 def _extension(work, causes):
-    """Extended model, what is known of its parameters, names of the free ones, and a start at the stated values."""
+    """Extended model, what is known of its parameters, and a start at the stated values."""
     extended = work.model.plus(*(c.term for c in causes))
-    fixed = {name: (value, FIXED * abs(value)) for c in causes for name, value in c.fixed.items()}
-    free = [name for c in causes for name in c.names if name not in fixed]
-    known = {**work.prior, **fixed}
+    known = work.prior | {name: prior for c in causes for name, prior in c.prior.items()}
     before = _before(work, causes)  # causes before keep their size; the base starts where it is stated, not bent
-    values = dict(zip(before.model.names, before.theta, strict=True)) | {
-        name: mean for name, (mean, _) in known.items()
+    values = {name: mean for name, (mean, _) in known.items()}
+    values |= {
+        name: value for name, value in zip(before.model.names, before.theta, strict=True) if name not in work.prior
     }
-    return extended, known, free, _theta(extended, values, values.values())
+    return extended, known, _theta(extended, values, values.values())
 
 
 def _before(work, causes):
@@ -178,28 +229,22 @@ def _before(work, causes):
     return known.fit if known else work.base
 
 
-def _fit(work, extended, known, free, start, steps=STEPS):
+def _fit(work, extended, known, start, steps=STEPS):
     try:
-        return fit(extended, work.spectrum, known, free, start=start, steps=steps)
+        return fit(extended, work.spectrum, known, start=start, steps=steps)
     except (RotorstudyError, np.linalg.LinAlgError):
         return None
-
-
-def _is_enough(work, explanation):
-    """Whether noise explains what is left, so that looking for a further cause is idle."""
-    from scipy.stats import chi2
-
-    return chi2.sf(explanation.fit.cost / (1 + work.settings.covariance_error), work.rows) > ENOUGH
 
 
 def _promising(work, chosen, screenings, most):
     """Candidates worth a fit, {index: Screened}: of each screening the first, in turn, each cause in its best shape."""
     lists = []
     for screened in screenings:
-        order, seen = sorted(range(len(chosen)), key=lambda i: -screened[i].explained), set()
+        odds = [one.evidence + np.log(work.share(cause)) for one, cause in zip(screened, chosen, strict=True)]
+        order, seen = sorted(range(len(chosen)), key=lambda i: -odds[i]), set()
         order = [i for i in order if not (chosen[i].cause in seen or seen.add(chosen[i].cause))]
-        best = screened[order[0]].explained if order else 0.0
-        worth = [max(WORTH_FITTING * best, 0.5 * work.price(len(chosen[i].names))) for i in order]
+        best = max((one.explained for one in screened), default=0.0)
+        worth = [max(WORTH_FITTING * best, 0.5 * work.price(chosen[i])) for i in order]
         lists.append([(i, screened[i]) for i, low in zip(order, worth, strict=True) if screened[i].explained >= low])
     found = {}
     for rank in range(max(map(len, lists), default=0)):
@@ -210,15 +255,20 @@ def _promising(work, chosen, screenings, most):
 
 
 def _add(work, current, screenings=None, most=None):
-    """The best explanation with one cause more, None if there is none."""
+    """Explanations with one cause more, those worth a fit."""
     named = current.named
     chosen = [c for c in work.candidates if c.cause not in named]
-    screenings = screenings or [screen(current.fit, work.spectrum, work.prior, chosen)]
+    screenings = screenings or [screen(current.fit, work.spectrum, chosen)]
     promising = _promising(work, chosen, screenings, most or work.settings.tried)
-    looked = sorted((_first_look(work, (*current.causes, chosen[i])), i) for i in promising)
-    looked = [i for rank, (cost, i) in enumerate(looked) if rank < FITTED_FULLY or cost < looked[0][0] + CLOSE]
-    tried = [_explain(work, (*current.causes, chosen[i]), promising[i].start) for i in looked]
-    return max((e for e in tried if e), key=lambda e: e.score, default=None)
+    looked = {i: _first_look(work, (*current.causes, chosen[i])) for i in promising}
+    order = sorted((i for i in looked if looked[i]), key=lambda i: looked[i].cost)
+    tried = []
+    for rank, i in enumerate(order):
+        if rank >= FITTED_FULLY and looked[i].cost > looked[order[0]].cost + CLOSE:
+            break
+        columns = _theta(looked[i].model, current.fit.model.names, current.fit.theta, promising[i].start)
+        tried.append(_explain(work, (*current.causes, chosen[i]), [looked[i].theta, columns]))
+    return [e for e in tried if e]
 
 
 def _swap(work, current):
@@ -229,37 +279,89 @@ def _swap(work, current):
             continue
         if less.score > current.score:
             return less
-        other = _add(work, less, most=FITTED_FULLY)
-        if other is not None and other.score > current.score:
-            current = other
+        current = max([current, *_add(work, less, most=FITTED_FULLY)], key=lambda e: e.score)
     return current
 
 
 def _refine(work, model, explanation):
-    """Shape options of the last cause moved, one after the other, to where the fit is best."""
-    from scipy.optimize import minimize_scalar
+    """Shape options of the last cause moved to where the fit is best, by steps of Gauss and Newton.
 
-    from rotorstudy.plugins import registry
-
+    They count in units of their range, logarithmic where it does not begin at zero. A contact bends its own columns, so
+    that these may choose the wrong shape: where more than noise is left, all shapes are looked at first.
+    """
+    explanation = _best_shape(work, explanation)
     *rest, last = explanation.causes
-    best = [explanation]
-    for name, (low, high) in registry().get("effect", last.effect).shape.items():
-        scale, back = (np.log, np.exp) if low > 0 else (float, float)
+    ranges = registry().get("effect", last.effect).shape
 
-        def cost(value, name=name, back=back):
-            shape = {**best[0].causes[-1].shape, name: float(back(value))}
-            tried = _explain(work, (*rest, candidate(model, last.effect, last.where, shape, last.term.label)))
-            if tried is None:
-                return np.inf
-            best[0] = max(best[0], tried, key=lambda e: e.score)
-            return -tried.score
+    def explain(place, theta):
+        shape = {name: _value(x, *ranges[name]) for name, x in zip(ranges, place, strict=True)}
+        moved = candidate(model, last.effect, last.where, shape, last.term.label, work.settings.reach)
+        return _explain(work, (*rest, moved), [theta])
 
-        ends, middle = (scale(low), scale(high)), best[0].causes[-1].shape.get(name)
-        if middle is not None:
-            reach = (ends[1] - ends[0]) / SHAPES_TRIED
-            ends = (max(ends[0], scale(middle) - reach), min(ends[1], scale(middle) + reach))
-        minimize_scalar(cost, bounds=ends, method="bounded", options={"maxiter": SHAPE_STEPS})
-    return best[0]
+    best = explanation
+    place = [_place(last.shape[name], *ranges[name]) if name in last.shape else 0.5 for name in ranges]
+    if ranges and set(ranges) != set(last.shape):
+        best = explain(place, best.fit.theta) or best
+    for _ in range(SHAPE_STEPS if set(ranges) == set(best.causes[-1].shape) and ranges else 0):
+        step, moved = _shape_step(work, model, best, place, ranges)
+        tried = None
+        for share in SHARES_OF_STEP:
+            ahead = np.clip(place + share * moved, 0, 1)
+            theta = best.fit.theta.copy()
+            theta[best.fit.model.position(best.fit.names)] += share * step
+            tried = explain(ahead, theta)
+            if tried and tried.score > best.score:
+                break
+        if not tried or tried.score <= best.score:
+            break
+        gained, best, place = tried.score - best.score, tried, ahead
+        if gained < SHAPE_GAIN:
+            break
+    return max(best, explanation, key=lambda e: e.score)
+
+
+def _best_shape(work, explanation):
+    """The explanation with the last cause in the best of the shapes tried."""
+    *rest, last = explanation.causes
+    if not last.shape or explanation.fit.cost < len(explanation.fit.residual):
+        return explanation
+    looked = []
+    for cause in work.candidates:
+        if cause.cause == last.cause:
+            fitted = _first_look(work, (*rest, cause))
+            looked += [(fitted.cost, (*rest, cause), fitted.theta)] if fitted else []
+    _, causes, theta = min(looked, key=lambda one: one[0])
+    return max(explanation, _explain(work, causes, [theta]) or explanation, key=lambda e: e.score)
+
+
+def _place(value, low, high):
+    """Where in its range (0 to 1) the value of a shape option lies."""
+    return np.log(value / low) / np.log(high / low) if low > 0 else value / high
+
+
+def _value(place, low, high):
+    return float(low * (high / low) ** place if low > 0 else place * high)
+
+
+def _shape_step(work, model, explanation, place, ranges):
+    """Steps (free,) of the parameters and (option,) of the shape, in its range, to the best fit by first order."""
+    *rest, last = explanation.causes
+    fitted, columns = explanation.fit, []
+    for i, name in enumerate(ranges):
+        off = SHAPE_DIFFERENCE if place[i] < 0.5 else -SHAPE_DIFFERENCE
+        shape = {**last.shape, name: _value(place[i] + off, *ranges[name])}
+        moved = candidate(model, last.effect, last.where, shape, last.term.label, work.settings.reach)
+        extended = work.model.plus(*(c.term for c in (*rest, moved)))
+        shown = predicted(extended, work.spectrum, fitted.theta)
+        left = whitened(work.spectrum, work.spectrum.amplitude - shown)
+        columns.append((fitted.residual - left) / off)
+    data = np.column_stack([fitted.jacobian, *columns])
+    known = np.diag(np.concatenate([1 / fitted.std, np.ones(len(ranges))]))
+    pull = np.concatenate([(fitted.mean - fitted.free) / fitted.std, 0.5 - np.array(place)])
+    normal, right = data.T @ data + known**2, data.T @ fitted.residual + known @ pull
+    scale = np.sqrt(np.diag(normal))
+    step = np.linalg.solve(normal / np.outer(scale, scale), right / scale) / scale
+    return step[: len(fitted.names)], step[len(fitted.names) :]
 
 
 def _theta(extended, names, values, start=None):

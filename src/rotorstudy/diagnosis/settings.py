@@ -10,8 +10,11 @@ class Settings(Strict):
 
     uncertainty     : of base parameters, standard deviation relative to their value, by name; "default" for the others
     model_error     : share of each harmonic that the model is not trusted to hit (a coarse mesh, a short series)
+    model_floor     : the same as a share of the rms vibration at a sensor and a speed: what is nearly zero is not known
+                      to a share of itself
     covariance_error : share by which the stated variances may be too small: they come from a few blocks of a record
     nuisance        : effects of the measuring chain that are never quite zero -> standard deviation of each amplitude
+    reach           : standard deviation of the amplitude of a cause before anything is measured, in its typical sizes
     hold_out_rad_s  : speeds that no fit sees; None: about a quarter of them, from the middle
     significance    : chance of a residual this large by noise alone, below which something is missing
     sure            : confidence from which a cause is named alone
@@ -22,8 +25,10 @@ class Settings(Strict):
 
     uncertainty: dict[str, float] = {"default": 0.1}
     model_error: float = Field(default=2e-3, ge=0, lt=0.5)
+    model_floor: float = Field(default=2e-4, ge=0, lt=0.5)
     covariance_error: float = Field(default=0.1, ge=0, lt=1)
     nuisance: dict[str, float] = {"phase_reference": 5e-3, "probe_gain": 5e-3}
+    reach: float = Field(default=10.0, gt=0)
     hold_out_rad_s: list[float] | None = None
     significance: float = Field(default=1e-3, gt=0, lt=0.5)
     sure: float = Field(default=0.9, gt=0.5, lt=1)

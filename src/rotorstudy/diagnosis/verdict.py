@@ -1,11 +1,12 @@
 """From a spectrum and a model to a verdict: nothing, a cause, ambiguous, or unknown."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from rotorstudy.diagnosis.fit import Fit, predicted, whitened, with_model_error
-from rotorstudy.diagnosis.search import Search, search
+from rotorstudy.diagnosis.search import ACCUSES, Search, search
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.identification import magnitude_and_phase
@@ -13,6 +14,7 @@ from rotorstudy.spectrum import Spectrum
 
 STATED_SET = 0.99  # confidence that the causes named together hold the true one
 LEFT_OVER = 0.1  # of the excess rms before, above which a significant rest means that the cause is not the right one
+SEEN = 0.5  # of its prior's deviation: an amplitude that the data narrow less has no detection limit
 POWER = 1.645  # deviations above the price at which 95 % of effects of that size are found
 
 
@@ -52,24 +54,23 @@ def investigate(spectrum, model, *, hold_out=None, settings=None):
     if tuple(spectrum.sensors) != tuple(model.sensors):
         raise RotorstudyError(f"the spectrum is of sensors {spectrum.sensors}, the model of {model.sensors}")
     fitted, held = _split(spectrum, settings.hold_out_rad_s if hold_out is None else hold_out)
-    fitted = with_model_error(fitted, settings.model_error)
-    held = None if held is None else with_model_error(held, settings.model_error)
+    fitted = with_model_error(fitted, settings)
+    held = None if held is None else with_model_error(held, settings)
     found = search(model, fitted, settings)
+    found = replace(found, upheld=_is_upheld(found, held))
     best = found.best
     gain = _gain(found.base, best.fit, held)
     rows = 2 * fitted.amplitude.size
-    wide = 1 + settings.covariance_error
-    unlikely_before = _tail(found.base.cost / wide, rows)
-    unlikely_after = _tail(best.fit.cost / wide, rows - len(best.fit.names) + len(found.prior))
+    unlikely_before, unlikely_after = _tail(found.base.cost, rows), _tail(best.fit.cost, rows)
+    bent = _tail(best.fit.penalty, len(best.fit.names))
     left = _left_over(found.base.cost, best.fit.cost, rows)
-    weights = _weights(found.explanations)
+    fits = unlikely_after >= settings.significance or left <= LEFT_OVER
+    weights = found.shares()
     sure = {name: sum(w for e, w in weights if name in e.named) for e, _ in weights for name in e.named}
     stated = _stated(weights, best)
     if not best.causes:
-        verdict = "nothing" if unlikely_before >= settings.significance else "unknown"
-    elif (unlikely_after < settings.significance and left > LEFT_OVER) or _is_worse(
-        found.base, best.fit, held, settings
-    ):
+        verdict = "nothing" if min(unlikely_before, bent) >= settings.significance else "unknown"
+    elif not fits or bent < settings.significance or _is_worse(found.base, best.fit, held, settings):
         verdict = "unknown"
     elif stated or min(sure[name] for name in best.named) < settings.sure:
         verdict = "ambiguous"
@@ -84,6 +85,8 @@ def investigate(spectrum, model, *, hold_out=None, settings=None):
         "separating_measurement": _separating(best, [c for c, _ in stated]),
         "unexplained": _unexplained(best.fit, fitted, settings) if verdict == "unknown" or best.causes else [],
         "chance_of_residual": {"before": unlikely_before, "after": unlikely_after},
+        "score": max((e.score for e in found.explanations if e.causes), default=None),
+        "chance_of_parameters": bent,
         "left_over": left,
         "detection_limit": _detection_limits(found),
         "gain": gain,
@@ -117,21 +120,12 @@ def _split(spectrum, hold_out):
 def _tail(cost, freedom):
     from scipy.stats import chi2
 
-    return float(chi2.sf(cost, freedom))
+    return float(max(chi2.sf(cost, freedom), np.finfo(float).tiny))
 
 
 def _left_over(before, after, rows):
     """Share of the excess that is left, as rms: 0 if all is explained, 1 if nothing."""
     return float(np.sqrt(max(after - rows, 0) / max(before - rows, 1e-300))) if before > rows else 0.0
-
-
-def _weights(explanations):
-    """(explanation, share of belief), by exp(score / 2): what BIC says, library counted; most believed first."""
-    score = np.array([e.score for e in explanations])
-    weight = np.exp((score - score.max()) / 2)
-    weight /= weight.sum()
-    order = np.argsort(-weight)
-    return [(explanations[i], float(weight[i])) for i in order]
 
 
 def _stated(weights, best):
@@ -189,22 +183,39 @@ def _gain(base, best, held):
     }
 
 
+def _is_upheld(found, held):
+    """Whether the best explanation is still likelier than the base alone once the held-out speeds are counted too."""
+    best = found.best
+    if held is None or not best.causes:
+        return True
+    before, after = (_surprise(fitted, held).chance for fitted in (found.base, best.fit))
+    return best.score + 2 * (after - before) > ACCUSES
+
+
 def _is_worse(base, best, held, settings):
     """Whether held-out speeds speak against the extension: they contradict what it predicts, and the base less so."""
     if held is None:
         return False
-    (before, _), (after, unlikely) = (_surprise(fitted, held, settings) for fitted in (base, best))
-    return unlikely < settings.significance and after > before
+    before, after = (_surprise(fitted, held) for fitted in (base, best))
+    return after.tail < settings.significance and after.misfit > before.misfit
 
 
-def _surprise(fitted, held, settings):
-    """Misfit of held-out speeds, and its chance, noise and what the fit leaves open of its parameters counted."""
+class Surprise(NamedTuple):
+    """Of held-out speeds: misfit, the probability of one as large, the logarithm of their chance less a constant."""
+
+    misfit: float
+    tail: float
+    chance: float
+
+
+def _surprise(fitted, held):
+    """Surprise of held-out speeds, noise and what the fit leaves open of its parameters counted."""
     shown, change = predicted(fitted.model, held, fitted.theta, jacobian=True)
     off = whitened(held, held.amplitude - shown)
     columns = whitened(held, np.moveaxis(change[..., fitted.model.position(fitted.names)], -1, 0)).T
-    spread = (1 + settings.covariance_error) * np.eye(len(off)) + columns @ fitted.covariance @ columns.T
+    spread = np.eye(len(off)) + columns @ fitted.covariance @ columns.T
     misfit = float(off @ np.linalg.solve(spread, off))
-    return misfit, _tail(misfit, len(off))
+    return Surprise(misfit, _tail(misfit, len(off)), -0.5 * (misfit + np.linalg.slogdet(spread)[1]))
 
 
 def residual_map(fitted, spectrum):
@@ -237,9 +248,9 @@ def _detection_limits(found):
     limits = []
     for c, screened in zip(found.candidates, found.screened, strict=True):
         unknowns = c.term.unknowns
-        needed = np.sqrt(found.price(len(unknowns))) + POWER
+        needed = np.sqrt(ACCUSES + found.price(c)) + POWER
         for unknown, one in zip(unknowns, screened.detection, strict=True):
-            if np.isfinite(one):
+            if one < SEEN * c.prior[unknown.name][1]:
                 name = unknown.name.replace(f"[{c.term.label}]", "")
                 limits.append({"effect": c.effect, "where": c.where, "parameter": name,
                                "amplitude": float(needed * one), "unit": unknown.unit,

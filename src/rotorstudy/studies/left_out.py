@@ -32,7 +32,7 @@ def leave_one_out(records, rig_path):
         verdict = investigate(spectrum, model, hold_out=[speed], settings=settings).verdict
         seen = np.arange(len(spectrum.speed)) != i
         whole, prior = base_model(model, free)
-        fitted = fit(whole, with_model_error(spectrum.at_speeds(seen), settings.model_error), prior)
+        fitted = fit(whole, with_model_error(spectrum.at_speeds(seen), settings), prior)
         off = spectrum.amplitude[i] - predicted(whole, spectrum.at_speeds([i]), fitted.theta)[0]
         gain = verdict["gain"]
         rows.append({

@@ -1,0 +1,44 @@
+"""What of a change the base parameters and the calibration of the probes could take over, and what is left of it."""
+
+import numpy as np
+
+from rotorstudy.plugins import registry
+from rotorstudy.response import measured_response
+from rotorstudy.rig import make_term
+from rotorstudy.spectrum import components
+
+
+def left_by_base(change, spectrum, model, stated):
+    """Rms of what is left of a change (speed, sensor, harmonic), in standard deviations of the measured spectrum.
+
+    Base parameters and calibration move to where the change and their stated deviations cost least, by first order.
+
+    spectrum : Spectrum as measured, for its noise;  model : Model of the rig file
+    stated   : "uncertainty" with its default share, "nuisance" kind -> standard deviation
+    """
+    calibration = [
+        make_term("effect", {"kind": kind, "label": f"{kind} {i}", **place}, model.structure, model.sensors)
+        for kind in stated["nuisance"]
+        for i, place in enumerate(registry().get("effect", kind).places(model.structure, model.sensors))
+    ]
+    std = {}
+    for term in model.terms:
+        for p in term.parameters:
+            size, name = abs(term.values[p.name]), term.full_name(p)
+            parts = (f"{name}_real", f"{name}_imag") if p.is_complex else (name,)
+            std |= dict.fromkeys(parts, stated["uncertainty"]["default"] * size)
+    std |= {u.name: stated["nuisance"][term.kind] for term in calibration for u in term.unknowns}
+    whole = model.plus(*calibration)
+    theta = np.nan_to_num(np.concatenate([term.theta for term in whole.terms]))
+    _, columns = measured_response(whole, spectrum.speed, spectrum.harmonics, theta, jacobian=True)
+    columns = columns * np.array([std[name] for name in whole.names])
+    whitener = spectrum.whitener()
+
+    def white(amplitude):  # (..., speed, harmonic, sensor)
+        found = np.einsum("smij,...sjm->...smi", whitener, components(amplitude))
+        return found.reshape(*found.shape[:-3], -1)
+
+    change, columns = white(np.swapaxes(change, 1, 2)), white(np.moveaxis(columns, -1, 0)).T
+    moved = np.linalg.solve(np.eye(columns.shape[1]) + columns.T @ columns, columns.T @ change)
+    left = change - columns @ moved
+    return float(np.sqrt(np.mean(left**2)))

@@ -1,0 +1,105 @@
+"""Causes are weighed by the chance of the data, which is known exactly where everything is linear and normal."""
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal, norm
+
+from rotorstudy.diagnosis.candidates import SCALES, candidates, log_possible, log_scales
+from rotorstudy.diagnosis.fit import fit, with_model_error
+from rotorstudy.diagnosis.search import search
+from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.response import measured_response
+from rotorstudy.rig import build_model, make_term
+from rotorstudy.spectrum import Spectrum, components, independent_covariance
+
+SPEEDS, HARMONICS, NOISE = np.array([150.0, 300.0, 450.0]), np.array([0, 1, -1, 2]), 1e-7
+MODEL = build_model({
+    "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
+    "effects": [
+        {"kind": "external_damping", "external_damping_N_s_per_m": 100.0},
+        {"kind": "unbalance", "eccentricity_m": 5e-6},
+    ],
+})  # fmt: skip
+
+
+def spectrum(amplitude):
+    covariance = independent_covariance(np.full(amplitude.shape, NOISE**2 / 2))
+    return Spectrum(amplitude, SPEEDS, HARMONICS, tuple(MODEL.sensors), covariance)
+
+
+def noisy(model, seed):
+    shown = measured_response(model, SPEEDS, HARMONICS)
+    draws = np.random.default_rng(seed).normal(0, NOISE / np.sqrt(2), (2, *shown.shape))
+    return spectrum(shown + draws[0] + 1j * draws[1])
+
+
+def test_evidence_is_the_chance_of_the_data_of_a_linear_model():
+    """Eccentricity acts linearly: the data are normal with the covariance of the noise plus that of the prior."""
+    data = noisy(MODEL, 1)
+    prior = {"eccentricity_real": (4e-6, 2e-6), "eccentricity_imag": (0.0, 1e-6)}
+    found = fit(MODEL, data, prior)
+
+    def flat(amplitude):
+        return components(amplitude).ravel()
+
+    theta = np.array(MODEL.theta)
+    columns, place = [], MODEL.position(prior)
+    theta[place] = [mean for mean, _ in prior.values()]
+    middle = flat(measured_response(MODEL, SPEEDS, HARMONICS, theta))
+    for p, (_, std) in zip(place, prior.values(), strict=True):
+        moved = theta.copy()
+        moved[p] += std
+        columns.append(flat(measured_response(MODEL, SPEEDS, HARMONICS, moved)) - middle)
+    columns, size = np.array(columns).T, len(middle)
+    noise = NOISE**2 / 2 * np.eye(size)
+    exact = multivariate_normal(middle, noise + columns @ columns.T, allow_singular=True).logpdf(flat(data.amplitude))
+    constant = -0.5 * size * np.log(np.pi * NOISE**2)
+    assert found.evidence == pytest.approx(exact - constant, rel=1e-6)
+
+
+def test_a_prior_of_unknown_width_is_the_mean_over_widths():
+    covariance, mean = np.array([[0.02]]), np.array([0.3])
+    precision = 1 / covariance[0, 0] - 1  # of the data
+    middle = mean[0] / covariance[0, 0] / precision
+    chance = [norm(0, np.sqrt(1 / precision + scale**2)).pdf(middle) for scale in SCALES]
+    assert log_scales(mean, covariance) == pytest.approx(np.log(np.mean(chance) / chance[0]), rel=1e-9)
+
+
+def test_an_amplitude_on_the_wrong_side_costs_its_deviations_and_never_overflows():
+    assert log_possible(50.0, 1.0) == pytest.approx(np.log(2))
+    assert log_possible(0.0, 1.0) == pytest.approx(0.0)
+    assert -55 < log_possible(-10.0, 1.0) < -50
+    assert np.isfinite(log_possible(-1e4, 1.0))
+
+
+def test_every_effect_is_as_likely_as_another_whatever_its_places():
+    data = noisy(MODEL, 2)
+    work = search(MODEL, with_model_error(data, Settings()), Settings())
+    share = {}
+    for cause in work.candidates:
+        share[cause.effect] = share.get(cause.effect, 0) + work.share(cause)
+    assert np.allclose(list(share.values()), 1 / len(share))
+    assert work.best.causes == () and sum(weight for _, weight in work.shares()) == pytest.approx(1)
+
+
+def test_amplitudes_that_cannot_be_negative_say_so():
+    limited = {c.effect for c in candidates(MODEL, Settings()) if c.positive}
+    assert {"internal_damping", "external_damping", "rub", "delay"} <= limited
+    assert not limited & {"stiffness_error", "support_stiffness", "unbalance", "probe_gain"}
+
+
+def test_a_damping_that_would_make_energy_is_not_named():
+    less = make_term("effect", {"kind": "external_damping", "external_damping_N_s_per_m": -40.0, "label": "hidden"},
+                     MODEL.structure, MODEL.sensors)  # fmt: skip
+    settings = Settings(uncertainty={"default": 0.02})
+    work = search(MODEL, with_model_error(noisy(MODEL.plus(less), 3), settings), settings)
+    assert "external_damping" not in {cause.effect for cause in work.best.causes}
+
+
+def test_the_model_error_of_a_harmonic_that_is_nearly_zero_is_not():
+    """A share of itself says nothing there; a gap at 0X is no vibration."""
+    amplitude = np.tile(np.array([1e-3, 1e-5, 0, 0])[None, :, None], (3, 1, 1)).astype(complex)
+    settings = Settings(model_error=0.01, model_floor=1e-3, covariance_error=0.0)
+    wide = with_model_error(spectrum(amplitude), settings).covariance - spectrum(amplitude).covariance
+    assert np.sqrt(2 * wide[0, 0, 2, 2]) == pytest.approx(1e-8)
+    assert np.sqrt(2 * wide[0, 0, 1, 1]) == pytest.approx(np.hypot(1e-7, 1e-8))
