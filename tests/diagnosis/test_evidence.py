@@ -103,3 +103,15 @@ def test_the_model_error_of_a_harmonic_that_is_nearly_zero_is_not():
     wide = with_model_error(spectrum(amplitude), settings).covariance - spectrum(amplitude).covariance
     assert np.sqrt(2 * wide[0, 0, 2, 2]) == pytest.approx(1e-8)
     assert np.sqrt(2 * wide[0, 0, 1, 1]) == pytest.approx(np.hypot(1e-7, 1e-8))
+
+
+def test_the_shape_of_a_contact_is_found_though_it_bends_its_columns():
+    item = {"kind": "rub", "label": "hidden", "rub_stiffness_N_per_m": 2e5, "clearance_m": 3e-6, "friction_ratio": 0.2}
+    rub = make_term("effect", item, MODEL.structure, MODEL.sensors)
+    settings = Settings(uncertainty={"default": 0.02}, most_causes=1)
+    work = search(MODEL, with_model_error(noisy(MODEL.plus(rub), 4), settings), settings)
+    (cause,) = work.best.causes
+    assert cause.effect == "rub"
+    assert cause.shape["clearance_m"] == pytest.approx(3e-6, rel=0.1)
+    assert cause.shape["friction_ratio"] == pytest.approx(0.2, abs=0.1)  # the damping of the base moves too
+    assert work.best.fit.cost < len(work.best.fit.residual) + 3 * np.sqrt(2 * len(work.best.fit.residual))

@@ -30,7 +30,8 @@ def reached(rows):
         ),
         _share("chain errors not named as rotor effects", chain, ~chain.names_rotor, 0.95),
         _coverage(rows),
-        _calibration(rows),
+        _calibration(rows, "calibration error of the stated confidence", 0.05),
+        _calibration(known, "the same, of effects of the library", None),
         _share("held-out error made worse", held, held.gain > 1, 0.01, at_most=True),
         _share("effects of the library called unknown", known, known.verdict == "unknown", None),
         *_by_size(rows, "beyond", "s beyond the base"),
@@ -117,7 +118,7 @@ def _coverage(rows):
     return _row("95 % intervals that hold the truth", "0.93 to 0.97", value, bounds, k, n, status, why)
 
 
-def _calibration(rows):
+def _calibration(rows, what, bar):
     """Expected calibration error, bounds by drawing the cases again."""
     stated = rows[rows.confidence.notna()]
     error, count = calibration(rows)[-1], len(stated)
@@ -126,12 +127,14 @@ def _calibration(rows):
         calibration(stated.iloc[generator.integers(count, size=count)])[-1] for _ in range(RESAMPLED if count else 0)
     ]
     bounds = tuple(np.quantile(again, [0.025, 0.975])) if again else (0.0, 1.0)
-    status = _status(bounds[1] <= 0.05, bounds[0] > 0.05, count)
+    if bar is None:
+        return _row(what, "", error, bounds, 0, count, "for information")
+    status = _status(bounds[1] <= bar, bounds[0] > bar, count)
     why = ""
     if status != "reached" and count:
         why = (f"mean confidence {stated.confidence.mean():.3f}, share right {stated.first_right.mean():.3f}; "
                + _reasons(stated[~stated.first_right & (stated.confidence > 0.9)]))  # fmt: skip
-    return _row("calibration error of the stated confidence", "<= 0.05", error, bounds, 0, count, status, why)
+    return _row(what, f"<= {bar:g}", error, bounds, 0, count, status, why)
 
 
 def _median_gain(part, key, bar, called):

@@ -121,7 +121,7 @@ def fit(model, spectrum, prior, start=None, steps=STEPS):
                 break
     normal = jacobian.T @ jacobian + np.diag(weight**2)
     evidence = -0.5 * (misfit + penalty + log_narrowing(jacobian, std))
-    return Fit(model, theta, names, mean, std, _inverse(normal), misfit, penalty, residual, jacobian, evidence)
+    return Fit(model, theta, names, mean, std, inverse(normal), misfit, penalty, residual, jacobian, evidence)
 
 
 def log_narrowing(jacobian, std):
@@ -139,7 +139,7 @@ def _start(model):
     return np.where(np.isnan(given), 0.0, given)
 
 
-def _inverse(normal):
+def inverse(normal):
     """Inverse of a normal matrix whose columns differ by many orders; what the data do not see gets a huge variance."""
     scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
     return np.linalg.pinv(normal / np.outer(scale, scale), rcond=1e-12, hermitian=True) / np.outer(scale, scale)

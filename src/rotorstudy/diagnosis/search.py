@@ -1,6 +1,6 @@
 """The search for causes: screen every candidate, fit the promising ones, score, add, swap, drop."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from rotorstudy.diagnosis.candidates import (
     log_scales,
     screen,
 )
-from rotorstudy.diagnosis.fit import STEPS, Fit, fit, predicted, whitened
+from rotorstudy.diagnosis.fit import STEPS, Fit, fit, inverse, predicted, whitened
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.plugins import registry
 from rotorstudy.rig import make_term
@@ -303,7 +303,8 @@ def _refine(work, model, explanation):
     if ranges and set(ranges) != set(last.shape):
         best = explain(place, best.fit.theta) or best
     for _ in range(SHAPE_STEPS if set(ranges) == set(best.causes[-1].shape) and ranges else 0):
-        step, moved = _shape_step(work, model, best, place, ranges)
+        normal, right = _shape_equations(work, model, best, place, ranges)
+        step, moved = np.split(inverse(normal) @ right, [len(right) - len(ranges)])
         tried = None
         for share in SHARES_OF_STEP:
             ahead = np.clip(place + share * moved, 0, 1)
@@ -317,7 +318,15 @@ def _refine(work, model, explanation):
         gained, best, place = tried.score - best.score, tried, ahead
         if gained < SHAPE_GAIN:
             break
-    return max(best, explanation, key=lambda e: e.score)
+    best = max(best, explanation, key=lambda e: e.score)
+    last = best.causes[-1]
+    if ranges and set(ranges) == set(last.shape):  # the amplitude is known as well as the shape lets it be
+        place = [_place(last.shape[name], *ranges[name]) for name in ranges]
+        normal, _ = _shape_equations(work, model, best, place, ranges)
+        free = len(best.fit.names)
+        best = replace(best, fit=replace(best.fit, covariance=inverse(normal)[:free, :free]))
+        work.found[frozenset(c.label for c in best.causes)] = best
+    return best
 
 
 def _best_shape(work, explanation):
@@ -343,8 +352,8 @@ def _value(place, low, high):
     return float(low * (high / low) ** place if low > 0 else place * high)
 
 
-def _shape_step(work, model, explanation, place, ranges):
-    """Steps (free,) of the parameters and (option,) of the shape, in its range, to the best fit by first order."""
+def _shape_equations(work, model, explanation, place, ranges):
+    """Normal matrix and right side, of first order, for the parameters and then the shape options in their range."""
     *rest, last = explanation.causes
     fitted, columns = explanation.fit, []
     for i, name in enumerate(ranges):
@@ -359,9 +368,7 @@ def _shape_step(work, model, explanation, place, ranges):
     known = np.diag(np.concatenate([1 / fitted.std, np.ones(len(ranges))]))
     pull = np.concatenate([(fitted.mean - fitted.free) / fitted.std, 0.5 - np.array(place)])
     normal, right = data.T @ data + known**2, data.T @ fitted.residual + known @ pull
-    scale = np.sqrt(np.diag(normal))
-    step = np.linalg.solve(normal / np.outer(scale, scale), right / scale) / scale
-    return step[: len(fitted.names)], step[len(fitted.names) :]
+    return normal, right
 
 
 def _theta(extended, names, values, start=None):
