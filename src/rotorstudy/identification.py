@@ -82,16 +82,14 @@ class Problem:
         model, speed = self.model, self.spectrum.speed
         deflection, changes = static_deflection(model, speed, self._rotor_amplitudes(theta), jacobian=True)
 
-        def residual(value):
-            a, b = replace(self, model=replace(model, held_deflection=value)).equations()
-            return a @ theta - b
-
-        at_rest = residual(deflection)
-        moved = np.zeros((len(at_rest), len(self.names)))
-        for p, name in enumerate(self.names):
-            change = changes.get(int(model.position([name])[0]))
-            if change is not None:  # the residual is affine in the deflection, so any step is exact
-                moved[:, p] = (residual(deflection + theta[p] * change) - at_rest) / theta[p]
+        change = {p: changes.get(int(model.position([name])[0])) for p, name in enumerate(self.names)}
+        moving = [p for p, one in change.items() if one is not None]
+        # the residual is affine in the deflection, so any step is exact; all steps at once
+        tried = np.stack([deflection, *(deflection + theta[p] * change[p] for p in moving)])
+        a, b = replace(self, model=replace(model, held_deflection=tried)).equations()
+        residual = a @ theta - b
+        moved = np.zeros((residual.shape[-1], len(self.names)))
+        moved[:, moving] = ((residual[1:] - residual[0]) / theta[moving][:, None]).T
         return moved
 
     def equation_error_covariance(self, theta, weights=None):
