@@ -31,7 +31,7 @@ def _solve(problem):
     theta = solve_weighted(problem)
     weights = problem.equation_weights(theta)
     noise = noise_in_equations(problem, theta, weights)
-    return solve_equations(problem, whitened(weights, lambda *equations: _compensated(*equations, noise)))
+    return solve_equations(problem, whitened(weights, lambda *equations: _compensated(*equations, noise)), theta)
 
 
 def _compensated(columns, right_side, names, noise):

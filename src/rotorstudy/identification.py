@@ -19,7 +19,7 @@ RANK_TOLERANCE = 1e-9  # smallest over largest singular value of unit-length col
 STEP_IN_SIGMA = 1e-4  # a fit has converged when its step is this small against its own standard deviation
 STEP_RELATIVE = 1e-12  # or against the amplitudes, for data without noise
 MISFIT_RELATIVE = 1e-6  # or when the misfit no longer falls: of a misfit of some hundred, a hundredth of a deviation
-DEFLECTION_RELATIVE = 1e-9  # change of the unknowns that ends it
+DEFLECTION_RELATIVE = 1e-9  # change of the unknowns still to come that ends it
 ROUND_OFF_RELATIVE = 1e-6  # or one that no longer falls: weights of exact data differ by up to 1e15
 DEFLECTION_STEPS = 40  # of the static deflection; two are enough if the bearings' nodes are measured
 WEIGHTED_STEPS = 2  # of weights taken at the estimate they lead to; the second already changes less than the noise
@@ -285,7 +285,8 @@ def solve_equations(problem, solve=solve_linear, start=None, settled=True):
             return theta
         before, theta = theta, solve(*held.equations(), problem.names)
         change = np.max(np.abs(theta - before) / np.maximum(np.abs(theta), np.finfo(float).tiny))
-        if change <= DEFLECTION_RELATIVE or last <= change <= ROUND_OFF_RELATIVE:
+        left = change * min(1.0, change / last)  # as much smaller as this change was than the one before
+        if left <= DEFLECTION_RELATIVE or last <= change <= ROUND_OFF_RELATIVE:
             return theta
         last = change
     raise NoConvergenceError("the static deflection and the bearings that carry it were not found together")
