@@ -191,10 +191,11 @@ def test_the_comparison_knows_what_a_fault_does(built):
         assert (over.sel(fault="whole turns") < 1.6).all()  # on the bound, as far as six trials tell
         assert (over.sel(fault="1 % outliers") > 5).all()
         off = data.rmse.sel(estimator="maximum_likelihood", fault="whole turns", noise=0) / abs(data.true)
-        # records without noise or fault give the truth; two methods seek the speed or the marks and stop at 1e-4 of it
+        # records without noise or fault give the truth: the fit stops at 1e-4 of its standard deviation, which such
+        # records state as round-off; two methods seek the speed or the marks and stop at 1e-4 of it
         searching = ["sine_fit", "order_tracking"]
-        assert off.sel(rotor="first test rig").drop_sel(spectrum_method=searching).max() < 1e-9
+        assert off.sel(rotor="first test rig").drop_sel(spectrum_method=searching).max() < 1e-6
         assert off.sel(rotor="first test rig").max() < 1e-3
         # harmonics nobody asked for drop out of whole turns for most methods; robust_regression takes them for noise
-        assert off.drop_sel(spectrum_method=[*searching, "robust_regression"]).max() < 1e-9
+        assert off.drop_sel(spectrum_method=[*searching, "robust_regression"]).max() < 1e-6
         assert off.sel(rotor="2-DOF", spectrum_method="robust_regression").max() > 1e-3

@@ -171,7 +171,7 @@ def test_an_effect_that_means_something_else_in_time_fails():
         def gain_at(self, speed, harmonic):
             return np.ones(np.broadcast_shapes(np.shape(speed), np.shape(harmonic))) * (1 + 0.01 * np.asarray(harmonic))
 
-    term = Term("wrong", (Parameter("wrong", "N/m", (Forgetful(np.eye(1)),), 1.0),), {"wrong": 1.0})
+    term = Term("wrong", (Parameter("wrong", "N/m", (Forgetful(np.eye(1), gain=np.ones_like),), 1.0),), {"wrong": 1.0})
     with pytest.raises(BrokenInvariant, match="differ"):
         check_table(term, 1)
 
