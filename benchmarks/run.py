@@ -124,7 +124,7 @@ def main():
         ("diagnosis, 7 speeds, 5 nodes: anisotropic support", diagnosis("support_anisotropy", node=2,
             support_anisotropy_N_per_m=5e3, support_anisotropy_phase_rad=0.7)),
         ("diagnosis, 7 speeds, 5 nodes: breathing crack", diagnosis("breathing_crack", element=2,
-            stiffness_loss_N_per_m=3e4)),
+            stiffness_loss=0.1)),
         ("diagnosis, 7 speeds, 5 nodes: cubic stiffness", diagnosis("cubic_stiffness", node=2,
             cubic_stiffness_N_per_m3=1e14)),
     ]  # fmt: skip
