@@ -85,21 +85,26 @@ def steady_state(forces, speed, harmonics, deflection, linear, reply):
             for s in [force.matrix[:, seen]]
         )
 
+    place = np.asarray(harmonics)
+    difference, total = ((place[:, None] + sign * place) % len(basis) for sign in (-1, 1))
+    units = np.array([1, 1j])[:, None, None, None] * np.eye(len(seen))[:, None, :]  # (unit, coordinate, time, seen)
+
     def force_and_slope(x):
+        """Force (component,) and its slope: df = p dz + q conj(dz), so p_{m-n} on a_n and q_{m+n} on conj(a_n)."""
         a = _complex(x, len(seen))
         z, v = basis @ a + still, basis @ (rate[:, None] * a)
         size = DIFFERENCE * (np.abs(a).max() + 1e-12)
-        slope = np.zeros((len(harmonics), len(seen), 2, len(harmonics), len(seen)), complex)
-        for c in range(len(seen)):
-            step = size * np.eye(len(seen))[c]
-            for unit in (1, 1j):
-                by_z = (in_time(z + unit * step, v) - in_time(z - unit * step, v)) / (2 * size)
-                by_v = (in_time(z, v + unit * speed * step) - in_time(z, v - unit * speed * step)) / (2 * size * speed)
-                for part, factor in enumerate((1, 1j)):  # of the real, then of the imaginary part of a harmonic
-                    move = [np.real(np.conj(unit) * factor * b) for b in (basis, basis * rate)]
-                    change = by_z[:, :, None] * move[0][:, None] + by_v[:, :, None] * move[1][:, None]
-                    slope[:, :, part, :, c] += np.tensordot(basis.conj().T, change, 1) / len(basis)
-        flat = np.moveaxis(slope, 2, -3).reshape(len(harmonics), len(seen), -1)
+        step, rest = size * units, 0 * units
+        up_z, down_z, up_v, down_v = in_time(
+            z + np.stack([step, -step, rest, rest]), v + speed * np.stack([rest, rest, step, -step])
+        )
+        direct = mirrored = 0.0
+        for slope, factor in (((up_z - down_z) / size, np.ones(len(place))), ((up_v - down_v) / (size * speed), rate)):
+            lines = np.fft.fft(slope / 4, axis=-2) / len(basis)  # (unit, coordinate, line, seen)
+            direct = direct + (lines[0] - 1j * lines[1])[:, difference] * factor[:, None]
+            mirrored = mirrored + (lines[0] + 1j * lines[1])[:, total] * factor.conj()[:, None]
+        parts = np.stack([direct + mirrored, 1j * (direct - mirrored)])  # (part, coordinate, m, n, seen)
+        flat = parts.transpose(2, 4, 0, 3, 1).reshape(len(place), len(seen), -1)
         return _real(basis.conj().T @ in_time(z, v) / len(basis)), _real(flat)
 
     def newton(x, share):
