@@ -21,7 +21,7 @@ if BLIND:
                 for name in BLIND_FIGURES
             ],
             svg=[f"{BLIND_RESULTS}/figures/{name}.svg" for name in BLIND_FIGURES],
-        threads: workflow.cores
+        threads: 8 # at most; as many as there are
         log:
             f"{RESULTS}/logs/blind.log",
         script:
