@@ -43,6 +43,13 @@ def test_everything_is_there_and_nothing_is_left_to_do(built):
         assert len(list((built / "results").rglob(f"*.{kind}"))) >= least
 
 
+def test_no_rule_needs_the_number_of_cores():
+    """A report is made without --cores, and a rule that asks for all of them stops it."""
+    rules = sorted((ROOT / "workflow" / "rules").glob("*.smk"))
+    assert rules
+    assert not [path.name for path in rules if "workflow.cores" in path.read_text()]
+
+
 def test_scoreboard_has_a_row_for_every_printed_value_and_a_reason_where_it_differs(built):
     scored = pd.read_csv(built / "results" / "scoreboard.csv", dtype={"table": str, "item": str})
     printed = pd.concat(
