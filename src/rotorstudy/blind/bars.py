@@ -59,6 +59,7 @@ def _by_size(rows, size, called):
         _median_gain(held, "gain", 0.1, called),
         _median_gain(held, "gain_measured", None, called),
         _share(f"two effects at 1 % noise exact{beyond}", two, two.exact, 0.85),
+        _share(f"the same, or both in the set of an ambiguous verdict ({called})", two, two.right, None),
     ]  # fmt: skip
 
 
