@@ -154,11 +154,15 @@ class Model:
     @cached_property
     def theta(self):
         """(parameter,) the values given; an amplitude without one is an error that names it."""
-        theta = np.concatenate([term.theta for term in self.terms]) if self.terms else np.zeros(0)
+        self.require_values()
+        return np.concatenate([term.theta for term in self.terms]) if self.terms else np.zeros(0)
+
+    def require_values(self):
+        """Raise for amplitudes that have no value, and name them."""
+        theta = np.concatenate([term.theta for term in self.terms]) if self.terms else ()
         missing = [name for name, value in zip(self.names, theta, strict=True) if np.isnan(value)]
         if missing:
             raise RotorstudyError(f"no value for {', '.join(missing)}; give one in the rig file to simulate")
-        return theta
 
     @cached_property
     def rotor_unknowns(self):

@@ -255,9 +255,9 @@ def surroundings(structure):
     return tuple(make_term("effect", {**item, "label": "known"}, structure, structure.nodes) for item in items)
 
 
-def round_trip(kind, parameters, structure, estimator, acts_on="rotor"):
-    """Estimated over true amplitudes minus one; the model to be identified has no values to start from."""
-    values = {p.name: p.typical * (0.7 * np.exp(0.5j) if p.is_complex else 0.7) for p in parameters}
+def round_trip(kind, parameters, structure, estimator, acts_on="rotor", share=0.7):
+    """Estimated over true amplitudes minus one; the truth is a share of the typical values that a fit starts from."""
+    values = {p.name: p.typical * (share * np.exp(0.5j) if p.is_complex else share) for p in parameters}
     sought = Term(kind, tuple(parameters), {}, acts_on, "checked")
     true = Model(structure, (*surroundings(structure), replace(sought, values=values)))
     model = Model(structure, (*surroundings(structure), sought))
@@ -273,20 +273,30 @@ LOCAL = {"rub", "looseness", "cubic_stiffness"}  # forces in time: tests/physics
 AFFINE = [effect for effect in registry().plugins["effect"].values() if effect.name not in LOCAL]
 
 
-@pytest.mark.parametrize("effect", AFFINE, ids=lambda e: e.name)
-def test_effect_comes_back_on_every_rotor_by_every_estimator_that_can(effect, structure):
+PLACED = [(e, name) for e in AFFINE for name, rotor in ROTORS.items() if e.places(rotor, rotor.nodes)]
+
+
+def test_only_what_acts_on_tilts_finds_no_place_on_a_rotor():
+    """So that the test below leaves nothing out that it could try."""
+    without = {(e.name, name) for e in AFFINE for name in ROTORS} - {(e.name, name) for e, name in PLACED}
+    assert {name for _, name in without} == {n for n, s in ROTORS.items() if not any(m == "tilt" for _, m in s.dofs)}
+    assert {name for name, _ in without} == {"angular_misalignment", "couple_unbalance", "gyroscopic_error"}
+
+
+@pytest.mark.parametrize(("effect", "rotor"), PLACED, ids=lambda part: getattr(part, "name", part))
+def test_effect_comes_back_on_every_rotor_by_every_estimator_that_can(effect, rotor):
+    structure = ROTORS[rotor]
     output = effect.acts_on == "output"
     # free crack forces at all harmonics cannot be told apart on the disc that tilts: see the next test
     options = {"harmonics": [1, 3, -1]} if effect.name == "crack_force" else {}
     places = effect.places(structure, structure.nodes)
-    if not places:
-        pytest.skip("nothing there that it could act on")
-    if effect.name == "breathing_crack" and len(structure.dofs) > 1:
-        pytest.skip("two losses 40 % off end in another minimum; on the plain rotor the full crack comes back")
+    # a fit for two losses of a full crack has another minimum 40 % off
+    share = 0.95 if effect.name == "breathing_crack" and len(structure.dofs) > 1 else 0.7
     parameters = parameters_of(effect.name, structure, **places[0], **options)
     reads = [np.any(e.matrix[:, 1:]) for p in parameters for e in p.entries if e.reads_motion or e.on == "static"]
     for estimator in ["maximum_likelihood"] if output or any(reads) else ["least_squares", "maximum_likelihood"]:
-        assert np.abs(round_trip(effect.name, parameters, structure, estimator, effect.acts_on)).max() < ROUND_TRIP
+        off = round_trip(effect.name, parameters, structure, estimator, effect.acts_on, share)
+        assert np.abs(off).max() < ROUND_TRIP
 
 
 def test_both_parts_of_a_complex_amplitude_without_value_are_unknown():

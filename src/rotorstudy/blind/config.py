@@ -103,8 +103,7 @@ def load_blind(path):
     check_harmonics(config.harmonics)
     for name, entry in config.rigs.items():
         for sensors in entry.sensor_sets:
-            model = build_model({**config.nominal(name), "sensors": sensors}, f"{path}, rigs.{name}")
-            model.theta  # noqa: B018 raises where a parameter has no value
+            build_model({**config.nominal(name), "sensors": sensors}, f"{path}, rigs.{name}").require_values()
     return config
 
 

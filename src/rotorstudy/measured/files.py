@@ -250,7 +250,7 @@ def _open_matlab(path, conventions):
 
     try:
         found = loadmat(path, squeeze_me=True, struct_as_record=False)
-    except NotImplementedError:
+    except NotImplementedError:  # scipy's word for a file of MATLAB 7.3, which is HDF5
         raise RotorstudyError(f"{path}: a MATLAB 7.3 file; save it with '-v7' and read that") from None
     except (ValueError, TypeError, OSError, MatReadError) as error:
         raise RotorstudyError(f"{path}: not a MATLAB file that can be read ({str(error).splitlines()[0]})") from None
