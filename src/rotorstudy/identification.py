@@ -12,7 +12,6 @@ import numpy as np
 from rotorstudy.errors import NoConvergenceError, PluginError, RotorstudyError, UnidentifiableError
 from rotorstudy.regression import condensed_regression, equation_sensitivity, regression, residual_sensitivity
 from rotorstudy.response import COUPLED_ORDER, measured_response
-from rotorstudy.spectrum import components, shared_product
 from rotorstudy.statics import static_deflection
 
 RANK_TOLERANCE = 1e-9  # smallest over largest singular value of unit-length columns; round-off is near 1e-15
@@ -139,7 +138,7 @@ class Problem:
 
     def _full_whitener(self):
         """(speed, component, component) whitener of all sensors together."""
-        return replace(self.spectrum, covariance=self.spectrum.whitener()).full_covariance()
+        return replace(self.spectrum, covariance=self.spectrum.whitener).full_covariance()
 
     def chunks(self):
         """The problem itself, or for many trials at once a few at a time; bounds the memory."""
@@ -349,17 +348,8 @@ def predicted_derivatives(problem, theta):
     shown, change = measured_response(
         model, spectrum.speed, spectrum.harmonics, full, order=problem.order, jacobian=True
     )
-    whitener = spectrum.whitener()
-    change = np.moveaxis(change[..., position], -1, 0)
-    whitened = shared_product(whitener, np.swapaxes(components(np.stack([shown, *change])), -1, -2))
-    whitened = whitened.reshape(*whitened.shape[:-3], -1)
-    return whitened[0], np.moveaxis(whitened[1:], 0, -1)
-
-
-def whitened_measurement(spectrum):
-    """(..., component) measured harmonics of all speeds in units of their standard deviation."""
-    whitened = shared_product(spectrum.whitener(), np.swapaxes(components(spectrum.amplitude), -1, -2))
-    return whitened.reshape(*whitened.shape[:-3], -1)
+    found = spectrum.whitened(np.stack([shown, *np.moveaxis(change[..., position], -1, 0)]))
+    return found[0], np.moveaxis(found[1:], 0, -1)
 
 
 def start_values(problem):
@@ -398,7 +388,7 @@ def output_error_fit(problem, start=None, iterations=200, clip=np.inf):
     raises  : UnidentifiableError if the unknowns trade off at the start; NoConvergenceError if no fit converges.
               Of many trials, those that do not converge are NaN
     """
-    measured = whitened_measurement(problem.spectrum)
+    measured = problem.spectrum.whitened(problem.spectrum.amplitude)
     theta = np.array(start_values(problem) if start is None else start, float)
     shape = (*measured.shape[:-1], theta.shape[-1])
     measured = measured.reshape(-1, measured.shape[-1])

@@ -1,6 +1,7 @@
 """A measured full spectrum: harmonics of the displacement with their covariance."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -34,6 +35,7 @@ class Spectrum:
             full[:, :, s, :, s] = self.covariance[:, s]
         return full.reshape(speeds, size * sensors, size * sensors)
 
+    @cached_property
     def whitener(self):
         """(speed, sensor, component, component) W with W C W^T = 1.
 
@@ -45,6 +47,11 @@ class Spectrum:
         correlation = correlation + CORRELATION_FLOOR * np.eye(size.shape[-1])
         variance, turn = np.linalg.eigh(correlation)
         return (turn / np.sqrt(variance)[..., None, :]) @ np.swapaxes(turn, -1, -2) / size[..., None, :]
+
+    def whitened(self, amplitude):
+        """(..., component) of harmonics (..., speed, harmonic, sensor), of all speeds, in their standard deviations."""
+        found = shared_product(self.whitener, np.swapaxes(components(amplitude), -1, -2))
+        return found.reshape(*found.shape[:-3], -1)
 
     def at_speeds(self, chosen):
         """The spectrum at some of its speeds (index array or mask)."""

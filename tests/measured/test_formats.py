@@ -24,7 +24,7 @@ def true():
 
 def whitened(spectrum, expected):
     off = components(spectrum.amplitude - expected)  # (speed, component, sensor)
-    return np.einsum("vsij,vjs->vsi", spectrum.whitener(), off)
+    return np.einsum("vsij,vjs->vsi", spectrum.whitener, off)
 
 
 def agrees(measurement):

@@ -8,7 +8,7 @@ from conftest import HARMONICS, jeffcott
 from scipy import optimize, stats
 
 from rotorstudy import Problem, Spectrum, cramer_rao_bound, magnitude_and_phase, measured_response, registry
-from rotorstudy.identification import output_error_fit, predicted_derivatives, whitened_measurement
+from rotorstudy.identification import output_error_fit, predicted_derivatives
 from rotorstudy.noise import noise_std, noisy, standard_normal
 from rotorstudy.spectrum import independent_covariance
 
@@ -36,7 +36,7 @@ def estimates(problem):
 
 def test_the_fit_is_scipys(problem):
     one = replace(problem, spectrum=problem.spectrum.with_amplitude(problem.spectrum.amplitude[0]))
-    measured = whitened_measurement(one.spectrum)
+    measured = one.spectrum.whitened(one.spectrum.amplitude)
     scale = np.abs(one.model.theta)
 
     def residual(x):

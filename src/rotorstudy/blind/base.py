@@ -5,7 +5,6 @@ import numpy as np
 from rotorstudy.plugins import registry
 from rotorstudy.response import measured_response
 from rotorstudy.rig import make_term
-from rotorstudy.spectrum import components
 
 
 def left_by_base(change, spectrum, model, stated):
@@ -32,13 +31,8 @@ def left_by_base(change, spectrum, model, stated):
     theta = np.nan_to_num(np.concatenate([term.theta for term in whole.terms]))
     _, columns = measured_response(whole, spectrum.speed, spectrum.harmonics, theta, jacobian=True)
     columns = columns * np.array([std[name] for name in whole.names])
-    whitener = spectrum.whitener()
-
-    def white(amplitude):  # (..., speed, harmonic, sensor)
-        found = np.einsum("smij,...sjm->...smi", whitener, components(amplitude))
-        return found.reshape(*found.shape[:-3], -1)
-
-    change, columns = white(np.swapaxes(change, 1, 2)), white(np.moveaxis(columns, -1, 0)).T
+    change = spectrum.whitened(np.swapaxes(change, 1, 2))
+    columns = spectrum.whitened(np.moveaxis(columns, -1, 0)).T
     moved = np.linalg.solve(np.eye(columns.shape[1]) + columns.T @ columns, columns.T @ change)
     left = change - columns @ moved
     return float(np.sqrt(np.mean(left**2)))

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.diagnosis.fit import BEYOND, log_narrowing, whitened
+from rotorstudy.diagnosis.fit import BEYOND, log_narrowing
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.plugins import registry
 from rotorstudy.response import sensitivities
@@ -136,7 +136,7 @@ def screen(fitted, spectrum, chosen):
     columns = sensitivities(
         fitted.model, spectrum.speed, spectrum.harmonics, (on_rotor, on_output), fitted.theta, order=carried
     )
-    columns = whitened(spectrum, np.moveaxis(columns, -1, 0)).T  # (component, unknown)
+    columns = spectrum.whitened(np.moveaxis(columns, -1, 0)).T  # (component, unknown)
     order = {u.name: i for i, u in enumerate(on_rotor + on_output)}
     # rows of the priors below the data: a parameter that sits off its mean pulls back
     known = np.vstack([fitted.jacobian, np.diag(1 / fitted.std)])

@@ -6,7 +6,7 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.response import measured_response
-from rotorstudy.spectrum import components, independent_covariance
+from rotorstudy.spectrum import independent_covariance
 
 BEYOND = 4  # harmonics carried beyond the highest measured one where a model couples them
 STEPS = 40
@@ -59,13 +59,6 @@ def with_model_error(spectrum, settings):
     return replace(spectrum, covariance=(1 + settings.covariance_error) * spectrum.covariance + floor)
 
 
-def whitened(spectrum, amplitude, whitener=None):
-    """(..., component) harmonics in units of their standard deviation; amplitude (..., speed, harmonic, sensor)."""
-    whitener = spectrum.whitener() if whitener is None else whitener
-    found = np.einsum("smij,...sjm->...smi", whitener, components(amplitude))
-    return found.reshape(*found.shape[:-3], -1)
-
-
 def predicted(model, spectrum, theta, jacobian=False):
     """What a model shows at the speeds and harmonics of a spectrum; with `jacobian` its derivatives too."""
     order = int(np.abs(spectrum.harmonics).max()) + BEYOND
@@ -84,13 +77,12 @@ def fit(model, spectrum, prior, start=None, steps=STEPS):
     theta = _start(model) if start is None else np.array(start, float)
     mean, std = np.array([prior[n] for n in names], float).reshape(-1, 2).T
     weight = 1 / std
-    whitener = spectrum.whitener()
-    measured = whitened(spectrum, spectrum.amplitude, whitener)
+    measured = spectrum.whitened(spectrum.amplitude)
 
     def at(theta):
         shown, change = predicted(model, spectrum, theta, jacobian=True)
-        model_shows = whitened(spectrum, shown, whitener)
-        jacobian = whitened(spectrum, np.moveaxis(change[..., place], -1, 0), whitener).T
+        model_shows = spectrum.whitened(shown)
+        jacobian = spectrum.whitened(np.moveaxis(change[..., place], -1, 0)).T
         residual = measured - model_shows
         return residual, jacobian, residual @ residual, np.sum((weight * (theta[place] - mean)) ** 2)
 

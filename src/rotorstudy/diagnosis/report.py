@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from rotorstudy.diagnosis.extend import extended_rig, write_rig
-from rotorstudy.diagnosis.fit import predicted, whitened, with_model_error
+from rotorstudy.diagnosis.fit import predicted, with_model_error
 from rotorstudy.diagnosis.force import missing_force
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict import investigate
@@ -239,7 +239,7 @@ def verdict_dataset(diagnosis, spectrum):
     for when, fitted in (("before", base), ("after", best)):
         shown = predicted(fitted.model, whole, fitted.theta)
         off = spectrum.amplitude - shown
-        parts = whitened(whole, off).reshape(len(spectrum.speed), len(spectrum.sensors), 2, -1)
+        parts = whole.whitened(off).reshape(len(spectrum.speed), len(spectrum.sensors), 2, -1)
         sigma = np.sqrt(np.mean(parts**2, axis=2)).transpose(0, 2, 1)
         force = missing_force(fitted.model, fitted.theta, spectrum.speed, spectrum.harmonics, off)
         name = "base" if when == "before" else "extended"

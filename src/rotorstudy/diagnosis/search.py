@@ -13,7 +13,7 @@ from rotorstudy.diagnosis.candidates import (
     log_scales,
     screen,
 )
-from rotorstudy.diagnosis.fit import STEPS, Fit, fit, inverse, predicted, whitened
+from rotorstudy.diagnosis.fit import STEPS, Fit, fit, inverse, predicted
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.plugins import registry
 from rotorstudy.rig import make_term
@@ -362,7 +362,7 @@ def _shape_equations(work, model, explanation, place, ranges):
         moved = candidate(model, last.effect, last.where, shape, last.term.label, work.settings.reach)
         extended = work.model.plus(*(c.term for c in (*rest, moved)))
         shown = predicted(extended, work.spectrum, fitted.theta)
-        left = whitened(work.spectrum, work.spectrum.amplitude - shown)
+        left = work.spectrum.whitened(work.spectrum.amplitude - shown)
         columns.append((fitted.residual - left) / off)
     data = np.column_stack([fitted.jacobian, *columns])
     known = np.diag(np.concatenate([1 / fitted.std, np.ones(len(ranges))]))

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.diagnosis.fit import Fit, predicted, whitened, with_model_error
+from rotorstudy.diagnosis.fit import Fit, predicted, with_model_error
 from rotorstudy.diagnosis.search import ACCUSES, Search, search
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import RotorstudyError
@@ -170,7 +170,7 @@ def _gain(base, best, held):
     def error(fitted):
         shown = predicted(fitted.model, held, fitted.theta)
         off = held.amplitude - shown
-        return float(np.sqrt(np.mean(np.abs(off) ** 2))), float(np.sqrt(np.mean(whitened(held, off) ** 2)))
+        return float(np.sqrt(np.mean(np.abs(off) ** 2))), float(np.sqrt(np.mean(held.whitened(off) ** 2)))
 
     (before_m, before_sigma), (after_m, after_sigma) = error(base), error(best)
     return {
@@ -211,8 +211,8 @@ class Surprise(NamedTuple):
 def _surprise(fitted, held):
     """Surprise of held-out speeds, noise and what the fit leaves open of its parameters counted."""
     shown, change = predicted(fitted.model, held, fitted.theta, jacobian=True)
-    off = whitened(held, held.amplitude - shown)
-    columns = whitened(held, np.moveaxis(change[..., fitted.model.position(fitted.names)], -1, 0)).T
+    off = held.whitened(held.amplitude - shown)
+    columns = held.whitened(np.moveaxis(change[..., fitted.model.position(fitted.names)], -1, 0)).T
     spread = np.eye(len(off)) + columns @ fitted.covariance @ columns.T
     misfit = float(off @ np.linalg.solve(spread, off))
     return Surprise(misfit, _tail(misfit, len(off)), -0.5 * (misfit + np.linalg.slogdet(spread)[1]))
