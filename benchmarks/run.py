@@ -27,9 +27,9 @@ def python(code):
 
 def combined_identification(case):
     """Records of 65536 samples at 150 speeds, full spectra, identification by both estimators."""
-    from rotorstudy.identification import Problem
-    from rotorstudy.plugins import registry
-    from rotorstudy.records import full_spectrum, simulate_records
+    from rotorstudy.inference.identification import Problem
+    from rotorstudy.measurement.records import full_spectrum, simulate_records
+    from rotorstudy.model.registry import registry
     from rotorstudy.studies.config import load_study
 
     config = load_study(ROOT / "workflow" / "config" / "chapter_2.yaml")
@@ -92,8 +92,8 @@ def diagnosis(effect, **values):
 
     from rotorstudy import Spectrum, make_term, measured_response
     from rotorstudy.diagnosis import diagnose
-    from rotorstudy.noise import noise_std
-    from rotorstudy.spectrum import independent_covariance
+    from rotorstudy.measurement.noise import noise_std
+    from rotorstudy.measurement.spectrum import independent_covariance
 
     model, speeds, harmonics = shaft(4).without({"switching"}), np.linspace(50.0, 110.0, 7), list(range(-5, 6))
     hidden = make_term("effect", {"kind": effect, **values}, model.structure, model.sensors)

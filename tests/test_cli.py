@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from rotorstudy.cli import main
+from rotorstudy.commands.cli import main
 
 RIG = str(Path(__file__).parents[1] / "examples" / "jeffcott.yaml")
 

@@ -6,16 +6,10 @@ import numpy as np
 import pytest
 
 from rotorstudy import RotorstudyError, full_spectrum, load_rig, measured_response, registry, simulate_records
-from rotorstudy.noise import noise_std
-from rotorstudy.records import (
-    Record,
-    compensate,
-    phase_from_keyphasor,
-    rotating_basis,
-    synthesize,
-    white_noise_covariance,
-)
-from rotorstudy.spectrum import components
+from rotorstudy.measurement.noise import noise_std
+from rotorstudy.measurement.records import Record, compensate, phase_from_keyphasor, white_noise_covariance
+from rotorstudy.measurement.spectrum import components
+from rotorstudy.response.series import rotating_basis, synthesize
 
 HARMONICS = [0, 1, 2, 3, 5, 7, -1, -3, -5]
 RIG = "examples/jeffcott.yaml"

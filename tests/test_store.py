@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from rotorstudy.plots import figure, save_figure
-from rotorstudy.plugins import registry
+from rotorstudy.model.registry import registry
+from rotorstudy.presentation.plots import figure, save_figure
 from rotorstudy.store import as_complex, atomic, dataset, load, provenance, save, write_text
 
 

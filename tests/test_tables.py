@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from rotorstudy.tables import html_table, in_table_order, side_by_side, write_html
+from rotorstudy.presentation.tables import html_table, in_table_order, side_by_side, write_html
 
 
 def scored(**columns):

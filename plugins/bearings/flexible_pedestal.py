@@ -2,10 +2,16 @@ from typing import NotRequired
 
 import numpy as np
 
-from rotorstudy.errors import RotorstudyError
-from rotorstudy.options import NonNegative, Positive, TypedDict
-from rotorstudy.plugins import Bearing, hookimpl
-from rotorstudy.terms import Parameter, planar_entries
+from rotorstudy.plugins import (
+    Bearing,
+    NonNegative,
+    Parameter,
+    Positive,
+    RotorstudyError,
+    TypedDict,
+    hookimpl,
+    planar_entries,
+)
 
 
 class Stiffness(TypedDict):

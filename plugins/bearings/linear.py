@@ -2,8 +2,7 @@ from typing import Literal
 
 import numpy as np
 
-from rotorstudy.plugins import Bearing, hookimpl
-from rotorstudy.terms import Entry, Parameter, planar_entries
+from rotorstudy.plugins import Bearing, Entry, Parameter, hookimpl, planar_entries
 
 DIRECTIONS = {"isotropic": (), "anisotropic": ("xx", "yy"), "full": ("xx", "xy", "yx", "yy")}
 

@@ -2,10 +2,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from rotorstudy.errors import RotorstudyError
-from rotorstudy.options import Positive
-from rotorstudy.plugins import Bearing, hookimpl
-from rotorstudy.terms import Parameter, planar_entries
+from rotorstudy.plugins import Bearing, Parameter, Positive, RotorstudyError, hookimpl, planar_entries
 
 LONGEST = 1.0  # length over diameter; the theory neglects the flow around the journal, good up to about one half
 ECCENTRICITY = (1e-6, 1 - 1e-6)  # what is searched; outside, the film is no film or carries nothing

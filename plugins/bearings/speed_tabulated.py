@@ -2,10 +2,7 @@ from typing import NotRequired
 
 import numpy as np
 
-from rotorstudy.errors import RotorstudyError
-from rotorstudy.options import AtLeastOne, TypedDict
-from rotorstudy.plugins import Bearing, hookimpl
-from rotorstudy.terms import Parameter, planar_entries
+from rotorstudy.plugins import AtLeastOne, Bearing, Parameter, RotorstudyError, TypedDict, hookimpl, planar_entries
 
 
 class Table(TypedDict):

@@ -2,9 +2,7 @@ from typing import Literal
 
 import numpy as np
 
-from rotorstudy.options import Fraction, Positive
-from rotorstudy.plugins import Bearing, hookimpl
-from rotorstudy.terms import Entry, Parameter
+from rotorstudy.plugins import Bearing, Entry, Fraction, Parameter, Positive, hookimpl
 
 
 def squeeze_film(

@@ -1,7 +1,6 @@
 import numpy as np
 
-from rotorstudy.options import Share
-from rotorstudy.plugins import Crack, hookimpl
+from rotorstudy.plugins import Crack, Share, hookimpl
 
 
 def breathing(angle, eta_share: Share = 0.0):

@@ -2,8 +2,7 @@ from math import comb
 
 import numpy as np
 
-from rotorstudy.options import Even, Share
-from rotorstudy.plugins import Crack, hookimpl
+from rotorstudy.plugins import Crack, Even, Share, hookimpl
 
 
 def power_cosine(angle, exponent: Even = 4, eta_share: Share = 0.0):

@@ -1,7 +1,6 @@
 import numpy as np
 
-from rotorstudy.options import DepthRatio
-from rotorstudy.plugins import Crack, hookimpl
+from rotorstudy.plugins import Crack, DepthRatio, hookimpl
 
 GAUSS = np.polynomial.legendre.leggauss(10)  # of sines and cosines up to order 5 over a quarter turn: to round-off
 

@@ -1,7 +1,6 @@
 import numpy as np
 
-from rotorstudy.options import Whole
-from rotorstudy.plugins import Crack, hookimpl
+from rotorstudy.plugins import Crack, Whole, hookimpl
 
 
 def switching(angle, terms: Whole | None = None):

@@ -1,7 +1,6 @@
 import numpy as np
 
-from rotorstudy.options import PoissonsRatio, Positive
-from rotorstudy.plugins import CrackDepth, hookimpl
+from rotorstudy.plugins import CrackDepth, PoissonsRatio, Positive, hookimpl
 
 GAUSS = np.polynomial.legendre.leggauss(40)  # 12 digits
 

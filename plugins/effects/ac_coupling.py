@@ -1,8 +1,6 @@
 import numpy as np
 
-from rotorstudy.options import Positive
-from rotorstudy.plugins import Effect, hookimpl
-from rotorstudy.terms import Entry, Parameter
+from rotorstudy.plugins import Effect, Entry, Parameter, Positive, hookimpl
 
 
 def ac_coupling(sensors, corner_rad_per_s: Positive = 3.0):

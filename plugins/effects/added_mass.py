@@ -2,9 +2,7 @@ from typing import Literal
 
 import numpy as np
 
-from rotorstudy.options import AtLeastOne, TypedDict
-from rotorstudy.plugins import Effect, hookimpl
-from rotorstudy.terms import Entry, Parameter
+from rotorstudy.plugins import AtLeastOne, Effect, Entry, Parameter, TypedDict, hookimpl
 
 Motion = Literal["translation", "tilt"]
 

@@ -1,6 +1,4 @@
-from rotorstudy.options import AtLeastOne
-from rotorstudy.plugins import Effect, hookimpl
-from rotorstudy.terms import Entry, Parameter
+from rotorstudy.plugins import AtLeastOne, Effect, Entry, Parameter, hookimpl
 
 HARMONICS = (1, 2)
 

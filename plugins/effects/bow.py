@@ -1,8 +1,6 @@
 import numpy as np
 
-from rotorstudy.errors import RotorstudyError
-from rotorstudy.plugins import Effect, hookimpl
-from rotorstudy.terms import Entry, Parameter
+from rotorstudy.plugins import Effect, Entry, Parameter, RotorstudyError, hookimpl
 
 
 def bow(structure, node: int | None = None):

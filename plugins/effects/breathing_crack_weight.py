@@ -1,5 +1,4 @@
-from rotorstudy.cracks import crack_parameters
-from rotorstudy.plugins import Effect, hookimpl, registry
+from rotorstudy.plugins import Effect, crack_parameters, hookimpl, registry
 
 
 def breathing_crack_weight(structure, crack: str = "switching", node: int | None = None, element: int | None = None):

@@ -1,6 +1,4 @@
-from rotorstudy.errors import unknown_name
-from rotorstudy.plugins import Effect, hookimpl
-from rotorstudy.terms import Entry, Parameter
+from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, unknown_name
 
 THESIS_HARMONICS = (0, 1, 2, 3, 5, 7, -1, -3, -5)
 

@@ -1,7 +1,6 @@
 import numpy as np
 
-from rotorstudy.plugins import Effect, hookimpl
-from rotorstudy.terms import LocalForce, Parameter
+from rotorstudy.plugins import Effect, LocalForce, Parameter, hookimpl
 
 
 def cubic_stiffness(structure, node: int | None = None):

@@ -1,8 +1,6 @@
 import numpy as np
 
-from rotorstudy.model import sensor_unit
-from rotorstudy.plugins import Effect, hookimpl
-from rotorstudy.terms import Entry, Parameter
+from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, sensor_unit
 
 
 def delay(sensors, node: int | None = None):

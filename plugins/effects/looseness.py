@@ -1,8 +1,6 @@
 import numpy as np
 
-from rotorstudy.options import NonNegative
-from rotorstudy.plugins import Effect, hookimpl
-from rotorstudy.terms import LocalForce, Parameter
+from rotorstudy.plugins import Effect, LocalForce, NonNegative, Parameter, hookimpl
 
 
 def looseness(structure, node: int | None = None, lift_m: NonNegative = 5e-6):

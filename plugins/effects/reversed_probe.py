@@ -2,9 +2,7 @@ from typing import Literal
 
 import numpy as np
 
-from rotorstudy.model import sensor_unit
-from rotorstudy.plugins import Effect, hookimpl
-from rotorstudy.terms import Entry, Parameter
+from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, sensor_unit
 
 
 def reversed_probe(sensors, node: int | None = None, probe: Literal["x", "y"] = "x"):

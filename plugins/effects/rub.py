@@ -1,8 +1,6 @@
 import numpy as np
 
-from rotorstudy.options import NonNegative, Positive
-from rotorstudy.plugins import Effect, hookimpl
-from rotorstudy.terms import LocalForce, Parameter
+from rotorstudy.plugins import Effect, LocalForce, NonNegative, Parameter, Positive, hookimpl
 
 
 def rub(structure, node: int | None = None, clearance_m: Positive = 1e-4, friction_ratio: NonNegative = 0.1):

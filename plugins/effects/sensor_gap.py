@@ -1,6 +1,4 @@
-from rotorstudy.model import sensor_unit
-from rotorstudy.plugins import Effect, hookimpl
-from rotorstudy.terms import Entry, Parameter
+from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, sensor_unit
 
 
 def sensor_gap(sensors, node: int | None = None):

@@ -1,5 +1,4 @@
-from rotorstudy.plugins import Effect, hookimpl
-from rotorstudy.terms import Entry, Parameter
+from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
 
 
 def shaft_damping(structure):

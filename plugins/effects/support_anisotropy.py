@@ -1,7 +1,6 @@
 import numpy as np
 
-from rotorstudy.plugins import Effect, hookimpl
-from rotorstudy.terms import Entry, Parameter
+from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
 
 
 def support_anisotropy(structure, node: int | None = None):

@@ -1,9 +1,6 @@
 import numpy as np
 
-from rotorstudy.model import sensor_unit
-from rotorstudy.options import Whole
-from rotorstudy.plugins import Effect, hookimpl
-from rotorstudy.terms import Entry, Parameter
+from rotorstudy.plugins import Effect, Entry, Parameter, Whole, hookimpl, sensor_unit
 
 
 def surface_profile(sensors, node: int | None = None, order: Whole = 2):

@@ -1,6 +1,4 @@
-from rotorstudy.options import Positive
-from rotorstudy.plugins import Effect, hookimpl
-from rotorstudy.terms import Entry, Parameter
+from rotorstudy.plugins import Effect, Entry, Parameter, Positive, hookimpl
 
 
 def unbalance(structure, node: int | None = None, mass_kg: Positive | None = None):

@@ -1,7 +1,14 @@
 import numpy as np
 
-from rotorstudy.identification import in_chunks, linear_estimate, solve_equations, solve_truncated, undetermined
-from rotorstudy.plugins import Estimator, hookimpl
+from rotorstudy.plugins import (
+    Estimator,
+    hookimpl,
+    in_chunks,
+    linear_estimate,
+    solve_equations,
+    solve_truncated,
+    undetermined,
+)
 
 
 def column_scaled_least_squares(problem):

@@ -1,7 +1,6 @@
 from dataclasses import replace
 
-from rotorstudy.identification import output_error_fit
-from rotorstudy.plugins import Estimator, hookimpl
+from rotorstudy.plugins import Estimator, hookimpl, output_error_fit
 
 CLIP = 1.345  # standard deviations; 95 % efficiency under normal noise
 STEPS = 60  # twenty are usual; a record far from the model takes hundreds and means nothing then

@@ -1,5 +1,4 @@
-from rotorstudy.identification import in_chunks, linear_estimate, solve_equations
-from rotorstudy.plugins import Estimator, hookimpl
+from rotorstudy.plugins import Estimator, hookimpl, in_chunks, linear_estimate, solve_equations
 
 
 def least_squares(problem):

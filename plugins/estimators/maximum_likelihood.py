@@ -1,5 +1,4 @@
-from rotorstudy.identification import output_error_fit
-from rotorstudy.plugins import Estimator, hookimpl
+from rotorstudy.plugins import Estimator, hookimpl, output_error_fit
 
 
 def maximum_likelihood(problem):

@@ -1,7 +1,9 @@
 import numpy as np
 
-from rotorstudy.identification import (
+from rotorstudy.plugins import (
+    Estimator,
     by_speed,
+    hookimpl,
     in_chunks,
     invert,
     linear_estimate,
@@ -9,7 +11,6 @@ from rotorstudy.identification import (
     solve_truncated,
     solve_weighted,
 )
-from rotorstudy.plugins import Estimator, hookimpl
 
 PRIOR_WIDTH = 10.0  # standard deviation of the prior, in typical sizes of the unknown
 

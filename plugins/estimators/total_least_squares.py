@@ -1,7 +1,9 @@
 import numpy as np
 
-from rotorstudy.errors import NoConvergenceError
-from rotorstudy.identification import (
+from rotorstudy.plugins import (
+    Estimator,
+    NoConvergenceError,
+    hookimpl,
     in_chunks,
     invert,
     linear_estimate,
@@ -11,7 +13,6 @@ from rotorstudy.identification import (
     solve_weighted,
     whitened,
 )
-from rotorstudy.plugins import Estimator, hookimpl
 
 STEPS = 50
 

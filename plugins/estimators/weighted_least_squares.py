@@ -1,5 +1,4 @@
-from rotorstudy.identification import in_chunks, linear_estimate, solve_weighted
-from rotorstudy.plugins import Estimator, hookimpl
+from rotorstudy.plugins import Estimator, hookimpl, in_chunks, linear_estimate, solve_weighted
 
 
 def weighted_least_squares(problem):

@@ -2,10 +2,19 @@ from typing import Literal, NotRequired
 
 import numpy as np
 
-from rotorstudy.errors import RotorstudyError, unknown_name
-from rotorstudy.model import Structure
-from rotorstudy.options import AtLeastOne, NonNegative, PoissonsRatio, Positive, TypedDict, Whole
-from rotorstudy.plugins import Rotor, hookimpl
+from rotorstudy.plugins import (
+    AtLeastOne,
+    NonNegative,
+    PoissonsRatio,
+    Positive,
+    Rotor,
+    RotorstudyError,
+    Structure,
+    TypedDict,
+    Whole,
+    hookimpl,
+    unknown_name,
+)
 
 GAUSS = np.polynomial.legendre.leggauss(4)  # exact up to degree 7; the mass has degree 6
 

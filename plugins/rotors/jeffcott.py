@@ -1,8 +1,6 @@
 import numpy as np
 
-from rotorstudy.model import Structure
-from rotorstudy.options import NonNegative, Positive
-from rotorstudy.plugins import Rotor, hookimpl
+from rotorstudy.plugins import NonNegative, Positive, Rotor, Structure, hookimpl
 
 
 def jeffcott(mass_kg: Positive, stiffness_N_per_m: Positive, gravity_m_per_s2: NonNegative = 9.81):

@@ -2,10 +2,7 @@ from typing import Literal
 
 import numpy as np
 
-from rotorstudy.errors import RotorstudyError
-from rotorstudy.model import Structure
-from rotorstudy.options import NonNegative, Positive
-from rotorstudy.plugins import Rotor, hookimpl
+from rotorstudy.plugins import NonNegative, Positive, Rotor, RotorstudyError, Structure, hookimpl
 
 
 def offset_disc(

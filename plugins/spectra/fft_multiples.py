@@ -1,7 +1,6 @@
 import numpy as np
 
-from rotorstudy.plugins import SpectrumMethod, hookimpl
-from rotorstudy.records import spectral_lines, white_noise_covariance
+from rotorstudy.plugins import SpectrumMethod, hookimpl, spectral_lines, white_noise_covariance
 
 
 def fft_multiples(signal, time, speed, harmonics):

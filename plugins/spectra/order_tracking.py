@@ -1,8 +1,9 @@
 import numpy as np
 
-from rotorstudy.plugins import SpectrumMethod, hookimpl
-from rotorstudy.records import (
+from rotorstudy.plugins import (
+    SpectrumMethod,
     fit_basis,
+    hookimpl,
     rotating_basis,
     shaft_angle,
     shared_error_covariance,

@@ -1,5 +1,11 @@
-from rotorstudy.plugins import SpectrumMethod, hookimpl
-from rotorstudy.records import fit_basis, rotating_basis, spectral_lines, white_noise_covariance
+from rotorstudy.plugins import (
+    SpectrumMethod,
+    fit_basis,
+    hookimpl,
+    rotating_basis,
+    spectral_lines,
+    white_noise_covariance,
+)
 
 
 def regression(signal, time, speed, harmonics):

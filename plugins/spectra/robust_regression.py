@@ -1,7 +1,13 @@
 import numpy as np
 
-from rotorstudy.plugins import SpectrumMethod, hookimpl
-from rotorstudy.records import fit_basis, rotating_basis, spectral_lines, white_noise_covariance
+from rotorstudy.plugins import (
+    SpectrumMethod,
+    fit_basis,
+    hookimpl,
+    rotating_basis,
+    spectral_lines,
+    white_noise_covariance,
+)
 
 HUBER, TUKEY = 1.345, 4.685  # clipping in standard deviations, for 95 % efficiency under normal noise
 STEPS = 8, 20  # of either; each step takes the error down to a fifth or less

@@ -1,9 +1,10 @@
 import numpy as np
 
-from rotorstudy.plugins import SpectrumMethod, hookimpl
-from rotorstudy.records import (
+from rotorstudy.plugins import (
+    SpectrumMethod,
     circular_covariance,
     fit_basis,
+    hookimpl,
     noise_power,
     rotating_basis,
     shared_error_covariance,

@@ -1,7 +1,14 @@
 import numpy as np
 
-from rotorstudy.plugins import SpectrumMethod, hookimpl
-from rotorstudy.records import circular_covariance, fit_basis, noise_power, rotating_basis, spectral_lines
+from rotorstudy.plugins import (
+    SpectrumMethod,
+    circular_covariance,
+    fit_basis,
+    hookimpl,
+    noise_power,
+    rotating_basis,
+    spectral_lines,
+)
 
 
 def windowed_fft(signal, time, speed, harmonics):

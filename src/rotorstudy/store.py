@@ -6,6 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from rotorstudy.errors import RotorstudyError
+
 PART = ("real", "imag")
 
 
@@ -104,3 +106,38 @@ def load(path):
 
     with xr.open_dataset(path, engine="netcdf4") as data:
         return data.load()
+
+
+def read_yaml(path):
+    """A YAML file as a dict; what is wrong with it is said in one line."""
+    import yaml
+
+    path = Path(path)
+    if not path.is_file():
+        raise RotorstudyError(f"file '{path}' does not exist")
+    try:
+        found = yaml.load(path.read_text(encoding="utf-8"), _unique_key_loader())
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        place = getattr(error, "problem_mark", None)
+        at = f" line {place.line + 1}" if place else ""
+        what = " ".join(str(getattr(error, "problem", None) or error).split())
+        raise RotorstudyError(f"{path}{at}: not valid YAML: {what}") from None
+    if not isinstance(found, dict):
+        raise RotorstudyError(f"{path}: expected keys and values, found {type(found).__name__}")
+    return found
+
+
+def _unique_key_loader():
+    """YAML's safe loader, but a key given twice is an error instead of the last one winning."""
+    import yaml
+
+    class Loader(yaml.SafeLoader):
+        def construct_mapping(self, node, deep=False):
+            keys = [key.value for key, _ in node.value]
+            for key, _ in node.value:
+                if keys.count(key.value) > 1:
+                    what = f"key '{key.value}' is given twice"
+                    raise yaml.constructor.ConstructorError(None, None, what, key.start_mark)
+            return super().construct_mapping(node, deep)
+
+    return Loader

@@ -11,7 +11,7 @@ from rotorstudy.blind.run import diagnosed, run_blind
 from rotorstudy.blind.scoring import stated_set
 from rotorstudy.blind.sealing import check_seal
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.plugins import registry
+from rotorstudy.model.registry import registry
 
 FIXED_SEED, CLEAN, LARGE = 2, 3, 5
 KINDS = {

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from rotorstudy.blind.bars import reached
-from rotorstudy.blind.figures import FIGURES
-from rotorstudy.blind.page import write_pages
+from rotorstudy.blind.criteria import reached
 from rotorstudy.blind.run import run_blind
 from rotorstudy.blind.scoring import binomial_bounds, same_cause, score, summary
 from rotorstudy.blind.sealing import check_seal, salt_of, seal
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.presentation.blind_figures import FIGURES
+from rotorstudy.presentation.blind_page import write_pages
 
 from .conftest import accuser, mute, oracle
 

@@ -9,10 +9,10 @@ import pytest
 import xarray as xr
 import yaml
 
-from rotorstudy.cli import main
-from rotorstudy.diagnosis.report import check_names, read_settings, read_spectrum
+from rotorstudy.commands.cli import main
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.record_files import records_dataset
+from rotorstudy.measurement.record_files import records_dataset
+from rotorstudy.presentation.diagnosis_report import check_names, read_settings, read_spectrum
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "measured"))
 from machine import TIME, channels, records, section, write, write_rig
@@ -169,7 +169,7 @@ def test_what_the_command_line_refuses(spectrum, tmp_path, capsys):
 )
 def test_settings_are_checked_with_near_misses(given, words):
     from rotorstudy import RotorstudyError
-    from rotorstudy.rig import build_model
+    from rotorstudy.model.rig import build_model
 
     with pytest.raises(RotorstudyError) as error:
         settings = read_settings({**RIG, "diagnosis": given}, "rig.yaml")

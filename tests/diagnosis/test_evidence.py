@@ -5,12 +5,12 @@ import pytest
 from scipy.stats import multivariate_normal, norm
 
 from rotorstudy.diagnosis.candidates import SCALES, candidates, log_possible, log_scales
-from rotorstudy.diagnosis.fit import fit, with_model_error
 from rotorstudy.diagnosis.search import search
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.response import measured_response
-from rotorstudy.rig import build_model, make_term
-from rotorstudy.spectrum import Spectrum, components, independent_covariance
+from rotorstudy.inference.fit import fit, with_model_error
+from rotorstudy.measurement.spectrum import Spectrum, components, independent_covariance
+from rotorstudy.model.rig import build_model, make_term
+from rotorstudy.response.harmonic import measured_response
 
 SPEEDS, HARMONICS, NOISE = np.array([150.0, 300.0, 450.0]), np.array([0, 1, -1, 2]), 1e-7
 MODEL = build_model({

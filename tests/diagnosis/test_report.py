@@ -8,12 +8,12 @@ import pytest
 import xarray as xr
 import yaml
 
-from rotorstudy.cli import main
+from rotorstudy.commands.cli import main
 from rotorstudy.diagnosis.force import missing_force
-from rotorstudy.diagnosis.page import cause_in_words, chance, quantity, write_page
-from rotorstudy.measured import read_measurement
-from rotorstudy.response import measured_response
-from rotorstudy.rig import build_model
+from rotorstudy.measurement import read_measurement
+from rotorstudy.model.rig import build_model
+from rotorstudy.presentation.diagnosis_page import cause_in_words, chance, quantity, write_page
+from rotorstudy.response.harmonic import measured_response
 
 SPEEDS = [100.0, 150.0, 200.0, 250.0, 300.0, 350.0, 400.0]
 RIG = {

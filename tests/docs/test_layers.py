@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rotorstudy.plugins import registry
+from rotorstudy.model.registry import registry
 
 ROOT = Path(__file__).parents[2]
 MACHINE = sorted((ROOT / "src" / "rotorstudy").rglob("*.py"))
@@ -64,7 +64,7 @@ def test_the_diagnosis_knows_nothing_of_what_injects_and_the_other_way_round():
     for path in blind:
         if path.name != "run.py":  # which hands the measurement over
             assert crossings(path.read_text(), "rotorstudy.diagnosis") == [], path
-    assert crossings("from rotorstudy.diagnosis.fit import fit", "rotorstudy.diagnosis")
+    assert crossings("from rotorstudy.diagnosis.search import search", "rotorstudy.diagnosis")
 
 
 def test_no_file_names_a_folder_outside_the_project():

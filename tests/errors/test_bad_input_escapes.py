@@ -16,9 +16,10 @@ from rotorstudy import (
     measured_response,
     registry,
 )
-from rotorstudy.record_files import load_records, records_dataset
-from rotorstudy.records import keyphasor_signal, reference_signal, synthesize
-from rotorstudy.spectrum import independent_covariance
+from rotorstudy.measurement.record_files import load_records, records_dataset
+from rotorstudy.measurement.records import keyphasor_signal, reference_signal
+from rotorstudy.measurement.spectrum import independent_covariance
+from rotorstudy.response.series import synthesize
 from rotorstudy.store import save
 from rotorstudy.studies.config import load_study
 

@@ -2,8 +2,8 @@
 
 import pytest
 
-from rotorstudy.authoring import new_plugin
-from rotorstudy.cli import main
+from rotorstudy.authoring.files import new_plugin
+from rotorstudy.commands.cli import main
 
 BODY = {  # what the template of each kind gives back, first and last line of it
     "rotor": ("    return Structure(", "    )\n\n\n@hookimpl"),
@@ -157,7 +157,7 @@ def test_a_plugin_without_source_or_that_does_not_parse_is_named(wrong_plugin, t
     [("np.ones(3)", "has shape (3,); it must be that of the displacement"), ("np.nan * z", "is NaN for a finite")],
 )
 def test_a_wrong_force_in_time_is_named_with_file_and_shapes(wrong_plugin, tmp_path, capsys, force, words):
-    body = f"""    from rotorstudy.terms import LocalForce
+    body = f"""    from rotorstudy.model.terms import LocalForce
     return [Parameter("c", "N s/m", (), 50.0, force=LocalForce(here[None], lambda z, v, still: {force}))]"""
     path = wrong_plugin("effect", body)
     (tmp_path / "rig.yaml").write_text(RIG["effect"])

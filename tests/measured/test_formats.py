@@ -10,11 +10,11 @@ from machine import HARMONICS, PROBES, SPEEDS, channels, model, records, section
 from scipy.stats import chi2
 
 from rotorstudy import RotorstudyError, full_spectrum, measured_response, registry
-from rotorstudy.measured import load_spectrum, measurement_dataset, read_measurement
-from rotorstudy.measured.conventions import Conventions, Keyphasor, Probe
-from rotorstudy.measured.tables import last_digit
-from rotorstudy.record_files import records_dataset
-from rotorstudy.spectrum import components
+from rotorstudy.measurement import load_spectrum, measurement_dataset, read_measurement
+from rotorstudy.measurement.conventions import Conventions, Keyphasor, Probe
+from rotorstudy.measurement.record_files import records_dataset
+from rotorstudy.measurement.spectrum import components
+from rotorstudy.measurement.tables import last_digit
 from rotorstudy.store import save
 
 
@@ -246,7 +246,7 @@ def test_every_key_is_documented(request):
 
 
 def test_records_of_different_nodes_do_not_mix(tmp_path):
-    from rotorstudy.measured.measurement import _common_nodes
+    from rotorstudy.measurement.measurement import _common_nodes
 
     with pytest.raises(RotorstudyError, match="same probes"):
         _common_nodes([], [{"where": "a", "nodes": {1: {}}}, {"where": "b", "nodes": {2: {}}}])

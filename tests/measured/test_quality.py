@@ -6,11 +6,11 @@ import yaml
 from machine import HARMONICS, TIME, channels, model, records, section, write, write_rig
 
 from rotorstudy import RotorstudyError
-from rotorstudy.cli import main
-from rotorstudy.measured import load_spectrum, read_measurement
-from rotorstudy.measured.conventions import Keyphasor
-from rotorstudy.measured.keyphasor import count_turns, find_pulses
-from rotorstudy.measured.quality import check_sense, flat_top
+from rotorstudy.commands.cli import main
+from rotorstudy.measurement import load_spectrum, read_measurement
+from rotorstudy.measurement.conventions import Keyphasor
+from rotorstudy.measurement.keyphasor import count_turns, find_pulses
+from rotorstudy.measurement.quality import check_sense, flat_top
 
 SPEED = 80.0
 MARKS = np.arange(1, 31) * 2 * np.pi / SPEED
@@ -283,7 +283,7 @@ def test_import_from_the_command_line(tmp_path, capsys):
 def test_a_spectrum_file_that_is_none_is_named(tmp_path):
     with pytest.raises(RotorstudyError, match="does not exist"):
         load_spectrum(tmp_path / "none.nc")
-    from rotorstudy.record_files import records_dataset
+    from rotorstudy.measurement.record_files import records_dataset
     from rotorstudy.store import save
 
     save(records_dataset(records(speeds=[SPEED])), tmp_path / "records.nc")

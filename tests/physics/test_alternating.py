@@ -18,12 +18,12 @@ from rotorstudy import (
     registry,
     time_response,
 )
-from rotorstudy.alternating import local_column
+from rotorstudy.authoring.invariants import BrokenInvariant, bench_structure, check_steady_state, typical_term
 from rotorstudy.errors import PluginError
-from rotorstudy.invariants import BrokenInvariant, bench_structure, check_steady_state, typical_term
-from rotorstudy.response import COUPLED_ORDER
-from rotorstudy.spectrum import independent_covariance
-from rotorstudy.stability import check_stable, eigenvalues
+from rotorstudy.measurement.spectrum import independent_covariance
+from rotorstudy.response.alternating import local_column
+from rotorstudy.response.harmonic import COUPLED_ORDER
+from rotorstudy.response.stability import check_stable, eigenvalues
 
 MASS, STIFFNESS, DAMPING, ECCENTRICITY = 2.0, 7.6e5, 150.0, 2e-5
 EVERY = np.arange(-COUPLED_ORDER, COUPLED_ORDER + 1)
@@ -189,7 +189,7 @@ def test_a_rotor_that_is_not_linear_has_no_eigenvalues():
 
 
 def test_a_steady_state_that_is_none_is_found_out(monkeypatch):
-    from rotorstudy import invariants
+    from rotorstudy.authoring import invariants
 
     structure = bench_structure()
     plugin = registry().get("effect", "cubic_stiffness")

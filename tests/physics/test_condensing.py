@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from rotorstudy.response import harmonic_response, measured_response
-from rotorstudy.rig import build_model
+from rotorstudy.model.rig import build_model
+from rotorstudy.response.harmonic import harmonic_response, measured_response
 
 HARMONICS = [0, 1, 2, 3, -1, -2, -3]
 
@@ -53,5 +53,5 @@ def test_where_the_condensed_part_resonates_on_its_own_all_coordinates_are_solve
         return np.abs(measured_response(model, [speed], [1]) - whole).max() / np.abs(whole).max()
 
     assert error() < 1e-10
-    monkeypatch.setattr("rotorstudy.response.CONDENSED_AT_MOST", np.inf)
+    monkeypatch.setattr("rotorstudy.response.harmonic.CONDENSED_AT_MOST", np.inf)
     assert error() > 1e-10

@@ -8,8 +8,8 @@ import pytest
 from scipy.linalg import expm
 
 from rotorstudy import RotorstudyError, registry
-from rotorstudy.cracks import opening_of
-from rotorstudy.plugins import Crack
+from rotorstudy.model.cracks import opening_of
+from rotorstudy.model.kinds import Crack
 from rotorstudy.store import as_complex
 from rotorstudy.studies.cracks import compare, load_cracks
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from rotorstudy import Model, build_model, harmonic_response, make_term, measured_response, registry, simulate_records
-from rotorstudy.records import full_spectrum
-from rotorstudy.stability import growth_rate
+from rotorstudy.measurement.records import full_spectrum
+from rotorstudy.response.stability import growth_rate
 
 MASS, STIFFNESS = 2.0, 7.6e5
 NATURAL = np.sqrt(STIFFNESS / MASS)

@@ -8,8 +8,8 @@ from collocation import four_coordinates
 from test_noise_statistics import check_scatter
 
 from rotorstudy import Problem, RotorstudyError, Spectrum, cramer_rao_bound, measured_response, registry
-from rotorstudy.identification import output_error_fit, solve_linear
-from rotorstudy.regression import regression, residual_sensitivity
+from rotorstudy.inference.identification import output_error_fit, solve_linear
+from rotorstudy.inference.regression import regression, residual_sensitivity
 
 SPEEDS, EVERY = np.array([90.0, 130.0]), np.arange(-7, 8)
 ORDER = 7

@@ -12,8 +12,8 @@ from conftest import HARMONICS, jeffcott
 from random_rotor import random_model
 
 from rotorstudy import Entry, Model, Parameter, Term, harmonic_response, measured_response
-from rotorstudy.identification import Problem
-from rotorstudy.spectrum import Spectrum, independent_covariance
+from rotorstudy.inference.identification import Problem
+from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 
 SPEED = 110.0
 SHOWN = np.arange(-5, 6)

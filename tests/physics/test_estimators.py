@@ -8,9 +8,9 @@ from conftest import HARMONICS, jeffcott
 from scipy import optimize, stats
 
 from rotorstudy import Problem, Spectrum, cramer_rao_bound, magnitude_and_phase, measured_response, registry
-from rotorstudy.identification import output_error_fit, predicted_derivatives
-from rotorstudy.noise import noise_std, noisy, standard_normal
-from rotorstudy.spectrum import independent_covariance
+from rotorstudy.inference.identification import output_error_fit, predicted_derivatives
+from rotorstudy.measurement.noise import noise_std, noisy, standard_normal
+from rotorstudy.measurement.spectrum import independent_covariance
 
 TRIALS = 400
 

@@ -5,7 +5,7 @@ import pytest
 from random_rotor import random_model
 
 from rotorstudy import Model, build_model, eigenvalues, stability_threshold
-from rotorstudy.integration import time_response
+from rotorstudy.response.integration import time_response
 
 SPEED = 400.0
 STEADY = ("external_damping", "internal_damping", "damping", "anisotropy", "added_mass", "unbalance", "couple")

@@ -9,9 +9,9 @@ from test_transient import OFFSET_DISC
 
 from rotorstudy import Problem, RotorstudyError, build_model
 from rotorstudy.errors import UnidentifiableError
-from rotorstudy.identification import cramer_rao_bound, magnitude_and_phase
-from rotorstudy.rig import make_term
-from rotorstudy.spectrum import independent_covariance
+from rotorstudy.inference.identification import cramer_rao_bound, magnitude_and_phase
+from rotorstudy.measurement.spectrum import independent_covariance
+from rotorstudy.model.rig import make_term
 from rotorstudy.studies.config import Measurement, clean_spectrum, load_study
 from rotorstudy.studies.identifiability import identifiability, information, output_rows
 

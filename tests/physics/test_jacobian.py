@@ -6,16 +6,9 @@ import numpy as np
 import pytest
 from conftest import HARMONICS, jeffcott
 
-from rotorstudy import (
-    Entry,
-    Parameter,
-    Term,
-    build_model,
-    measured_response,
-    time_response,
-)
-from rotorstudy.integration import transient_response
-from rotorstudy.statics import static_deflection
+from rotorstudy import Entry, Parameter, Term, build_model, measured_response, time_response
+from rotorstudy.response.integration import transient_response
+from rotorstudy.response.statics import static_deflection
 
 
 def chain(sensors):

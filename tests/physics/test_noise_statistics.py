@@ -17,9 +17,10 @@ from rotorstudy import (
     registry,
     simulate_records,
 )
-from rotorstudy.noise import noise_std, noisy, standard_normal
-from rotorstudy.records import harmonics_by, synthesize
-from rotorstudy.spectrum import components, independent_covariance
+from rotorstudy.measurement.noise import noise_std, noisy, standard_normal
+from rotorstudy.measurement.records import harmonics_by
+from rotorstudy.measurement.spectrum import components, independent_covariance
+from rotorstudy.response.series import synthesize
 
 FALSE_ALARM = 1e-6  # share of seeds with which a right program fails one of these checks
 METHODS = list(registry().plugins["spectrum"].values())

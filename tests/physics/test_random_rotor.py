@@ -20,10 +20,10 @@ from rotorstudy import (
     registry,
     simulate_records,
 )
-from rotorstudy.identification import output_error_fit, solve_linear
-from rotorstudy.integration import force_in_time, time_response
-from rotorstudy.regression import regression
-from rotorstudy.spectrum import independent_covariance
+from rotorstudy.inference.identification import output_error_fit, solve_linear
+from rotorstudy.inference.regression import regression
+from rotorstudy.measurement.spectrum import independent_covariance
+from rotorstudy.response.integration import force_in_time, time_response
 
 SPEED, ORDER = 110.0, 30  # the response of these rotors falls below 1e-10 of its largest harmonic before the 15th
 EVERY = np.arange(-ORDER, ORDER + 1)

@@ -6,11 +6,11 @@ from conftest import HARMONICS, jeffcott
 
 from rotorstudy import Model, RotorstudyError, Spectrum, Term, build_model, harmonic_response, measured_response
 from rotorstudy.errors import UnidentifiableError
-from rotorstudy.identification import solve_linear
-from rotorstudy.integration import force_in_time
-from rotorstudy.regression import regression
-from rotorstudy.spectrum import independent_covariance
-from rotorstudy.terms import apply_entries
+from rotorstudy.inference.identification import solve_linear
+from rotorstudy.inference.regression import regression
+from rotorstudy.measurement.spectrum import independent_covariance
+from rotorstudy.model.terms import apply_entries
+from rotorstudy.response.integration import force_in_time
 
 
 def spectrum_of(model, speeds, harmonics, **options):

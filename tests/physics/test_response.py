@@ -8,7 +8,7 @@ import pytest
 from conftest import HARMONICS, jeffcott
 
 from rotorstudy import Entry, Parameter, RotorstudyError, Term, harmonic_response, measured_response
-from rotorstudy.integration import time_response
+from rotorstudy.response.integration import time_response
 
 M, K, C_E, C_H, DK, E, G = 2.0, 7.6e5, 100.0, 20.0, 2.5e5, 5e-6 * np.exp(1j * np.pi / 6), 9.81
 
@@ -180,7 +180,7 @@ def test_a_rotor_that_does_not_turn_is_refused(speed):
 
 
 def test_speeds_taken_in_parts_give_the_same(machine, monkeypatch):
-    from rotorstudy import response
+    from rotorstudy.response import harmonic as response
 
     speeds, harmonics = np.linspace(50.0, 150.0, 7), range(-4, 5)
     whole = measured_response(machine, speeds, harmonics, jacobian=True)

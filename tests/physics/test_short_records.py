@@ -10,7 +10,8 @@ import pytest
 from conftest import HARMONICS
 
 from rotorstudy import Record, registry
-from rotorstudy.records import check_record, synthesize
+from rotorstudy.measurement.records import check_record
+from rotorstudy.response.series import synthesize
 
 SPEED, TRIALS = 88.0, 2000
 

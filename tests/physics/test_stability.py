@@ -5,7 +5,7 @@ import pytest
 from conftest import jeffcott
 
 from rotorstudy import Entry, Parameter, RotorstudyError, Term, build_model, eigenvalues, stability_threshold
-from rotorstudy.integration import time_response
+from rotorstudy.response.integration import time_response
 
 NATURAL = np.sqrt(7.6e5 / 2.0)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rotorstudy import Entry, Parameter, Term, build_model, eigenvalues, harmonic_response, stability_threshold
-from rotorstudy.integration import time_response
+from rotorstudy.response.integration import time_response
 
 M, K = 2.0, 7.6e5
 NATURAL = np.sqrt(K / M)

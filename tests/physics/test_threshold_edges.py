@@ -4,7 +4,7 @@ import pytest
 from test_threshold import JEFFCOTT, MID_SPAN, NATURAL, OFF_MID_SPAN, rotor
 
 from rotorstudy import stability_threshold
-from rotorstudy.stability import check_stable
+from rotorstudy.response.stability import check_stable
 
 
 @pytest.mark.parametrize("kind", [JEFFCOTT, MID_SPAN, OFF_MID_SPAN], ids=["jeffcott", "mid-span", "off mid-span"])

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from rotorstudy import RotorstudyError, build_model, harmonic_response, time_response
-from rotorstudy.integration import transient_response
-from rotorstudy.records import synthesize
+from rotorstudy.response.integration import transient_response
+from rotorstudy.response.series import synthesize
 
 OFFSET_DISC = {
     "kind": "offset_disc",

@@ -5,8 +5,8 @@ import pytest
 from test_transient import OFFSET_DISC, RIGS
 
 from rotorstudy import build_model, eigenvalues
-from rotorstudy.stability import state_matrix
-from rotorstudy.whirl import critical_speeds, time_invariant, whirl_modes
+from rotorstudy.response.stability import state_matrix
+from rotorstudy.response.whirl import critical_speeds, time_invariant, whirl_modes
 
 
 def closed_form(order, sign):

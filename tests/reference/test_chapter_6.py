@@ -8,16 +8,16 @@ import pytest
 
 from rotorstudy import Problem, RotorstudyError, Spectrum, build_model, measured_response
 from rotorstudy.errors import UnidentifiableError
-from rotorstudy.identification import cramer_rao_bound, solve_equations
-from rotorstudy.noise import noise_std, noisy, standard_normal
-from rotorstudy.plugins import registry
-from rotorstudy.records import simulate_records
-from rotorstudy.scoreboard import published
-from rotorstudy.spectrum import independent_covariance
-from rotorstudy.statics import static_deflection
+from rotorstudy.inference.identification import cramer_rao_bound, solve_equations
+from rotorstudy.measurement.noise import noise_std, noisy, standard_normal
+from rotorstudy.measurement.records import simulate_records
+from rotorstudy.measurement.spectrum import independent_covariance
+from rotorstudy.model.registry import registry
+from rotorstudy.response.statics import static_deflection
 from rotorstudy.studies.config import changed, clean_spectrum, load_study
 from rotorstudy.studies.sensors import sensors
 from rotorstudy.studies.variants import variants
+from rotorstudy.thesis.scoreboard import published
 
 ROOT = Path(__file__).parents[2]
 REFERENCE = ROOT / "workflow" / "reference"

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rotorstudy.studies.checks import (
+from rotorstudy.thesis.checks import (
     largest_crack_response,
     physical_checks,
     shown_estimates,
@@ -12,7 +12,7 @@ from rotorstudy.studies.checks import (
     slow_roll_text,
     weight_text,
 )
-from rotorstudy.studies.replay import BOTH_DAMPINGS, load_replay, rounding_draws
+from rotorstudy.thesis.replay import BOTH_DAMPINGS, load_replay, rounding_draws
 
 
 @pytest.fixture(scope="module", params=["chapter_3", "chapter_5"])

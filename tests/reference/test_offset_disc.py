@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from rotorstudy import Problem, RotorstudyError, Spectrum, build_model, eigenvalues, measured_response
-from rotorstudy.identification import solve_linear
-from rotorstudy.scoreboard import published
-from rotorstudy.spectrum import independent_covariance
+from rotorstudy.inference.identification import solve_linear
+from rotorstudy.measurement.spectrum import independent_covariance
+from rotorstudy.thesis.scoreboard import published
 
 REFERENCE = Path(__file__).parents[2] / "workflow" / "reference"
 HARMONICS = [0, 1, 2, 3, 5, 7, -1, -3, -5]

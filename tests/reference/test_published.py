@@ -8,14 +8,14 @@ from scipy.optimize import least_squares
 
 from rotorstudy import Problem, Spectrum, load_rig, magnitude_and_phase, measured_response
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.identification import solve_linear
-from rotorstudy.records import synthesize
-from rotorstudy.scoreboard import load_reasons, published, score
-from rotorstudy.spectrum import independent_covariance
-from rotorstudy.stability import stability_threshold
+from rotorstudy.inference.identification import solve_linear
+from rotorstudy.measurement.spectrum import independent_covariance
+from rotorstudy.response.series import synthesize
+from rotorstudy.response.stability import stability_threshold
 from rotorstudy.store import as_complex
 from rotorstudy.studies.config import load_study
-from rotorstudy.studies.replay import load_replay, printed_values, records, rounding_draws, spectra
+from rotorstudy.thesis.replay import load_replay, printed_values, records, rounding_draws, spectra
+from rotorstudy.thesis.scoreboard import load_reasons, published, score
 
 ROOT = Path(__file__).parents[2]
 REFERENCE = ROOT / "workflow" / "reference"

@@ -172,7 +172,7 @@ def test_editing_a_plugin_reruns_what_used_it(built):
 
 
 def test_an_estimator_in_one_file_joins_the_comparison_and_nothing_else_runs_again(built, tmp_path):
-    from rotorstudy.authoring import new_plugin
+    from rotorstudy.authoring.files import new_plugin
 
     new_plugin("estimator", "newcomer", tmp_path / "zoo")
     shutil.copytree(built, tmp_path / "copy")

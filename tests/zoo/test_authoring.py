@@ -6,10 +6,11 @@ import sys
 
 import pytest
 
-from rotorstudy.authoring import PLACEHOLDERS, TEMPLATES, check_file, left_to_write, new_plugin
-from rotorstudy.cli import main
+from rotorstudy.authoring.files import PLACEHOLDERS, TEMPLATES, check_file, left_to_write, new_plugin
+from rotorstudy.commands.cli import main
 from rotorstudy.errors import PluginError, RotorstudyError
-from rotorstudy.plugins import KINDS, registry
+from rotorstudy.model.kinds import KINDS
+from rotorstudy.model.registry import registry
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -116,7 +117,7 @@ def test_a_distribution_installed_with_pip_joins_the_zoo(tmp_path):
         check=True,
     )  # fmt: skip
     code = (
-        "import rotorstudy; from rotorstudy.invariants import broken_invariants\n"
+        "import rotorstudy; from rotorstudy.authoring.invariants import broken_invariants\n"
         "plugin = rotorstudy.registry().get('crack', 'from_a_distribution')\n"
         "print(plugin.file, broken_invariants(plugin), rotorstudy.registry().failures)"
     )

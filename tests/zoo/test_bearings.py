@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from rotorstudy import Model, Problem, RotorstudyError, Spectrum, build_model, eigenvalues, harmonic_response, make_term
-from rotorstudy.identification import output_error_fit
-from rotorstudy.integration import force_in_time
-from rotorstudy.response import measured_response
-from rotorstudy.spectrum import independent_covariance
-from rotorstudy.terms import apply_entries
+from rotorstudy.inference.identification import output_error_fit
+from rotorstudy.measurement.spectrum import independent_covariance
+from rotorstudy.model.terms import apply_entries
+from rotorstudy.response.harmonic import measured_response
+from rotorstudy.response.integration import force_in_time
 
 PLAIN = {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5}
 SHAFT = {

@@ -6,9 +6,9 @@ import xarray as xr
 import yaml
 
 from rotorstudy import build_model, eigenvalues, harmonic_response, registry, stability_threshold
-from rotorstudy.cli import main
-from rotorstudy.rig import make_term
-from rotorstudy.statics import static_deflection
+from rotorstudy.commands.cli import main
+from rotorstudy.model.rig import make_term
+from rotorstudy.response.statics import static_deflection
 from rotorstudy.studies.bearings import all_bearings, bearing_coefficients, plot_bearing_coefficients
 
 SHAFT = {

@@ -7,10 +7,7 @@ import numpy as np
 import pytest
 
 from rotorstudy import RotorstudyError, build_model, harmonic_response, registry, time_response
-from rotorstudy.cracks import crack_series, participation_factors
-from rotorstudy.depth import compliance, depth_ratio_of, stiffness_loss
-from rotorstudy.errors import PluginError
-from rotorstudy.invariants import (
+from rotorstudy.authoring.invariants import (
     BrokenInvariant,
     bench_structure,
     crack_force_is_its_table,
@@ -25,8 +22,11 @@ from rotorstudy.invariants import (
     depth_keeps_to_its_range,
     numbers_checked,
 )
-from rotorstudy.plugins import Crack, CrackDepth
-from rotorstudy.rig import make_term
+from rotorstudy.errors import PluginError
+from rotorstudy.model.cracks import crack_series, participation_factors
+from rotorstudy.model.depth import compliance, depth_ratio_of, stiffness_loss
+from rotorstudy.model.kinds import Crack, CrackDepth
+from rotorstudy.model.rig import make_term
 
 CRACKS = registry().plugins["crack"]
 JEFFCOTT = {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5}
@@ -523,6 +523,6 @@ def test_a_wrong_depth_fails_the_claim_it_breaks(check, plugin, said):
 
 
 def test_a_depth_that_takes_anything_fails_its_range(monkeypatch):
-    monkeypatch.setattr("rotorstudy.invariants.compliance", lambda plugin, depth, **options: np.ones(2))
+    monkeypatch.setattr("rotorstudy.authoring.invariants.compliance", lambda plugin, depth, **options: np.ones(2))
     with pytest.raises(BrokenInvariant, match="it takes the depth ratio"):
         depth_keeps_to_its_range(STRIPS)

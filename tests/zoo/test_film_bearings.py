@@ -16,9 +16,9 @@ from rotorstudy import (
     stability_threshold,
     time_response,
 )
-from rotorstudy.bearings import dynamic_stiffness
-from rotorstudy.invariants import bench_structure
-from rotorstudy.statics import static_deflection
+from rotorstudy.authoring.invariants import bench_structure
+from rotorstudy.model.bearings import dynamic_stiffness
+from rotorstudy.response.statics import static_deflection
 
 BENCH = bench_structure()
 FREE = replace(BENCH, stiffness=np.zeros((1, 1)))

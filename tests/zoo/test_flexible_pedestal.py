@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from rotorstudy import Entry, Model, Parameter, RotorstudyError, Term, build_model, harmonic_response, make_term
-from rotorstudy.model import Structure
-from rotorstudy.response import measured_response
-from rotorstudy.statics import static_deflection
-from rotorstudy.terms import planar_entries
+from rotorstudy.model.structure import Structure
+from rotorstudy.model.terms import planar_entries
+from rotorstudy.response.harmonic import measured_response
+from rotorstudy.response.statics import static_deflection
 
 HARMONICS = [0, 1, 2, 3, -1, -2, -3]
 SPEEDS = np.array([60.0, 120.0, 400.0, 900.0])

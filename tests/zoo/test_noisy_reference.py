@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from rotorstudy import Record, full_spectrum, registry
-from rotorstudy.records import reference_signal, synthesize
-from rotorstudy.spectrum import components
+from rotorstudy.measurement.records import reference_signal
+from rotorstudy.measurement.spectrum import components
+from rotorstudy.response.series import synthesize
 
 SPEED, TRIALS, SAMPLES = 90.0, 600, 1024
 TIME = np.arange(SAMPLES) * 4 * 2 * np.pi / SPEED / SAMPLES  # four whole turns

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from rotorstudy import Entry, Estimate, Parameter, Term, registry
-from rotorstudy.errors import PluginError
-from rotorstudy.invariants import (
+from rotorstudy.authoring.invariants import (
     BrokenInvariant,
     bearing_is_what_it_claims,
     bench_structure,
@@ -28,8 +27,9 @@ from rotorstudy.invariants import (
     invariants_of,
     numbers_checked,
 )
-from rotorstudy.plugins import KINDS, Crack, Effect, Estimator, SpectrumMethod
-from rotorstudy.terms import planar_entries
+from rotorstudy.errors import PluginError
+from rotorstudy.model.kinds import KINDS, Crack, Effect, Estimator, SpectrumMethod
+from rotorstudy.model.terms import planar_entries
 
 ZOO = registry()
 STRUCTURE = bench_structure()
@@ -48,7 +48,7 @@ def test_the_whole_zoo_loads():
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_kind_of_hook_is_documented(kind):
-    from rotorstudy.plugins import Hooks
+    from rotorstudy.model.kinds import Hooks
 
     assert getattr(Hooks, f"rotorstudy_{kind}").__doc__
     assert KINDS[kind].__doc__

@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from rotorstudy.errors import PluginError, RotorstudyError
-from rotorstudy.plugins import Registry
+from rotorstudy.model.registry import Registry
 
 GOOD = '''
 from rotorstudy.plugins import Crack, hookimpl
@@ -123,7 +123,7 @@ def test_a_plugin_with_a_matrix_of_the_wrong_shape_or_nan_is_named_with_the_shap
 import numpy as np
 
 from rotorstudy.plugins import Effect, hookimpl
-from rotorstudy.terms import Entry, Parameter
+from rotorstudy.plugins import Entry, Parameter
 
 
 def wrong(structure):

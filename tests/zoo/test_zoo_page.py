@@ -2,10 +2,11 @@
 
 import pytest
 
-from rotorstudy.authoring import new_plugin
-from rotorstudy.cli import main
-from rotorstudy.plugins import KINDS, Registry, plugin_folders, registry, using
-from rotorstudy.studies.zoo import page, tables
+from rotorstudy.authoring.facts import page, tables
+from rotorstudy.authoring.files import new_plugin
+from rotorstudy.commands.cli import main
+from rotorstudy.model.kinds import KINDS
+from rotorstudy.model.registry import Registry, plugin_folders, registry, using
 
 WANTED = {"crack": 5, "bearing": 5, "spectrum": 6, "estimator": 7, "effect": 20, "rotor": 3}
 

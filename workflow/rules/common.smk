@@ -15,14 +15,14 @@ if folders:
 try:
     from rotorstudy.blind.config import load_blind
     from rotorstudy.errors import RotorstudyError, unknown_name
-    from rotorstudy.job import imported_files, plugin_files
-    from rotorstudy.plugins import registry
+    from rotorstudy.studies.job import imported_files, plugin_files
+    from rotorstudy.model.registry import registry
     from rotorstudy.studies.compare import load_comparison
     from rotorstudy.studies.config import file_name, load_study, named_methods
     from rotorstudy.studies.cracks import load_cracks
-    from rotorstudy.studies.replay import check_replay, load_replay
+    from rotorstudy.thesis.replay import check_replay, load_replay
     from rotorstudy.studies.workflow import WorkflowConfig
-    from rotorstudy.rig import check_config
+    from rotorstudy.model.configuration import check_config
 except ImportError as error:
     sys.exit(f"error: {error}; activate the environment that `make` made (. .venv/bin/activate), or run `make`")
 

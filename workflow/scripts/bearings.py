@@ -1,7 +1,7 @@
-from rotorstudy.job import job
+from rotorstudy.studies.job import job
 
 with job(snakemake):
-    from rotorstudy.plots import save_figure
+    from rotorstudy.presentation.plots import save_figure
     from rotorstudy.store import provenance, save
     from rotorstudy.studies.bearings import all_bearings, bearing_coefficients, plot_bearing_coefficients
 

@@ -1,12 +1,12 @@
-from rotorstudy.job import job
+from rotorstudy.studies.job import job
 
 if __name__ == "__main__":  # processes that it starts read this file again
     with job(snakemake):
         from pathlib import Path
 
         from rotorstudy.blind.config import load_blind
-        from rotorstudy.blind.page import write_pages
         from rotorstudy.blind.run import run_blind
+        from rotorstudy.presentation.blind_page import write_pages
 
         folder = Path(snakemake.output.data).parent
         data, bars, rows = run_blind(load_blind(snakemake.input.config), folder, cores=snakemake.threads)

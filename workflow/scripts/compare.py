@@ -1,4 +1,4 @@
-from rotorstudy.job import job
+from rotorstudy.studies.job import job
 
 PAGE_WIDTH = 7.0  # inches, two columns of a journal; text keeps its size in print
 ROW = 3  # panels side by side
@@ -106,11 +106,11 @@ with job(snakemake):
     import xarray as xr
     from matplotlib.colors import LogNorm, Normalize
 
-    from rotorstudy.plots import COLOURS, MARKERS, figure, plain_log, save_figure
+    from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, plain_log, save_figure
+    from rotorstudy.presentation.tables import write_csv, write_html, write_table
     from rotorstudy.store import load, provenance, save
     from rotorstudy.studies.compare import HONEST, advice, comparison, load_comparison, ranking
     from rotorstudy.studies.config import file_name
-    from rotorstudy.tables import write_csv, write_html, write_table
 
     config = load_comparison(snakemake.input.config)
     names = {file_name(name): name for name in config.rotors}

@@ -1,9 +1,9 @@
-from rotorstudy.job import job
+from rotorstudy.studies.job import job
 
 with job(snakemake):
     from pathlib import Path
 
-    from rotorstudy.plugins import registry
+    from rotorstudy.model.registry import registry
     from rotorstudy.store import load, provenance, save
     from rotorstudy.studies.compare import bias, estimates, load_comparison, load_rotor
     from rotorstudy.studies.config import file_name, load_study

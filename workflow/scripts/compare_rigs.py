@@ -1,4 +1,4 @@
-from rotorstudy.job import job
+from rotorstudy.studies.job import job
 
 with job(snakemake):
     from pathlib import Path
@@ -6,9 +6,10 @@ with job(snakemake):
     import numpy as np
     import pandas as pd
 
-    from rotorstudy.plots import COLOURS, MARKERS, figure, save_figure
+    from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, save_figure
+    from rotorstudy.presentation.tables import write_table
     from rotorstudy.store import as_complex, load
-    from rotorstudy.studies.checks import (
+    from rotorstudy.thesis.checks import (
         largest_crack_response,
         limits,
         percent,
@@ -16,8 +17,7 @@ with job(snakemake):
         slow_roll_bow,
         slow_roll_share,
     )
-    from rotorstudy.studies.replay import COLUMN, load_replay, thesis_estimates
-    from rotorstudy.tables import write_table
+    from rotorstudy.thesis.replay import COLUMN, load_replay, thesis_estimates
 
     MOSTLY = 0.7  # share of -1X at slow roll from which on it is called the slow roll's
     reference = Path(snakemake.input.published).parent

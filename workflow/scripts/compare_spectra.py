@@ -1,7 +1,7 @@
-from rotorstudy.job import job
+from rotorstudy.studies.job import job
 
 with job(snakemake):
-    from rotorstudy.plugins import registry
+    from rotorstudy.model.registry import registry
     from rotorstudy.store import provenance, save
     from rotorstudy.studies.compare import load_comparison, load_rotor, spectra
 

@@ -1,9 +1,9 @@
-from rotorstudy.job import job
+from rotorstudy.studies.job import job
 
 with job(snakemake):
     from pathlib import Path
 
-    from rotorstudy.diagnosis.report import report
+    from rotorstudy.presentation.diagnosis_report import report
 
     verdict = report(list(snakemake.input.records), snakemake.input.rig, Path(snakemake.output.verdict).parent)
     print(verdict["in_words"])

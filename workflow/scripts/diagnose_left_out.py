@@ -1,10 +1,10 @@
-from rotorstudy.job import job
+from rotorstudy.studies.job import job
 
 with job(snakemake):
     import json
 
     from rotorstudy.store import write_text
-    from rotorstudy.studies.left_out import leave_one_out
+    from rotorstudy.thesis.left_out import leave_one_out
 
     rows = leave_one_out(list(snakemake.input.records), snakemake.input.rig)
     write_text(snakemake.output[0], json.dumps(rows, indent=1, ensure_ascii=False) + "\n")

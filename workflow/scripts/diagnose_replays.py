@@ -1,4 +1,4 @@
-from rotorstudy.job import job
+from rotorstudy.studies.job import job
 
 with job(snakemake):
     import json
@@ -6,8 +6,9 @@ with job(snakemake):
 
     import pandas as pd
 
+    from rotorstudy.presentation.tables import write_csv, write_html
     from rotorstudy.store import load
-    from rotorstudy.studies.left_out import (
+    from rotorstudy.thesis.left_out import (
         LEGEND,
         UNDECIDED,
         changed_estimates,
@@ -19,8 +20,7 @@ with job(snakemake):
         parameter_rows,
         shared_causes,
     )
-    from rotorstudy.studies.replay import load_replay
-    from rotorstudy.tables import write_csv, write_html
+    from rotorstudy.thesis.replay import load_replay
 
     reference = Path(snakemake.input.published).parent
     harmonics, left_out, parameters, notes, verdicts = [], [], [], [], {}

@@ -1,4 +1,4 @@
-from rotorstudy.job import job
+from rotorstudy.studies.job import job
 
 with job(snakemake):
     from pathlib import Path
@@ -6,11 +6,11 @@ with job(snakemake):
     import pandas as pd
     import yaml
 
+    from rotorstudy.presentation.tables import write_csv, write_html
     from rotorstudy.store import load
-    from rotorstudy.studies import errata
     from rotorstudy.studies.config import load_study
-    from rotorstudy.studies.replay import load_replay
-    from rotorstudy.tables import write_csv, write_html
+    from rotorstudy.thesis import errata
+    from rotorstudy.thesis.replay import load_replay
 
     given = snakemake.input
     reference = Path(given.errata).parent

@@ -1,17 +1,17 @@
-from rotorstudy.job import job
+from rotorstudy.studies.job import job
 
 with job(snakemake):
     from pathlib import Path
 
     import numpy as np
 
-    from rotorstudy.cracks import SERIES_ORDER
-    from rotorstudy.plots import COLOURS, MARKERS, figure, save_figure
-    from rotorstudy.plugins import registry
-    from rotorstudy.scoreboard import published
+    from rotorstudy.model.cracks import SERIES_ORDER
+    from rotorstudy.model.registry import registry
+    from rotorstudy.presentation import study_figures as figures
+    from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, save_figure
     from rotorstudy.store import as_complex, load
-    from rotorstudy.studies import figures
     from rotorstudy.studies.config import load_study
+    from rotorstudy.thesis.scoreboard import published
 
     SHORT = {
         "Single speed 88": "88 rad/s",

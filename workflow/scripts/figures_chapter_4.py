@@ -1,16 +1,16 @@
-from rotorstudy.job import job
+from rotorstudy.studies.job import job
 
 with job(snakemake):
     from pathlib import Path
 
     import numpy as np
 
-    from rotorstudy.noise import noise_std, noisy, standard_normal
-    from rotorstudy.plots import save_figure
-    from rotorstudy.scoreboard import published
+    from rotorstudy.measurement.noise import noise_std, noisy, standard_normal
+    from rotorstudy.presentation import study_figures as figures
+    from rotorstudy.presentation.plots import save_figure
     from rotorstudy.store import as_complex, load
-    from rotorstudy.studies import figures
     from rotorstudy.studies.config import clean_spectrum, load_study
+    from rotorstudy.thesis.scoreboard import published
 
     CASE = "20 to 50 Hz"
     config = load_study(snakemake.input.config)

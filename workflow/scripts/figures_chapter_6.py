@@ -1,11 +1,12 @@
-from rotorstudy.job import job
+from rotorstudy.studies.job import job
 
 with job(snakemake):
     from pathlib import Path
 
     import numpy as np
 
-    from rotorstudy.plots import (
+    from rotorstudy.presentation import study_figures as figures
+    from rotorstudy.presentation.plots import (
         COLOURS,
         MARKERS,
         figure,
@@ -15,13 +16,12 @@ with job(snakemake):
         plot_phase,
         save_figure,
     )
-    from rotorstudy.response import measured_response
-    from rotorstudy.scoreboard import published
-    from rotorstudy.statics import static_deflection
+    from rotorstudy.response.harmonic import measured_response
+    from rotorstudy.response.statics import static_deflection
+    from rotorstudy.response.whirl import time_invariant, whirl_modes, without_damping
     from rotorstudy.store import as_complex, load
-    from rotorstudy.studies import figures
     from rotorstudy.studies.config import load_study
-    from rotorstudy.whirl import time_invariant, whirl_modes, without_damping
+    from rotorstudy.thesis.scoreboard import published
 
     PLACES = {1: "left bearing", 2: "disc 1", 3: "crack", 4: "disc 2", 5: "right bearing"}
     config = load_study(snakemake.input.config)

@@ -1,4 +1,4 @@
-from rotorstudy.job import job
+from rotorstudy.studies.job import job
 
 with job(snakemake):
     from pathlib import Path
@@ -6,7 +6,7 @@ with job(snakemake):
     import numpy as np
     import pandas as pd
 
-    from rotorstudy.plots import (
+    from rotorstudy.presentation.plots import (
         COLOURS,
         MARKERS,
         figure,
@@ -16,11 +16,11 @@ with job(snakemake):
         plot_phase,
         save_figure,
     )
-    from rotorstudy.records import synthesize
-    from rotorstudy.response import measured_response
+    from rotorstudy.response.harmonic import measured_response
+    from rotorstudy.response.series import synthesize
     from rotorstudy.store import as_complex, load
-    from rotorstudy.studies.checks import bow_magnification, percent
-    from rotorstudy.studies.replay import COLUMN, load_replay, thesis_estimates
+    from rotorstudy.thesis.checks import bow_magnification, percent
+    from rotorstudy.thesis.replay import COLUMN, load_replay, thesis_estimates
 
     config = load_replay(snakemake.input.config)
     spectra, identification = load(snakemake.input.spectra), load(snakemake.input.identification)

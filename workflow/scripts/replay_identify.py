@@ -1,12 +1,12 @@
-from rotorstudy.job import job
+from rotorstudy.studies.job import job
 
 with job(snakemake):
     from pathlib import Path
 
-    from rotorstudy.plugins import registry
-    from rotorstudy.rig import named_plugins
+    from rotorstudy.model.registry import registry
+    from rotorstudy.model.rig import named_plugins
     from rotorstudy.store import load, provenance, save
-    from rotorstudy.studies.replay import identify, load_replay
+    from rotorstudy.thesis.replay import identify, load_replay
 
     config = load_replay(snakemake.input.config)
     result = identify(config, Path(snakemake.input.published).parent, load(snakemake.input.spectra))

@@ -1,10 +1,10 @@
-from rotorstudy.job import job
+from rotorstudy.studies.job import job
 
 with job(snakemake):
     from pathlib import Path
 
     from rotorstudy.store import provenance, save
-    from rotorstudy.studies.replay import load_replay, records
+    from rotorstudy.thesis.replay import load_replay, records
 
     config = load_replay(snakemake.input.config)
     result = records(config, Path(snakemake.input.published).parent)

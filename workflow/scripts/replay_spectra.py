@@ -1,9 +1,9 @@
-from rotorstudy.job import job
+from rotorstudy.studies.job import job
 
 with job(snakemake):
-    from rotorstudy.plugins import registry
+    from rotorstudy.model.registry import registry
     from rotorstudy.store import load, provenance, save
-    from rotorstudy.studies.replay import load_replay, spectra
+    from rotorstudy.thesis.replay import load_replay, spectra
 
     config = load_replay(snakemake.input.config)
     result = spectra(config, load(snakemake.input.records))

@@ -1,4 +1,4 @@
-from rotorstudy.job import job
+from rotorstudy.studies.job import job
 
 with job(snakemake):
     from pathlib import Path
@@ -6,11 +6,11 @@ with job(snakemake):
     import numpy as np
     import pandas as pd
 
-    from rotorstudy.scoreboard import load_reasons, published, score
+    from rotorstudy.presentation.tables import write_csv, write_scored_tables, write_table
     from rotorstudy.store import load
     from rotorstudy.studies.config import load_study
-    from rotorstudy.studies.printed import estimate_rows, noise_rows, spectrum_rows, with_deviation
-    from rotorstudy.tables import write_csv, write_scored_tables, write_table
+    from rotorstudy.thesis.printed import estimate_rows, noise_rows, spectrum_rows, with_deviation
+    from rotorstudy.thesis.scoreboard import load_reasons, published, score
 
     SPECTRA = {  # quantity -> phase reference and the tables at 20 and 50 Hz
         "amplitude": ("none", "4.2", "4.3"),

@@ -1,4 +1,4 @@
-from rotorstudy.job import job
+from rotorstudy.studies.job import job
 
 with job(snakemake):
     from pathlib import Path
@@ -6,12 +6,12 @@ with job(snakemake):
     import numpy as np
     import pandas as pd
 
-    from rotorstudy.scoreboard import KEYS, load_reasons, published, score
-    from rotorstudy.statics import static_deflection
+    from rotorstudy.presentation.tables import write_csv, write_scored_tables, write_table
+    from rotorstudy.response.statics import static_deflection
     from rotorstudy.store import load
     from rotorstudy.studies.config import load_study
-    from rotorstudy.studies.printed import spectrum_rows, with_deviation
-    from rotorstudy.tables import write_csv, write_scored_tables, write_table
+    from rotorstudy.thesis.printed import spectrum_rows, with_deviation
+    from rotorstudy.thesis.scoreboard import KEYS, load_reasons, published, score
 
     NODES = (1, 2, 3)  # tables 6.2 to 6.4 are amplitudes there, 6.5 to 6.7 phases
     VARIANT = "the thesis: opposite gyroscopic sign"

@@ -1,4 +1,4 @@
-from rotorstudy.job import job
+from rotorstudy.studies.job import job
 
 with job(snakemake):
     from pathlib import Path
@@ -6,10 +6,10 @@ with job(snakemake):
     import numpy as np
     import pandas as pd
 
-    from rotorstudy.response import measured_response
-    from rotorstudy.scoreboard import KEYS, load_reasons, published, score
+    from rotorstudy.presentation.tables import write_csv, write_scored_tables, write_table
+    from rotorstudy.response.harmonic import measured_response
     from rotorstudy.store import as_complex, load
-    from rotorstudy.studies.checks import (
+    from rotorstudy.thesis.checks import (
         bow_text,
         bow_twins,
         higher_cases,
@@ -23,8 +23,8 @@ with job(snakemake):
         slow_roll_text,
         weight_text,
     )
-    from rotorstudy.studies.printed import with_deviation
-    from rotorstudy.studies.replay import (
+    from rotorstudy.thesis.printed import with_deviation
+    from rotorstudy.thesis.replay import (
         BOTH_DAMPINGS,
         COLUMN,
         DAMPINGS,
@@ -33,7 +33,7 @@ with job(snakemake):
         rounding_draws,
         thesis_estimates,
     )
-    from rotorstudy.tables import write_csv, write_scored_tables, write_table
+    from rotorstudy.thesis.scoreboard import KEYS, load_reasons, published, score
 
     config = load_replay(snakemake.input.config)
     spectra, identification = load(snakemake.input.spectra), load(snakemake.input.identification)

@@ -1,10 +1,10 @@
-from rotorstudy.job import job
+from rotorstudy.studies.job import job
 
 with job(snakemake):
     import pandas as pd
 
-    from rotorstudy.studies.zoo import page, tables
-    from rotorstudy.tables import write_csv, write_html
+    from rotorstudy.authoring.facts import page, tables
+    from rotorstudy.presentation.tables import write_csv, write_html
 
     found = tables()
     count = sum(len(table) for table in found.values())

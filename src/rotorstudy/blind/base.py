@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from rotorstudy.plugins import registry
-from rotorstudy.response import measured_response
-from rotorstudy.rig import make_term
+from rotorstudy.model.registry import registry
+from rotorstudy.model.rig import make_term
+from rotorstudy.response.harmonic import measured_response
 
 
 def left_by_base(change, spectrum, model, stated):

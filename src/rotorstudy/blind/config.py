@@ -6,9 +6,10 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.response import check_harmonics
-from rotorstudy.rig import build_model, check_config, read_yaml
-from rotorstudy.studies.config import Strict
+from rotorstudy.model.configuration import Strict, check_config
+from rotorstudy.model.rig import build_model
+from rotorstudy.response.harmonic import check_harmonics
+from rotorstudy.store import read_yaml
 
 KINDS = ("clean", "single", "two", "chain", "foreign")
 Share = Annotated[float, Field(ge=0, le=1)]

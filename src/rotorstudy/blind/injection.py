@@ -16,12 +16,12 @@ from rotorstudy.blind.chain import CHAIN, CHAIN_SIGNED, FOREIGN_CHAIN, LABEL, UN
 from rotorstudy.blind.machine import build_plant, critical_speeds, growth, settle, steady_motion
 from rotorstudy.blind.physics import FOREIGN, HIDDEN, SIGNED, bearing
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.measured.harmonics import estimate
-from rotorstudy.model import Model
-from rotorstudy.plugins import registry
-from rotorstudy.records import Record
-from rotorstudy.rig import build_model, make_term
-from rotorstudy.spectrum import Spectrum
+from rotorstudy.measurement.harmonics import estimate
+from rotorstudy.measurement.records import Record
+from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.model.model import Model
+from rotorstudy.model.registry import registry
+from rotorstudy.model.rig import build_model, make_term
 
 STREAM = 6  # keeps the random numbers of blind tests apart from those of studies
 CARRIED = np.arange(-12, 13)  # harmonics of the motion that a record holds

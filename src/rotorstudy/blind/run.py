@@ -6,20 +6,20 @@ from functools import partial
 from pathlib import Path
 from time import perf_counter
 
-from rotorstudy.blind.bars import reached
+from rotorstudy.blind.criteria import reached
 from rotorstudy.blind.injection import draw_case
 from rotorstudy.blind.records import write_records
 from rotorstudy.blind.scoring import score, summary
 from rotorstudy.blind.sealing import check_seal, salt_of, seal
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.rig import build_model, named_plugins
+from rotorstudy.model.rig import build_model, named_plugins
 from rotorstudy.store import provenance, save, write_text
 
 
 def diagnosed(spectrum, model, stated):
     """What the package's own diagnosis answers: verdict, and its predictions on the speeds it held out."""
     from rotorstudy.diagnosis import investigate
-    from rotorstudy.response import measured_response
+    from rotorstudy.response.harmonic import measured_response
 
     found = investigate(spectrum, model, settings=stated)
     held = found.held_out

@@ -3,7 +3,7 @@
 import numpy as np
 
 from rotorstudy.blind.chain import LABEL
-from rotorstudy.plugins import registry
+from rotorstudy.model.registry import registry
 from rotorstudy.store import dataset
 
 SIZE_EDGES = np.array([0.3, 0.6, 1.0, 2.0, 3.0, 6.0, 12.0, 30.0])

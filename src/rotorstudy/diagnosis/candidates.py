@@ -4,12 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.diagnosis.fit import BEYOND, log_narrowing
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.plugins import registry
-from rotorstudy.response import sensitivities
-from rotorstudy.rig import make_term
-from rotorstudy.terms import Term
+from rotorstudy.inference.fit import BEYOND, log_narrowing
+from rotorstudy.model.registry import registry
+from rotorstudy.model.rig import make_term
+from rotorstudy.model.terms import Term
+from rotorstudy.response.harmonic import sensitivities
 
 SHAPES_TRIED = 9  # values of a shape option, before the best is refined
 SCALES = 10.0 ** (-0.5 * np.arange(7))  # of the widest prior: amplitudes of any order of magnitude are alike

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rotorstudy.rig import SECTIONS, make_term
+from rotorstudy.model.rig import SECTIONS, make_term
 
 
 def extended_rig(given, diagnosis):

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from rotorstudy.diagnosis.fit import BEYOND
-from rotorstudy.response import sensitivities
-from rotorstudy.terms import Entry, Unknown
+from rotorstudy.inference.fit import BEYOND
+from rotorstudy.model.terms import Entry, Unknown
+from rotorstudy.response.harmonic import sensitivities
 
 
 def missing_force(model, theta, speed, harmonics, residual):

@@ -4,19 +4,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from rotorstudy.diagnosis.candidates import (
-    SCALES,
-    Candidate,
-    candidate,
-    candidates,
-    log_possible,
-    log_scales,
-    screen,
-)
-from rotorstudy.diagnosis.fit import STEPS, Fit, fit, inverse, predicted
+from rotorstudy.diagnosis.candidates import SCALES, Candidate, candidate, candidates, log_possible, log_scales, screen
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.plugins import registry
-from rotorstudy.rig import make_term
+from rotorstudy.inference.fit import STEPS, Fit, fit, inverse, predicted
+from rotorstudy.model.registry import registry
+from rotorstudy.model.rig import make_term
 
 FIRST_LOOK = 5  # steps of a fit before it is known whether it is worth more
 FITTED_FULLY = 4  # explanations a round at least, and all

@@ -5,12 +5,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.diagnosis.fit import Fit, predicted, with_model_error
 from rotorstudy.diagnosis.search import ACCUSES, Search, search
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.identification import magnitude_and_phase
-from rotorstudy.spectrum import Spectrum
+from rotorstudy.inference.fit import Fit, predicted, with_model_error
+from rotorstudy.inference.identification import magnitude_and_phase
+from rotorstudy.measurement.spectrum import Spectrum
 
 STATED_SET = 0.99  # confidence that the causes named together hold the true one
 LEFT_OVER = 0.1  # of the excess rms before, above which a significant rest means that the cause is not the right one
@@ -287,7 +287,7 @@ def _identifiability(fitted, prior):
 
 def _separating(best, others):
     """What would tell the causes apart: what the plugins say of their twins, else what helps in general."""
-    from rotorstudy.plugins import registry
+    from rotorstudy.model.registry import registry
 
     if not others or not best.causes:
         return ""

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from rotorstudy.bearings import dynamic_stiffness
+from rotorstudy.authoring.invariants import bench_structure, typical_term
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.invariants import bench_structure, typical_term
-from rotorstudy.plots import COLOURS, figure
-from rotorstudy.plugins import registry
+from rotorstudy.model.bearings import dynamic_stiffness
+from rotorstudy.model.registry import registry
+from rotorstudy.presentation.plots import COLOURS, figure
 from rotorstudy.store import dataset
 
 SPEEDS = np.linspace(50.0, 400.0, 71)  # rad/s, 8 to 64 Hz: slow roll to past the first critical speed of a rig

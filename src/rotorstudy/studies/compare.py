@@ -13,11 +13,9 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from rotorstudy.errors import PluginError, RotorstudyError, UnidentifiableError, unknown_name
-from rotorstudy.identification import Problem, cramer_rao_bound, estimate_by, magnitude_and_phase
-from rotorstudy.model import Model
-from rotorstudy.noise import noise_std, standard_normal
-from rotorstudy.options import NonNegative, Positive
-from rotorstudy.records import (
+from rotorstudy.inference.identification import Problem, cramer_rao_bound, estimate_by, magnitude_and_phase
+from rotorstudy.measurement.noise import noise_std, standard_normal
+from rotorstudy.measurement.records import (
     Record,
     compensate,
     full_spectrum,
@@ -25,13 +23,15 @@ from rotorstudy.records import (
     phase_from_keyphasor,
     simulate_records,
 )
-from rotorstudy.response import check_harmonics
-from rotorstudy.rig import check_config, read_yaml
-from rotorstudy.spectrum import Spectrum
-from rotorstudy.store import as_complex, dataset, load
+from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.model.configuration import Strict, check_config
+from rotorstudy.model.model import Model
+from rotorstudy.model.options import NonNegative, Positive
+from rotorstudy.response.harmonic import check_harmonics
+from rotorstudy.store import as_complex, dataset, load, read_yaml
 from rotorstudy.studies import identify
-from rotorstudy.studies.config import SPEED, Strict, clean_spectrum, load_study, parameter_coordinates
-from rotorstudy.studies.replay import load_replay
+from rotorstudy.studies.config import SPEED, clean_spectrum, load_study, parameter_coordinates
+from rotorstudy.thesis.replay import load_replay
 
 STATISTICS = ("bias", "scatter", "rmse", "efficiency", "coverage", "failed", "seconds")
 

@@ -4,23 +4,20 @@ import re
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from rotorstudy.errors import RotorstudyError, unknown_name
-from rotorstudy.identification import magnitude_and_phase
-from rotorstudy.noise import MODELS
-from rotorstudy.plugins import registry
-from rotorstudy.response import check_harmonics, measured_response
-from rotorstudy.rig import build_model, check_config, named_plugins, read_yaml
-from rotorstudy.spectrum import Spectrum, independent_covariance
-from rotorstudy.stability import check_stable
-from rotorstudy.store import provenance
+from rotorstudy.inference.identification import magnitude_and_phase
+from rotorstudy.measurement.noise import MODELS
+from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+from rotorstudy.model.configuration import Strict, check_config
+from rotorstudy.model.registry import registry
+from rotorstudy.model.rig import build_model, named_plugins
+from rotorstudy.response.harmonic import check_harmonics, measured_response
+from rotorstudy.response.stability import check_stable
+from rotorstudy.store import provenance, read_yaml
 
 PositiveNumber = Annotated[float, Field(gt=0)]
-
-
-class Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
 
 class SpeedRange(Strict):
@@ -138,7 +135,7 @@ class Variant(Strict):
 class StudyConfig(Strict):
     """A simulated study.
 
-    rigs : name -> rig (see `rotorstudy.rig`); harmonics, shown speeds, cases (name -> speeds) and unknown amplitudes
+    rigs : name -> rig (see `rotorstudy.model.rig`);  harmonics, shown speeds, cases (name -> speeds) and unknowns
     spectra, estimators : the methods this study shows; all of the zoo are compared by `studies.compare`
     """
 

@@ -5,16 +5,17 @@ from typing import Any
 import numpy as np
 from pydantic import Field
 
-from rotorstudy.cracks import opening_of
-from rotorstudy.depth import stiffness_loss
 from rotorstudy.errors import RotorstudyError, unknown_name
-from rotorstudy.options import check_options
-from rotorstudy.plots import COLOURS, figure, plot_full_spectrum
-from rotorstudy.plugins import registry
-from rotorstudy.response import harmonic_response
-from rotorstudy.rig import build_model, check_config, named_plugins, read_yaml
-from rotorstudy.store import as_complex, dataset, provenance
-from rotorstudy.studies.config import SPEED, PositiveNumber, SpeedRange, Strict
+from rotorstudy.model.configuration import Strict, check_config
+from rotorstudy.model.cracks import opening_of
+from rotorstudy.model.depth import stiffness_loss
+from rotorstudy.model.options import check_options
+from rotorstudy.model.registry import registry
+from rotorstudy.model.rig import build_model, named_plugins
+from rotorstudy.presentation.plots import COLOURS, figure, plot_full_spectrum
+from rotorstudy.response.harmonic import harmonic_response
+from rotorstudy.store import as_complex, dataset, provenance, read_yaml
+from rotorstudy.studies.config import SPEED, PositiveNumber, SpeedRange
 
 DIRECTIONS = ("xi", "eta", "vertical", "horizontal")
 STYLES = ("-", "--", "-.", ":")

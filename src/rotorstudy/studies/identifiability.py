@@ -3,9 +3,9 @@
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.identification import check_identifiable, invert, magnitude_and_phase
-from rotorstudy.response import harmonic_response, measured_response
-from rotorstudy.spectrum import components
+from rotorstudy.inference.identification import check_identifiable, invert, magnitude_and_phase
+from rotorstudy.measurement.spectrum import components
+from rotorstudy.response.harmonic import harmonic_response, measured_response
 from rotorstudy.store import dataset
 from rotorstudy.studies.config import Measurement, parameter_coordinates
 

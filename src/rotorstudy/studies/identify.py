@@ -6,11 +6,11 @@ from itertools import product
 import numpy as np
 
 from rotorstudy.errors import NoConvergenceError
-from rotorstudy.identification import Problem, cramer_rao_bound, estimate_by, magnitude_and_phase
-from rotorstudy.noise import noise_std, noisy, standard_normal
-from rotorstudy.plugins import registry
-from rotorstudy.rig import build_model
-from rotorstudy.spectrum import independent_covariance
+from rotorstudy.inference.identification import Problem, cramer_rao_bound, estimate_by, magnitude_and_phase
+from rotorstudy.measurement.noise import noise_std, noisy, standard_normal
+from rotorstudy.measurement.spectrum import independent_covariance
+from rotorstudy.model.registry import registry
+from rotorstudy.model.rig import build_model
 from rotorstudy.store import dataset
 from rotorstudy.studies.config import (
     changed,

@@ -6,10 +6,10 @@ from itertools import product
 import numpy as np
 
 from rotorstudy.errors import NoConvergenceError, UnidentifiableError
-from rotorstudy.identification import Problem, cramer_rao_bound, magnitude_and_phase, output_error_fit
-from rotorstudy.noise import noise_std, noisy, standard_normal
-from rotorstudy.rig import build_model
-from rotorstudy.spectrum import independent_covariance
+from rotorstudy.inference.identification import Problem, cramer_rao_bound, magnitude_and_phase, output_error_fit
+from rotorstudy.measurement.noise import noise_std, noisy, standard_normal
+from rotorstudy.measurement.spectrum import independent_covariance
+from rotorstudy.model.rig import build_model
 from rotorstudy.store import dataset
 from rotorstudy.studies.config import clean_spectrum, parameter_coordinates, reported_names, true_values
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from rotorstudy.integration import time_response, transient_response
-from rotorstudy.plugins import registry
-from rotorstudy.records import Record, full_spectrum, keyphasor_signal, reference_signal, simulate_records
+from rotorstudy.measurement.records import Record, full_spectrum, keyphasor_signal, reference_signal, simulate_records
+from rotorstudy.model.registry import registry
+from rotorstudy.response.integration import time_response, transient_response
 from rotorstudy.store import as_complex, dataset
 from rotorstudy.studies.config import SPEED
 

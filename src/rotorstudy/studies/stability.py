@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from rotorstudy.stability import eigenvalues, stability_threshold
+from rotorstudy.response.stability import eigenvalues, stability_threshold
+from rotorstudy.response.whirl import time_invariant, without_damping
 from rotorstudy.store import dataset
-from rotorstudy.whirl import time_invariant, without_damping
 
 
 def stability(config, rig, ratios=(0.5, 1.0, 2.0, 5.0), up_to=8.0):

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from rotorstudy.identification import Problem, magnitude_and_phase, solve_equations, solve_linear
-from rotorstudy.statics import static_deflection
+from rotorstudy.inference.identification import Problem, magnitude_and_phase, solve_equations, solve_linear
+from rotorstudy.response.statics import static_deflection
 from rotorstudy.store import dataset
 from rotorstudy.studies.config import clean_spectrum, parameter_coordinates, relative_error, reported_names, true_values
 

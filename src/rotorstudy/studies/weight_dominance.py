@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from rotorstudy.identification import Problem
-from rotorstudy.plugins import registry
-from rotorstudy.response import measured_response
-from rotorstudy.rig import build_model
+from rotorstudy.inference.identification import Problem
+from rotorstudy.model.registry import registry
+from rotorstudy.model.rig import build_model
+from rotorstudy.response.harmonic import measured_response
 from rotorstudy.store import dataset
 from rotorstudy.studies.config import (
     clean_spectrum,

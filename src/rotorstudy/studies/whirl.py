@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from rotorstudy.stability import eigenvalues
+from rotorstudy.response.stability import eigenvalues
+from rotorstudy.response.whirl import critical_speeds, time_invariant, without_damping
 from rotorstudy.store import dataset
 from rotorstudy.studies.config import SPEED
-from rotorstudy.whirl import critical_speeds, time_invariant, without_damping
 
 ORDERS = (1, 2, 3, -1)
 

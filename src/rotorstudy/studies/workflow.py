@@ -2,7 +2,7 @@
 
 from pydantic import Field
 
-from rotorstudy.studies.config import Strict
+from rotorstudy.model.configuration import Strict
 
 
 class DiagnosisItem(Strict):

@@ -1,0 +1,88 @@
+"""What each plugin says of itself, as tables: the zoo's own page follows from the registry alone."""
+
+import inspect
+import re
+
+import numpy as np
+
+from rotorstudy.authoring.invariants import bench_of, bench_structure, typical_term
+from rotorstudy.model.kinds import KINDS
+from rotorstudy.model.options import option_names
+from rotorstudy.model.registry import registry
+
+GIVEN = {  # arguments the engine gives, which are no options of a rig file
+    "crack": ("angle",),
+    "depth": ("depth_ratio",),
+    "bearing": ("structure",),
+    "effect": ("structure", "sensors"),
+    "spectrum": ("signal", "time", "speed", "harmonics", "marks"),
+    "estimator": ("problem",),
+}
+
+
+def facts(kind, plugin):
+    """One plugin as {heading: text}; headings without anything to say are left out."""
+    found = {"name": plugin.name, "what it is": plugin.summary}
+    found["options"] = _options(kind, plugin)
+    if kind in ("bearing", "effect"):
+        found["parameters"] = _parameters(kind, plugin)
+    found["claims"] = ", ".join(name.replace("_", " ") for name in _claims(plugin))
+    found["twins"] = "; ".join(f"{twin}: {separation}" for twin, separation in getattr(plugin, "twins", ()))
+    found["source"], found["checked against"] = plugin.source, plugin.checked
+    return {heading: text for heading, text in found.items() if text}
+
+
+def _options(kind, plugin):
+    """'name = default' of every option; those without a default are needed."""
+    known = inspect.signature(plugin.function).parameters
+    names = option_names(plugin.function, GIVEN.get(kind, ()))
+    defaults = {name: known[name].default for name in names}
+    told = {n: f"{d:g}" if isinstance(d, float) else d for n, d in defaults.items()}
+    return ", ".join(f"{n} (needed)" if d is inspect.Parameter.empty else f"{n} = {d}" for n, d in told.items())
+
+
+def _parameters(kind, plugin):
+    """'key, typically size' of every amplitude, at the first place it has on a bench rotor."""
+    structure, place = bench_of(plugin) if kind == "effect" else (bench_structure(), {})
+    term = typical_term(plugin, structure, place)
+    return ", ".join(f"{p.key} (typically {p.typical:.3g}{' and a phase' if p.is_complex else ''})"
+                     for p in term.parameters)  # fmt: skip
+
+
+def _claims(plugin):
+    """Names of the flags a plugin sets, in which it differs from its kind's default."""
+    own = {name for name, value in vars(plugin).items() if isinstance(value, (bool, np.bool_))}
+    default = {name: field.default for name, field in type(plugin).__dataclass_fields__.items()}
+    return [name for name in sorted(own) if getattr(plugin, name) != default[name]]
+
+
+PAGE = {  # columns of the page, few enough for a screen, and the headings whose texts stand in each
+    "name": ("name", "claims"),
+    "what it is": ("what it is", "source"),
+    "in a rig file": ("options", "parameters"),
+    "checks and twins": ("checked against", "twins"),
+}
+
+
+def page(table):
+    """A table of `tables` as people read it: fewer columns, several lines in a cell."""
+    import pandas as pd
+
+    def cell(row, headings):
+        unnamed = headings[0] if headings[0] in PAGE else None
+        texts = {h: re.sub(r"; (?=\w+: )", "\n", row[h]) for h in headings if row.get(h)}  # a twin a line
+        return "\n".join(text if h == unnamed else f"{h}: {text}" for h, text in texts.items())
+
+    rows = [{column: cell(row, headings) for column, headings in PAGE.items()} for _, row in table.iterrows()]
+    found = pd.DataFrame(rows)
+    return found.loc[:, (found != "").any()]
+
+
+def tables():
+    """Kind -> DataFrame, a row a plugin, a column a heading."""
+    import pandas as pd
+
+    zoo = registry().plugins
+    return {
+        kind: pd.DataFrame([facts(kind, zoo[kind][name]) for name in sorted(zoo[kind])]).fillna("") for kind in KINDS
+    }

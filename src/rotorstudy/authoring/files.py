@@ -1,0 +1,78 @@
+"""Writing a plugin: a working file to start from, and every invariant of its kind tried on it."""
+
+from pathlib import Path
+
+from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
+from rotorstudy.model.kinds import KINDS
+from rotorstudy.model.registry import Registry, plugin_folders, registry, using
+
+TEMPLATES = Path(__file__).parent / "templates"
+NAME_IN_TEMPLATE = "my_model"
+PLACEHOLDERS = {
+    "source": "the paper and equation it comes from",
+    "checked": "the published or closed-form numbers it was compared with",
+}
+
+
+def new_plugin(kind, name, folder=None):
+    """Write a working, commented plugin file; returns its path.
+
+    folder : the kind's own folder in plugins/ by default
+    raises : RotorstudyError for an unknown kind, a name that is no Python name or is taken, a file that is there
+    """
+    if kind not in KINDS:
+        raise unknown_name("kind", kind, KINDS)
+    if not name.isidentifier() or name != name.lower():
+        raise RotorstudyError(f"name '{name}': use lower-case letters, digits and _, such as my_{kind}")
+    taken = registry().plugins[kind].get(name)
+    if taken:
+        raise RotorstudyError(f"{kind} '{name}' exists: {taken.file}; choose another name")
+    folder = Path(folder) if folder else _folder_of(kind)
+    path = folder / f"{name}.py"
+    if path.exists():
+        raise RotorstudyError(f"file '{path}' exists; choose another name, or remove it first")
+    folder.mkdir(parents=True, exist_ok=True)
+    path.write_text((TEMPLATES / f"{kind}.py").read_text().replace(NAME_IN_TEMPLATE, name))
+    return path
+
+
+def left_to_write(path):
+    """Names of the statements in a plugin file that are still those of the template."""
+    text = Path(path).read_text(encoding="utf-8")
+    return [name for name, words in PLACEHOLDERS.items() if f'"{words}"' in text]
+
+
+def _folder_of(kind):
+    """Where the zoo keeps its plugins of a kind, next to one that is there."""
+    own = plugin_folders()[0]
+    for plugin in registry().plugins[kind].values():
+        if own in Path(plugin.file).parents:
+            return Path(plugin.file).parent
+    return own / f"{kind}s"
+
+
+def check_file(path):
+    """Every invariant of every plugin in a file: list of (kind, name, claim, what is wrong or "").
+
+    raises : RotorstudyError if the file does not exist; PluginError if it does not load or offers no plugin
+    """
+    from rotorstudy.authoring.invariants import broken_invariants, invariants_of
+
+    path = Path(path)
+    if not path.is_file():
+        wrong = "is a folder; name a file in it" if path.is_dir() else "does not exist; `rotorstudy new` writes one"
+        raise RotorstudyError(f"file '{path}' {wrong}")
+    if path.suffix != ".py":
+        raise RotorstudyError(f"file '{path}' is no Python file; a plugin ends in .py")
+    zoo = Registry(plugin_folders(), files=[path])
+    mine = [(kind, plugin) for kind, plugin in zoo if Path(plugin.file).resolve() == path.resolve()]
+    if not mine:
+        failed = [line for line in zoo.failures if str(path) in line or str(path.resolve()) in line]
+        reason = failed[0] if failed else f"{path} offers no plugin; a function rotorstudy_KIND with @hookimpl does"
+        raise PluginError(reason)
+    rows = []
+    with using(zoo):
+        for kind, plugin in mine:
+            broken = broken_invariants(plugin)
+            rows += [(kind, plugin.name, c.__doc__, broken.get(c.__doc__, "")) for c in invariants_of(plugin)]
+    return rows

@@ -1,0 +1,168 @@
+"""The section `measurement:` of a rig file: which channel is what, in which unit, pointing where."""
+
+from typing import Annotated, Literal
+
+import numpy as np
+from annotated_types import Ge, Gt, Lt
+
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.model.configuration import Strict, check_config
+from rotorstudy.response.harmonic import check_harmonics
+
+METRES = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "mil": 2.54e-5}
+RAD_PER_S = {"rad/s": 1.0, "Hz": 2 * np.pi, "rpm": np.pi / 30}
+SECONDS = {"s": 1.0, "ms": 1e-3}
+HARMONICS = [0, 1, -1, 2, -2, 3, -3, 4, -4, 5, -5]
+
+
+class Probe(Strict):
+    """A displacement probe.
+
+    channel   : name in the file; in NetCDF the direction
+    node      : of the rig; left out in NetCDF if all nodes have such a probe
+    angle_deg : where the probe sits, in the sense of angles the user chose
+    unit      : of the channel; V needs sensitivity_V_per_m; left out where a NetCDF file states it
+    sign      : 1 if the reading grows when the shaft moves towards the probe's angle, -1 if it falls
+    """
+
+    channel: str
+    node: int | None = None
+    angle_deg: float
+    unit: Literal["m", "mm", "um", "mil", "V"] | None = None
+    sensitivity_V_per_m: Annotated[float, Gt(0)] | None = None
+    sign: Literal[1, -1] = 1
+
+    def metres(self, stated, where):
+        """Factor from the channel to m; `stated` is the unit the file gives, or None."""
+        if self.unit and stated and self.unit != stated:
+            raise RotorstudyError(
+                f"{where}: the file gives '{stated}', the rig file '{self.unit}' for channel '{self.channel}'; "
+                "correct the one that is wrong"
+            )
+        unit = self.unit or stated
+        if unit == "V":
+            if self.sensitivity_V_per_m is None:
+                raise RotorstudyError(f"{where}: channel '{self.channel}' is in V; give sensitivity_V_per_m")
+            return self.sign / self.sensitivity_V_per_m
+        if unit not in METRES:
+            told = f"has unit '{unit}'" if unit else "has no unit"
+            raise RotorstudyError(
+                f"{where}: channel '{self.channel}' {told}; state 'unit:' in the rig file ({', '.join(METRES)}, V)"
+            )
+        if self.sensitivity_V_per_m is not None:
+            raise RotorstudyError(f"{where}: channel '{self.channel}' is in {unit}, so it has no sensitivity_V_per_m")
+        return self.sign * METRES[unit]
+
+
+class Keyphasor(Strict):
+    """The phase mark and its sensor.
+
+    channel          : name in the file
+    sensor_angle_deg : where the sensor sits;  mark_angle_deg : of the mark from the shaft's reference line; both in the
+                       user's sense of angles
+    edge             : instant of the pulse that counts;  polarity : of the pulse
+    threshold_V      : level of the edge, half height by default;  hysteresis : part of the pulse height
+    """
+
+    channel: str = "keyphasor"
+    sensor_angle_deg: float = 0.0
+    mark_angle_deg: float = 0.0
+    edge: Literal["center", "rising", "falling"] = "center"
+    polarity: Literal["positive", "negative", "auto"] = "auto"
+    threshold_V: float | None = None
+    hysteresis: Annotated[float, Ge(0), Lt(1)] = 0.2
+
+
+class CsvLayout(Strict):
+    """How a CSV file is written."""
+
+    separator: str = ","
+    decimal: Literal[".", ","] = "."
+    skip_rows: Annotated[int, Ge(0)] = 0
+
+
+class Conventions(Strict):
+    """The section `measurement:`; docs/measured_records.md explains every key."""
+
+    rotation: Literal["with_angles", "against_angles"] = "with_angles"
+    gravity_angle_deg: float = 0.0
+    probes: list[Probe] = []
+    keyphasor: Keyphasor = Keyphasor()
+    time_channel: str = "time"
+    time_unit: Literal["s", "ms"] = "s"
+    sample_rate_Hz: Annotated[float, Gt(0)] | None = None
+    speed_channel: str | None = None
+    speed_unit: Literal["rad/s", "Hz", "rpm"] = "rad/s"
+    speeds_rad_per_s: dict[str, Annotated[float, Gt(0)]] = {}
+    speeds_Hz: dict[str, Annotated[float, Gt(0)]] = {}
+    speeds_rpm: dict[str, Annotated[float, Gt(0)]] = {}
+    harmonics: list[int] = HARMONICS
+    csv: CsvLayout = CsvLayout()
+    table_node: int | None = None
+    table_noise_m: Annotated[float, Ge(0)] = 0.0
+
+    @property
+    def sense(self):
+        """1 if the shaft turns as the user's angles grow, else -1."""
+        return 1 if self.rotation == "with_angles" else -1
+
+    def direction_rad(self, angle_deg):
+        """Angle from x, in the sense of rotation, of a direction given in the user's angles."""
+        return self.sense * np.deg2rad(np.asarray(angle_deg) - self.gravity_angle_deg)
+
+    @property
+    def mark_rad(self):
+        """Angle of the shaft's reference line from x when the mark passes its sensor."""
+        mark = self.sense * np.deg2rad(self.keyphasor.mark_angle_deg)
+        return float(self.direction_rad(self.keyphasor.sensor_angle_deg) - mark)
+
+    def label_rad_per_s(self, name):
+        """The speed stated for a file, or None."""
+        for given, unit in ((self.speeds_rad_per_s, "rad/s"), (self.speeds_Hz, "Hz"), (self.speeds_rpm, "rpm")):
+            if name in given:
+                return given[name] * RAD_PER_S[unit]
+        return None
+
+
+def read_conventions(rig, where):
+    """The Conventions of a rig dict; without a section `measurement:` those of the project's own records."""
+    given = rig.get("measurement")
+    given = {} if given is None else given
+    _check_dict(given, f"{where}, measurement")
+    built = dict(given)
+    for key, kind in (("keyphasor", Keyphasor), ("csv", CsvLayout)):
+        if key in given:
+            _check_dict(given[key], f"{where}, measurement.{key}")
+            built[key] = check_config(kind, given[key], f"{where}, measurement.{key}")
+    if "probes" in given:
+        if not isinstance(given["probes"], list):
+            raise RotorstudyError(f"measurement.probes in {where} must be a list, each starting with '- channel:'")
+        places = [f"{where}, measurement.probes[{i}]" for i in range(len(given["probes"]))]
+        for probe, place in zip(given["probes"], places, strict=True):
+            _check_dict(probe, place)
+        built["probes"] = [
+            check_config(Probe, probe, place) for probe, place in zip(given["probes"], places, strict=True)
+        ]
+    found = check_config(Conventions, built, f"{where}, measurement")
+    if 1 not in check_harmonics(found.harmonics):
+        raise RotorstudyError(f"measurement.harmonics in {where}: harmonic 1 is missing; every check looks at it")
+    named = [*found.speeds_rad_per_s, *found.speeds_Hz, *found.speeds_rpm]
+    twice = sorted({name for name in named if named.count(name) > 1})
+    if twice:
+        raise RotorstudyError(f"measurement in {where}: the speed of '{twice[0]}' is given in two units; keep one")
+    return found
+
+
+def _check_dict(given, where):
+    if not isinstance(given, dict):
+        raise RotorstudyError(f"{where}: expected keys and values, found {type(given).__name__}")
+
+
+def combine(directions_rad, readings):
+    """z = x + j y (time,) of a node from its probes.
+
+    directions_rad : (probe,) from x in the sense of rotation;  readings : (probe, time) m
+    """
+    along = np.column_stack([np.cos(directions_rad), np.sin(directions_rad)])
+    x, y = np.linalg.pinv(along) @ np.asarray(readings)
+    return x + 1j * y

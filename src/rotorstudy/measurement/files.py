@@ -1,0 +1,307 @@
+"""Readers: every format gives the same raw record, in metres, in the project's axes."""
+
+import re
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.measurement.conventions import RAD_PER_S, SECONDS, Conventions, Probe, combine
+
+LEAST_ANGLE_RAD = 0.05  # between the probes of a node, below which they cannot tell two directions
+SUFFIXES = {
+    ".nc": "netcdf",
+    ".nc4": "netcdf",
+    ".csv": "csv",
+    ".txt": "csv",
+    ".mat": "matlab",
+    ".uff": "uff",
+    ".unv": "uff",
+}
+UNITS = {"metre": "m", "meter": "m", "µm": "um", "μm": "um", "mils": "mil", "micrometer": "um", "micrometre": "um"}
+
+
+@dataclass(frozen=True)
+class RawRecord:
+    """What a file holds of one speed.
+
+    time         : (time,) s
+    displacement : (node, time) complex x + j y in the project's axes, m; NaN where a sample is missing
+    nodes        : (node,) of the rig
+    channels     : (name, node, readings (time,) m), one a probe
+    label        : rad/s that the file or the rig file states, or None
+    keyphasor    : (time,) V; marks (mark,) s when the phase mark passed; reference (time,): each may be None
+    where        : file and, if it holds several, which speed
+    conventions  : those it was read by: the rig file's, or the project's own for a simulated record
+    """
+
+    time: np.ndarray
+    displacement: np.ndarray
+    nodes: tuple
+    channels: list = field(repr=False)
+    label: float | None
+    keyphasor: np.ndarray | None
+    marks: np.ndarray | None
+    reference: np.ndarray | None
+    where: str
+    conventions: object = field(repr=False)
+
+
+def read_file(path, conventions, nodes):
+    """Raw records of a file, one a speed.
+
+    nodes  : of the rig, so that a wrong one is named
+    raises : RotorstudyError for a file that cannot be read or lacks what the rig file says it has
+    """
+    path = Path(path)
+    if path.is_dir():
+        raise RotorstudyError(f"record file '{path}' is a folder; name the files in it")
+    if not path.is_file():
+        raise RotorstudyError(f"record file '{path}' does not exist")
+    kind = SUFFIXES.get(path.suffix.lower())
+    if kind is None:
+        raise unknown_name("kind of record file", path.suffix, SUFFIXES, str(path))
+    if kind == "netcdf":
+        return _read_netcdf(path, conventions, nodes)
+    names, channel = {"csv": _open_csv, "matlab": _open_matlab, "uff": _open_uff}[kind](path, conventions)
+    return [_from_channels(path, conventions, nodes, names, channel)]
+
+
+def is_table(path, conventions):
+    """Whether a file is a table of harmonics: a CSV file with a column 'harmonic'."""
+    if SUFFIXES.get(Path(path).suffix.lower()) != "csv" or not Path(path).is_file():
+        return False
+    layout = conventions.csv
+    with Path(path).open(encoding="utf-8-sig", errors="replace") as lines:
+        for _ in range(layout.skip_rows):
+            next(lines, "")
+        return "harmonic" in [name.strip().strip('"') for name in next(lines, "").split(layout.separator)]
+
+
+def _from_channels(path, conventions, nodes, names, channel):
+    """The raw record of a file with named channels; channel(name) gives (samples,) values."""
+
+    def wanted(name, role):
+        if name not in names:
+            raise unknown_name(f"{role} channel", name, names, str(path))
+        return channel(name)
+
+    if not conventions.probes:
+        raise RotorstudyError(f"{path}: no probes; list them under 'measurement: probes:' in the rig file")
+    readings = []
+    for probe in conventions.probes:
+        if probe.node is None:
+            raise RotorstudyError(
+                f"probe '{probe.channel}' has no 'node:'; only NetCDF files name the nodes themselves"
+            )
+        factor = probe.metres(None, str(path))
+        readings.append((probe, probe.node, factor * wanted(probe.channel, "probe")))
+    length = len(readings[0][2])
+    if conventions.sample_rate_Hz is not None:
+        time = np.arange(length) / conventions.sample_rate_Hz
+    else:
+        time = wanted(conventions.time_channel, "time") * SECONDS[conventions.time_unit]
+    key = conventions.keyphasor.channel
+    keyphasor = channel(key) if key in names else None
+    if keyphasor is None and "keyphasor" in conventions.model_fields_set:
+        wanted(key, "keyphasor")
+    label = conventions.label_rad_per_s(path.name)
+    if conventions.speed_channel is not None:
+        speed = wanted(conventions.speed_channel, "speed")
+        speed = speed[np.isfinite(speed)]  # a row cut short has none
+        label = float(np.mean(speed)) * RAD_PER_S[conventions.speed_unit] if len(speed) else None
+    for name, values in [("time", time), ("keyphasor", keyphasor), *((p.channel, r) for p, _, r in readings)]:
+        if values is not None and len(values) != length:
+            raise RotorstudyError(
+                f"{path}: channel '{name}' has {len(values)} samples, '{readings[0][0].channel}' has {length}; "
+                "all channels must be sampled together"
+            )
+    return _assemble(readings, conventions, nodes, time, label, keyphasor, None, None, str(path))
+
+
+def _assemble(readings, conventions, nodes, time, label, keyphasor, marks, reference, where):
+    """A RawRecord from readings [(probe, node, (time,) m)]."""
+    time = np.asarray(time, float)
+    if len(time) < 3:
+        raise RotorstudyError(f"{where}: {len(time)} samples; the file is empty or cut short")
+    if not (np.diff(time) > 0).all():
+        raise RotorstudyError(f"{where}: time does not increase from sample to sample; check the time channel")
+    measured = sorted({node for _, node, _ in readings})
+    displacement = []
+    for node in measured:
+        if node not in nodes:
+            raise unknown_name("node", node, nodes, f"{where}; the probes must sit at nodes of the rig")
+        of_node = [(probe, values) for probe, at, values in readings if at == node]
+        angles = conventions.direction_rad([probe.angle_deg for probe, _ in of_node])
+        spread = np.linalg.svd(np.column_stack([np.cos(angles), np.sin(angles)]), compute_uv=False)
+        if len(angles) < 2 or spread[-1] < LEAST_ANGLE_RAD:
+            listed = ", ".join(f"'{probe.channel}' at {probe.angle_deg:g} degrees" for probe, _ in of_node)
+            raise RotorstudyError(
+                f"{where}: node {node} is seen in one direction only ({listed}); an orbit needs two probes apart"
+            )
+        displacement.append(combine(angles, [values for _, values in of_node]))
+    channels = [(probe.channel, node, values) for probe, node, values in readings]
+    return RawRecord(
+        time, np.array(displacement), tuple(measured), channels, label, keyphasor, marks, reference, where, conventions
+    )
+
+
+def _read_netcdf(path, conventions, nodes):
+    """Raw records of displacement (speed, node, direction, time) with what the rig file adds."""
+    import xarray as xr
+
+    try:
+        with xr.open_dataset(path, engine="netcdf4", decode_times=False) as opened:
+            data = opened.load()
+    except (OSError, ValueError) as error:
+        raise RotorstudyError(f"{path}: not a NetCDF file that can be read ({str(error).splitlines()[0]})") from None
+    if "displacement" not in data:
+        raise RotorstudyError(f"{path}: no variable 'displacement' (found: {', '.join(map(str, data.data_vars))})")
+    if "speed" not in data.displacement.dims:
+        data = data.expand_dims("speed")
+    wanted = ("speed", "node", "direction", "time")
+    if set(data.displacement.dims) != set(wanted) or not set(wanted[1:]) <= set(data.coords):
+        raise RotorstudyError(
+            f"{path}: displacement has dimensions {data.displacement.dims} and coordinates {list(data.coords)}; "
+            f"needed are {wanted}, each but speed with its coordinate"
+        )
+    values = data.displacement.transpose(*wanted).values
+    stated = data.displacement.attrs.get("units")
+    stated = UNITS.get(stated, stated)
+    directions = [str(name) for name in data.direction.values]
+    probes, x_and_y = conventions.probes, [Probe(channel="x", angle_deg=0.0), Probe(channel="y", angle_deg=90.0)]
+    as_read = axes = conventions
+    simulated = "rotorstudy_version" in data.attrs and "reference" in data and sorted(directions) == ["x", "y"]
+    if simulated and not {probe.channel for probe in probes} & {"x", "y"}:  # in the project's axes, not the user's
+        probes, axes = x_and_y, Conventions(harmonics=conventions.harmonics)
+        as_read = axes
+    elif not probes:  # the file's own x and y, which are the project's, whatever the user's angles
+        probes = x_and_y
+        axes = conventions.model_copy(update={"rotation": "with_angles", "gravity_angle_deg": 0.0})
+    time = _scaled(data.time, {**SECONDS, "seconds": 1.0}, "s", path)
+    speeds = _scaled(data.speed, RAD_PER_S, "rad/s", path) if "speed" in data.coords else [None] * len(values)
+    records = []
+    for i, speed in enumerate(speeds):
+        label = conventions.label_rad_per_s(path.name) if speed is None else float(speed)
+        where = f"{path}" if label is None else f"{path}, {label:.6g} rad/s"
+        readings = []
+        for probe in probes:
+            if probe.channel not in directions:
+                raise unknown_name("direction", probe.channel, directions, f"{path}; each probe names one")
+            factor, d = probe.metres(stated, str(path)), directions.index(probe.channel)
+            for k, node in enumerate(data.node.values):
+                if probe.node in (None, int(node)):
+                    readings.append((probe, int(node), factor * values[i, k, d]))
+        if not readings:
+            held = ", ".join(str(int(node)) for node in data.node.values)
+            raise RotorstudyError(f"{where}: no probe of the rig file sits at a node of this file (nodes {held})")
+        signals = {}
+        for name in ("keyphasor", "reference"):
+            signals[name] = data[name].transpose("speed", "time").values[i] if name in data else None
+        marks = None
+        if "phase_mark_time" in data:
+            marks = _scaled(data.phase_mark_time, SECONDS, "s", path).reshape(len(values), -1)[i]
+            marks = marks[np.isfinite(marks)]
+        signals = (signals["keyphasor"], marks, signals["reference"])
+        records.append(replace(_assemble(readings, axes, nodes, time, label, *signals, where), conventions=as_read))
+    return records
+
+
+def _scaled(array, units, default, path):
+    """Values of an xarray variable in SI, by its attribute `units`."""
+    unit = array.attrs.get("units", default)
+    if unit not in units:
+        raise unknown_name(f"unit of {array.name}", unit, units, str(path))
+    return np.asarray(array.values, float) * units[unit]
+
+
+def _open_csv(path, conventions):
+    import pandas as pd
+
+    layout = conventions.csv
+    try:
+        table = pd.read_csv(
+            path, sep=layout.separator, decimal=layout.decimal, skiprows=layout.skip_rows, encoding="utf-8-sig"
+        )
+    except (ValueError, UnicodeDecodeError) as error:
+        raise RotorstudyError(f"{path}: not a table that can be read ({str(error).splitlines()[0]})") from None
+    table.columns = [str(name).strip() for name in table.columns]
+
+    def channel(name):
+        column = table[name]
+        numbers = pd.to_numeric(column, errors="coerce")
+        bad = numbers.isna() & column.notna()
+        if bad.any():
+            row = int(np.flatnonzero(bad)[0])
+            raise RotorstudyError(
+                f"{path}: column '{name}' has '{column.iloc[row]}' in data row {row + 1}, which is no number; "
+                "check 'csv: separator, decimal, skip_rows' in the rig file"
+            )
+        return numbers.to_numpy(float)
+
+    return list(table.columns), channel
+
+
+def _open_matlab(path, conventions):
+    """Channels of a .mat file: a vector by its name, of a struct as 'struct.field', of a matrix as 'name(:,2)'."""
+    from scipy.io import loadmat
+    from scipy.io.matlab import MatReadError
+
+    try:
+        found = loadmat(path, squeeze_me=True, struct_as_record=False)
+    except NotImplementedError:  # scipy's word for a file of MATLAB 7.3, which is HDF5
+        raise RotorstudyError(f"{path}: a MATLAB 7.3 file; save it with '-v7' and read that") from None
+    except (ValueError, TypeError, OSError, MatReadError) as error:
+        raise RotorstudyError(f"{path}: not a MATLAB file that can be read ({str(error).splitlines()[0]})") from None
+    vectors = {}
+
+    def collect(name, value):
+        if hasattr(value, "_fieldnames"):
+            for key in value._fieldnames:
+                collect(f"{name}.{key}", getattr(value, key))
+        elif isinstance(value, np.ndarray) and value.ndim == 2 and value.dtype.kind in "iuf":
+            vectors.update({f"{name}(:,{k + 1})": value[:, k] for k in range(value.shape[1])})
+        elif np.ndim(value) <= 1 and np.asarray(value).dtype.kind in "iuf":
+            vectors[name] = np.atleast_1d(value)
+
+    for name, value in found.items():
+        if not name.startswith("__"):
+            collect(name, value)
+    return list(vectors), lambda name: np.asarray(vectors[name], float)
+
+
+def _open_uff(path, conventions):
+    """Channels of the data sets 58 of a UFF file, by their first text line or as 'node direction' ('3 +x')."""
+    try:
+        import pyuff
+    except ImportError:
+        raise RotorstudyError(f"{path}: UFF files need the package pyuff; pip install 'rotorstudy[uff]'") from None
+    try:
+        opened = pyuff.UFF(str(path))
+        kinds = [int(kind) for kind in np.atleast_1d(opened.get_set_types())]
+        sets = [opened.read_sets(i) for i, kind in enumerate(kinds) if kind == 58]
+    except Exception as error:  # pyuff raises plain Exception
+        raise RotorstudyError(f"{path}: not a UFF file that can be read ({error})") from None
+    if not sets:
+        raise RotorstudyError(f"{path}: no data set 58 (found: {sorted(set(kinds))}); export time signals")
+    letters = {1: "x", 2: "y", 3: "z"}
+    names = {}
+    for one in sets:
+        direction = int(one["rsp_dir"])
+        place = f"{int(one['rsp_node'])} {'-' if direction < 0 else '+'}{letters.get(abs(direction), abs(direction))}"
+        names.setdefault(place, []).append(one)
+        label = re.sub(r"\s+", " ", str(one["id1"])).strip()
+        if label and label.upper() != "NONE":
+            names.setdefault(label, []).append(one)
+    names["time"] = sets[:1]
+
+    def channel(name):
+        if len(names[name]) > 1:
+            raise RotorstudyError(
+                f"{path}: {len(names[name])} data sets are named '{name}'; name the channel otherwise (node and "
+                "direction, or first text line), or keep one speed a file"
+            )
+        return np.asarray(names[name][0]["x" if name == "time" else "data"], float)
+
+    return list(names), channel

@@ -1,0 +1,151 @@
+"""Harmonics of a record against the angle of the shaft, and their covariance from repeat blocks."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rotorstudy.measurement.records import white_noise_covariance
+
+MOST_BLOCKS = 32
+FEWEST_BLOCKS = 6  # fewer say too little of their own scatter; the noise floor is taken instead
+
+
+@dataclass(frozen=True)
+class Harmonics:
+    """Harmonics of one node at one speed.
+
+    amplitude  : (harmonic,) complex, m
+    covariance : (component, component) m^2, real parts then imaginary parts
+    blocks     : (block, harmonic) complex, m; empty if there were too few revolutions
+    noise_std  : of a sample of x or y, m, from what the harmonics leave
+    shrinkage  : weight of the white-noise form in the variances and in the correlations, 0 to 1
+    """
+
+    amplitude: np.ndarray
+    covariance: np.ndarray
+    blocks: np.ndarray
+    noise_std: float
+    shrinkage: tuple
+
+
+def fit(signal, angle, harmonics):
+    """Least squares of (time,) complex on e^{j n angle}: harmonics, residual, inverse of basis^H basis."""
+    basis = np.exp(1j * np.multiply.outer(np.asarray(harmonics), angle))  # (harmonic, time)
+    inverse = np.linalg.inv(basis.conj() @ basis.T)
+    amplitude = inverse @ (basis.conj() @ signal)
+    return amplitude, signal - amplitude @ basis, inverse
+
+
+def block_edges(revolutions):
+    """Whole revolutions a block, and the number of blocks: as many as there are revolutions, at most MOST_BLOCKS."""
+    length = max(1, int(np.ceil(revolutions / MOST_BLOCKS)))
+    return length, revolutions // length
+
+
+def estimate(signal, angle, revolutions, harmonics):
+    """Harmonics of a record of whole revolutions.
+
+    signal : (time,) complex, m; NaN where missing;  angle : (time,) rad, rising from any value
+    The mean is a harmonic like the others. The covariance is the scatter of blocks of whole revolutions, shrunk
+    (`shrunk_covariance`), and divided by the number of blocks the record holds.
+    """
+    harmonics = np.asarray(harmonics)
+    usable = np.isfinite(signal)
+    amplitude, residual, inverse = fit(signal[usable], angle[usable], harmonics)
+    freedom = max(1, usable.sum() - len(harmonics))
+    noise_std = float(np.sqrt(np.sum(np.abs(residual) ** 2) / freedom / 2))
+    length, count = block_edges(revolutions)
+    block = ((angle - angle[0]) // (2 * np.pi * length)).astype(int)
+    sizes = np.bincount(block[usable], minlength=count)[:count]
+    full = np.flatnonzero(sizes >= 0.8 * (2 * np.pi * length) / np.median(np.diff(angle)))
+    full = full[sizes[full] > 2 * len(harmonics)]
+    if len(full) < FEWEST_BLOCKS:
+        lines = np.unique(np.rint(harmonics * revolutions).astype(int) % len(residual))
+        return Harmonics(
+            amplitude,
+            white_noise_covariance(residual, inverse, lines),
+            np.zeros((0, len(harmonics))),
+            noise_std,
+            (1, 1),
+        )
+    blocks = np.array([fit(signal[c], angle[c], harmonics)[0] for c in (usable & (block == b) for b in full)])
+    parts = np.concatenate([blocks.real, blocks.imag], axis=1)
+    covariance, shrinkage = shrunk_covariance(parts)
+    share = sizes[full].mean() / usable.sum()  # of a block in the record: the variance of the whole fit is that smaller
+    return Harmonics(amplitude, covariance * share, blocks, noise_std, shrinkage)
+
+
+def shrunk_covariance(draws):
+    """Covariance of draws (draw, component), shrunk towards white noise: equal variances, no correlation.
+
+    With few draws the sample covariance is singular, and its small variances are too small by chance. Variances are
+    taken as draws from a common distribution whose width is what is left of their spread after that of chance
+    (`shrunk_variances`). Correlations are pulled to zero as far as their own scatter between draws says (Schäfer and
+    Strimmer 2005): by the sum of their sampling variances over the sum of their squares. White noise is pulled all the
+    way; noise that clearly differs between harmonics, or is correlated, hardly.
+
+    returns : (component, component), (weight of the target in the variances, in the correlations)
+    """
+    count, size = draws.shape
+    freedom = count - 1
+    centred = draws - draws.mean(axis=0)
+    variance = np.sum(centred**2, axis=0) / freedom
+    if not variance.any():
+        return np.zeros((size, size)), (1.0, 1.0)
+    variance = np.maximum(variance, 1e-24 * variance.max())
+    shrunk, pull = shrunk_variances(variance, freedom)
+    scaled = centred / np.sqrt(variance)
+    products = scaled[:, :, None] * scaled[:, None, :]
+    mean = products.mean(axis=0)
+    correlation = mean * count / freedom
+    scatter = count / freedom**3 * np.sum((products - mean) ** 2, axis=0)
+    off = ~np.eye(size, dtype=bool)
+    loosen = float(min(1.0, np.sum(scatter[off]) / max(np.sum(correlation[off] ** 2), 1e-300)))
+    correlation = (1 - loosen) * correlation
+    np.fill_diagonal(correlation, 1.0)
+    return correlation * np.sqrt(np.outer(shrunk, shrunk)), (pull, loosen)
+
+
+def shrunk_variances(variance, freedom):
+    """Variances (component,) of `freedom` degrees of freedom each, pulled to what they have in common.
+
+    Empirical Bayes (Smyth 2004): true variances are taken as scaled inverse chi-square with d0 degrees of freedom; d0
+    follows from the spread of the logarithms, of which chance makes trigamma(freedom / 2).
+
+    returns : (component,), weight d0 / (d0 + freedom) of the common value
+    """
+    from scipy.optimize import brentq
+    from scipy.special import digamma, polygamma
+
+    logs = np.log(variance) - digamma(freedom / 2) + np.log(freedom / 2)
+    spread = logs.var(ddof=1) - polygamma(1, freedom / 2)
+    narrowest, widest = polygamma(1, 1e4), polygamma(1, 0.05)
+    if spread <= narrowest:
+        return np.full_like(variance, variance.mean()), 1.0
+    half = brentq(lambda x: polygamma(1, x) - min(spread, widest), 0.05, 1e4)
+    common = np.exp(logs.mean() + digamma(half) - np.log(half))
+    pull = float(2 * half / (2 * half + freedom))
+    return (1 - pull) * variance + pull * common, pull
+
+
+def with_phase_noise(amplitude, covariance, harmonics, variance):
+    """Covariance plus that of a phase mark known to `variance` rad^2, which turns harmonic n by n times its error."""
+    turned = 1j * np.asarray(harmonics) * amplitude
+    slope = np.concatenate([turned.real, turned.imag])
+    return covariance + variance * np.outer(slope, slope)
+
+
+def trend_probability(blocks):
+    """Chance that steady vibration shows so large a steady change over its blocks (block, harmonic) as this does."""
+    from scipy.stats import f
+
+    parts = np.concatenate([blocks.real, blocks.imag], axis=1)
+    place = np.arange(len(parts)) - (len(parts) - 1) / 2
+    centred = parts - parts.mean(axis=0)
+    slope = place @ centred / (place @ place)
+    explained = slope**2 * (place @ place)
+    left = np.sum(centred**2, axis=0) - explained
+    freedom = len(parts) - 2
+    ratio = explained / np.maximum(left / freedom, 1e-300)
+    lowest = f.sf(ratio, 1, freedom).min()
+    return float(min(1.0, lowest * len(ratio)))  # the largest of so many components

@@ -1,0 +1,180 @@
+"""Tables of harmonics: amplitude, phase and phase of the reference, whose only known noise is their rounding."""
+
+import re
+
+import numpy as np
+
+from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.measurement.conventions import METRES, RAD_PER_S
+from rotorstudy.measurement.findings import Finding
+
+SPEEDS = {"speed_rad_per_s": "rad/s", "speed_Hz": "Hz", "speed_rpm": "rpm"}
+ANGLES = {"rad": 1.0, "deg": np.pi / 180}
+QUANTITIES = {
+    "amplitude": METRES,
+    "phase": ANGLES,
+    "reference_phase": ANGLES,
+}
+
+
+def read_table(path, conventions, nodes):
+    """Spectra of a table of harmonics, one row a harmonic.
+
+    columns : one of speed_rad_per_s, speed_Hz, speed_rpm; node (or `table_node` in the rig file); harmonic;
+              amplitude_m (_mm, _um, _mil); phase_rad or phase_deg; reference_phase_rad or _deg (zero if left out);
+              amplitude_last_digit, phase_last_digit, reference_phase_last_digit (one unit of the last printed digit, in
+              the unit of the quantity; if left out, by the digits of each cell)
+    returns : list of (speed rad/s, {node: (amplitude (harmonic,) complex m, covariance (component, component))},
+              harmonics), and findings
+    """
+    import pandas as pd
+
+    layout = conventions.csv
+    try:
+        text = pd.read_csv(
+            path,
+            sep=layout.separator,
+            skiprows=layout.skip_rows,
+            dtype=str,
+            keep_default_na=False,
+            encoding="utf-8-sig",
+        )
+    except (ValueError, UnicodeDecodeError) as error:
+        raise RotorstudyError(f"{path}: not a table that can be read ({str(error).splitlines()[0]})") from None
+    text.columns = [name.strip() for name in text.columns]
+    text = text.apply(lambda column: column.str.strip().str.replace(layout.decimal, "."))
+    _check_columns(text.columns, path)
+    speed_column = _one_of(SPEEDS, text.columns, path)
+    speed = _numbers(text, speed_column, path) * RAD_PER_S[SPEEDS[speed_column]]
+    harmonic = _whole(text, "harmonic", path)
+    if "node" in text:
+        node = _whole(text, "node", path)
+    elif conventions.table_node is not None:
+        node = np.full(len(text), conventions.table_node)
+    elif len(nodes) == 1:
+        node = np.full(len(text), nodes[0])
+    else:
+        raise RotorstudyError(f"{path}: no column 'node'; add one, or give 'table_node:' in the rig file")
+    for one in np.unique(node):
+        if one not in nodes:
+            raise unknown_name("node", one, nodes, f"{path}; the probes must sit at nodes of the rig")
+    values, steps, inferred = {}, {}, False
+    for quantity, units in QUANTITIES.items():
+        column = _one_of(
+            {f"{quantity}_{unit}": unit for unit in units}, text.columns, path, quantity == "reference_phase"
+        )
+        if column is None:
+            values[quantity] = steps[quantity] = np.zeros(len(text))
+            continue
+        factor = units[column.removeprefix(f"{quantity}_")]
+        values[quantity] = _numbers(text, column, path) * factor
+        if f"{quantity}_last_digit" in text:
+            steps[quantity] = _numbers(text, f"{quantity}_last_digit", path) * factor
+        else:
+            steps[quantity] = np.array([last_digit(cell) for cell in text[column]]) * factor
+            inferred = True
+    steps["reference_phase"] = np.where(harmonic == 0, 0, steps["reference_phase"])  # the mean has no phase to refer
+    amplitude = values["amplitude"] * np.exp(1j * (values["phase"] - values["reference_phase"]))
+    noise = conventions.table_noise_m**2
+    along = steps["amplitude"] ** 2 / 12 + noise
+    across = np.abs(amplitude) ** 2 * (steps["phase"] ** 2 + steps["reference_phase"] ** 2) / 12 + noise
+    across = np.where(amplitude == 0, along, across)
+    harmonic, amplitude = _into_project_axes(conventions, harmonic, amplitude)
+    spectra = []
+    for one in dict.fromkeys(speed):
+        of_speed = {}
+        for place in np.unique(node[speed == one]):
+            rows = np.flatnonzero((speed == one) & (node == place))
+            where = f"{path}, {one:.6g} rad/s, node {place}"
+            of_speed[int(place)] = _in_order(rows, harmonic, amplitude, along, across, conventions.harmonics, where)
+        spectra.append((float(one), of_speed))
+    findings = []
+    if not noise:
+        text = (
+            "the covariance is that of the rounding of the printed digits; the noise of the measurement itself is not "
+            "in a table, so intervals are too narrow by as much as it exceeds the rounding. State 'measurement: "
+            "table_noise_m:' if it is known"
+        )
+        findings.append(Finding("note", "rounding only", str(path), text))
+    if inferred:
+        text = "last digits were read off the cells as printed; give columns '..._last_digit' if zeros were dropped"
+        findings.append(Finding("note", "last digits", str(path), text))
+    return spectra, findings
+
+
+def last_digit(cell):
+    """One unit of the last digit of a printed number: 0.01 for 2.70, 1e-7 for 27.0e-06."""
+    found = re.fullmatch(r"[-+]?\d*\.?(\d*)(?:[eE]([-+]?\d+))?", cell)
+    decimals = len(found[1]) if found and "." in cell else 0
+    return 10.0 ** (int(found[2] or 0) - decimals) if found else np.nan
+
+
+def _into_project_axes(conventions, harmonic, amplitude):
+    """Harmonics in the project's axes and counted from the shaft's reference line.
+
+    The user's plane is turned to gravity; if the shaft turns against the user's angles it is mirrored, so that harmonic
+    n becomes -n and conjugate; the phase mark passes when the reference line is at `mark_rad`.
+    """
+    turned = amplitude * np.exp(-1j * np.deg2rad(conventions.gravity_angle_deg))
+    if conventions.sense < 0:
+        harmonic, turned = -harmonic, turned.conj()
+    return harmonic, turned * np.exp(-1j * harmonic * conventions.mark_rad)
+
+
+def _in_order(rows, harmonic, amplitude, along, across, wanted, where):
+    """Amplitude and covariance of some rows in the order of the harmonics wanted."""
+    order = []
+    for n in wanted:
+        found = rows[harmonic[rows] == n]
+        if len(found) != 1:
+            raise RotorstudyError(
+                f"{where}: harmonic {n} is there {len(found)} times; once is needed for each of {list(wanted)}. "
+                "State those the table has under 'measurement: harmonics:' in the rig file"
+            )
+        order.append(found[0])
+    size, phase = np.abs(amplitude[order]), np.angle(amplitude[order])
+    along, across = along[order], across[order]
+    real = along * np.cos(phase) ** 2 + across * np.sin(phase) ** 2
+    imag = along * np.sin(phase) ** 2 + across * np.cos(phase) ** 2
+    both = (along - across) * np.sin(phase) * np.cos(phase)
+    if not np.isfinite(size).all():
+        raise RotorstudyError(f"{where}: an amplitude or phase is missing")
+    return amplitude[order], np.block([[np.diag(real), np.diag(both)], [np.diag(both), np.diag(imag)]])
+
+
+def _check_columns(columns, path):
+    known = {*SPEEDS, "node", "harmonic"}
+    for quantity, units in QUANTITIES.items():
+        known |= {f"{quantity}_{unit}" for unit in units} | {f"{quantity}_last_digit"}
+    for name in columns:
+        if name not in known:
+            raise unknown_name("column", name, known, str(path))
+
+
+def _one_of(known, columns, path, optional=False):
+    found = [name for name in known if name in columns]
+    if optional and not found:
+        return None
+    if len(found) != 1:
+        told = f"columns {found}" if found else "no column"
+        raise RotorstudyError(f"{path}: {told} of {', '.join(known)}; exactly one is needed")
+    return found[0]
+
+
+def _numbers(text, column, path):
+    numbers = []
+    for i, cell in enumerate(text[column]):
+        try:
+            numbers.append(float(cell))
+        except ValueError:
+            raise RotorstudyError(f"{path}: '{cell}' in column '{column}', data row {i + 1}, is no number") from None
+    if not np.isfinite(numbers).all():
+        raise RotorstudyError(f"{path}: column '{column}' has values that are not finite")
+    return np.array(numbers)
+
+
+def _whole(text, column, path):
+    numbers = _numbers(text, column, path)
+    if not (numbers == np.rint(numbers)).all():
+        raise RotorstudyError(f"{path}: column '{column}' must hold whole numbers")
+    return numbers.astype(int)

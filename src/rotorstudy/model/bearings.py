@@ -1,0 +1,29 @@
+"""What a bearing does to a motion along x and along y, read from its table."""
+
+import numpy as np
+
+from rotorstudy.model.terms import apply_entries
+
+
+def dynamic_stiffness(term, speed, harmonics):
+    """Dynamic stiffness of a bearing on a structure with one coordinate: force amplitude = -Z (X, Y).
+
+    speed     : (speed,) rad/s
+    harmonics : (harmonic,) int > 0; the motion is (x, y) = Re((X, Y) e^{jnwt})
+    returns   : (speed, harmonic, force along, motion along) complex, N/m; its real part is the stiffness, its
+                imaginary part over the frequency n w the damping
+    """
+    speed, found = np.asarray(speed, float), []
+    for n in harmonics:
+        columns = []
+        for x, y in ((1, 0), (0, 1)):
+            amplitude = np.empty((len(speed), 2, 1), complex)
+            amplitude[:, 0], amplitude[:, 1] = (x + 1j * y) / 2, np.conj(x - 1j * y) / 2  # harmonics n and -n of z
+            force = sum(
+                value * apply_entries(unknown.entries, amplitude, speed, [n, -n])[..., 0]
+                for value, unknown in zip(term.theta, term.unknowns, strict=True)
+            )
+            forward, mirrored = force[:, 0], np.conj(force[:, 1])
+            columns.append([forward + mirrored, (forward - mirrored) / 1j])
+        found.append(-np.array(columns))
+    return np.transpose(found, (3, 0, 2, 1))

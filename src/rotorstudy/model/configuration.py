@@ -1,0 +1,23 @@
+"""Configuration files: classes that refuse unknown keys, and errors in one line."""
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.model.options import named_keys, validation_message
+
+
+class Strict(BaseModel):
+    """A section of a configuration file: every key is known, and of the type stated."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+
+def check_config(config_class, given, where):
+    """A pydantic configuration from a dict; unknown, missing and impossible values are one-line errors."""
+    for key in given:
+        if key not in config_class.model_fields:
+            raise unknown_name("key", key, config_class.model_fields, where)
+    try:
+        return config_class(**given)
+    except ValidationError as error:
+        raise RotorstudyError(validation_message(error, where, lambda loc: named_keys(config_class, loc))) from None

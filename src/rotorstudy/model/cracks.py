@@ -1,0 +1,109 @@
+"""A crack as a term: the opening of a plugin acting on the stiffness the rotor says a crack takes away.
+
+In the frame that turns with the shaft, r = z e^{-ja}, a = wt + the angular position of the crack, the shaft loses
+dK [[s_xi, s_xe], [s_xe, s_eta]](a). So the force on z is
+
+    dK e^{ja} (m(a) r + d(a) conj r),   m = (s_xi + s_eta) / 2,   d = (s_xi - s_eta) / 2 + j s_xe,
+
+which with m = sum of m_k e^{jka}, and d alike, gives entries m_k on z with shift k and d_k on conj(z) with shift k + 2.
+The entry of shift n turns with the position of the crack as e^{jn*position}. Under weight dominance z is the static
+deflection (thesis Eqs. 2.16 to 2.20, for an opening along xi alone).
+"""
+
+import numpy as np
+
+from rotorstudy.errors import PluginError
+from rotorstudy.model.terms import Entry, Parameter
+
+SERIES_ORDER = 15  # of a sudden opening: doubling it changes the response to the first harmonics by 0.3 % at most
+SAMPLES = 2**14  # of a turn; coefficients are good to 1e-4 of a jump of the opening, 1e-8 of a kink, or to round-off
+NOTHING = 1e-13  # a coefficient that small is round-off
+
+
+def opening_of(crack, angle, options=None):
+    """(3, ...) shares xi, eta and xi-eta of the stiffness loss at shaft angles (...) rad."""
+    angle = np.asarray(angle, float)
+    found = crack.function(angle, **(options or {}))
+    try:
+        found = np.asarray(found, float)
+        shape = found.shape
+    except (TypeError, ValueError):
+        shape = type(found).__name__ if not isinstance(found, (list, tuple)) else [np.shape(part) for part in found]
+    if shape not in (angle.shape, (3, *angle.shape)):
+        raise PluginError(
+            f"crack '{crack.name}' ({crack.file}) gives an opening of shape {shape} for angles of shape "
+            f"{angle.shape}; it must be that shape, or {(3, *angle.shape)} for xi, eta and xi-eta"
+        )
+    if not np.isfinite(found).all():
+        where = np.broadcast_to(angle, found.shape)[~np.isfinite(found)][0]
+        raise PluginError(
+            f"crack '{crack.name}' ({crack.file}) gives NaN or infinity, at an angle of {where:.4g} rad first"
+        )
+    return found if shape != angle.shape else np.stack([found, 0 * found, 0 * found])
+
+
+def crack_series(crack, order, options=None):
+    """{k: (3,) Fourier coefficients of xi, eta, xi-eta} for |k| <= order, those that are zero left out.
+
+    From the plugin's own series, else by a Fourier transform of its function, as accurate as `SAMPLES` says.
+    """
+    if crack.series:
+        given = crack.series(order, **(options or {}))
+        _check_series(crack, given)
+        return {k: np.append(s, [0, 0]) if np.ndim(s) == 0 else np.asarray(s) for k, s in given.items()}
+    angle = (np.arange(SAMPLES) + 0.5) * 2 * np.pi / SAMPLES  # jumps lie on whole parts of a turn: between samples
+    transform = np.fft.fft(opening_of(crack, angle, options)) / SAMPLES
+    orders = range(-order, order + 1)
+    found = {k: transform[:, k] * np.exp(-1j * k * angle[0]) for k in orders}
+    return {k: s for k, s in found.items() if np.abs(s).max() > NOTHING}
+
+
+def _check_series(crack, given):
+    """Raise PluginError unless a plugin's own series is {k: s_k} or {k: (xi, eta, xi-eta)}, finite."""
+    who = f"the series of crack '{crack.name}'" + (f" ({crack.file})" if crack.function else "")
+    if not isinstance(given, dict) or not given:
+        raise PluginError(f"{who} is a {type(given).__name__}, maybe empty; it must be {{k: s_k}} or {{k: (3,)}}")
+    for k, s in given.items():
+        if np.shape(s) not in ((), (3,)) or not np.isfinite(s).all():
+            raise PluginError(
+                f"{who} has for k = {k} the coefficient {s!r}; it must be a finite number, or three for xi, eta, xi-eta"
+            )
+
+
+def _on_z_and_conj(coefficients):
+    xi, eta, both = coefficients
+    return (xi + eta) / 2, (xi - eta) / 2 + 1j * both if both else (xi - eta) / 2
+
+
+def participation_factors(crack, harmonics, order=None, options=None):
+    """p_n = m_n + d_{n-2}, the share of harmonic n in the weight-dominant crack force (thesis Eq. 2.20)."""
+    order = max(abs(int(n)) for n in harmonics) + 2 if order is None else order
+    acting = {k: _on_z_and_conj(s) for k, s in crack_series(crack, order, options).items()}
+    return np.array([acting.get(int(n), (0, 0))[0] + acting.get(int(n) - 2, (0, 0))[1] for n in harmonics])
+
+
+def crack_parameters(
+    crack,
+    structure,
+    weight_dominance=True,
+    order=SERIES_ORDER,
+    node=None,
+    element=None,
+    angle_rad=0.0,
+    **options,
+):
+    """The table of a crack plugin on a rotor; one parameter for each stiffness the crack can take away.
+
+    angle_rad : angular position of the crack about the shaft, from the phase mark in the direction of rotation
+    options   : of the plugin
+    """
+    parameters, on = [], ("static", "static conj") if weight_dominance else ("z", "conj")
+    acting = {k: _on_z_and_conj(s) for k, s in crack_series(crack, order, options).items()}
+    for name, (pattern, unit, typical) in structure.stiffness_loss_at(node, element).items():
+        entries = []
+        for k, factors in acting.items():
+            for source, shift, factor in zip(on, (k, k + 2), factors, strict=True):
+                turned = factor * np.exp(1j * shift * angle_rad) if angle_rad else factor
+                entries.append(Entry(pattern * turned, on=source, shift=shift))
+        parameters.append(Parameter(name, unit, tuple(entries), typical))
+    return parameters

@@ -1,0 +1,204 @@
+"""Kinds of plugins, what each states and claims, and the hooks by which a plugin file names them."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from hashlib import sha256
+from pathlib import Path
+
+import pluggy
+
+from rotorstudy.model.options import option_names
+
+hookimpl = pluggy.HookimplMarker("rotorstudy")
+_hookspec = pluggy.HookspecMarker("rotorstudy")
+
+
+@dataclass(frozen=True)
+class Plugin:
+    """What every plugin states: a name, the function that is the model, and where its equation comes from.
+
+    example : options to check it with, where some have no default
+    checked : which published or closed-form numbers it was checked against
+    """
+
+    name: str
+    function: Callable
+    source: str
+    example: dict = field(default_factory=dict, compare=False, kw_only=True)
+    checked: str = field(default="", kw_only=True)
+
+    @property
+    def summary(self):
+        """First line of the function's docstring."""
+        return (self.function.__doc__ or "").strip().split("\n")[0]
+
+    @property
+    def file(self):
+        return self.function.__code__.co_filename
+
+    @property
+    def version(self):
+        """First digits of the SHA-256 of its file: changes whenever the model does."""
+        return sha256(Path(self.file).read_bytes()).hexdigest()[:8]
+
+
+@dataclass(frozen=True)
+class Rotor(Plugin):
+    """function(**options) -> Structure"""
+
+
+@dataclass(frozen=True)
+class Crack(Plugin):
+    """function(angle, **options) -> opening between 0 (closed) and 1 (open); angle (...) rad from crack edge down.
+
+    The opening has the shape of `angle` if the shaft loses stiffness along the weak direction xi alone (it points from
+    the axis to the middle of the crack edge), or is (3, ...): shares xi, eta and xi-eta of the loss in the frame that
+    turns with the shaft, dk * [[xi, xi-eta], [xi-eta, eta]].
+
+    series    : function(order, **options) -> {k: s_k} or {k: (xi, eta, xi-eta)}, Fourier coefficients of e^{jk*angle}
+                for |k| <= order; without it they come from the function, see `rotorstudy.model.cracks.crack_series`
+    symmetric : it claims to open as it shuts: xi and eta are even in the angle, xi-eta is odd
+    """
+
+    series: Callable = None
+    symmetric: bool = False
+
+
+@dataclass(frozen=True)
+class CrackDepth(Plugin):
+    """function(depth_ratio, diameter_m, youngs_modulus_Pa, **options) -> hinge compliance in xi and eta, rad/(N m).
+
+    Of the open crack; depth_ratio is its depth over the diameter of the shaft.
+
+    valid : lowest and highest depth ratio it holds for
+    """
+
+    valid: tuple[float, float] = (0.0, 0.5)
+
+
+@dataclass(frozen=True)
+class Bearing(Plugin):
+    """function(structure, node, **options) -> list of Parameter
+
+    Claims about its example with every parameter at its typical size, verified by `rotorstudy.authoring.invariants`:
+    positive_damping : the symmetric part of its damping takes energy out of every motion
+    symmetric        : no cross-coupling feeds a whirl; with positive damping too, no motion ever gains energy
+    """
+
+    positive_damping: bool = False
+    symmetric: bool = False
+
+
+@dataclass(frozen=True)
+class Effect(Plugin):
+    """function(structure, **options) -> list of Parameter; for acts_on "output" function(sensors, **options).
+
+    twins     : names of effects it can be confused with, and what separates them; each twin names it back
+    places    : function(structure, sensors) -> list of option dicts, one for each place it can act at; by default each
+                node (each sensor) if it has an option `node`, else one place without options
+    candidate : whether diagnosis offers it as a cause; a free force at every harmonic would explain anything
+    shape     : option -> (low, high), in which an option that stands inside a nonlinear force is searched
+    fixed     : it is there with its typical amplitude or not at all: a cable is swapped or not
+    fold      : the phase of its amplitude is so many times the angle of its direction: 2 for two stiffnesses
+    positive  : its amplitudes cannot be negative: a damping that makes energy, a crack that stiffens
+    """
+
+    acts_on: str = "rotor"
+    twins: tuple[tuple[str, str], ...] = ()
+    places: Callable | None = field(default=None, compare=False)
+    candidate: bool = True
+    shape: dict = field(default_factory=dict, compare=False)
+    fixed: bool = False
+    fold: int = 1
+    positive: bool = False
+
+    def __post_init__(self):
+        if self.places is None:
+            object.__setattr__(self, "places", self._usual_places)
+
+    def _usual_places(self, structure, sensors):
+        if "node" not in option_names(self.function):
+            return [{}]
+        return [{"node": node} for node in (sensors if self.acts_on == "output" else structure.nodes)]
+
+
+@dataclass(frozen=True)
+class SpectrumMethod(Plugin):
+    """function(signal, time, speed, harmonics) -> amplitude, covariance
+
+    signal     : (..., time) complex or real; time (time,) s; speed rad/s; harmonics (harmonic,) int
+    amplitude  : (..., harmonic) complex, phase counted from the first sample
+    covariance : (..., component, component) of real parts, then imaginary parts
+
+    What it claims to do, and is checked for:
+    any_length            : the harmonics asked for do not leak into each other, whole revolutions or not
+    uses_marks            : function(signal, time, speed, harmonics, marks) with marks (revolution,) s on the clock of
+                            time; the phase is counted from the mark
+    tolerates_wrong_speed : the stated speed may be wrong by a thousandth
+    tolerates_outliers    : a few samples may be spikes
+    """
+
+    any_length: bool = False
+    uses_marks: bool = False
+    tolerates_wrong_speed: bool = False
+    tolerates_outliers: bool = False
+
+
+@dataclass(frozen=True)
+class Estimator(Plugin):
+    """function(problem) -> Estimate, see `rotorstudy.inference.identification`
+
+    What it claims to do, and is checked for, both ways:
+    uses_covariance         : harmonics stated to be noisier count less
+    fits_output             : estimates terms of the sensors too
+    handles_rank_deficiency : gives the unknowns that are determined even if others trade off
+    tolerates_outliers      : one harmonic may be wrong by far more than stated
+    """
+
+    uses_covariance: bool = False
+    fits_output: bool = False
+    handles_rank_deficiency: bool = False
+    tolerates_outliers: bool = False
+
+
+class Hooks:
+    """A plugin file implements one of these with @hookimpl; it returns one plugin or a list of them."""
+
+    @_hookspec
+    def rotorstudy_rotor():
+        """Rotor: the base structure without effects."""
+
+    @_hookspec
+    def rotorstudy_crack():
+        """Crack: an opening function of the shaft angle."""
+
+    @_hookspec
+    def rotorstudy_depth():
+        """CrackDepth: how far the shaft bends more for a crack of some depth."""
+
+    @_hookspec
+    def rotorstudy_bearing():
+        """Bearing: stiffness and damping at a node."""
+
+    @_hookspec
+    def rotorstudy_effect():
+        """Effect: a table of entries on the rotor or on the measured output."""
+
+    @_hookspec
+    def rotorstudy_spectrum():
+        """SpectrumMethod: record to harmonics with covariance."""
+
+    @_hookspec
+    def rotorstudy_estimator():
+        """Estimator: problem to estimate."""
+
+
+KINDS = {
+    "rotor": Rotor,
+    "crack": Crack,
+    "depth": CrackDepth,
+    "bearing": Bearing,
+    "effect": Effect,
+    "spectrum": SpectrumMethod,
+    "estimator": Estimator,
+}

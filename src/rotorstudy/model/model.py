@@ -1,0 +1,158 @@
+"""A model: base structure + terms + output terms, with the values of its amplitudes."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.model.structure import Structure
+from rotorstudy.model.terms import Term
+
+
+@dataclass(frozen=True)
+class Model:
+    """Structure + terms; displacements count from the static deflection (see `statics`).
+
+    sensors : nodes where the translation is measured (all by default)
+    held_deflection : (dof,) or (..., speed, dof) deflection to take instead, whatever carries the rotor
+    theta   : (parameter,) real amplitudes of `names`, rotor terms first, then output terms
+    """
+
+    structure: Structure
+    terms: tuple[Term, ...] = ()
+    sensors: tuple[int, ...] = ()
+    held_deflection: np.ndarray | None = None
+
+    def __post_init__(self):
+        if not self.sensors:
+            object.__setattr__(self, "sensors", self.structure.nodes)
+        for node in self.sensors:
+            self.structure.index(node)
+        ordered = sorted(self.terms, key=lambda term: term.acts_on == "output")
+        object.__setattr__(self, "terms", tuple(ordered))
+        doubled = [name for name in self.names if self.names.count(name) > 1]
+        if doubled:
+            raise RotorstudyError(
+                f"two terms share the amplitude {doubled[0]!r}; give each its own 'label:' to tell them apart"
+            )
+
+    @cached_property
+    def unknowns(self):
+        """Real amplitudes of all terms, in the order of `theta`."""
+        return tuple(unknown for term in self.terms for unknown in term.unknowns)
+
+    @cached_property
+    def names(self):
+        return tuple(unknown.name for unknown in self.unknowns)
+
+    @cached_property
+    def units(self):
+        return tuple(unknown.unit for unknown in self.unknowns)
+
+    @cached_property
+    def typical(self):
+        return np.array([unknown.typical for unknown in self.unknowns])
+
+    @cached_property
+    def theta(self):
+        """(parameter,) the values given; an amplitude without one is an error that names it."""
+        self.require_values()
+        return np.concatenate([term.theta for term in self.terms]) if self.terms else np.zeros(0)
+
+    def require_values(self):
+        """Raise for amplitudes that have no value, and name them."""
+        theta = np.concatenate([term.theta for term in self.terms]) if self.terms else ()
+        missing = [name for name, value in zip(self.names, theta, strict=True) if np.isnan(value)]
+        if missing:
+            raise RotorstudyError(f"no value for {', '.join(missing)}; give one in the rig file to simulate")
+
+    @cached_property
+    def rotor_unknowns(self):
+        return tuple(u for term in self.terms if term.acts_on == "rotor" for u in term.unknowns)
+
+    @cached_property
+    def local_forces(self):
+        """(position in `rotor_unknowns`, LocalForce) of the amplitudes that multiply a force in time."""
+        return tuple((p, u.force) for p, u in enumerate(self.rotor_unknowns) if u.force)
+
+    @cached_property
+    def output_unknowns(self):
+        return tuple(u for term in self.terms if term.acts_on == "output" for u in term.unknowns)
+
+    @cached_property
+    def measured(self):
+        """(sensor,) positions of the measured translations among the coordinates."""
+        return np.array([self.structure.index(node) for node in self.sensors])
+
+    @cached_property
+    def involved(self):
+        """(coordinate,) positions of those that are measured, read or acted on by a term; the rest pass forces on."""
+        seen = np.zeros(len(self.structure.dofs), bool)
+        seen[self.measured] = True
+        for entry in (e for u in self.rotor_unknowns for e in u.entries):
+            matrix = np.asarray(entry.matrix)
+            seen |= matrix != 0 if matrix.ndim == 1 else (matrix != 0).any(axis=0) | (matrix != 0).any(axis=1)
+        for _, force in self.local_forces:
+            seen |= np.any(force.matrix, axis=0)
+        return np.flatnonzero(seen | (self.static_residual != 0))
+
+    @cached_property
+    def is_carried(self):
+        """Whether bearings carry the static load, alone or beside the shaft's own supports."""
+        return any(unknown.carries for unknown in self.rotor_unknowns)
+
+    @cached_property
+    def static_residual(self):
+        """(dof,) static load that the static deflection does not carry, N; an error if nothing carries it."""
+        structure = self.structure
+        if self.is_carried or self.held_deflection is not None or structure.is_supported:
+            return np.zeros(len(structure.dofs))
+        springs = (e for u in self.rotor_unknowns for e in u.entries if e.on == "z" and not (e.order or e.shift))
+        if structure.static_load.any() and not any(springs):
+            raise RotorstudyError("nothing carries the rotor against its weight; add bearings, or support it rigidly")
+        return structure.static_load
+
+    def position(self, names):
+        """Positions of amplitudes by name in `theta`."""
+        for name in names:
+            if name not in self.names:
+                raise unknown_name("parameter", name, self.names, "this model")
+        return np.array([self.names.index(name) for name in names], int)
+
+    def unknown_names(self, wanted=None):
+        """Names of the real amplitudes to estimate: those wanted, or those without a value.
+
+        A complex amplitude can be named as a whole: eccentricity stands for its real and imaginary part.
+        """
+        if wanted is None:
+            given = np.concatenate([term.theta for term in self.terms]) if self.terms else np.zeros(0)
+            found = [name for name, value in zip(self.names, given, strict=True) if np.isnan(value)]
+            if not self.names:
+                raise RotorstudyError("the model has no parameters to estimate; add effects or a crack to the rig")
+            if not found:
+                raise RotorstudyError(
+                    f"the rig gives every parameter a value; name the unknown ones (of {', '.join(self.names)})"
+                )
+            return tuple(found)
+        found = []
+        for name in wanted:
+            parts = [f"{name}_real", f"{name}_imag"]
+            found += parts if parts[0] in self.names else [name]
+        self.position(found)
+        if len(set(found)) < len(found):
+            raise RotorstudyError(f"unknowns {list(wanted)}: a parameter is named twice")
+        return tuple(found)
+
+    def reported_units(self, names):
+        """Units of amplitudes as reported: of a magnitude its own, of a phase rad."""
+        known = dict(zip(self.names, self.units, strict=True))
+        return ["rad" if n.endswith("_phase") else known.get(n, known.get(f"{n}_real")) for n in names]
+
+    def without(self, kinds):
+        """The model with the terms of some kinds taken out."""
+        return replace(self, terms=tuple(term for term in self.terms if term.kind not in kinds))
+
+    def plus(self, *terms):
+        """The model extended by terms."""
+        return replace(self, terms=self.terms + terms)

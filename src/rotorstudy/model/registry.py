@@ -1,0 +1,182 @@
+"""Plugin kinds, their hooks, and the registry that finds them.
+
+A plugin is one file: a function that is the equation, and a hook that names it. It is found if the file lies in the
+project's plugins/ folder or in a folder listed in ROTORSTUDY_PLUGINS, or if an installed distribution offers its module
+under the entry point group "rotorstudy".
+"""
+
+import os
+import sys
+from contextlib import contextmanager
+from contextvars import ContextVar
+from functools import lru_cache
+from hashlib import sha256
+from pathlib import Path
+
+import pluggy
+
+from rotorstudy.errors import PluginError, unknown_name
+from rotorstudy.model.kinds import KINDS, Hooks
+
+FOLDERS_VARIABLE = "ROTORSTUDY_PLUGINS"
+
+
+class Registry:
+    """The zoo: plugins by kind and name.
+
+    files    : single files besides those of the folders
+    failures : one line for each plugin file that did not load; the rest of the zoo is there all the same
+    """
+
+    def __init__(self, folders=(), entry_points=True, files=()):
+        self._manager = pluggy.PluginManager("rotorstudy")
+        self._manager.add_hookspecs(Hooks)
+        self.plugins = {kind: {} for kind in KINDS}
+        self.failures = []
+        for folder in folders:
+            if not Path(folder).is_dir():
+                wrong = "is a file; name the folder it lies in" if Path(folder).is_file() else "does not exist"
+                raise PluginError(
+                    f"plugin folder '{folder}' {wrong}; check {FOLDERS_VARIABLE} and the configuration (plugin_folders)"
+                )
+            self._add_files(sorted(Path(folder).rglob("*.py")))
+        self._add_files(file for file in files if not any(_is_in(file, folder) for folder in folders))
+        if entry_points:
+            from importlib.metadata import entry_points as find
+
+            for point in sorted(find(group="rotorstudy"), key=lambda p: (p.name, p.value)):
+                self._add(f"entry point {point.name} = {point.value}", point.load)
+
+    def _add_files(self, files):
+        for file in files:
+            self._add(file, lambda file=file: _import_file(file))
+
+    def _add(self, place, load):
+        module = None
+        try:
+            module = load()
+            self._manager.register(module)
+            self._manager.check_pending()
+            found = [(kind, plugin) for kind in KINDS for plugin in _plugins_of(module, kind)]
+        except Exception as error:
+            self.failures.append(f"plugin {_blame(place, error)}: {_said(error)}")
+            if module and self._manager.is_registered(module):
+                self._manager.unregister(module)
+            return
+        for kind, plugin in found:
+            twin = self.plugins[kind].get(plugin.name)
+            if twin:
+                raise PluginError(
+                    f"two plugins are called {kind} '{plugin.name}': {twin.file} and {plugin.file}; rename one"
+                )
+            self.plugins[kind][plugin.name] = plugin
+
+    def get(self, kind, name, where=""):
+        """The plugin of a kind by name; an unknown name is an error with the near miss."""
+        if name not in self.plugins[kind]:
+            error = unknown_name(kind, name, self.plugins[kind], where)
+            if self.failures:
+                error = type(error)(f"{error}; some plugins did not load: {'; '.join(self.failures)}")
+            raise error
+        return self.plugins[kind][name]
+
+    def __iter__(self):
+        """(kind, plugin) of the whole zoo, in a fixed order."""
+        for kind, plugins in self.plugins.items():
+            for name in sorted(plugins):
+                yield kind, plugins[name]
+
+
+def _is_in(file, folder):
+    return Path(folder).resolve() in Path(file).resolve().parents
+
+
+def _plugins_of(module, kind):
+    """What the hook of a kind returns, as a list; anything but plugins of that kind is an error."""
+    hook = getattr(module, f"rotorstudy_{kind}", None)
+    found = hook() if hook else []
+    found = list(found) if isinstance(found, (list, tuple)) else [found]
+    for plugin in found:
+        if not isinstance(plugin, KINDS[kind]):
+            raise PluginError(f"rotorstudy_{kind} must return a {KINDS[kind].__name__}, not {type(plugin).__name__}")
+        if not str(plugin.source or "").strip():
+            raise PluginError(f"{kind} '{plugin.name}' has no source; name the paper, book or equation it comes from")
+    return found
+
+
+def _import_file(file):
+    import importlib.util
+
+    name = f"rotorstudy_plugin_{file.stem}_{sha256(str(file.resolve()).encode()).hexdigest()[:12]}"
+    spec = importlib.util.spec_from_file_location(name, file)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    sys.modules[name] = module
+    return module
+
+
+def _said(error):
+    """An exception in one line."""
+    return f"{type(error).__name__}: {' '.join(str(error).split()) or 'no message'}"
+
+
+def blamed(error):
+    """One line for an exception that came out of a plugin of the zoo, with file and line; "" if it did not.
+
+    For the end of a command or a job: whoever wrote the plugin sees the place, and no traceback of the engine.
+    """
+    files, trace, found = {plugin.file: (kind, plugin.name) for kind, plugin in registry()}, error.__traceback__, ""
+    while trace:
+        file = trace.tb_frame.f_code.co_filename
+        if file in files:
+            kind, name = files[file]
+            found = f"{kind} '{name}' ({file}:{trace.tb_lineno}): {_said(error)}"
+        trace = trace.tb_next
+    return found
+
+
+def _blame(place, error):
+    """'file:line' of the deepest frame inside the plugin itself."""
+    line = getattr(error, "lineno", None)
+    trace = error.__traceback__
+    while trace:
+        if trace.tb_frame.f_code.co_filename == str(place):
+            line = trace.tb_lineno
+        trace = trace.tb_next
+    return f"{place}:{line}" if line else str(place)
+
+
+def plugin_folders():
+    """The project's own plugins/ folder (or its copy in an installed package), then those of ROTORSTUDY_PLUGINS."""
+    return _plugin_folders(os.environ.get(FOLDERS_VARIABLE, ""), os.getcwd())
+
+
+@lru_cache
+def _plugin_folders(listed, working_folder):
+    project, packaged = Path(__file__).parents[3] / "plugins", Path(__file__).parents[1] / "zoo"
+    own = [packaged if packaged.is_dir() else project]
+    extra = [Path(working_folder, folder) for folder in listed.split(os.pathsep) if folder]
+    return tuple(dict.fromkeys(folder.resolve() for folder in own + extra))
+
+
+@lru_cache
+def _registry(folders):
+    return Registry(folders)
+
+
+_CURRENT = ContextVar("registry", default=None)
+
+
+def registry():
+    """The zoo of this process, loaded once."""
+    return _CURRENT.get() or _registry(plugin_folders())
+
+
+@contextmanager
+def using(zoo):
+    """Inside this context, `registry()` is another zoo: one with a file that is being checked."""
+    before = _CURRENT.set(zoo)
+    try:
+        yield zoo
+    finally:
+        _CURRENT.reset(before)

@@ -1,0 +1,234 @@
+"""A rig file (YAML) read into a model. Every key is checked here, once."""
+
+from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
+from rotorstudy.model.cracks import SERIES_ORDER, crack_parameters
+from rotorstudy.model.depth import keys_from_depth
+from rotorstudy.model.model import Model
+from rotorstudy.model.options import Whole, check_options, number_hint, option_names
+from rotorstudy.model.registry import registry
+from rotorstudy.model.structure import Structure
+from rotorstudy.model.terms import Entry, Parameter, Term
+from rotorstudy.store import read_yaml
+
+SECTIONS = {"rotor": "rotor", "cracks": "crack", "bearings": "bearing", "effects": "effect"}
+# `measurement` is read by rotorstudy.measurement, `diagnosis` by rotorstudy.diagnosis
+OTHER = ("sensors", "static_deflection_m", "measurement", "diagnosis")
+
+
+def load_rig(path):
+    """The Model a rig file describes."""
+    return build_model(read_yaml(path), where=str(path))
+
+
+def build_model(rig, where="the rig"):
+    """The Model a rig dict describes.
+
+    rig : {"rotor": {"kind": ..., options}, "cracks": [...], "bearings": [...], "effects": [...], "sensors": [nodes],
+          "static_deflection_m": {node: held value, real}}
+    """
+    if not isinstance(rig, dict):
+        raise RotorstudyError(f"{where}: expected sections {', '.join(SECTIONS)}, found {type(rig).__name__}")
+    for key in rig:
+        if key not in {*SECTIONS, *OTHER}:
+            raise unknown_name("section", key, [*SECTIONS, *OTHER], where)
+    if "rotor" not in rig:
+        raise RotorstudyError(f"section 'rotor' is missing in {where}")
+    place = f"{where}, rotor"
+    plugin = registry().get("rotor", _kind(rig["rotor"], place), place)
+    structure = plugin.function(**check_options(plugin.function, _rest(rig["rotor"]), place))
+    _check_structure(structure, plugin, place)
+    sensors = _sensors(rig.get("sensors"), structure, where)
+    terms = []
+    for section in ("cracks", "bearings", "effects"):
+        if not isinstance(rig.get(section) or [], list):
+            raise RotorstudyError(
+                f"section '{section}' in {where} must be a list of items, each starting with '- kind:'"
+            )
+        for i, item in enumerate(rig.get(section) or []):
+            terms.append(make_term(SECTIONS[section], item, structure, sensors, f"{where}, {section}[{i}]"))
+    return Model(structure, tuple(terms), sensors, _held_deflection(rig.get("static_deflection_m"), structure, where))
+
+
+def _held_deflection(given, structure, where):
+    """(dof,) deflection held instead of the one that follows from the weight, zero where it is not given; or None."""
+    import numpy as np
+
+    if given is None:
+        return None
+    if not isinstance(given, dict):
+        raise RotorstudyError(f"static_deflection_m = {given!r} in {where}: must be node: metres for some nodes")
+    held = np.zeros(len(structure.dofs))
+    for node, value in given.items():
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not np.isfinite(value):
+            raise RotorstudyError(f"static_deflection_m of node {node} = {value!r} in {where}: must be a finite number")
+        held[structure.index(node)] = value
+    return held
+
+
+def _sensors(given, structure, where):
+    if given is None:
+        return structure.nodes
+    if not isinstance(given, list) or not given or len(set(map(str, given))) < len(given):
+        raise RotorstudyError(f"sensors = {given!r} in {where}: must be a list of nodes, each once")
+    for node in given:
+        if node not in structure.nodes or isinstance(node, bool):
+            raise RotorstudyError(f"sensors: node {node!r} in {where} does not exist (nodes: {list(structure.nodes)})")
+    return tuple(given)
+
+
+def named_plugins(rig):
+    """The Plugin objects a rig dict names."""
+    found = []
+    for section, kind in SECTIONS.items():
+        items = rig.get(section) or []
+        found += [
+            registry().get(kind, item["kind"], section) for item in ([items] if isinstance(items, dict) else items)
+        ]
+    depths = [item["depth"] for item in rig.get("cracks") or [] if "depth" in item]
+    return found + [registry().get("depth", depth["kind"], "depth") for depth in depths]
+
+
+def make_term(section, item, structure, sensors, where="the term"):
+    """A Term from a plugin kind and its configuration: kind, label, options, and values of its parameters.
+
+    The stiffness loss of a crack can also follow from its depth, {"depth": {"kind": ..., "depth_ratio": ..., ...}}.
+
+    section : "crack", "bearing" or "effect"
+    item    : {"kind": name, options..., parameter_unit: value, ...}; a complex parameter also has parameter_phase_rad
+    """
+    plugin = registry().get(section, _kind(item, where), where)
+    given = _rest(item)
+    label = given.pop("label", "")
+    function, fixed, acts_on = plugin.function, {}, getattr(plugin, "acts_on", "rotor")
+    if section == "crack":
+        function, fixed = crack_parameters, {"crack": plugin, "structure": structure}
+        if "depth" in given:
+            depth = given.pop("depth")
+            given = {**keys_from_depth(depth, plugin, structure, given, where), **given}
+        options = _crack_options(plugin, given, where)
+    else:
+        fixed = {"sensors": sensors} if acts_on == "output" else {"structure": structure}
+        names = option_names(function, fixed)
+        options = check_options(function, {k: v for k, v in given.items() if k in names}, where, fixed)
+    parameters = _parameters(function(**fixed, **options), plugin, where)
+    _check_shapes(parameters, len(sensors) if acts_on == "output" else len(structure.dofs), plugin, where)
+    values = {key: value for key, value in given.items() if key not in options}
+    values = _read_values(parameters, values, options, where)
+    return Term(plugin.name, parameters, values, acts_on, label, carries=section == "bearing")
+
+
+def _check_structure(structure, plugin, where):
+    """A rotor plugin gives a Structure of matrices that fit its coordinates, or an error naming plugin and shapes."""
+    import numpy as np
+
+    who = f"rotor '{plugin.name}' ({plugin.file}) in {where}"
+    if not isinstance(structure, Structure):
+        raise PluginError(f"{who} gives {type(structure).__name__}; it must give a Structure, see rotorstudy.plugins")
+    size = len(structure.dofs)
+    for name in ("mass", "stiffness", "gyroscopic", "static_load"):
+        matrix, needed = getattr(structure, name), (size,) if name == "static_load" else (size, size)
+        if np.shape(matrix) != needed:
+            raise PluginError(
+                f"{who} gives {name} of shape {np.shape(matrix)}; it must be {needed} for its {size} coordinates"
+            )
+        if not np.isfinite(matrix).all():
+            raise PluginError(f"{who} gives {name} with NaN or infinite values")
+
+
+def _parameters(found, plugin, where):
+    """What the function of a bearing or effect gives, if it is a list of Parameter with tables of Entry."""
+    found = [found] if isinstance(found, Parameter) else found
+    who = f"plugin '{plugin.name}' ({plugin.file}) in {where}"
+    if not isinstance(found, (list, tuple)) or not all(isinstance(one, Parameter) for one in found):
+        inside = f" of {type(found[0]).__name__}" if isinstance(found, (list, tuple)) and found else ""
+        raise PluginError(f"{who} gives {type(found).__name__}{inside}; it must give a list of Parameter")
+    for parameter in found:
+        if not parameter.unit:
+            raise PluginError(f"{who}: '{parameter.name}' has no unit; write it as 'N s/m', or '1' for a pure number")
+        if not isinstance(parameter.entries, (list, tuple)) or not all(isinstance(e, Entry) for e in parameter.entries):
+            raise PluginError(
+                f"{who}: the entries of '{parameter.name}' are {type(parameter.entries).__name__}; they must be a "
+                "tuple of Entry, and of one Entry that is (Entry(...),) with a comma"
+            )
+    return tuple(found)
+
+
+def _check_shapes(parameters, size, plugin, where):
+    """A plugin's matrices fit the rotor, or an error naming plugin, parameter, entry and shapes."""
+    import numpy as np
+
+    for parameter in parameters:
+        local = parameter.force
+        if local and (
+            parameter.is_complex
+            or parameter.entries
+            or getattr(plugin, "acts_on", "rotor") != "rotor"
+            or np.shape(local.matrix)[1:] != (size,)
+        ):
+            raise PluginError(
+                f"plugin '{plugin.name}' ({plugin.file}) in {where}: '{parameter.name}' multiplies a force in time: "
+                f"it must be real, act on the rotor, and have no entries and a matrix (coordinate, {size}) here"
+            )
+        for i, entry in enumerate(parameter.entries):
+            needed = (size,) if entry.on == "one" else (size, size)
+            if np.shape(entry.matrix) != needed:
+                raise PluginError(
+                    f"plugin '{plugin.name}' ({plugin.file}) in {where}: entry {i} of '{parameter.name}' has a matrix "
+                    f"of shape {np.shape(entry.matrix)}; on '{entry.on}' it must be {needed} here"
+                )
+            if not np.isfinite(entry.matrix).all():
+                raise PluginError(
+                    f"plugin '{plugin.name}' ({plugin.file}) in {where}: entry {i} of '{parameter.name}' is not finite"
+                )
+
+
+def _crack_options(plugin, given, where):
+    def every_crack(
+        weight_dominance: bool = True,
+        order: Whole = SERIES_ORDER,
+        node: int | None = None,
+        element: int | None = None,
+        angle_rad: float = 0.0,
+    ):
+        """What any crack can be given."""
+
+    options = {}
+    for function in (every_crack, plugin.function):
+        names = option_names(function, ("angle",))
+        for name in {*options, "depth", "label"} & {*names}:
+            raise PluginError(
+                f"plugin '{plugin.name}' ({plugin.file}): option '{name}' is one of every crack; rename it"
+            )
+        options |= check_options(function, {k: v for k, v in given.items() if k in names}, where, ("angle",))
+    return options
+
+
+def _read_values(parameters, given, options, where):
+    import numpy as np
+
+    allowed = {p.key for p in parameters} | {p.phase_key for p in parameters if p.is_complex}
+    for key, value in given.items():
+        if key not in allowed:
+            raise unknown_name("key", key, [*allowed, *options, "label"], where)
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not np.isfinite(value):
+            raise RotorstudyError(f"{key} = {value!r} in {where}: must be a finite number{number_hint(value)}")
+    values = {}
+    for parameter in parameters:
+        if parameter.key in given:
+            phase = given.get(parameter.phase_key, 0.0)
+            values[parameter.name] = given[parameter.key] * (np.exp(1j * phase) if parameter.is_complex else 1)
+        elif parameter.is_complex and parameter.phase_key in given:
+            raise RotorstudyError(f"{parameter.phase_key} in {where} has no magnitude; give {parameter.key} too")
+    return values
+
+
+def _kind(item, where):
+    if not isinstance(item, dict) or "kind" not in item:
+        raise RotorstudyError(f"key 'kind' is missing in {where}")
+    if not isinstance(item["kind"], str):
+        raise RotorstudyError(f"kind = {item['kind']!r} in {where}: must be the name of a plugin")
+    return item["kind"]
+
+
+def _rest(item):
+    return {key: value for key, value in item.items() if key != "kind"}

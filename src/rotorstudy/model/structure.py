@@ -1,0 +1,106 @@
+"""The rotor without its effects: matrices, coordinates and where things can sit."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from rotorstudy.errors import RotorstudyError, unknown_name
+
+
+@dataclass(frozen=True)
+class Structure:
+    """The rotor without its effects: M q'' - j w G q' + K q = f, in complex nodal coordinates.
+
+    mass, stiffness, gyroscopic : (dof, dof)
+    static_load : (dof,) gravity, real part along the downward x axis, N (N m for a tilt)
+    dofs        : one (node, "translation" or "tilt") for each coordinate
+    stiffness_loss : name -> (pattern (dof, dof), unit, typical), the stiffness a crack takes away; where it can be at
+                     several places, a function(node, element) -> such a dict, one of the two being None
+    shape_at    : position along the shaft, m -> (dof,) what each coordinate moves the shaft there; None if not known
+    """
+
+    mass: np.ndarray
+    stiffness: np.ndarray
+    gyroscopic: np.ndarray
+    static_load: np.ndarray
+    dofs: tuple[tuple[int, str], ...]
+    stiffness_loss: dict | Callable = field(default_factory=dict)
+    shape_at: Callable | None = None
+
+    @property
+    def nodes(self):
+        """Nodes that can move; one that a rigid support holds only tilts."""
+        return tuple(sorted({node for node, motion in self.dofs if motion == "translation"}))
+
+    def index(self, node, motion="translation"):
+        """Position of a coordinate; an unknown node is an error that lists the nodes there are."""
+        if node is None:
+            raise RotorstudyError(
+                f"no node is given; say which of {list(self.nodes)} with 'node:' (a plugin takes the only one there is "
+                "with structure.default_node() where its node is None)"
+            )
+        if (node, motion) not in self.dofs:
+            raise unknown_name(f"{motion} at node", node, [n for n, m in self.dofs if m == motion], "the rotor")
+        return self.dofs.index((node, motion))
+
+    def unit(self, node, motion="translation"):
+        """(dof,) vector with a one at a coordinate."""
+        return np.eye(len(self.dofs))[self.index(node, motion)]
+
+    def default_node(self):
+        """The only node, or an error asking for one: effects that act at a node call this."""
+        if len(self.nodes) > 1:
+            raise RotorstudyError(f"this rotor has nodes {list(self.nodes)}; say which with 'node:'")
+        return self.nodes[0]
+
+    def stiffness_loss_at(self, node=None, element=None):
+        """Stiffness losses, name -> (pattern, unit, typical), of a crack at a node or in an element.
+
+        A rotor that can crack at one place only needs no place; the others raise where none, or two, are given.
+        """
+        if callable(self.stiffness_loss):
+            if (node is None) == (element is None):
+                raise RotorstudyError("this rotor can crack at several places; say where with 'node:' or 'element:'")
+            if node is not None and node not in {n for n, _ in self.dofs}:
+                raise unknown_name("node", node, {n for n, _ in self.dofs}, "the crack")
+            return self.stiffness_loss(node, element)
+        if element is not None or (node is not None and self.nodes != (node,)):
+            place = f"node {node}" if element is None else f"element {element}"
+            raise RotorstudyError(f"this rotor cannot crack at {place}; it has one place for a crack: leave it out")
+        return self.stiffness_loss
+
+    def crack_places(self):
+        """Options that say where a crack can be: one place without options, or each element of the shaft."""
+        if not callable(self.stiffness_loss):
+            return [{}] if self.stiffness_loss else []
+        found = []
+        for element in range(1, max(node for node, _ in self.dofs) + 1):
+            try:
+                self.stiffness_loss(None, element)
+            except RotorstudyError:
+                break
+            found.append({"element": element})
+        return found
+
+    @cached_property
+    def is_supported(self):
+        """Whether the shaft alone carries a load; otherwise bearings do, which are terms."""
+        scale = np.sqrt(np.abs(np.diag(self.stiffness)))  # translations and tilts have different units
+        return bool(scale.all() and np.linalg.cond(self.stiffness / np.outer(scale, scale)) < 1e14)
+
+    @cached_property
+    def static_deflection(self):
+        """(dof,) deflection under the static load, from the bearing line; zeros if the shaft is not supported."""
+        if not np.any(self.static_load) or not self.is_supported:
+            return np.zeros(len(self.dofs))
+        return np.linalg.solve(self.stiffness, self.static_load)
+
+
+def sensor_unit(sensors, node=None):
+    """(sensor,) vector with a one at the sensor of a node, the first by default; a node without sensor is an error."""
+    node = sensors[0] if node is None else node
+    if node not in sensors:
+        raise unknown_name("sensor at node", node, sensors, "the rig")
+    return np.eye(len(sensors))[sensors.index(node)]

@@ -1,0 +1,158 @@
+"""Pictures of a blind test."""
+
+import numpy as np
+
+from rotorstudy.blind.criteria import LARGE
+from rotorstudy.presentation.plots import COLOURS, MARKERS, figure
+
+FIGURES = ("curves", "confusion", "calibration", "coverage", "detection_limits", "gain")
+
+
+def draw(name, data):
+    """The picture of a name in FIGURES, from the Dataset of a blind test."""
+    return {
+        "curves": curves,
+        "confusion": confusion,
+        "calibration": calibration,
+        "coverage": coverage,
+        "detection_limits": detection_limits,
+        "gain": gain,
+    }[name](data)
+
+
+def _percent(share):
+    return f"{100 * share:.0f} %" if np.isfinite(share) else "no case"
+
+
+def _bar(data, start):
+    """The reached value, bounds and count of the bar whose name starts so."""
+    chosen = next(i for i, name in enumerate(data.bar.values) if str(name).startswith(start))
+    return data.isel(bar=chosen)
+
+
+def curves(data):
+    """Completeness and reliability over effect size."""
+    picture, axes = figure(1, 1, height=2.8, width=4.2)
+    axes = axes[0, 0]
+    for i, name in enumerate(("completeness", "reliability")):
+        there = data[f"{name}_cases"].values > 0
+        part = data.isel(size_bin=there)
+        centre = part[name].values
+        error = np.abs([centre - part[f"{name}_low"].values, part[f"{name}_high"].values - centre])
+        place = part.size_bin.values * (1.03 if i else 0.97)
+        axes.errorbar(place, centre, error, color=COLOURS[i], fmt=f"-{MARKERS[i]}", capsize=2, label=name)
+    axes.axhline(0.95, color="0.5", linewidth=0.8, linestyle=":")
+    axes.axvline(LARGE, color="0.5", linewidth=0.8, linestyle=":")
+    axes.set(xscale="log", ylim=(-0.03, 1.03), ylabel="share of cases, 95 % bounds")
+    axes.set_xticks([0.3, 1, 3, 10, 30], ["0.3", "1", "3", "10", "30"])
+    axes.set_xlabel("change by the effect over noise, rms")
+    found = _bar(data, "right cause and place at s >= 3")
+    low, high = (100 * float(found[f"bar_{end}"]) for end in ("low", "high"))
+    said = f"{_percent(float(found.bar_reached))} ({low:.0f} to {high:.0f}, {int(found.bar_cases)} cases)"
+    axes.set_title(f"Right at three times the noise and more: {said}")
+    axes.legend(loc="lower right")
+    return picture
+
+
+def confusion(data):
+    """Counts of answers by truth; right answers and declared twins boxed."""
+    from matplotlib.patches import Rectangle
+
+    truths, answers = data.truth.values, data.answer.values
+    counts = data.confusion.values
+    whole = np.maximum(counts.sum(axis=1, keepdims=True), 1)
+    width, height = 0.19 * len(answers) + 2.2, 0.19 * len(truths) + 1.9
+    picture, axes = figure(1, 1, height=height, width=width)
+    axes = axes[0, 0]
+    axes.grid(False)
+    image = axes.imshow(counts / whole, cmap="cividis", vmin=0, vmax=1, aspect="auto")
+    for i, j in zip(*np.nonzero(counts), strict=True):
+        light = counts[i, j] / whole[i, 0] < 0.5
+        axes.text(j, i, counts[i, j], ha="center", va="center", fontsize=6, color="w" if light else "k")
+    for i, j in zip(*np.nonzero(data.accepted.values), strict=True):
+        right = data.accepted.values[i, j] == 1
+        style = {"edgecolor": "w", "linewidth": 1.4} if right else {"edgecolor": "#E69F00", "linewidth": 0.9}
+        axes.add_patch(Rectangle((j - 0.5, i - 0.5), 1, 1, fill=False, linestyle="-" if right else "--", **style))
+    axes.set_xticks(range(len(answers)), [str(a).replace("_", " ") for a in answers], rotation=90)
+    axes.set_yticks(range(len(truths)), [str(t).replace("_", " ") for t in truths])
+    axes.set(xlabel="first answer", ylabel="hidden")
+    share = counts[data.accepted.values == 1].sum() / max(counts.sum(), 1)
+    axes.set_title(f"First answer right in {_percent(share)} of cases of every size; box: right, dashed: declared twin")
+    picture.colorbar(image, ax=axes, label="share of the hidden effect", shrink=0.6)
+    return picture
+
+
+def calibration(data):
+    """Share right over stated confidence."""
+    picture, axes = figure(1, 1, height=2.8)
+    axes = axes[0, 0]
+    part = data.isel(confidence_bin=data.confidence_cases.values > 0)
+    right = part.share_right.values
+    error = np.abs([right - part.share_right_low.values, part.share_right_high.values - right])
+    axes.plot([0, 1], [0, 1], color="0.5", linewidth=0.8, linestyle=":", label="honest")
+    axes.errorbar(part.stated_confidence, right, error, fmt="-o", color=COLOURS[0], capsize=2, label="reached")
+    for x, y, n in zip(part.stated_confidence.values, right, part.confidence_cases.values, strict=True):
+        axes.annotate(int(n), (x, y), textcoords="offset points", xytext=(-4, -9), fontsize=6, ha="right")
+    axes.set(xlim=(0, 1.03), ylim=(0, 1.03), xlabel="stated confidence of the first cause", ylabel="share that is true")
+    axes.set_title(f"Stated confidence is off by {float(data.calibration_error):.3f} in the mean")
+    axes.legend()
+    return picture
+
+
+def coverage(data):
+    """Shares by noise level: truth inside the stated set, and intervals that hold the truth."""
+    picture, axes = figure(1, 1, height=2.6, width=4.4)
+    axes = axes[0, 0]
+    chosen = [
+        i for i, name in enumerate(data.bar.values)
+        if (str(name).startswith("truth inside") or "intervals" in str(name)) and data.bar_cases.values[i]
+    ]  # fmt: skip
+    part = data.isel(bar=chosen)
+    value = part.bar_reached.values
+    error = np.abs([value - part.bar_low.values, part.bar_high.values - value])
+    axes.errorbar(value, np.arange(len(value)), xerr=error, fmt="o", color=COLOURS[0], capsize=2)
+    axes.axvline(0.95, color="0.5", linewidth=0.8, linestyle=":")
+    axes.set_yticks(range(len(value)), [str(name) for name in part.bar.values])
+    axes.set_ylim(-0.6, len(value) - 0.4)
+    axes.set_xlabel("share, 95 % bounds (dotted: 0.95)")
+    axes.set_title("Does what is stated hold the truth?")
+    return picture
+
+
+def detection_limits(data):
+    """Size at which half the effects of a family are found."""
+    families = data.family.values
+    picture, axes = figure(1, 1, height=0.17 * len(families) + 1.0, width=4.4)
+    axes = axes[0, 0]
+    order = np.argsort(data.found_half.values)
+    half, low, high = (data[f"found_half{end}"].values[order] for end in ("", "_low", "_high"))
+    axes.hlines(np.arange(len(half)), low, high, color=COLOURS[0])
+    seen = (half > low) & (half < high)  # all found, or none, gives a bound and no estimate
+    axes.plot(half[seen], np.flatnonzero(seen), "o", color=COLOURS[0])
+    axes.axvline(LARGE, color="0.5", linewidth=0.8, linestyle=":")
+    axes.set_yticks(range(len(half)), [str(f).replace("_", " ") for f in families[order]])
+    axes.set_xscale("log")
+    axes.set_xlabel("change over noise at which half are found, 95 % bounds")
+    sure = int((high <= LARGE).sum())
+    axes.set_title(f"{sure} of {len(half)} effects are surely found below three times the noise")
+    return picture
+
+
+def gain(data):
+    """Distribution of the error on held-out speeds, after over before."""
+    picture, axes = figure(1, 1, height=2.6, width=4.2)
+    axes = axes[0, 0]
+    large = (data.case_known.values == 1) & (data.case_size.values >= LARGE) & np.isfinite(data.case_confidence.values)
+    for i, (name, label) in enumerate((("gain", "against the signal without noise"),
+                                       ("gain_measured", "against the measurement"))):  # fmt: skip
+        values = np.sort(data[f"case_{name}"].values[large])
+        values = values[np.isfinite(values)]
+        share = (np.arange(len(values)) + 0.5) / max(len(values), 1)
+        axes.plot(values, share, color=COLOURS[i], linestyle=("-", "--")[i], label=label)
+    axes.axvline(0.1, color="0.5", linewidth=0.8, linestyle=":")
+    axes.axvline(1, color="0.5", linewidth=0.8)
+    axes.set(xscale="log", ylim=(0, 1), xlabel="error on held-out speeds, after over before", ylabel="share of cases")
+    axes.legend(loc="lower right", fontsize=6)
+    found = _bar(data, "held-out error after over before, median at s >= 3, against the signal")
+    axes.set_title(f"The extended model leaves {float(found.bar_reached):.2g} of the error in the median")
+    return picture

@@ -1,0 +1,191 @@
+"""Pictures of a diagnosis: what the simulation gets wrong, causes ranked, before and after, gain on held-out speeds."""
+
+from textwrap import shorten
+
+import numpy as np
+
+from rotorstudy.presentation.plots import COLOURS, figure, harmonic_axis, plot_orbit, save_figure
+from rotorstudy.response.series import synthesize
+from rotorstudy.store import as_complex
+
+MOST_NODES = 6  # rows of the map
+MOST_COMPARED = 3  # nodes of the spectra
+MOST_CAUSES = 15
+MOST_TICKS = 12
+BASE, EXTENDED, MEASURED = COLOURS[1], COLOURS[0], COLOURS[6]
+FIGURES = {
+    "what_is_wrong": "What the simulation gets wrong",
+    "causes": "What was tried as the cause",
+    "before_and_after": "Spectra and orbits",
+    "gain": "What adding the causes gains",
+}
+
+
+def draw(diagnosis, data, folder):
+    """Every figure as PNG and SVG in a folder; data : the Dataset of verdict.nc."""
+    pictures = {
+        "what_is_wrong": what_is_wrong(data),
+        "causes": causes(data, diagnosis.settings.sure, diagnosis.verdict["verdict"]),
+        "before_and_after": before_and_after(data),
+        "gain": gain(data),
+    }
+    for name, picture in pictures.items():
+        save_figure(picture, folder / f"{name}.png", folder / f"{name}.svg")
+
+
+def worst_nodes(data, count):
+    """Positions of the nodes with the largest residual before, in the order of the rotor."""
+    size = (data.residual_before**2).mean(("speed", "harmonic")).values
+    return np.sort(np.argsort(-size)[:count])
+
+
+def what_is_wrong(data):
+    """Maps over speed and harmonic, a row a node: residual in sigma and missing force, before and after."""
+    from matplotlib.colors import LogNorm
+
+    order = np.argsort(data.harmonic.values)
+    nodes = worst_nodes(data, MOST_NODES)
+    picture, axes = figure(len(nodes), 4, height=max(1.6, 0.17 * len(data.speed) + 0.8), width=2.3)
+    sigma = {when: data[f"residual_{when}"].values for when in ("before", "after")}
+    force = {when: np.abs(as_complex(data[f"missing_force_{when}"])) for when in ("before", "after")}
+    largest = max(force["before"].max(), 1e-12)
+    scales = (LogNorm(1, max(10.0, sigma["before"].max())), LogNorm(1e-3 * largest, largest))
+    for column, (values, when) in enumerate([(v, when) for v in (sigma, force) for when in ("before", "after")]):
+        for row, node in enumerate(nodes):
+            shown = np.maximum(values[when][:, order, node], scales[column // 2].vmin)
+            ax = axes[row, column]
+            image = ax.pcolormesh(shown, norm=scales[column // 2], cmap="viridis" if column < 2 else "magma")
+            ax.grid(False)
+            _map_axes(ax, data, order)
+            if column:
+                ax.set_yticklabels([])
+            else:
+                ax.set_ylabel(f"node {data.node.values[node]}\nspeed (rad/s)")
+            if row < len(nodes) - 1:
+                ax.set_xticklabels([])
+            ax.set_title(("residual" if column < 2 else "missing force") + f", {when}" if row == 0 else "")
+        if when == "after":
+            label = "standard deviations" if column < 2 else "force at the node (N)"
+            picture.colorbar(image, ax=axes[:, column - 1 : column + 1], label=label, pad=0.02)
+    held = " (* held out)" if data.held_out.values.any() else ""
+    picture.supxlabel(f"harmonic (backward < 0 < forward){held}", fontsize=8)
+    return picture
+
+
+def _map_axes(ax, data, order):
+    harmonics, speeds = data.harmonic.values[order], data.speed.values
+    ax.set_xticks(np.arange(len(harmonics)) + 0.5, [f"{n}X" for n in harmonics], rotation=90)
+    step = int(np.ceil(len(speeds) / MOST_TICKS))
+    labels = [f"{w:.4g}" + ("*" if held else "") for w, held in zip(speeds, data.held_out.values, strict=True)]
+    ax.set_yticks(np.arange(len(speeds))[::step] + 0.5, labels[::step])
+
+
+def causes(data, sure, verdict):
+    """Explanations ranked by score: the error each leaves, rms in standard deviations, and the confidence in it.
+
+    verdict : if it is "unknown" none of them is believed, so no confidence is shown
+    """
+    count = min(MOST_CAUSES, data.sizes["explanation"])
+    part = data.isel(explanation=slice(0, count))
+    components = 2 * int((data.held_out == 0).sum()) * data.sizes["harmonic"] * data.sizes["node"]
+    picture, axes = figure(height=1.0 + 0.22 * count, width=6.5)
+    ax, place = axes[0, 0], np.arange(count)
+    left = np.sqrt(part.cost.values / components)
+    start = 0.8 * min(1.0, left.min())
+    for best, twin, colour, label in (
+        (1, 0, EXTENDED, "comes nearest" if verdict == "unknown" else "the verdict"),
+        (0, 1, COLOURS[4], "cannot be ruled out"),
+        (0, 0, "#BBBBBB", "less likely"),
+    ):
+        chosen = (part.is_best.values == best) & (part.is_twin.values == twin)
+        if chosen.any():
+            hatch = "//" if twin else None
+            ax.barh(place[chosen], left[chosen] - start, 0.7, start, color=colour, label=label, hatch=hatch)
+    for y, value, belief in zip(place, left, part.confidence.values, strict=True):
+        if belief >= 0.001 and verdict != "unknown":
+            ax.text(value, y, f" confidence {belief:.1%}", va="center", fontsize=7)
+    ax.axvline(1, color="k", linewidth=0.8, linestyle=":")
+    ax.set_xscale("log")
+    ax.set_xlim(start, max(3 * left.max(), 3.0))
+    labels = [str(label).replace("_", " ") for label in part.explanation_label.values]
+    ax.set_yticks(place, [shorten(label, 70, placeholder=" ...") for label in labels])
+    ax.invert_yaxis()
+    ax.set_xlabel("error left (standard deviations); dotted: noise alone")
+    ax.set_title(f"a cause is named alone from {sure:.0%} confidence")
+    picture.legend(loc="outside upper center", ncols=3)
+    return picture
+
+
+def shown_speed(data):
+    """Position of the speed to show: of the held-out ones, if there are any, that with the largest residual before."""
+    size = (data.residual_before**2).mean(("harmonic", "node")).values
+    allowed = data.held_out.values.astype(bool)
+    return int(np.argmax(np.where(allowed, size, -1) if allowed.any() else size))
+
+
+def before_and_after(data):
+    """Measured, base and extended spectra and orbits at one speed, a row a node."""
+    speed, nodes = shown_speed(data), worst_nodes(data, MOST_COMPARED)
+    here = data.isel(speed=speed)
+    harmonics, w = data.harmonic.values, float(data.speed[speed])
+    spectra = {name: as_complex(here[name].transpose("harmonic", "node", "part")) for name in ("base", "extended")}
+    measured = as_complex(here.measured.transpose("harmonic", "node", "part"))
+    std = here.standard_deviation.values
+    floor = 0.3 * min(std.min() if std.min() > 0 else np.inf, np.abs(measured[measured != 0]).min())
+    time = np.linspace(0, 2 * np.pi / w, 400)
+    picture, axes = figure(len(nodes), 2, height=2.5, width=3.6, width_ratios=(2, 1))
+    for row, node in enumerate(nodes):
+        ax, orbit = axes[row]
+        for k, (name, colour) in enumerate((("base", BASE), ("extended", EXTENDED))):
+            size = np.maximum(np.abs(spectra[name][:, node]), floor)
+            ax.bar(harmonics + 0.36 * (k - 0.5), 1e6 * size, 0.34, color=colour, label=f"{name} model")
+        size = np.abs(measured[:, node])
+        reach = 2 * std[:, node]
+        bars = 1e6 * np.array([np.minimum(reach, np.maximum(size - floor, 0)), reach])
+        ax.errorbar(harmonics, 1e6 * size, yerr=bars, fmt="o", color=MEASURED, markersize=3, label="measured ± 2 σ")
+        ax.set_yscale("log")
+        ax.set_ylim(bottom=1e6 * floor)
+        ax.set_ylabel(f"node {data.node.values[node]}: amplitude (µm)")
+        harmonic_axis(ax, harmonics)
+        for values, index, name, line in (
+            (spectra["base"], 1, "base", "--"),
+            (spectra["extended"], 0, "extended", "-"),
+            (measured, 6, "measured", ":"),
+        ):
+            signal = synthesize(np.where(harmonics == 0, 0, values[:, node]), w, harmonics, time)
+            plot_orbit(signal, orbit, index=index, label=name, linestyle=line)
+        if row == 0:
+            seen = "held out of every fit" if data.held_out.values[speed] else "seen by the fits"
+            ax.set_title(f"{w:.4g} rad/s, {seen}")
+            orbit.set_title("orbits, each about its mean")
+            ax.legend(loc="best")
+    return picture
+
+
+def gain(data):
+    """Error before and after by held-out speed and node, in µm and in sigma; by fitted speed if none is held out."""
+    held = data.held_out.values.astype(bool)
+    chosen = data.isel(speed=np.flatnonzero(held)) if held.any() else data
+    picture, axes = figure(1, 2, height=2.6)
+    labels = [f"{w:.4g}, node {node}" for w in chosen.speed.values for node in chosen.node.values]
+    labels = labels if len(labels) <= 24 else [""] * len(labels)
+    measured = as_complex(chosen.measured)
+    for k, (when, name, colour) in enumerate((("before", "base", BASE), ("after", "extended", EXTENDED))):
+        off = np.abs(measured - as_complex(chosen[name]))
+        length = 1e6 * np.sqrt(np.mean(off**2, axis=1)).ravel()
+        sigma = np.sqrt((chosen[f"residual_{when}"] ** 2).mean("harmonic")).values.ravel()
+        place = np.arange(len(length)) + 0.38 * (k - 0.5)
+        for ax, values in zip(axes[0], (length, sigma), strict=True):
+            ax.bar(place, values, 0.36, color=colour, label=f"{name} model")
+    for ax, label in zip(axes[0], ("rms error (µm)", "error (standard deviations)"), strict=True):
+        ax.set_yscale("log")
+        ax.set_ylim(bottom=0.5 * min(bar.get_height() for bar in ax.patches) or None)
+        ax.set_xticks(np.arange(len(labels)), labels, rotation=90)
+        ax.set_ylabel(label)
+        ax.set_xlabel("speed (rad/s), node")
+        ax.set_xlim(-1.5, max(len(labels), 4) - 0.5)
+    axes[0, 1].axhline(1, color="k", linewidth=0.8, linestyle=":")
+    axes[0, 0].legend()
+    axes[0, 0].set_title("speeds no fit has seen" if held.any() else "no speed was held out: speeds that were fitted")
+    axes[0, 1].set_title("1: noise and stated model error alone")
+    return picture

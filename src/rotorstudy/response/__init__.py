@@ -1,0 +1,1 @@
+"""What a model does: steady harmonics, motion in time, static deflection, stability and whirl."""

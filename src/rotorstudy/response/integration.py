@@ -1,0 +1,162 @@
+"""The same model in time: force of a term, and direct integration of the equations of motion."""
+
+import numpy as np
+
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.response.harmonic import check_speed, forced_harmonics, harmonic_response
+from rotorstudy.response.series import rotating_basis
+from rotorstudy.response.stability import state_matrix
+from rotorstudy.response.statics import static_deflection
+
+RELATIVE_TOLERANCE = 1e-10  # of the integrator (DOP853, order 8); the harmonics then agree to about 1e-8
+ABSOLUTE_TOLERANCE = 1e-16  # m and m/s; displacements here are micrometres
+
+
+def force_in_time(entries, speed, time, displacement, velocity=None, acceleration=None, deflection=None):
+    """Force of a table at given motion.
+
+    speed        : rad/s; time : (time,) s
+    displacement : (time, dof) complex coordinates including their static part, m; derivatives alike
+    deflection   : (dof,) static part, for entries that act on it
+    returns      : (time, row) complex, N
+    raises       : RotorstudyError for an effect that exists in frequency only
+    """
+    motion = (displacement, velocity, acceleration)
+    total = 0
+    for entry in entries:
+        if entry.frequency_only:
+            raise RotorstudyError("an effect of this model exists in frequency only; it has no force in time")
+        turning = (np.exp(1j * entry.shift * speed * time) * entry.gain_at(speed, 0))[:, None]
+        if entry.on == "one":
+            total = total + turning * entry.matrix
+        elif not entry.reads_motion:
+            still = deflection if entry.on == "static" else np.conj(deflection)
+            total = total + turning * (np.asarray(entry.matrix) @ still)
+        else:
+            source = motion[entry.order] if entry.on == "z" else motion[entry.order].conj()
+            total = total + turning * (source @ np.asarray(entry.matrix).T)
+    return total
+
+
+def time_response(
+    model,
+    speed,
+    time,
+    theta=None,
+    *,
+    start=None,
+    relative_tolerance=RELATIVE_TOLERANCE,
+    absolute_tolerance=ABSOLUTE_TOLERANCE,
+):
+    """Integrate the equations of motion from rest at the static deflection, or from `start`.
+
+    speed   : rad/s
+    time    : (time,) s, increasing; integration starts at time 0 with the transient, samples are given at `time`
+    start   : (displacement (dof,), velocity (dof,)) at time 0
+    returns : (time, dof) complex displacement from the static deflection, m (rad for tilts)
+    raises  : RotorstudyError for an effect without a form in time, or if the integration fails
+    """
+    from scipy.integrate import solve_ivp
+
+    speed = check_speed(speed)[0]
+    theta = np.asarray(model.theta if theta is None else theta, float)
+    structure, dof = model.structure, len(model.structure.dofs)
+    if model.held_deflection is not None:
+        raise RotorstudyError("a static deflection that is held cannot be integrated in time: it is no equilibrium")
+    reference = np.broadcast_to(static_deflection(model, [speed], theta).value, (1, dof))[0]
+    constant, stiffness, damping, mass = _time_matrices(model, theta, speed, reference)
+    inverse_mass = np.linalg.inv(structure.mass + mass)
+    shifts = np.array(sorted({*constant, *stiffness["z"], *stiffness["conj"], *damping["z"], *damping["conj"], 0}))
+    table = {
+        name: np.array([part.get(s, np.zeros((dof, dof))) for s in shifts], complex)
+        for name, part in (
+            ("kz", stiffness["z"]),
+            ("kc", stiffness["conj"]),
+            ("cz", damping["z"]),
+            ("cc", damping["conj"]),
+        )
+    }
+    still = int(np.flatnonzero(shifts == 0)[0])
+    table["kz"][still] -= structure.stiffness
+    table["cz"][still] += 1j * speed * structure.gyroscopic
+    force = np.array([constant.get(s, np.zeros(dof)) for s in shifts], complex)
+    force[still] += structure.static_load
+    table = {name: inverse_mass @ value for name, value in table.items() if np.any(value)}
+    force = force @ inverse_mass.T
+
+    def derivative(t, state):
+        turning = np.exp(1j * shifts * speed * t)
+        position, velocity = state[:dof] + reference, state[dof:]
+        acceleration = turning @ force
+        for name, vector in (("kz", position), ("kc", position.conj()), ("cz", velocity), ("cc", velocity.conj())):
+            if name in table:
+                acceleration = acceleration + np.tensordot(turning, table[name], 1) @ vector
+        for p, local in model.local_forces:
+            seen = [(local.matrix @ vector)[None] for vector in (position, velocity, reference)]
+            acceleration = acceleration + theta[p] * inverse_mass @ (local.at(*seen)[0] @ local.matrix)
+        return np.concatenate([velocity, acceleration])
+
+    initial = np.zeros(2 * dof, complex) if start is None else np.concatenate(start).astype(complex)
+    solution = solve_ivp(
+        derivative,
+        (0.0, float(time[-1])),
+        initial,
+        method="DOP853",
+        t_eval=time,
+        rtol=relative_tolerance,
+        atol=absolute_tolerance,
+        max_step=2 * np.pi / speed / 8,
+    )
+    if not solution.success:
+        raise RotorstudyError(f"time integration at {speed:g} rad/s failed: {solution.message}")
+    return solution.y[:dof].T
+
+
+def transient_response(model, speed, time, theta=None, *, start=None):
+    """Exact motion of a time-invariant model from rest at the static deflection, or from `start`.
+
+    Steady state plus the whirl modes that the start sets going; no integration error, and late times cost nothing.
+
+    speed   : rad/s
+    time    : (time,) s after the start, in any order
+    start   : (displacement (dof,), velocity (dof,)) at time 0
+    returns : (time, dof) complex displacement from the static deflection, m (rad for tilts)
+    raises  : RotorstudyError if the model varies in time at speed (use `time_response`)
+    """
+    speed = float(check_speed(speed)[0])
+    harmonics, dof = forced_harmonics(model), len(model.structure.dofs)
+    values, modes = np.linalg.eig(state_matrix(model, [speed], theta)[0])
+    amplitude = harmonic_response(model, [speed], harmonics, theta)[0]  # (harmonic, dof)
+    displacement, velocity = np.zeros((2, dof), complex) if start is None else start
+    displacement = displacement - amplitude.sum(axis=0)
+    velocity = velocity - (1j * speed * harmonics) @ amplitude
+    if len(values) == 4 * dof:  # with entries on conj(z)
+        displacement, velocity = (np.concatenate([part, part.conj()]) for part in (displacement, velocity))
+    share = np.linalg.solve(modes, np.concatenate([displacement, velocity]))
+    steady = rotating_basis(time, speed, harmonics).T @ amplitude
+    return steady + np.exp(np.multiply.outer(time, values)) @ (share[:, None] * modes[:dof].T)
+
+
+def _time_matrices(model, theta, speed, deflection):
+    """Sums of the tables by shift: constant force, stiffness and damping on z and conj(z), and added mass."""
+    constant, mass = {}, 0
+    stiffness, damping = {"z": {}, "conj": {}}, {"z": {}, "conj": {}}
+    for value, unknown in zip(theta, model.rotor_unknowns, strict=False):
+        for entry in unknown.entries:
+            if entry.frequency_only:
+                raise RotorstudyError(f"{unknown.name!r} exists in frequency only; it cannot be integrated in time")
+            amount = value * entry.gain_at(speed, 0) * np.asarray(entry.matrix)
+            if entry.on.startswith("static"):
+                target = constant
+                amount = amount @ (deflection if entry.on == "static" else np.conj(deflection))
+            elif entry.on == "one":
+                target = constant
+            elif entry.order < 2:
+                target = (stiffness, damping)[entry.order][entry.on]
+            elif entry.on == "z" and entry.shift == 0:
+                mass = mass - amount
+                continue
+            else:
+                raise RotorstudyError(f"{unknown.name!r} has an inertia that turns; it cannot be integrated in time")
+            target[entry.shift] = target.get(entry.shift, 0) + amount
+    return constant, stiffness, damping, mass

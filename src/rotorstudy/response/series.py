@@ -1,0 +1,17 @@
+"""Signals from harmonics."""
+
+import numpy as np
+
+
+def rotating_basis(time, speed, harmonics):
+    """(harmonic, time) e^{jnwt}, by repeated multiplication of one exponential."""
+    first = np.exp(1j * speed * time)
+    powers = {0: np.ones_like(first), 1: first}
+    for n in range(2, max(abs(int(h)) for h in harmonics) + 1):
+        powers[n] = powers[n - 1] * first
+    return np.array([powers[int(n)] if n >= 0 else powers[-int(n)].conj() for n in harmonics])
+
+
+def synthesize(amplitude, speed, harmonics, time):
+    """(..., time) complex signal with given harmonics (..., harmonic)."""
+    return np.asarray(amplitude) @ rotating_basis(time, speed, harmonics)

@@ -1,0 +1,106 @@
+"""Eigenvalues of the rotor at speed, and the speed above which internal damping makes it unstable."""
+
+import numpy as np
+
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.response.harmonic import check_speed
+
+ROUND_OFF = 1e-12  # of the largest eigenvalue: real part that round-off may give a mode without damping
+
+
+def state_matrix(model, speed, theta=None):
+    """Matrix A of the time-invariant model, d/dt (q, q') = A (q, q').
+
+    speed   : (speed,) rad/s
+    returns : (speed, state, state) complex; with entries on conj(z) q stands for q and conj(q), one above the other
+    raises  : RotorstudyError if the model has terms that vary in time at speed (an open or breathing crack)
+    """
+    speed = check_speed(speed)
+    theta = np.asarray(model.theta if theta is None else theta, float)
+    structure, dof = model.structure, len(model.structure.dofs)
+    shape = (len(speed), dof, dof)
+    on_z = {order: np.zeros(shape, complex) for order in range(3)}
+    on_conj = {order: np.zeros(shape, complex) for order in range(3)}
+    on_z[0] += structure.stiffness
+    on_z[1] -= 1j * speed[:, None, None] * structure.gyroscopic
+    on_z[2] += structure.mass
+    for value, unknown in zip(theta, model.rotor_unknowns, strict=False):
+        if unknown.force:
+            raise RotorstudyError(f"{unknown.name!r} is not linear; the model has no eigenvalues")
+        for entry in (e for e in unknown.entries if e.reads_motion):
+            if entry.shift or entry.frequency_only:
+                raise RotorstudyError(
+                    f"{unknown.name!r} makes the model vary in time or with frequency; it has no eigenvalues"
+                )
+            target = on_z if entry.on == "z" else on_conj
+            target[entry.order] -= value * entry.gain_at(speed, 0)[:, None, None] * entry.matrix
+    if any(np.any(part) for part in on_conj.values()):
+        k, c, m = (
+            np.concatenate(
+                [
+                    np.concatenate([on_z[order], on_conj[order]], axis=-1),
+                    np.concatenate([on_conj[order].conj(), on_z[order].conj()], axis=-1),
+                ],
+                axis=-2,
+            )
+            for order in range(3)
+        )
+    else:
+        k, c, m = on_z[0], on_z[1], on_z[2]
+    identity = np.broadcast_to(np.eye(k.shape[-1]), k.shape)
+    lower = np.concatenate([-np.linalg.solve(m, k), -np.linalg.solve(m, c)], axis=-1)
+    return np.concatenate([np.concatenate([np.zeros_like(k), identity], axis=-1), lower], axis=-2)
+
+
+def eigenvalues(model, speed, theta=None):
+    """Eigenvalues of the time-invariant model.
+
+    speed   : (speed,) rad/s
+    returns : (speed, mode) complex, 1/s, sorted by imaginary part; positive imaginary part is forward whirl.
+              With entries on conj(z) both mirror images of each mode appear.
+    raises  : as `state_matrix`
+    """
+    values = np.linalg.eigvals(state_matrix(model, speed, theta))
+    return np.take_along_axis(values, np.argsort(values.imag, axis=-1), axis=-1)
+
+
+def growth_rate(model, speed, theta=None):
+    """(speed,) 1/s, largest real part of the eigenvalues above what round-off gives; unstable if > 0."""
+    values = eigenvalues(model, speed, theta)
+    return values.real.max(axis=-1) - ROUND_OFF * np.abs(values).max(axis=-1)
+
+
+def stability_threshold(model, up_to, theta=None, *, lowest=None):
+    """Lowest speed in rad/s at which a whirl mode stops decaying, or None if there is none up to `up_to`.
+
+    lowest : rad/s where the search starts, a millionth of `up_to` by default; bearings tabulated over speed, or whose
+             journal does not float at a crawl, need it higher
+
+    For the Jeffcott rotor with viscous dampings this is w_n (1 + c_E / c_H) (Gasch, Nordmann, Pfuetzner, Rotordynamik).
+    """
+    from scipy.optimize import brentq
+
+    lowest = 1e-6 * up_to if lowest is None else lowest
+    if not 0 < lowest < up_to:
+        raise RotorstudyError(f"stability search from {lowest:g} to {up_to:g} rad/s: give 0 < lowest < up_to")
+    speeds = np.geomspace(lowest, up_to, 400)
+    unstable = growth_rate(model, speeds, theta) > 0
+    if not unstable.any():
+        return None
+    first = int(np.argmax(unstable))
+    if first == 0:
+        return float(speeds[0])
+    return float(brentq(lambda w: growth_rate(model, [w], theta)[0], speeds[first - 1], speeds[first], xtol=1e-9))
+
+
+def check_stable(model, speeds):
+    """Raise if a whirl mode grows at a speed: there is no steady state then. Time-varying models are not judged."""
+    varies = any(e.reads_motion and (e.shift or e.frequency_only) for u in model.rotor_unknowns for e in u.entries)
+    if varies or model.local_forces:
+        return
+    unstable = growth_rate(model, speeds) > 0
+    if unstable.any():
+        raise RotorstudyError(
+            f"no steady state at {np.asarray(speeds)[unstable][0]:g} rad/s: internal damping or cross-coupled bearings "
+            "make the rotor unstable there; stay below the stability threshold, or add external damping"
+        )

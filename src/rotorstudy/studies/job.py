@@ -1,0 +1,64 @@
+"""What every workflow script is wrapped in: its log file, errors in one line, and what its result depends on."""
+
+import ast
+import sys
+import traceback
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from pathlib import Path
+
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.model.registry import blamed
+
+
+@contextmanager
+def job(snakemake):
+    """Send what a script prints to the rule's log; a mistake of the user ends the job with one line."""
+    path = Path(snakemake.log[0])
+    path.parent.mkdir(parents=True, exist_ok=True)
+    screen = sys.stderr
+    with path.open("w") as log, redirect_stdout(log), redirect_stderr(log):
+        try:
+            yield
+        except Exception as error:
+            message = error if isinstance(error, RotorstudyError) else blamed(error)
+            if not message:
+                raise
+            if not isinstance(error, RotorstudyError):
+                traceback.print_exc(file=log)
+            print(f"error: {message}", file=log)
+            print(f"error: {message}", file=screen)
+            sys.exit(1)
+
+
+def imported_files(script):
+    """Files of this package a script imports, directly or through others (also inside functions); itself not included.
+
+    Snakemake sees a change of a script but not of the modules behind it; a rule that lists these as input does.
+    """
+    home = Path(__file__).parents[1]
+    seen, waiting = set(), [Path(script)]
+    while waiting:
+        tree = ast.parse(waiting.pop().read_text())
+        for node in ast.walk(tree):
+            modules = []
+            if isinstance(node, ast.ImportFrom) and node.module:
+                modules = [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
+            elif isinstance(node, ast.Import):
+                modules = [alias.name for alias in node.names]
+            for module in modules:
+                parts = module.split(".")
+                if parts[0] != "rotorstudy":
+                    continue
+                base = home.joinpath(*parts[1:])
+                for file in (base.with_suffix(".py"), base / "__init__.py"):
+                    if file.is_file() and file not in seen:
+                        seen.add(file)
+                        waiting.append(file)
+    return sorted(str(file) for file in seen)
+
+
+def plugin_files(rigs, plugins=()):
+    """Files of the plugins that rigs name, and of further ones."""
+    from rotorstudy.model.rig import named_plugins
+
+    return sorted({plugin.file for plugin in [*plugins, *(p for rig in rigs for p in named_plugins(rig))]})

@@ -1,0 +1,231 @@
+"""Evidence for the misprints and wrong signs of the thesis: what changes if the printed form is used.
+
+Every function returns numbers by name; the errata page quotes them as {name}.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from rotorstudy.inference.identification import Problem, cramer_rao_bound, solve_linear
+from rotorstudy.inference.regression import regression
+from rotorstudy.measurement.noise import noise_std
+from rotorstudy.measurement.spectrum import independent_covariance
+from rotorstudy.model.model import Model
+from rotorstudy.model.rig import build_model
+from rotorstudy.response.harmonic import forced_harmonics, measured_response
+from rotorstudy.response.stability import eigenvalues
+from rotorstudy.response.whirl import critical_speeds, time_invariant
+from rotorstudy.store import as_complex
+from rotorstudy.studies.config import clean_spectrum
+from rotorstudy.thesis.replay import printed_values, remove_slow_roll, replay_problem, rounding_draws
+from rotorstudy.thesis.scoreboard import published
+
+DAMPINGS = ("internal_damping", "external_damping")
+GRAVITY = 9.81  # m/s^2, as in the thesis
+HARMONICS = (0, 1, 2, 3, 5, 7, -1, -3, -5)  # in the order in which the thesis writes its equations
+
+
+def agreeing(model, speeds, printed, theta=None):
+    """How many printed amplitudes and phases the steady harmonics of a model give to the last digit.
+
+    speeds : case as printed -> rad/s;  printed : rows of `published`
+    """
+    response = measured_response(model, list(speeds.values()), HARMONICS, theta)[..., 0]
+    found = dict(zip(speeds, response, strict=True))
+    count = 0
+    for row in printed.itertuples():
+        value = found[row.case][HARMONICS.index(int(row.item))]
+        if row.quantity == "amplitude":
+            distance = abs(value) - row.published
+        else:
+            distance = np.angle(value * np.exp(-1j * row.published))
+        count += int(abs(distance) <= row.last_digit * (1 + 1e-6))
+    return count
+
+
+def estimates_with_misprint(problem, real_from=None, imag_from=None, swap_imag=False):
+    """Least squares with the column of internal damping as the thesis prints it, (parameter,).
+
+    real_from, imag_from : harmonic of a real (imaginary) row -> harmonic whose R is printed there instead
+    swap_imag            : R_Im printed in the imaginary rows where R_Re is meant
+    """
+    equations, spectrum = regression(problem.model, problem.spectrum, problem.names), problem.spectrum
+    displacement = {int(n): spectrum.amplitude[:, h, 0] for h, n in enumerate(spectrum.harmonics)}
+    resting = problem.model.structure.static_deflection[problem.model.measured[0]].real
+    columns, position = equations.columns.copy(), problem.names.index("internal_damping")
+    for row, n in enumerate(sorted(displacement)):  # equations come by harmonic
+        real, imag = (displacement.get(f.get(n, n), 0 * spectrum.speed) for f in (real_from or {}, imag_from or {}))
+        static = resting if n == 0 else 0.0
+        shown = (imag.imag if swap_imag else imag.real) + static
+        columns[:, row, position] = (n - 1) * spectrum.speed * (real.imag - 1j * shown)
+    return solve_linear(*replace(equations, columns=columns).real_system(), problem.names)
+
+
+ROW_ABOVE = {2: 1, 3: 2, 5: 3, 7: 5}  # Eq. (4.36), real rows
+ALL_ROWS = {**ROW_ABOVE, -1: -3, -3: -5, -5: -7}  # Eq. (5.1), real and imaginary rows
+
+
+def _case_problem(config, rig, case):
+    model = config.rig(rig)
+    return Problem(model, clean_spectrum(config, model, config.cases[case].speeds), tuple(config.unknowns))
+
+
+def _negated(config, rig, start):
+    """(parameter,) the amplitudes of a rig, those whose name starts so with reversed sign."""
+    model = config.rig(rig)
+    return np.where([name.startswith(start) for name in model.names], -1, 1) * model.theta
+
+
+def chapter_2(config, folder):
+    """Sign of the crack force, terms of the series that were left out, Eq. (2.32)."""
+    printed = published(folder, ["2.2", "2.3", "2.5"])
+    spectra = printed[printed.method == "regression"]
+    thesis, speeds = config.rig("thesis"), {"88 rad/s": 88.0}
+    right = _negated(config, "thesis", "stiffness_loss")
+    first = np.abs(measured_response(thesis, [88.0], [1], np.stack([thesis.theta, right]))[:, 0, 0, 0])
+    physical = measured_response(config.rig("physical"), [88.0], HARMONICS)[0, :, 0]
+    cut = measured_response(thesis, [88.0], HARMONICS, right)[0, :, 0]
+    forced = forced_harmonics(config.rig("physical"))
+    every = np.abs(measured_response(config.rig("physical"), [88.0], forced)[0, :, 0])
+    case = "Combined speed from 50 to 199 with increment +1"
+    problem = _case_problem(config, "physical", case)
+    wrong = estimates_with_misprint(problem, swap_imag=True)
+    copied = printed[(printed.case == f"{case}, with phase compensation") & (printed.noise_percent == 2)]
+    copied = copied.set_index("item").published
+    return {
+        "crack_sign_values": len(spectra),
+        "crack_sign_reversed": agreeing(thesis, speeds, spectra),
+        "crack_sign_right": agreeing(thesis, speeds, spectra, right),
+        "first_reversed_um": first[0] * 1e6,
+        "first_right_um": first[1] * 1e6,
+        "eq_2_32_c_H": wrong[problem.names.index("internal_damping")],
+        "eq_2_32_c_E": wrong[problem.names.index("external_damping")],
+        "printed_digits_percent": np.max(np.abs(cut - physical) / np.abs(physical)) * 100,
+        "left_out_um": every[~np.isin(forced, HARMONICS)].max() * 1e6,
+        "left_out_harmonic": int(forced[~np.isin(forced, HARMONICS)][every[~np.isin(forced, HARMONICS)].argmax()]),
+        "row_2_5_e": copied["e"] * 1e6,
+        "row_2_5_dk": copied["dk_xi"] / 1e5,
+    }
+
+
+def chapter_3(replay, folder):
+    """The mean of the slow roll, and what section 3.7 says of the mean at 17 Hz."""
+    data_set = replay.data_sets.index("fft")
+    zero = replay.harmonics.index(0)
+    remaining = {}
+    for corrected in (False, True):
+        values = {q: v[data_set] for q, (v, _) in printed_values(replay, folder, corrected=corrected).items()}
+        plain = values["amplitude"] * np.exp(1j * values["phase"])
+        remaining[corrected] = np.abs(remove_slow_roll(replay, plain)[list(replay.cases).index("17 Hz"), zero])
+    drawn = np.abs(remove_slow_roll(replay, rounding_draws(replay, folder, "fft")))[:, 1, zero]
+    return {
+        "mean_17_printed_um": remaining[False] * 1e6,
+        "mean_17_used_um": remaining[True] * 1e6,
+        "mean_17_highest_um": drawn.max() * 1e6,
+    }
+
+
+def chapter_4(config, folder, spectra, dominance, noisy):
+    """Gyroscopic sign, Eq. (4.36), the natural frequency, the headings of Table 4.7, the condensation.
+
+    spectra, noisy : of the thesis's rig, noisy its Monte Carlo;  dominance : of the study
+    """
+    printed = published(folder, ["4.2", "4.3", "4.4", "4.5", "4.7"])
+    whole = printed[(printed.method == "regression") & printed.case.str.endswith(", complete cycles")]
+    whole = whole[whole.quantity != "reference phase"]
+    speeds = dict(zip(("20 Hz, complete cycles", "50 Hz, complete cycles"), config.shown_speeds_rad_s, strict=True))
+    thesis = config.rig("thesis")
+    turned = {**config.rigs["thesis"], "rotor": {**config.rigs["thesis"]["rotor"], "gyroscopic_sign": 1}}
+    right = build_model(turned, "the thesis's rig with the right gyroscopic sign")
+    responses = [np.abs(measured_response(m, list(speeds.values()), HARMONICS)[..., 0]) for m in (thesis, right)]
+    critical = [
+        critical_speeds(time_invariant(m).without(DAMPINGS), 2 * np.pi * 500, 1) / (2 * np.pi) for m in (thesis, right)
+    ]
+    structure = right.structure
+    coupled = np.abs(eigenvalues(Model(structure), [1e-3]).imag).min()
+    headings = printed[printed.case == "50 Hz, incomplete cycles"]
+    headings = headings[headings.quantity == "reference phase"]
+    marks = spectra.reference_phase.sel(record="incomplete cycles").sel(
+        speed=config.shown_speeds_rad_s[1], method="nearest"
+    )
+
+    def meets(columns):
+        found = 0
+        for row in headings.itertuples():
+            value = float(marks.sel(spectrum_method=columns[row.method], harmonic=int(row.item)))
+            found += abs(np.angle(np.exp(1j * (value - row.published)))) <= row.last_digit * (1 + 1e-6)
+        return found
+
+    case = next(iter(config.cases))
+    problem = _case_problem(config, "physical", case)
+    exact = solve_linear(*problem.equations(), problem.names)
+    true = problem.model.theta[problem.model.position(problem.names)]
+    wrong = estimates_with_misprint(problem, real_from=ROW_ABOVE)
+    thesis_problem = _case_problem(config, "thesis", case)
+    std = noise_std(thesis_problem.spectrum, 0.01, "white in time", config.record.samples)
+    weighted = replace(thesis_problem.spectrum, covariance=independent_covariance(std**2))
+    covariance = cramer_rao_bound(
+        replace(thesis_problem, spectrum=weighted),
+        thesis_problem.model.theta[thesis_problem.model.position(thesis_problem.names)],
+    )
+    pair = [thesis_problem.names.index(f"stiffness_loss_{k}") for k in ("22", "44")]
+    tilt = float(noisy.true.sel(parameter="stiffness_loss_44"))
+    scatter = noisy.estimate.sel(
+        record="complete cycles", noise_model="white in time", noise=1, estimator="least_squares"
+    ).sel(parameter="stiffness_loss_44")
+    errors = dominance.error.isel(case=0).sel(parameter="stiffness_loss_22")
+    dominant, full = np.abs(as_complex(dominance.displacement.sel(crack_scale=1.0).isel(speed=0)))
+    growth = (full / dominant - 1)[dominant > 1e-6] * 100  # harmonics above 1 um
+    return {
+        "gyroscopic_values": len(whole),
+        "gyroscopic_reversed": agreeing(thesis, speeds, whole),
+        "gyroscopic_right": agreeing(right, speeds, whole),
+        "gyroscopic_change_percent": np.max(np.abs(responses[0] / responses[1] - 1)) * 100,
+        "critical_reversed_Hz": ", ".join(f"{f:.1f}" for f in critical[0]),
+        "critical_right_Hz": ", ".join(f"{f:.1f}" for f in critical[1]),
+        "uncoupled_Hz": np.sqrt(structure.stiffness[0, 0] / structure.mass[0, 0]) / (2 * np.pi),
+        "coupled_Hz": coupled / (2 * np.pi),
+        "headings_values": len(headings),
+        "headings_printed": meets({"regression": "regression", "fft": "fft_multiples"}),
+        "headings_swapped": meets({"regression": "fft_multiples", "fft": "regression"}),
+        "eq_4_36_c_H": wrong[problem.names.index("internal_damping")],
+        "eq_4_36_c_E": wrong[problem.names.index("external_damping")],
+        "condensation_error": np.max(np.abs(exact / true - 1)),
+        "dk_correlation": covariance[*pair] / np.sqrt(covariance[pair[0], pair[0]] * covariance[pair[1], pair[1]]),
+        "dk_44_bound_percent": np.sqrt(covariance[pair[1], pair[1]]) / tilt * 100,
+        "dk_44_scatter_percent": float(scatter.std()) / tilt * 100,
+        "samples": config.record.samples,
+        "small_crack_percent": float(dominance.crack_scale[0]) * 30,
+        "small_crack_error_percent": float(errors[0]) * 100,
+        "vibration_least_um": np.abs(responses[1]).max(axis=1).min() * 1e6,
+        "vibration_most_um": np.abs(responses[1]).max() * 1e6,
+        "deflection_um": structure.static_deflection[0].real * 1e6,
+        "full_crack_least_percent": growth.min(),
+        "full_crack_most_percent": growth.max(),
+    }
+
+
+def chapter_5(replay, spectra, identification):
+    """The mass behind Table 5.1, and Eq. (5.1)."""
+    structure = replay.model.structure
+    stiffness = 1 / np.linalg.inv(structure.stiffness)[0, 0]
+    mass = replay.thesis_deflection_m * stiffness / GRAVITY
+    compensated = as_complex(spectra.compensated.sel(version="corrected", data_set="fft", spectrum_method="regression"))
+    draws = np.stack([compensated, compensated * (1 + 1e-6)])
+    problem = replay_problem(replay, replay.groups[replay.all_speeds], compensated, draws)
+    wrong = estimates_with_misprint(problem, real_from=ALL_ROWS, imag_from=ALL_ROWS)
+    ours = identification.estimate.sel(estimator="least_squares", data_set="fft", group=replay.all_speeds)
+    static = structure.static_deflection.real
+    return {
+        "deflection_of_1_87_um": static[0] * 1e6,
+        "tilt_of_1_87_urad": static[1] * 1e6,
+        "mass_of_deflection_kg": mass,
+        "moment_ratio": structure.gyroscopic[1, 1] / structure.mass[1, 1],
+        "frequency_of_1_87_Hz": np.sqrt(stiffness / structure.mass[0, 0]) / (2 * np.pi),
+        "frequency_of_that_mass_Hz": np.sqrt(stiffness / mass) / (2 * np.pi),
+        "eq_5_1_c_H": wrong[problem.names.index("internal_damping")],
+        "eq_5_1_c_E": wrong[problem.names.index("external_damping")],
+        "right_5_c_H": float(ours.sel(parameter="internal_damping")),
+        "right_5_c_E": float(ours.sel(parameter="external_damping")),
+    }
