@@ -52,7 +52,7 @@ def test_fft_leaks_on_an_incomplete_turn_and_regression_does_not():
     size = np.ones(len(HARMONICS)) + 0j
     record = Record(time, synthesize(size, SPEED, HARMONICS, time)[None], SPEED, (1,))
     found = {
-        method.name: full_spectrum([record], HARMONICS, method, "none", whole_turns=False).amplitude[0, :, 0]
+        method.name: full_spectrum([record], HARMONICS, method, "none", whole_revolutions=False).amplitude[0, :, 0]
         for method in METHODS
         if not method.uses_marks
     }
@@ -65,7 +65,7 @@ def test_whole_turns_keep_unlisted_harmonics_out():
     every = [*HARMONICS, 9, -7]
     record = Record(time, synthesize(np.ones(len(every)), SPEED, every, time)[None], SPEED, (1,))
     method = registry().get("spectrum", "regression")
-    as_it_is = full_spectrum([record], HARMONICS, method, "none", whole_turns=False).amplitude[0, :, 0]
+    as_it_is = full_spectrum([record], HARMONICS, method, "none", whole_revolutions=False).amplitude[0, :, 0]
     cut = full_spectrum([record], HARMONICS, method, "none").amplitude[0, :, 0]
     assert np.abs(as_it_is - 1).max() > 1e-3
     assert cut == pytest.approx(np.ones(len(HARMONICS)), rel=1e-9)

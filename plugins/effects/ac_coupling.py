@@ -26,7 +26,7 @@ def rotorstudy_effect():
         fixed=True,
         shape={"corner_rad_per_s": (0.05, 60.0)},
         checked="0X gone to 1e-12, -3 dB and 45 degrees of lead at the corner",
-        twins=(
+        confounders=(
             ("sensor_gap", "AC coupling takes the whole mean of every sensor away, whatever it was"),
             ("delay", "a high pass leads most at low speeds and loses 0X, a delay lags most at high speeds"),
         ),

@@ -45,7 +45,7 @@ def rotorstudy_effect():
         added_mass,
         source="Newton; plane y for thesis Tables 6.2 to 6.7",
         checked="response equal to that of a rotor built with M + m to 1e-11; thesis Tables 6.2 to 6.7 with plane y",
-        twins=(
+        confounders=(
             ("stiffness_error", "stiffness shows below the critical speed and at 0X, mass above it"),
             (
                 "speed_error",

@@ -30,7 +30,7 @@ def rotorstudy_effect():
         source="harmonics as in Sekhar and Prabhu 1995, J. Sound Vib. 185; Xu and Marangoni 1994, J. Sound Vib. 176",
         places=tilting_nodes,
         checked="equal to two opposite parallel forces l apart with moment F l to 5e-3",
-        twins=(
+        confounders=(
             (
                 "couple_unbalance",
                 "a couple grows with the square of the speed; a coupling's moment does not, and has 2X",

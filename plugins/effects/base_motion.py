@@ -26,7 +26,7 @@ def rotorstudy_effect():
         source="Newton, in a frame that accelerates; Genta 2005, Dynamics of Rotating Systems",
         places=usual_harmonics,
         checked="motion solved in the frame at rest to 1e-9",
-        twins=(
+        confounders=(
             (
                 "unbalance",
                 "base motion shakes all masses alike; equal on a rotor of one mass: measure the base",

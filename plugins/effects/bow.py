@@ -33,7 +33,7 @@ def rotorstudy_effect():
         source="Nicholas, Gunter, Allaire 1976",
         places=between_the_ends,
         checked="whirl b / |1 - eta^2| of a Jeffcott rotor to 1e-12",
-        twins=(
+        confounders=(
             (
                 "unbalance",
                 "an unbalance grows with the square of the speed and vanishes at slow roll, where the bow stays",

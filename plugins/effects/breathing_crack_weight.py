@@ -25,7 +25,7 @@ def rotorstudy_effect():
         places=where_it_cracks,
         positive=True,
         checked="force in time is sigma dk u_x along the crack to 1e-12, with and without tilt",
-        twins=(
+        confounders=(
             ("shaft_asymmetry", "an open asymmetry has 2X from gravity alone; a crack that breathes has 1X and 3X too"),
             (
                 "breathing_crack",

@@ -24,7 +24,7 @@ def rotorstudy_effect():
         source="Genta 2005, Dynamics of Rotating Systems; ISO 1940-1",
         places=tilting_nodes,
         checked="equal to two opposite unbalances l apart with moment m e l to 5e-3",
-        twins=(
+        confounders=(
             ("unbalance", "a couple tilts: two measuring planes, or the mode of the critical speed, tell them apart"),
             (
                 "angular_misalignment",

@@ -40,7 +40,7 @@ def rotorstudy_effect():
         source="thesis Eqs. (2.19), (2.20), (3.2)",
         candidate=False,
         checked="with the factors of a crack that crack to 1e-12",
-        twins=(
+        confounders=(
             ("breathing_crack_weight", "a crack has one stiffness loss for all harmonics, free forces have one each"),
         ),
     )

@@ -20,7 +20,7 @@ def rotorstudy_effect():
         source="Alford 1965; Childs 1993, Turbomachinery Rotordynamics",
         positive=True,
         checked="unstable from k = c w_n on a Jeffcott rotor: growth rate crosses zero there to 1e-6 of k",
-        twins=(
+        confounders=(
             (
                 "internal_damping",
                 "cross-coupling does not grow with speed, and acts at +1X where internal damping is silent",

@@ -1,6 +1,6 @@
 import numpy as np
 
-from rotorstudy.plugins import Effect, LocalForce, Parameter, hookimpl
+from rotorstudy.plugins import Effect, NonlinearForce, Parameter, hookimpl
 
 
 def cubic_stiffness(structure, node: int | None = None):
@@ -10,7 +10,7 @@ def cubic_stiffness(structure, node: int | None = None):
     def stiffening(displacement, velocity, deflection):
         return -(np.abs(displacement) ** 2) * displacement
 
-    return [Parameter("cubic_stiffness", "N/m3", (), typical=1e13, force=LocalForce(here, stiffening))]
+    return [Parameter("cubic_stiffness", "N/m3", (), typical=1e13, force=NonlinearForce(here, stiffening))]
 
 
 @hookimpl
@@ -21,7 +21,7 @@ def rotorstudy_effect():
         source="Duffing 1918; Yamamoto and Ishida 2001, Linear and Nonlinear Rotordynamics",
         positive=True,
         checked="circular whirl without weight: k r^2 of stiffness to 1e-10; weight gives 2X; in time to 1e-6",
-        twins=(
+        confounders=(
             ("support_stiffness", "cubic stiffness grows with the motion: change the unbalance"),
             ("rub", "a rub starts at its clearance and has friction; cubic stiffness is always there"),
             ("looseness", "looseness softens and pulls one way, cubic stiffness stiffens all ways"),

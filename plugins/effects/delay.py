@@ -27,7 +27,7 @@ def rotorstudy_effect():
         places=all_or_one,
         positive=True,
         checked="z(t - tau) at w tau = 1e-4, in time, to 1e-7",
-        twins=(
+        confounders=(
             ("external_damping", "a delay turns the harmonics far from resonance too, where damping does little"),
             (
                 "phase_reference",

@@ -17,7 +17,7 @@ def rotorstudy_effect():
         source="thesis Eq. (2.7)",
         positive=True,
         checked="-c dz/dt in time to 1e-12",
-        twins=(
+        confounders=(
             (
                 "internal_damping",
                 "internal damping is silent at +1X and gives a static side force at 0X",

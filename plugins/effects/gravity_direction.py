@@ -22,7 +22,7 @@ def rotorstudy_effect():
         source="Newton",
         places=where_it_weighs,
         checked="0X of a Jeffcott rotor is j alpha m g / k to 1e-12",
-        twins=(
+        confounders=(
             (
                 "static_preload",
                 "equal on a rotor of one coordinate; a turned gravity pulls every mass, a preload one node",

@@ -20,7 +20,7 @@ def rotorstudy_effect():
         source="Green 1948; a polar moment is wrong, or its sign: then the error is -2",
         places=whole_rotor,
         checked="response equal to that of a rotor built with (1 + epsilon) G to 1e-11",
-        twins=(
+        confounders=(
             ("added_mass", "gyroscopic moments change sign between forward and backward harmonics, inertia does not"),
             ("speed_error", "a wrong speed moves the modes without tilt too"),
         ),

@@ -19,7 +19,7 @@ def rotorstudy_effect():
         source="Tondl 1965; thesis Eq. (2.7)",
         positive=True,
         checked="-c (dz/dt - j w z) in time to 1e-12; onset at w_n (1 + c_e / c_i) in tests/physics/test_stability.py",
-        twins=(
+        confounders=(
             (
                 "external_damping",
                 "internal damping is silent at +1X and gives a static side force at 0X",

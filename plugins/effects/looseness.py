@@ -1,6 +1,6 @@
 import numpy as np
 
-from rotorstudy.plugins import Effect, LocalForce, NonNegative, Parameter, hookimpl
+from rotorstudy.plugins import Effect, NonlinearForce, NonNegative, Parameter, hookimpl
 
 
 def looseness(structure, node: int | None = None, lift_m: NonNegative = 5e-6):
@@ -13,7 +13,7 @@ def looseness(structure, node: int | None = None, lift_m: NonNegative = 5e-6):
     def lifted(displacement, velocity, deflection):
         return -np.maximum(-(displacement - deflection).real - lift_m, 0) + 0j
 
-    return [Parameter("stiffness_lost_in_lift", "N/m", (), typical=1e5, force=LocalForce(here, lifted))]
+    return [Parameter("stiffness_lost_in_lift", "N/m", (), typical=1e5, force=NonlinearForce(here, lifted))]
 
 
 @hookimpl
@@ -26,7 +26,7 @@ def rotorstudy_effect():
         example={"lift_m": 0.0},
         positive=True,
         checked="as integrated in time to 2e-3 of what it does; nothing below the lift to 1e-12; mean goes up",
-        twins=(
+        confounders=(
             ("support_stiffness", "looseness gives harmonics of 1X and depends on the size of the motion"),
             ("breathing_crack_weight", "a loose support depends on the size of the motion: change the unbalance"),
             ("rub", "a rub stiffens when the motion is large, looseness softens"),

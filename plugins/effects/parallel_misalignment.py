@@ -23,7 +23,7 @@ def rotorstudy_effect():
         parallel_misalignment,
         source="harmonics as in Sekhar and Prabhu 1995, J. Sound Vib. 185; Xu and Marangoni 1994, J. Sound Vib. 176",
         checked="whirl F_n / |k - m n^2 w^2| of a Jeffcott rotor to 1e-12",
-        twins=(
+        confounders=(
             ("unbalance", "a misaligned coupling does not grow with the square of the speed, and has 2X"),
             (
                 "bow",

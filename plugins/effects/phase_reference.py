@@ -20,7 +20,7 @@ def rotorstudy_effect():
         source="thesis Eq. (2.30), linear",
         acts_on="output",
         checked="harmonics of a record that starts at 1e-4 rad, without reference, to 1e-6",
-        twins=(
+        confounders=(
             (
                 "unbalance",
                 "a wrong mark turns harmonic n by n times its angle: 1X alone cannot tell, 2X can",

@@ -23,7 +23,7 @@ def rotorstudy_effect():
         source="API 670 (probes 90 degrees apart within 5)",
         acts_on="output",
         checked="exactly turned and skewed axes at 1e-4 rad, in time, to 1e-7",
-        twins=(
+        confounders=(
             (
                 "support_anisotropy",
                 "a skewed probe mirrors the same share of everything; anisotropy resonates at backward whirl",

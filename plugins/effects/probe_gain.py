@@ -23,7 +23,7 @@ def rotorstudy_effect():
         source="API 670 (incremental scale factor within 5 %)",
         acts_on="output",
         checked="x (1 + g + m) and y (1 + g - m) in time to 1e-12",
-        twins=(
+        confounders=(
             ("unbalance", "a wrong gain scales every harmonic, an unbalance 1X alone"),
             (
                 "support_anisotropy",

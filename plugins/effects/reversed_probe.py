@@ -27,7 +27,7 @@ def rotorstudy_effect():
         fixed=True,
         places=both_probes,
         checked="with 1, x or y negative in time to 1e-12",
-        twins=(
+        confounders=(
             ("probe_gain", "a reversed probe mirrors the whole signal, a mismatch a few per cent"),
             (
                 "swapped_probes",

@@ -1,6 +1,6 @@
 import numpy as np
 
-from rotorstudy.plugins import Effect, LocalForce, NonNegative, Parameter, Positive, hookimpl
+from rotorstudy.plugins import Effect, NonlinearForce, NonNegative, Parameter, Positive, hookimpl
 
 
 def rub(structure, node: int | None = None, clearance_m: Positive = 1e-4, friction_ratio: NonNegative = 0.1):
@@ -16,7 +16,7 @@ def rub(structure, node: int | None = None, clearance_m: Positive = 1e-4, fricti
         depth = np.maximum(distance - clearance_m, 0)
         return -(1 + 1j * friction_ratio) * depth * offset / np.where(depth > 0, distance, 1)
 
-    return [Parameter("rub_stiffness", "N/m", (), typical=1e5, force=LocalForce(here, contact))]
+    return [Parameter("rub_stiffness", "N/m", (), typical=1e5, force=NonlinearForce(here, contact))]
 
 
 @hookimpl
@@ -29,7 +29,7 @@ def rotorstudy_effect():
         example={"clearance_m": 2e-6},
         positive=True,
         checked="circular full annular rub to closed form to 1e-9; partial rub as in time to 2e-3 of what it does",
-        twins=(
+        confounders=(
             ("cubic_stiffness", "a rub starts at its clearance and has friction; cubic stiffness is always there"),
             ("looseness", "a rub stiffens when the motion is large, looseness softens"),
         ),

@@ -21,7 +21,7 @@ def rotorstudy_effect():
         acts_on="output",
         places=usual_harmonics,
         checked="the same harmonic at every speed to 1e-12",
-        twins=(
+        confounders=(
             ("unbalance", "a runout is the same at all speeds and does not resonate"),
             ("bow", "equal at slow roll; a bow resonates at the critical speed, a runout does not"),
             (

@@ -16,7 +16,7 @@ def rotorstudy_effect():
         acts_on="output",
         candidate=False,
         checked="a constant at 0X to 1e-12",
-        twins=(
+        confounders=(
             (
                 "static_preload",
                 "a preload bends the shaft at all sensors in a known shape, a gap is free at each",

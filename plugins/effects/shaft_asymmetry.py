@@ -19,7 +19,7 @@ def rotorstudy_effect():
         source="Tondl 1965; Gasch, Nordmann, Pfuetzner, Rotordynamik, unround shaft",
         fold=2,
         checked="0X and 2X from gravity to closed form to 1e-12; no 1X without unbalance",
-        twins=(
+        confounders=(
             ("support_anisotropy", "anisotropy that stands still mirrors n to -n, one that turns mirrors n to 2 - n"),
             ("breathing_crack", "an open asymmetry has 2X from gravity alone; a crack that breathes has 1X and 3X too"),
             (

@@ -16,7 +16,7 @@ def rotorstudy_effect():
         source="Zorzi and Nelson 1977",
         positive=True,
         checked="-beta K (dq/dt - j w q) in time to 1e-12; silent at +1X (tests/zoo/test_shaft_damping.py)",
-        twins=(
+        confounders=(
             ("external_damping", "shaft damping is silent at +1X and gives a static side force at 0X"),
             ("internal_damping", "internal damping acts at one node; equal on a rotor of one coordinate"),
             (

@@ -17,7 +17,7 @@ def rotorstudy_effect():
         speed_error,
         source="derivative of the dynamic stiffness K - (n w)^2 M + n w^2 G by the speed",
         checked="derivative of the response to a constant force by the speed, by central differences, to 1e-6",
-        twins=(
+        confounders=(
             ("stiffness_error", "a wrong speed moves no 0X"),
             (
                 "added_mass",

@@ -14,7 +14,7 @@ def rotorstudy_effect():
         static_preload,
         source="Newton",
         checked="0X of a Jeffcott rotor is F / k to 1e-12, no other harmonic moves",
-        twins=(
+        confounders=(
             (
                 "gravity_direction",
                 "equal on a rotor of one coordinate; a turned gravity pulls every mass, a preload one node",

@@ -13,7 +13,7 @@ def rotorstudy_effect():
         stiffness_error,
         source="Hooke; the modulus, or the diameter to the fourth, is wrong",
         checked="response equal to that of a rotor built with (1 + epsilon) K to 1e-11",
-        twins=(
+        confounders=(
             ("added_mass", "stiffness shows below the critical speed and at 0X, mass above it"),
             (
                 "support_stiffness",

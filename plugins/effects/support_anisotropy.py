@@ -21,7 +21,7 @@ def rotorstudy_effect():
         source="Gasch, Nordmann, Pfuetzner, Rotordynamik, anisotropic bearings",
         fold=2,
         checked="with alpha = 0: x and y whirl apart with k_s + k and k_s - k, harmonics to 1e-12",
-        twins=(
+        confounders=(
             (
                 "probe_gain",
                 "a mismatch mirrors the same share of everything; anisotropy resonates at backward whirl",

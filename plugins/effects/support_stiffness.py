@@ -16,7 +16,7 @@ def rotorstudy_effect():
         support_stiffness,
         source="Hooke; a negative one is a magnetic pull",
         checked="response equal to that of a rotor built with K + k to 1e-11",
-        twins=(
+        confounders=(
             (
                 "stiffness_error",
                 "equal on a rotor of one coordinate; elsewhere more nodes tell them apart",

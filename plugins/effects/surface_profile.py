@@ -33,7 +33,7 @@ def rotorstudy_effect():
         acts_on="output",
         places=orders,
         checked="x and y of a profile of orders 1 to 4, in time, to 1e-12",
-        twins=(
+        confounders=(
             (
                 "runout",
                 "both probes see a profile, y a quarter turn later, which ties backward to forward harmonics",

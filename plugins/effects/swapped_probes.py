@@ -18,7 +18,7 @@ def rotorstudy_effect():
         acts_on="output",
         fixed=True,
         checked="with 1, x and y exchanged in time to 1e-12",
-        twins=(
+        confounders=(
             ("probe_angle", "swapped probes mirror the whole signal, a skew a few per cent"),
             (
                 "reversed_probe",

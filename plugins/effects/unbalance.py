@@ -17,7 +17,7 @@ def rotorstudy_effect():
         unbalance,
         source="thesis Eq. (2.7)",
         checked="whirl e eta^2 / |1 - eta^2| of a Jeffcott rotor to 1e-12",
-        twins=(
+        confounders=(
             ("bow", "an unbalance grows with the square of the speed and vanishes at slow roll, where the bow stays"),
             ("runout", "a runout is the same at all speeds and does not resonate"),
             (

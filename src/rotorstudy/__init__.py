@@ -9,7 +9,7 @@ __version__ = "0.1.0"
 
 _HOME = {
     "Entry": "model.terms",
-    "LocalForce": "model.terms",
+    "NonlinearForce": "model.terms",
     "Parameter": "model.terms",
     "Term": "model.terms",
     "Structure": "model.structure",
@@ -28,8 +28,8 @@ _HOME = {
     "full_spectrum": "measurement.records",
     "simulate_records": "measurement.records",
     "load_records": "measurement.record_files",
-    "read_measurement": "measurement",
-    "load_spectrum": "measurement",
+    "read_measurement": "measurement.measurement",
+    "load_spectrum": "measurement.measurement",
     "Spectrum": "measurement.spectrum",
     "Problem": "inference.identification",
     "Estimate": "inference.identification",

@@ -7,7 +7,7 @@ The names below are imported when first used, so that a plugin costs no more tha
 
 _HOME = {
     "model.kinds": "Bearing Crack CrackDepth Effect Estimator Rotor SpectrumMethod hookimpl",
-    "model.terms": "Entry LocalForce Parameter planar_entries",
+    "model.terms": "Entry NonlinearForce Parameter planar_entries",
     "model.structure": "Structure sensor_unit",
     "model.options": "AtLeastOne DepthRatio Even Fraction NonNegative PoissonsRatio Positive Share TypedDict Whole",
     "model.cracks": "crack_parameters",

@@ -23,7 +23,12 @@ def cases(config):
 def cause(effect, confidence=1.0):
     parameters = {name: {"value": v, "std": 1e-9 + 1e-6 * abs(v), "unit": "SI"} for name, v in
                   effect["parameters"].items()}  # fmt: skip
-    return {"effect": effect["effect"], "where": effect["where"], "parameters": parameters, "confidence": confidence}
+    return {
+        "effect": effect["effect"],
+        "where": effect["where"],
+        "parameters": parameters,
+        "posterior_probability": confidence,
+    }
 
 
 def oracle(case):
@@ -48,5 +53,5 @@ def mute(case):
 
 def accuser(case):
     """Calls everything an unbalance at node 1, quite sure."""
-    named = {"effect": "unbalance", "where": {"node": 1}, "parameters": {}, "confidence": 0.99}
+    named = {"effect": "unbalance", "where": {"node": 1}, "parameters": {}, "posterior_probability": 0.99}
     return {"verdict": {"verdict": "cause", "causes": [named]}, "held_out": None, "seconds": 0.0}

@@ -11,7 +11,7 @@ from rotorstudy.blind.config import load_blind
 from rotorstudy.blind.injection import draw_case
 from rotorstudy.blind.records import write_records
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.measurement import read_measurement
+from rotorstudy.measurement.measurement import read_measurement
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import make_term
 from rotorstudy.response.harmonic import measured_response

@@ -20,8 +20,8 @@ KINDS = {
     "ambiguous_with": list,
     "separating_measurement": str,
     "unexplained": list,
-    "chance_of_residual": dict,
-    "left_over": float,
+    "residual_p_value": dict,
+    "residual_share": float,
     "detection_limit": list,
     "gain": (dict, type(None)),
     "base_parameters": list,
@@ -57,20 +57,20 @@ def check_always(rows, verdicts, truths, seals, where):
         assert verdict["verdict"] in ("nothing", "cause", "ambiguous", "unknown"), (where, verdict)
         assert {key: isinstance(verdict[key], kind) for key, kind in KINDS.items()} == dict.fromkeys(KINDS, True), where
         for cause in [*verdict["causes"], *verdict["ambiguous_with"]]:
-            assert set(cause) == {"effect", "where", "parameters", "confidence"}, where
+            assert set(cause) == {"effect", "where", "parameters", "posterior_probability"}, where
             assert cause["effect"] in registry().plugins["effect"], where
-            assert 0 <= cause["confidence"] <= 1 + 1e-9, where
+            assert 0 <= cause["posterior_probability"] <= 1 + 1e-9, where
             assert all(np.isfinite(value["value"]) for value in cause["parameters"].values()), where
         assert (verdict["verdict"] == "nothing") <= (not verdict["causes"]), where
         assert (verdict["verdict"] in ("cause", "ambiguous")) <= bool(verdict["causes"]), where
-        assert all(0 <= share <= 1 for share in verdict["chance_of_residual"].values()), where
+        assert all(0 <= share <= 1 for share in verdict["residual_p_value"].values()), where
         assert verdict["gain"] is None or verdict["gain"]["before_m"] > 0 < verdict["gain"]["after_m"], where
         check_seal(opened["truth"], opened["salt"], sealed, where)
         with pytest.raises(RotorstudyError, match="altered"):
             check_seal({**opened["truth"], "kind": "another"}, opened["salt"], sealed, where)
         assert all(row[key] == row[key] and row[key] is not None for key in ALWAYS), (where, row)
         assert row["truth"] == (" + ".join(sorted(e["effect"] for e in opened["truth"]["effects"])) or "clean"), where
-        assert np.isnan(row["confidence"]) == (not stated_set(verdict)), where
+        assert np.isnan(row["posterior_probability"]) == (not stated_set(verdict)), where
 
 
 def only(kind):
@@ -82,7 +82,9 @@ def test_clean_records_are_not_accused(config, tmp_path):
     check_always(*found, f"seed {FIXED_SEED}")
     rows = found[0]
     assert (rows.kind == "clean").all()
-    assert ((rows.verdict == "nothing") | ~(rows.confidence > 0.99)).all(), rows[["rig", "answer", "confidence"]]
+    assert ((rows.verdict == "nothing") | ~(rows.posterior_probability > 0.99)).all(), rows[
+        ["rig", "answer", "posterior_probability"]
+    ]
 
 
 def test_most_large_effects_are_found_or_not_ruled_out(config, tmp_path):
@@ -96,7 +98,7 @@ def test_most_large_effects_are_found_or_not_ruled_out(config, tmp_path):
 
 
 def test_one_case_of_any_seed(config, tmp_path):
-    """Only what holds whatever is hidden: whether it is found is a matter of shares, see the bars."""
+    """Only what holds whatever is hidden: whether it is found is a matter of shares, see the criteria."""
     seed = secrets.randbelow(2**31)
     where = f"random seed {seed}: pytest cannot choose it again; put it into test_one_case_of_any_seed"
     try:

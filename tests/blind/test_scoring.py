@@ -23,29 +23,29 @@ def scored(cases, who):
 
 
 def test_one_who_knows_reaches_every_bar(cases):
-    rows, bars = scored(cases, oracle)
+    rows, criteria = scored(cases, oracle)
     assert rows[rows.known].right.all()
-    shares = bars[bars.needed.str.startswith(">=") & (bars.cases > 0)]
-    assert (shares.reached == 1).all() and not (bars.status == "not reached").any()
-    assert bars.reached["calibration error of the stated confidence"] == 0
-    assert bars.reached["95 % intervals that hold the truth"] == 1
+    shares = criteria[criteria.needed.str.startswith(">=") & (criteria.cases > 0)]
+    assert (shares.reached == 1).all() and not (criteria.status == "not reached").any()
+    assert criteria.reached["calibration error of the stated confidence"] == 0
+    assert criteria.reached["95 % intervals that hold the truth"] == 1
 
 
 def test_one_who_is_mute_finds_nothing_and_accuses_nobody(cases):
-    rows, bars = scored(cases, mute)
+    rows, criteria = scored(cases, mute)
     assert not rows.right.any()
-    assert bars.reached["clean records called clean"] == 1
-    assert bars.reached["right cause and place at s >= 3"] == 0
-    assert bars.status["right cause and place at s >= 3"] == "not reached"
-    assert bars.reached["chain errors not named as rotor effects"] == 1
+    assert criteria.reached["clean records called clean"] == 1
+    assert criteria.reached["right cause and place at s >= 3"] == 0
+    assert criteria.status["right cause and place at s >= 3"] == "not reached"
+    assert criteria.reached["chain errors not named as rotor effects"] == 1
 
 
 def test_one_who_accuses_always_is_found_out(cases):
-    _, bars = scored(cases, accuser)
-    assert bars.reached["clean records called clean"] == 0
-    assert bars.reached["chain errors not named as rotor effects"] == 0
-    assert bars.reached["calibration error of the stated confidence"] > 0.8
-    assert "answered unbalance" in bars.why["clean records called clean"]
+    _, criteria = scored(cases, accuser)
+    assert criteria.reached["clean records called clean"] == 0
+    assert criteria.reached["chain errors not named as rotor effects"] == 0
+    assert criteria.reached["calibration error of the stated confidence"] > 0.8
+    assert "answered unbalance" in criteria.why["clean records called clean"]
 
 
 def test_place_counts_where_there_is_more_than_one():
@@ -75,12 +75,12 @@ def test_an_altered_truth_is_noticed(cases):
 
 
 def test_pages_and_figures_of_a_run(cases, tmp_path):
-    rows, bars = scored(cases, oracle)
-    data = summary(rows, bars.reset_index()).assign_attrs(cases=len(rows), seed=0)
-    write_pages(data, bars.reset_index(), rows, tmp_path)
+    rows, criteria = scored(cases, oracle)
+    data = summary(rows, criteria.reset_index()).assign_attrs(cases=len(rows), seed=0)
+    write_pages(data, criteria.reset_index(), rows, tmp_path)
     for name in FIGURES:
         assert (tmp_path / "figures" / f"{name}.png").stat().st_size > 3000
-    assert "clean records called clean" in (tmp_path / "bars.html").read_text()
+    assert "clean records called clean" in (tmp_path / "criteria.html").read_text()
 
 
 def silent(spectrum, model, stated):

@@ -188,7 +188,7 @@ def test_warnings_go_into_the_verdict(spectrum, tmp_path, capsys):
     assert main(["diagnose", str(tmp_path / "short.nc"), "--rig", str(rig), "--out", str(tmp_path / "out")]) == 0
     assert "few revolutions" in capsys.readouterr().err
     verdict = json.loads((tmp_path / "out" / "verdict.json").read_text())
-    assert verdict["in_words"].endswith("Check the records first: few revolutions.")
+    assert verdict["summary"].endswith("Check the records first: few revolutions.")
     assert "few revolutions" in {finding["name"] for finding in verdict["findings"]}
     assert "few revolutions" in (tmp_path / "out" / "index.html").read_text()
 
@@ -317,7 +317,7 @@ def test_records_of_another_machine_are_told(tmp_path, capsys):
     verdict = verdict_on(RIG, OTHER, tmp_path, capsys)
     assert verdict["verdict"] != "nothing"
     assert "far from the rig" in {finding["name"] for finding in verdict["findings"]}
-    assert "far from the rig" in verdict["in_words"]
+    assert "far from the rig" in verdict["summary"]
 
 
 def test_a_hidden_effect_is_not_taken_for_another_machine(tmp_path, capsys):
@@ -331,7 +331,7 @@ def test_the_gap_of_the_probes_is_told_and_can_be_given(tmp_path, capsys):
     gap = {"kind": "sensor_gap", "sensor_gap_m": 1e-3, "sensor_gap_phase_rad": 2.5}
     behind = {**RIG, "effects": [*RIG["effects"], gap]}
     silent = verdict_on(RIG, behind, tmp_path, capsys)
-    assert "probe gap" in {finding["name"] for finding in silent["findings"]} and "probe gap" in silent["in_words"]
+    assert "probe gap" in {finding["name"] for finding in silent["findings"]} and "probe gap" in silent["summary"]
     named = {cause["effect"] for cause in silent["causes"]}
     assert ("sensor_gap" in silent["not_considered"]) == ("static_preload" in named)
     given = verdict_on(

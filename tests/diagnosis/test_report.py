@@ -9,8 +9,8 @@ import xarray as xr
 import yaml
 
 from rotorstudy.commands.cli import main
-from rotorstudy.diagnosis.force import missing_force
-from rotorstudy.measurement import read_measurement
+from rotorstudy.diagnosis.force import equivalent_residual_force
+from rotorstudy.measurement.measurement import read_measurement
 from rotorstudy.model.rig import build_model
 from rotorstudy.presentation.diagnosis_page import cause_in_words, chance, quantity, write_page
 from rotorstudy.response.harmonic import measured_response
@@ -78,8 +78,8 @@ def test_a_hidden_effect_is_found_with_its_size(asymmetric):
     for name, true in (("shaft_asymmetry", 0.03), ("shaft_asymmetry_phase", 0.7)):
         assert abs(found[name]["value"] - true) < 5 * found[name]["std"]
     assert verdict["gain"]["ratio"] < 0.1
-    assert verdict["in_words"].startswith("Something is missing, and it is most likely shaft asymmetry (0.0")
-    assert "250 rad/s, which no fit saw" in verdict["in_words"]
+    assert verdict["summary"].startswith("Something is missing, and it is most likely shaft asymmetry (0.0")
+    assert "250 rad/s, which no fit saw" in verdict["summary"]
 
 
 def test_everything_is_written_and_the_page_needs_no_other_file(asymmetric):
@@ -89,21 +89,24 @@ def test_everything_is_written_and_the_page_needs_no_other_file(asymmetric):
     assert not list(out.parent.glob(".*partial"))
     page = (out / "index.html").read_text()
     assert page.count("data:image/png;base64,") == 4 and 'src="figures' not in page and "http" not in page
-    for text in ("What the simulation gets wrong", "Detection limits", "default: 0.1", verdict["in_words"][:60]):
+    for text in ("What the simulation gets wrong", "Detection limits", "default: 0.1", verdict["summary"][:60]):
         assert text in page
 
 
 def test_verdict_json_has_what_the_documentation_says(asymmetric):
     verdict, _ = asymmetric
     kinds = {
-        "verdict": str, "in_words": str, "causes": list, "ambiguous_with": list, "separating_measurement": str,
+        "verdict": str, "summary": str, "causes": list, "ambiguous_with": list, "separating_measurement": str,
         "unexplained": list, "detection_limit": list, "gain": dict, "identifiability": dict, "findings": list,
-        "settings": dict, "provenance": dict, "base_parameters": list, "left_over": float, "candidates": int,
-        "chance_of_residual": dict, "not_considered": list,
+        "settings": dict, "provenance": dict, "base_parameters": list, "residual_share": float, "candidates": int,
+        "residual_p_value": dict, "not_considered": list,
     }  # fmt: skip
     assert {key: type(verdict[key]) for key in kinds} == kinds
     (cause,) = verdict["causes"]
-    assert set(cause) == {"effect", "where", "parameters", "confidence"} and 0.9 < cause["confidence"] <= 1
+    assert (
+        set(cause) == {"effect", "where", "parameters", "posterior_probability"}
+        and 0.9 < cause["posterior_probability"] <= 1
+    )
     assert all(set(value) == {"value", "std", "unit"} for value in cause["parameters"].values())
     assert {"speeds", "before_m", "after_m", "ratio", "before_sigma", "after_sigma"} <= set(verdict["gain"])
     assert set(verdict["identifiability"]) >= {"dead", "known_by_prior_alone", "traded_off"}
@@ -121,7 +124,7 @@ def test_verdict_nc_holds_maps_spectra_and_fits_with_units(asymmetric):
     before, after = data.residual_before, data.residual_after
     assert before.dims == after.dims == ("speed", "harmonic", "node")
     assert before.sel(harmonic=2).min() > 20 and after.max() < 5
-    force = np.hypot(*np.moveaxis(data.missing_force_before.sel(harmonic=2).values, -1, 0))
+    force = np.hypot(*np.moveaxis(data.equivalent_residual_force_before.sel(harmonic=2).values, -1, 0))
     sag = 9.81 * 2.0 / 7.6e5  # the asymmetry turns the static deflection into a force at 2X: epsilon k sag and more
     assert np.all(force > 0.9 * 0.03 * 7.6e5 * sag)
     assert list(data.held_out.values) == [0, 0, 0, 1, 0, 0, 0]
@@ -134,15 +137,15 @@ def test_the_extended_rig_is_accepted_again_and_lacks_nothing(asymmetric, folder
     assert main(["simulate", str(extended), "--speeds", "100", "--out", str(folder / "again.nc")]) == 0
     again = diagnose(folder / "records.nc", extended, folder / "again")
     assert again["verdict"] == "nothing" and again["causes"] == []
-    assert again["in_words"].startswith("Nothing is missing") and "95 would have shown it" in again["in_words"]
+    assert again["summary"].startswith("Nothing is missing") and "95 would have shown it" in again["summary"]
 
 
 def test_without_the_true_effect_in_the_library_no_wrong_cause_is_sure(asymmetric, folder):
-    """The negative control: unknown, or a twin that the effect declares."""
+    """The negative control: unknown, or a confounder that the effect declares."""
     rig = write_rig(folder / "left_out.yaml", diagnosis={"leave_out": ["shaft_asymmetry"]})
     verdict = diagnose(folder / "records.nc", rig, folder / "left_out")
-    twins = {"support_anisotropy", "breathing_crack", "breathing_crack_weight", "parallel_misalignment"}
-    assert verdict["verdict"] == "unknown" or named(verdict) <= twins
+    confounders = {"support_anisotropy", "breathing_crack", "breathing_crack_weight", "parallel_misalignment"}
+    assert verdict["verdict"] == "unknown" or named(verdict) <= confounders
     assert "shaft_asymmetry" not in could_be(verdict)
 
 
@@ -180,7 +183,7 @@ def test_missing_force_is_the_force_that_was_left_out():
     model = build_model(base)
     hidden = build_model({**base, "effects": [*base["effects"], PRELOAD]})
     off = measured_response(hidden, SPEEDS, harmonics) - measured_response(model, SPEEDS, harmonics)
-    force = missing_force(model, model.theta, np.array(SPEEDS), harmonics, off)
+    force = equivalent_residual_force(model, model.theta, np.array(SPEEDS), harmonics, off)
     assert np.allclose(force[:, 0, 0], 3.0 * np.exp(-1j), rtol=1e-9)
     assert np.abs(force[:, 1:]).max() < 1e-9
 

@@ -65,7 +65,7 @@ def test_the_shell_examples_run(tmp_path):
         found = run([sys.executable, "-m", "rotorstudy.commands.cli", *arguments[1:]], tmp_path)
         assert found.returncode == 0, (line, found.stderr)
     verdict = json.loads((tmp_path / "diagnosis" / "verdict.json").read_text())
-    assert verdict["in_words"].split(" (")[0] in README.replace(
+    assert verdict["summary"].split(" (")[0] in README.replace(
         "\n> ", " "
     )  # the numbers behind are of one draw of noise
 

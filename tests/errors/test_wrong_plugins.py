@@ -157,8 +157,8 @@ def test_a_plugin_without_source_or_that_does_not_parse_is_named(wrong_plugin, t
     [("np.ones(3)", "has shape (3,); it must be that of the displacement"), ("np.nan * z", "is NaN for a finite")],
 )
 def test_a_wrong_force_in_time_is_named_with_file_and_shapes(wrong_plugin, tmp_path, capsys, force, words):
-    body = f"""    from rotorstudy.model.terms import LocalForce
-    return [Parameter("c", "N s/m", (), 50.0, force=LocalForce(here[None], lambda z, v, still: {force}))]"""
+    body = f"""    from rotorstudy.model.terms import NonlinearForce
+    return [Parameter("c", "N s/m", (), 50.0, force=NonlinearForce(here[None], lambda z, v, still: {force}))]"""
     path = wrong_plugin("effect", body)
     (tmp_path / "rig.yaml").write_text(RIG["effect"])
     assert main(["simulate", str(tmp_path / "rig.yaml"), "--speeds", "88", "--out", str(tmp_path / "r.nc")]) == 1

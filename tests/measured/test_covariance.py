@@ -7,8 +7,8 @@ from scipy.signal import lfilter
 from scipy.stats import chi2
 
 from rotorstudy import measured_response
-from rotorstudy.measurement import read_measurement
 from rotorstudy.measurement.harmonics import estimate, fit, shrunk_covariance, with_phase_noise
+from rotorstudy.measurement.measurement import read_measurement
 from rotorstudy.measurement.spectrum import components
 
 PER_TURN, TRIALS, LISTED = 40, 400, np.array([0, 1, -1, 2, -2, 3, -3])

@@ -10,8 +10,8 @@ from machine import HARMONICS, PROBES, SPEEDS, channels, model, records, section
 from scipy.stats import chi2
 
 from rotorstudy import RotorstudyError, full_spectrum, measured_response, registry
-from rotorstudy.measurement import load_spectrum, measurement_dataset, read_measurement
 from rotorstudy.measurement.conventions import Conventions, Keyphasor, Probe
+from rotorstudy.measurement.measurement import load_spectrum, measurement_dataset, read_measurement
 from rotorstudy.measurement.record_files import records_dataset
 from rotorstudy.measurement.spectrum import components
 from rotorstudy.measurement.tables import last_digit

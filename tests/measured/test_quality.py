@@ -7,9 +7,9 @@ from machine import HARMONICS, TIME, channels, model, records, section, write, w
 
 from rotorstudy import RotorstudyError
 from rotorstudy.commands.cli import main
-from rotorstudy.measurement import load_spectrum, read_measurement
 from rotorstudy.measurement.conventions import Keyphasor
 from rotorstudy.measurement.keyphasor import count_turns, find_pulses
+from rotorstudy.measurement.measurement import load_spectrum, read_measurement
 from rotorstudy.measurement.quality import check_sense, flat_top
 
 SPEED = 80.0

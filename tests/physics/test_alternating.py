@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 
 from rotorstudy import (
     Entry,
-    LocalForce,
+    NonlinearForce,
     Problem,
     RotorstudyError,
     Spectrum,
@@ -21,7 +21,7 @@ from rotorstudy import (
 from rotorstudy.authoring.invariants import BrokenInvariant, bench_structure, check_steady_state, typical_term
 from rotorstudy.errors import PluginError
 from rotorstudy.measurement.spectrum import independent_covariance
-from rotorstudy.response.alternating import local_column
+from rotorstudy.response.alternating import nonlinear_column
 from rotorstudy.response.harmonic import COUPLED_ORDER
 from rotorstudy.response.stability import check_stable, eigenvalues
 
@@ -177,8 +177,8 @@ def test_a_column_for_screening_is_the_force_at_the_motion():
     model = rotor(CUBIC, gravity=0.0)
     amplitude = np.zeros((2, len(EVERY), 1), complex)
     amplitude[:, EVERY == 1, 0] = [[3e-5], [4e-5j]]
-    (_, force), *_ = model.local_forces
-    column = local_column(force, amplitude, np.array([100.0, 200.0]), EVERY, np.zeros(1))
+    (_, force), *_ = model.nonlinear_forces
+    column = nonlinear_column(force, amplitude, np.array([100.0, 200.0]), EVERY, np.zeros(1))
     assert column == pytest.approx(-(np.abs(amplitude) ** 2) * amplitude, abs=1e-25)
 
 
@@ -206,7 +206,7 @@ def test_a_steady_state_that_is_none_is_found_out(monkeypatch):
 
 @pytest.mark.parametrize(
     "wrong",
-    [{"is_complex": True}, {"entries": (Entry(np.eye(1)),)}, {"force": LocalForce(np.eye(2), None)}],
+    [{"is_complex": True}, {"entries": (Entry(np.eye(1)),)}, {"force": NonlinearForce(np.eye(2), None)}],
     ids=["complex", "with entries", "of another rotor"],
 )
 def test_a_force_in_time_that_the_engine_would_misread_is_refused(wrong, monkeypatch):

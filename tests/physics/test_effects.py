@@ -209,7 +209,7 @@ def test_a_delay_shifts_the_record():
 def test_a_wrong_phase_mark_is_a_record_that_starts_at_an_angle():
     time, angle, harmonics = np.arange(600) * 2e-4, 1e-4, [0, 1, 2, -1]
     records = simulate_records(model_of(PLAIN, *SHAKEN), SPEEDS[1:], [1], time, start_angle_rad=angle)
-    found = full_spectrum(records, harmonics, registry().get("spectrum", "regression"), "none", whole_turns=False)
+    found = full_spectrum(records, harmonics, registry().get("spectrum", "regression"), "none", whole_revolutions=False)
     marked = model_of(PLAIN, *SHAKEN, {"kind": "phase_reference", "phase_reference_rad": angle})
     assert same(measured_response(marked, SPEEDS[1:], harmonics), found.amplitude, 1e-6)
     assert not same(measured_response(model_of(PLAIN, *SHAKEN), SPEEDS[1:], harmonics), found.amplitude, 1e-5)

@@ -12,7 +12,7 @@ from rotorstudy.errors import UnidentifiableError
 from rotorstudy.inference.identification import cramer_rao_bound, magnitude_and_phase
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.model.rig import make_term
-from rotorstudy.studies.config import Measurement, clean_spectrum, load_study
+from rotorstudy.studies.config import ExtraMeasurement, clean_spectrum, load_study
 from rotorstudy.studies.identifiability import identifiability, information, output_rows
 
 ROOT = Path(__file__).parents[2]
@@ -41,7 +41,7 @@ def test_the_bound_as_it_is_is_that_of_the_estimators(study, found):
 
 
 def test_four_times_the_record_halves_every_bound(study):
-    longer = study.model_copy(update={"extra_measurements": {"longer": Measurement(times_longer=4.0)}})
+    longer = study.model_copy(update={"extra_measurements": {"longer": ExtraMeasurement(times_longer=4.0)}})
     bound = identifiability(longer, "physical").bound.isel(case=0)
     assert bound.sel(measurement="longer").values == pytest.approx(
         bound.sel(measurement="as it is").values / 2, rel=1e-9
@@ -49,7 +49,7 @@ def test_four_times_the_record_halves_every_bound(study):
 
 
 def test_a_second_probe_at_the_disc_is_worth_the_square_root_of_two(study):
-    twice = study.model_copy(update={"extra_measurements": {"twice": Measurement(stations_m=[0.2])}})
+    twice = study.model_copy(update={"extra_measurements": {"twice": ExtraMeasurement(stations_m=[0.2])}})
     bound = identifiability(twice, "physical").bound.isel(case=0)
     ratio = bound.sel(measurement="as it is") / bound.sel(measurement="twice")
     assert ratio.values == pytest.approx(np.sqrt(2), rel=1e-9)
@@ -74,7 +74,7 @@ def test_a_bound_with_a_tilt_sensor_is_met_by_a_fit(study):
     from rotorstudy import harmonic_response
 
     model, speeds = study.rig("physical"), np.linspace(130.0, 310.0, 7)
-    rows, relative = output_rows(model.structure, model.sensors, Measurement(tilts=[1]))
+    rows, relative = output_rows(model.structure, model.sensors, ExtraMeasurement(tilts=[1]))
     std = 1e-9 * relative
     normal = information(study, model, speeds, study.harmonics, rows, std)
     clean = harmonic_response(model, speeds, study.harmonics) @ rows.T
@@ -118,15 +118,15 @@ def test_the_shaft_between_bearings_and_disc_bends_as_a_beam():
 def test_a_probe_off_the_shaft_or_on_a_shaft_without_shape_is_refused(study):
     structure = study.rig("physical").structure
     with pytest.raises(RotorstudyError, match=r"0\.5 m is not on the shaft"):
-        output_rows(structure, (1,), Measurement(stations_m=[0.5]))
+        output_rows(structure, (1,), ExtraMeasurement(stations_m=[0.5]))
     jeffcott = build_model({"rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5}}).structure
     with pytest.raises(RotorstudyError, match="does not tell the shaft's shape"):
-        output_rows(jeffcott, (1,), Measurement(stations_m=[0.1]))
+        output_rows(jeffcott, (1,), ExtraMeasurement(stations_m=[0.1]))
 
 
 def test_too_few_equations_are_refused_and_what_trades_off_is_named(study):
     model = study.rig("physical")
-    rows, relative = output_rows(model.structure, model.sensors, Measurement())
+    rows, relative = output_rows(model.structure, model.sensors, ExtraMeasurement())
     with pytest.raises(UnidentifiableError, match="2 equations for 6 unknowns"):
         information(study, model, [200.0], [1], rows, 1e-9 * relative)
     free = {
@@ -135,9 +135,9 @@ def test_too_few_equations_are_refused_and_what_trades_off_is_named(study):
         "harmonics": [1],
         "stiffness_loss_22_p1_N_per_m": 1e4,
     }
-    twin = model.without(["switching"]).plus(make_term("effect", free, model.structure, model.sensors))
+    alternative = model.without(["switching"]).plus(make_term("effect", free, model.structure, model.sensors))
     unknowns = study.model_copy(update={"unknowns": ["eccentricity_real", "eccentricity_imag", "stiffness_loss_22_p1"]})
     with pytest.raises(UnidentifiableError) as caught:  # at one speed an unbalance is any force that turns
-        information(unknowns, twin, [200.0], study.harmonics, rows, 1e-9 * relative)
+        information(unknowns, alternative, [200.0], study.harmonics, rows, 1e-9 * relative)
     assert set(caught.value.parameters) == {"eccentricity_real", "stiffness_loss_22_p1"}
-    assert information(unknowns, twin, [200.0, 250.0], study.harmonics, rows, 1e-9 * relative).shape == (3, 3)
+    assert information(unknowns, alternative, [200.0, 250.0], study.harmonics, rows, 1e-9 * relative).shape == (3, 3)

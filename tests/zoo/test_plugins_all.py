@@ -62,22 +62,22 @@ def test_it_holds_every_invariant_of_its_kind(plugin, check):
     check(plugin)
 
 
-def lonely_twins(effects):
+def one_sided_confounders(effects):
     """Twins that do not exist, do not name back, or of which is not said what separates them."""
     return [
-        (effect.name, twin)
+        (effect.name, confounder)
         for effect in effects.values()
-        for twin, separation in effect.twins
-        if twin not in effects or len(separation) < 11 or effect.name not in dict(effects[twin].twins)
+        for confounder, separation in effect.confounders
+        if confounder not in effects or len(separation) < 11 or effect.name not in dict(effects[confounder].confounders)
     ]
 
 
 def test_twins_name_each_other_and_what_separates_them_is_said():
     effects = ZOO.plugins["effect"]
-    assert lonely_twins(effects) == []
-    assert lonely_twins({**effects, "bow": replace(effects["bow"], twins=())})
-    assert lonely_twins({name: effect for name, effect in effects.items() if name != "runout"})
-    assert lonely_twins({**effects, "bow": replace(effects["bow"], twins=(("runout", "size"),))})
+    assert one_sided_confounders(effects) == []
+    assert one_sided_confounders({**effects, "bow": replace(effects["bow"], confounders=())})
+    assert one_sided_confounders({name: effect for name, effect in effects.items() if name != "runout"})
+    assert one_sided_confounders({**effects, "bow": replace(effects["bow"], confounders=(("runout", "size"),))})
 
 
 def test_there_are_effects_enough_to_diagnose_with():

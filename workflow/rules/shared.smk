@@ -46,7 +46,7 @@ def comparison_files():
 
 BLIND_RESULTS = f"{RESULTS}/blind"
 BLIND_FIGURES = ["curves", "confusion", "calibration", "coverage", "detection_limits", "gain"]
-BLIND_PAGES = ["bars", "cases"]
+BLIND_PAGES = ["criteria", "cases"]
 
 
 def blind_files():

@@ -6,4 +6,4 @@ with job(snakemake):
     from rotorstudy.presentation.diagnosis_report import report
 
     verdict = report(list(snakemake.input.records), snakemake.input.rig, Path(snakemake.output.verdict).parent)
-    print(verdict["in_words"])
+    print(verdict["summary"])

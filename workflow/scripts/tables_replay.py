@@ -10,8 +10,8 @@ with job(snakemake):
     from rotorstudy.response.harmonic import measured_response
     from rotorstudy.store import as_complex, load
     from rotorstudy.thesis.checks import (
+        bow_confounders,
         bow_text,
-        bow_twins,
         higher_cases,
         largest_crack_response,
         percent,
@@ -157,7 +157,7 @@ with job(snakemake):
             "from rounding for least squares, from rounding and model error for maximum likelihood.",
             "The impact tests bound the sum of both dampings; neither can be negative, so it bounds each of them, too.",
             bow_text(config, compensated),
-            f"A bow and a free crack force at 1X cannot be told apart ({bow_twins(config)}).",
+            f"A bow and a free crack force at 1X cannot be told apart ({bow_confounders(config)}).",
             "Taking the slow roll off also takes the crack's own 0X and 1X away, so dk p_0 and dk p_1 mean little.",
             f"{already[-1]}. Only 0X and 1X of the slow roll are taken off, so the whole -1X is taken for a crack.",
             "A phase mark that does not stand at the crack would turn dk p_n by n times that angle and leak into the "

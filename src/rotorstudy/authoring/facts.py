@@ -27,7 +27,9 @@ def facts(kind, plugin):
     if kind in ("bearing", "effect"):
         found["parameters"] = _parameters(kind, plugin)
     found["claims"] = ", ".join(name.replace("_", " ") for name in _claims(plugin))
-    found["twins"] = "; ".join(f"{twin}: {separation}" for twin, separation in getattr(plugin, "twins", ()))
+    found["confounders"] = "; ".join(
+        f"{confounder}: {separation}" for confounder, separation in getattr(plugin, "confounders", ())
+    )
     found["source"], found["checked against"] = plugin.source, plugin.checked
     return {heading: text for heading, text in found.items() if text}
 
@@ -60,7 +62,7 @@ PAGE = {  # columns of the page, few enough for a screen, and the headings whose
     "name": ("name", "claims"),
     "what it is": ("what it is", "source"),
     "in a rig file": ("options", "parameters"),
-    "checks and twins": ("checked against", "twins"),
+    "checks and confounders": ("checked against", "confounders"),
 }
 
 
@@ -70,7 +72,7 @@ def page(table):
 
     def cell(row, headings):
         unnamed = headings[0] if headings[0] in PAGE else None
-        texts = {h: re.sub(r"; (?=\w+: )", "\n", row[h]) for h in headings if row.get(h)}  # a twin a line
+        texts = {h: re.sub(r"; (?=\w+: )", "\n", row[h]) for h in headings if row.get(h)}  # a confounder a line
         return "\n".join(text if h == unnamed else f"{h}: {text}" for h, text in texts.items())
 
     rows = [{column: cell(row, headings) for column, headings in PAGE.items()} for _, row in table.iterrows()]

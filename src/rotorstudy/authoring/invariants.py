@@ -681,14 +681,14 @@ def estimator_fits_output(plugin):
 def estimator_handles_rank_deficiency(plugin):
     """gives what is determined beside two unknowns that trade off if it says so, and refuses otherwise"""
     problem = _bench_problem()
-    model = problem.model.plus(replace(problem.model.terms[0], label="twin", values={}))
-    (twin,) = set(model.names) - set(problem.names)
-    doubled = replace(problem, model=model, names=(*problem.names, twin))
+    model = problem.model.plus(replace(problem.model.terms[0], label="confounder", values={}))
+    (confounder,) = set(model.names) - set(problem.names)
+    doubled = replace(problem, model=model, names=(*problem.names, confounder))
     if not plugin.handles_rank_deficiency:
         _claim_refused(plugin, doubled, "two unknowns that trade off", UnidentifiableError)
         return
-    found, open_ones = estimate_by(plugin, doubled), np.isin(doubled.names, (problem.names[0], twin))
-    off = np.abs(found.theta[~open_ones] / problem.model.theta[1:] - 1).max()  # all but the one with a twin
+    found, open_ones = estimate_by(plugin, doubled), np.isin(doubled.names, (problem.names[0], confounder))
+    off = np.abs(found.theta[~open_ones] / problem.model.theta[1:] - 1).max()  # all but the one with a confounder
     claim(off < 1e-4, f"beside two unknowns that trade off, another is off by {off:.3g} of its value")
     sure = found.std[open_ones] < 0.1 * problem.model.typical[0]
     claim(not sure.any(), "states a small deviation of unknowns that trade off")

@@ -11,7 +11,7 @@ RESAMPLED = 400  # times, for the bounds of the calibration error
 
 
 def reached(rows):
-    """A DataFrame of the bars: what, needed, reached, low, high (95 %), found, cases, status, why.
+    """A DataFrame of the criteria: what, needed, reached, low, high (95 %), found, cases, status, why.
 
     Those that ask for a size come a second time, for the change that the base parameters cannot take over.
     """
@@ -54,8 +54,8 @@ def _by_size(rows, size, called):
         _share(f"right cause and place at {called} >= 3", large, large.right, 0.95),
         _share(f"the same, named alone ({called})", large, large.exact & (large.verdict == "cause"), None),
         _share(f"right cause and place at {called} 0.6 to 2 and 5 % noise", small, small.right, 0.80),
-        _share(f"foreign effects at {called} >= 3 called unknown or a declared twin", foreign,
-               (foreign.verdict == "unknown") | foreign.twin, 0.90),
+        _share(f"foreign effects at {called} >= 3 called unknown or a declared confounder", foreign,
+               (foreign.verdict == "unknown") | foreign.confounder, 0.90),
         _median_gain(held, "gain", 0.1, called),
         _median_gain(held, "gain_measured", None, called),
         _share(f"two effects at 1 % noise exact{beyond}", two, two.exact, 0.85),
@@ -121,7 +121,7 @@ def _coverage(rows):
 
 def _calibration(rows, what, bar):
     """Expected calibration error, bounds by drawing the cases again."""
-    stated = rows[rows.confidence.notna()]
+    stated = rows[rows.posterior_probability.notna()]
     error, count = calibration(rows)[-1], len(stated)
     generator = np.random.default_rng(0)
     again = [
@@ -133,8 +133,8 @@ def _calibration(rows, what, bar):
     status = _status(bounds[1] <= bar, bounds[0] > bar, count)
     why = ""
     if status != "reached" and count:
-        why = (f"mean confidence {stated.confidence.mean():.3f}, share right {stated.first_right.mean():.3f}; "
-               + _reasons(stated[~stated.first_right & (stated.confidence > 0.9)]))  # fmt: skip
+        why = (f"mean probability {stated.posterior_probability.mean():.3f}, right {stated.first_right.mean():.3f}; "
+               + _reasons(stated[~stated.first_right & (stated.posterior_probability > 0.9)]))  # fmt: skip
     return _row(what, f"<= {bar:g}", error, bounds, 0, count, status, why)
 
 

@@ -448,9 +448,9 @@ def _told(hidden, values, place, s):
     """A hidden effect as the truth states it, with the names that an answer may use."""
     plugin = registry().plugins["effect"].get(hidden.name)
     if plugin:
-        twins = [name for name, _ in plugin.twins]
+        confounders = [name for name, _ in plugin.confounders]
     else:
-        twins = list(FOREIGN.get(hidden.name, FOREIGN_CHAIN.get(hidden.name))[2])
+        confounders = list(FOREIGN.get(hidden.name, FOREIGN_CHAIN.get(hidden.name))[2])
     return {
         "effect": hidden.name,
         "where": hidden.where,
@@ -459,7 +459,7 @@ def _told(hidden, values, place, s):
         "units": hidden.units,
         "change_over_noise": s,
         "places": hidden.places,
-        "twins": twins,
+        "confounders": confounders,
     }
 
 

@@ -36,7 +36,7 @@ def run_blind(config, out, *, cases=None, seed=None, cores=1, answer=diagnosed):
 
     config : BlindConfig;  cases, seed : instead of the configuration's
     answer : function(spectrum, model, stated) -> verdict dict, held-out predictions or None
-    returns: Dataset of `scoring.summary`, DataFrame of `bars.reached`, DataFrame of cases
+    returns: Dataset of `scoring.summary`, DataFrame of `criteria.reached`, DataFrame of cases
     The result depends on configuration and seed alone, not on the cores (times apart).
     """
     cases, seed = config.cases if cases is None else cases, config.seed if seed is None else seed
@@ -63,12 +63,12 @@ def run_blind(config, out, *, cases=None, seed=None, cores=1, answer=diagnosed):
     told = [{**one["verdict"], "seconds": one["seconds"]} for one in answers]
     write_text(out / "verdicts.json", "[" + ",\n".join(json.dumps(one, default=float) for one in told) + "]\n")
     rows = score(opened, answers)
-    bars = reached(rows)
+    criteria = reached(rows)
     plugins = [p for name in config.rigs for p in named_plugins(config.nominal(name))]
     attributes = {**provenance(config.model_dump(), plugins, seed), "cases": cases}
-    data = summary(rows, bars).assign_attrs(attributes, title=config.title)
+    data = summary(rows, criteria).assign_attrs(attributes, title=config.title)
     save(data, out / "blind.nc")
-    return data, bars, rows
+    return data, criteria, rows
 
 
 def _answer(answer, shown):

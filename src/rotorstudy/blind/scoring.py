@@ -57,7 +57,7 @@ def score_case(truth, answer):
     inside = [any(same_cause(t, c) for c in stated) for t in true]
     exact = known and all(found) and len(named) == len(true)
     hit = known and all(inside) and (exact or verdict["verdict"] == "ambiguous")
-    twin = bool(true) and any(c["effect"] in true[0]["twins"] for c in stated)
+    confounder = bool(true) and any(c["effect"] in true[0]["confounders"] for c in stated)
     before, after = _held_out_errors(truth, answer.get("held_out"))
     measured = (verdict.get("gain") or {}).get("ratio", np.nan)
     return {
@@ -75,9 +75,9 @@ def score_case(truth, answer):
         "exact": exact,
         "right": bool(hit),
         "inside": known and bool(stated) and all(inside),
-        "twin": twin,
+        "confounder": confounder,
         "names_rotor": bool(stated) and not any(is_chain(c["effect"]) for c in stated),
-        "confidence": float(named[0].get("confidence", np.nan)) if named else np.nan,
+        "posterior_probability": float(named[0].get("posterior_probability", np.nan)) if named else np.nan,
         "first_right": bool(named) and known and any(same_cause(t, named[0]) for t in true),
         "gain_measured": float(measured) if measured is not None else np.nan,
         "gain": after / before if before > 0 else np.nan,
@@ -122,10 +122,10 @@ def score(truths, answers):
 
 def calibration(rows):
     """Per bin of confidence: mean confidence, share right, cases; and the expected calibration error."""
-    stated = rows[rows.confidence.notna()]
-    place = np.clip(np.digitize(stated.confidence, CONFIDENCE_EDGES) - 1, 0, len(CONFIDENCE_EDGES) - 2)
+    stated = rows[rows.posterior_probability.notna()]
+    place = np.clip(np.digitize(stated.posterior_probability, CONFIDENCE_EDGES) - 1, 0, len(CONFIDENCE_EDGES) - 2)
     count = np.bincount(place, minlength=len(CONFIDENCE_EDGES) - 1)
-    said = np.bincount(place, stated.confidence, len(count))
+    said = np.bincount(place, stated.posterior_probability, len(count))
     right = np.bincount(place, stated.first_right.astype(float), len(count))
     error = np.abs(said - right).sum() / count.sum() if count.sum() else np.nan
     return said, right, count, float(error)
@@ -165,8 +165,8 @@ def share_over_size(rows, chosen, right):
     return np.bincount(place[chosen & right], minlength=len(SIZE_EDGES) - 1), of
 
 
-def summary(rows, bars):
-    """Everything as a Dataset; bars : DataFrame of `bars.reached`."""
+def summary(rows, criteria):
+    """Everything as a Dataset; criteria : DataFrame of `criteria.reached`."""
     single = (rows.known & (rows.kind != "two")).to_numpy(bool)
     naming = (rows.states_causes & (rows.kind != "two")).to_numpy(bool)
     right = rows.right.to_numpy(bool)
@@ -194,7 +194,12 @@ def summary(rows, bars):
     }  # fmt: skip
     truths, answers, matrix = confusion(rows)
     variables["confusion"] = (("truth", "answer"), matrix, "1", "cases of a truth that were answered so")
-    variables["accepted"] = (("truth", "answer"), twins_of(truths, answers), "1", "1 right, 2 a declared twin")
+    variables["accepted"] = (
+        ("truth", "answer"),
+        confounders_of(truths, answers),
+        "1",
+        "1 right, 2 a declared confounder",
+    )
     families, half = found_half(rows)
     for i, name in enumerate(("found_half", "found_half_low", "found_half_high")):
         variables[name] = (("family",), half[:, i], "1", "change over noise at which half the effects are found")
@@ -202,7 +207,7 @@ def summary(rows, bars):
         ("size", "1", "change over noise, of the smaller effect if two"),
         ("beyond", "1", "the same of what base parameters and calibration cannot take over"),
         ("noise_percent", "percent", "noise of a harmonic over the rms vibration"),
-        ("confidence", "1", "confidence of the first cause"),
+        ("posterior_probability", "1", "confidence of the first cause"),
         ("gain", "1", "error on held-out speeds after over before, against the signal without noise"),
         ("gain_measured", "1", "the same against the measurement"),
         ("seconds", "s", "time of the diagnosis"),
@@ -210,12 +215,12 @@ def summary(rows, bars):
         variables[f"case_{name}"] = (("case",), rows[name].to_numpy(float), unit, long_name)
     for name in ("kind", "rig", "truth", "verdict", "answer"):
         variables[f"case_{name}"] = (("case",), rows[name].to_numpy(object), "1", f"{name} of the case")
-    for name in ("known", "exact", "right", "inside", "twin", "names_rotor"):
+    for name in ("known", "exact", "right", "inside", "confounder", "names_rotor"):
         variables[f"case_{name}"] = (("case",), rows[name].to_numpy(bool).astype("i1"), "1", f"case is {name}")
     for name in ("reached", "low", "high", "found", "cases"):
-        variables[f"bar_{name}"] = (("bar",), bars[name].to_numpy(float), "1", name)
+        variables[f"criterion_{name}"] = (("criterion",), criteria[name].to_numpy(float), "1", name)
     for name in ("needed", "status", "why"):
-        variables[f"bar_{name}"] = (("bar",), bars[name].to_numpy(object), "1", name)
+        variables[f"criterion_{name}"] = (("criterion",), criteria[name].to_numpy(object), "1", name)
     middle = np.sqrt(SIZE_EDGES[1:] * SIZE_EDGES[:-1])
     coordinates = {
         "size_bin": (middle, "1", "change over noise, geometric middle of the bin"),
@@ -224,7 +229,7 @@ def summary(rows, bars):
         "answer": (answers, "1", "what was named, or the verdict without a cause"),
         "family": (families, "1", "effect"),
         "case": (rows.case.to_numpy(int), "1", "number of the case"),
-        "bar": (bars.what.to_list(), "1", "what was promised"),
+        "criterion": (criteria.what.to_list(), "1", "what was promised"),
     }
     return dataset(variables, coordinates, title="Blind tests of the diagnosis")
 
@@ -241,14 +246,14 @@ def confusion(rows):
     return truths, answers, matrix.reshape(len(truths), len(answers))
 
 
-def twins_of(truths, answers):
-    """(truth, answer) 1 where the answer is right, 2 where it is a declared twin, else 0."""
+def confounders_of(truths, answers):
+    """(truth, answer) 1 where the answer is right, 2 where it is a declared confounder, else 0."""
     zoo = registry().plugins["effect"]
     found = np.zeros((len(truths), len(answers)), int)
     for i, t in enumerate(truths):
         for j, a in enumerate(answers):
             if a == t or (t == "clean" and a == "nothing"):
                 found[i, j] = 1
-            elif t in zoo and a in dict(zoo[t].twins):
+            elif t in zoo and a in dict(zoo[t].confounders):
                 found[i, j] = 2
     return found

@@ -30,7 +30,9 @@ def parser():
     commands = top.add_subparsers(dest="command", required=True, metavar="COMMAND")
 
     plugins = commands.add_parser("plugins", help="list the zoo: kind, name, source, one line each")
-    plugins.add_argument("--name", help="all that this one plugin says of itself: options, parameters, claims, twins")
+    plugins.add_argument(
+        "--name", help="all that this one plugin says of itself: options, parameters, claims, confounders"
+    )
     plugins.add_argument("--kind", help="only this kind: rotor, crack, depth, bearing, effect, spectrum, estimator")
 
     new = commands.add_parser("new", help="write a working plugin file to start from")
@@ -251,7 +253,7 @@ def simulate(given):
 
 
 def import_records(given):
-    from rotorstudy.measurement import measurement_dataset, read_measurement
+    from rotorstudy.measurement.measurement import measurement_dataset, read_measurement
     from rotorstudy.model.rig import named_plugins
     from rotorstudy.presentation.quality_page import write_page
     from rotorstudy.store import provenance, read_yaml, save
@@ -289,7 +291,7 @@ def diagnose(given):
     verdict = report(given.records, given.rig, given.out, given.hold_out)
     for finding in verdict["findings"]:
         print("{severity}: {where}: {name}: {text}".format(**finding), file=sys.stderr)
-    print(verdict["in_words"])
+    print(verdict["summary"])
     print(f"wrote {Path(given.out) / 'index.html'}")
     return 0
 
@@ -351,12 +353,12 @@ def blind(given):
     if Path(given.out).is_file():
         raise RotorstudyError(f"--out {given.out}: is a file; name a folder")
     config = load_blind(given.config or Path(__file__).parents[3] / BLIND)
-    data, bars, rows = run_blind(config, given.out, cases=given.cases, seed=given.seed, cores=given.cores)
-    write_pages(data, bars, rows, given.out)
-    for row in bars.itertuples():
+    data, criteria, rows = run_blind(config, given.out, cases=given.cases, seed=given.seed, cores=given.cores)
+    write_pages(data, criteria, rows, given.out)
+    for row in criteria.itertuples():
         value = f"{row.reached:.3g} ({row.low:.3g} to {row.high:.3g}), {row.cases} cases"
         print(f"{row.status:15} {row.what} {row.needed}: {value}")
-    print(f"wrote {given.out}/bars.html, cases.html, blind.nc and figures")
+    print(f"wrote {given.out}/criteria.html, cases.html, blind.nc and figures")
     return 0
 
 

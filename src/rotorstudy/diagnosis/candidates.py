@@ -47,15 +47,15 @@ class Candidate(NamedTuple):
         return tuple(unknown.name for unknown in self.term.unknowns)
 
 
-def candidate(model, effect, where, shape=None, label="cause", reach=10.0):
+def candidate(model, effect, where, shape=None, label="cause", prior_width=10.0):
     """A candidate; raises RotorstudyError if the effect cannot act there.
 
-    reach : standard deviation of its amplitude, in its typical sizes
+    prior_width : standard deviation of its amplitude, in its typical sizes
     """
     plugin = registry().get("effect", effect, "diagnosis")
     item = {"kind": effect, **plugin.example, **where, **(shape or {}), "label": label}
     term = make_term("effect", item, model.structure, model.sensors, f"candidate {effect}")
-    mean, std = (1.0, FIXED) if plugin.fixed else (0.0, reach)
+    mean, std = (1.0, FIXED) if plugin.fixed else (0.0, prior_width)
     prior = {unknown.name: (mean * unknown.typical, std * unknown.typical) for unknown in term.unknowns}
     positive = tuple(prior) if plugin.positive else ()
     return Candidate(effect, where, term, prior, positive, plugin.fixed, dict(shape or {}))
@@ -79,7 +79,7 @@ def candidates(model, settings):
         for place in plugin.places(model.structure, model.sensors):
             for shape in _shapes(plugin):
                 try:
-                    found.append(candidate(model, name, place, shape, f"cause {len(found)}", settings.reach))
+                    found.append(candidate(model, name, place, shape, f"cause {len(found)}", settings.prior_width))
                 except RotorstudyError:  # it offers a place that this rig's other options rule out
                     continue
     return found

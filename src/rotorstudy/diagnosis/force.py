@@ -1,4 +1,4 @@
-"""Missing force: what would have to push at the measured nodes for the simulation to show what was measured."""
+"""Equivalent residual force: the force at the measured nodes that makes the simulation show what was measured."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from rotorstudy.model.terms import Entry, Unknown
 from rotorstudy.response.harmonic import sensitivities
 
 
-def missing_force(model, theta, speed, harmonics, residual):
+def equivalent_residual_force(model, theta, speed, harmonics, residual):
     """Residual displacement times the inverse receptance at the measured nodes.
 
     Harmonics that the model couples are solved together. Where not every coordinate is measured it is the force at the

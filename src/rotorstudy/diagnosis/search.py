@@ -251,7 +251,7 @@ def _add(work, current, screenings=None, most=None):
     named = current.named
     chosen = [c for c in work.candidates if c.cause not in named]
     screenings = screenings or [screen(current.fit, work.spectrum, chosen)]
-    promising = _promising(work, chosen, screenings, most or work.settings.tried)
+    promising = _promising(work, chosen, screenings, most or work.settings.candidates_per_round)
     looked = {i: _first_look(work, (*current.causes, chosen[i])) for i in promising}
     order = sorted((i for i in looked if looked[i]), key=lambda i: looked[i].cost)
     tried = []
@@ -287,7 +287,7 @@ def _refine(work, model, explanation):
 
     def explain(place, theta):
         shape = {name: _value(x, *ranges[name]) for name, x in zip(ranges, place, strict=True)}
-        moved = candidate(model, last.effect, last.where, shape, last.term.label, work.settings.reach)
+        moved = candidate(model, last.effect, last.where, shape, last.term.label, work.settings.prior_width)
         return _explain(work, (*rest, moved), [theta])
 
     best = explanation
@@ -351,7 +351,7 @@ def _shape_equations(work, model, explanation, place, ranges):
     for i, name in enumerate(ranges):
         off = SHAPE_DIFFERENCE if place[i] < 0.5 else -SHAPE_DIFFERENCE
         shape = {**last.shape, name: _value(place[i] + off, *ranges[name])}
-        moved = candidate(model, last.effect, last.where, shape, last.term.label, work.settings.reach)
+        moved = candidate(model, last.effect, last.where, shape, last.term.label, work.settings.prior_width)
         extended = work.model.plus(*(c.term for c in (*rest, moved)))
         shown = predicted(extended, work.spectrum, fitted.theta)
         left = work.spectrum.whitened(work.spectrum.amplitude - shown)

@@ -14,12 +14,12 @@ class Settings(Strict):
                       to a share of itself
     covariance_error : share by which the stated variances may be too small: they come from a few blocks of a record
     nuisance        : effects of the measuring chain that are never quite zero -> standard deviation of each amplitude
-    reach           : standard deviation of the amplitude of a cause before anything is measured, in its typical sizes
+    prior_width: standard deviation of the amplitude of a cause before anything is measured, in its typical sizes
     hold_out_rad_s  : speeds that no fit sees; None: about a quarter of them, from the middle
     significance    : chance of a residual this large by noise alone, below which something is missing
-    sure            : confidence from which a cause is named alone
+    naming_probability: confidence from which a cause is named alone
     most_causes     : at once
-    tried           : candidates fitted fully a round
+    candidates_per_round: candidates fitted fully a round
     leave_out       : effects that are not considered
     """
 
@@ -28,10 +28,10 @@ class Settings(Strict):
     model_floor: float = Field(default=2e-4, ge=0, lt=0.5)
     covariance_error: float = Field(default=0.1, ge=0, lt=1)
     nuisance: dict[str, float] = {"phase_reference": 5e-3, "probe_gain": 5e-3}
-    reach: float = Field(default=10.0, gt=0)
+    prior_width: float = Field(default=10.0, gt=0)
     hold_out_rad_s: list[float] | None = None
     significance: float = Field(default=1e-3, gt=0, lt=0.5)
-    sure: float = Field(default=0.9, gt=0.5, lt=1)
+    naming_probability: float = Field(default=0.9, gt=0.5, lt=1)
     most_causes: int = Field(default=2, ge=1)
-    tried: int = Field(default=10, ge=1)
+    candidates_per_round: int = Field(default=10, ge=1)
     leave_out: list[str] = []

@@ -63,7 +63,7 @@ def investigate(spectrum, model, *, hold_out=None, settings=None):
     rows = 2 * fitted.amplitude.size
     unlikely_before, unlikely_after = _tail(found.base.cost, rows), _tail(best.fit.cost, rows)
     bent = _tail(best.fit.penalty, len(best.fit.names))
-    left = _left_over(found.base.cost, best.fit.cost, rows)
+    left = _residual_share(found.base.cost, best.fit.cost, rows)
     fits = unlikely_after >= settings.significance or left <= LEFT_OVER
     weights = found.shares()
     sure = {name: sum(w for e, w in weights if name in e.named) for e, _ in weights for name in e.named}
@@ -72,7 +72,7 @@ def investigate(spectrum, model, *, hold_out=None, settings=None):
         verdict = "nothing" if min(unlikely_before, bent) >= settings.significance else "unknown"
     elif not fits or bent < settings.significance or _is_worse(found.base, best.fit, held, settings):
         verdict = "unknown"
-    elif stated or min(sure[name] for name in best.named) < settings.sure:
+    elif stated or min(sure[name] for name in best.named) < settings.naming_probability:
         verdict = "ambiguous"
     else:
         verdict = "cause"
@@ -84,10 +84,10 @@ def investigate(spectrum, model, *, hold_out=None, settings=None):
         "ambiguous_with": others,
         "separating_measurement": _separating(best, [c for c, _ in stated]),
         "unexplained": _unexplained(best.fit, fitted, settings) if verdict == "unknown" or best.causes else [],
-        "chance_of_residual": {"before": unlikely_before, "after": unlikely_after},
+        "residual_p_value": {"before": unlikely_before, "after": unlikely_after},
         "score": max((e.score for e in found.explanations if e.causes), default=None),
-        "chance_of_parameters": bent,
-        "left_over": left,
+        "parameter_p_value": bent,
+        "residual_share": left,
         "detection_limit": _detection_limits(found),
         "gain": gain,
         "base_parameters": _moved(best.fit, found.prior),
@@ -123,7 +123,7 @@ def _tail(cost, freedom):
     return float(max(chi2.sf(cost, freedom), np.finfo(float).tiny))
 
 
-def _left_over(before, after, rows):
+def _residual_share(before, after, rows):
     """Share of the excess that is left, as rms: 0 if all is explained, 1 if nothing."""
     return float(np.sqrt(max(after - rows, 0) / max(before - rows, 1e-300))) if before > rows else 0.0
 
@@ -159,7 +159,7 @@ def _cause(candidate, fitted, sure):
         parameters[short] = {"value": float(value), "std": float(np.sqrt(variance)), "unit": unit}
     shape = {name: {"value": value, "std": None, "unit": "shape"} for name, value in candidate.shape.items()}
     return {"effect": candidate.effect, "where": candidate.where, "parameters": parameters | shape,
-            "confidence": float(sure)}  # fmt: skip
+            "posterior_probability": float(sure)}  # fmt: skip
 
 
 def _gain(base, best, held):
@@ -286,7 +286,7 @@ def _identifiability(fitted, prior):
 
 
 def _separating(best, others):
-    """What would tell the causes apart: what the plugins say of their twins, else what helps in general."""
+    """What would tell the causes apart: what the plugins say of their confounders, else what helps in general."""
     from rotorstudy.model.registry import registry
 
     if not others or not best.causes:
@@ -295,7 +295,9 @@ def _separating(best, others):
     said = []
     for a in best.causes:
         for b in others:
-            text = dict(effects[a.effect].twins).get(b.effect) or dict(effects[b.effect].twins).get(a.effect)
+            text = dict(effects[a.effect].confounders).get(b.effect) or dict(effects[b.effect].confounders).get(
+                a.effect
+            )
             if a.effect == b.effect:
                 text = "a probe nearer to one of the places, or a speed near a mode that moves them differently"
             said.append(f"{a.cause} or {b.cause}: {text or 'other speeds, nearer to and beyond resonance'}")

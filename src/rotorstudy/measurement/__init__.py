@@ -1,13 +1,8 @@
 """Measured vibration: files and a rig file in; a spectrum with covariance, clean records and findings out.
 
-    from rotorstudy.measurement import read_measurement
+    from rotorstudy import read_measurement
 
 Inside the package all is in the project's convention: z = x + j y with x along gravity and y where x turns to, angles
 in rad, time zero when the shaft's reference line points along x. What a file has instead is said in the section
 `measurement:` of the rig file (docs/measured_records.md) and undone on reading.
 """
-
-from rotorstudy.measurement.findings import Finding
-from rotorstudy.measurement.measurement import Measurement, load_spectrum, measurement_dataset, read_measurement
-
-__all__ = ["Finding", "Measurement", "load_spectrum", "measurement_dataset", "read_measurement"]

@@ -348,14 +348,14 @@ def harmonics_by(method, signal, time, speed, harmonics, marks=None):
     return found
 
 
-def full_spectrum(records, harmonics, method, phase="reference", *, whole_turns=True):
+def full_spectrum(records, harmonics, method, phase="reference", *, whole_revolutions=True):
     """The full spectrum of records, one a speed.
 
     records   : list of Record, of the same sensors
     harmonics : (harmonic,) int
     method    : SpectrumMethod plugin
     phase     : "reference" (multi-harmonic reference signal), "keyphasor", or "none": counted from the first sample
-    whole_turns : leave the last incomplete revolution out; False takes the record as it is, with its leakage
+    whole_revolutions : leave the last incomplete revolution out; False takes the record as it is, with its leakage
     returns   : Spectrum with amplitude (speed, harmonic, sensor)
     """
     if phase not in ("reference", "keyphasor", "none"):
@@ -367,7 +367,7 @@ def full_spectrum(records, harmonics, method, phase="reference", *, whole_turns=
     for record in records:
         check_record(record, harmonics)
         whole = record  # pulses of the last incomplete revolution count too
-        record = cut_to_whole_turns(record) if whole_turns else record
+        record = cut_to_whole_turns(record) if whole_revolutions else record
         signals = np.asarray(record.displacement)
         if phase == "reference":
             if record.reference is None:

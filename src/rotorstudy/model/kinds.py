@@ -93,7 +93,7 @@ class Bearing(Plugin):
 class Effect(Plugin):
     """function(structure, **options) -> list of Parameter; for acts_on "output" function(sensors, **options).
 
-    twins     : names of effects it can be confused with, and what separates them; each twin names it back
+    confounders : names of effects it can be confused with, and what separates them; each names it back
     places    : function(structure, sensors) -> list of option dicts, one for each place it can act at; by default each
                 node (each sensor) if it has an option `node`, else one place without options
     candidate : whether diagnosis offers it as a cause; a free force at every harmonic would explain anything
@@ -104,7 +104,7 @@ class Effect(Plugin):
     """
 
     acts_on: str = "rotor"
-    twins: tuple[tuple[str, str], ...] = ()
+    confounders: tuple[tuple[str, str], ...] = ()
     places: Callable | None = field(default=None, compare=False)
     candidate: bool = True
     shape: dict = field(default_factory=dict, compare=False)

@@ -72,8 +72,8 @@ class Model:
         return tuple(u for term in self.terms if term.acts_on == "rotor" for u in term.unknowns)
 
     @cached_property
-    def local_forces(self):
-        """(position in `rotor_unknowns`, LocalForce) of the amplitudes that multiply a force in time."""
+    def nonlinear_forces(self):
+        """(position in `rotor_unknowns`, NonlinearForce) of the amplitudes that multiply a force in time."""
         return tuple((p, u.force) for p, u in enumerate(self.rotor_unknowns) if u.force)
 
     @cached_property
@@ -93,7 +93,7 @@ class Model:
         for entry in (e for u in self.rotor_unknowns for e in u.entries):
             matrix = np.asarray(entry.matrix)
             seen |= matrix != 0 if matrix.ndim == 1 else (matrix != 0).any(axis=0) | (matrix != 0).any(axis=1)
-        for _, force in self.local_forces:
+        for _, force in self.nonlinear_forces:
             seen |= np.any(force.matrix, axis=0)
         return np.flatnonzero(seen | (self.static_residual != 0))
 

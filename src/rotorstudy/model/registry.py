@@ -64,10 +64,10 @@ class Registry:
                 self._manager.unregister(module)
             return
         for kind, plugin in found:
-            twin = self.plugins[kind].get(plugin.name)
-            if twin:
+            namesake = self.plugins[kind].get(plugin.name)
+            if namesake:
                 raise PluginError(
-                    f"two plugins are called {kind} '{plugin.name}': {twin.file} and {plugin.file}; rename one"
+                    f"two plugins are called {kind} '{plugin.name}': {namesake.file} and {plugin.file}; rename one"
                 )
             self.plugins[kind][plugin.name] = plugin
 

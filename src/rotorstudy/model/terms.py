@@ -7,7 +7,7 @@ With complex nodal coordinates q (z = u_x + j u_y, tilt dz/ds), spin speed w and
 
 x = q, conj(q), 1, or the static deflection or its conjugate.
 
-A force that is not affine in the motion (rub) is a function of time instead, see LocalForce.
+A force that is not affine in the motion (rub) is a function of time instead, see NonlinearForce.
 
 Everything else in this package (response, regression columns, Jacobian, force in time) is derived from that table.
 """
@@ -78,7 +78,7 @@ class Entry:
 
 
 @dataclass(frozen=True)
-class LocalForce:
+class NonlinearForce:
     """A force that no table holds, of the motion of some coordinates at the same instant.
 
     matrix   : (coordinate, dof) the coordinates it reads, and acts on
@@ -110,7 +110,7 @@ class Parameter:
     unit    : SI, written "N s/m"
     entries : its table
     typical : a usual size in that unit; the diagnosis and the checks scale with it
-    force   : LocalForce of a real parameter that multiplies a force in time; its table is empty
+    force   : NonlinearForce of a real parameter that multiplies a force in time; its table is empty
     """
 
     name: str
@@ -118,7 +118,7 @@ class Parameter:
     entries: tuple[Entry, ...]
     typical: float
     is_complex: bool = False
-    force: LocalForce | None = None
+    force: NonlinearForce | None = None
 
     @property
     def key(self):
@@ -139,7 +139,7 @@ class Unknown:
     entries: tuple[Entry, ...]
     typical: float
     carries: bool = False
-    force: LocalForce | None = None
+    force: NonlinearForce | None = None
 
 
 @dataclass(frozen=True)

@@ -26,8 +26,8 @@ def _percent(share):
 
 def _bar(data, start):
     """The reached value, bounds and count of the bar whose name starts so."""
-    chosen = next(i for i, name in enumerate(data.bar.values) if str(name).startswith(start))
-    return data.isel(bar=chosen)
+    chosen = next(i for i, name in enumerate(data.criterion.values) if str(name).startswith(start))
+    return data.isel(criterion=chosen)
 
 
 def curves(data):
@@ -48,14 +48,14 @@ def curves(data):
     axes.set_xlabel("change by the effect over noise, rms")
     found = _bar(data, "right cause and place at s >= 3")
     low, high = (100 * float(found[f"bar_{end}"]) for end in ("low", "high"))
-    said = f"{_percent(float(found.bar_reached))} ({low:.0f} to {high:.0f}, {int(found.bar_cases)} cases)"
+    said = f"{_percent(float(found.criterion_reached))} ({low:.0f} to {high:.0f}, {int(found.criterion_cases)} cases)"
     axes.set_title(f"Right at three times the noise and more: {said}")
     axes.legend(loc="lower right")
     return picture
 
 
 def confusion(data):
-    """Counts of answers by truth; right answers and declared twins boxed."""
+    """Counts of answers by truth; right answers and declared confounders boxed."""
     from matplotlib.patches import Rectangle
 
     truths, answers = data.truth.values, data.answer.values
@@ -77,7 +77,9 @@ def confusion(data):
     axes.set_yticks(range(len(truths)), [str(t).replace("_", " ") for t in truths])
     axes.set(xlabel="first answer", ylabel="hidden")
     share = counts[data.accepted.values == 1].sum() / max(counts.sum(), 1)
-    axes.set_title(f"First answer right in {_percent(share)} of cases of every size; box: right, dashed: declared twin")
+    axes.set_title(
+        f"First answer right in {_percent(share)} of cases of every size; box: right, dashed: declared confounder"
+    )
     picture.colorbar(image, ax=axes, label="share of the hidden effect", shrink=0.6)
     return picture
 
@@ -104,12 +106,12 @@ def coverage(data):
     picture, axes = figure(1, 1, height=2.6, width=4.4)
     axes = axes[0, 0]
     chosen = [
-        i for i, name in enumerate(data.bar.values)
-        if (str(name).startswith("truth inside") or "intervals" in str(name)) and data.bar_cases.values[i]
+        i for i, name in enumerate(data.criterion.values)
+        if (str(name).startswith("truth inside") or "intervals" in str(name)) and data.criterion_cases.values[i]
     ]  # fmt: skip
-    part = data.isel(bar=chosen)
-    value = part.bar_reached.values
-    error = np.abs([value - part.bar_low.values, part.bar_high.values - value])
+    part = data.isel(criterion=chosen)
+    value = part.criterion_reached.values
+    error = np.abs([value - part.criterion_low.values, part.criterion_high.values - value])
     axes.errorbar(value, np.arange(len(value)), xerr=error, fmt="o", color=COLOURS[0], capsize=2)
     axes.axvline(0.95, color="0.5", linewidth=0.8, linestyle=":")
     axes.set_yticks(range(len(value)), [str(name) for name in part.bar.values])
@@ -154,5 +156,5 @@ def gain(data):
     axes.set(xscale="log", ylim=(0, 1), xlabel="error on held-out speeds, after over before", ylabel="share of cases")
     axes.legend(loc="lower right", fontsize=6)
     found = _bar(data, "held-out error after over before, median at s >= 3, against the signal")
-    axes.set_title(f"The extended model leaves {float(found.bar_reached):.2g} of the error in the median")
+    axes.set_title(f"The extended model leaves {float(found.criterion_reached):.2g} of the error in the median")
     return picture

@@ -18,7 +18,7 @@ CAPTIONS = {
     "curves": "Completeness: share of hidden effects that are found, cause and place. Reliability: share of named "
     "causes that are true. Bars are 95 % bounds; dotted: 95 %, and three times the noise.",
     "confusion": "A row a hidden effect, a column an answer; cases with one effect or none, of every size. Solid boxes "
-    "are right, dashed ones are twins that the effect declares. What is far below the noise may rightly be 'nothing'.",
+    "are right, dashed ones are confounders the effect declares. What is far below the noise may rightly be 'nothing'.",
     "calibration": "Of all causes named first, how many are true. On the dotted line the confidence is honest, above "
     "it is too modest. The numbers count cases.",
     "coverage": "Shares with 95 % bounds; dotted: 95 %. Stated set: the causes that a verdict names, alone or as not "
@@ -42,26 +42,28 @@ NOTE = (
     "cases do not decide, or that the number is missed but not surely.",
     "Right means: the cause and its place are named, or the verdict is ambiguous and the stated set holds them.",
     "Foreign effects are physics that the library lacks, or one of its effects left out of it; s >= 3 stands for their "
-    "detection limit. A twin is one that a plugin declares, or for foreign physics one that this package declares.",
+    "detection limit. A confounder is declared by a plugin, or for foreign physics by this package.",
     "Held-out errors are counted against the signal without noise, which only a blind test knows; against the "
     "measurement its noise cannot be undercut.",
 )
 
 
-def write_pages(data, bars, rows, folder):
-    """Write figures (PNG, SVG), bars and cases (CSV, HTML) to a folder."""
+def write_pages(data, criteria, rows, folder):
+    """Write figures (PNG, SVG), criteria and cases (CSV, HTML) to a folder."""
     folder = Path(folder)
     for name in FIGURES:
         save_figure(draw(name, data), *(folder / "figures" / f"{name}.{kind}" for kind in ("png", "svg")))
     cases = rows.drop(columns=["covered"])
-    write_csv(bars, folder / "bars.csv")
+    write_csv(criteria, folder / "criteria.csv")
     write_csv(cases.drop(columns=["seconds"]), folder / "cases.csv")
     first = f"{data.attrs['cases']} cases of seed {data.attrs['seed']}. {NOTE[0]}"
-    write_bars(bars, [first, in_short(bars), *NOTE[1:]], folder)
-    foreign = (cases.kind == "foreign") & (cases["size"] >= LARGE) & (cases.verdict != "unknown") & ~cases.twin
+    write_bars(criteria, [first, in_short(criteria), *NOTE[1:]], folder)
+    foreign = (cases.kind == "foreign") & (cases["size"] >= LARGE) & (cases.verdict != "unknown") & ~cases.confounder
     wrong = cases.known & ~cases.right | (cases.kind == "clean") & (cases.verdict != "nothing") | foreign
     shown = cases[wrong].sort_values("size", ascending=False)
-    shown = shown[["case", "kind", "rig", "noise_percent", "size", "truth", "verdict", "answer", "confidence"]]
+    shown = shown[
+        ["case", "kind", "rig", "noise_percent", "size", "truth", "verdict", "answer", "posterior_probability"]
+    ]
     by_rig = cases.groupby("rig").seconds.agg(["count", "mean", "max"]).reset_index()
     note = (
         f"{first} The largest first; size is the change over the noise, and an effect below one is hardly to be seen."
@@ -70,11 +72,11 @@ def write_pages(data, bars, rows, folder):
                {f"Wrong: {len(shown)} of {len(cases)}": shown, "Seconds of a diagnosis": by_rig}, 3)  # fmt: skip
 
 
-def in_short(bars):
-    """How many bars are reached, not reached and undecided, and which are not reached."""
-    count = {status: int((bars.status == status).sum()) for status in STATUS}
-    needed = bars[bars.needed != ""]
-    said = f"{count['reached']} of {len(needed)} bars are surely reached, {count['not reached']} surely not, "
+def in_short(criteria):
+    """How many criteria are reached, not reached and undecided, and which are not reached."""
+    count = {status: int((criteria.status == status).sum()) for status in STATUS}
+    needed = criteria[criteria.needed != ""]
+    said = f"{count['reached']} of {len(needed)} criteria are surely reached, {count['not reached']} surely not, "
     said += f"{count['undecided']} undecided by so many cases"
     below = needed[(needed.status == "undecided") & ~needed.why.str.startswith("the number is there")].what
     missed = [*needed[needed.status == "not reached"].what]
@@ -85,11 +87,11 @@ def in_short(bars):
     return f"{said}."
 
 
-def write_bars(bars, notes, folder):
-    """The page of bars and pictures, which needs no other file."""
+def write_bars(criteria, notes, folder):
+    """The page of criteria and pictures, which needs no other file."""
     first, *points = notes
-    counted = np.abs(bars.found / bars.cases.clip(lower=1) - bars.reached) < 1e-9  # a median has no count
-    shown = bars.assign(found=bars.found.astype(float).where(counted))
+    counted = np.abs(criteria.found / criteria.cases.clip(lower=1) - criteria.reached) < 1e-9  # a median has no count
+    shown = criteria.assign(found=criteria.found.astype(float).where(counted))
     table = html_table(shown[["what", "needed", "reached", "low", "high", "found", "cases", "status", "why"]], 3)
     for status, colour in STATUS.items():
         table = table.replace(f">{status}</td>", f' style="color: {colour}; font-weight: bold">{status}</td>')
@@ -108,4 +110,4 @@ def write_bars(bars, notes, folder):
         table,
         *pictures,
     ]
-    write_text(folder / "bars.html", "\n".join(page) + "</html>\n")
+    write_text(folder / "criteria.html", "\n".join(page) + "</html>\n")

@@ -25,7 +25,7 @@ def draw(diagnosis, data, folder):
     """Every figure as PNG and SVG in a folder; data : the Dataset of verdict.nc."""
     pictures = {
         "what_is_wrong": what_is_wrong(data),
-        "causes": causes(data, diagnosis.settings.sure, diagnosis.verdict["verdict"]),
+        "causes": causes(data, diagnosis.settings.naming_probability, diagnosis.verdict["verdict"]),
         "before_and_after": before_and_after(data),
         "gain": gain(data),
     }
@@ -40,14 +40,14 @@ def worst_nodes(data, count):
 
 
 def what_is_wrong(data):
-    """Maps over speed and harmonic, a row a node: residual in sigma and missing force, before and after."""
+    """Maps over speed and harmonic, a row a node: residual in sigma and equivalent residual force, before and after."""
     from matplotlib.colors import LogNorm
 
     order = np.argsort(data.harmonic.values)
     nodes = worst_nodes(data, MOST_NODES)
     picture, axes = figure(len(nodes), 4, height=max(1.6, 0.17 * len(data.speed) + 0.8), width=2.3)
     sigma = {when: data[f"residual_{when}"].values for when in ("before", "after")}
-    force = {when: np.abs(as_complex(data[f"missing_force_{when}"])) for when in ("before", "after")}
+    force = {when: np.abs(as_complex(data[f"equivalent_residual_force_{when}"])) for when in ("before", "after")}
     largest = max(force["before"].max(), 1e-12)
     scales = (LogNorm(1, max(10.0, sigma["before"].max())), LogNorm(1e-3 * largest, largest))
     for column, (values, when) in enumerate([(v, when) for v in (sigma, force) for when in ("before", "after")]):
@@ -63,7 +63,7 @@ def what_is_wrong(data):
                 ax.set_ylabel(f"node {data.node.values[node]}\nspeed (rad/s)")
             if row < len(nodes) - 1:
                 ax.set_xticklabels([])
-            ax.set_title(("residual" if column < 2 else "missing force") + f", {when}" if row == 0 else "")
+            ax.set_title(("residual" if column < 2 else "equivalent residual force") + f", {when}" if row == 0 else "")
         if when == "after":
             label = "standard deviations" if column < 2 else "force at the node (N)"
             picture.colorbar(image, ax=axes[:, column - 1 : column + 1], label=label, pad=0.02)
@@ -92,16 +92,16 @@ def causes(data, sure, verdict):
     ax, place = axes[0, 0], np.arange(count)
     left = np.sqrt(part.cost.values / components)
     start = 0.8 * min(1.0, left.min())
-    for best, twin, colour, label in (
+    for best, confounder, colour, label in (
         (1, 0, EXTENDED, "comes nearest" if verdict == "unknown" else "the verdict"),
         (0, 1, COLOURS[4], "cannot be ruled out"),
         (0, 0, "#BBBBBB", "less likely"),
     ):
-        chosen = (part.is_best.values == best) & (part.is_twin.values == twin)
+        chosen = (part.is_best.values == best) & (part.is_alternative.values == confounder)
         if chosen.any():
-            hatch = "//" if twin else None
+            hatch = "//" if confounder else None
             ax.barh(place[chosen], left[chosen] - start, 0.7, start, color=colour, label=label, hatch=hatch)
-    for y, value, belief in zip(place, left, part.confidence.values, strict=True):
+    for y, value, belief in zip(place, left, part.posterior_probability.values, strict=True):
         if belief >= 0.001 and verdict != "unknown":
             ax.text(value, y, f" confidence {belief:.1%}", va="center", fontsize=7)
     ax.axvline(1, color="k", linewidth=0.8, linestyle=":")

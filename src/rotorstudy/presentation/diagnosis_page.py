@@ -43,7 +43,7 @@ CAPTIONS = {
 }
 
 
-def in_words(verdict, findings=()):
+def summary(verdict, findings=()):
     """The verdict as a few plain sentences; findings : of the quality of the records."""
     doubts = dict.fromkeys(finding.name for finding in findings if finding.severity == "warning")
     alike = [name.replace("_", " ") for name in verdict.get("not_considered", [])]
@@ -56,22 +56,20 @@ def _said(verdict):
     if kind == "nothing":
         text = (
             "Nothing is missing: noise and the stated model error explain what the simulation does not show (chance of "
-            f"a residual this large: {chance(verdict['chance_of_residual']['before'])})."
+            f"a residual this large: {chance(verdict['residual_p_value']['before'])})."
         )
         found = smallest_found(verdict)
         if found:
             text += f" Of 100 records with one of these, 95 would have shown it: {', '.join(found)}."
         return text
     bent = ""
-    if kind == "unknown" and verdict["chance_of_parameters"] < verdict["settings"]["significance"]:
-        bent = (
-            f"parameters as far off what is stated as they would have to be: {chance(verdict['chance_of_parameters'])}"
-        )
+    if kind == "unknown" and verdict["parameter_p_value"] < verdict["settings"]["significance"]:
+        bent = f"parameters as far off what is stated as they would have to be: {chance(verdict['parameter_p_value'])}"
     if not causes:
-        left = f"a residual this large: {chance(verdict['chance_of_residual']['before'])}"
+        left = f"a residual this large: {chance(verdict['residual_p_value']['before'])}"
         return f"Something is missing, and no effect of the library explains it (chance of {bent or left})."
     named = " together with ".join(cause_in_words(cause) for cause in causes)
-    sure = min(cause["confidence"] for cause in causes)
+    sure = min(cause["posterior_probability"] for cause in causes)
     if kind == "cause":
         text = f"Something is missing, and it is most likely {named}; confidence {percent(sure)}."
     elif kind == "ambiguous":
@@ -81,7 +79,7 @@ def _said(verdict):
     else:
         near = " together with ".join(map(place, causes))  # sizes of what is not the cause would be taken for findings
         text = f"Something is missing that no effect of the library explains. What comes nearest is {near}"
-        text += f", which leaves {percent(verdict['left_over'])} of the excess error (rms)"
+        text += f", which leaves {percent(verdict['residual_share'])} of the excess error (rms)"
         text += f" (chance of {bent})." if bent else "."
     return f"{text} {gain_in_words(verdict)}".strip()
 
@@ -169,8 +167,13 @@ def sizes(cause):
 def not_considered(verdict, known=()):
     """Effects that look like a named cause by what they declare, but are no candidates; known : those of the rig."""
     effects, left_out = registry().plugins["effect"], verdict["settings"]["leave_out"]
-    twins = [twin for cause in verdict["causes"] for twin, _ in effects[cause["effect"]].twins if twin not in known]
-    return [t for t in dict.fromkeys(twins) if t in effects and (t in left_out or not effects[t].candidate)]
+    confounders = [
+        confounder
+        for cause in verdict["causes"]
+        for confounder, _ in effects[cause["effect"]].confounders
+        if confounder not in known
+    ]
+    return [t for t in dict.fromkeys(confounders) if t in effects and (t in left_out or not effects[t].candidate)]
 
 
 def next_steps(verdict):
@@ -259,7 +262,7 @@ def write_page(verdict, data, figures, path, title):
     kind = verdict["verdict"]
     parts = [
         f"<h1>Diagnosis of {escape(title)}: {HEADINGS[kind]}</h1>",
-        f'<p class="verdict" style="border-color: {COLOUR[kind]}">{escape(verdict["in_words"])}</p>',
+        f'<p class="verdict" style="border-color: {COLOUR[kind]}">{escape(verdict["summary"])}</p>',
         *_glance(verdict),
         *_next(verdict),
         *_picture("what_is_wrong", figures),
@@ -294,11 +297,11 @@ def _glance(verdict):
     rows, gain = [], verdict["gain"]
     named = {"cause": "Cause", "unknown": "What comes nearest"}.get(verdict["verdict"], "Most likely")
     for cause in verdict["causes"]:
-        sure = "" if verdict["verdict"] == "unknown" else f"; confidence {percent(cause['confidence'])}"
+        sure = "" if verdict["verdict"] == "unknown" else f"; confidence {percent(cause['posterior_probability'])}"
         rows.append((named, f"{place(cause)}{sure}"))
         rows += [(f"its {name}", text) for name, text in sizes(cause).items()]
     if not verdict["causes"]:
-        left = chance(verdict["chance_of_residual"]["before"])
+        left = chance(verdict["residual_p_value"]["before"])
         rows.append(("Chance of such a residual by noise", left))
         rows.append(("Smallest found in 95 of 100", "; ".join(smallest_found(verdict)) or "no effect shows at all"))
     if gain is None:
@@ -322,7 +325,9 @@ def _next(verdict):
     others = verdict["ambiguous_with"]
     if not others:
         return []
-    items = "".join(f"<li>{escape(cause_in_words(c))}; confidence {percent(c['confidence'])}</li>" for c in others)
+    items = "".join(
+        f"<li>{escape(cause_in_words(c))}; confidence {percent(c['posterior_probability'])}</li>" for c in others
+    )
     parts = ["<h2>What else it could be</h2>", f"<ul>{items}</ul>"]
     told = "".join(
         f"<li><b>{escape(text)}</b> ({escape('; '.join(pairs))})</li>" if any(pairs) else f"<li>{escape(text)}</li>"
@@ -340,7 +345,8 @@ def _left(verdict):
     added = "With all causes added" if verdict["causes"] else "Nothing was added"
     note = (
         f"{added}: chance of a residual this large "
-        f"{chance(verdict['chance_of_residual']['after'])}; left of the excess error: {percent(verdict['left_over'])}."
+        f"{chance(verdict['residual_p_value']['after'])}; left of the excess error: "
+        f"{percent(verdict['residual_share'])}."
     )
     return _table("What remains unexplained", rows, f"{note} No harmonic of a node stands out.", note)
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from rotorstudy.diagnosis.extend import extended_rig, write_rig
-from rotorstudy.diagnosis.force import missing_force
+from rotorstudy.diagnosis.force import equivalent_residual_force
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict import investigate
 from rotorstudy.errors import RotorstudyError, unknown_name
@@ -32,7 +32,7 @@ def report(records, rig_path, out, hold_out=None):
     raises   : RotorstudyError for files that cannot be read, and for findings that are errors; then nothing is written
     """
     from rotorstudy.presentation.diagnosis_figures import draw
-    from rotorstudy.presentation.diagnosis_page import in_words, not_considered, write_page
+    from rotorstudy.presentation.diagnosis_page import not_considered, summary, write_page
     from rotorstudy.store import provenance, save, write_text
 
     given = read_yaml(rig_path)
@@ -47,7 +47,7 @@ def report(records, rig_path, out, hold_out=None):
     kinds = {term.kind for term in model.terms}
     verdict = {**diagnosis.verdict, "not_considered": not_considered(diagnosis.verdict, kinds)}
     verdict |= {
-        "in_words": in_words(verdict, findings),
+        "summary": summary(verdict, findings),
         "findings": [asdict(finding) for finding in findings],
         "provenance": attributes,
     }
@@ -56,7 +56,7 @@ def report(records, rig_path, out, hold_out=None):
         draw(diagnosis, data, folder / "figures")
         save(data, folder / "verdict.nc")
         write_rig(
-            rig, folder / "extended_rig.yaml", f"{rig_path} after a diagnosis of its records\n{verdict['in_words']}"
+            rig, folder / "extended_rig.yaml", f"{rig_path} after a diagnosis of its records\n{verdict['summary']}"
         )
         write_page(verdict, data, folder / "figures", folder / "index.html", title=Path(rig_path).stem)
         write_text(folder / "verdict.json", json.dumps(finite(verdict), indent=1, ensure_ascii=False) + "\n")
@@ -84,7 +84,7 @@ def far_from_the_rig(diagnosis, data):
     for cause in diagnosis.search.best.causes:
         for unknown in cause.term.unknowns:
             value = theta[unknown.name]
-            if not cause.fixed and abs(value) > diagnosis.settings.reach * unknown.typical:
+            if not cause.fixed and abs(value) > diagnosis.settings.prior_width * unknown.typical:
                 name = plain(unknown.name.replace(f"[{cause.term.label}]", ""))
                 said.append(f"{name} would be {quantity(value, unknown.unit)}")
     if not said:
@@ -160,7 +160,7 @@ def read_spectrum(paths, rig_path):
 
     raises : RotorstudyError that lists the findings that are errors
     """
-    from rotorstudy.measurement import read_measurement
+    from rotorstudy.measurement.measurement import read_measurement
 
     paths = [Path(path) for path in ([paths] if isinstance(paths, (str, Path)) else paths)]
     imported = [path for path in paths if _is_spectrum(path)]
@@ -196,7 +196,7 @@ def _is_spectrum(path):
 
 
 def _imported(path):
-    from rotorstudy.measurement import load_spectrum
+    from rotorstudy.measurement.measurement import load_spectrum
     from rotorstudy.store import load
 
     spectrum, data = load_spectrum(path), load(path)
@@ -221,7 +221,7 @@ def check_spectrum(spectrum, where):
 
 
 def verdict_dataset(diagnosis, spectrum):
-    """What verdict.nc holds: spectra, residual maps, missing force, parameters and explanations.
+    """What verdict.nc holds: spectra, residual maps, equivalent residual force, parameters and explanations.
 
     spectrum : Spectrum of all speeds, fitted and held out
     """
@@ -243,12 +243,17 @@ def verdict_dataset(diagnosis, spectrum):
         off = spectrum.amplitude - shown
         parts = whole.whitened(off).reshape(len(spectrum.speed), len(spectrum.sensors), 2, -1)
         sigma = np.sqrt(np.mean(parts**2, axis=2)).transpose(0, 2, 1)
-        force = missing_force(fitted.model, fitted.theta, spectrum.speed, spectrum.harmonics, off)
+        force = equivalent_residual_force(fitted.model, fitted.theta, spectrum.speed, spectrum.harmonics, off)
         name = "base" if when == "before" else "extended"
         variables |= {
             name: (grid, shown, "m", f"harmonics of the {name} model"),
             f"residual_{when}": (grid, sigma, "1", f"measured minus {name} model, in standard deviations"),
-            f"missing_force_{when}": (grid, force, "N", f"force at the measured nodes missing in the {name} model"),
+            f"equivalent_residual_force_{when}": (
+                grid,
+                force,
+                "N",
+                f"force at the measured nodes missing in the {name} model",
+            ),
         }
     variables |= _parameters(diagnosis) | _explanations(diagnosis)
     coordinates = {
@@ -288,7 +293,7 @@ def _explanations(diagnosis):
     stated = {(cause["effect"], tuple(cause["where"].items())) for cause in diagnosis.verdict["ambiguous_with"]}
     best = diagnosis.search.best
     labels = [" + ".join(cause.label for cause in e.causes) or "nothing more" for e, _ in weights]
-    twin = [
+    confounder = [
         any((c.effect, tuple(c.where.items())) in stated for c in e.causes) and not best.named <= e.named
         for e, _ in weights
     ]
@@ -301,8 +306,8 @@ def _explanations(diagnosis):
             "1",
             "twice the logarithm of the odds against the base alone",
         ),
-        "confidence": (along, np.array([w for _, w in weights]), "1", "share of belief"),
+        "posterior_probability": (along, np.array([w for _, w in weights]), "1", "share of belief"),
         "cost": (along, np.array([e.fit.cost for e, _ in weights]), "1", "misfit of data and priors"),
-        "is_twin": (along, np.array(twin, "int8"), "1", "1 if the data cannot rule it out"),
+        "is_alternative": (along, np.array(confounder, "int8"), "1", "1 if the data cannot rule it out"),
         "is_best": (along, np.array([e is best for e, _ in weights], "int8"), "1", "1 for the best"),
     }

@@ -22,7 +22,7 @@ DIFFERENCE = 1e-6  # step of a derivative, against the motion: central, so 1e-12
 class Tangent(NamedTuple):
     """What a small change at a steady state leads to, at one speed.
 
-    slope : (motion component, motion component) of the local forces;  reply : (harmonic, dof, component) of the rotor
+    slope : (motion component, motion component) of the forces;  reply : (harmonic, dof, component) of the rotor
     """
 
     slope: np.ndarray
@@ -30,7 +30,7 @@ class Tangent(NamedTuple):
     seen: np.ndarray
 
     def response(self, change):
-        """(harmonic, dof, parameter) change with the local forces, from the change without."""
+        """(harmonic, dof, parameter) change with the nonlinear forces, from the change without."""
         moved = _real(change[:, self.seen])
         stiff = np.eye(len(moved)) - _real(self.reply[:, self.seen]) @ self.slope
         return change + self.reply @ (self.slope @ np.linalg.solve(stiff, moved))
@@ -42,8 +42,8 @@ def turn(harmonics):
     return np.exp(2j * np.pi / count * np.outer(np.arange(count), harmonics))
 
 
-def local_column(force, amplitudes, speed, harmonics, deflection):
-    """Force harmonics of one unit of a local force at given displacement harmonics.
+def nonlinear_column(force, amplitudes, speed, harmonics, deflection):
+    """Force harmonics of one unit of a nonlinear force at given displacement harmonics.
 
     amplitudes : (..., speed, harmonic, dof) complex, from the static deflection (dof,) or (..., speed, dof)
     returns    : (..., speed, harmonic, dof) complex; harmonics not listed count as zero
@@ -66,9 +66,9 @@ def _complex(components, coordinates):
 
 
 def steady_state(forces, speed, harmonics, deflection, linear, reply):
-    """Harmonics (harmonic, dof) under local forces at one speed, and the Tangent there.
+    """Harmonics (harmonic, dof) under nonlinear forces at one speed, and the Tangent there.
 
-    forces : list of (amplitude, LocalForce);  deflection : (dof,)
+    forces : list of (amplitude, NonlinearForce);  deflection : (dof,)
     linear : (harmonic, dof) motion without them
     reply  : (harmonic, dof, component) motion by a unit force at each component of the coordinates they read
     raises : NoConvergenceError if no steady state grows out of the linear one
@@ -135,5 +135,5 @@ def steady_state(forces, speed, harmonics, deflection, linear, reply):
 
 
 def seen_coordinates(forces):
-    """Positions of the coordinates that local forces read and act on."""
+    """Positions of the coordinates that nonlinear forces read and act on."""
     return np.flatnonzero(np.any([np.any(force.matrix, axis=0) for force in forces], axis=0))

@@ -3,7 +3,7 @@
 Without entries on conj(z) or with a shift, harmonics do not see each other and are solved one by one. Otherwise
 R_n is coupled with R_{n-k} and conj(R_{-n}); then q_n and w_n = conj(q_{-n}) are unknowns side by side, and the
 blocks that really are connected are solved together. All speeds, harmonics and trials go through one batched solve.
-Local forces, which are not linear, are then added speed by speed (see `alternating`).
+nonlinear forces, which are not linear, are then added speed by speed (see `alternating`).
 """
 
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.terms import apply_entries
-from rotorstudy.response.alternating import local_column, seen_coordinates, steady_state
+from rotorstudy.response.alternating import nonlinear_column, seen_coordinates, steady_state
 from rotorstudy.response.statics import static_deflection
 
 NUMBERS_AT_ONCE = 5e7  # complex numbers in the matrices of one solve, 0.8 GB; beyond, speeds are taken in parts
@@ -61,7 +61,7 @@ def layout(model, harmonics, order=COUPLED_ORDER):
         frozenset((e.on, e.shift) for u in unknowns for e in u.entries if e.reads_motion)
         for unknowns in (model.rotor_unknowns, model.output_unknowns)
     ]
-    return _layout(*links, bool(model.local_forces), tuple(int(n) for n in harmonics), order)
+    return _layout(*links, bool(model.nonlinear_forces), tuple(int(n) for n in harmonics), order)
 
 
 @lru_cache(maxsize=256)
@@ -140,7 +140,7 @@ def _links(on, shift, carried, doubled):
 def forced_harmonics(model, order=COUPLED_ORDER):
     """(harmonic,) every harmonic the sensors show: of the forces (-order..order if coupled), moved by the sensors."""
     entries = [e for u in model.rotor_unknowns for e in u.entries]
-    if model.local_forces or any(e.shift and e.reads_motion for e in entries):
+    if model.nonlinear_forces or any(e.shift and e.reads_motion for e in entries):
         vibrating = set(range(-order, order + 1))
     else:
         vibrating = {0} | {e.shift for e in entries}
@@ -316,7 +316,7 @@ def harmonic_response(model, speed, harmonics, theta=None, *, order=COUPLED_ORDE
 def _carried_response(model, speed, theta, blocks, jacobian, kept=None):
     """Harmonics (..., speed, harmonic, dof) and derivatives, at the coordinates `kept`; zero at the others."""
     dof = len(model.structure.dofs)
-    kept = np.arange(dof) if kept is None or model.local_forces else kept
+    kept = np.arange(dof) if kept is None or model.nonlinear_forces else kept
     trials, links = np.prod(theta.shape[:-1]), sum(g.size * g.shape[1] for g in blocks.groups)
     numbers = len(speed) * links * max(trials * len(kept) ** 2, dof**2)
     if numbers > NUMBERS_AT_ONCE and len(speed) > 1 and np.ndim(model.held_deflection) < 2:
@@ -343,15 +343,15 @@ def _carried_response(model, speed, theta, blocks, jacobian, kept=None):
     force[..., blocks.harmonics == 0, :] += model.static_residual
     found = solve(force[..., None])[..., 0]
     tangents = None
-    if model.local_forces:
-        found, tangents = _with_local_forces(model, rotor, speed, blocks, matrices, deflection, found)
+    if model.nonlinear_forces:
+        found, tangents = _with_nonlinear_forces(model, rotor, speed, blocks, matrices, deflection, found)
     if not jacobian:
         return found, None
     columns = [
         apply_entries(u.entries, found, speed, blocks.harmonics, resting(u, deflection)) for u in model.rotor_unknowns
     ]
-    for p, local in model.local_forces:
-        columns[p] = local_column(local, found, speed, blocks.harmonics, deflection)
+    for p, local in model.nonlinear_forces:
+        columns[p] = nonlinear_column(local, found, speed, blocks.harmonics, deflection)
     if moved:
         forces = _moved_force(model, rotor, speed, blocks.harmonics, np.stack(list(moved.values())))
         for p, force in zip(moved, np.broadcast_to(forces, (len(moved), *found.shape)), strict=True):
@@ -366,10 +366,10 @@ def _carried_response(model, speed, theta, blocks, jacobian, kept=None):
     return found, derivatives
 
 
-def _with_local_forces(model, theta, speed, blocks, matrices, deflection, linear):
+def _with_nonlinear_forces(model, theta, speed, blocks, matrices, deflection, linear):
     """Harmonics (..., speed, harmonic, dof) with the forces that are not linear, and Tangents (..., speed)."""
     carried, dof = blocks.harmonics, len(model.structure.dofs)
-    seen = seen_coordinates([force for _, force in model.local_forces])
+    seen = seen_coordinates([force for _, force in model.nonlinear_forces])
     unit = np.zeros((len(carried), len(seen), len(carried), dof), complex)
     row, column = np.ix_(range(len(carried)), range(len(seen)))
     unit[row, column, row, seen[column]] = 1
@@ -379,7 +379,7 @@ def _with_local_forces(model, theta, speed, blocks, matrices, deflection, linear
     deflection = np.broadcast_to(deflection, (*linear.shape[:-2], dof))
     found, tangents = np.empty_like(linear), np.empty(linear.shape[:-2], object)
     for place in np.ndindex(tangents.shape):
-        forces = [(theta[(*place[:-1], p)], force) for p, force in model.local_forces]
+        forces = [(theta[(*place[:-1], p)], force) for p, force in model.nonlinear_forces]
         found[place], tangents[place] = steady_state(
             forces, speed[place[-1]], carried, deflection[place], linear[place], reply[place]
         )
@@ -448,7 +448,7 @@ def sensitivities(model, speed, harmonics, unknowns, theta=None, *, order=COUPLE
         forces = [
             apply_entries(u.entries, found, speed, blocks.harmonics, resting(u, deflection))
             if u.force is None
-            else local_column(u.force, found, speed, blocks.harmonics, deflection)
+            else nonlinear_column(u.force, found, speed, blocks.harmonics, deflection)
             for u in rotor
         ]
         moved = _solve(operator(model, own, speed, blocks), np.stack(forces, axis=-1), blocks, speed)

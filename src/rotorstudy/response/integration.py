@@ -91,7 +91,7 @@ def time_response(
         for name, vector in (("kz", position), ("kc", position.conj()), ("cz", velocity), ("cc", velocity.conj())):
             if name in table:
                 acceleration = acceleration + np.tensordot(turning, table[name], 1) @ vector
-        for p, local in model.local_forces:
+        for p, local in model.nonlinear_forces:
             seen = [(local.matrix @ vector)[None] for vector in (position, velocity, reference)]
             acceleration = acceleration + theta[p] * inverse_mass @ (local.at(*seen)[0] @ local.matrix)
         return np.concatenate([velocity, acceleration])

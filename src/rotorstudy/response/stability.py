@@ -96,7 +96,7 @@ def stability_threshold(model, up_to, theta=None, *, lowest=None):
 def check_stable(model, speeds):
     """Raise if a whirl mode grows at a speed: there is no steady state then. Time-varying models are not judged."""
     varies = any(e.reads_motion and (e.shift or e.frequency_only) for u in model.rotor_unknowns for e in u.entries)
-    if varies or model.local_forces:
+    if varies or model.nonlinear_forces:
         return
     unstable = growth_rate(model, speeds) > 0
     if unstable.any():

@@ -52,7 +52,7 @@ class Fault(Strict):
 
 
 class Compared(Strict):
-    """A rotor to compare on: the main rig of a study, or the twin of a replay, with the parameters identified there.
+    """A rotor to compare on: the main rig of a study, or that of a replay, with the parameters identified there.
 
     speeds_rad_s : needed for a study; of a replay, its own
     harmonics : identified from, if not all of the study's; a spectrum method is asked for all of those
@@ -139,7 +139,7 @@ def _rotor(compared, model, unknowns, harmonics, speeds):
 
 
 def replay_rotor(compared, replay, identification):
-    """The twin of a replayed experiment: its rig with the parameters found from all its speeds, at its own speeds."""
+    """The rotor of a replayed experiment, with the parameters found from all its speeds, at its own speeds."""
     found = identification.estimate.sel(estimator="maximum_likelihood", data_set="regression").isel(group=-1)
     terms = []
     for term in replay.model.terms:

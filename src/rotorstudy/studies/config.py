@@ -38,14 +38,14 @@ class RecordKind(Strict):
 
     late_samples    : it starts so many samples late, and is as long as it should be
     dropped_samples : so many samples are cut off its start, and it is that much shorter
-    whole_turns     : the last incomplete turn is cut off before the harmonics are taken
+    whole_revolutions     : the last incomplete turn is cut off before the harmonics are taken
     clock_samples   : spectrum method -> samples from where its clock starts to the record; only to follow the thesis,
                       whose regression counts from elsewhere than its Fourier transform
     """
 
     late_samples: float = Field(default=0.0, ge=0)
     dropped_samples: int = Field(default=0, ge=0)
-    whole_turns: bool = True
+    whole_revolutions: bool = True
     clock_samples: dict[str, int] = {}
 
 
@@ -104,7 +104,7 @@ class BiasConfig(Strict):
     percent: list[Annotated[float, Field(gt=-100)]]
 
 
-class Measurement(Strict):
+class ExtraMeasurement(Strict):
     """What is measured besides, or otherwise: to find out which measurement would tell the unknowns apart best.
 
     tilts : nodes where two probes, tilt_arm_m apart, show the tilt;  stations_m : further probes along the shaft
@@ -152,7 +152,7 @@ class StudyConfig(Strict):
     monte_carlo: MonteCarloConfig
     bias: BiasConfig
     crack_scales: list[PositiveNumber] = []
-    extra_measurements: dict[str, Measurement] = {}
+    extra_measurements: dict[str, ExtraMeasurement] = {}
     sensor_sets: dict[str, list[int]] = {}
     variants: dict[str, Variant] = {}
 

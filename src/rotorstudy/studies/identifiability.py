@@ -7,7 +7,7 @@ from rotorstudy.inference.identification import check_identifiable, invert, magn
 from rotorstudy.measurement.spectrum import components
 from rotorstudy.response.harmonic import harmonic_response, measured_response
 from rotorstudy.store import dataset
-from rotorstudy.studies.config import Measurement, parameter_coordinates
+from rotorstudy.studies.config import ExtraMeasurement, parameter_coordinates
 
 AS_IT_IS = "as it is"
 NOISE = 0.01  # white in time, of the rms vibration at the study's own speeds: one number for all probes and all speeds
@@ -53,7 +53,7 @@ def identifiability(config, rig):
               measurement, parameter) relative, of phases in rad; inflation (case, parameter), the bound over the one
               with all others known
     """
-    model, options = config.rig(rig), {AS_IT_IS: Measurement(), **config.extra_measurements}
+    model, options = config.rig(rig), {AS_IT_IS: ExtraMeasurement(), **config.extra_measurements}
     bounds, correlations, inflations = [], [], []
     noise = [probe_noise(config, model, case.speeds) for case in config.cases.values()]
     for case, level in zip(config.cases.values(), noise, strict=True):

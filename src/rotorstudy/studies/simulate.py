@@ -74,7 +74,7 @@ def take(config, kind, signal, speed, sensors):
 def kind_spectrum(config, kind, records, name, phase):
     """Spectrum of records of one kind by a spectrum method, its phase counted from where the kind's clock starts."""
     method = registry().get("spectrum", name)
-    spectrum = full_spectrum(records, config.harmonics, method, phase, whole_turns=kind.whole_turns)
+    spectrum = full_spectrum(records, config.harmonics, method, phase, whole_revolutions=kind.whole_revolutions)
     early = kind.clock_samples.get(name, 0) * config.record.step
     if phase != "none" or not early:
         return spectrum

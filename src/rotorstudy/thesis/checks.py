@@ -161,7 +161,7 @@ def bow_magnification(config, compensated):
     return compensated[higher, one] - still, still * (unit[higher] / unit[slow] - 1)
 
 
-def bow_twins(config):
+def bow_confounders(config):
     """The message that a bow and a free crack force at 1X cannot be told apart, or an empty string if they can."""
     model = config.model.plus(_bow(config))
     _, change = measured_response(model, config.speeds, config.harmonics, model.typical, jacobian=True)

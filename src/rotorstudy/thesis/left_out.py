@@ -37,7 +37,7 @@ def leave_one_out(records, rig_path):
         rows.append({
             "speed": float(speed), "verdict": verdict["verdict"], "causes": sorted(map(place, verdict["causes"])),
             "base": gain["before_m"], "extended": gain["after_m"],
-            "without_limits": float(np.sqrt(np.mean(np.abs(off) ** 2))), "in_words": gain_in_words(verdict),
+            "without_limits": float(np.sqrt(np.mean(np.abs(off) ** 2))), "summary": gain_in_words(verdict),
         })  # fmt: skip
     return rows
 
@@ -119,7 +119,7 @@ def notes_on(config, verdict, harmonics, left_out):
     where = ", ".join(
         f"{row['harmonic']} by {row['base, left (µm)']:.3g} µm ({row['base (σ)']:.2g} σ)" for row in wrong
     )
-    before, after = (chance(verdict["chance_of_residual"][when]) for when in ("before", "after"))
+    before, after = (chance(verdict["residual_p_value"][when]) for when in ("before", "after"))
     always = set.intersection(*(set(row["causes"]) for row in left_out))
     gained = "; ".join(
         f"{row['speed'] / (2 * np.pi):.3g} Hz: {1e6 * row['base']:.3g} to {1e6 * row['extended']:.3g} µm "
@@ -141,7 +141,7 @@ def _explained(verdict):
     """A sentence on what explains a rig's residual, without sizes that the records do not fix."""
     causes = " together with ".join(map(place, verdict["causes"]))
     others = ", ".join(dict.fromkeys(map(place, verdict["ambiguous_with"])))
-    removed = 100 * (1 - verdict["left_over"])
+    removed = 100 * (1 - verdict["residual_share"])
     return {
         "nothing": "nothing is missing.",
         "cause": f"{causes}; it removes {removed:.3g} % of the excess error (rms).",

@@ -336,8 +336,8 @@ def rounding_draws(config, folder, data_set):
     uniform = np.array([np.random.default_rng(s).uniform(-0.5, 0.5, (3, *shape)) for s in streams])
     amplitude, phase, mark = (values[q][0][d] + values[q][1][d] * uniform[:, i] for i, q in enumerate(QUANTITIES))
     place = {n: i for i, n in enumerate(config.harmonics)}
-    twin = [place.get(-n, place[n]) if n < 0 else place[n] for n in config.harmonics]
-    mark = np.sign(config.harmonics) * mark[..., twin]  # the mean of a real signal has no phase to be rounded
+    mirror = [place.get(-n, place[n]) if n < 0 else place[n] for n in config.harmonics]
+    mark = np.sign(config.harmonics) * mark[..., mirror]  # the mean of a real signal has no phase to be rounded
     return np.maximum(amplitude, 0) * np.exp(1j * (phase - mark))
 
 
