@@ -47,7 +47,7 @@ def curves(data):
     axes.set_xticks([0.3, 1, 3, 10, 30], ["0.3", "1", "3", "10", "30"])
     axes.set_xlabel("change by the effect over noise, rms")
     found = _bar(data, "right cause and place at s >= 3")
-    low, high = (100 * float(found[f"bar_{end}"]) for end in ("low", "high"))
+    low, high = (100 * float(found[f"criterion_{end}"]) for end in ("low", "high"))
     said = f"{_percent(float(found.criterion_reached))} ({low:.0f} to {high:.0f}, {int(found.criterion_cases)} cases)"
     axes.set_title(f"Right at three times the noise and more: {said}")
     axes.legend(loc="lower right")
