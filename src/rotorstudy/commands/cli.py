@@ -299,7 +299,7 @@ def diagnose(given):
 def identify(given):
     import numpy as np
 
-    from rotorstudy.inference.identification import Problem, estimate_by, magnitude_and_phase
+    from rotorstudy.inference.problem import Problem, estimate_by, magnitude_and_phase
     from rotorstudy.measurement.record_files import load_records
     from rotorstudy.measurement.records import full_spectrum
     from rotorstudy.model.rig import load_rig, named_plugins
