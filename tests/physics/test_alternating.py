@@ -18,7 +18,9 @@ from rotorstudy import (
     registry,
     time_response,
 )
-from rotorstudy.authoring.invariants import BrokenInvariant, bench_structure, check_steady_state, typical_term
+from rotorstudy.authoring.invariants.base import BrokenInvariant
+from rotorstudy.authoring.invariants.bench import bench_structure, typical_term
+from rotorstudy.authoring.invariants.effect import check_steady_state
 from rotorstudy.errors import PluginError
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.response.alternating import nonlinear_column

@@ -49,15 +49,15 @@ class Rotor(Plugin):
 
 @dataclass(frozen=True)
 class Crack(Plugin):
-    """function(angle, **options) -> opening between 0 (closed) and 1 (open); angle (...) rad from crack edge down.
+    """function(angle, **options) -> breathing function, 0 (closed) to 1 (open); angle (...) rad from crack edge down.
 
-    The opening has the shape of `angle` if the shaft loses stiffness along the weak direction xi alone (it points from
+    It has the shape of `angle` if the shaft loses stiffness along the weak direction xi alone (it points from
     the axis to the middle of the crack edge), or is (3, ...): shares xi, eta and xi-eta of the loss in the frame that
     turns with the shaft, dk * [[xi, xi-eta], [xi-eta, eta]].
 
     series    : function(order, **options) -> {k: s_k} or {k: (xi, eta, xi-eta)}, Fourier coefficients of e^{jk*angle}
                 for |k| <= order; without it they come from the function, see `rotorstudy.model.cracks.crack_series`
-    symmetric : it claims to open as it shuts: xi and eta are even in the angle, xi-eta is odd
+    symmetric : it claims to open as it closes: xi and eta are even in the angle, xi-eta is odd
     """
 
     series: Callable = None
@@ -80,7 +80,7 @@ class CrackDepth(Plugin):
 class Bearing(Plugin):
     """function(structure, node, **options) -> list of Parameter
 
-    Claims about its example with every parameter at its typical size, verified by `rotorstudy.authoring.invariants`:
+    Claims about its example with every parameter at its typical size, checked both ways:
     positive_damping : the symmetric part of its damping takes energy out of every motion
     symmetric        : no cross-coupling feeds a whirl; with positive damping too, no motion ever gains energy
     """
@@ -130,7 +130,7 @@ class SpectrumMethod(Plugin):
     amplitude  : (..., harmonic) complex, phase counted from the first sample
     covariance : (..., component, component) of real parts, then imaginary parts
 
-    What it claims to do, and is checked for:
+    What it claims to do, and is checked for, both ways:
     any_length            : the harmonics asked for do not leak into each other, whole revolutions or not
     uses_marks            : function(signal, time, speed, harmonics, marks) with marks (revolution,) s on the clock of
                             time; the phase is counted from the mark
@@ -170,7 +170,7 @@ class Hooks:
 
     @_hookspec
     def rotorstudy_crack():
-        """Crack: an opening function of the shaft angle."""
+        """Crack: a breathing function of the shaft angle."""
 
     @_hookspec
     def rotorstudy_depth():
