@@ -191,7 +191,7 @@ def test_a_rotor_that_is_not_linear_has_no_eigenvalues():
 
 
 def test_a_steady_state_that_is_none_is_found_out(monkeypatch):
-    from rotorstudy.authoring import invariants
+    from rotorstudy.authoring.invariants import effect as invariants
 
     structure = bench_structure()
     plugin = registry().get("effect", "cubic_stiffness")

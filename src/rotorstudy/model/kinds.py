@@ -101,6 +101,7 @@ class Effect(Plugin):
     fixed     : it is there with its typical amplitude or not at all: a cable is swapped or not
     fold      : the phase of its amplitude is so many times the angle of its direction: 2 for two stiffnesses
     positive  : its amplitudes cannot be negative: a damping that makes energy, a crack that stiffens
+    nuisance  : standard deviation of its amplitude in any measuring chain, where it is never quite zero
     """
 
     acts_on: str = "rotor"
@@ -111,6 +112,7 @@ class Effect(Plugin):
     fixed: bool = False
     fold: int = 1
     positive: bool = False
+    nuisance: float = 0.0
 
     def __post_init__(self):
         if self.places is None:
@@ -162,33 +164,36 @@ class Estimator(Plugin):
 
 
 class Hooks:
-    """A plugin file implements one of these with @hookimpl; it returns one plugin or a list of them."""
+    """A plugin file implements one of these with @hookimpl; it returns one plugin or a list of them.
 
-    @_hookspec
+    They are historic: a file is asked when it is registered, so that what is wrong in it is told of it alone.
+    """
+
+    @_hookspec(historic=True)
     def rotorstudy_rotor():
         """Rotor: the base structure without effects."""
 
-    @_hookspec
+    @_hookspec(historic=True)
     def rotorstudy_crack():
         """Crack: a breathing function of the shaft angle."""
 
-    @_hookspec
+    @_hookspec(historic=True)
     def rotorstudy_depth():
         """CrackDepth: how far the shaft bends more for a crack of some depth."""
 
-    @_hookspec
+    @_hookspec(historic=True)
     def rotorstudy_bearing():
         """Bearing: stiffness and damping at a node."""
 
-    @_hookspec
+    @_hookspec(historic=True)
     def rotorstudy_effect():
         """Effect: a table of entries on the rotor or on the measured output."""
 
-    @_hookspec
+    @_hookspec(historic=True)
     def rotorstudy_spectrum():
         """SpectrumMethod: record to harmonics with covariance."""
 
-    @_hookspec
+    @_hookspec(historic=True)
     def rotorstudy_estimator():
         """Estimator: problem to estimate."""
 

@@ -20,10 +20,10 @@ def _bench_problem():
     here, (damping, crack) = np.eye(1), bench_terms(structure)
     internal = Parameter("inner", "N s/m", (Entry(-here, order=1), Entry(1j * here, gain=lambda w: w)), 20.0)
     unbalance = Parameter(
-        "unbalance", "m", (Entry(np.array([2.0]), on="one", shift=1, gain=lambda w: w**2),), 1e-5, is_complex=True
+        "eccentricity", "m", (Entry(np.array([2.0]), on="one", shift=1, gain=lambda w: w**2),), 1e-5, is_complex=True
     )
     terms = (damping, crack, Term("bench_inner", (internal,), {"inner": 20.0}))
-    model = Model(structure, (*terms, Term("bench_unbalance", (unbalance,), {"unbalance": 5e-6 * np.exp(0.5j)})))
+    model = Model(structure, (*terms, Term("bench_unbalance", (unbalance,), {"eccentricity": 5e-6 * np.exp(0.5j)})))
     shown = measured_response(model, SPEEDS, HARMONICS)
     return Problem(model, exact_spectrum(model, shown), model.names)
 
