@@ -196,6 +196,28 @@ def test_identify_by_every_spectrum_method(records, name, tmp_path, capsys):
         assert abs(float(found.estimate[0]) - 100) < 5 * float(found.standard_deviation[0]) + 2
 
 
+def test_a_new_plugin_is_written_where_one_stands(tmp_path, capsys, monkeypatch):
+    from rotorstudy.authoring.files import _folder_of
+
+    monkeypatch.chdir(tmp_path)
+    status, out, _ = run(capsys, "new", "crack", "brand_new")
+    assert status == 0 and (tmp_path / "brand_new.py").is_file() and out.startswith("wrote brand_new.py;")
+    monkeypatch.chdir(Path(__file__).parents[1])
+    assert _folder_of("crack").parts[-2:] == ("plugins", "cracks")
+
+
+def test_the_configuration_of_the_blind_tests_is_in_the_wheel():
+    """What the wheel is told to hold is what the command reads; an installed package has it beside `blind`."""
+    import tomllib
+
+    from rotorstudy.commands.blind import _default_config
+
+    root = Path(__file__).parents[1]
+    included = tomllib.loads((root / "pyproject.toml").read_text())["tool"]["hatch"]["build"]["targets"]["wheel"]
+    packaged = {root / source: target for source, target in included["force-include"].items()}
+    assert packaged[_default_config()] == "rotorstudy/blind/blind.yaml"
+
+
 def test_the_version_is_told(capsys):
     with pytest.raises(SystemExit) as stop:
         main(["--version"])

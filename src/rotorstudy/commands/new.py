@@ -5,7 +5,10 @@ def add(commands):
     parser = commands.add_parser("new", help="write a working plugin file to start from")
     parser.add_argument("kind", help="rotor, crack, depth, bearing, effect, spectrum or estimator")
     parser.add_argument("name", help="of the plugin and its file")
-    parser.add_argument("--folder", help="where to write it (default: the kind's folder in plugins/)")
+    parser.add_argument(
+        "--folder",
+        help="where to write it (default: plugins/<its kind> in the folder of the project, else the folder one stands in)",
+    )
     parser.set_defaults(func=run)
 
 

@@ -1,8 +1,23 @@
 """Noise for Monte Carlo studies: seeded by trial, so that chunks and cores cannot change a result."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
-MODELS = ("per harmonic", "per harmonic, same at all speeds", "white in time")
+
+@dataclass(frozen=True)
+class NoiseModel:
+    """in_time : white on each sample, else drawn a harmonic;  one_draw : used at every speed."""
+
+    in_time: bool = False
+    one_draw: bool = False
+
+
+MODELS = {
+    "per harmonic": NoiseModel(),
+    "per harmonic, same at all speeds": NoiseModel(one_draw=True),
+    "white in time": NoiseModel(in_time=True),
+}
 
 
 def standard_normal(seed, study, trials, shape, first=0):
@@ -25,7 +40,7 @@ def noise_std(spectrum, level, model, samples):
     returns  : (speed, harmonic, sensor) m
     """
     size = np.abs(spectrum.amplitude)
-    if model.startswith("per harmonic"):
+    if not MODELS[model].in_time:
         return level * size / np.sqrt(2)
     fluctuating = (spectrum.harmonics != 0)[:, None]
     rms = np.sqrt(np.sum(size**2 * fluctuating, axis=1, keepdims=True) / 2)
@@ -34,6 +49,6 @@ def noise_std(spectrum, level, model, samples):
 
 def noisy(amplitude, std, numbers, model):
     """(trial, speed, harmonic, sensor) harmonics with noise; numbers (trial, 2, speed, harmonic, sensor)."""
-    if model.endswith("same at all speeds"):
+    if MODELS[model].one_draw:
         numbers = numbers[:, :, :1]
     return amplitude + std * (numbers[:, 0] + 1j * numbers[:, 1])

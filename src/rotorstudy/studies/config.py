@@ -83,7 +83,7 @@ class MonteCarloRig(Strict):
     """
 
     estimators: list[str] = Field(min_length=1)
-    models: list[Literal[MODELS]] = Field(min_length=1)
+    models: list[Literal[tuple(MODELS)]] = Field(min_length=1)
     records: list[str] = []
     condensed: bool = False
 
