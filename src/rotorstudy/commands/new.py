@@ -7,7 +7,7 @@ def add(commands):
     parser.add_argument("name", help="of the plugin and its file")
     parser.add_argument(
         "--folder",
-        help="where to write it (default: plugins/<its kind> in the folder of the project, else the folder one stands in)",
+        help="where to write it (default: plugins/<kind> in the folder of the project, else the folder one stands in)",
     )
     parser.set_defaults(func=run)
 

@@ -193,7 +193,7 @@ def with_phase_noise(amplitude, covariance, harmonics, variance):
 
 
 def trend_probability(blocks):
-    """Chance that steady vibration shows so large a steady change over its blocks (block, harmonic) as this does."""
+    """p-value of steady vibration: how often it shows so large a trend over its blocks (block, harmonic), m."""
     from scipy.stats import f
 
     parts = np.concatenate([blocks.real, blocks.imag], axis=1)

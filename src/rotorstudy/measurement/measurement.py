@@ -7,22 +7,18 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement import quality
+from rotorstudy.measurement.analysis import Analysed, analyse
 from rotorstudy.measurement.conventions import read_conventions
-from rotorstudy.measurement.facts import NodeFacts, RecordFacts, node_facts
+from rotorstudy.measurement.facts import RecordFacts, node_facts
 from rotorstudy.measurement.files import is_table, read_file
 from rotorstudy.measurement.findings import Finding, worst_first
-from rotorstudy.measurement.harmonics import estimate, fit_basis, white_noise_covariance, with_phase_noise
-from rotorstudy.measurement.keyphasor import count_revolutions, find_pulses, steady_turning
-from rotorstudy.measurement.records import Record, compensate, full_spectrum, phase_from_reference, reference_signal
+from rotorstudy.measurement.records import Record, full_spectrum
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.measurement.spectrum_file import is_spectrum, load_imported
 from rotorstudy.measurement.tables import read_table
 from rotorstudy.model.model import Model
 from rotorstudy.model.rig import read_rig
 from rotorstudy.response.harmonic import measured_response
-from rotorstudy.response.series import rotating_basis
-
-WHOLE_REVOLUTION = 0.01  # revolutions short of whole that a record may be, as its marks are not exact
 
 
 @dataclass(frozen=True)
@@ -46,20 +42,6 @@ class Measurement:
     @property
     def errors(self):
         return [finding for finding in self.findings if finding.severity == "error"]
-
-
-@dataclass(frozen=True)
-class Analysed:
-    """What one raw record or one speed of a table tells.
-
-    harmonics : {node: (amplitude (harmonic,) complex m, covariance (component, component) m^2)}, None after an error
-    """
-
-    facts: RecordFacts
-    findings: list[Finding]
-    speed: float = np.nan
-    harmonics: dict | None = None
-    record: Record | None = None
 
 
 def measured_spectrum(paths, rig, method=None):
@@ -201,136 +183,6 @@ def read_measurement(paths, rig):
     records = [_with_sensors(one.record, model.sensors) for one in usable if one.record is not None]
     findings += _check_together(spectrum, model, ", ".join(path.name for path in paths))
     return Measurement(spectrum, records, facts, worst_first(findings), model)
-
-
-def analyse(raw):
-    """Harmonics of one RawRecord, with everything that is to be said about it.
-
-    Returns
-    -------
-    Analysed
-        Without harmonics and record after an error.
-    """
-    where, harmonics = raw.where, np.array(raw.conventions.harmonics)
-    facts = RecordFacts(where, {node: NodeFacts() for node in raw.nodes})
-    facts.label = np.nan if raw.label is None else raw.label
-    turning, findings = _turning(raw)
-    if turning is None:
-        return Analysed(facts, findings)
-    by_marks = raw.keyphasor is not None or raw.marks is not None
-    angle = turning.angle(raw.time) + (raw.conventions.mark_rad if by_marks else 0.0)
-    step = np.median(np.diff(raw.time))
-    held = (angle[-1] - angle[0]) / (2 * np.pi) + turning.speed(raw.time[-1]) * step / (2 * np.pi)
-    wrong = quality.check_sampling(len(raw.time), held + WHOLE_REVOLUTION, harmonics, where)
-    if wrong:
-        return Analysed(facts, [*findings, *wrong])
-    revolutions = int(np.floor(held + WHOLE_REVOLUTION))
-    whole = angle - angle[0] < 2 * np.pi * revolutions - 1e-9
-    time, angle, signals = raw.time[whole], angle[whole], raw.displacement[:, whole]
-    speed = float(turning.speed(time).mean())
-    _tell(facts, turning, time, speed, revolutions, len(raw.time) / held, float(np.mean(~np.isfinite(signals))))
-    findings += quality.check_drift(facts.speed_drift, where)
-    findings += quality.check_gaps(facts.missing_samples, float(np.max(np.diff(raw.time))) / step, where)
-    if facts.missing_samples > quality.GAP[1]:
-        return Analysed(facts, findings)
-    findings += _check_channels(raw, whole, angle, harmonics)
-    try:
-        psi = None if by_marks else _reference_phase(raw, whole, angle, harmonics)
-    except RotorstudyError as error:
-        return Analysed(facts, [*findings, Finding("error", "reference signal", where, str(error))])
-    mark_variance = turning.jitter_rad**2 / len(turning.marks) + facts.mark_resolution**2
-    of_node = {}
-    for node, signal in zip(raw.nodes, signals, strict=True):
-        found = estimate(signal, angle, revolutions, harmonics)
-        amplitude, covariance = found.amplitude, found.covariance
-        if psi is None:
-            covariance = with_phase_noise(amplitude, covariance, harmonics, mark_variance)
-        else:
-            (amplitude,), (covariance,) = compensate(amplitude[None], covariance[None], *psi)
-        of_node[node] = amplitude, covariance
-        findings += _check_harmonics(amplitude, covariance, found.blocks, harmonics, f"{where}, node {node}")
-        facts.nodes[node] = node_facts(amplitude, harmonics, found.noise_std, found.shrinkage)
-        facts.blocks = len(found.blocks)
-    findings += quality.check_length(revolutions, facts.blocks, where)
-    if any(finding.severity == "error" for finding in findings):
-        return Analysed(facts, findings)
-    lead = (angle.mean() - speed * time.mean()) / speed - (0 if psi is None else psi[0][harmonics == 1][0] / speed)
-    clock = time + lead
-    record = Record(
-        clock,
-        signals,
-        speed,
-        raw.nodes,
-        reference_signal(speed, harmonics, clock),
-        None,
-        where,
-        turning.whole_marks - raw.conventions.mark_rad / speed + lead if by_marks else None,
-    )
-    return Analysed(facts, findings, speed, of_node, record)
-
-
-def _turning(raw):
-    """How the shaft turned, a Turning or None if nothing told, and findings."""
-    where, settings = raw.where, raw.conventions.keyphasor
-    if raw.keyphasor is None and raw.marks is None:
-        if raw.reference is not None and raw.label is not None:
-            return steady_turning(raw.label, raw.time), []
-        text = "neither keyphasor nor phase mark times; without them no harmonic has a phase. Record one of them"
-        return None, [Finding("error", "no phase reference", where, text)]
-    pulses, marks = None, raw.marks
-    if marks is None:
-        pulses = find_pulses(raw.keyphasor, raw.time, settings)
-        if pulses is None:
-            text = "no pulse stands out of the keyphasor signal; is it connected, and the right channel?"
-            return None, [Finding("error", "dead keyphasor", where, text)]
-        marks = pulses.time
-    turning = count_revolutions(np.asarray(marks, float), 0.0 if pulses is None else pulses.resolution)
-    if turning is None:
-        text = f"{len(marks)} phase marks; at least two are needed. Take a longer record, or check threshold_V"
-        return None, [Finding("error", "too few revolutions", where, text)]
-    findings = quality.check_pulses(pulses, turning, settings.polarity, where)
-    findings += quality.check_speed_label(raw.label, float(turning.speed(np.mean(raw.time))), where)
-    return turning, findings
-
-
-def _tell(facts, turning, time, speed, revolutions, samples_per_revolution, missing_samples):
-    """Fill in the RecordFacts that follow from how the shaft turned."""
-    first, last = turning.speed(time[[0, -1]])
-    facts.measured_speed = speed
-    facts.revolutions = revolutions
-    facts.samples_per_revolution = samples_per_revolution
-    facts.speed_drift = float((last - first) / speed)
-    facts.jitter = turning.jitter_rad
-    facts.mark_resolution = speed * turning.resolution_s
-    facts.missing_pulses, facts.doubled_pulses = turning.missing, turning.doubled
-    facts.missing_samples = missing_samples
-
-
-def _reference_phase(raw, whole, angle, harmonics):
-    """Phase (harmonic,) of the reference signal's harmonics, and its covariance."""
-    basis = rotating_basis(angle, 1.0, harmonics)
-    amplitude, residual, inverse = fit_basis(raw.reference[whole].astype(complex), basis)
-    lines = np.unique(np.rint(harmonics * (angle[-1] - angle[0]) / (2 * np.pi)).astype(int) % len(residual))
-    covariance = white_noise_covariance(residual, inverse, lines)
-    return phase_from_reference(raw.where, harmonics, amplitude, covariance)
-
-
-def _check_channels(raw, whole, angle, harmonics):
-    findings = []
-    for node in raw.nodes:
-        of_node = [(name, values[whole]) for name, at, values in raw.channels if at == node]
-        largest = max(np.nanstd(values) for _, values in of_node)
-        for name, values in of_node:
-            findings += quality.check_channel(name, node, values, angle, harmonics, largest, raw.where)
-    return findings
-
-
-def _check_harmonics(amplitude, covariance, blocks, harmonics, where):
-    std = np.sqrt(np.diag(covariance)[: len(harmonics)] + np.diag(covariance)[len(harmonics) :])
-    moving = harmonics != 0
-    return quality.check_noise(amplitude[moving], std[moving], where) + quality.check_steadiness(
-        blocks, harmonics, where
-    )
 
 
 def _of_table(path, speed, of_node, conventions):

@@ -13,14 +13,14 @@ DRIFT = (0.005, 0.05)  # of the speed over the record: warning, error
 IRREGULAR = 0.2  # part of the pulses that may be missing or beside and still be repaired
 JITTER_RAD = 0.05  # 3 degrees, 15 at 5X
 GAP = (0.0, 0.05)  # part of the samples missing: warning, error
-LOUD = 15.0  # power of a harmonic over its expectation in pure noise; chance 3e-7
+LOUD = 15.0  # power of a harmonic over its expectation in pure noise; p-value 3e-7
 FLAT_SAMPLES, FLAT_RATIO = 6, 4.0  # at the top: samples, and times those one step below it
 WEAK = 0.01  # of the motion the other probes of the node see
 BACKWARD = 2.0  # times the forward 1X
 HUGE_M, TINY_M = 5e-3, 1e-9  # no shaft vibrates more between its bearings, no probe sees less
 SCALE = 20.0  # times, or part of, the motion the rig expects; mil taken as µm is 25
 APART = 3.0  # times what the shaft moves and hangs through: a mean further off than this is hardly the shaft's
-STEADY = 1e-4  # chance below which a change over the blocks is real
+STEADY = 1e-4  # p-value below which a change over the blocks is real
 CHANGE = 0.01  # of the largest fluctuating harmonic: a smaller change over the record does not matter
 
 
@@ -36,13 +36,13 @@ def check_pulses(pulses, turning, asked_polarity, where):
         said = "" if asked_polarity == "auto" else f" if they are {asked_polarity}, as the rig file says"
         text = (
             f"pulses last {100 * pulses.duty:.0f} % of the time{said}; the polarity is reversed, or threshold_V is "
-            "wrong. Correct 'keyphasor: polarity' or 'threshold_V': the phase is off by up to half a turn otherwise"
+            "wrong. Correct 'keyphasor: polarity' or 'threshold_V': the phase is off by up to half a revolution otherwise"
         )
         severity = "warning" if asked_polarity == "auto" else "error"
         found.append(Finding(severity, "keyphasor polarity", where, text))
     marks = len(turning.marks)
     for count, name, what in (
-        (turning.missing, "missing pulses", "did not come; the turns were counted without them"),
+        (turning.missing, "missing pulses", "did not come; the revolutions were counted without them"),
         (turning.doubled, "doubled pulses", "came beside the marks; they were left out"),
     ):
         if count > IRREGULAR * marks:
@@ -65,7 +65,7 @@ def check_speed_label(label, speed, where):
         return []
     hint = "correct the label"
     for ratio, why in (
-        (2, "two marks a turn?"),
+        (2, "two marks a revolution?"),
         (0.5, "every second pulse missing?"),
         (2 * np.pi, "the label is in Hz?"),
         (np.pi / 30, "the label is in rpm?"),

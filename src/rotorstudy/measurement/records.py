@@ -215,12 +215,12 @@ def full_spectrum(records, harmonics, method, phase="reference", *, whole_revolu
         elif method.uses_marks and phase == "none":
             psi, psi_covariance = phase_at_start(marks, record.time[0], harmonics)
             amplitude, covariance = compensate(amplitude, covariance, -psi, psi_covariance)
-        elif method.tolerates_wrong_speed and not method.uses_marks and phase == "keyphasor":
-            marks = mark_times(whole, drifting=True)
-            psi = phase_at_start(marks, record.time[0], harmonics)
-            amplitude, covariance = compensate(amplitude, covariance, *psi)
         elif phase == "keyphasor" and not method.uses_marks:
-            amplitude, covariance = compensate(amplitude, covariance, *phase_from_keyphasor(whole, harmonics))
+            if method.tolerates_wrong_speed:
+                psi = phase_at_start(mark_times(whole, drifting=True), record.time[0], harmonics)
+            else:
+                psi = phase_from_keyphasor(whole, harmonics)
+            amplitude, covariance = compensate(amplitude, covariance, *psi)
         amplitudes.append(amplitude.T)
         covariances.append(covariance)
     speed = np.array([record.speed for record in records])

@@ -27,52 +27,12 @@ def read_table(path, conventions, nodes):
     returns : list of (speed rad/s, {node: (amplitude (harmonic,) complex m, covariance (component, component))},
               harmonics), and findings
     """
-    import pandas as pd
-
-    layout = conventions.csv
-    try:
-        text = pd.read_csv(
-            path,
-            sep=layout.separator,
-            skiprows=layout.skip_rows,
-            dtype=str,
-            keep_default_na=False,
-            encoding="utf-8-sig",
-        )
-    except (ValueError, UnicodeDecodeError) as error:
-        raise RotorstudyError(f"{path}: not a table that can be read ({str(error).splitlines()[0]})") from None
-    text.columns = [name.strip() for name in text.columns]
-    text = text.apply(lambda column: column.str.strip().str.replace(layout.decimal, "."))
+    text = _open(path, conventions.csv)
     _check_columns(text.columns, path)
     speed_column = _one_of(SPEEDS, text.columns, path)
     speed = _numbers(text, speed_column, path) * RAD_PER_S[SPEEDS[speed_column]]
-    harmonic = _whole(text, "harmonic", path)
-    if "node" in text:
-        node = _whole(text, "node", path)
-    elif conventions.table_node is not None:
-        node = np.full(len(text), conventions.table_node)
-    elif len(nodes) == 1:
-        node = np.full(len(text), nodes[0])
-    else:
-        raise RotorstudyError(f"{path}: no column 'node'; add one, or give 'table_node:' in the rig file")
-    for one in np.unique(node):
-        if one not in nodes:
-            raise unknown_name("node", one, nodes, f"{path}; the probes must sit at nodes of the rig")
-    values, steps, inferred = {}, {}, False
-    for quantity, units in QUANTITIES.items():
-        column = _one_of(
-            {f"{quantity}_{unit}": unit for unit in units}, text.columns, path, quantity == "reference_phase"
-        )
-        if column is None:
-            values[quantity] = steps[quantity] = np.zeros(len(text))
-            continue
-        factor = units[column.removeprefix(f"{quantity}_")]
-        values[quantity] = _numbers(text, column, path) * factor
-        if f"{quantity}_last_digit" in text:
-            steps[quantity] = _numbers(text, f"{quantity}_last_digit", path) * factor
-        else:
-            steps[quantity] = np.array([last_digit(cell) for cell in text[column]]) * factor
-            inferred = True
+    harmonic, node = _whole(text, "harmonic", path), _nodes(text, conventions, nodes, path)
+    values, steps, inferred = _quantities(text, path)
     steps["reference_phase"] = np.where(harmonic == 0, 0, steps["reference_phase"])  # the mean has no phase to refer
     amplitude = values["amplitude"] * np.exp(1j * (values["phase"] - values["reference_phase"]))
     noise = conventions.table_noise_m**2
@@ -88,6 +48,63 @@ def read_table(path, conventions, nodes):
             where = f"{path}, {one:.6g} rad/s, node {place}"
             of_speed[int(place)] = _in_order(rows, harmonic, amplitude, along, across, conventions.harmonics, where)
         spectra.append((float(one), of_speed))
+    return spectra, _notes(noise, inferred, str(path))
+
+
+def _open(path, layout):
+    """The cells of a table as text, without the spaces around them."""
+    import pandas as pd
+
+    try:
+        text = pd.read_csv(
+            path,
+            sep=layout.separator,
+            skiprows=layout.skip_rows,
+            dtype=str,
+            keep_default_na=False,
+            encoding="utf-8-sig",
+        )
+    except (ValueError, UnicodeDecodeError) as error:
+        raise RotorstudyError(f"{path}: not a table that can be read ({str(error).splitlines()[0]})") from None
+    text.columns = [name.strip() for name in text.columns]
+    return text.apply(lambda column: column.str.strip().str.replace(layout.decimal, "."))
+
+
+def _nodes(text, conventions, nodes, path):
+    """(row,) node of the rig."""
+    if "node" in text:
+        node = _whole(text, "node", path)
+    elif conventions.table_node is not None:
+        node = np.full(len(text), conventions.table_node)
+    elif len(nodes) == 1:
+        node = np.full(len(text), nodes[0])
+    else:
+        raise RotorstudyError(f"{path}: no column 'node'; add one, or give 'table_node:' in the rig file")
+    for one in np.unique(node):
+        if one not in nodes:
+            raise unknown_name("node", one, nodes, f"{path}; the probes must sit at nodes of the rig")
+    return node
+
+
+def _quantities(text, path):
+    """{quantity: (row,) values} and {quantity: (row,) one unit of the last digit}, SI; whether a digit was inferred."""
+    values, steps, inferred = {}, {}, False
+    for quantity, units in QUANTITIES.items():
+        columns = {f"{quantity}_{unit}": factor for unit, factor in units.items()}
+        column = _one_of(columns, text.columns, path, quantity == "reference_phase")
+        if column is None:
+            values[quantity] = steps[quantity] = np.zeros(len(text))
+            continue
+        values[quantity] = _numbers(text, column, path) * columns[column]
+        stated = f"{quantity}_last_digit" in text
+        digits = _numbers(text, f"{quantity}_last_digit", path) if stated else [last_digit(c) for c in text[column]]
+        steps[quantity] = np.array(digits) * columns[column]
+        inferred = inferred or not stated
+    return values, steps, inferred
+
+
+def _notes(noise, inferred, where):
+    """Findings on what the covariance of a table is."""
     findings = []
     if not noise:
         text = (
@@ -95,11 +112,11 @@ def read_table(path, conventions, nodes):
             "in a table, so intervals are too narrow by as much as it exceeds the rounding. State 'measurement: "
             "table_noise_m:' if it is known"
         )
-        findings.append(Finding("note", "rounding only", str(path), text))
+        findings.append(Finding("note", "rounding only", where, text))
     if inferred:
         text = "last digits were read off the cells as printed; give columns '..._last_digit' if zeros were dropped"
-        findings.append(Finding("note", "last digits", str(path), text))
-    return spectra, findings
+        findings.append(Finding("note", "last digits", where, text))
+    return findings
 
 
 def last_digit(cell):
