@@ -152,6 +152,7 @@ def test_without_the_true_effect_in_the_library_no_wrong_cause_is_sure(asymmetri
     assert verdict["settings"]["leave_out"] == ["shaft_asymmetry"]
 
 
+@pytest.mark.usefixtures("unrendered")
 @pytest.mark.parametrize(("name", "hidden"), [("preload", PRELOAD), ("skew", SKEW)])
 def test_other_effects_are_found_or_not_ruled_out(name, hidden, tmp_path):
     verdict = diagnose(simulate(tmp_path, hidden), write_rig(tmp_path / "rig.yaml"), tmp_path / name)
@@ -159,6 +160,7 @@ def test_other_effects_are_found_or_not_ruled_out(name, hidden, tmp_path):
     assert verdict["gain"]["ratio"] < 0.3
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_a_change_of_unbalance_from_an_imported_spectrum(tmp_path):
     """The rig knows its unbalance well; since then it has changed. The spectrum is imported first."""
     rig = write_rig(tmp_path / "rig.yaml", diagnosis={"uncertainty": {"default": 0.1, "eccentricity": 0.02}})
@@ -170,6 +172,7 @@ def test_a_change_of_unbalance_from_an_imported_spectrum(tmp_path):
     assert np.allclose(verdict["gain"]["speeds"], [200, 300], rtol=1e-4) and verdict["gain"]["ratio"] < 0.5
 
 
+@pytest.mark.usefixtures("unrendered")
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_clean_record_lacks_nothing(seed, tmp_path):
     verdict = diagnose(simulate(tmp_path, seed=seed), write_rig(tmp_path / "rig.yaml"), tmp_path / "out")
