@@ -1,4 +1,4 @@
-"""The table read the other way: harmonics known, amplitudes unknown.
+"""The equations of motion with the harmonics known and the amplitudes unknown.
 
 With the harmonics R of a spectrum, D_known R - f_known = sum over unknowns of theta * column(R) is linear in theta.
 Coordinates (and harmonics) that are not measured are eliminated exactly, by the Schur complement of D_known.
@@ -29,9 +29,14 @@ from rotorstudy.response.statics import static_deflection
 class Regression:
     """Equations columns @ theta = right_side, in newtons, a complex row for each measured harmonic and sensor.
 
-    columns    : (..., speed, row, parameter) complex
-    right_side : (..., speed, row) complex
-    names      : (parameter,) the unknowns
+    Parameters
+    ----------
+    columns : ndarray (..., speed, row, parameter)
+        Complex.
+    right_side : ndarray (..., speed, row)
+        Complex.
+    names : tuple of str
+        The unknowns.
     """
 
     columns: np.ndarray
@@ -46,12 +51,27 @@ class Regression:
 
 
 def regression(model, spectrum, names, *, order=COUPLED_ORDER):
-    """Equations for the unknown amplitudes `names` from a spectrum.
+    """Equations for unknown amplitudes from a spectrum.
 
-    model    : gives the values of all amplitudes that are not in `names`
-    spectrum : Spectrum; its sensors must be the model's
-    returns  : Regression
-    raises   : RotorstudyError if an unknown acts on coordinates or harmonics that were not measured, or on the output
+    Parameters
+    ----------
+    model : Model
+        Gives the values of all amplitudes that are not in `names`.
+    spectrum : Spectrum
+        Of the model's sensors.
+    names : sequence of str
+        The unknowns.
+    order : int
+        Highest harmonic carried where the model couples harmonics.
+
+    Returns
+    -------
+    Regression
+
+    Raises
+    ------
+    RotorstudyError
+        If an unknown acts on coordinates or harmonics that were not measured, or on the output.
     """
     if tuple(spectrum.sensors) != tuple(model.sensors):
         raise RotorstudyError(f"the spectrum is of sensors {spectrum.sensors}, the model of {model.sensors}")
@@ -100,10 +120,25 @@ def regression(model, spectrum, names, *, order=COUPLED_ORDER):
 def condensed_regression(model, spectrum, names):
     """The equations with tilts condensed as in the thesis: T = [I; L_n], L_n = -(K_ss - n^2 w^2 M_ss)^-1 (K_sm - ...).
 
-    The transformation leaves the gyroscopic moments out, so what is not measured is only approximately eliminated.
-    Terms that shift harmonics are not provided for.
+    The transformation leaves the gyroscopic moments out, so what is not measured is eliminated only approximately.
 
-    source : thesis Eqs. (6.31) to (6.34)
+    Parameters
+    ----------
+    model, spectrum, names
+        See `regression`.
+
+    Returns
+    -------
+    Regression
+
+    Raises
+    ------
+    RotorstudyError
+        For terms that couple harmonics.
+
+    References
+    ----------
+    Thesis Eqs. (6.31) to (6.34).
     """
     structure, speed, harmonics = model.structure, check_speed(spectrum.speed), np.asarray(spectrum.harmonics)
     unknowns = [_rotor_unknown(model, name) for name in names]
@@ -143,17 +178,29 @@ def condensed_regression(model, spectrum, names):
 
 
 def residual_sensitivity(model, spectrum, names, theta, *, order=COUPLED_ORDER):
-    """How the residual columns @ theta - right_side moves with the spectrum; its covariance follows from it.
+    """Derivative of the residual columns @ theta - right_side by the spectrum; its covariance follows from it.
 
-    theta   : (..., parameter) values of `names`
-    returns : (..., speed, row, component) real, rows as in `Regression.real_system`, components of all sensors together
+    Parameters
+    ----------
+    model, spectrum, names, order
+        See `regression`.
+    theta : ndarray (..., parameter)
+        Values of `names`.
+
+    Returns
+    -------
+    ndarray (..., speed, row, component)
+        Real, rows as in `Regression.real_system`, components of all sensors together.
     """
     columns, right_side = equation_sensitivity(model, spectrum, names, order=order)
     return np.einsum("srcp,...p->...src", columns, theta) - right_side
 
 
 def equation_sensitivity(model, spectrum, names, *, order=COUPLED_ORDER):
-    """How columns (speed, row, component, parameter) and right side (speed, row, component) move with the spectrum."""
+    """Derivatives of columns (speed, row, component, parameter) and right side (speed, row, component) by the spectrum.
+
+    Parameters are those of `regression`.
+    """
     harmonics, sensors = spectrum.amplitude.shape[-2:]
     basis = np.eye(harmonics * sensors).reshape(-1, 1, harmonics, sensors) * np.ones((len(spectrum.speed), 1, 1))
     trials = np.concatenate([0 * basis[:1], basis, 1j * basis]).astype(complex)

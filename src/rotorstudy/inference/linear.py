@@ -13,20 +13,52 @@ WEIGHTED_STEPS = 2  # of weights taken at the estimate they lead to; the second 
 
 
 def invert(normal):
-    """Inverse of (..., parameter, parameter) J^T J, scaled: parameters differ by many orders of magnitude."""
+    """Covariance of a fit: the inverse of its normal matrix J^T J.
+
+    The matrix is scaled to a unit diagonal first, since parameters differ by many orders of magnitude.
+
+    Parameters
+    ----------
+    normal : ndarray (..., parameter, parameter)
+
+    Returns
+    -------
+    ndarray (..., parameter, parameter)
+    """
     scale = np.sqrt(np.diagonal(normal, axis1=-2, axis2=-1))
     outer = scale[..., :, None] * scale[..., None, :]
     return np.linalg.inv(normal / outer) / outer
 
 
 def by_speed(weights, rows):
-    """Weights (..., speed, row, row) on rows (..., speed * row) or columns (..., speed * row, parameter)."""
+    """Weights of each speed applied to stacked equations.
+
+    Parameters
+    ----------
+    weights : ndarray (..., speed, row, row)
+    rows : ndarray (..., speed * row) or (..., speed * row, parameter)
+
+    Returns
+    -------
+    ndarray
+        Of the shape of `rows`.
+    """
     stacked = rows.reshape(*rows.shape[: weights.ndim - 3], *weights.shape[-3:-1], -1)
     return (weights @ stacked).reshape(*stacked.shape[:-3], *rows.shape[weights.ndim - 3 :])
 
 
 def undetermined(columns, names):
-    """Names of the unknowns that columns (row, parameter) leave open: without effect, or traded against others."""
+    """Names of the unknowns that the equations leave open: without effect, or traded off against others.
+
+    Parameters
+    ----------
+    columns : ndarray (row, parameter)
+    names : sequence of str
+
+    Returns
+    -------
+    list of str
+    """
     length = np.linalg.norm(columns, axis=0)
     missing = np.zeros((max(0, columns.shape[1] - columns.shape[0]), columns.shape[1]))
     scaled = np.concatenate([columns / np.where(length, length, 1), missing])
@@ -36,7 +68,18 @@ def undetermined(columns, names):
 
 
 def check_identifiable(columns, names):
-    """Raise if columns (row, parameter) cannot tell the unknowns apart; name those that trade off."""
+    """Refuse equations that cannot tell the unknowns apart.
+
+    Parameters
+    ----------
+    columns : ndarray (row, parameter)
+    names : sequence of str
+
+    Raises
+    ------
+    UnidentifiableError
+        It names the unknowns that trade off, or that the data do not depend on.
+    """
     if columns.shape[0] < columns.shape[1]:
         raise UnidentifiableError(
             f"{columns.shape[0]} equations for {columns.shape[1]} unknowns ({', '.join(names)}); "
@@ -60,15 +103,28 @@ def check_identifiable(columns, names):
 def solve_linear(columns, right_side, names):
     """Least squares A theta = b, batched, by QR with columns scaled to unit length.
 
-    columns, right_side : (..., row, parameter), (..., row); real
-    raises : UnidentifiableError if the unknowns of the first trial cannot be told apart
+    Parameters
+    ----------
+    columns : ndarray (..., row, parameter)
+        Real.
+    right_side : ndarray (..., row)
+    names : sequence of str
+
+    Returns
+    -------
+    ndarray (..., parameter)
+
+    Raises
+    ------
+    UnidentifiableError
+        If the unknowns of the first trial cannot be told apart.
     """
     check_identifiable(columns.reshape(-1, *columns.shape[-2:])[0], names)
     return solve_full_rank(columns, right_side)
 
 
 def solve_full_rank(columns, right_side):
-    """Least squares of columns that are known to be independent, see `solve_linear`."""
+    """Least squares of columns that are known to be independent; shapes as in `solve_linear`."""
     length = np.linalg.norm(columns, axis=-2, keepdims=True)
     q, r = np.linalg.qr(columns / length)
     scaled = np.linalg.solve(r, np.swapaxes(q, -1, -2) @ right_side[..., None])[..., 0]
@@ -76,7 +132,7 @@ def solve_full_rank(columns, right_side):
 
 
 def solve_truncated(columns, right_side, names):
-    """Least squares A theta = b, batched, of unit-length columns without their zero singular values."""
+    """Least squares of unit-length columns without their zero singular values; shapes as in `solve_linear`."""
     length = np.linalg.norm(columns, axis=-2, keepdims=True)
     length = np.where(length, length, 1)
     inverse = np.linalg.pinv(columns / length, RANK_TOLERANCE)
@@ -84,13 +140,29 @@ def solve_truncated(columns, right_side, names):
 
 
 def solve_equations(problem, solve=solve_linear, start=None, settled=True):
-    """theta (..., parameter) by least squares of the equations of motion, or another `solve` of them.
+    """Solve the equations of motion for the unknowns.
 
     Where unknown bearings carry the weight, the static deflection that the crack and internal damping act on is found
-    with them: it is held, the equations solved, the deflection taken anew, until both stand.
+    with them: it is held, the equations are solved, and the deflection is taken anew, until both have converged.
 
-    start   : (..., parameter) for the first deflection
-    settled : whether to go on until both stand; False solves the equations once
+    Parameters
+    ----------
+    problem : Problem
+    solve : callable
+        (columns, right_side, names) -> theta, such as `solve_linear`.
+    start : ndarray (..., parameter), optional
+        For the first deflection.
+    settled : bool
+        Whether to go on until both have converged; False solves the equations once.
+
+    Returns
+    -------
+    ndarray (..., parameter)
+
+    Raises
+    ------
+    NoConvergenceError
+        If the deflection does not converge.
     """
     theta, last = start, np.inf
     if start is None or problem.holding(start) is None:
@@ -109,15 +181,24 @@ def solve_equations(problem, solve=solve_linear, start=None, settled=True):
 
 
 def whitened(weights, solve=solve_linear):
-    """A `solve` of equations that are weighted first."""
+    """A `solve` of equations that are weighted first; weights (..., speed, row, row)."""
     return lambda columns, right_side, names: solve(by_speed(weights, columns), by_speed(weights, right_side), names)
 
 
 def solve_weighted(problem, solve=solve_linear, start=solve_linear):
-    """theta (..., parameter) of equations whitened by the noise that the spectrum makes in them.
+    """Solve the equations of motion, whitened by the noise that the spectrum makes in them.
 
     The weights depend on the unknowns, so they are taken anew at each estimate.
-    solve, start : of whitened equations; of plain ones, for the first estimate
+
+    Parameters
+    ----------
+    problem : Problem
+    solve, start : callable
+        Of whitened equations; of plain ones, for the first estimate.
+
+    Returns
+    -------
+    ndarray (..., parameter)
     """
     theta = solve_equations(problem, start, settled=False)
     for step in range(WEIGHTED_STEPS):
@@ -127,15 +208,35 @@ def solve_weighted(problem, solve=solve_linear, start=solve_linear):
 
 
 def in_chunks(problem, solve):
-    """theta (..., parameter) by solve(part of the problem), a few trials at a time."""
+    """Solve many trials a few at a time, which bounds the memory.
+
+    Parameters
+    ----------
+    problem : Problem
+    solve : callable
+        Problem of some of the trials -> theta (trial, parameter).
+
+    Returns
+    -------
+    ndarray (..., parameter)
+    """
     theta = np.concatenate([np.atleast_2d(solve(part)) for part in problem.chunks()])
     return theta.reshape(*problem.spectrum.amplitude.shape[:-3], -1)
 
 
 def noise_in_equations(problem, theta, weights):
-    """(..., parameter + 1, parameter + 1) covariance of (A, b) by the spectrum's noise, summed over whitened rows.
+    """Covariance of the equations (A, b) by the noise of the spectrum, summed over whitened rows.
 
-    theta   : (..., parameter), which a static deflection may be held by;  weights : (..., speed, row, row)
+    Parameters
+    ----------
+    problem : Problem
+    theta : ndarray (..., parameter)
+        Fixes the static deflection where bearings are unknown.
+    weights : ndarray (..., speed, row, row)
+
+    Returns
+    -------
+    ndarray (..., parameter + 1, parameter + 1)
     """
     mean, at = problem.mean(theta)
     held = mean.holding(at) or mean

@@ -22,8 +22,24 @@ TRIALS_AT_ONCE = 200  # bounds the memory of a Monte Carlo
 class Problem:
     """Which amplitudes of which model are sought, from which spectrum.
 
-    condensation : of the coordinates that are not measured, in equation-error least squares: "exact", or "without
-                   gyroscopic moments" as the thesis does it
+    Parameters
+    ----------
+    model : Model
+        Gives the values of all other amplitudes.
+    spectrum : Spectrum
+        Of the model's sensors; its amplitude may hold many trials.
+    names : tuple of str
+        The unknowns.
+    order : int
+        Highest harmonic carried where the model couples harmonics.
+    condensation : str
+        Of the coordinates that are not measured, in equation-error least squares: "exact", or "without gyroscopic
+        moments" as in the thesis.
+
+    Raises
+    ------
+    RotorstudyError
+        For no unknowns, one named twice, other sensors, or a spectrum that is not finite.
     """
 
     model: object
@@ -148,9 +164,14 @@ class Problem:
 class Estimate:
     """Estimated amplitudes.
 
-    theta      : (..., parameter)
-    covariance : (..., parameter, parameter) or (parameter, parameter) for all trials
-    misfit     : (...) weighted sum of squares of the residual; NaN for estimators without one
+    Parameters
+    ----------
+    names : tuple of str
+    theta : ndarray (..., parameter)
+    covariance : ndarray (..., parameter, parameter) or (parameter, parameter)
+        The latter for all trials.
+    misfit : ndarray (...)
+        Weighted sum of squares of the residual; NaN for estimators without one.
     """
 
     names: tuple
@@ -160,13 +181,28 @@ class Estimate:
 
     @property
     def std(self):
+        """(..., parameter) standard deviations."""
         return np.sqrt(np.diagonal(self.covariance, axis1=-2, axis2=-1))
 
 
 def estimate_by(estimator, problem):
-    """The Estimate an Estimator plugin gives, its shapes checked; PluginError names file, shapes and unknowns.
+    """The Estimate that an Estimator plugin gives, with its shapes checked.
 
     Of many trials those without an estimate are NaN; of one spectrum only unknowns that are left open may be.
+
+    Parameters
+    ----------
+    estimator : Estimator
+    problem : Problem
+
+    Returns
+    -------
+    Estimate
+
+    Raises
+    ------
+    PluginError
+        For a wrong type, shape or value; it names file, shapes and unknowns.
     """
     found, who = estimator.function(problem), f"estimator '{estimator.name}' ({estimator.file})"
     if not isinstance(found, Estimate):
@@ -196,25 +232,34 @@ def estimate_by(estimator, problem):
 
 
 def linear_estimate(problem, theta, covariance):
-    """Estimate without a misfit."""
+    """The Estimate of a linear estimator, which has no misfit; shapes as in `Estimate`."""
     return Estimate(problem.names, theta, covariance, np.full(theta.shape[:-1], np.nan))
 
 
 def magnitude_and_phase(names, theta, covariance):
-    """Complex amplitudes as engineers read them: real and imaginary parts turned into magnitude and phase.
+    """Complex amplitudes as magnitude and phase: x_real, x_imag become x, x_phase.
 
-    returns : names, theta (..., parameter), covariance (..., parameter, parameter); x_real, x_imag become x, x_phase
+    Parameters
+    ----------
+    names : sequence of str
+    theta : ndarray (..., parameter)
+    covariance : ndarray (..., parameter, parameter)
+
+    Returns
+    -------
+    tuple of str, ndarray (..., parameter), ndarray (..., parameter, parameter)
+        The covariance to first order.
     """
     names, theta = list(names), np.array(theta, float)
-    turn = np.broadcast_to(np.eye(len(names)), (*theta.shape[:-1], len(names), len(names))).copy()
+    slope = np.broadcast_to(np.eye(len(names)), (*theta.shape[:-1], len(names), len(names))).copy()
     for i, name in enumerate(names):
         stem = name.removesuffix("_real")
         if stem == name or i + 1 == len(names) or names[i + 1] != f"{stem}_imag":
             continue
         a, b = theta[..., i].copy(), theta[..., i + 1].copy()
         size = np.hypot(a, b)
-        turn[..., i, i], turn[..., i, i + 1] = a / size, b / size
-        turn[..., i + 1, i], turn[..., i + 1, i + 1] = -b / size**2, a / size**2
+        slope[..., i, i], slope[..., i, i + 1] = a / size, b / size
+        slope[..., i + 1, i], slope[..., i + 1, i + 1] = -b / size**2, a / size**2
         theta[..., i], theta[..., i + 1] = size, np.arctan2(b, a)
         names[i], names[i + 1] = stem, f"{stem}_phase"
-    return tuple(names), theta, turn @ covariance @ np.swapaxes(turn, -1, -2)
+    return tuple(names), theta, slope @ covariance @ np.swapaxes(slope, -1, -2)

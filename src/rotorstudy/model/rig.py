@@ -1,5 +1,7 @@
 """A rig file (YAML) read into a model. Every key is checked here, once."""
 
+from dataclasses import replace
+
 from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
 from rotorstudy.model.cracks import SERIES_ORDER, crack_parameters
 from rotorstudy.model.depth import keys_from_depth
@@ -8,11 +10,12 @@ from rotorstudy.model.options import Whole, check_options, number_hint, option_n
 from rotorstudy.model.registry import registry
 from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import Entry, Parameter, Term
+from rotorstudy.model.uncertainty import read_uncertainty
 from rotorstudy.store import read_yaml
 
 SECTIONS = {"rotor": "rotor", "cracks": "crack", "bearings": "bearing", "effects": "effect"}
 # `measurement` is read by rotorstudy.measurement, `diagnosis` by rotorstudy.diagnosis
-OTHER = ("sensors", "static_deflection_m", "measurement", "diagnosis")
+OTHER = ("sensors", "static_deflection_m", "prior", "measurement", "diagnosis")
 
 
 def load_rig(path):
@@ -24,7 +27,7 @@ def build_model(rig, where="the rig"):
     """The Model a rig dict describes.
 
     rig : {"rotor": {"kind": ..., options}, "cracks": [...], "bearings": [...], "effects": [...], "sensors": [nodes],
-          "static_deflection_m": {node: held value, real}}
+          "static_deflection_m": {node: held value, real}, "prior": see `uncertainty`}
     """
     if not isinstance(rig, dict):
         raise RotorstudyError(f"{where}: expected sections {', '.join(SECTIONS)}, found {type(rig).__name__}")
@@ -46,7 +49,11 @@ def build_model(rig, where="the rig"):
             )
         for i, item in enumerate(rig.get(section) or []):
             terms.append(make_term(SECTIONS[section], item, structure, sensors, f"{where}, {section}[{i}]"))
-    return Model(structure, tuple(terms), sensors, _held_deflection(rig.get("static_deflection_m"), structure, where))
+    held = _held_deflection(rig.get("static_deflection_m"), structure, where)
+    model = Model(structure, tuple(terms), sensors, held)
+    if rig.get("prior") is None:
+        return model
+    return replace(model, uncertainty=read_uncertainty(rig["prior"], model, f"{where}, prior"))
 
 
 def _held_deflection(given, structure, where):
