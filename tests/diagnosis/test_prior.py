@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import yaml
 
+from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.extend import extended_rig
 from rotorstudy.diagnosis.search import base_model
 from rotorstudy.diagnosis.settings import Settings
@@ -16,8 +17,9 @@ from rotorstudy.inference.prior import Prior, prior_of
 from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.estimated_rig import rig_with_estimate
-from rotorstudy.model.rig import build_model
+from rotorstudy.model.rig import build_model, load_rig
 from rotorstudy.response.harmonic import measured_response
+from rotorstudy.store import load
 
 HARMONICS, NOISE = np.array([0, 1, -1, 2, 3]), 2e-9
 RIG = {
@@ -177,3 +179,19 @@ def test_the_whole_matrix_and_the_lower_triangle_say_the_same():
     assert whole.uncertainty.covariance[0, 1] == 1.0
     _, prior = base_model(lower, Settings())
     assert prior.covariance[prior.names.index("internal_damping"), prior.names.index("external_damping")] == 1.0
+
+
+def test_identify_writes_a_rig_that_states_what_it_found(tmp_path, capsys):
+    rig, records, out = tmp_path / "rig.yaml", tmp_path / "records.nc", tmp_path / "identified_rig.yaml"
+    rig.write_text(yaml.safe_dump({**RIG, "measurement": {"harmonics": HARMONICS.tolist()}}))
+    simulated = ["simulate", str(rig), "--speeds", "200", "400", "--noise", "1", "--rate", "2000"]
+    assert main([*simulated, "--out", str(records)]) == 0
+    identify = ["identify", str(records), "--rig", str(rig), "--unknowns", "external_damping", "eccentricity"]
+    assert main([*identify, "--out", str(tmp_path / "found.nc"), "--rig-out", str(out)]) == 0
+    model, found = load_rig(out), load(tmp_path / "found.nc")
+    assert model.uncertainty.names == KNOWN
+    assert model.theta[model.position(["external_damping"])] == pytest.approx(found.estimate.values[0], rel=1e-12)
+    assert model.uncertainty.covariance[0, 0] ** 0.5 == pytest.approx(found.standard_deviation.values[0], rel=1e-12)
+    assert model.theta[model.position(["internal_damping"])] == 20.0
+    assert main([*identify, "--rig-out", str(rig)]) == 1
+    assert "--rig-out" in capsys.readouterr().err

@@ -35,13 +35,3 @@ def extended_rig(given, diagnosis):
     place = [best.names.index(name) for name in renamed]
     covariance = best.covariance[np.ix_(place, place)]
     return rig_with_estimate(rig, build_model(rig), list(renamed.values()), best.free[place], covariance)
-
-
-def write_rig(rig, path, comment):
-    """A rig dict as YAML, atomically, headed by a comment."""
-    import yaml
-
-    from rotorstudy.store import write_text
-
-    head = "".join(f"# {line}\n" for line in comment.splitlines())
-    write_text(path, head + yaml.safe_dump(rig, sort_keys=False, allow_unicode=True))

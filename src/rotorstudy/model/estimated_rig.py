@@ -6,6 +6,7 @@ from rotorstudy.model.depth import keys_from_depth
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import SECTIONS, make_term
 from rotorstudy.model.uncertainty import uncertainty_section
+from rotorstudy.store import write_text
 
 
 def rig_with_estimate(rig, model, names, theta, covariance):
@@ -84,3 +85,19 @@ def _item(section, item, model, values):
         options = {k: v for k, v in rest.items() if k not in ("kind", "label")}
         item = {**rest, **keys_from_depth(item["depth"], plugin, model.structure, options, section)}
     return {**item, **found}
+
+
+def write_rig(rig, path, comment):
+    """Write a rig as YAML, whole or not at all.
+
+    Parameters
+    ----------
+    rig : dict
+    path : path-like
+    comment : str
+        Its first lines.
+    """
+    import yaml
+
+    head = "".join(f"# {line}\n" for line in comment.splitlines())
+    write_text(path, head + yaml.safe_dump(rig, sort_keys=False, allow_unicode=True))
