@@ -4,12 +4,14 @@ With the harmonics R of a spectrum, D_known R - f_known = sum over unknowns of t
 Coordinates (and harmonics) that are not measured are eliminated exactly, by the Schur complement of D_known.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.measurement.spectrum import shared_product
+from rotorstudy.measurement.spectrum import Spectrum, shared_product
+from rotorstudy.model.model import Model
 from rotorstudy.model.terms import apply_entries
 from rotorstudy.response.harmonic import (
     COUPLED_ORDER,
@@ -41,16 +43,16 @@ class Regression:
 
     columns: np.ndarray
     right_side: np.ndarray
-    names: tuple
+    names: tuple[str, ...]
 
-    def real_system(self):
+    def real_system(self) -> tuple[np.ndarray, np.ndarray]:
         """All speeds stacked, real rows then imaginary rows of each speed: A (..., row, parameter), b (..., row)."""
         a = np.concatenate([self.columns.real, self.columns.imag], axis=-2)
         b = np.concatenate([self.right_side.real, self.right_side.imag], axis=-1)
         return a.reshape(*a.shape[:-3], -1, a.shape[-1]), b.reshape(*b.shape[:-2], -1)
 
 
-def regression(model, spectrum, names, *, order=COUPLED_ORDER):
+def regression(model: Model, spectrum: Spectrum, names: Sequence[str], *, order: int = COUPLED_ORDER) -> Regression:
     """Equations for unknown amplitudes from a spectrum.
 
     Parameters
@@ -117,7 +119,7 @@ def regression(model, spectrum, names, *, order=COUPLED_ORDER):
     return Regression(np.moveaxis(left, 0, -1), right, tuple(names))
 
 
-def condensed_regression(model, spectrum, names):
+def condensed_regression(model: Model, spectrum: Spectrum, names: Sequence[str]) -> Regression:
     """The equations with tilts condensed as in the thesis: T = [I; L_n], L_n = -(K_ss - n^2 w^2 M_ss)^-1 (K_sm - ...).
 
     The transformation leaves the gyroscopic moments out, so what is not measured is eliminated only approximately.
@@ -177,7 +179,9 @@ def condensed_regression(model, spectrum, names):
     )
 
 
-def residual_sensitivity(model, spectrum, names, theta, *, order=COUPLED_ORDER):
+def residual_sensitivity(
+    model: Model, spectrum: Spectrum, names: Sequence[str], theta: np.ndarray, *, order: int = COUPLED_ORDER
+) -> np.ndarray:
     """Derivative of the residual columns @ theta - right_side by the spectrum; its covariance follows from it.
 
     Parameters
@@ -196,7 +200,9 @@ def residual_sensitivity(model, spectrum, names, theta, *, order=COUPLED_ORDER):
     return np.einsum("srcp,...p->...src", columns, theta) - right_side
 
 
-def equation_sensitivity(model, spectrum, names, *, order=COUPLED_ORDER):
+def equation_sensitivity(
+    model: Model, spectrum: Spectrum, names: Sequence[str], *, order: int = COUPLED_ORDER
+) -> tuple[np.ndarray, np.ndarray]:
     """Derivatives of columns (speed, row, component, parameter) and right side (speed, row, component) by the spectrum.
 
     Parameters are those of `regression`.

@@ -1,5 +1,7 @@
 """Linear least squares, batched: what tells the unknowns apart, and the solvers of the equations of motion."""
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 
 from rotorstudy.errors import NoConvergenceError, UnidentifiableError
@@ -12,7 +14,7 @@ DEFLECTION_STEPS = 40  # of the static deflection; two are enough if the bearing
 WEIGHTED_STEPS = 2  # of weights taken at the estimate they lead to; the second already changes less than the noise
 
 
-def invert(normal):
+def invert(normal: np.ndarray) -> np.ndarray:
     """Covariance of a fit: the inverse of its normal matrix J^T J.
 
     The matrix is scaled to a unit diagonal first, since parameters differ by many orders of magnitude.
@@ -30,7 +32,7 @@ def invert(normal):
     return np.linalg.inv(normal / outer) / outer
 
 
-def by_speed(weights, rows):
+def by_speed(weights: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Weights of each speed applied to stacked equations.
 
     Parameters
@@ -47,7 +49,7 @@ def by_speed(weights, rows):
     return (weights @ stacked).reshape(*stacked.shape[:-3], *rows.shape[weights.ndim - 3 :])
 
 
-def undetermined(columns, names):
+def undetermined(columns: np.ndarray, names: Sequence[str]) -> list[str]:
     """Names of the unknowns that the equations leave open: without effect, or traded off against others.
 
     Parameters
@@ -67,7 +69,7 @@ def undetermined(columns, names):
     return [name for name, part in zip(names, share, strict=True) if part > 0.05]
 
 
-def check_identifiable(columns, names):
+def check_identifiable(columns: np.ndarray, names: Sequence[str]) -> None:
     """Refuse equations that cannot tell the unknowns apart.
 
     Parameters
@@ -100,7 +102,7 @@ def check_identifiable(columns, names):
         )
 
 
-def solve_linear(columns, right_side, names):
+def solve_linear(columns: np.ndarray, right_side: np.ndarray, names: Sequence[str]) -> np.ndarray:
     """Least squares A theta = b, batched, by QR with columns scaled to unit length.
 
     Parameters
@@ -123,7 +125,7 @@ def solve_linear(columns, right_side, names):
     return solve_full_rank(columns, right_side)
 
 
-def solve_full_rank(columns, right_side):
+def solve_full_rank(columns: np.ndarray, right_side: np.ndarray) -> np.ndarray:
     """Least squares of columns that are known to be independent; shapes as in `solve_linear`."""
     length = np.linalg.norm(columns, axis=-2, keepdims=True)
     q, r = np.linalg.qr(columns / length)
@@ -131,7 +133,7 @@ def solve_full_rank(columns, right_side):
     return scaled / length[..., 0, :]
 
 
-def solve_truncated(columns, right_side, names):
+def solve_truncated(columns: np.ndarray, right_side: np.ndarray, names: Sequence[str]) -> np.ndarray:
     """Least squares of unit-length columns without their zero singular values; shapes as in `solve_linear`."""
     length = np.linalg.norm(columns, axis=-2, keepdims=True)
     length = np.where(length, length, 1)
@@ -139,7 +141,9 @@ def solve_truncated(columns, right_side, names):
     return (inverse @ right_side[..., None])[..., 0] / length[..., 0, :]
 
 
-def solve_equations(problem, solve=solve_linear, start=None, settled=True):
+def solve_equations(
+    problem, solve: Callable = solve_linear, start: np.ndarray | None = None, settled: bool = True
+) -> np.ndarray:
     """Solve the equations of motion for the unknowns.
 
     Where unknown bearings carry the weight, the static deflection that the crack and internal damping act on is found
@@ -180,12 +184,12 @@ def solve_equations(problem, solve=solve_linear, start=None, settled=True):
     raise NoConvergenceError("the static deflection and the bearings that carry it were not found together")
 
 
-def whitened(weights, solve=solve_linear):
+def whitened(weights: np.ndarray, solve: Callable = solve_linear) -> Callable:
     """A `solve` of equations that are weighted first; weights (..., speed, row, row)."""
     return lambda columns, right_side, names: solve(by_speed(weights, columns), by_speed(weights, right_side), names)
 
 
-def solve_weighted(problem, solve=solve_linear, start=solve_linear):
+def solve_weighted(problem, solve: Callable = solve_linear, start: Callable = solve_linear) -> np.ndarray:
     """Solve the equations of motion, whitened by the noise that the spectrum makes in them.
 
     The weights depend on the unknowns, so they are taken anew at each estimate.
@@ -207,7 +211,7 @@ def solve_weighted(problem, solve=solve_linear, start=solve_linear):
     return theta
 
 
-def in_chunks(problem, solve):
+def in_chunks(problem, solve: Callable) -> np.ndarray:
     """Solve many trials a few at a time, which bounds the memory.
 
     Parameters
@@ -224,7 +228,7 @@ def in_chunks(problem, solve):
     return theta.reshape(*problem.spectrum.amplitude.shape[:-3], -1)
 
 
-def noise_in_equations(problem, theta, weights):
+def noise_in_equations(problem, theta: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """Covariance of the equations (A, b) by the noise of the spectrum, summed over whitened rows.
 
     Parameters

@@ -1,15 +1,19 @@
 """A rig with estimated values and their covariance, as the next command reads it."""
 
+from collections.abc import Sequence
+from pathlib import Path
+
 import numpy as np
 
 from rotorstudy.model.depth import keys_from_depth
+from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import SECTIONS, make_term
 from rotorstudy.model.uncertainty import uncertainty_section
 from rotorstudy.store import write_text
 
 
-def rig_with_estimate(rig, model, names, theta, covariance):
+def rig_with_estimate(rig: dict, model: Model, names: Sequence[str], theta: np.ndarray, covariance: np.ndarray) -> dict:
     """A rig dict with estimated values in their places and their covariance in its section `prior`.
 
     Parameters that were not estimated keep their values, and the covariance that the rig states for them. An amplitude
@@ -43,7 +47,7 @@ def rig_with_estimate(rig, model, names, theta, covariance):
     return {**result, "prior": uncertainty_section(names, covariance)}
 
 
-def rig_with_values(rig, model, values):
+def rig_with_values(rig: dict, model: Model, values: dict[str, float]) -> dict:
     """A rig dict with other values of some amplitudes.
 
     Parameters
@@ -87,7 +91,7 @@ def _item(section, item, model, values):
     return {**item, **found}
 
 
-def write_rig(rig, path, comment):
+def write_rig(rig: dict, path: str | Path, comment: str) -> None:
     """Write a rig as YAML, whole or not at all.
 
     Parameters

@@ -11,6 +11,7 @@
 The values themselves stand where they always stand.
 """
 
+from collections.abc import Sequence
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -42,7 +43,7 @@ class Section(Strict):
     correlations: list[list[float]] | None = None
 
 
-def read_uncertainty(section, model, where):
+def read_uncertainty(section: dict, model, where: str) -> Uncertainty:
     """The Uncertainty that a rig states.
 
     Parameters
@@ -106,7 +107,7 @@ def _correlation(rows, count, where):
     return (found + found.T) / 2
 
 
-def uncertainty_section(names, covariance):
+def uncertainty_section(names: Sequence[str], covariance: np.ndarray) -> dict:
     """The section `prior` that states a covariance.
 
     Parameters
