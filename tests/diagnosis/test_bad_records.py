@@ -10,9 +10,10 @@ import xarray as xr
 import yaml
 
 from rotorstudy.commands.cli import main
+from rotorstudy.diagnosis.settings import check_names, read_settings
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.record_files import records_dataset
-from rotorstudy.presentation.diagnosis_report import check_names, read_settings, read_spectrum
+from rotorstudy.presentation.diagnosis_report import read_spectrum
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "measured"))
 from machine import TIME, channels, records, section, write, write_rig

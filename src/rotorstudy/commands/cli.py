@@ -279,7 +279,7 @@ def import_records(given):
 
 
 def diagnose(given):
-    from rotorstudy.presentation.diagnosis_report import report
+    from rotorstudy.presentation.diagnosis_files import diagnose_files
 
     if Path(given.out).is_file():
         raise RotorstudyError(f"--out {given.out}: is a file; name a folder")
@@ -288,10 +288,12 @@ def diagnose(given):
     inputs = [Path(path).resolve() for path in (given.rig, *given.records)]
     if Path(given.out).resolve() in [path.parent for path in inputs]:
         raise RotorstudyError(f"--out {given.out}: holds an input; name a folder of its own")
-    verdict = report(given.records, given.rig, given.out, given.hold_out)
-    for finding in verdict["findings"]:
-        print("{severity}: {where}: {name}: {text}".format(**finding), file=sys.stderr)
-    print(verdict["summary"])
+    verdict = diagnose_files(given.records, given.rig, given.out, given.hold_out)
+    for finding in verdict.findings:
+        print(finding, file=sys.stderr)
+    for broken in set(verdict.broken_plugins) - set(registry().failures):  # those were printed before
+        print(f"warning: {broken}", file=sys.stderr)
+    print(verdict.summary)
     print(f"wrote {Path(given.out) / 'index.html'}")
     return 0
 

@@ -33,7 +33,8 @@ def job(snakemake):
 def imported_files(script):
     """Files of this package a script imports, directly or through others (also inside functions); itself not included.
 
-    Snakemake sees a change of a script but not of the modules behind it; a rule that lists these as input does.
+    Page templates beside them are listed too. Snakemake sees a change of a script but not of the modules behind it; a
+    rule that lists these as input does.
     """
     home = Path(__file__).parents[1]
     seen, waiting = set(), [Path(script)]
@@ -54,7 +55,8 @@ def imported_files(script):
                     if file.is_file() and file not in seen:
                         seen.add(file)
                         waiting.append(file)
-    return sorted(str(file) for file in seen)
+    templates = {page for file in seen for page in file.parent.glob("templates/*.html")}
+    return sorted(str(file) for file in seen | templates)
 
 
 def plugin_files(rigs, plugins=()):
