@@ -196,8 +196,8 @@ def notes_on(config, verdict, harmonics, left_out):
         f"{where}; such a residual by noise alone: {before}.",
         f"{rig}, which cause: {_explained(verdict)} What is left, by noise alone: {after}.",
         f"{rig}, what adding causes gains at a speed left out: {better} of {len(left_out)} speeds are predicted "
-        f"better; {gained}; in brackets the thesis's model with every parameter free. Named whichever speed is left out: "
-        f"{', '.join(sorted(always)) or 'no cause, so none of them is established'}.",
+        f"better; {gained}; in brackets the thesis's model with every parameter free. Named whichever speed is left "
+        f"out: {', '.join(sorted(always)) or 'no cause, so none of them is established'}.",
     ]
 
 
