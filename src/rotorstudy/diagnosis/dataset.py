@@ -4,7 +4,7 @@ import numpy as np
 
 from rotorstudy.diagnosis.force import equivalent_residual_force
 from rotorstudy.diagnosis.result import FORMAT_VERSION
-from rotorstudy.inference.fit import predicted, with_model_error
+from rotorstudy.inference.prediction import predicted, with_model_error
 from rotorstudy.store import dataset
 
 
@@ -61,7 +61,7 @@ def verdict_dataset(diagnosis, spectrum):
 
 def _parameters(diagnosis):
     """Fitted parameters: as stated, in the base model and in the extended one."""
-    base, best, prior = diagnosis.search.base, diagnosis.best, diagnosis.search.prior
+    base, best, prior = diagnosis.search.base, diagnosis.best, diagnosis.search.prior.by_name
     units = dict(zip(best.model.names, best.model.units, strict=True))
     before = dict(zip(base.names, zip(base.free, np.sqrt(np.diag(base.covariance)), strict=True), strict=True))
     nothing = (np.nan, np.nan)
@@ -86,12 +86,12 @@ def _parameters(diagnosis):
 
 def _explanations(diagnosis):
     """Every explanation that was fitted, that with the highest odds first."""
-    weights = diagnosis.search.shares()
+    weights = diagnosis.search.posterior()
     best = diagnosis.search.best
     along = ("explanation",)
     labels = [" + ".join(cause.label for cause in e.causes) or "nothing more" for e, _ in weights]
     alternative = [bool(e.named & diagnosis.alternatives) and not best.named <= e.named for e, _ in weights]
-    odds = np.array([e.score / 2 for e, _ in weights])
+    odds = np.array([e.log_posterior_odds for e, _ in weights])
     return {
         "explanation_label": (along, np.array(labels, object), "1", "causes"),
         "log_posterior_odds": (along, odds, "1", "natural logarithm of the odds against the base alone"),

@@ -23,8 +23,9 @@ from rotorstudy.diagnosis.search import ACCUSES, Search, search
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.words import place, readable, summary
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.inference.fit import Fit, predicted, with_model_error
-from rotorstudy.inference.identification import magnitude_and_phase
+from rotorstudy.inference.fit import Fit
+from rotorstudy.inference.prediction import predicted, whitened_prediction, with_model_error
+from rotorstudy.inference.problem import magnitude_and_phase
 from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
@@ -108,7 +109,7 @@ def investigate(
     p_values = PValues(before=_p_value(base.cost, rows), after=_p_value(best.fit.cost, rows))
     p_parameters = _p_value(best.fit.penalty, len(best.fit.names))
     left = _residual_share(base.cost, best.fit.cost, rows)
-    weights = found.shares()
+    weights = found.posterior()
     probability = {name: sum(w for e, w in weights if name in e.named) for e, _ in weights for name in e.named}
     stated = _stated(weights, best)
     if not best.causes:
@@ -124,17 +125,17 @@ def investigate(
     else:
         kind = "cause"
     labels = _parameter_labels(best.fit.model, best.causes)
-    moved = _moved(best.fit, found.prior)
+    moved = _moved(best.fit, found.prior.by_name)
     if kind != "nothing":
         findings = [*findings, *_far_from_the_rig(found, spectrum, moved, labels, settings)]
-    odds = [e.score / 2 for e in found.explanations if e.causes]
+    odds = [e.log_posterior_odds for e in found.explanations if e.causes]
     verdict = Verdict(
         verdict=kind,
         causes=[_cause(c, best.fit, probability[c.cause]) for c in best.causes],
         ambiguous_with=[_cause(c, e.fit, probability[c.cause]) for c, e in stated],
         separating_measurement=_separating(best.causes, [c for c, _ in stated]),
         not_considered=_not_considered(best.causes, settings, {term.kind for term in model.terms}),
-        broken_plugins=registry().failures,
+        broken_plugins=[*registry().failures, *found.broken],
         unexplained=_unexplained(best.fit, fitted, settings) if kind == "unknown" or best.causes else [],
         residual_p_value=p_values,
         residual_share=left,
@@ -143,7 +144,7 @@ def investigate(
         detection_limit=_detection_limits(found),
         gain=_gain(base, best.fit, held),
         base_parameters=moved,
-        identifiability=_identifiability(best.fit, found.prior),
+        identifiability=_identifiability(best.fit, found.prior.by_name),
         candidates=len(found.candidates),
         settings=settings,
         findings=worst_first(findings),
@@ -230,14 +231,8 @@ def _gain(base, best, held):
         return float(np.sqrt(np.mean(np.abs(off) ** 2))), float(np.sqrt(np.mean(held.whitened(off) ** 2)))
 
     (before_m, before_sigma), (after_m, after_sigma) = error(base), error(best)
-    return Gain(
-        speeds=held.speed,
-        before_m=before_m,
-        after_m=after_m,
-        ratio=after_m / before_m if before_m else 1.0,
-        before_sigma=before_sigma,
-        after_sigma=after_sigma,
-    )
+    ratio, sigma = after_m / before_m if before_m else 1.0, {"before_sigma": before_sigma, "after_sigma": after_sigma}
+    return Gain(speeds=held.speed, before_m=before_m, after_m=after_m, ratio=ratio, **sigma)
 
 
 def _is_upheld(found, held):
@@ -246,7 +241,7 @@ def _is_upheld(found, held):
     if held is None or not best.causes:
         return True
     before, after = (_surprise(fitted, held).log_likelihood for fitted in (found.base, best.fit))
-    return best.score + 2 * (after - before) > ACCUSES
+    return best.log_posterior_odds + after - before > ACCUSES
 
 
 def _is_worse(base, best, held, settings):
@@ -267,9 +262,8 @@ class Surprise(NamedTuple):
 
 def _surprise(fitted, held):
     """Surprise of held-out speeds, noise and what the fit leaves open of its parameters counted."""
-    shown, change = predicted(fitted.model, held, fitted.theta, jacobian=True)
-    off = held.whitened(held.amplitude - shown)
-    columns = held.whitened(np.moveaxis(change[..., fitted.model.position(fitted.names)], -1, 0)).T
+    shown, columns = whitened_prediction(fitted.model, held, fitted.names, fitted.free)
+    off = held.whitened(held.amplitude) - shown
     spread = np.eye(len(off)) + columns @ fitted.covariance @ columns.T
     misfit = float(off @ np.linalg.solve(spread, off))
     return Surprise(misfit, _p_value(misfit, len(off)), -0.5 * (misfit + np.linalg.slogdet(spread)[1]))
@@ -308,19 +302,11 @@ def _detection_limits(found):
     """Smallest amplitude of each candidate found in 95 of 100 such records, the most sensitive first."""
     limits = []
     for c, screened in zip(found.candidates, found.screened, strict=True):
-        needed = np.sqrt(ACCUSES + found.price(c)) + POWER
+        needed = np.sqrt(2 * ACCUSES + found.even_odds_gain(c)) + POWER
         for (p, part, unknown), one in zip(_parts(c.term), screened.detection, strict=True):
             if one < SEEN * c.prior[unknown.name][1]:
-                limit = DetectionLimit(
-                    effect=c.effect,
-                    where=c.where,
-                    parameter=p.name,
-                    part=part,
-                    amplitude=needed * one,
-                    unit=p.unit,
-                    of_typical=needed * one / unknown.typical,
-                )
-                limits.append(limit)
+                size = {"amplitude": needed * one, "unit": p.unit, "of_typical": needed * one / unknown.typical}
+                limits.append(DetectionLimit(effect=c.effect, where=c.where, parameter=p.name, part=part, **size))
     return sorted(limits, key=lambda row: row.of_typical)
 
 
@@ -329,18 +315,10 @@ def _moved(fitted, prior):
     value = dict(zip(fitted.names, fitted.free, strict=True))
     std = dict(zip(fitted.names, np.sqrt(np.diag(fitted.covariance)), strict=True))
     units = dict(zip(fitted.model.names, fitted.model.units, strict=True))
-    rows = [
-        MovedParameter(
-            name=name,
-            unit=units[name],
-            stated=mean,
-            stated_std=given,
-            value=value[name],
-            std=std[name],
-            moved_sigma=(value[name] - mean) / given,
-        )
-        for name, (mean, given) in prior.items()
-    ]
+    rows = []
+    for name, (mean, given) in prior.items():
+        found = {"stated": mean, "stated_std": given, "value": value[name], "std": std[name]}
+        rows.append(MovedParameter(name=name, unit=units[name], moved_sigma=(value[name] - mean) / given, **found))
     return [row for row in rows if abs(row.moved_sigma) > MOVED]
 
 

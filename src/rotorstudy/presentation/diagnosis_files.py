@@ -10,13 +10,13 @@ from rotorstudy.diagnosis.extend import extended_rig, write_rig
 from rotorstudy.diagnosis.result import Verdict
 from rotorstudy.diagnosis.settings import check_names, read_settings
 from rotorstudy.diagnosis.verdict import investigate
+from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.model.registry import registry
-from rotorstudy.model.rig import named_plugins
+from rotorstudy.model.rig import named_plugins, read_rig
 from rotorstudy.presentation.diagnosis_figures import diagnosis_figures
 from rotorstudy.presentation.diagnosis_page import diagnosis_page
-from rotorstudy.presentation.diagnosis_report import read_spectrum
-from rotorstudy.presentation.plots import save_figures
-from rotorstudy.store import provenance, read_yaml, save, write_text
+from rotorstudy.presentation.plots import save_figure
+from rotorstudy.store import provenance, save, write_text
 
 
 def diagnose_files(
@@ -40,9 +40,10 @@ def diagnose_files(
     RotorstudyError
         For files that cannot be read, and for findings that are errors; then nothing is written.
     """
-    rig = read_yaml(rig_path)
+    rig_file = read_rig(rig_path)
+    rig = rig_file.given
     settings = read_settings(rig, str(rig_path))
-    spectrum, model, findings = read_spectrum(records, rig_path)
+    spectrum, model, findings = measured_spectrum(records, rig_file)
     check_names(settings, model, f"{rig_path}, diagnosis")
     diagnosis = investigate(spectrum, model, hold_out=hold_out, settings=settings, findings=findings)
     added = [registry().get("effect", cause.effect) for cause in diagnosis.verdict.causes]
@@ -69,7 +70,8 @@ def write_diagnosis(verdict, data, rig, out):
     """
     given = verdict.provenance["rig"]
     with whole_folder(out) as folder:
-        save_figures(diagnosis_figures(verdict, data), folder / "figures")
+        for name, picture in diagnosis_figures(verdict, data).items():
+            save_figure(picture, *(folder / "figures" / f"{name}.{kind}" for kind in ("png", "svg")))
         save(data, folder / "verdict.nc")
         write_rig(rig, folder / "extended_rig.yaml", f"{given} after a diagnosis of its records\n{verdict.summary}")
         png = {path.stem: path for path in (folder / "figures").glob("*.png")}

@@ -50,12 +50,6 @@ def save_figure(picture, *paths):
     plt.close(picture)
 
 
-def save_figures(figures, folder, kinds=("png", "svg")):
-    """Write figures ({name: figure}) to a folder, each as name.png and name.svg."""
-    for name, picture in figures.items():
-        save_figure(picture, *(folder / f"{name}.{kind}" for kind in kinds))
-
-
 def png_bytes(picture, dpi=80):
     """A figure as the content of a PNG file; the figure is closed."""
     import io

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from rotorstudy.measurement.facts import NodeFacts, RecordFacts, facts_of
 from rotorstudy.measurement.findings import SEVERITIES
-from rotorstudy.measurement.measurement import FACTS, NODE_FACTS
 from rotorstudy.presentation.pages import inline_png, render
 from rotorstudy.presentation.tables import cells
 from rotorstudy.store import write_text
@@ -17,11 +17,11 @@ def write_page(measurement, path, title):
     """Write the quality page of a Measurement."""
     import pandas as pd
 
-    records = [{"record": one["where"], **_named(one, FACTS)} for one in measurement.facts]
+    records = [{"record": one.where, **_named(one, RecordFacts)} for one in measurement.facts]
     nodes = [
-        {"record": one["where"], "node": node, **_named(facts, NODE_FACTS)}
+        {"record": one.where, "node": node, **_named(facts, NodeFacts)}
         for one in measurement.facts
-        for node, facts in one["nodes"].items()
+        for node, facts in one.nodes.items()
     ]
     page = render(
         "quality.html",
@@ -36,12 +36,12 @@ def write_page(measurement, path, title):
     write_text(path, page)
 
 
-def _named(facts, known):
+def _named(facts, kind):
     """Facts under their long names with unit."""
     found = {}
-    for name, (unit, long) in known.items():
+    for name, unit, long in facts_of(kind):
         unit, factor = shown_unit(unit)
-        found[f"{long} ({unit})" if unit else long] = factor * float(facts.get(name, np.nan))
+        found[f"{long} ({unit})" if unit else long] = factor * float(getattr(facts, name))
     return found
 
 

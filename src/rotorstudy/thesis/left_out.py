@@ -11,12 +11,14 @@ from rotorstudy.diagnosis.search import base_model
 from rotorstudy.diagnosis.settings import read_settings
 from rotorstudy.diagnosis.verdict import diagnose
 from rotorstudy.diagnosis.words import gain_in_words, place, readable
-from rotorstudy.inference.fit import fit, predicted, with_model_error
-from rotorstudy.inference.identification import magnitude_and_phase
+from rotorstudy.inference.fit import fit
+from rotorstudy.inference.prediction import predicted, with_model_error
+from rotorstudy.inference.problem import magnitude_and_phase
+from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.model.registry import registry
-from rotorstudy.presentation.diagnosis_report import read_spectrum
+from rotorstudy.model.rig import read_rig
 from rotorstudy.response.harmonic import measured_response
-from rotorstudy.store import as_complex, load, read_yaml
+from rotorstudy.store import as_complex, load
 from rotorstudy.thesis.checks import shown_name
 from rotorstudy.thesis.replay import load_replay, thesis_estimates
 from rotorstudy.units import number, p_value, shown_unit
@@ -52,16 +54,10 @@ class Compared:
 
     def row(self):
         """As a table shows it."""
-        return {
-            "rig": self.rig,
-            "parameter": self.parameter,
-            "unit": self.unit,
-            "thesis": self.thesis,
-            "base": self.base[0],
-            "base ±": self.base[1],
-            "extended": self.extended[0],
-            "extended ±": self.extended[1],
-        }
+        found = {"rig": self.rig, "parameter": self.parameter, "unit": self.unit, "thesis": self.thesis}
+        for name, (value, std) in (("base", self.base), ("extended", self.extended)):
+            found |= {name: value, f"{name} ±": std}
+        return found
 
 
 def leave_one_out(records, rig_path):
@@ -70,8 +66,9 @@ def leave_one_out(records, rig_path):
     base, extended : the rig as its uncertainties allow, and with the causes found
     without_limits : the rig's own parameters fitted freely
     """
-    spectrum, model, _ = read_spectrum(records, rig_path)
-    settings = read_settings(read_yaml(rig_path), str(rig_path))
+    rig = read_rig(rig_path)
+    spectrum, model, _ = measured_spectrum(records, rig)
+    settings = read_settings(rig.given, str(rig_path))
     free = settings.model_copy(update={"uncertainty": {k: UNLIMITED * v for k, v in settings.uncertainty.items()}})
     rows = []
     for i, speed in enumerate(spectrum.speed):
@@ -143,19 +140,13 @@ def compared_parameters(config, data, folder):
                 unit, factor = shown_unit(unit) if unit == "m" else (unit, 1.0)
                 (value, _), *fitted = (found[source][name] for source in fits)
                 base, extended = ((one * factor, std * factor) for one, std in fitted)
-                compared.append(
-                    Compared(
-                        rig=readable(config.name),
-                        parameter=shown_name(name),
-                        unit=unit,
-                        is_phase=name != full,
-                        is_positive=bool(effect and effect.positive),
-                        on_weight={entry.on for entry in p.entries} == {"static"},
-                        thesis=value * factor,
-                        base=base,
-                        extended=extended,
-                    )
-                )
+                kind = {
+                    "is_phase": name != full,
+                    "is_positive": bool(effect and effect.positive),
+                    "on_weight": {entry.on for entry in p.entries} == {"static"},
+                }
+                fits_of = {"thesis": value * factor, "base": base, "extended": extended}
+                compared.append(Compared(readable(config.name), shown_name(name), unit, **kind, **fits_of))
     return compared
 
 
