@@ -50,14 +50,16 @@ def _imports(file):
 def imported_files(script):
     """Files of this package a script imports, directly or through others (also inside functions); itself not included.
 
-    Snakemake sees a change of a script but not of the modules behind it; a rule that lists these as input does.
+    Page templates beside them are listed too. Snakemake sees a change of a script but not of the modules behind it; a
+    rule that lists these as input does.
     """
     seen, waiting = set(), [Path(script)]
     while waiting:
         new = _imports(waiting.pop()) - seen
         seen |= new
         waiting += new
-    return sorted(map(str, seen))
+    templates = {page for file in seen for page in file.parent.glob("templates/*.html")}
+    return sorted(map(str, seen | templates))
 
 
 def plugin_files(rigs, plugins=()):
