@@ -14,7 +14,8 @@ from rotorstudy.measurement.records import simulate_records
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.model.registry import registry
 from rotorstudy.response.statics import static_deflection
-from rotorstudy.studies.config import changed, clean_spectrum, load_study
+from rotorstudy.studies.common import clean_spectrum
+from rotorstudy.studies.config import changed, load_study
 from rotorstudy.studies.sensors import sensors
 from rotorstudy.studies.variants import variants
 from rotorstudy.thesis.scoreboard import published
@@ -130,7 +131,7 @@ def few(study):
     trials = study.monte_carlo.model_copy(update={"trials": 400})
     sets = {"2, 4": [2, 4]}
     one = {"100 rad/s": study.cases["100 rad/s"]}
-    return sensors(study.model_copy(update={"monte_carlo": trials, "sensor_sets": sets, "cases": one}), "physical")
+    return sensors(study.model_copy(update={"monte_carlo": trials, "sensor_sets": sets, "cases": one}))
 
 
 def test_two_sensors_find_everything_from_starts_thirty_per_cent_off(few):

@@ -1,4 +1,4 @@
-from rotorstudy.studies.job import job
+from rotorstudy.studies.workflow import job
 
 with job(snakemake):
     from pathlib import Path
@@ -10,7 +10,7 @@ with job(snakemake):
     from rotorstudy.store import load
     from rotorstudy.studies.config import load_study
     from rotorstudy.thesis import errata
-    from rotorstudy.thesis.replay import load_replay
+    from rotorstudy.thesis.config import load_replay
 
     given = snakemake.input
     reference = Path(given.errata).parent

@@ -17,7 +17,7 @@ from rotorstudy.response.harmonic import forced_harmonics, measured_response
 from rotorstudy.response.stability import eigenvalues
 from rotorstudy.response.whirl import critical_speeds, time_invariant
 from rotorstudy.store import as_complex
-from rotorstudy.studies.config import clean_spectrum
+from rotorstudy.studies.common import clean_spectrum
 from rotorstudy.thesis.replay import printed_values, remove_slow_roll, replay_problem, rounding_draws
 from rotorstudy.thesis.scoreboard import published
 
@@ -71,10 +71,10 @@ def _case_problem(config, rig, case):
     return Problem(model, clean_spectrum(config, model, config.cases[case].speeds), tuple(config.unknowns))
 
 
-def _negated(config, rig, start):
-    """(parameter,) the amplitudes of a rig, those whose name starts so with reversed sign."""
+def _negated(config, rig, unit):
+    """(parameter,) the amplitudes of a rig, those of a unit with reversed sign."""
     model = config.rig(rig)
-    return np.where([name.startswith(start) for name in model.names], -1, 1) * model.theta
+    return np.where([own == unit for own in model.units], -1, 1) * model.theta
 
 
 def chapter_2(config, folder):
@@ -82,7 +82,7 @@ def chapter_2(config, folder):
     printed = published(folder, ["2.2", "2.3", "2.5"])
     spectra = printed[printed.method == "regression"]
     thesis, speeds = config.rig("thesis"), {"88 rad/s": 88.0}
-    right = _negated(config, "thesis", "stiffness_loss")
+    right = _negated(config, "thesis", "N/m")
     first = np.abs(measured_response(thesis, [88.0], [1], np.stack([thesis.theta, right]))[:, 0, 0, 0])
     physical = measured_response(config.rig("physical"), [88.0], HARMONICS)[0, :, 0]
     cut = measured_response(thesis, [88.0], HARMONICS, right)[0, :, 0]
@@ -132,9 +132,9 @@ def chapter_4(config, folder, spectra, dominance, noisy):
     spectra, noisy : of the thesis's rig, noisy its Monte Carlo;  dominance : of the study
     """
     printed = published(folder, ["4.2", "4.3", "4.4", "4.5", "4.7"])
-    whole = printed[(printed.method == "regression") & printed.case.str.endswith(", complete cycles")]
-    whole = whole[whole.quantity != "reference phase"]
     speeds = dict(zip(("20 Hz, complete cycles", "50 Hz, complete cycles"), config.shown_speeds_rad_s, strict=True))
+    whole = printed[(printed.method == "regression") & printed.case.isin(speeds)]
+    whole = whole[whole.quantity != "reference phase"]
     thesis = config.rig("thesis")
     turned = {**config.rigs["thesis"], "rotor": {**config.rigs["thesis"]["rotor"], "gyroscopic_sign": 1}}
     right = build_model(turned, "the thesis's rig with the right gyroscopic sign")
