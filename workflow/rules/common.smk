@@ -130,7 +130,7 @@ def table_files():
 
 
 # pages over all chapters need all of them
-PAGES = {"chapter_2", "chapter_3", "chapter_4", "chapter_5"} <= set(CHAPTERS)
+PAGES = {f"chapter_{n}" for n in range(2, 7)} <= set(CHAPTERS)
 
 
 def scoreboard_files():

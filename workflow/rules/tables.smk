@@ -125,11 +125,13 @@ if PAGES:
             chapter_3=str(ROOT / settings.replays["chapter_3"]),
             chapter_4=str(ROOT / settings.studies["chapter_4"]),
             chapter_5=str(ROOT / settings.replays["chapter_5"]),
+            chapter_6=str(ROOT / settings.studies["chapter_6"]),
             thesis_spectra=f"{RESULTS}/chapter_4/spectra/thesis.nc",
             weight_dominance=f"{RESULTS}/chapter_4/weight_dominance.nc",
             monte_carlo=f"{RESULTS}/chapter_4/monte_carlo/thesis/20_to_50_Hz.nc",
             spectra=f"{RESULTS}/chapter_5/spectra.nc",
             identification=f"{RESULTS}/chapter_5/identification.nc",
+            variants=f"{RESULTS}/chapter_6/variants.nc",
             code=code("errata.py"),
         output:
             csv=f"{RESULTS}/errata.csv",
