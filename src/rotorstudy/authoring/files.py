@@ -17,7 +17,7 @@ PLACEHOLDERS = {
 def new_plugin(kind, name, folder=None):
     """Write a working, commented plugin file; returns its path.
 
-    folder : the kind's own folder in plugins/ by default
+    folder : by default the kind's own folder in plugins/ of the project one stands in, else the folder one stands in
     raises : RotorstudyError for an unknown kind, a name that is no Python name or is taken, a file that is there
     """
     if kind not in KINDS:
@@ -32,7 +32,8 @@ def new_plugin(kind, name, folder=None):
     if path.exists():
         raise RotorstudyError(f"file '{path}' exists; choose another name, or remove it first")
     folder.mkdir(parents=True, exist_ok=True)
-    path.write_text((TEMPLATES / f"{kind}.py").read_text().replace(NAME_IN_TEMPLATE, name))
+    text = (TEMPLATES / f"{kind}.py").read_text(encoding="utf-8").replace(NAME_IN_TEMPLATE, name)
+    path.write_text(text, encoding="utf-8")
     return path
 
 
@@ -43,8 +44,10 @@ def left_to_write(path):
 
 
 def _folder_of(kind):
-    """Where the zoo keeps its plugins of a kind, next to one that is there."""
+    """Where the project keeps its plugins of a kind, if one stands in its folder; else the folder one stands in."""
     own = plugin_folders()[0]
+    if Path("plugins").resolve() != own:
+        return Path()
     for plugin in registry().plugins[kind].values():
         if own in Path(plugin.file).parents:
             return Path(plugin.file).parent
@@ -52,11 +55,11 @@ def _folder_of(kind):
 
 
 def check_file(path):
-    """Every invariant of every plugin in a file: list of (kind, name, claim, what is wrong or "").
+    """Every invariant of every plugin in a file: list of (kind, name, Outcome).
 
     raises : RotorstudyError if the file does not exist; PluginError if it does not load or offers no plugin
     """
-    from rotorstudy.authoring.invariants import broken_invariants, invariants_of
+    from rotorstudy.authoring.invariants import outcomes
 
     path = Path(path)
     if not path.is_file():
@@ -70,9 +73,5 @@ def check_file(path):
         failed = [line for line in zoo.failures if str(path) in line or str(path.resolve()) in line]
         reason = failed[0] if failed else f"{path} offers no plugin; a function rotorstudy_KIND with @hookimpl does"
         raise PluginError(reason)
-    rows = []
     with using(zoo):
-        for kind, plugin in mine:
-            broken = broken_invariants(plugin)
-            rows += [(kind, plugin.name, c.__doc__, broken.get(c.__doc__, "")) for c in invariants_of(plugin)]
-    return rows
+        return [(kind, plugin.name, outcome) for kind, plugin in mine for outcome in outcomes(plugin)]

@@ -1,6 +1,7 @@
 """What the workflow needs: its configuration, and for each job a log, inputs, the function to call, and its code."""
 
 import ast
+import functools
 import sys
 import traceback
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
@@ -93,6 +94,27 @@ def named_function(name):
     return getattr(import_module(module), attribute)
 
 
+@functools.cache
+def _imports(file):
+    """Files of this package that one file imports, also inside functions. Kept: every script shares most of them."""
+    modules = []
+    for node in ast.walk(ast.parse(file.read_text())):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            modules += [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
+        elif isinstance(node, ast.Import):
+            modules += [alias.name for alias in node.names]
+    return _module_files(modules)
+
+
+def _module_files(modules):
+    """Those of some modules that are files of this package."""
+    home = Path(__file__).parents[1]
+    bases = [
+        home.joinpath(*parts[1:]) for parts in (module.split(".") for module in modules) if parts[0] == "rotorstudy"
+    ]
+    return {path for base in bases for path in (base.with_suffix(".py"), base / "__init__.py") if path.is_file()}
+
+
 def imported_files(script, *functions):
     """Files of this package a job depends on: Snakemake sees a change of a script but not of the modules behind it.
 
@@ -109,27 +131,12 @@ def imported_files(script, *functions):
         What the script and the modules of the functions import, directly or through others (also inside functions),
         and these modules; the script is not included.
     """
-    home = Path(__file__).parents[1]
-    seen, waiting = set(), [Path(script)]
-
-    def add(module):
-        parts = module.split(".")
-        base = home.joinpath(*parts[1:])
-        for file in (base.with_suffix(".py"), base / "__init__.py"):
-            if parts[0] == "rotorstudy" and file.is_file() and file not in seen:
-                seen.add(file)
-                waiting.append(file)
-
-    for function in functions:
-        add(function.rpartition(".")[0])
+    seen = _module_files(function.rpartition(".")[0] for function in functions)
+    waiting = [Path(script), *seen]
     while waiting:
-        for node in ast.walk(ast.parse(waiting.pop().read_text())):
-            if isinstance(node, ast.ImportFrom) and node.module:
-                for module in (node.module, *(f"{node.module}.{alias.name}" for alias in node.names)):
-                    add(module)
-            elif isinstance(node, ast.Import):
-                for alias in node.names:
-                    add(alias.name)
+        new = _imports(waiting.pop()) - seen
+        seen |= new
+        waiting += new
     return sorted(map(str, seen))
 
 

@@ -6,7 +6,7 @@ uncertainty is carried by drawing printed values from within it.
 
 import numpy as np
 
-from rotorstudy.inference.identification import Problem, magnitude_and_phase
+from rotorstudy.inference.problem import Problem, magnitude_and_phase
 from rotorstudy.measurement.records import Record, full_spectrum, keyphasor_signal
 from rotorstudy.measurement.spectrum import Spectrum, components, independent_covariance
 from rotorstudy.model.registry import registry
