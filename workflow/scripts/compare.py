@@ -1,4 +1,4 @@
-from rotorstudy.studies.job import job
+from rotorstudy.studies.workflow import job
 
 PAGE_WIDTH = 7.0  # inches, two columns of a journal; text keeps its size in print
 ROW = 3  # panels side by side

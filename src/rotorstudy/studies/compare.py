@@ -31,8 +31,9 @@ from rotorstudy.model.options import NonNegative, Positive
 from rotorstudy.response.harmonic import check_harmonics
 from rotorstudy.store import as_complex, dataset, load, read_yaml
 from rotorstudy.studies import identify
-from rotorstudy.studies.config import SPEED, clean_spectrum, load_study, parameter_coordinates
-from rotorstudy.thesis.replay import load_replay
+from rotorstudy.studies.common import SPEED, clean_spectrum, parameter_coordinates
+from rotorstudy.studies.config import load_study
+from rotorstudy.thesis.config import load_replay
 
 STATISTICS = ("bias", "scatter", "rmse", "efficiency", "coverage", "failed", "seconds")
 
@@ -380,7 +381,7 @@ def bias(study, rotor, estimator):
     """What wrong known quantities of its study cost an estimator, at the speeds compared on; see `identify.bias`."""
     cases = {"speeds compared": _Speeds(rotor.speeds)}
     settings = {"cases": cases, "harmonics": list(rotor.harmonics), "estimators": [estimator.name]}
-    return identify.bias(study.model_copy(update=settings), study.main_rig)
+    return identify.bias(study.model_copy(update=settings))
 
 
 def comparison(parts):
