@@ -4,7 +4,7 @@ import pytest
 import yaml
 
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.studies.compare import load_comparison
+from rotorstudy.studies.comparison.config import load_comparison
 from rotorstudy.studies.config import load_study
 
 CONFIG = "workflow/config/compare.yaml"

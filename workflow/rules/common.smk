@@ -17,7 +17,7 @@ try:
     from rotorstudy.errors import RotorstudyError, unknown_name
     from rotorstudy.studies.job import imported_files, plugin_files
     from rotorstudy.model.registry import registry
-    from rotorstudy.studies.compare import load_comparison
+    from rotorstudy.studies.comparison.config import load_comparison
     from rotorstudy.studies.config import file_name, load_study, named_methods
     from rotorstudy.studies.cracks import load_cracks
     from rotorstudy.thesis.replay import check_replay, load_replay
