@@ -3,7 +3,7 @@
 import pytest
 
 from rotorstudy.authoring.files import new_plugin
-from rotorstudy.commands.cli import main
+from rotorstudy.commands.line import main
 
 BODY = {  # what the template of each kind gives back, first and last line of it
     "rotor": ("    return Structure(", "    )\n\n\n@hookimpl"),

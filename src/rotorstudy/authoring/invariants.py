@@ -9,7 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from rotorstudy.errors import PluginError, RotorstudyError, UnidentifiableError
-from rotorstudy.inference.identification import Problem, estimate_by, output_error_fit
+from rotorstudy.inference.fit import output_error_fit
+from rotorstudy.inference.problem import Problem, estimate_by
 from rotorstudy.measurement.records import harmonics_by
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.bearings import dynamic_stiffness

@@ -7,8 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from rotorstudy.inference.identification import Problem, cramer_rao_bound, solve_linear
-from rotorstudy.inference.regression import regression
+from rotorstudy.inference.bounds import cramer_rao_bound
+from rotorstudy.inference.equation_error import regression
+from rotorstudy.inference.linear import solve_linear
+from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.noise import noise_std
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.model.model import Model
@@ -140,7 +142,7 @@ def chapter_4(config, folder, spectra, dominance, noisy):
     right = build_model(turned, "the thesis's rig with the right gyroscopic sign")
     responses = [np.abs(measured_response(m, list(speeds.values()), HARMONICS)[..., 0]) for m in (thesis, right)]
     critical = [
-        critical_speeds(time_invariant(m).without(DAMPINGS), 2 * np.pi * 500, 1) / (2 * np.pi) for m in (thesis, right)
+        critical_speeds(time_invariant(m).without(DAMPINGS), 2 * np.pi * 500)[0] / (2 * np.pi) for m in (thesis, right)
     ]
     structure = right.structure
     coupled = np.abs(eigenvalues(Model(structure), [1e-3]).imag).min()

@@ -8,7 +8,8 @@ from types import SimpleNamespace
 import numpy as np
 
 from rotorstudy.errors import PluginError, RotorstudyError, UnidentifiableError
-from rotorstudy.inference.identification import Problem, cramer_rao_bound, estimate_by, magnitude_and_phase
+from rotorstudy.inference.bounds import cramer_rao_bound
+from rotorstudy.inference.problem import Problem, estimate_by, magnitude_and_phase
 from rotorstudy.measurement.noise import noise_std
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.store import as_complex, dataset

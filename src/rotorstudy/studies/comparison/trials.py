@@ -6,13 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rotorstudy.measurement.keyphasor import phase_from_keyphasor
 from rotorstudy.measurement.noise import standard_normal
 from rotorstudy.measurement.records import (
     Record,
     compensate,
     full_spectrum,
     keyphasor_signal,
-    phase_from_keyphasor,
     simulate_records,
 )
 from rotorstudy.store import dataset
