@@ -16,17 +16,17 @@ def ranked(*rows):
     return pd.DataFrame(rows, columns=columns).assign(**{"ms an estimate": 1.0})
 
 
-def test_advice_takes_honest_equals_first_names_them_and_says_where_the_worst_is():
+def test_advice_takes_valid_equals_first_names_them_and_says_where_the_worst_is():
     told = advice(
         ranked(
             ("spikes", "a", 1.0, "plain", "sure", 2.00, 0.50, 0.0),
-            ("spikes", "a", 1.0, "plain", "honest", 2.02, 0.95, 0.0),
+            ("spikes", "a", 1.0, "plain", "valid", 2.02, 0.95, 0.0),
             ("spikes", "b", 5.0, "plain", "sure", 1.00, 0.95, 0.0),
-            ("spikes", "b", 5.0, "plain", "honest", 1.00, 0.95, 0.0),
+            ("spikes", "b", 5.0, "plain", "valid", 1.00, 0.95, 0.0),
             ("spikes", "a", 1.0, "plain", "seldom fails", 1.99, 0.95, 0.01),
             ("spikes", "b", 5.0, "plain", "seldom fails", 1.00, 0.95, 0.0),
-            ("spikes", "a", 1.0, "other", "honest", 3.00, 0.95, 0.0),
-            ("spikes", "b", 5.0, "other", "honest", 9.00, 0.95, 0.0),
+            ("spikes", "a", 1.0, "other", "valid", 3.00, 0.95, 0.0),
+            ("spikes", "b", 5.0, "other", "valid", 9.00, 0.95, 0.0),
             ("spikes", "a", 1.0, "lucky", "fails", 1.00, 0.95, 0.1),
             ("spikes", "b", 5.0, "lucky", "fails", 1.00, 0.95, 0.0),
         )
@@ -35,10 +35,10 @@ def test_advice_takes_honest_equals_first_names_them_and_says_where_the_worst_is
     first, second = told.iloc[0], told.iloc[1]
     assert (first.spectrum_method, first.estimator, first["estimators as good"]) == (
         "plain",
-        "honest",
+        "valid",
         "seldom fails, sure",
     )
-    assert first["where that is"] == "a, 1 %" and first.intervals == "honest"
+    assert first["where that is"] == "a, 1 %" and first.intervals == "valid"
     assert (second.spectrum_method, second["where that is"], second["estimators as good"]) == (
         "other",
         "b, 5 %",
@@ -126,6 +126,6 @@ def test_ranking_and_advice_as_pages(tmp_path):
     write_advice(ranked, tmp_path / "advice.csv", tmp_path / "advice.html")
     assert set(pd.read_csv(tmp_path / "ranking.csv").noise) == {1.0, 5.0}
     told = pd.read_csv(tmp_path / "advice.csv")
-    assert set(told.estimator) == {"good"} and set(told.intervals) == {"honest"}
+    assert set(told.estimator) == {"good"} and set(told.intervals) == {"valid"}
     assert "within 5 % of it" in (tmp_path / "advice.html").read_text()
     assert "small, outliers" in (tmp_path / "ranking.html").read_text()

@@ -5,7 +5,7 @@ import textwrap
 import numpy as np
 
 from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, plain_log
-from rotorstudy.studies.comparison.ranking import HONEST
+from rotorstudy.studies.comparison.ranking import VALID
 
 PAGE_WIDTH = 7.0  # inches, two columns of a journal; text keeps its size in print
 ROW = 3  # panels side by side
@@ -108,7 +108,7 @@ def coverage_with_faults(whole, level):
 
     covered = whole.sel(noise=level).coverage.mean(["parameter", "rotor"])
     covered = covered.transpose("fault", "spectrum_method", "estimator")
-    valid = ((covered >= HONEST[0]) & (covered <= HONEST[1])).all("fault")
+    valid = ((covered >= VALID[0]) & (covered <= VALID[1])).all("fault")
     told = f"{int(valid.sum())} of {valid.size} pairs state valid 95 % intervals with every fault ({level:g} % noise)"
     return _by_fault(covered, Normalize(0, 1), "share of intervals that hold\nthe truth; 0.95 is right", told)
 

@@ -1,7 +1,7 @@
 """Tables of the comparison of spectrum methods and estimators: the ranking, and what to use."""
 
 from rotorstudy.presentation.tables import write_csv, write_html, write_table
-from rotorstudy.studies.comparison.ranking import AS_GOOD, HONEST, SELDOM, advice
+from rotorstudy.studies.comparison.ranking import AS_GOOD, SELDOM, VALID, advice
 
 BEST = 7  # pairs that the page shows of each rotor, fault and noise; the CSV file has all
 
@@ -41,7 +41,7 @@ def write_advice(ranked, csv, html):
         "For each fault of a record, and for one that is not known: the three spectrum methods with the smallest "
         "error in their worst rotor and noise level, each with the estimator to use and those whose error is within "
         f"{100 * (AS_GOOD - 1):.0f} % of it. Pairs that fail in more than {100 * SELDOM:.0f} % of the trials are left "
-        "out. An error of 1 is the Cramér-Rao bound. Intervals are honest if everywhere between "
-        f"{100 * HONEST[0]:.0f} and {100 * HONEST[1]:.0f} % of the stated 95 % intervals hold the truth.",
+        "out. An error of 1 is the Cramér-Rao bound. Intervals are valid if everywhere between "
+        f"{100 * VALID[0]:.0f} and {100 * VALID[1]:.0f} % of the stated 95 % intervals hold the truth.",
         3,
     )

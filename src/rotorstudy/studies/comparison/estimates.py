@@ -35,8 +35,8 @@ def estimates(config, name, rotor, by_method, estimator):
     """How well an estimator does on the harmonics of every spectrum method.
 
     by_method : name of a spectrum method -> Dataset of `spectra`
-    returns   : bias, scatter, rmse (SI; of phases rad), efficiency (Cramer-Rao variance of whole turns over mean square
-                error), coverage (of 95 % intervals), all (spectrum_method, fault, noise, parameter);
+    returns   : bias, scatter, rmse (SI; of phases rad), efficiency (Cramer-Rao variance of whole revolutions over mean
+                square error), coverage (of 95 % intervals), all (spectrum_method, fault, noise, parameter);
                 failed (share of trials), seconds (an estimate) (spectrum_method, fault, noise); true (parameter)
     """
     faults, levels = list(config.faults), config.levels(name)
@@ -103,7 +103,7 @@ def without_values(model, unknowns):
 
 
 def _bounds(config, name, rotor, theta):
-    """Level -> (parameter,) Cramer-Rao standard deviations for whole turns with white noise."""
+    """Level -> (parameter,) Cramer-Rao standard deviations for whole revolutions with white noise."""
     clean = measured_without_noise(rotor)
     found = {}
     for level in config.levels(name):

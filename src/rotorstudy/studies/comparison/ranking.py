@@ -2,9 +2,9 @@
 
 import numpy as np
 
-HONEST = (0.90, 0.99)  # mean coverage of 95 % intervals that may be believed: 200 trials know it to 1.5 % a parameter
-SELDOM = 0.02  # share of trials a pair may fail in and still be advised: one sees it fail, and takes another
-AS_GOOD = 1.05  # errors that close are one another's equal: 200 trials know an error to 5 %
+VALID = (0.90, 0.99)  # mean coverage of valid 95 % intervals: 200 trials give it to within 1.5 % for a parameter
+SELDOM = 0.02  # share of trials in which a pair may fail and still be advised: a failure is seen, another is taken
+AS_GOOD = 1.05  # errors within this factor are equal: 200 trials give an error to within 5 %
 ANY_FAULT = "not known which"
 
 
@@ -35,7 +35,7 @@ def ranking(whole):
 def advice(ranked):
     """Which spectrum method and estimator for which fault: the smallest error in the worst rotor and noise level.
 
-    Of the pairs that seldom fail, each spectrum method's best estimator; of equals one with honest intervals, then one
+    Of the pairs that seldom fail, each spectrum method's best estimator; of equals one with valid intervals, then one
     that never fails.
     returns : DataFrame (fault, three best spectrum methods): estimator, its equals, the error over the bound in the
               worst cell, which cell that is, the median, coverage; last the same for a fault that is not known
@@ -57,14 +57,14 @@ def advice(ranked):
     cells = every.loc[groups[error].idxmax()]
     table["worst_in"] = [f"{rotor}, {noise:g} %" for rotor, noise in zip(cells.rotor, cells.noise, strict=True)]
     table["intervals"] = [
-        "honest" if HONEST[0] <= low and high <= HONEST[1] else "too narrow" if low < HONEST[0] else "too wide"
+        "valid" if VALID[0] <= low and high <= VALID[1] else "too narrow" if low < VALID[0] else "too wide"
         for low, high in zip(table.lowest_coverage, table.highest_coverage, strict=True)
     ]
     rows = []
     for _, same in table.groupby(keys[:2], sort=False):
         good = same[same.worst <= AS_GOOD * same.worst.min()]
-        good = good.assign(dishonest=good.intervals != "honest", fails=good.failed > 0)
-        good = good.sort_values(["dishonest", "fails", "worst"], kind="stable")
+        good = good.assign(invalid=good.intervals != "valid", fails=good.failed > 0)
+        good = good.sort_values(["invalid", "fails", "worst"], kind="stable")
         rows.append({**good.iloc[0], "as_good": ", ".join(good.estimator[1:]) or "none"})
     best = pd.DataFrame(rows, columns=[*table.columns, "as_good"])
     best["last"] = best.fault == ANY_FAULT

@@ -49,8 +49,8 @@ def make_trials(config, rotor_index, rotor, fault_name, place, level, count):
         signal = signal + hit * fault.outlier_size * rms * np.exp(1j * angle)
     keyphasor = keyphasor_signal(speed, time)[None]
     if fault.keyphasor_jitter_rad:
-        turn = np.rint(speed * time / (2 * np.pi)).astype(int)  # each pulse is early or late as a whole
-        late = np.array([rng.normal(size=turn.max() + 1)[turn] for rng in others]) * fault.keyphasor_jitter_rad
+        revolution = np.rint(speed * time / (2 * np.pi)).astype(int)  # each pulse is early or late as a whole
+        late = [fault.keyphasor_jitter_rad * rng.normal(size=revolution.max() + 1)[revolution] for rng in others]
         keyphasor = np.array([keyphasor_signal(speed, time - shift / speed) for shift in late])
     return Trials(time, speed * (1 + fault.speed_error), signal, keyphasor)
 
