@@ -22,6 +22,7 @@ report: results
 check: .venv/ready
 	.venv/bin/ruff check .
 	.venv/bin/ruff format --check .
+	.venv/bin/lint-imports --no-cache --no-logo > .venv/lint.log 2>&1 || { cat .venv/lint.log; exit 1; }
 	.venv/bin/snakemake --lint > .venv/lint.log 2>&1 || { cat .venv/lint.log; exit 1; }
 
 # one BLAS thread a worker: small matrices, and workers that would wait for each other's threads

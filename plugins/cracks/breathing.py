@@ -8,8 +8,8 @@ def breathing(angle, eta_share: Share = 0.0):
 
     eta_share: loss along eta over that along xi.
     """
-    opening = (1 + np.cos(angle)) / 2
-    return np.stack([opening, eta_share * opening, 0 * opening])
+    breathing = (1 + np.cos(angle)) / 2
+    return np.stack([breathing, eta_share * breathing, 0 * breathing])
 
 
 def series(order, eta_share=0.0):

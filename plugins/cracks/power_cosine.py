@@ -10,8 +10,8 @@ def power_cosine(angle, exponent: Even = 4, eta_share: Share = 0.0):
 
     exponent: even; 2 is the cosine of Mayes and Davies.  eta_share: loss along eta over that along xi.
     """
-    opening = np.cos(angle / 2) ** exponent
-    return np.stack([opening, eta_share * opening, 0 * opening])
+    breathing = np.cos(angle / 2) ** exponent
+    return np.stack([breathing, eta_share * breathing, 0 * breathing])
 
 
 def series(order, exponent=4, eta_share=0.0):

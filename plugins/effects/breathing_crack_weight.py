@@ -4,7 +4,7 @@ from rotorstudy.plugins import Effect, crack_parameters, hookimpl, registry
 def breathing_crack_weight(structure, crack: str = "switching", node: int | None = None, element: int | None = None):
     """Crack that weight opens and closes: its stiffness loss acts on the static deflection alone.
 
-    crack: which opening function of the zoo.
+    crack: which breathing function of the plugin library.
     """
     return crack_parameters(
         registry().get("crack", crack, "breathing_crack_weight"), structure, True, node=node, element=element

@@ -19,6 +19,7 @@ def rotorstudy_effect():
         phase_reference,
         source="thesis Eq. (2.30), linear",
         acts_on="output",
+        nuisance=5e-3,
         checked="harmonics of a record that starts at 1e-4 rad, without reference, to 1e-6",
         confounders=(
             (

@@ -22,6 +22,7 @@ def rotorstudy_effect():
         probe_gain,
         source="API 670 (incremental scale factor within 5 %)",
         acts_on="output",
+        nuisance=5e-3,
         checked="x (1 + g + m) and y (1 + g - m) in time to 1e-12",
         confounders=(
             ("unbalance", "a wrong gain scales every harmonic, an unbalance 1X alone"),

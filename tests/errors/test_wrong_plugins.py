@@ -18,7 +18,7 @@ TWO = "((1, 'translation'), (2, 'translation'))"
 SHAPE = {  # what a wrong one gives back instead, and words of the answer
     "rotor": (f"    return Structure(np.eye(2), np.eye(3), np.eye(2), np.ones(2), {TWO})",
               "stiffness of shape (3, 3); it must be (2, 2)"),
-    "crack": ("    return np.ones((2, *np.shape(angle)))", "gives an opening of shape (2, "),
+    "crack": ("    return np.ones((2, *np.shape(angle)))", "gives a breathing function of shape (2, "),
     "depth": ("    return weak", "must be two finite compliances"),
     "bearing": ('    return [Parameter("k", "N/m", (Entry(-np.eye(3)),), typical=1e7)]', "shape (3, 3); on 'z'"),
     "effect": ('    return [Parameter("c", "N s/m", (Entry(-np.eye(3)),), typical=50.0)]', "shape (3, 3); on 'z'"),
@@ -42,7 +42,7 @@ NOT_A_NUMBER = {
 RAISES = dict.fromkeys(BODY, ("    return 1 / 0", "ZeroDivisionError: division by zero"))
 NOTHING = {
     "rotor": ("    return None", "gives NoneType; it must give a Structure"),
-    "crack": ("    return None", "gives an opening of shape"),
+    "crack": ("    return None", "gives a breathing function of shape"),
     "depth": ("    return None", "must be two finite compliances"),
     "bearing": ("    return None", "gives NoneType; it must give a list of Parameter"),
     "effect": ("    return None", "gives NoneType; it must give a list of Parameter"),

@@ -18,7 +18,9 @@ from rotorstudy import (
     registry,
     time_response,
 )
-from rotorstudy.authoring.invariants import BrokenInvariant, bench_structure, check_steady_state, typical_term
+from rotorstudy.authoring.invariants.base import BrokenInvariant
+from rotorstudy.authoring.invariants.bench import bench_structure, typical_term
+from rotorstudy.authoring.invariants.effect import check_steady_state
 from rotorstudy.errors import PluginError
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.response.alternating import nonlinear_column
@@ -189,7 +191,7 @@ def test_a_rotor_that_is_not_linear_has_no_eigenvalues():
 
 
 def test_a_steady_state_that_is_none_is_found_out(monkeypatch):
-    from rotorstudy.authoring import invariants
+    from rotorstudy.authoring.invariants import effect as invariants
 
     structure = bench_structure()
     plugin = registry().get("effect", "cubic_stiffness")

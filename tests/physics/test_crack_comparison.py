@@ -8,7 +8,7 @@ import pytest
 from scipy.linalg import expm
 
 from rotorstudy import RotorstudyError, registry
-from rotorstudy.model.cracks import opening_of
+from rotorstudy.model.cracks import breathing_function
 from rotorstudy.model.kinds import Crack
 from rotorstudy.store import as_complex
 from rotorstudy.studies.cracks import compare, load_cracks
@@ -66,7 +66,7 @@ def test_stiffness_over_a_turn(data, config):
 def growth_per_turn(config, name, speeds, damping=24.0):
     """Largest Floquet multiplier of free motion: exponentials of the equations over 240 short pieces of a turn."""
     k, mass, angle = config.shaft_stiffness, config.rotor["mass_kg"], (np.arange(240) + 0.5) * 2 * np.pi / 240
-    xi, eta, both = opening_of(CRACKS[name], angle, config.options_of(CRACKS[name]))
+    xi, eta, both = breathing_function(CRACKS[name], angle, config.options_of(CRACKS[name]))
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     lost = np.einsum("iat,abt,jbt->tij", turn, np.array([[xi, both], [both, eta]]), turn)
     state = np.zeros((240, 4, 4))

@@ -16,7 +16,7 @@ from rotorstudy import (
     stability_threshold,
     time_response,
 )
-from rotorstudy.authoring.invariants import bench_structure
+from rotorstudy.authoring.invariants.bench import bench_structure
 from rotorstudy.model.bearings import dynamic_stiffness
 from rotorstudy.response.statics import static_deflection
 

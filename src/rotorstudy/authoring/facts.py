@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 
-from rotorstudy.authoring.invariants import bench_of, bench_structure, typical_term
+from rotorstudy.authoring.invariants.bench import bench_of, bench_structure, typical_term
 from rotorstudy.model.kinds import KINDS
 from rotorstudy.model.options import option_names
 from rotorstudy.model.registry import registry

@@ -55,11 +55,11 @@ def _folder_of(kind):
 
 
 def check_file(path):
-    """Every invariant of every plugin in a file: list of (kind, name, claim, what is wrong or "").
+    """Every invariant of every plugin in a file: list of (kind, name, Outcome).
 
     raises : RotorstudyError if the file does not exist; PluginError if it does not load or offers no plugin
     """
-    from rotorstudy.authoring.invariants import broken_invariants, invariants_of
+    from rotorstudy.authoring.invariants import outcomes
 
     path = Path(path)
     if not path.is_file():
@@ -73,9 +73,5 @@ def check_file(path):
         failed = [line for line in zoo.failures if str(path) in line or str(path.resolve()) in line]
         reason = failed[0] if failed else f"{path} offers no plugin; a function rotorstudy_KIND with @hookimpl does"
         raise PluginError(reason)
-    rows = []
     with using(zoo):
-        for kind, plugin in mine:
-            broken = broken_invariants(plugin)
-            rows += [(kind, plugin.name, c.__doc__, broken.get(c.__doc__, "")) for c in invariants_of(plugin)]
-    return rows
+        return [(kind, plugin.name, outcome) for kind, plugin in mine for outcome in outcomes(plugin)]

@@ -12,10 +12,12 @@ def run(given):
     from rotorstudy.authoring.files import check_file, left_to_write
 
     rows = check_file(given.file)
-    broken = [row for row in rows if row[-1]]
-    for kind, name, claim, wrong in rows:
-        print(f"{'fails' if wrong else 'holds'}  {kind} {name}: {claim}" + (f"\n       {wrong}" if wrong else ""))
-    print(f"{len(rows) - len(broken)} of {len(rows)} hold")
+    for kind, name, outcome in rows:
+        wrong = f"\n       {outcome.wrong}" if outcome.wrong else ""
+        print(f"{outcome.state}  {kind} {name}: {outcome.statement}{wrong}")
+    states = [outcome.state for _, _, outcome in rows]
+    unclaimed = states.count("not claimed")
+    print(f"{states.count('holds')} of {len(states) - unclaimed} hold" + f", {unclaimed} not claimed" * bool(unclaimed))
     if left := left_to_write(given.file):
         print(f"note: {' and '.join(left)} in {given.file} still say what the template says; name your own")
-    return 1 if broken else 0
+    return 1 if "fails" in states else 0

@@ -3,6 +3,12 @@
 from pydantic import Field
 
 from rotorstudy.model.configuration import Strict
+from rotorstudy.model.registry import registry
+
+
+def stated_nuisance():
+    """Effect -> standard deviation of its amplitude, of those that say they are in every measuring chain."""
+    return {name: effect.nuisance for name, effect in registry().plugins["effect"].items() if effect.nuisance}
 
 
 class Settings(Strict):
@@ -27,7 +33,7 @@ class Settings(Strict):
     model_error: float = Field(default=2e-3, ge=0, lt=0.5)
     model_floor: float = Field(default=2e-4, ge=0, lt=0.5)
     covariance_error: float = Field(default=0.1, ge=0, lt=1)
-    nuisance: dict[str, float] = {"phase_reference": 5e-3, "probe_gain": 5e-3}
+    nuisance: dict[str, float] = Field(default_factory=stated_nuisance)
     prior_width: float = Field(default=10.0, gt=0)
     hold_out_rad_s: list[float] | None = None
     significance: float = Field(default=1e-3, gt=0, lt=0.5)

@@ -1,4 +1,4 @@
-"""A crack as a term: the opening of a plugin acting on the stiffness the rotor says a crack takes away.
+"""A crack as a term: the breathing function of a plugin acting on the stiffness the rotor says a crack takes away.
 
 In the frame that turns with the shaft, r = z e^{-ja}, a = wt + the angular position of the crack, the shaft loses
 dK [[s_xi, s_xe], [s_xe, s_eta]](a). So the force on z is
@@ -7,7 +7,7 @@ dK [[s_xi, s_xe], [s_xe, s_eta]](a). So the force on z is
 
 which with m = sum of m_k e^{jka}, and d alike, gives entries m_k on z with shift k and d_k on conj(z) with shift k + 2.
 The entry of shift n turns with the position of the crack as e^{jn*position}. Under weight dominance z is the static
-deflection (thesis Eqs. 2.16 to 2.20, for an opening along xi alone).
+deflection (thesis Eqs. 2.16 to 2.20, for a breathing function along xi alone).
 """
 
 import numpy as np
@@ -15,13 +15,35 @@ import numpy as np
 from rotorstudy.errors import PluginError
 from rotorstudy.model.terms import Entry, Parameter
 
-SERIES_ORDER = 15  # of a sudden opening: doubling it changes the response to the first harmonics by 0.3 % at most
-SAMPLES = 2**14  # of a turn; coefficients are good to 1e-4 of a jump of the opening, 1e-8 of a kink, or to round-off
+SERIES_ORDER = (
+    15  # of a crack that opens suddenly: doubling it changes the response to the first harmonics by 0.3 % at most
+)
+SAMPLES = 2**14  # of a revolution; coefficients are good to 1e-4 of a jump, 1e-8 of a kink, or to round-off
 NOTHING = 1e-13  # a coefficient that small is round-off
 
 
-def opening_of(crack, angle, options=None):
-    """(3, ...) shares xi, eta and xi-eta of the stiffness loss at shaft angles (...) rad."""
+def breathing_function(crack, angle, options=None):
+    """Shares of the stiffness loss of a crack at some shaft angles.
+
+    Parameters
+    ----------
+    crack : Crack
+        The plugin.
+    angle : array (...)
+        Shaft angle in rad, 0 where the crack edge points down.
+    options : dict, optional
+        Options of the plugin.
+
+    Returns
+    -------
+    array (direction, ...)
+        Shares along xi, along eta, and xi-eta; 0 closed, 1 open.
+
+    Raises
+    ------
+    PluginError
+        If the plugin gives another shape, or a value that is not finite.
+    """
     angle = np.asarray(angle, float)
     found = crack.function(angle, **(options or {}))
     try:
@@ -31,7 +53,7 @@ def opening_of(crack, angle, options=None):
         shape = type(found).__name__ if not isinstance(found, (list, tuple)) else [np.shape(part) for part in found]
     if shape not in (angle.shape, (3, *angle.shape)):
         raise PluginError(
-            f"crack '{crack.name}' ({crack.file}) gives an opening of shape {shape} for angles of shape "
+            f"crack '{crack.name}' ({crack.file}) gives a breathing function of shape {shape} for angles of shape "
             f"{angle.shape}; it must be that shape, or {(3, *angle.shape)} for xi, eta and xi-eta"
         )
     if not np.isfinite(found).all():
@@ -51,8 +73,10 @@ def crack_series(crack, order, options=None):
         given = crack.series(order, **(options or {}))
         _check_series(crack, given)
         return {k: np.append(s, [0, 0]) if np.ndim(s) == 0 else np.asarray(s) for k, s in given.items()}
-    angle = (np.arange(SAMPLES) + 0.5) * 2 * np.pi / SAMPLES  # jumps lie on whole parts of a turn: between samples
-    transform = np.fft.fft(opening_of(crack, angle, options)) / SAMPLES
+    angle = (
+        (np.arange(SAMPLES) + 0.5) * 2 * np.pi / SAMPLES
+    )  # jumps lie on whole parts of a revolution: between samples
+    transform = np.fft.fft(breathing_function(crack, angle, options)) / SAMPLES
     orders = range(-order, order + 1)
     found = {k: transform[:, k] * np.exp(-1j * k * angle[0]) for k in orders}
     return {k: s for k, s in found.items() if np.abs(s).max() > NOTHING}

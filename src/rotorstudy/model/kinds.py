@@ -49,15 +49,15 @@ class Rotor(Plugin):
 
 @dataclass(frozen=True)
 class Crack(Plugin):
-    """function(angle, **options) -> opening between 0 (closed) and 1 (open); angle (...) rad from crack edge down.
+    """function(angle, **options) -> breathing function, 0 (closed) to 1 (open); angle (...) rad from crack edge down.
 
-    The opening has the shape of `angle` if the shaft loses stiffness along the weak direction xi alone (it points from
+    It has the shape of `angle` if the shaft loses stiffness along the weak direction xi alone (it points from
     the axis to the middle of the crack edge), or is (3, ...): shares xi, eta and xi-eta of the loss in the frame that
     turns with the shaft, dk * [[xi, xi-eta], [xi-eta, eta]].
 
     series    : function(order, **options) -> {k: s_k} or {k: (xi, eta, xi-eta)}, Fourier coefficients of e^{jk*angle}
                 for |k| <= order; without it they come from the function, see `rotorstudy.model.cracks.crack_series`
-    symmetric : it claims to open as it shuts: xi and eta are even in the angle, xi-eta is odd
+    symmetric : it claims to open as it closes: xi and eta are even in the angle, xi-eta is odd
     """
 
     series: Callable = None
@@ -80,7 +80,7 @@ class CrackDepth(Plugin):
 class Bearing(Plugin):
     """function(structure, node, **options) -> list of Parameter
 
-    Claims about its example with every parameter at its typical size, verified by `rotorstudy.authoring.invariants`:
+    Claims about its example with every parameter at its typical size, checked both ways:
     positive_damping : the symmetric part of its damping takes energy out of every motion
     symmetric        : no cross-coupling feeds a whirl; with positive damping too, no motion ever gains energy
     """
@@ -101,6 +101,7 @@ class Effect(Plugin):
     fixed     : it is there with its typical amplitude or not at all: a cable is swapped or not
     fold      : the phase of its amplitude is so many times the angle of its direction: 2 for two stiffnesses
     positive  : its amplitudes cannot be negative: a damping that makes energy, a crack that stiffens
+    nuisance  : standard deviation of its amplitude in any measuring chain, where it is never quite zero
     """
 
     acts_on: str = "rotor"
@@ -111,6 +112,7 @@ class Effect(Plugin):
     fixed: bool = False
     fold: int = 1
     positive: bool = False
+    nuisance: float = 0.0
 
     def __post_init__(self):
         if self.places is None:
@@ -130,7 +132,7 @@ class SpectrumMethod(Plugin):
     amplitude  : (..., harmonic) complex, phase counted from the first sample
     covariance : (..., component, component) of real parts, then imaginary parts
 
-    What it claims to do, and is checked for:
+    What it claims to do, and is checked for, both ways:
     any_length            : the harmonics asked for do not leak into each other, whole revolutions or not
     uses_marks            : function(signal, time, speed, harmonics, marks) with marks (revolution,) s on the clock of
                             time; the phase is counted from the mark
@@ -162,33 +164,36 @@ class Estimator(Plugin):
 
 
 class Hooks:
-    """A plugin file implements one of these with @hookimpl; it returns one plugin or a list of them."""
+    """A plugin file implements one of these with @hookimpl; it returns one plugin or a list of them.
 
-    @_hookspec
+    They are historic: a file is asked when it is registered, so that what is wrong in it is told of it alone.
+    """
+
+    @_hookspec(historic=True)
     def rotorstudy_rotor():
         """Rotor: the base structure without effects."""
 
-    @_hookspec
+    @_hookspec(historic=True)
     def rotorstudy_crack():
-        """Crack: an opening function of the shaft angle."""
+        """Crack: a breathing function of the shaft angle."""
 
-    @_hookspec
+    @_hookspec(historic=True)
     def rotorstudy_depth():
         """CrackDepth: how far the shaft bends more for a crack of some depth."""
 
-    @_hookspec
+    @_hookspec(historic=True)
     def rotorstudy_bearing():
         """Bearing: stiffness and damping at a node."""
 
-    @_hookspec
+    @_hookspec(historic=True)
     def rotorstudy_effect():
         """Effect: a table of entries on the rotor or on the measured output."""
 
-    @_hookspec
+    @_hookspec(historic=True)
     def rotorstudy_spectrum():
         """SpectrumMethod: record to harmonics with covariance."""
 
-    @_hookspec
+    @_hookspec(historic=True)
     def rotorstudy_estimator():
         """Estimator: problem to estimate."""
 

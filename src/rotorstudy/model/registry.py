@@ -9,7 +9,7 @@ import os
 import sys
 from contextlib import contextmanager
 from contextvars import ContextVar
-from functools import lru_cache
+from functools import lru_cache, partial
 from hashlib import sha256
 from pathlib import Path
 
@@ -31,6 +31,10 @@ class Registry:
     def __init__(self, folders=(), entry_points=True, files=()):
         self._manager = pluggy.PluginManager("rotorstudy")
         self._manager.add_hookspecs(Hooks)
+        self._given = {}  # kind -> what the file that is being registered gave
+        for kind in KINDS:
+            hook = getattr(self._manager.hook, f"rotorstudy_{kind}")
+            hook.call_historic(partial(self._given.__setitem__, kind))
         self.plugins = {kind: {} for kind in KINDS}
         self.failures = []
         for folder in folders:
@@ -53,11 +57,14 @@ class Registry:
 
     def _add(self, place, load):
         module = None
+        self._given.clear()
         try:
             module = load()
+            self._check_marked(module)
             self._manager.register(module)
             self._manager.check_pending()
-            found = [(kind, plugin) for kind in KINDS for plugin in _plugins_of(module, kind)]
+            asked = [hook.name.removeprefix("rotorstudy_") for hook in self._manager.get_hookcallers(module)]
+            found = [(kind, plugin) for kind in asked for plugin in _plugins_of(kind, self._given.get(kind))]
         except Exception as error:
             self.failures.append(f"plugin {_blame(place, error)}: {_said(error)}")
             if module and self._manager.is_registered(module):
@@ -70,6 +77,12 @@ class Registry:
                     f"two plugins are called {kind} '{plugin.name}': {namesake.file} and {plugin.file}; rename one"
                 )
             self.plugins[kind][plugin.name] = plugin
+
+    def _check_marked(self, module):
+        """Raise for a hook without its marker, which pluggy would pass over in silence."""
+        for name in vars(module):
+            if name.startswith("rotorstudy_") and self._manager.parse_hookimpl_opts(module, name) is None:
+                raise PluginError(f"{name} is not marked; write @hookimpl above it")
 
     def get(self, kind, name, where=""):
         """The plugin of a kind by name; an unknown name is an error with the near miss."""
@@ -91,11 +104,9 @@ def _is_in(file, folder):
     return Path(folder).resolve() in Path(file).resolve().parents
 
 
-def _plugins_of(module, kind):
-    """What the hook of a kind returns, as a list; anything but plugins of that kind is an error."""
-    hook = getattr(module, f"rotorstudy_{kind}", None)
-    found = hook() if hook else []
-    found = list(found) if isinstance(found, (list, tuple)) else [found]
+def _plugins_of(kind, given):
+    """What the hook of a kind returned, as a list; anything but plugins of that kind is an error."""
+    found = list(given) if isinstance(given, (list, tuple)) else [given]
     for plugin in found:
         if not isinstance(plugin, KINDS[kind]):
             raise PluginError(f"rotorstudy_{kind} must return a {KINDS[kind].__name__}, not {type(plugin).__name__}")

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rotorstudy.authoring.invariants import bench_structure, typical_term
+from rotorstudy.authoring.invariants.bench import bench_structure, typical_term
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.bearings import dynamic_stiffness
 from rotorstudy.model.registry import registry

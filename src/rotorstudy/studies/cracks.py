@@ -7,7 +7,7 @@ from pydantic import Field
 
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.configuration import Strict, check_config
-from rotorstudy.model.cracks import opening_of
+from rotorstudy.model.cracks import breathing_function
 from rotorstudy.model.depth import stiffness_loss
 from rotorstudy.model.options import check_options
 from rotorstudy.model.registry import registry
@@ -108,8 +108,8 @@ def compare(config):
     stiffness, shown, swept, mean = [], [], [], []
     for crack in cracks.values():
         model = config.model(crack)
-        openings = opening_of(crack, angle, config.options_of(crack))
-        stiffness.append(k * (1 - config.loss_share * _directions(openings, angle)))
+        values = breathing_function(crack, angle, config.options_of(crack))
+        stiffness.append(k * (1 - config.loss_share * _directions(values, angle)))
         mean.append(np.sqrt(stiffness[-1][:2, :-1].mean() / mass))
         shown.append(harmonic_response(model, config.shown_speeds_rad_s, config.harmonics)[..., 0])
         swept.append(harmonic_response(model, config.swept.speeds, config.harmonics)[..., 0])
@@ -151,9 +151,9 @@ def compare(config):
     return made.assign_attrs(provenance(config.model_dump(), used))
 
 
-def _directions(openings, angle):
+def _directions(values, angle):
     """(direction, angle) shares of the loss along xi, eta, down and sideways."""
-    xi, eta, both = openings
+    xi, eta, both = values
     cosine, sine = np.cos(angle), np.sin(angle)
     down = xi * cosine**2 + eta * sine**2 - 2 * both * sine * cosine
     return np.array([xi, eta, down, xi + eta - down])

@@ -23,4 +23,5 @@ def rotorstudy_bearing():
         my_model,
         source="the paper and equation it comes from",
         checked="the published or closed-form numbers it was compared with",
+        positive_damping=True,  # a claim; `rotorstudy check` tries each claim both ways
     )

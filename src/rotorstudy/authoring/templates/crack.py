@@ -4,9 +4,9 @@ from rotorstudy.plugins import Crack, hookimpl
 
 
 def my_model(angle):
-    """Opens gradually and stays open for less than half a turn: sigma = ((1 + cos(angle)) / 2)^2."""
-    # angle (...) in rad is 0 where the crack points down, so the weight holds it open there and shut at pi.
-    # Give back the share of the stiffness loss that acts: 0 shut, 1 open.
+    """Opens gradually and stays open for less than half a revolution: sigma = ((1 + cos(angle)) / 2)^2."""
+    # angle (...) in rad is 0 where the crack points down, so the weight holds it open there and closed at pi.
+    # Give back the share of the stiffness loss that acts: 0 closed, 1 open.
     return ((1 + np.cos(angle)) / 2) ** 2
 
 
@@ -24,4 +24,5 @@ def rotorstudy_crack():
         source="the paper and equation it comes from",
         checked="the published or closed-form numbers it was compared with",
         series=series,
+        symmetric=True,  # a claim: it opens as it closes; `rotorstudy check` tries each claim both ways
     )

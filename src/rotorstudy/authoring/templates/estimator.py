@@ -17,6 +17,6 @@ def rotorstudy_estimator():
         my_model,
         source="the paper and equation it comes from",
         checked="the published or closed-form numbers it was compared with",
-        uses_covariance=True,  # what it claims to do; `rotorstudy check` verifies each, both ways
+        uses_covariance=True,  # what it claims to do; `rotorstudy check` tries each claim both ways
         fits_output=True,
     )

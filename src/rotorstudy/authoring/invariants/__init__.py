@@ -1,0 +1,51 @@
+"""What every plugin of a kind must hold, a file a kind; `rotorstudy check` and the tests run the same list."""
+
+from typing import NamedTuple
+
+from rotorstudy.authoring.invariants import bearing, crack, depth, effect, estimator, rotor, spectrum
+from rotorstudy.authoring.invariants.base import BrokenInvariant, is_claimed, kind_of, numbers_checked, stated
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.model.registry import blamed
+
+INVARIANTS = {
+    "rotor": rotor.CHECKS,
+    "crack": crack.CHECKS,
+    "depth": depth.CHECKS,
+    "bearing": bearing.CHECKS,
+    "effect": effect.CHECKS,
+    "spectrum": spectrum.CHECKS,
+    "estimator": estimator.CHECKS,
+}
+
+
+class Outcome(NamedTuple):
+    """What came of one check of a plugin: its statement, "holds", "fails" or "not claimed", and what is wrong or ""."""
+
+    statement: str
+    state: str
+    wrong: str
+
+
+def invariants_of(plugin):
+    """The checks a plugin must pass, in order."""
+    return (stated, numbers_checked, *INVARIANTS[kind_of(plugin)])
+
+
+def outcomes(plugin):
+    """An Outcome for each check of a plugin, in order. Any error counts as failing."""
+    return [_outcome(check, plugin) for check in invariants_of(plugin)]
+
+
+def _outcome(check, plugin):
+    try:
+        check(plugin)
+    except Exception as error:
+        said = " ".join(str(error).split()) or type(error).__name__
+        told = isinstance(error, (BrokenInvariant, RotorstudyError))
+        return Outcome(check.__doc__, "fails", said if told else blamed(error) or f"{type(error).__name__}: {said}")
+    return Outcome(check.__doc__, "holds" if is_claimed(check, plugin) else "not claimed", "")
+
+
+def broken_invariants(plugin):
+    """What fails: statement -> what was found instead; empty for a good plugin."""
+    return {outcome.statement: outcome.wrong for outcome in outcomes(plugin) if outcome.state == "fails"}

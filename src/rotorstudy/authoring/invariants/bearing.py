@@ -1,0 +1,73 @@
+"""What a bearing must hold: finite coefficients that carry the rotor, and the damping and symmetry that it claims."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from rotorstudy.authoring.invariants.base import ROUND_OFF, SPEEDS, BrokenInvariant, claimed, require
+from rotorstudy.authoring.invariants.bench import bench_structure, typical_term
+from rotorstudy.authoring.invariants.effect import TERM_CHECKS
+from rotorstudy.model.bearings import dynamic_stiffness
+from rotorstudy.model.model import Model
+from rotorstudy.response.statics import static_deflection
+
+BEARING_HARMONICS = [1, 2, 3]
+
+
+def bearing_is_finite(plugin):
+    """is finite at speeds of a laboratory rotor"""
+    check_finite(typical_term(plugin, bench_structure()))
+
+
+def check_finite(term):
+    """The dynamic stiffness has a finite value at every speed."""
+    found = dynamic_stiffness(term, SPEEDS, BEARING_HARMONICS)
+    bad = [w for w, one in zip(SPEEDS, found, strict=True) if not np.isfinite(one).all()]
+    require(not bad, f"stiffness or damping is not finite at {', '.join(f'{w:g}' for w in bad)} rad/s")
+
+
+def bearing_carries(plugin):
+    """carries a free shaft's weight, which then rests a finite way down"""
+    structure = replace(bench_structure(), stiffness=np.zeros((1, 1)))
+    check_carries(typical_term(plugin, structure), structure)
+
+
+def check_carries(term, structure):
+    """The static deflection on a bearing is finite and downward."""
+    model = Model(structure, (term,))
+    try:
+        deflection = static_deflection(model, SPEEDS, model.theta).value
+    except np.linalg.LinAlgError:
+        raise BrokenInvariant("it has no stiffness at rest: the shaft falls through") from None
+    down = np.real(deflection @ structure.static_load)
+    require(np.isfinite(down).all(), "it has no stiffness at rest: the shaft falls through")
+    require((down > 0).all(), f"the shaft rises against its weight at {np.array(SPEEDS)[down <= 0]} rad/s")
+
+
+@claimed("positive_damping")
+def bearing_takes_energy(plugin):
+    """takes energy out of every motion by its damping"""
+    check_positive_damping(typical_term(plugin, bench_structure()))
+
+
+def check_positive_damping(term):
+    """The symmetric part of the damping is positive definite."""
+    loss = dynamic_stiffness(term, SPEEDS, BEARING_HARMONICS).imag
+    least = np.linalg.eigvalsh(loss + np.swapaxes(loss, -1, -2)).min()
+    require(least > 0, f"a motion gains energy from its damping: {least / 2:.3g} N/m in quadrature")
+
+
+@claimed("symmetric")
+def bearing_is_symmetric(plugin):
+    """has symmetric coefficients, so that no cross-coupling feeds a whirl"""
+    check_symmetric(typical_term(plugin, bench_structure()))
+
+
+def check_symmetric(term):
+    """The dynamic stiffness equals its transpose."""
+    found = dynamic_stiffness(term, SPEEDS, BEARING_HARMONICS)
+    off = np.abs(found - np.swapaxes(found, -1, -2)).max()
+    require(off <= ROUND_OFF * np.abs(found).max(), f"xy and yx differ by {off:.3g} N/m: they feed a whirl")
+
+
+CHECKS = (*TERM_CHECKS, bearing_is_finite, bearing_carries, bearing_takes_energy, bearing_is_symmetric)

@@ -1,0 +1,104 @@
+"""The rotors that effects, bearings and estimators are tried on, and finding parameters again on them."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from rotorstudy.authoring.invariants.base import HARMONICS, SPEEDS, BrokenInvariant, kind_of, require
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.inference.fit import output_error_fit
+from rotorstudy.inference.problem import Problem
+from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+from rotorstudy.model.cracks import crack_parameters
+from rotorstudy.model.kinds import Crack, Effect
+from rotorstudy.model.model import Model
+from rotorstudy.model.rig import make_term
+from rotorstudy.model.structure import Structure
+from rotorstudy.model.terms import Entry, Parameter, Term
+from rotorstudy.response.harmonic import measured_response
+
+SERIES_ORDER = 15
+
+
+def bench_structure():
+    """One mass on a shaft, 2 kg and 98 Hz: what effects and bearings are tried on."""
+    stiffness = 7.6e5
+    return Structure(
+        mass=np.array([[2.0]]),
+        stiffness=np.array([[stiffness]]),
+        gyroscopic=np.zeros((1, 1)),
+        static_load=np.array([2.0 * 9.81]),
+        dofs=((1, "translation"),),
+        stiffness_loss={"stiffness_loss": (np.eye(1), "N/m", 0.3 * stiffness)},
+    )
+
+
+def tilting_bench():
+    """The same mass as a disc that tilts and turns with it, off mid-span, for effects on the tilt."""
+    return replace(
+        bench_structure(),
+        mass=np.diag([2.0, 0.0024]),
+        stiffness=np.array([[7.6e5, 3e4], [3e4, 1.2e4]]),
+        gyroscopic=np.diag([0.0, 0.0036]),
+        static_load=np.array([2.0 * 9.81, 0.0]),
+        dofs=((1, "translation"), (1, "tilt")),
+        stiffness_loss={"stiffness_loss": (np.diag([1.0, 0.0]), "N/m", 0.3 * 7.6e5)},
+    )
+
+
+def bench_terms(structure):
+    """A damper and a crack, known: so that the rotor vibrates at all harmonics."""
+    here = np.diag(np.diag(structure.mass) / structure.mass[0, 0])
+    damping = Parameter("damping", "N s/m", (Entry(-here, order=1),), typical=100.0)
+    breathing = {k: np.sinc(k / 2) / 2 for k in range(-SERIES_ORDER, SERIES_ORDER + 1)}  # open for half a revolution
+    crack = Crack(
+        "bench", None, source="", series=lambda order: {k: s for k, s in breathing.items() if abs(k) <= order}
+    )
+    loss = crack_parameters(crack, structure)
+    return (
+        Term("bench_damping", (damping,), {"damping": 90.0}, label="bench"),
+        Term("bench_crack", tuple(loss), {p.name: 0.13 * 7.6e5 for p in loss}, label="bench"),
+    )
+
+
+def places_of(plugin, structure, sensors):
+    """Options of each place that an effect offers on a rotor; a bearing stands where it is put."""
+    return plugin.places(structure, sensors) if isinstance(plugin, Effect) else [{}]
+
+
+def bench_of(plugin):
+    """The first bench rotor that a plugin has a place on, and the options of that place."""
+    for structure in (bench_structure(), tilting_bench()):
+        found = places_of(plugin, structure, structure.nodes)
+        if found:
+            return structure, found[0]
+    raise BrokenInvariant("it offers no place on a rotor that moves, tilts, turns, weighs and can crack")
+
+
+def typical_term(plugin, structure, place=None):
+    """An effect or bearing at a place (its own by default), every parameter with its typical size."""
+    item = {"kind": plugin.name, **(place or {}), **plugin.example}
+    term = make_term(kind_of(plugin), item, structure, structure.nodes)
+    values = {p.name: p.typical * (np.exp(0.6j) if p.is_complex else 1) for p in term.parameters}
+    return replace(term, values=values)
+
+
+def check_round_trip(term, structure):
+    """A term is identified from its own response, from a start 30 % off."""
+    model = Model(structure, (*bench_terms(structure), term))
+    shown = measured_response(model, SPEEDS, HARMONICS)
+    spectrum = exact_spectrum(model, shown)
+    names = tuple(unknown.name for unknown in term.unknowns)
+    true = model.theta[model.position(names)]
+    try:
+        found = output_error_fit(Problem(model, spectrum, names), start=1.3 * true).theta
+    except RotorstudyError as error:
+        raise BrokenInvariant(str(error)) from None
+    off = np.abs(found - true).max() / np.abs(true).max()
+    require(off < 1e-6, f"identified {dict(zip(names, found, strict=True))}, simulated with {true}")
+
+
+def exact_spectrum(model, shown, std=1e-9):
+    """Harmonics (..., speed, node, harmonic) as a spectrum with next to no noise."""
+    covariance = independent_covariance(np.full(np.shape(shown)[-3:], std) ** 2)
+    return Spectrum(shown, np.array(SPEEDS), np.array(HARMONICS), model.sensors, covariance)

@@ -1,0 +1,120 @@
+"""What a crack must hold: a breathing function that only takes stiffness away, and one table in time and frequency."""
+
+import numpy as np
+
+from rotorstudy.authoring.invariants.base import HARMONICS, ROUND_OFF, claimed, require
+from rotorstudy.authoring.invariants.bench import SERIES_ORDER, bench_structure, check_round_trip
+from rotorstudy.model.cracks import SAMPLES, breathing_function, crack_parameters, crack_series, participation_factors
+from rotorstudy.model.terms import Term, apply_entries
+from rotorstudy.response.integration import force_in_time
+
+GRID = 40_000  # angles; a function with jumps has its Fourier sums wrong by the height of the jumps over the grid
+DIRECTIONS = ("xi", "eta", "xi-eta")
+
+
+def _angles():
+    return (np.arange(GRID) + 0.5) * 2 * np.pi / GRID
+
+
+def crack_is_bounded(plugin):
+    """has a breathing function between 0 (closed) and 1 (open), along xi and eta"""
+    values = breathing_function(plugin, _angles(), plugin.example)
+    require(np.isfinite(values).all(), "the breathing function has NaN or infinite values")
+    for name, value in zip(DIRECTIONS[:2], values, strict=False):
+        low, high = value.min(), value.max()
+        require(
+            low >= -1e-12 and high <= 1 + 1e-12,
+            f"the breathing function along {name} goes from {low:.3g} to {high:.3g}",
+        )
+
+
+def crack_never_stiffens(plugin):
+    """takes stiffness away in every direction at every angle, nowhere more than the whole loss"""
+    xi, eta, both = breathing_function(plugin, _angles(), plugin.example)
+    middle, radius = (xi + eta) / 2, np.hypot((xi - eta) / 2, both)
+    low, high = (middle - radius).min(), (middle + radius).max()
+    require(
+        low >= -1e-12, f"in some direction it adds {-low:.3g} of the loss: the loss matrix has a negative eigenvalue"
+    )
+    require(high <= 1 + 1e-12, f"in some direction it takes {high:.3g} times the loss")
+
+
+def crack_is_periodic(plugin):
+    """is the same after a revolution"""
+    angle = _angles()
+    one, other = (breathing_function(plugin, a, plugin.example) for a in (angle, angle + 2 * np.pi))
+    off = np.abs(one - other).max()
+    require(off < ROUND_OFF, f"a revolution later the breathing function differs by up to {off:.3g}")
+
+
+@claimed("symmetric")
+def crack_is_symmetric(plugin):
+    """opens as it closes: xi and eta even in the angle, xi-eta odd"""
+    angle = _angles()
+    mirrored = breathing_function(plugin, -angle, plugin.example) * np.array([1, 1, -1])[:, None]
+    off = np.abs(breathing_function(plugin, angle, plugin.example) - mirrored).max()
+    require(off < ROUND_OFF, f"opening and closing differ by up to {off:.3g}")
+
+
+def crack_series_is_the_function(plugin):
+    """has a Fourier series that agrees with its form in time, mean included"""
+    angle, series = _angles(), crack_series(plugin, SERIES_ORDER, plugin.example)
+    values = breathing_function(plugin, angle, plugin.example)
+    highest = max(abs(k) for k in series)
+    require(highest <= SERIES_ORDER, f"series({SERIES_ORDER}) gives coefficient {highest}")
+    for k in range(-SERIES_ORDER, SERIES_ORDER + 1):
+        numerical = np.mean(values * np.exp(-1j * k * angle), axis=-1)
+        told, mirrored = series.get(k, np.zeros(3)), np.conj(series.get(-k, np.zeros(3)))
+        for name, one, other, back in zip(DIRECTIONS, told, numerical, mirrored, strict=True):
+            require(
+                abs(one - other) < (2 / GRID if plugin.series else 2 / SAMPLES),
+                f"coefficient {k} of the series along {name} is {one:.4g}, of the function {other:.4g}",
+            )
+            require(
+                abs(one - back) < 1e-13,
+                f"coefficients {k} and {-k} along {name} are not conjugate: no real function has them",
+            )
+
+
+def crack_force_is_its_table(plugin):
+    """pushes as the stiffness lost at each shaft angle says, at any position about the shaft"""
+    structure, position, w = bench_structure(), 0.8, 88.0
+    time = np.arange(256) * 2 * np.pi / w / 256
+    (loss,) = crack_parameters(plugin, structure, False, SERIES_ORDER, angle_rad=position, **plugin.example)
+    motion = np.exp(1j * np.outer(w * time, [0, 1, -1])) @ np.array([1.0, 0.5j, 0.3])
+    angle = w * time + position
+    rotating = motion * np.exp(-1j * angle)
+    series = crack_series(plugin, SERIES_ORDER, plugin.example)
+    xi, eta, both = sum(np.outer(s, np.exp(1j * k * angle)) for k, s in series.items()).real
+    expected = (xi * rotating.real + both * rotating.imag) + 1j * (both * rotating.real + eta * rotating.imag)
+    force = force_in_time(loss.entries, w, time, motion[:, None])[:, 0]
+    off = np.abs(force - expected * np.exp(1j * angle)).max()
+    require(off < ROUND_OFF, f"the force of one unit of loss differs by {off:.3g} N from the stiffness lost")
+    still = apply_entries(
+        crack_parameters(plugin, structure, True, SERIES_ORDER, **plugin.example)[0].entries,
+        np.zeros((1, len(HARMONICS), 1), complex),
+        np.array([w]),
+        np.array(HARMONICS),
+        np.ones(1),
+    )
+    off = np.abs(still[0, :, 0] - participation_factors(plugin, HARMONICS, SERIES_ORDER, plugin.example)).max()
+    require(off < ROUND_OFF, f"the participation factors differ by {off:.3g} from the weight-dominant force")
+
+
+def crack_is_found_again(plugin):
+    """is found again from what it does, with and without weight dominance: its stiffness loss from a start 30 % off"""
+    structure = bench_structure()
+    for dominance in (True, False):
+        parameters = tuple(crack_parameters(plugin, structure, dominance, **plugin.example))
+        check_round_trip(Term(plugin.name, parameters, {p.name: p.typical for p in parameters}), structure)
+
+
+CHECKS = (
+    crack_is_bounded,
+    crack_never_stiffens,
+    crack_is_periodic,
+    crack_is_symmetric,
+    crack_series_is_the_function,
+    crack_force_is_its_table,
+    crack_is_found_again,
+)

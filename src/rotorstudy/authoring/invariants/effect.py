@@ -1,0 +1,126 @@
+"""What an effect must hold: places, units, one table in time and frequency, and being found again."""
+
+import inspect
+
+import numpy as np
+
+from rotorstudy.authoring.invariants.base import SPEEDS, BrokenInvariant, require
+from rotorstudy.authoring.invariants.bench import (
+    SERIES_ORDER,
+    bench_of,
+    bench_structure,
+    bench_terms,
+    check_round_trip,
+    places_of,
+    tilting_bench,
+    typical_term,
+)
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.model.model import Model
+from rotorstudy.model.terms import apply_entries
+from rotorstudy.response.harmonic import harmonic_response
+from rotorstudy.response.integration import force_in_time, time_response
+
+
+def effect_offers_places(plugin):
+    """offers places it can act at, each once"""
+    bench_of(plugin)
+    for structure in (bench_structure(), tilting_bench()):
+        found = places_of(plugin, structure, structure.nodes)
+        require(all(found.count(place) == 1 for place in found), f"it offers a place twice: {found}")
+        for place in found:
+            try:
+                typical_term(plugin, structure, place)
+            except RotorstudyError as error:
+                raise BrokenInvariant(f"it cannot act at its own place {place}: {error}") from None
+
+
+def effect_shape_is_open(plugin):
+    """searches its shape options in ranges that contain their defaults"""
+    known = inspect.signature(plugin.function).parameters
+    for name, (low, high) in plugin.shape.items():
+        require(name in known, f"shape '{name}' is no option of the function")
+        require(low < high, f"shape '{name}' has the range {low:g} to {high:g}")
+        default = known[name].default
+        require(low <= default <= high, f"shape '{name}' has the default {default} outside {low:g} to {high:g}")
+
+
+def term_states_units(plugin):
+    """states unit and typical size of every parameter"""
+    check_units(typical_term(plugin, *bench_of(plugin)))
+
+
+def check_units(term):
+    """Every parameter has a unit and a typical size."""
+    require(term.parameters, "it has no parameters")
+    for parameter in term.parameters:
+        require(parameter.unit, f"{parameter.name} has no unit; write '1' for a pure number")
+        require(
+            parameter.typical > 0, f"{parameter.name} has the typical size {parameter.typical}; give one above zero"
+        )
+
+
+def term_is_one_table(plugin):
+    """means in frequency what it means in time, or says that it has no form in time"""
+    structure, place = bench_of(plugin)
+    term = typical_term(plugin, structure, place)
+    if any(unknown.force for unknown in term.unknowns):
+        check_steady_state(term, structure)
+    else:
+        check_table(term, len(structure.nodes if term.acts_on == "output" else structure.dofs))
+
+
+def check_steady_state(term, structure):
+    """Harmonic balance agrees with integration in time, and the force is felt."""
+    bench = Model(structure, bench_terms(structure))
+    model, w = bench.plus(term), SPEEDS[1]
+    harmonics = np.arange(-SERIES_ORDER, SERIES_ORDER + 1)
+    found, without = (harmonic_response(m, [w], harmonics)[0] for m in (model, bench))
+    sampled = (2 + np.arange(128) / 128) * 2 * np.pi / w  # what is no steady state loses 96 % of its error till then
+    start = (found.sum(axis=0), 1j * w * harmonics @ found)
+    moved = time_response(model, w, sampled, start=start, relative_tolerance=1e-8)
+    seen = (np.fft.fft(moved, axis=0) / len(sampled))[harmonics]
+    off, size = np.abs(found - seen).max(), np.abs(found - without).max()
+    # a contact that sets in suddenly has harmonics beyond those carried, which fall with the cube of their number
+    require(
+        off < 1e-2 * size,
+        f"its steady state in harmonics and integrated in time differ by {off:.3g} m, of {size:.3g} m that it does",
+    )
+
+
+def check_table(term, dof):
+    """The force of each amplitude by its table is the Fourier transform of its force in time."""
+    generator = np.random.default_rng(1)
+    w, harmonics = 88.0, np.arange(-9, 10)
+    time = np.arange(128) * 2 * np.pi / w / 128
+    amplitude = np.zeros((1, len(harmonics), dof), complex)
+    amplitude[:, 7:12] = generator.normal(size=(1, 5, dof)) + 1j * generator.normal(size=(1, 5, dof))
+    turning = np.exp(1j * harmonics * w * time[:, None])
+    motion = [turning * (1j * harmonics * w) ** order @ amplitude[0] for order in range(3)]
+    still = generator.normal(size=dof) + 1j * generator.normal(size=dof)
+    motion[0] = motion[0] + still
+    for unknown in term.unknowns:
+        column = apply_entries(unknown.entries, amplitude, np.array([w]), harmonics, still)[0]
+        if any(entry.frequency_only for entry in unknown.entries):
+            try:
+                force_in_time(unknown.entries, w, time, *motion)
+            except RotorstudyError:
+                continue
+            raise BrokenInvariant(f"{unknown.name} exists in frequency only, yet gives a force in time")
+        force = force_in_time(unknown.entries, w, time, *motion, deflection=still)
+        seen = (np.fft.fft(force, axis=0) / len(time))[harmonics]
+        off = np.abs(column - seen).max()
+        require(
+            off <= 1e-10 * np.abs(seen).max(),
+            f"the force of {unknown.name} in frequency and in time differ by {off:.3g} N",
+        )
+
+
+def term_is_found_again(plugin):
+    """is found again from what it does: simulated, then identified from a start 30 % off"""
+    structure, place = bench_of(plugin)
+    check_round_trip(typical_term(plugin, structure, place), structure)
+
+
+TERM_CHECKS = (term_states_units, term_is_one_table, term_is_found_again)
+CHECKS = (effect_offers_places, effect_shape_is_open, *TERM_CHECKS)

@@ -1,0 +1,148 @@
+"""What an estimator must hold: the truth without noise, the covariance it scatters with, and what it claims."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from rotorstudy.authoring.invariants.base import HARMONICS, SPEEDS, claimed, require
+from rotorstudy.authoring.invariants.bench import bench_structure, bench_terms, exact_spectrum
+from rotorstudy.errors import RotorstudyError, UnidentifiableError
+from rotorstudy.inference.problem import Problem, estimate_by
+from rotorstudy.measurement.spectrum import independent_covariance
+from rotorstudy.model.model import Model
+from rotorstudy.model.terms import Entry, Parameter, Term
+from rotorstudy.response.harmonic import measured_response
+
+
+def _bench_problem():
+    """Damping inside and outside, unbalance and crack of the bench rotor, at five speeds, all unknown."""
+    structure = bench_structure()
+    here, (damping, crack) = np.eye(1), bench_terms(structure)
+    internal = Parameter("inner", "N s/m", (Entry(-here, order=1), Entry(1j * here, gain=lambda w: w)), 20.0)
+    unbalance = Parameter(
+        "eccentricity", "m", (Entry(np.array([2.0]), on="one", shift=1, gain=lambda w: w**2),), 1e-5, is_complex=True
+    )
+    terms = (damping, crack, Term("bench_inner", (internal,), {"inner": 20.0}))
+    model = Model(structure, (*terms, Term("bench_unbalance", (unbalance,), {"eccentricity": 5e-6 * np.exp(0.5j)})))
+    shown = measured_response(model, SPEEDS, HARMONICS)
+    return Problem(model, exact_spectrum(model, shown), model.names)
+
+
+def estimator_is_exact(plugin):
+    """finds the truth in data without noise, of one spectrum and of many at once"""
+    problem = _bench_problem()
+    shown, true = problem.spectrum.amplitude, problem.model.theta
+    for amplitude in (shown, np.stack([shown, shown])):
+        found = estimate_by(plugin, replace(problem, spectrum=problem.spectrum.with_amplitude(amplitude)))
+        needed = (*amplitude.shape[:-3], len(true))
+        require(np.shape(found.theta) == needed, f"theta of shape {np.shape(found.theta)}, not {needed}")
+        require(
+            np.isfinite(found.std).all() and np.isfinite(found.theta).all(), "theta or its covariance is not finite"
+        )
+        off = np.abs(found.theta / true - 1)
+        require(off.max() < 1e-8, f"{problem.names[off.argmax() % len(true)]} is off by {off.max():.3g} of its value")
+
+
+TRIALS = 300
+BENCH_LEVEL = 2e-3  # of each harmonic: its square, which biases equation errors, does not show
+
+
+def _noisy_bench():
+    """The bench problem under independent noise on each harmonic, many trials."""
+    problem = _bench_problem()
+    spectrum, generator = problem.spectrum, np.random.default_rng(7)
+    std = BENCH_LEVEL * np.abs(spectrum.amplitude) / np.sqrt(2)
+    x, y = generator.normal(size=(2, TRIALS, *std.shape))
+    noisy = replace(spectrum, amplitude=spectrum.amplitude + std * (x + 1j * y))
+    return replace(problem, spectrum=replace(noisy, covariance=independent_covariance(std**2)))
+
+
+def _of_trial(problem, trial=0):
+    return replace(problem, spectrum=problem.spectrum.with_amplitude(problem.spectrum.amplitude[trial]))
+
+
+def estimator_covariance_is_honest(plugin):
+    """states the covariance that its estimates scatter with, and 95 % intervals that hold the truth"""
+    problem = _noisy_bench()
+    found, true = estimate_by(plugin, problem), problem.model.theta
+    errors = found.theta - true
+    stated = np.broadcast_to(found.covariance, (*errors.shape, len(true)))
+    # variances of 300 trials scatter by 8 %: five times that for each unknown, and 3.3 % for all six together
+    for name, ratio in zip(problem.names, np.diagonal(stated.mean(axis=0)) / errors.var(axis=0), strict=True):
+        require(0.65 < ratio < 1.5, f"stated variance of {name} is {ratio:.3g} times the scatter")
+    root = np.linalg.cholesky(stated / _outer(found.std))
+    whitened = np.linalg.solve(root, (errors / found.std)[..., None])
+    ratio = np.mean(whitened**2)
+    require(abs(ratio - 1) < 0.17, f"errors have {ratio:.3g} times the stated variance, correlations counted")
+    share = np.mean(np.abs(errors) <= 1.959964 * found.std)
+    require(abs(share - 0.95) < 0.03, f"95 % intervals hold the truth in {100 * share:.1f} % of the trials")
+
+
+def _outer(std):
+    return std[..., :, None] * std[..., None, :]
+
+
+def estimator_uses_covariance(plugin):
+    """weighs harmonics by their stated covariance: noisier ones count less"""
+    problem = _of_trial(_noisy_bench())
+    spectrum = problem.spectrum
+    loud = np.where(np.arange(2 * len(HARMONICS)) % len(HARMONICS) == HARMONICS.index(2), 10.0, 1.0)
+    doubted = replace(spectrum, covariance=spectrum.covariance * np.outer(loud, loud))
+    one, other = (estimate_by(plugin, replace(problem, spectrum=s)) for s in (spectrum, doubted))
+    moved = np.abs((other.theta - one.theta) / one.std).max()
+    if plugin.uses_covariance:
+        require(moved > 1e-3, "the estimate does not change when a harmonic is stated to be ten times noisier")
+    else:
+        require(
+            moved < 1e-6,
+            f"the covariance moves the estimate by {moved:.2g} standard deviations: say uses_covariance=True",
+        )
+
+
+@claimed("fits_output", refused_with=RotorstudyError)
+def estimator_fits_output(plugin):
+    """estimates an offset of the sensor together with the rotor"""
+    problem = _bench_problem()
+    gap = Parameter("gap", "m", (Entry(np.array([1.0]), on="one"),), 1e-5)
+    model = problem.model.plus(Term("bench_gap", (gap,), {"gap": 2e-5}, label="gap", acts_on="output"))
+    shown = measured_response(model, SPEEDS, HARMONICS)
+    problem = Problem(model, exact_spectrum(model, shown), model.names)
+    off = np.abs(estimate_by(plugin, problem).theta / model.theta - 1).max()
+    require(off < 1e-6, f"with an offset of the sensor unknown too, an estimate is off by {off:.3g} of its value")
+
+
+@claimed("handles_rank_deficiency", refused_with=UnidentifiableError)
+def estimator_handles_rank_deficiency(plugin):
+    """gives what is determined beside two unknowns that trade off"""
+    problem = _bench_problem()
+    model = problem.model.plus(replace(problem.model.terms[0], label="confounder", values={}))
+    (confounder,) = set(model.names) - set(problem.names)
+    doubled = replace(problem, model=model, names=(*problem.names, confounder))
+    found, open_ones = estimate_by(plugin, doubled), np.isin(doubled.names, (problem.names[0], confounder))
+    off = np.abs(found.theta[~open_ones] / problem.model.theta[1:] - 1).max()  # all but the one with a confounder
+    require(off < 1e-4, f"beside two unknowns that trade off, another is off by {off:.3g} of its value")
+    sure = found.std[open_ones] < 0.1 * problem.model.typical[0]
+    require(not sure.any(), "states a small standard deviation of unknowns that trade off")
+
+
+@claimed("tolerates_outliers")
+def estimator_tolerates_outliers(plugin):
+    """is not biased by one harmonic that is wrong by fifty standard deviations"""
+    problem = _noisy_bench()
+    amplitude = problem.spectrum.amplitude[:50].copy()
+    amplitude[:, 2, HARMONICS.index(1)] *= 1 + 50 * BENCH_LEVEL / np.sqrt(2)
+    problem = replace(problem, spectrum=problem.spectrum.with_amplitude(amplitude))
+    found = estimate_by(plugin, problem)
+    off = np.abs((found.theta - problem.model.theta).mean(axis=0) / found.std.mean(axis=0)).max()
+    require(off < 1.5, f"an outlier of fifty standard deviations moves an estimate by {off:.2g} of its own")
+
+
+estimator_uses_covariance.flag = "uses_covariance"
+CHECKS = (
+    estimator_is_exact,
+    estimator_covariance_is_honest,
+    estimator_uses_covariance,
+    estimator_fits_output,
+    estimator_handles_rank_deficiency,
+    estimator_tolerates_outliers,
+)

@@ -1,0 +1,54 @@
+"""What a rotor must hold: matrices of a mechanical system, weight, and stiffness that a crack can take away."""
+
+import numpy as np
+
+from rotorstudy.authoring.invariants.base import ROUND_OFF, require
+from rotorstudy.model.rig import build_model
+
+
+def _example_structure(plugin):
+    return build_model({"rotor": {"kind": plugin.name, **plugin.example}}).structure
+
+
+def rotor_is_mechanical(plugin):
+    """has real symmetric matrices, positive mass and no negative stiffness"""
+    check_matrices(_example_structure(plugin))
+
+
+def check_matrices(structure):
+    """Matrices are real, symmetric and of one size, mass positive definite, stiffness not negative."""
+    size = len(structure.dofs)
+    for name in ("mass", "stiffness", "gyroscopic"):
+        matrix = getattr(structure, name)
+        require(matrix.shape == (size, size), f"{name} has shape {matrix.shape} for {size} coordinates")
+        require(np.isrealobj(matrix), f"{name} is not real")
+        require(np.array_equal(matrix, matrix.T), f"{name} is not symmetric")
+    require(np.linalg.eigvalsh(structure.mass).min() > 0, "the mass matrix is not positive definite")
+    least, *_, most = [0.0, *np.linalg.eigvalsh(structure.stiffness)]
+    require(least >= -ROUND_OFF * most, f"the stiffness matrix has the negative eigenvalue {least:.3g}")
+
+
+def rotor_weighs(plugin):
+    """has a static load that weighs"""
+    check_load(_example_structure(plugin))
+
+
+def check_load(structure):
+    """The static load has one value a coordinate and points down."""
+    load = structure.static_load
+    require(load.shape == (len(structure.dofs),), f"the static load has shape {load.shape}")
+    require(load.sum() > 0, "the static load is zero or upward; gravity points along +x")
+
+
+def rotor_losses_take_away(plugin):
+    """states stiffness losses that take stiffness away, with unit and typical size"""
+    structure = _example_structure(plugin)
+    size = len(structure.dofs)
+    for node in structure.nodes if callable(structure.stiffness_loss) else (None,):
+        for name, (pattern, unit, typical) in structure.stiffness_loss_at(node).items():
+            require(pattern.shape == (size, size), f"{name} has a pattern of shape {pattern.shape}")
+            require(np.linalg.eigvalsh(pattern).min() >= 0, f"{name} adds stiffness")
+            require(unit and typical > 0, f"{name} lacks its unit or typical size")
+
+
+CHECKS = (rotor_is_mechanical, rotor_weighs, rotor_losses_take_away)
