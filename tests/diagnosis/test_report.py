@@ -145,8 +145,11 @@ def test_without_the_true_effect_in_the_library_no_wrong_cause_is_sure(asymmetri
     rig = write_rig(folder / "left_out.yaml", diagnosis={"leave_out": ["shaft_asymmetry"]})
     verdict = diagnose(folder / "records.nc", rig, folder / "left_out")
     confounders = {"support_anisotropy", "breathing_crack", "breathing_crack_weight", "parallel_misalignment"}
-    assert verdict["verdict"] == "unknown" or named(verdict) <= confounders
+    if verdict["verdict"] != "unknown":
+        assert verdict["verdict"] in ("cause", "ambiguous") and named(verdict)
+        assert named(verdict) <= confounders
     assert "shaft_asymmetry" not in could_be(verdict)
+    assert verdict["settings"]["leave_out"] == ["shaft_asymmetry"]
 
 
 @pytest.mark.parametrize(("name", "hidden"), [("preload", PRELOAD), ("skew", SKEW)])
