@@ -18,12 +18,12 @@ from rotorstudy.studies.config import clean_spectrum
 class Fault(Strict):
     """What is wrong with a record; the default is nothing.
 
-    turns : revolutions it holds;  speed_error : of its label, relative
+    revolutions : that it holds;  speed_error : of its label, relative
     keyphasor_jitter_rad : standard deviation of each pulse
     outlier_share : of the samples;  outlier_size : of an outlier, in rms of the vibration
     """
 
-    turns: float = Field(default=12.0, ge=2)
+    revolutions: float = Field(default=12.0, ge=2)
     speed_error: float = Field(default=0.0, gt=-0.05, lt=0.05)
     keyphasor_jitter_rad: float = Field(default=0.0, ge=0)
     outlier_share: float = Field(default=0.0, ge=0, lt=0.5)

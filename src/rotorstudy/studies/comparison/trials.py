@@ -34,7 +34,7 @@ def make_trials(config, rotor_index, rotor, fault_name, place, level, count):
     """Trials of one speed (by its place in rotor.speeds): steady state, noise, and what the fault does."""
     fault, speed = config.faults[fault_name], float(rotor.speeds[place])
     stream = (rotor_index * len(config.faults) + list(config.faults).index(fault_name)) * 1000 + place
-    time = np.arange(config.samples) * fault.turns * 2 * np.pi / speed / config.samples
+    time = np.arange(config.samples) * fault.revolutions * 2 * np.pi / speed / config.samples
     clean = simulate_records(rotor.model, [speed], rotor.measured, time)[0].displacement
     moving = clean - clean.mean(axis=-1, keepdims=True)
     rms = np.sqrt(np.mean(np.abs(moving) ** 2, axis=-1, keepdims=True) / 2)
