@@ -1,4 +1,4 @@
-from rotorstudy.studies.job import job
+from rotorstudy.studies.workflow import job
 
 with job(snakemake):
     import json
@@ -8,6 +8,7 @@ with job(snakemake):
 
     from rotorstudy.presentation.tables import write_csv, write_html
     from rotorstudy.store import load
+    from rotorstudy.thesis.config import load_replay
     from rotorstudy.thesis.left_out import (
         LEGEND,
         UNDECIDED,
@@ -20,7 +21,6 @@ with job(snakemake):
         parameter_rows,
         shared_causes,
     )
-    from rotorstudy.thesis.replay import load_replay
 
     reference = Path(snakemake.input.published).parent
     harmonics, left_out, parameters, notes, verdicts = [], [], [], [], {}

@@ -7,15 +7,15 @@ from rotorstudy.response.whirl import time_invariant, without_damping
 from rotorstudy.store import dataset
 
 
-def stability(config, rig, ratios=(0.5, 1.0, 2.0, 5.0), up_to=8.0):
-    """Growth rate over speed and threshold of the uncracked rotor for several internal dampings.
+def stability(config, ratios=(0.5, 1.0, 2.0, 5.0), up_to=8.0):
+    """Growth rate over speed and threshold of the uncracked main rig for several internal dampings.
 
     ratios  : external over internal damping, the external damping (summed along x) held
     up_to   : times the natural frequency
     returns : growth_rate (damping_ratio, relative_speed) 1/s, threshold (damping_ratio) rad/s (NaN if above `up_to`),
               natural_frequency rad/s
     """
-    model = time_invariant(config.rig(rig))
+    model = time_invariant(config.rig(config.main_rig))
     internal = model.position(["internal_damping"])[0]
     across = ("_yy", "_xy", "_yx")  # dampings of bearings along or across y
     external = sum(

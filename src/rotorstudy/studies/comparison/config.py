@@ -12,7 +12,7 @@ from rotorstudy.model.model import Model
 from rotorstudy.model.options import NonNegative, Positive
 from rotorstudy.response.harmonic import check_harmonics
 from rotorstudy.store import read_yaml
-from rotorstudy.studies.config import clean_spectrum
+from rotorstudy.studies.common import clean_spectrum
 
 
 class Fault(Strict):

@@ -14,8 +14,8 @@ from rotorstudy.measurement.noise import noise_std
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.store import as_complex, dataset
 from rotorstudy.studies import identify
+from rotorstudy.studies.common import parameter_coordinates
 from rotorstudy.studies.comparison.config import measured_without_noise
-from rotorstudy.studies.config import parameter_coordinates
 
 INTERVAL = 1.959964  # standard deviations of a 95 % interval
 BY_PARAMETER = {
@@ -122,7 +122,7 @@ def bias(study, rotor, estimator):
     """What wrong known quantities of its study cost an estimator, at the speeds compared on; see `identify.bias`."""
     cases = {"speeds compared": SimpleNamespace(speeds=rotor.speeds)}
     settings = {"cases": cases, "harmonics": list(rotor.harmonics), "estimators": [estimator.name]}
-    return identify.bias(study.model_copy(update=settings), study.main_rig)
+    return identify.bias(study.model_copy(update=settings))
 
 
 def comparison(parts):

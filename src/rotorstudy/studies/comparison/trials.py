@@ -16,8 +16,8 @@ from rotorstudy.measurement.records import (
     simulate_records,
 )
 from rotorstudy.store import dataset
+from rotorstudy.studies.common import SPEED
 from rotorstudy.studies.comparison.config import measured_without_noise
-from rotorstudy.studies.config import SPEED
 
 
 class Trials(NamedTuple):
