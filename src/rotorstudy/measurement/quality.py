@@ -31,7 +31,7 @@ def check_pulses(pulses, turning, asked_polarity, where):
         said = "" if asked_polarity == "auto" else f" if they are {asked_polarity}, as the rig file says"
         text = (
             f"pulses last {100 * pulses.duty:.0f} % of the time{said}; the polarity is reversed, or threshold_V is "
-            "wrong. Correct 'keyphasor: polarity' or 'threshold_V': the phase is off by up to half a revolution otherwise"
+            "wrong. Correct 'keyphasor: polarity' or 'threshold_V': the phase is off by up to half a revolution"
         )
         severity = "warning" if asked_polarity == "auto" else "error"
         found.append(Finding(severity, "keyphasor polarity", where, text))
