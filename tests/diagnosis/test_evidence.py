@@ -7,6 +7,7 @@ from scipy.stats import multivariate_normal, norm
 from rotorstudy.diagnosis.candidates import SCALES, candidates, log_possible, log_scales
 from rotorstudy.diagnosis.search import search
 from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.diagnosis.verdict import investigate
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.inference.prior import Prior
@@ -153,10 +154,11 @@ def test_a_broken_plugin_is_named_with_its_line_and_the_rest_of_the_library_is_s
     hidden = make_term("effect", item, MODEL.structure, MODEL.sensors)
     settings = Settings(uncertainty={"default": 0.02}, most_causes=1)
     with using(Registry(plugin_folders(), entry_points=False, files=[file])):
-        work = search(MODEL, with_model_error(noisy(MODEL.plus(hidden), 5), settings), settings)
+        found = investigate(noisy(MODEL.plus(hidden), 5), MODEL, hold_out=[], settings=settings)
+    work = found.search
     assert [cause.effect for cause in work.best.causes] == ["support_anisotropy"]
     if line:
-        (text,) = work.broken
+        (text,) = found.verdict.broken_plugins
         assert f"{file}:{line}" in text
     else:
         assert work.broken == [] and "broken" in {cause.effect for cause in work.candidates}
