@@ -1,4 +1,4 @@
-"""Pictures: one style, and the few kinds of plot that rotordynamics asks for."""
+"""Figures: one style, and the few kinds of plot that rotordynamics asks for."""
 
 import numpy as np
 
@@ -49,6 +49,18 @@ def save_figure(picture, *paths):
             picture.savefig(temporary, metadata=without_date[temporary.suffix])
         picture.set_layout_engine("none")  # the layout found for the first holds for all
     plt.close(picture)
+
+
+def png_bytes(picture, dpi=80):
+    """A figure as the content of a PNG file; the figure is closed."""
+    import io
+
+    import matplotlib.pyplot as plt
+
+    stream = io.BytesIO()
+    picture.savefig(stream, format="png", dpi=dpi, metadata={"Software": None})
+    plt.close(picture)
+    return stream.getvalue()
 
 
 def save_figures(figures, paths):

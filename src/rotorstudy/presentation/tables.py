@@ -1,24 +1,10 @@
 """Tables for readers: CSV for programs, one self-contained HTML page for people."""
 
-from html import escape
-
 from rotorstudy.presentation.named_files import files_by_name
 from rotorstudy.presentation.pages import render
 from rotorstudy.store import atomic, write_text
 
 LONG, SHORT = 80, 24  # characters: a longer column of text is given room, a shorter one is not broken
-CSS = """
-body { font-family: sans-serif; margin: 1.5em; color: #222; }
-p, ul { max-width: 60em; }
-table { border-collapse: collapse; font-size: 0.85em; }
-th, td { border: 1px solid #ccc; padding: 0.2em 0.5em; text-align: left; vertical-align: top; }
-th { background: #f0f0f0; }
-td.number { text-align: right; white-space: nowrap; }
-td.short { white-space: nowrap; }
-td.text, td.long { white-space: pre-line; }
-td.text { min-width: 12em; }
-td.long { min-width: 22em; }
-"""
 
 
 def write_csv(table, path):
@@ -58,15 +44,6 @@ def cells(table, digits=6):
         for row in zip(*(column for _, column in table.items()), strict=True)
     ]
     return {"columns": [str(name) for name in table.columns], "rows": rows}
-
-
-def html_table(table, digits=6):
-    """A DataFrame as HTML; every cell has the class of its column: number, short, long or text."""
-    found = cells(table, digits)
-    lines = ["".join(f"<th>{escape(name)}</th>" for name in found["columns"])]
-    lines += ["".join(f'<td class="{kind}">{escape(text)}</td>' for kind, text in row) for row in found["rows"]]
-    body = "\n".join(f"<tr>{line}</tr>" for line in lines)
-    return f"<table>\n{body}\n</table>"
 
 
 def _kind(column):

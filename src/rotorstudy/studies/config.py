@@ -134,7 +134,7 @@ class StudyConfig(Strict):
     """A simulated study.
 
     rigs : name -> rig (see `rotorstudy.model.rig`);  harmonics, shown speeds, cases (name -> speeds) and unknowns
-    spectra, estimators : the methods this study shows; all of the zoo are compared by `studies.compare`
+    spectra, estimators : the methods this study shows; all of the zoo are compared by `studies.comparison`
     """
 
     name: str

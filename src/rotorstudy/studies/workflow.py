@@ -140,7 +140,7 @@ def imported_files(script, *functions):
     -------
     list of str
         What the script and the modules of the functions import, directly or through others (also inside functions),
-        and these modules; the script is not included.
+        these modules, and the page templates beside them; the script is not included.
     """
     seen = _module_files(function.rpartition(".")[0] for function in functions)
     waiting = [Path(script), *seen]
@@ -148,7 +148,8 @@ def imported_files(script, *functions):
         new = _imports(waiting.pop()) - seen
         seen |= new
         waiting += new
-    return sorted(map(str, seen))
+    templates = {page for file in seen for page in file.parent.glob("templates/*.html")}
+    return sorted(map(str, seen | templates))
 
 
 def plugin_files(rigs, plugins=()):
