@@ -29,13 +29,10 @@ NAMED = {  # words of other rooms that are the name of a plugin too, and why eac
     "internal_damping": ("a parameter of the rigs", {"studies/stability.py", "presentation/estimate_figures.py"}),
     "external_damping": ("a parameter of the rigs", {"presentation/estimate_figures.py"}),
     "regression": (
-        "a default of the command line, and the method that a study without noise is defined by",
-        {"commands/identify.py", "studies/compare.py", "studies/identify.py"},
+        "the method that a study without noise is defined by, and whose estimators one figure compares",
+        {"studies/identify.py", "presentation/comparison_figures.py"},
     ),
-    "maximum_likelihood": (
-        "a default of the command line, and the estimate that replayed rotors get",
-        {"commands/identify.py", "studies/compare.py"},
-    ),
+    "maximum_likelihood": ("a default of the command line", {"commands/identify.py"}),
     "least_squares": (
         "the thesis's method, whose bias two studies measure",
         {"studies/identify.py", "studies/weight_dominance.py"},
