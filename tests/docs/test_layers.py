@@ -22,7 +22,8 @@ GENERAL = sorted(
     if path.relative_to(SOURCE).parts[0] not in ("thesis", "blind")
     and path.relative_to(SOURCE).as_posix() not in CHAPTERS
 )
-# thesis/ and the figures of its chapters are about the models of Chapters 2 to 6; blind/ writes the answers that a diagnosis must give, which are names
+# thesis/ and the figures of its chapters are about the models of Chapters 2 to 6; blind/ writes the answers that a
+# diagnosis must give, which are names
 
 NAMED = {  # words of other rooms that are the name of a plugin too, and why each may stand there
     "phase_reference": ("a dimension of datasets", {"studies/identify.py", "studies/simulate.py"}),
