@@ -1,6 +1,7 @@
 """What binds a job to its files: figures and tables by name, results by name, and the code that a function needs."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import pandas as pd
 import pytest
@@ -9,10 +10,16 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.presentation.plots import figure, save_figures
 from rotorstudy.presentation.tables import write_tables
 from rotorstudy.store import dataset, save
-from rotorstudy.studies.workflow import imported_files, named_function, opened
+from rotorstudy.studies.workflow import called, imported_files, named_function, opened
 from rotorstudy.thesis.tables import Table
 
 SCRIPT = Path(__file__).parents[2] / "workflow" / "scripts" / "study.py"
+
+
+class Params(dict):
+    """Items by name as attributes, too, as Snakemake has them."""
+
+    __getattr__ = dict.__getitem__
 
 
 def files(folder, *names):
@@ -55,6 +62,14 @@ def test_results_among_the_inputs_are_opened_by_name(tmp_path):
     assert found["bias"].x.long_name == "one"
     assert {name: data.x.long_name for name, data in found["monte_carlo"].items()} == {"one": "one", "two": "two"}
     assert set(found) == {"bias", "monte_carlo"}
+
+
+def test_a_function_is_called_with_its_params_and_the_results_among_the_inputs(tmp_path):
+    save(dataset({"x": ((), 1.0, "1", "one")}, {}), tmp_path / "one.nc")
+    params = {"function": "builtins.dict", "load": "builtins.open", "rig": "thesis"}
+    fake = SimpleNamespace(params=Params(params), input={"bias": str(tmp_path / "one.nc"), "config": "a.yaml"})
+    found = called(fake, {}, reasons="why.yaml")
+    assert set(found) == {"rig", "bias", "reasons"} and found["rig"] == "thesis" and float(found["bias"].x) == 1
 
 
 def test_a_job_depends_on_the_module_of_its_function_and_on_no_other_stage():

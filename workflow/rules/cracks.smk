@@ -30,7 +30,6 @@ if settings.cracks:
         params:
             load="rotorstudy.studies.cracks.load_cracks",
             function="rotorstudy.presentation.crack_figures.figures",
-            given={},
         log:
             f"{RESULTS}/logs/cracks/figures.log",
         script:

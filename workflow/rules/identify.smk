@@ -8,6 +8,7 @@ rule identify:
         f"{RESULTS}/{{study}}/identification/{{rig}}.nc",
     params:
         function="rotorstudy.studies.identify.identify",
+        rig="{rig}",
     log:
         f"{RESULTS}/logs/{{study}}/identify_{{rig}}.log",
     script:
@@ -23,6 +24,8 @@ rule monte_carlo:
         f"{RESULTS}/{{study}}/monte_carlo/{{rig}}/{{case}}.nc",
     params:
         function="rotorstudy.studies.identify.monte_carlo",
+        rig="{rig}",
+        case="{case}",
     log:
         f"{RESULTS}/logs/{{study}}/monte_carlo_{{rig}}_{{case}}.log",
     script:

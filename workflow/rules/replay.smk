@@ -8,7 +8,7 @@ rule replay_records:
         f"{RESULTS}/{{replay}}/records.nc",
     params:
         function="rotorstudy.thesis.replay.records",
-        given={"reference": REFERENCE},
+        reference=REFERENCE,
     log:
         f"{RESULTS}/logs/{{replay}}/records.log",
     script:
@@ -25,7 +25,6 @@ rule replay_spectra:
         f"{RESULTS}/{{replay}}/spectra.nc",
     params:
         function="rotorstudy.thesis.replay.spectra",
-        given={},
     log:
         f"{RESULTS}/logs/{{replay}}/spectra.log",
     script:
@@ -45,7 +44,7 @@ rule replay_identify:
         f"{RESULTS}/{{replay}}/identification.nc",
     params:
         function="rotorstudy.thesis.replay.identify",
-        given={"reference": REFERENCE},
+        reference=REFERENCE,
     log:
         f"{RESULTS}/logs/{{replay}}/identification.log",
     script:

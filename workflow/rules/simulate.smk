@@ -8,6 +8,7 @@ rule simulate:
         f"{RESULTS}/{{study}}/records/{{rig}}.nc",
     params:
         function="rotorstudy.studies.simulate.simulate",
+        rig="{rig}",
     log:
         f"{RESULTS}/logs/{{study}}/simulate_{{rig}}.log",
     script:

@@ -2,10 +2,9 @@ from rotorstudy.studies.workflow import job
 
 with job(snakemake):
     from rotorstudy.presentation.tables import write_csv, write_tables
-    from rotorstudy.studies.workflow import named_function, opened
+    from rotorstudy.studies.workflow import called, named_function
 
     config = named_function(snakemake.params.load)(snakemake.input.config)
-    given = {**snakemake.params.given, **opened(snakemake.input), "reasons": snakemake.input.reasons}
-    scored, tables = named_function(snakemake.params.function)(config, **given)
+    scored, tables = called(snakemake, config, reasons=snakemake.input.reasons)
     write_csv(scored, snakemake.output.scored)
     write_tables(tables, [*snakemake.output.csv, *snakemake.output.html])

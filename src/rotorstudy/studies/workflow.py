@@ -94,6 +94,17 @@ def named_function(name):
     return getattr(import_module(module), attribute)
 
 
+def called(snakemake, config, **given):
+    """What the function of a job makes of a configuration.
+
+    Its further arguments are the results among the inputs, the params of the rule other than `function` and `load`,
+    and what is given.
+    """
+    params = {name: value for name, value in snakemake.params.items() if name not in ("function", "load")}
+    function = named_function(snakemake.params.function)
+    return function(config, **params, **opened(snakemake.input), **given)
+
+
 @functools.cache
 def _imports(file):
     """Files of this package that one file imports, also inside functions. Kept: every script shares most of them."""

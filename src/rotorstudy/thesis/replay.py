@@ -67,12 +67,12 @@ def records(config, reference):
     """
     time, harmonics = config.time, np.array(config.harmonics)
     forward = harmonics >= 0
-    displacement, reference = [], []
+    displacement, marks = [], []
     for corrected in (False, True):
         values = {q: v for q, (v, _) in printed_values(config, reference, corrected=corrected).items()}
         amplitude = values["amplitude"] * np.exp(1j * values["phase"])
         mark = np.exp(1j * values["reference phase"][..., forward])  # a real signal: -n is the conjugate of +n
-        for signals, size, order in ((displacement, amplitude, harmonics), (reference, mark, harmonics[forward])):
+        for signals, size, order in ((displacement, amplitude, harmonics), (marks, mark, harmonics[forward])):
             turned = [synthesize(size[:, c], w, order, time) for c, w in enumerate(config.speeds)]
             signals.append(np.moveaxis(turned, 0, 1))
     coordinates = {
@@ -84,7 +84,7 @@ def records(config, reference):
     dims = tuple(coordinates)
     variables = {
         "displacement": (dims, np.array(displacement), "m", "complex displacement with bow and sensor gap"),
-        "reference": (dims, np.array(reference).real, "1", "reference signal"),
+        "reference": (dims, np.array(marks).real, "1", "reference signal"),
         "speed": (("case",), config.speeds, *SPEED),
     }
     return dataset(variables, coordinates, title=f"{config.title}: replayed records")
