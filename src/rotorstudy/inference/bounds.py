@@ -4,9 +4,10 @@ import numpy as np
 
 from rotorstudy.inference.linear import check_identifiable, invert
 from rotorstudy.inference.prediction import predicted_derivatives
+from rotorstudy.inference.problem import Problem
 
 
-def cramer_rao_bound(problem, theta):
+def cramer_rao_bound(problem: Problem, theta: np.ndarray) -> np.ndarray:
     """The Cramer-Rao bound of the unknowns of a problem, from the data alone.
 
     Parameters

@@ -5,6 +5,7 @@ motion (linear in the unknowns, fast, but the measured harmonics and their noise
 output (the predicted harmonics against the measured ones: with their covariance, maximum likelihood).
 """
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,6 +13,9 @@ import numpy as np
 from rotorstudy.errors import PluginError, RotorstudyError
 from rotorstudy.inference.equation_error import condensed_regression, regression, residual_sensitivity
 from rotorstudy.inference.linear import RANK_TOLERANCE, by_speed
+from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.model.kinds import Estimator
+from rotorstudy.model.model import Model
 from rotorstudy.response.harmonic import COUPLED_ORDER
 from rotorstudy.response.statics import static_deflection
 
@@ -22,13 +26,29 @@ TRIALS_AT_ONCE = 200  # bounds the memory of a Monte Carlo
 class Problem:
     """Which amplitudes of which model are sought, from which spectrum.
 
-    condensation : of the coordinates that are not measured, in equation-error least squares: "exact", or "without
-                   gyroscopic moments" as the thesis does it
+    Parameters
+    ----------
+    model : Model
+        Gives the values of all other amplitudes.
+    spectrum : Spectrum
+        Of the model's sensors; its amplitude may hold many trials.
+    names : tuple of str
+        The unknowns.
+    order : int
+        Highest harmonic carried where the model couples harmonics.
+    condensation : str
+        Of the coordinates that are not measured, in equation-error least squares: "exact", or "without gyroscopic
+        moments" as in the thesis.
+
+    Raises
+    ------
+    RotorstudyError
+        For no unknowns, one named twice, other sensors, or a spectrum that is not finite.
     """
 
-    model: object
-    spectrum: object
-    names: tuple
+    model: Model
+    spectrum: Spectrum
+    names: tuple[str, ...]
     order: int = COUPLED_ORDER
     condensation: str = "exact"
 
@@ -45,16 +65,23 @@ class Problem:
             if not np.isfinite(getattr(spectrum, name)).all():
                 raise RotorstudyError(f"the {name} of the spectrum has NaN or infinite values; leave those out")
 
-    def equations(self):
+    def equations(self) -> tuple[np.ndarray, np.ndarray]:
         """Real linear system A (..., row, parameter), b (..., row) of the equation error, in newtons."""
         if self.condensation != "exact":
             return condensed_regression(self.model, self.spectrum, self.names).real_system()
         return regression(self.model, self.spectrum, self.names, order=self.order).real_system()
 
-    def holding(self, theta):
+    def holding(self, theta: np.ndarray) -> "Problem | None":
         """The problem with the static deflection held that unknown bearings of given stiffness lead to.
 
-        theta : (..., parameter);  returns None if no unknown carries the weight
+        Parameters
+        ----------
+        theta : ndarray (..., parameter)
+
+        Returns
+        -------
+        Problem or None
+            None if no unknown carries the weight.
         """
         model = self.model
         carrying = [u.name for u in model.rotor_unknowns if u.carries and u.name in self.names]
@@ -84,11 +111,20 @@ class Problem:
         moved[:, moving] = ((residual[1:] - residual[0]) / theta[moving][:, None]).T
         return moved
 
-    def equation_error_covariance(self, theta, weights=None):
-        """First-order covariance (parameter, parameter) of a linear estimate theta = (W A)^+ W b.
+    def equation_error_covariance(self, theta: np.ndarray, weights: np.ndarray | None = None) -> np.ndarray:
+        """First-order covariance of a linear estimate theta = (W A)^+ W b.
 
-        The residual A theta - b moves with the spectrum by a known matrix; noise in A is in it, its square is not.
-        weights : (speed, row, row) W of each speed, one if None
+        The derivative of the residual A theta - b by the spectrum is known. It covers the noise in A to first order.
+
+        Parameters
+        ----------
+        theta : ndarray (..., parameter)
+        weights : ndarray (speed, row, row), optional
+            W of each speed; the unit matrix by default.
+
+        Returns
+        -------
+        ndarray (parameter, parameter)
         """
         mean, theta = self.mean(theta)
         held = mean.holding(theta)
@@ -109,18 +145,26 @@ class Problem:
         spread = np.einsum("psc,scd->psd", through, root)
         return np.einsum("psd,qsd->pq", spread, spread)
 
-    def mean(self, theta):
+    def mean(self, theta: np.ndarray) -> tuple["Problem", np.ndarray]:
         """The problem with the mean spectrum of all trials, and their mean estimate (parameter,)."""
         mean = self.spectrum.amplitude.reshape(-1, *self.spectrum.amplitude.shape[-3:]).mean(axis=0)
         theta = np.asarray(theta).reshape(-1, len(self.names)).mean(axis=0)
         return replace(self, spectrum=self.spectrum.with_amplitude(mean)), theta
 
-    def equation_weights(self, theta):
-        """(..., speed, row, row) W that whitens the noise which the spectrum's covariance makes in the equations.
+    def equation_weights(self, theta: np.ndarray) -> np.ndarray:
+        """Weights W that whiten the noise which the spectrum makes in the equations.
 
-        The residual moves with the spectrum by a square matrix S, so W = (whitener of the spectrum) S^-1: weighted
-        rows are errors of the harmonics again, in standard deviations.
-        theta : (..., parameter), the current estimate
+        The derivative of the residual by the spectrum is a square matrix S, so W = (whitener of the spectrum) S^-1:
+        weighted rows are errors of the harmonics again, in standard deviations.
+
+        Parameters
+        ----------
+        theta : ndarray (..., parameter)
+            The current estimate.
+
+        Returns
+        -------
+        ndarray (..., speed, row, row)
         """
         mean, at = self.mean(theta)
         held = mean.holding(at) or mean
@@ -133,7 +177,7 @@ class Problem:
         """(speed, component, component) whitener of all sensors together."""
         return replace(self.spectrum, covariance=self.spectrum.whitener).full_covariance()
 
-    def chunks(self):
+    def chunks(self) -> Iterator["Problem"]:
         """The problem itself, or for many trials at once a few at a time; bounds the memory."""
         amplitude = self.spectrum.amplitude
         if amplitude.ndim == 3:
@@ -148,25 +192,45 @@ class Problem:
 class Estimate:
     """Estimated amplitudes.
 
-    theta      : (..., parameter)
-    covariance : (..., parameter, parameter) or (parameter, parameter) for all trials
-    misfit     : (...) weighted sum of squares of the residual; NaN for estimators without one
+    Parameters
+    ----------
+    names : tuple of str
+    theta : ndarray (..., parameter)
+    covariance : ndarray (..., parameter, parameter) or (parameter, parameter)
+        The latter for all trials.
+    misfit : ndarray (...)
+        Weighted sum of squares of the residual; NaN for estimators without one.
     """
 
-    names: tuple
+    names: tuple[str, ...]
     theta: np.ndarray
     covariance: np.ndarray
     misfit: np.ndarray
 
     @property
-    def std(self):
+    def std(self) -> np.ndarray:
+        """(..., parameter) standard deviations."""
         return np.sqrt(np.diagonal(self.covariance, axis1=-2, axis2=-1))
 
 
-def estimate_by(estimator, problem):
-    """The Estimate an Estimator plugin gives, its shapes checked; PluginError names file, shapes and unknowns.
+def estimate_by(estimator: Estimator, problem: Problem) -> Estimate:
+    """The Estimate that an Estimator plugin gives, with its shapes checked.
 
     Of many trials those without an estimate are NaN; of one spectrum only unknowns that are left open may be.
+
+    Parameters
+    ----------
+    estimator : Estimator
+    problem : Problem
+
+    Returns
+    -------
+    Estimate
+
+    Raises
+    ------
+    PluginError
+        For a wrong type, shape or value; it names file, shapes and unknowns.
     """
     found, who = estimator.function(problem), f"estimator '{estimator.name}' ({estimator.file})"
     if not isinstance(found, Estimate):
@@ -195,26 +259,37 @@ def estimate_by(estimator, problem):
     return found
 
 
-def linear_estimate(problem, theta, covariance):
-    """Estimate without a misfit."""
+def linear_estimate(problem: Problem, theta: np.ndarray, covariance: np.ndarray) -> Estimate:
+    """The Estimate of a linear estimator, which has no misfit; shapes as in `Estimate`."""
     return Estimate(problem.names, theta, covariance, np.full(theta.shape[:-1], np.nan))
 
 
-def magnitude_and_phase(names, theta, covariance):
-    """Complex amplitudes as engineers read them: real and imaginary parts turned into magnitude and phase.
+def magnitude_and_phase(
+    names: Sequence[str], theta: np.ndarray, covariance: np.ndarray
+) -> tuple[tuple[str, ...], np.ndarray, np.ndarray]:
+    """Complex amplitudes as magnitude and phase: x_real, x_imag become x, x_phase.
 
-    returns : names, theta (..., parameter), covariance (..., parameter, parameter); x_real, x_imag become x, x_phase
+    Parameters
+    ----------
+    names : sequence of str
+    theta : ndarray (..., parameter)
+    covariance : ndarray (..., parameter, parameter)
+
+    Returns
+    -------
+    tuple of str, ndarray (..., parameter), ndarray (..., parameter, parameter)
+        The covariance to first order.
     """
     names, theta = list(names), np.array(theta, float)
-    turn = np.broadcast_to(np.eye(len(names)), (*theta.shape[:-1], len(names), len(names))).copy()
+    slope = np.broadcast_to(np.eye(len(names)), (*theta.shape[:-1], len(names), len(names))).copy()
     for i, name in enumerate(names):
         stem = name.removesuffix("_real")
         if stem == name or i + 1 == len(names) or names[i + 1] != f"{stem}_imag":
             continue
         a, b = theta[..., i].copy(), theta[..., i + 1].copy()
         size = np.hypot(a, b)
-        turn[..., i, i], turn[..., i, i + 1] = a / size, b / size
-        turn[..., i + 1, i], turn[..., i + 1, i + 1] = -b / size**2, a / size**2
+        slope[..., i, i], slope[..., i, i + 1] = a / size, b / size
+        slope[..., i + 1, i], slope[..., i + 1, i + 1] = -b / size**2, a / size**2
         theta[..., i], theta[..., i + 1] = size, np.arctan2(b, a)
         names[i], names[i + 1] = stem, f"{stem}_phase"
-    return tuple(names), theta, turn @ covariance @ np.swapaxes(turn, -1, -2)
+    return tuple(names), theta, slope @ covariance @ np.swapaxes(slope, -1, -2)

@@ -2,24 +2,13 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import Term
-
-
-class Uncertainty(NamedTuple):
-    """How well some amplitudes are known, errors of several together.
-
-    names      : (parameter,) as in `Model.names`
-    covariance : (parameter, parameter) about the values of the model
-    """
-
-    names: tuple[str, ...]
-    covariance: np.ndarray
+from rotorstudy.model.uncertainty import Uncertainty
 
 
 @dataclass(frozen=True)

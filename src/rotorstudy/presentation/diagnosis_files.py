@@ -6,11 +6,12 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from rotorstudy.diagnosis.dataset import verdict_dataset
-from rotorstudy.diagnosis.extend import extended_rig, write_rig
+from rotorstudy.diagnosis.extend import extended_rig
 from rotorstudy.diagnosis.result import Verdict
 from rotorstudy.diagnosis.settings import check_names, read_settings
 from rotorstudy.diagnosis.verdict import investigate
 from rotorstudy.measurement.measurement import measured_spectrum
+from rotorstudy.model.estimated_rig import write_rig
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import named_plugins, read_rig
 from rotorstudy.presentation.diagnosis_figures import diagnosis_figures
