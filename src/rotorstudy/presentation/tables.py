@@ -1,5 +1,6 @@
 """Tables for readers: CSV for programs, one self-contained HTML page for people."""
 
+from rotorstudy.presentation.named_files import files_by_name
 from rotorstudy.presentation.pages import render
 from rotorstudy.store import atomic, write_text
 
@@ -64,45 +65,25 @@ def write_table(table, csv, html, title, note, digits=6):
     write_html(html, title, note, {"": table}, digits)
 
 
-def in_table_order(scored):
-    """Rows by table as people count: 5.5 before 5.6, 4.9 before 4.10; the order within a table stays."""
-    numbers = scored.table.map(lambda name: tuple(int(part) for part in name.split(".")))
-    return scored.iloc[sorted(range(len(scored)), key=lambda i: numbers.iloc[i])].reset_index(drop=True)
+def write_tables(tables, paths):
+    """Write every table to the files that bear its name: .csv for programs, .html for people.
 
+    Parameters
+    ----------
+    tables : dict
+        name -> `rotorstudy.thesis.tables.Table`.
+    paths : iterable of path
+        Files to be written: table_2_1.csv holds the table "table_2_1".
 
-def in_micrometres(scored):
-    """Lengths in um instead of m, for display."""
-    small = scored.unit == "m"
-    lengths = {key: (scored[key] * 1e6).round(9).where(small, scored[key]) for key in ("published", "computed")}
-    return scored.assign(**lengths, unit=scored.unit.where(~small, "um"))
-
-
-def side_by_side(scored, rows, columns):
-    """A scored table as people read it: published and ours next to each other, lengths in um.
-
-    scored : rows of a scoreboard;  rows, columns : key columns that go down and across
+    Raises
+    ------
+    RotorstudyError
+        Names of tables and of files differ; nothing is written then.
     """
-    scored = in_micrometres(scored)
-    mixed = scored.groupby(columns, dropna=False).unit.nunique().max() > 1
-    rows = [*rows, "unit"] if mixed else rows
-    wide = scored.drop_duplicates([*rows, *columns], keep="first")
-    result = wide[rows].drop_duplicates().reset_index(drop=True)
-    for key, part in wide.groupby(columns, sort=False, dropna=False):
-        label = ", ".join(str(k) for k in key if str(k) not in ("", "nan"))
-        label = label if mixed else f"{label} ({part.unit.iloc[0]})"
-        part = part[[*rows, "published", "computed", "status"]]
-        names = {"published": f"{label}: thesis", "computed": f"{label}: here", "status": f"{label}: status"}
-        result = result.merge(part.rename(columns=names), on=rows, how="left")
-    return result
-
-
-def write_scored_tables(scored, tables, csv, html):
-    """The tables of a chapter, published and ours side by side.
-
-    tables : name like "2.5" -> (title, note, key columns that go down, key columns that go across)
-    csv, html : paths, in the order of `tables`
-    """
-    for (name, (title, note, down, across)), sheet, page in zip(tables.items(), csv, html, strict=True):
-        write_table(
-            side_by_side(scored[scored.table == name], down, across), sheet, page, f"Table {name}: {title}", note
-        )
+    for name, files in files_by_name("table", tables, paths).items():
+        table = tables[name]
+        for path in files:
+            if path.suffix == ".csv":
+                write_csv(table.rows, path)
+            else:
+                write_html(path, table.title, table.note, {"": table.rows}, table.digits)

@@ -20,7 +20,8 @@ from rotorstudy.model.rig import read_rig
 from rotorstudy.response.harmonic import measured_response
 from rotorstudy.store import as_complex, load
 from rotorstudy.thesis.checks import shown_name
-from rotorstudy.thesis.replay import load_replay, thesis_estimates
+from rotorstudy.thesis.config import load_replay
+from rotorstudy.thesis.replay import thesis_estimates
 from rotorstudy.units import number, p_value, shown_unit
 
 UNLIMITED = 1e3  # times the stated uncertainty: as the thesis fits, with no limit on any parameter
