@@ -79,17 +79,17 @@ def test_an_identified_rig_is_what_a_diagnosis_starts_from():
     found = output_error_fit(Problem(MODEL, noisy(MODEL, [300.0, 590.0], 3), KNOWN))
     model = from_file(rig_with_estimate(RIG, MODEL, KNOWN, found.theta, found.covariance))
     settings = Settings(uncertainty={"default": 0.05})
-    found_again = investigate(noisy(MODEL, [200.0, 400.0, 500.0], 4), model, settings=settings)
-    prior = found_again.search.prior
+    verdict = investigate(noisy(MODEL, [200.0, 400.0, 500.0], 4), model, settings=settings)
+    prior = verdict.search.prior
     place = [prior.names.index(name) for name in KNOWN]
     assert prior.covariance[np.ix_(place, place)] == pytest.approx(found.covariance, rel=1e-9)
     assert prior.by_name["internal_damping"] == pytest.approx((20.0, 1.0))  # not identified: as `diagnosis` says
-    assert found_again.verdict.verdict == "nothing"
+    assert verdict.verdict.verdict == "nothing"
     # negative control: a rig said to be known as well, but wrong, is contradicted
     wrong = rig_with_estimate(RIG, MODEL, KNOWN, found.theta * [1.2, 1, 1], found.covariance)
     settings = settings.model_copy(update={"model_error": 0.0, "model_floor": 0.0})
-    found_again = investigate(noisy(MODEL, [200.0, 400.0, 500.0], 4), from_file(wrong), settings=settings)
-    assert found_again.verdict.verdict != "nothing"
+    verdict = investigate(noisy(MODEL, [200.0, 400.0, 500.0], 4), from_file(wrong), settings=settings)
+    assert verdict.verdict.verdict != "nothing"
 
 
 def test_an_extended_rig_carries_the_covariance_of_the_fit_and_is_identified_again():

@@ -89,9 +89,10 @@ def _said(verdict):
         return f"{text} Detected with a probability of 95 % from these sizes on: {', '.join(found)}." if found else text
     implausible = ""
     if verdict.verdict == "unknown" and verdict.parameter_p_value < verdict.settings.significance:
-        implausible = f"parameters that far from their stated values: {p_value(verdict.parameter_p_value)}"
+        implausible = f"parameters implausibly far from their stated values ({p_value(verdict.parameter_p_value)})"
     if not verdict.causes:
-        return f"Something is missing, and no effect of the library explains it ({implausible or residual})."
+        why = f": the fit needs {implausible}." if implausible else f" ({residual})."
+        return f"Something is missing, and no effect of the library explains it{why}"
     named = " together with ".join(map(cause_in_words, verdict.causes))
     likely = f"posterior probability {probability(min(c.posterior_probability for c in verdict.causes))}"
     if verdict.verdict == "cause":

@@ -16,7 +16,7 @@ from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import named_plugins, read_rig
 from rotorstudy.presentation.diagnosis_figures import diagnosis_figures
 from rotorstudy.presentation.diagnosis_page import diagnosis_page
-from rotorstudy.presentation.plots import save_figure
+from rotorstudy.presentation.plots import save_figures
 from rotorstudy.store import provenance, save, write_text
 
 
@@ -71,11 +71,11 @@ def write_diagnosis(verdict, data, rig, out):
     """
     given = verdict.provenance["rig"]
     with whole_folder(out) as folder:
-        for name, picture in diagnosis_figures(verdict, data).items():
-            save_figure(picture, *(folder / "figures" / f"{name}.{kind}" for kind in ("png", "svg")))
+        figures = diagnosis_figures(verdict, data)
+        png, svg = ({name: folder / "figures" / f"{name}.{kind}" for name in figures} for kind in ("png", "svg"))
+        save_figures(figures, [*png.values(), *svg.values()])
         save(data, folder / "verdict.nc")
         write_rig(rig, folder / "extended_rig.yaml", f"{given} after a diagnosis of its records\n{verdict.summary}")
-        png = {path.stem: path for path in (folder / "figures").glob("*.png")}
         write_text(folder / "index.html", diagnosis_page(verdict, data, png, Path(given).stem))
         write_text(folder / "verdict.json", verdict.model_dump_json(indent=1) + "\n")
 

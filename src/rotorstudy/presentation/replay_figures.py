@@ -17,11 +17,12 @@ from rotorstudy.presentation.plots import (
 from rotorstudy.response.harmonic import measured_response
 from rotorstudy.response.series import synthesize
 from rotorstudy.store import as_complex
-from rotorstudy.thesis.checks import bow_magnification, higher_cases, percent, shown_name
+from rotorstudy.thesis.checks import bow_magnification, higher_cases, shown_name
 from rotorstudy.thesis.config import ReplayConfig
 from rotorstudy.thesis.replay import COLUMN, thesis_estimates
 from rotorstudy.thesis.replay_tables import estimate_checks
 from rotorstudy.thesis.rigs import slow_roll_parts
+from rotorstudy.units import percent
 
 MOSTLY = 0.7  # share of -1X at slow roll from which on it is called the slow roll's
 

@@ -13,6 +13,7 @@ from rotorstudy.response.harmonic import harmonic_response, measured_response
 from rotorstudy.response.stability import eigenvalues
 from rotorstudy.store import as_complex
 from rotorstudy.thesis.replay import BOTH_DAMPINGS, DAMPINGS
+from rotorstudy.units import percent
 
 
 def largest_participation(n):
@@ -199,10 +200,6 @@ def slow_roll_bow(config, spectra_data, data_set):
     """Size of the 1X harmonic of the slow roll, m."""
     one = spectra_data.compensated.sel(version="corrected", data_set=data_set, case=config.slow_roll, harmonic=1)
     return float(np.abs(as_complex(one.sel(spectrum_method=data_set))))
-
-
-def percent(share):
-    return f"{share * 100:.0f} %"
 
 
 def refused_text(checks):

@@ -10,7 +10,6 @@ from rotorstudy.thesis.checks import (
     bow_text,
     higher_cases,
     largest_crack_response,
-    percent,
     physical_checks,
     refused_text,
     shown_estimates,
@@ -30,6 +29,7 @@ from rotorstudy.thesis.replay import (
 )
 from rotorstudy.thesis.scoreboard import KEYS, load_reasons, published, score
 from rotorstudy.thesis.tables import Table, scored_tables
+from rotorstudy.units import percent
 
 
 def shown_compensated(spectra):

@@ -6,13 +6,13 @@ from rotorstudy.store import as_complex
 from rotorstudy.thesis.checks import (
     largest_crack_response,
     limits,
-    percent,
     physical_checks,
     slow_roll_bow,
     slow_roll_share,
 )
 from rotorstudy.thesis.replay import COLUMN, thesis_estimates
 from rotorstudy.thesis.tables import Table
+from rotorstudy.units import percent
 
 
 def _scales(config, bow):

@@ -1,0 +1,29 @@
+"""What is said of the thesis's estimates follows from what they are, not from how they are called."""
+
+from rotorstudy.thesis.left_out import Compared, changed_estimates, impossible_values
+
+
+def compared(name, thesis, base, extended, **kind):
+    of = {"is_phase": False, "is_positive": False, "on_weight": False, **kind}
+    return Compared("chapter 3", name, "N s/m", thesis=thesis, base=base, extended=extended, **of)
+
+
+DAMPING = compared("damping", 824.0, (-9.0, 2.0), (-1.0, 2.0), is_positive=True)
+FORCES = [
+    compared("dk p_1", 50.0, (50.0, 1.0), (1.0, 3.0), on_weight=True),
+    compared("dk p_2", -50.0, (0.0, 1.0), (-49.0, 3.0), on_weight=True),
+]
+PHASE = compared("eccentricity phase", 3.0, (0.0, 0.1), (-3.0, 0.1), is_phase=True)
+
+
+def test_only_what_cannot_be_negative_is_called_impossible():
+    (said,) = impossible_values([DAMPING, *FORCES, PHASE])
+    assert "the base model needs damping -9 ± 2 N s/m" in said
+
+
+def test_changed_estimates_count_forces_and_name_the_others():
+    (said,) = changed_estimates([DAMPING, *FORCES, PHASE])
+    assert "change: damping from 824 to -1 ± 2 N s/m;" in said
+    assert "1 of 2 crack forces" in said and "1 are zero" in said
+    same = compared("damping", -2.0, (0.0, 1.0), (-1.0, 2.0))
+    assert "none of damping and unbalance; 0 of 0" in changed_estimates([same])[0]
