@@ -6,6 +6,7 @@ are integrated numerically from the shape functions (Gauss, exact for these poly
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -100,6 +101,7 @@ def shapes(element, s):
     return values(w, False), values(w, True), values(p, False), values(p, True)
 
 
+@lru_cache(maxsize=1024)
 def plane_matrices(element):
     """Stiffness, mass of translation, mass of rotation (4x4) and load by a unit of line force (4) in one plane."""
     points, weights = np.polynomial.legendre.leggauss(6)
@@ -115,7 +117,10 @@ def plane_matrices(element):
         stiffness = stiffness + shear_stiffness * integral(w_slope - p, w_slope - p)
     translation = element.density * element.area * integral(w, w)
     rotation = element.density * element.second_moment * integral(p, p)
-    return stiffness, translation, rotation, weights @ w
+    matrices = stiffness, translation, rotation, weights @ w
+    for matrix in matrices:
+        matrix.setflags(write=False)
+    return matrices
 
 
 def both_planes(plane):

@@ -1,7 +1,8 @@
 """Effects that depend on the state or on the shaft's angle: each adds a local force with its law.
 
-A law takes the angle, local displacements y and velocities v (speeds, p) and the speeds; it returns the force (speeds, p) and its
-derivatives by y and v. Fixed angles count from x in the sense of the spin, rotating ones from the shaft's reference line; rad.
+A law takes the angle, local displacements y and velocities v (speeds, p) and the speeds; it returns the force (speeds,
+p) and its derivatives by y and v. Fixed angles count from x in the sense of the spin, rotating ones from the shaft's
+reference line; rad.
 """
 
 import numpy as np
@@ -20,8 +21,8 @@ def at(machine, first, count=2):
 class RubLaw:
     """Contact with a circular stator: F_n = k (r - clearance), friction mu F_n against the slip of the surface.
 
-    Friction is Coulomb's, made smooth over a slip speed (tanh). Source: A. Muszynska, Rotordynamics (2005), chapter 5; F. Chu, Z. Zhang,
-    "Bifurcation and chaos in a rub-impact Jeffcott rotor system", J. Sound Vib. 210 (1998) 1-18.
+    Friction is Coulomb's, made smooth over a slip speed (tanh). Source: A. Muszynska, Rotordynamics (2005), chapter 5;
+    F. Chu, Z. Zhang, "Bifurcation and chaos in a rub-impact Jeffcott rotor system", J. Sound Vib. 210 (1998) 1-18.
     """
 
     def __init__(self, stiffness, clearance, friction, radius, centre, slip_speed):
@@ -57,14 +58,18 @@ class RubLaw:
 
 
 def add_rub(machine, node, stiffness, clearance, friction, radius, centre=(0.0, 0.0), slip_speed=None):
-    """Rub: a circular stator of `clearance` m about `centre` (m, x and y); stiffness N/m, shaft radius m at the contact."""
+    """Rub: a circular stator of `clearance` m about `centre` (m, x and y); stiffness N/m, shaft radius m at the
+    contact.
+    """
     law = RubLaw(stiffness, clearance, friction, radius, centre, slip_speed or 1e-2 * radius)
     machine.local.append(LocalForce(at(machine, 4 * node), law, "rub"))
     return law
 
 
 class OneSidedLaw:
-    """Stiffness lost along a direction n while its displacement is in 0 < n y < gap: force +loss min(max(n y, 0), gap) n."""
+    """Stiffness lost along a direction n while its displacement is in 0 < n y < gap: force +loss min(max(n y, 0), gap)
+    n.
+    """
 
     def __init__(self, loss, gap, angle):
         self.loss, self.gap, self.normal = loss, gap, np.array([np.cos(angle), np.sin(angle)])
@@ -80,22 +85,25 @@ class OneSidedLaw:
 def add_one_sided_loss(machine, node, loss, angle):
     """Support that gives way to one side: `loss` N/m less stiffness for displacement towards `angle` (bilinear).
 
-    Source: F. F. Ehrich, "High order subharmonic response of high speed rotors in bearing clearance", J. Vib. Acoust. 110 (1988) 9-16.
+    Source: F. F. Ehrich, "High order subharmonic response of high speed rotors in bearing clearance", J. Vib. Acoust.
+    110 (1988) 9-16.
     """
     machine.local.append(LocalForce(at(machine, 4 * node), OneSidedLaw(loss, np.inf, angle), "one-sided loss"))
 
 
 def add_looseness(machine, coordinate, loss, gap, angle):
-    """Looseness: a foot held down lifts towards `angle`; it meets `loss` N/m less stiffness until the bolts hold after `gap` m.
+    """Looseness: a foot held down lifts towards `angle`; it meets `loss` N/m less stiffness until the bolts hold after
+    `gap` m.
 
-    At the first coordinate of a node (massless foot in series) or of a pedestal. Source: P. Goldman, A. Muszynska, "Analytical and
-    experimental simulation of loose pedestal dynamic effects on a rotating machine vibrational response", ASME DE 35 (1991) 11-17.
+    At the first coordinate of a node (massless foot in series) or of a pedestal. Source: P. Goldman, A. Muszynska,
+    "Analytical and experimental simulation of loose pedestal dynamic effects on a rotating machine vibrational
+    response", ASME DE 35 (1991) 11-17.
     """
     machine.local.append(LocalForce(at(machine, coordinate), OneSidedLaw(loss, gap, angle), "looseness"))
 
 
 def add_cubic_bearing(machine, node, cubic):
-    """Bearing stiffer with displacement: force -cubic r² y, cubic in N/m³ (T. Yamamoto, Y. Ishida (2001), chapter 6)."""
+    """Bearing stiffer with displacement: force -cubic r² y, cubic in N/m³ (Yamamoto and Ishida (2001), chapter 6)."""
 
     def law(angle, y, v, speed):
         square = np.sum(y**2, axis=1)[:, None]
@@ -113,7 +121,8 @@ def turned(angle):
 def add_asymmetry(machine, elements, share, angle=0.0):
     """Shaft asymmetry: E I of some elements is larger by `share` along the rotating direction `angle`, smaller across.
 
-    Stiffness that turns with the shaft gives 2X under weight (F. M. Dimentberg, Flexural Vibrations of Rotating Shafts (1961)).
+    Stiffness that turns with the shaft gives 2X under weight (F. M. Dimentberg, Flexural Vibrations of Rotating Shafts
+    (1961)).
     """
     for number in elements:
         part = machine.rotor.elements[number]
@@ -130,8 +139,9 @@ def add_asymmetry(machine, elements, share, angle=0.0):
 class CouplingLaw:
     """Coupling to an immovable driver: force K(angle) (offset - y), of lateral displacement and of slopes alike.
 
-    K(angle) = stiffness (1 + share turned(angle)): the part `share` is stiffer along a direction that turns with the shaft, as of a
-    coupling with two pins. `offset` is fixed (misalignment), `run_out` turns with the shaft (a hub bored off its centre).
+    K(angle) = stiffness (1 + share turned(angle)): the part `share` is stiffer along a direction that turns with the
+    shaft, as of a coupling with two pins. `offset` is fixed (misalignment), `run_out` turns with the shaft (a hub bored
+    off its centre).
     """
 
     def __init__(self, stiffness, share, offset, run_out):
@@ -148,16 +158,17 @@ class CouplingLaw:
 def add_parallel_misalignment(machine, node, stiffness, offset, run_out=0.0, share=0.0):
     """Parallel misalignment: the driver's shaft end is off by `offset` (m, x + j y, fixed) and `run_out` (m, turning).
 
-    Coupling of lateral `stiffness` N/m. Sources: C. B. Gibbons, "Coupling misalignment forces", Proc. 5th Turbomachinery Symposium (1976)
-    111-116; A. S. Sekhar, B. S. Prabhu, "Effects of coupling misalignment on vibrations of rotating machinery", J. Sound Vib. 185
-    (1995) 655-671.
+    Coupling of lateral `stiffness` N/m. Sources: C. B. Gibbons, "Coupling misalignment forces", Proc. 5th
+    Turbomachinery Symposium (1976) 111-116; A. S. Sekhar, B. S. Prabhu, "Effects of coupling misalignment on vibrations
+    of rotating machinery", J. Sound Vib. 185 (1995) 655-671.
     """
     law = CouplingLaw(stiffness, share, offset, run_out)
     machine.local.append(LocalForce(at(machine, 4 * node), law, "parallel misalignment"))
 
 
 def add_angular_misalignment(machine, node, stiffness, tilt, run_out=0.0, share=0.0):
-    """Angular misalignment: the driver's shaft is tilted by slopes `tilt` (rad, dx/dz + j dy/dz, fixed) and `run_out` (turning).
+    """Angular misalignment: the driver's shaft is tilted by slopes `tilt` (rad, dx/dz + j dy/dz, fixed) and `run_out`
+    (turning).
 
     Coupling of bending `stiffness` N m/rad; sources as for the parallel one.
     """

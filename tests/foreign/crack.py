@@ -1,15 +1,17 @@
 """A transverse crack with a straight front: compliance from fracture mechanics, and how it breathes.
 
-Sources: A. D. Dimarogonas and S. A. Paipetis, Analytical Methods in Rotor Dynamics (1983), chapter 5; C. A. Papadopoulos and A. D.
-Dimarogonas, "Coupled longitudinal and bending vibrations of a rotating shaft with an open crack", J. Sound Vib. 117 (1987)
-81-93; stress-intensity factors of an edge-cracked strip: H. Tada, P. C. Paris, G. R. Irwin, The Stress Analysis of Cracks Handbook
-(1973). Switching hinge: R. Gasch, "A survey of the dynamic behaviour of a simple rotating shaft with a transverse crack", J.
-Sound Vib. 160 (1993) 313-332. Gradual closing where the stress intensity is negative: A. K. Darpe, K. Gupta, A. Chawla, "Coupled
-bending, longitudinal and torsional vibrations of a cracked rotor", J. Sound Vib. 269 (2004) 33-60.
+Sources: A. D. Dimarogonas and S. A. Paipetis, Analytical Methods in Rotor Dynamics (1983), chapter 5; C. A.
+Papadopoulos and A. D. Dimarogonas, "Coupled longitudinal and bending vibrations of a rotating shaft with an open
+crack", J. Sound Vib. 117 (1987) 81-93; stress-intensity factors of an edge-cracked strip: H. Tada, P. C. Paris, G. R.
+Irwin, The Stress Analysis of Cracks Handbook (1973). Switching hinge: R. Gasch, "A survey of the dynamic behaviour of a
+simple rotating shaft with a transverse crack", J. Sound Vib. 160 (1993) 313-332. Gradual closing where the stress
+intensity is negative: A. K. Darpe, K. Gupta, A. Chawla, "Coupled bending, longitudinal and torsional vibrations of a
+cracked rotor", J. Sound Vib. 269 (2004) 33-60.
 
-Crack axes: `across` points from the centre to the middle of the cracked side, `along` is 90 degrees on in the sense of the spin
-(parallel to the crack front). A moment of slopes m = M_across + j M_along (work-conjugate to a kink of the slopes dx/dz + j dy/dz)
-opens the crack if M_across is negative: the convex side, where tension is, is opposite to the curvature's centre.
+Crack axes: `across` points from the centre to the middle of the cracked side, `along` is 90 degrees on in the sense of
+the spin (parallel to the crack front). A moment of slopes m = M_across + j M_along (work-conjugate to a kink of the
+slopes dx/dz + j dy/dz) opens the crack if M_across is negative: the convex side, where tension is, is opposite to the
+curvature's centre.
 """
 
 import numpy as np
@@ -43,7 +45,7 @@ def crack_face(depth_ratio, count=120):
     Returns
     -------
     weights, k_opening, k_sideways : ndarray
-        K for moments scaled so that the compliances are int K_i K_j dA times (1 - nu²)/(E R³) / pi... see `compliance`.
+        K for moments scaled so that 32 int K_i K_j dA is the dimensionless compliance.
     """
     half = np.sqrt(1 - (1 - depth_ratio) ** 2)
     points, weights = np.polynomial.legendre.leggauss(count)
@@ -62,8 +64,8 @@ def crack_face(depth_ratio, count=120):
 def dimensionless_compliance(depth_ratio):
     """Open crack: pi E R³/(1 - nu²) times the compliance for the moment that opens it and the one across.
 
-    The energy released over the face is int (1 - nu²)/E K² dA with K = 4 M/(pi R⁴) arch F sqrt(pi depth), so that the compliance
-    d²U/dM² is 32 (1 - nu²)/(pi E R³) int arch² depth F² dA in radii.
+    The energy released over the face is int (1 - nu²)/E K² dA with K = 4 M/(pi R⁴) arch F sqrt(pi depth), so that the
+    compliance d²U/dM² is 32 (1 - nu²)/(pi E R³) int arch² depth F² dA in radii.
     """
     area, opening, sideways = crack_face(depth_ratio)
     return 32 * np.sum(area * opening**2), 32 * np.sum(area * sideways**2)
@@ -76,8 +78,8 @@ def breathing_table(depth_ratio, kind, count=720):
     ----------
     depth_ratio : float
     kind : str
-        `open`: a slot, always open. `switching`: only the opening component, while it is positive. `gradual`: the part of the face is
-        open where the stress intensity is positive; as energy int max(K, 0)² it is conservative.
+        `open`: a slot, always open. `switching`: only the opening component, while it is positive. `gradual`: the part
+        of the face is open where the stress intensity is positive; as energy int max(K, 0)² it is conservative.
 
     Returns
     -------
@@ -104,8 +106,9 @@ def breathing_table(depth_ratio, kind, count=720):
 class BreathingHinge:
     """Law of the kink in an element: moment if there were no kink, to kink.
 
-    The moment is m = y - k kink, k the element's own stiffness against a kink; the kink is the crack's compliance of m. Both laws are
-    of degree one in m, so the direction of y alone decides, and a table by that direction holds the solution.
+    The moment is m = y - k kink, k the element's own stiffness against a kink; the kink is the crack's compliance of m.
+    Both laws are of degree one in m, so the direction of y alone decides, and a table by that direction holds the
+    solution.
     """
 
     def __init__(self, radius, youngs_modulus, poissons_ratio, depth_ratio, kind, angle, kink_stiffness, count=1440):
@@ -143,8 +146,9 @@ class BreathingHinge:
 def add_crack(machine, element, position, depth_ratio, angle=0.0, kind="gradual"):
     """Add a crack in an element: a kink between two coincident sections, as an imposed deformation of that element.
 
-    The element with nodal displacements u and a kink at its position carries K (u - S kink), S the displacement of the second
-    node by the kink; the moment at the crack is S.T K (u - S kink).
+    The element with nodal displacements u and a kink at its position carries K (u - S kink), S the displacement of the
+    second node by the kink; the moment at the crack is S.T K (u - S kink). Exact for the element's stiffness; its mass
+    is taken as unkinked, an error of the order of the element's mass, like the beam's own discretization.
 
     Parameters
     ----------

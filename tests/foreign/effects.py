@@ -1,6 +1,7 @@
 """Effects that are linear in the fixed frame or imposed: each adds its matrices or forces to a machine.
 
-Angles of rotating things count from the shaft's reference line, of fixed things from x (down) in the sense of the spin; in rad.
+Angles of rotating things count from the shaft's reference line, of fixed things from x (down) in the sense of the spin;
+in rad.
 """
 
 import numpy as np
@@ -24,7 +25,8 @@ def add_couple_unbalance(machine, node, polar_moment, diametral_moment, tilt, an
 
 
 def add_added_mass(machine, node, mass, radius, length, eccentricity=0.0, angle=0.0):
-    """Added mass: deposit or forgotten part, a solid cylinder of `mass` kg, `radius` and `length` m, with weight and inertia.
+    """Added mass: deposit or forgotten part, a solid cylinder of `mass` kg, `radius` and `length` m, with weight and
+    inertia.
 
     Its centre may be off the axis by `eccentricity` (m), which is an unbalance too.
     """
@@ -39,9 +41,9 @@ def add_bow(machine, shape):
     Parameters
     ----------
     shape : ndarray, (nodes, 2), complex
-        Deflection x + j y (m) and slope dx/dz + j dy/dz (rad) at angle zero. Source: J. C. Nicholas, E. J. Gunter, P. E. Allaire,
-        "Effect of residual shaft bow on unbalance response and balancing of a single mass flexible rotor", J. Eng. Power 98
-        (1976) 171-181.
+        Deflection x + j y (m) and slope dx/dz + j dy/dz (rad) at angle zero. Source: J. C. Nicholas, E. J. Gunter, P.
+        E. Allaire, "Effect of residual shaft bow on unbalance response and balancing of a single mass flexible rotor",
+        J. Eng. Power 98 (1976) 171-181.
     """
     vector = np.zeros(machine.size, complex)
     count = 4 * machine.rotor.nodes
@@ -53,8 +55,9 @@ def add_bow(machine, shape):
 def add_thermal_bow(machine, elements, difference, angle=0.0, expansion=1.2e-5):
     """Thermal bow: one side of the shaft hotter by `difference` K across its diameter, over some elements.
 
-    The free shaft takes the curvature expansion difference / diameter, convex on the hot side `angle` (B. A. Boley, J. H. Weiner,
-    Theory of Thermal Stresses (1960), chapter 10). Its equivalent load is E I times that curvature, as end moments.
+    The free shaft takes the curvature expansion difference / diameter, convex on the hot side `angle` (B. A. Boley, J.
+    H. Weiner, Theory of Thermal Stresses (1960), chapter 10). Its equivalent load is E I times that curvature, as end
+    moments.
     """
     for number in elements:
         part = machine.rotor.elements[number]
@@ -65,7 +68,9 @@ def add_thermal_bow(machine, elements, difference, angle=0.0, expansion=1.2e-5):
 
 
 def add_preload(machine, node, force, angle):
-    """Static preload: a constant force (N) along a fixed direction, as of a belt, a gear or a set of misaligned bearings."""
+    """Static preload: a constant force (N) along a fixed direction, as of a belt, a gear or a set of misaligned
+    bearings.
+    """
     vector = np.zeros(machine.size, complex)
     vector[4 * node : 4 * node + 2] = force * np.cos(angle), force * np.sin(angle)
     machine.add_harmonic(0, 0, vector)
@@ -83,9 +88,11 @@ def add_support_anisotropy(machine, node, loss, angle):
 
 
 def add_seal(machine, node, direct, cross, damping, cross_damping, mass):
-    """Annular seal: reaction -F = [K k; -k K] u + [C c; -c C] u' + M u'' (D. Childs, Turbomachinery Rotordynamics (1993), ch. 4).
+    """Annular seal: reaction -F = [K k; -k K] u + [C c; -c C] u' + M u'' (D. Childs, Turbomachinery Rotordynamics
+    (1993), ch. 4).
 
-    `direct`, `cross` in N/m, `damping`, `cross_damping` in N s/m, `mass` in kg; cross stiffness of positive sign drives forward whirl.
+    `direct`, `cross` in N/m, `damping`, `cross_damping` in N s/m, `mass` in kg; cross stiffness of positive sign drives
+    forward whirl.
     """
     turn = np.array([[0.0, 1.0], [-1.0, 0.0]])
     machine.at_node(node, direct * np.eye(2) + cross * turn)
@@ -96,8 +103,8 @@ def add_seal(machine, node, direct, cross, damping, cross_damping, mass):
 def add_pedestal(machine, bearing, mass, stiffness, damping):
     """Pedestal: a mass (kg) between a bearing and the ground, on stiffness and damping 2x2 (N/m, N s/m).
 
-    The bearing then works between shaft and pedestal (E. Kramer, Dynamics of Rotors and Foundations (1993), chapter 12). Returns the
-    pedestal's first coordinate; a weight of its own only shifts it and is left out.
+    The bearing then works between shaft and pedestal (E. Kramer, Dynamics of Rotors and Foundations (1993), chapter
+    12). Returns the pedestal's first coordinate; a weight of its own only shifts it and is left out.
     """
     part = machine.rotor.bearings[bearing]
     first = machine.add_dofs(2)
@@ -112,7 +119,9 @@ def add_pedestal(machine, bearing, mass, stiffness, damping):
 
 
 def add_internal_damping_change(machine, change, elements=None):
-    """Internal damping changed by `change` s (over stiffness) in some elements (default: all); rotating, see `machine`."""
+    """Internal damping changed by `change` s (over stiffness) in some elements (default: all); rotating, see
+    `machine`.
+    """
     count = len(machine.rotor.elements)
     chosen = range(count) if elements is None else elements
     weights = [change if number in chosen else 0.0 for number in range(count)]
@@ -128,7 +137,9 @@ def add_external_damping_change(machine, node, change):
 
 
 def bow_by_kink(rotor, element, kink):
-    """Shape of a shaft with one kink (rad, complex) at the end of an element, straight and zero at the first and last bearing."""
+    """Shape of a shaft with one kink (rad, complex) at the end of an element, straight and zero at the first and last
+    bearing.
+    """
     z = rotor.positions
     deflection = np.where(z > z[element + 1], kink * (z - z[element + 1]), 0.0 * kink)
     slope = np.where(np.arange(rotor.nodes) > element + 1, kink, 0.0 * kink)

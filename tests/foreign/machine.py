@@ -1,7 +1,8 @@
 """The machine: matrices of a rotor on its bearings, and the forces on it, to which effects add.
 
-M u'' + (C + W G) u' + (K + W H) u = constant + rotating + local forces, W the speed in rad/s. Source of the equations: Genta,
-Dynamics of Rotating Systems (2005), chapters 4 to 6; internal damping: Genta section 4.4 and Kramer, Dynamics of Rotors (1993).
+M u'' + (C + W G) u' + (K + W H) u = constant + rotating + local forces, W the speed in rad/s. Source of the equations:
+Genta, Dynamics of Rotating Systems (2005), chapters 4 to 6; internal damping: Genta section 4.4 and Kramer, Dynamics of
+Rotors (1993).
 """
 
 from collections.abc import Callable
@@ -66,8 +67,8 @@ class LocalForce:
     selection : ndarray, (degrees of freedom, p)
         Local coordinates are y = selection.T u; the law's forces act as selection f.
     law : callable
-        `law(angle, y, v, speed)`, y and v = dy/dt of shape (speeds, p): force (speeds, p) and its derivatives by y and by v
-        (speeds, p, p).
+        `law(angle, y, v, speed)`, y and v = dy/dt of shape (speeds, p): force (speeds, p) and its derivatives by y and
+        by v (speeds, p, p).
     name : str
     """
 
@@ -107,7 +108,8 @@ class Machine:
         Parameters
         ----------
         value : complex
-            Fx + j Fy at angle zero, N (N/(rad/s)**power); with `rotations` the moment on the slopes dx/dz + j dy/dz, N m.
+            Fx + j Fy at angle zero, N (N/(rad/s)**power); with `rotations` the moment on the slopes dx/dz + j dy/dz, N
+            m.
         """
         vector = np.zeros(self.size, complex)
         if rotations:

@@ -1,12 +1,12 @@
 """Step-by-step integration with state-dependent forces, to the steady state.
 
-Within a step the linear machine (gyroscopic, circulatory and all) and its harmonic forces are propagated exactly by the matrix
-exponential; state-dependent forces vary linearly over the step and are found at its end by Newton's method in their few local
-coordinates (exponential trapezoidal rule, second order: Hochbruck and Ostermann, Acta Numerica 19 (2010) 209-286). All
-speeds advance together, each with the same steps of angle. The steady state is the fixed point of the map over one
-revolution, found by Newton's method with the exact derivative of the stepped map (shooting; Nayfeh and Balachandran,
-Applied Nonlinear Dynamics (1995), section 6.5), whose eigenvalues (Floquet multipliers) tell whether it is stable; then free
-revolutions must repeat it.
+Within a step the linear machine (gyroscopic, circulatory and all) and its harmonic forces are propagated exactly by the
+matrix exponential; state-dependent forces vary linearly over the step and are found at its end by Newton's method in
+their few local coordinates (exponential trapezoidal rule, second order: Hochbruck and Ostermann, Acta Numerica 19
+(2010) 209-286). All speeds advance together, each with the same steps of angle. The steady state is the fixed point of
+the map over one revolution, found by Newton's method with the exact derivative of the stepped map (shooting; Nayfeh and
+Balachandran, Applied Nonlinear Dynamics (1995), section 6.5), whose eigenvalues (Floquet multipliers) tell whether it
+is stable; then free revolutions must repeat it.
 """
 
 from dataclasses import dataclass
@@ -47,7 +47,8 @@ class Steady:
 def basis(machine, modes=None):
     """Shapes to reduce the machine to: lowest modes and the static shapes of all forces; all if `modes` is None.
 
-    Returns shapes (coordinates, r) with unit modal mass, and the frequencies (rad/s) of the reduced conservative machine.
+    Returns shapes (coordinates, r) with unit modal mass, and the frequencies (rad/s) of the reduced conservative
+    machine.
     """
     factor = cholesky(machine.mass, lower=True)
     stiffness = (machine.stiffness + machine.stiffness.T) / 2
@@ -70,6 +71,11 @@ def basis(machine, modes=None):
         squares, turn = eigh(both.T @ stiffness @ both)
         shapes = both @ turn
     return shapes, np.sqrt(np.maximum(squares, 0.0))
+
+
+def times(matrix, vector):
+    """Matrix times vector, one of each a speed."""
+    return (matrix @ vector[..., None])[..., 0]
 
 
 class Stepper:
@@ -113,13 +119,14 @@ class Stepper:
         exponential = expm(block)
         self.propagate = np.ascontiguousarray(exponential[:, : 2 * r, : 2 * r])
         self.new = np.ascontiguousarray(exponential[:, : 2 * r, 2 * r + p :])
+        self.new_y, self.new_v = self.read_y @ self.new, self.read_v @ self.new
         self.old = exponential[:, : 2 * r, 2 * r : 2 * r + p] - self.new
         self.increments = np.zeros((steps, count, 2 * r))
         for (k, power), vector in machine.harmonic.items():
             source = np.zeros((count, 2 * r), complex)
             source[:, r:] = (self.shapes.T @ vector) * self.speed[:, None] ** power
             turn = np.exp(1j * k * 2 * np.pi / steps)
-            right = turn * source - np.einsum("sij,sj->si", self.propagate, source)
+            right = turn * source - times(self.propagate, source)
             gain = np.linalg.solve(1j * k * self.speed[:, None, None] * np.eye(2 * r) - a, right[..., None])[..., 0]
             self.increments += (gain * np.exp(1j * k * self.angle)[:, None, None]).real
 
@@ -146,31 +153,28 @@ class Stepper:
     def step(self, number, state, force):
         """State and local force at the end of step `number` of a revolution, with the derivatives of that force."""
         angle = 2 * np.pi * (number + 1) / self.steps
-        known = np.einsum("sij,sj->si", self.propagate, state) + self.increments[number % self.steps]
+        known = times(self.propagate, state) + self.increments[number % self.steps]
         if not self.forces:
             return known, force, None, None
-        known = known + np.einsum("sij,sj->si", self.old, force)
+        known = known + times(self.old, force)
         y, v = known @ self.read_y.T, known @ self.read_v.T
-        to_y, to_v = self.read_y @ self.new, self.read_v @ self.new
+        to_y, to_v, identity = self.new_y, self.new_v, np.eye(y.shape[1])
         for _ in range(40):
-            law, by_y, by_v = self.local_force(
-                angle, y + np.einsum("sij,sj->si", to_y, force), v + np.einsum("sij,sj->si", to_v, force)
-            )
+            law, by_y, by_v = self.local_force(angle, y + times(to_y, force), v + times(to_v, force))
             wrong = force - law
-            if np.all(np.abs(wrong) <= 1e-10 * np.max(np.abs(law), axis=1, keepdims=True) + 1e-300):
+            if np.all(np.abs(wrong) <= 1e-10 * np.abs(law).max(axis=1, keepdims=True) + 1e-300):
                 break
-            slope = np.eye(y.shape[1]) - by_y @ to_y - by_v @ to_v
-            force = force - np.linalg.solve(slope, wrong[..., None])[..., 0]
+            force = force - times(np.linalg.inv(identity - by_y @ to_y - by_v @ to_v), wrong)
         else:
             raise NoSteadyState("the forces within a step were not found: take more steps a revolution")
-        return known + np.einsum("sij,sj->si", self.new, force), force, by_y, by_v
+        return known + times(self.new, force), force, by_y, by_v
 
     def start_force(self, state):
         """Local forces at angle zero and their derivatives."""
         return self.local_force(0.0, state @ self.read_y.T, state @ self.read_v.T)
 
     def revolution(self, state, tangent=False):
-        """States (steps, speeds, 2 r) over a revolution from `state`, the state after it, and its derivative if asked."""
+        """States (steps, speeds, 2 r) over a revolution, the state after it, and its derivative if asked."""
         states = np.empty((self.steps, *state.shape))
         force, by_y, by_v = self.start_force(state)
         slope = np.broadcast_to(np.eye(state.shape[1]), (*state.shape, state.shape[1])) if tangent else None
@@ -252,7 +256,9 @@ def steady_state(machine, speeds, steps=512, modes=None, tolerance=1e-8, most=60
 
 
 def march(machine, speed, revolutions, steps=256, modes=None, start=None):
-    """Motion from rest (or a displacement `start`, m and rad) at one speed: displacement (revolutions steps, coordinates)."""
+    """Motion from rest (or a displacement `start`, m and rad) at one speed: displacement (revolutions steps,
+    coordinates).
+    """
     stepper = Stepper(machine, speed, steps, modes)
     state = np.zeros((1, stepper.propagate.shape[1]))
     if start is not None:

