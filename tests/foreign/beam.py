@@ -1,0 +1,144 @@
+"""Shaft elements: a Timoshenko beam with gyroscopic effects, from its static shape functions.
+
+Source: H. D. Nelson, "A finite rotating shaft element using Timoshenko beam theory", J. Mech. Des. 102 (1980) 793-803;
+shape functions of the static beam as in J. S. Przemieniecki, Theory of Matrix Structural Analysis (1968). All matrices
+are integrated numerically from the shape functions (Gauss, exact for these polynomials), none is copied.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+X_PLANE = [0, 3, 4, 7]  # x and its slope dx/dz = b
+Y_PLANE = [1, 2, 5, 6]  # y and its slope dy/dz = -a
+Y_SIGNS = np.array([1.0, -1.0, 1.0, -1.0])
+
+
+@dataclass(frozen=True)
+class Element:
+    """A uniform piece of round shaft.
+
+    Parameters
+    ----------
+    length, outer_diameter, inner_diameter : float
+        In m.
+    youngs_modulus : float
+        In Pa.
+    density : float
+        In kg/m³.
+    poissons_ratio : float
+    theory : str
+        `timoshenko` (rotary inertia and shear) or `euler_bernoulli` (rotary inertia, no shear).
+    internal_damping : float
+        Viscous damping of the material, proportional to stiffness, in s; it acts in the rotating frame.
+    """
+
+    length: float
+    outer_diameter: float
+    youngs_modulus: float
+    density: float
+    inner_diameter: float = 0.0
+    poissons_ratio: float = 0.3
+    theory: str = "timoshenko"
+    internal_damping: float = 0.0
+
+    @property
+    def area(self):
+        """Cross-section, m²."""
+        return np.pi / 4 * (self.outer_diameter**2 - self.inner_diameter**2)
+
+    @property
+    def second_moment(self):
+        """Second moment of area about a diameter, m⁴."""
+        return np.pi / 64 * (self.outer_diameter**4 - self.inner_diameter**4)
+
+    @property
+    def bending_stiffness(self):
+        """E I, N m²."""
+        return self.youngs_modulus * self.second_moment
+
+    @property
+    def mass(self):
+        """In kg."""
+        return self.density * self.area * self.length
+
+    @property
+    def shear_parameter(self):
+        """12 E I / (kappa G A L²), zero without shear; kappa of a hollow round section after Cowper (1966)."""
+        if self.theory == "euler_bernoulli":
+            return 0.0
+        nu, m = self.poissons_ratio, (self.inner_diameter / self.outer_diameter) ** 2
+        kappa = 6 * (1 + nu) * (1 + m) ** 2 / ((7 + 6 * nu) * (1 + m) ** 2 + (20 + 12 * nu) * m)
+        shear_modulus = self.youngs_modulus / (2 * (1 + nu))
+        return 12 * self.bending_stiffness / (kappa * shear_modulus * self.area * self.length**2)
+
+
+def shapes(element, s):
+    """Deflection w, its slope w', rotation of the section p and its derivative p' at s = 0...1, each (len(s), 4).
+
+    Of the nodal coordinates w1, p1, w2, p2 of one plane; the static solution without load between the nodes.
+    """
+    s, length, phi = np.atleast_1d(s), element.length, element.shear_parameter
+    w = [
+        [1 + phi, -phi, -3, 2],  # polynomials in s, lowest power first
+        [0, length * (1 + phi / 2), -length * (2 + phi / 2), length],
+        [0, phi, 3, -2],
+        [0, -length * phi / 2, length * (phi / 2 - 1), length],
+    ]
+    p = [
+        [0, -6 / length, 6 / length],
+        [1 + phi, -4 - phi, 3],
+        [0, 6 / length, -6 / length],
+        [0, -2 + phi, 3],
+    ]
+
+    def values(rows, derivative):
+        rows = [np.polynomial.Polynomial(row) for row in rows]
+        rows = [row.deriv() / length if derivative else row for row in rows]
+        return np.stack([row(s) for row in rows], axis=-1) / (1 + phi)
+
+    return values(w, False), values(w, True), values(p, False), values(p, True)
+
+
+@lru_cache(maxsize=1024)
+def plane_matrices(element):
+    """Stiffness, mass of translation, mass of rotation (4x4) and load by a unit of line force (4) in one plane."""
+    points, weights = np.polynomial.legendre.leggauss(6)
+    weights = weights * element.length / 2
+    w, w_slope, p, p_slope = shapes(element, (points + 1) / 2)
+
+    def integral(a, b):
+        return np.einsum("s,si,sj->ij", weights, a, b)
+
+    stiffness = element.bending_stiffness * integral(p_slope, p_slope)
+    if element.shear_parameter:
+        shear_stiffness = 12 * element.bending_stiffness / (element.shear_parameter * element.length**2)
+        stiffness = stiffness + shear_stiffness * integral(w_slope - p, w_slope - p)
+    translation = element.density * element.area * integral(w, w)
+    rotation = element.density * element.second_moment * integral(p, p)
+    matrices = stiffness, translation, rotation, weights @ w
+    for matrix in matrices:
+        matrix.setflags(write=False)
+    return matrices
+
+
+def both_planes(plane):
+    """Matrix 8x8 of the element (x1, y1, a1, b1, x2, ...) of the same 4x4 in the x and the y plane."""
+    full = np.zeros((8, 8))
+    full[np.ix_(X_PLANE, X_PLANE)] = plane
+    full[np.ix_(Y_PLANE, Y_PLANE)] = plane * np.outer(Y_SIGNS, Y_SIGNS)
+    return full
+
+
+def gyroscopic_planes(plane):
+    """Gyroscopic matrix 8x8 for spin 1 rad/s: +G on the x rows by y velocities, -G on the y rows by x velocities."""
+    full = np.zeros((8, 8))
+    full[np.ix_(X_PLANE, Y_PLANE)] = plane * Y_SIGNS
+    full[np.ix_(Y_PLANE, X_PLANE)] = -plane * Y_SIGNS[:, None]
+    return full
+
+
+def quarter_turn(nodes):
+    """Matrix that turns every vector (x, y) and (a, b) by 90 degrees in the sense of the spin."""
+    return np.kron(np.eye(2 * nodes), [[0.0, -1.0], [1.0, 0.0]])

@@ -1,0 +1,202 @@
+"""Cases: a random machine with one effect, its records as measured, and the truth about it."""
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from foreign import effects
+from foreign.draw import draw_rotor, draw_speeds, draw_unbalance, first_frequency
+from foreign.faults import FAMILIES, Draw
+from foreign.machine import Rotor, build
+from foreign.measuring import Chain, Probe, record, surface_runout
+from foreign.stepping import NoSteadyState, Steady, steady_state
+
+CHAIN_FAULTS = ("swapped", "reversed", "phase_offset", "delay", "angle_error", "gain")
+
+
+@dataclass(frozen=True)
+class Case:
+    """A machine with one effect, as it is and as it was measured.
+
+    Parameters
+    ----------
+    family : str
+        Of `faults.FAMILIES`.
+    rotor : Rotor
+        The true one without the effect.
+    unbalance : dict
+        Node (from 0) to complex moment, kg m.
+    effect : dict
+        What was added, where and how large; nodes and elements from 1.
+    steady, healthy : Steady
+        True motion with and without it.
+    nodes : list of int
+        With probes, from 0.
+    probes : dict
+        Node to its two `Probe`.
+    chain : Chain
+    records : dict
+        See `measuring.record`.
+    picture : dict
+        `rotation` and `gravity_angle_deg` of the rig file's angles.
+    truth : dict
+        All of it in plain numbers.
+    """
+
+    family: str
+    rotor: Rotor
+    unbalance: dict
+    effect: dict
+    steady: Steady
+    healthy: Steady
+    nodes: list
+    probes: dict
+    chain: Chain
+    records: dict
+    picture: dict
+    truth: dict
+
+
+def machine_of(rotor, unbalance):
+    """The machine of a rotor with its unbalance and weight."""
+    machine = build(rotor)
+    for node, value in unbalance.items():
+        effects.add_unbalance(machine, node, abs(value), np.angle(value))
+    return machine
+
+
+def measured_nodes(rng, rotor):
+    """Two to four nodes with probes, one at a disc."""
+    discs = [disc.node for disc in rotor.discs]
+    count = min(int(rng.integers(2, 5)), rotor.nodes)
+    first = int(rng.choice(discs))
+    rest = [node for node in range(rotor.nodes) if node != first]
+    return sorted([first, *(int(node) for node in rng.choice(rest, count - 1, replace=False))])
+
+
+def draw_chain(rng, healthy, nodes, fault=None):
+    """Probes and chain of ordinary quality (gain 0.5 %, angle 0.5 degrees), with one gross fault if named."""
+    swing = np.median([np.ptp(healthy.displacement[:, :, 4 * node], axis=1).mean() / 2 for node in nodes])
+    first = rng.uniform(0, 2 * np.pi)
+    angles = (first, first + np.pi / 2 * rng.choice([-1, 1]) * rng.uniform(0.8, 1.2))
+    wrong, probes = int(rng.choice(nodes)), {}
+    for node in nodes:
+        runout = surface_runout(rng, angles, swing * 0.01)
+        more = [{"gain": 1 + 5e-3 * rng.normal(), "angle_error": np.deg2rad(0.5) * rng.normal()} for _ in angles]
+        if node == wrong:
+            at = int(rng.integers(2))
+            if fault == "reversed":
+                more[at]["reversed"] = True
+            if fault == "gain":
+                more[at]["gain"] *= rng.choice([0.8, 1.25])
+            if fault == "angle_error":
+                more[at]["angle_error"] += np.deg2rad(rng.choice([-15, 15]))
+        probes[node] = tuple(
+            Probe(float(angle), runout=profile, **extra)
+            for angle, profile, extra in zip(angles, runout, more, strict=True)
+        )
+    quality = swing * 10 ** rng.uniform(-3.5, -2)
+    slowest, fastest = healthy.speed.min(), healthy.speed.max()
+    return probes, Chain(
+        rate=float(128 * fastest / (2 * np.pi)),
+        revolutions=32.0,
+        noise=float(quality),
+        coloured_noise=float(quality * rng.uniform(0, 1)),
+        quantum=float(quality * 0.3),
+        swapped=(wrong,) if fault == "swapped" else (),
+        phase_offset=float(np.deg2rad(rng.choice([-30, 30]))) if fault == "phase_offset" else 0.0,
+        delay=float(0.2 / slowest) if fault == "delay" else 0.0,
+        amplitude_scatter=float(rng.uniform(0, 5e-3)),
+        phase_scatter=float(rng.uniform(0, 5e-3)),
+        jitter=float(rng.uniform(0, 5e-4)),
+        sensor_angle=float(rng.uniform(0, 2 * np.pi)),
+        mark_angle=float(rng.uniform(0, 2 * np.pi)),
+        pulse_width=0.35,
+    )
+
+
+def visibility(case_steady, healthy, nodes, orders=range(-3, 4)):
+    """Change of each harmonic by the effect over the healthy 1X, root mean square over speeds and nodes."""
+    base = np.sqrt(np.mean([np.abs(healthy.whirl(node, 1)) ** 2 for node in nodes]))
+    return {
+        str(k): float(
+            np.sqrt(np.mean([np.abs(case_steady.whirl(node, k) - healthy.whirl(node, k)) ** 2 for node in nodes]))
+            / base
+        )
+        for k in orders
+    }
+
+
+def draw_case(seed, family, speeds=8, steps=256, modes=10, chain_fault=None, mass=None, count=None, tries=20):
+    """A random case.
+
+    Parameters
+    ----------
+    seed : int or numpy.random.Generator
+    family : str
+        Of `faults.FAMILIES`.
+    speeds : int
+        How many.
+    steps, modes : int
+        Of the integration, see `stepping.steady_state`.
+    chain_fault : str or None
+        Of `CHAIN_FAULTS`.
+    mass, count : float, int or None
+        Of the rotor, see `draw.draw_rotor`.
+    tries : int
+        Machines drawn until one moves steadily.
+
+    Returns
+    -------
+    Case
+    """
+    if chain_fault not in (None, *CHAIN_FAULTS):
+        raise ValueError(f"no fault of the chain: {chain_fault}")
+    rng = np.random.default_rng(seed)
+    attempt, steady = -1, None
+    while steady is None:
+        attempt += 1
+        if attempt == tries:
+            raise NoSteadyState(f"none of {tries} machines of {family} moves steadily")
+        rotor = draw_rotor(rng, mass, count)
+        frequency = first_frequency(rotor)
+        unbalance = draw_unbalance(rng, rotor, frequency)
+        speed = draw_speeds(rng, frequency, speeds)
+        try:
+            healthy = steady_state(machine_of(rotor, unbalance), speed, steps, modes)
+            machine = machine_of(rotor, unbalance)
+            effect = FAMILIES[family](Draw(rng, machine, unbalance, healthy, frequency))
+            steady = steady_state(machine, speed, steps, modes, most=25)
+        except NoSteadyState:
+            continue
+    nodes = measured_nodes(rng, rotor)
+    probes, chain = draw_chain(rng, healthy, nodes, chain_fault)
+    picture = {
+        "rotation": str(rng.choice(["with_angles", "against_angles"])),
+        "gravity_angle_deg": float(rng.choice([0, 90, 180, 270])),
+    }
+    truth = {
+        "family": family,
+        "effect": effect,
+        "harmonics_changed": visibility(steady, healthy, nodes),
+        "chain_fault": chain_fault,
+        "chain": asdict(chain),
+        "attempt": attempt,
+        "mass_kg": rotor.mass,
+        "first_frequency_rad_per_s": frequency,
+        "length_m": float(rotor.positions[-1]),
+        "speeds_rad_per_s": speed.tolist(),
+        "floquet": steady.multipliers.tolist(),
+        "unbalance": [
+            {"node": node + 1, "moment_kg_m": abs(value), "phase_rad": float(np.angle(value))}
+            for node, value in unbalance.items()
+        ],
+        "youngs_modulus_Pa": rotor.elements[0].youngs_modulus,
+        "bearings": [
+            {"node": b.node + 1, "stiffness_N_per_m": b.stiffness.tolist(), "damping_N_s_per_m": b.damping.tolist()}
+            for b in rotor.bearings
+        ],
+        "picture": picture,
+    }
+    records = record(rng, steady, nodes, probes, chain)
+    return Case(family, rotor, unbalance, effect, steady, healthy, nodes, probes, chain, records, picture, truth)

@@ -1,0 +1,174 @@
+"""The measuring chain: from the steady motion to what a recorder stores.
+
+Angles are in the model's own frame (from x in the sense of the spin); `files` turns them into the picture of a rig
+file.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Probe:
+    """A displacement probe.
+
+    Parameters
+    ----------
+    angle : float
+        Where it is meant to sit, rad.
+    gain : float
+        True sensitivity over the nominal one.
+    angle_error : float
+        Where it really sits beyond `angle`, rad.
+    runout : dict
+        Complex amplitude (m) of exp(j k angle) of the surface it sees, by k >= 1.
+    reversed : bool
+        Its reading falls as the shaft comes towards its angle.
+    gap : float
+        Constant reading, m.
+    """
+
+    angle: float
+    gain: float = 1.0
+    angle_error: float = 0.0
+    runout: dict = field(default_factory=dict)
+    reversed: bool = False
+    gap: float = 0.0
+
+
+@dataclass(frozen=True)
+class Chain:
+    """What the recorder adds to all channels of a machine.
+
+    Parameters
+    ----------
+    rate : float
+        Samples a second.
+    revolutions : float
+        Length of the record at the lowest speed.
+    noise, coloured_noise : float
+        Standard deviations, m: white, and 1/f in power down to the record's own length.
+    quantum : float
+        One step of the converter, m (0: none).
+    swapped : tuple of int
+        Nodes whose two channels are exchanged.
+    phase_offset : float
+        The mark's true angle beyond the one of the rig file, rad.
+    delay : float
+        Of the displacement channels against the keyphasor, s.
+    amplitude_scatter, phase_scatter : float
+        Run to run, relative and rad, of the dynamic motion at each speed.
+    jitter : float
+        Standard deviation of the speed over the mean speed, slow (1/f).
+    sensor_angle, mark_angle : float
+        Of the keyphasor's sensor, and of the mark from the shaft's reference line, rad.
+    pulse_width : float
+        Of the keyphasor's pulse, rad of the shaft.
+    """
+
+    rate: float
+    revolutions: float = 40.0
+    noise: float = 0.0
+    coloured_noise: float = 0.0
+    quantum: float = 0.0
+    swapped: tuple = ()
+    phase_offset: float = 0.0
+    delay: float = 0.0
+    amplitude_scatter: float = 0.0
+    phase_scatter: float = 0.0
+    jitter: float = 0.0
+    sensor_angle: float = np.pi / 2
+    mark_angle: float = 0.0
+    pulse_width: float = 0.2
+
+
+def coloured(rng, shape):
+    """Noise of power 1/f along the last axis, of mean zero and standard deviation one (on average)."""
+    count = shape[-1]
+    weight = np.zeros(count // 2 + 1)
+    weight[1:] = 1 / np.sqrt(np.arange(1, len(weight)))
+    spectrum = (rng.normal(size=(*shape[:-1], len(weight))) + 1j * rng.normal(size=(*shape[:-1], len(weight)))) * weight
+    return np.fft.irfft(spectrum, count, axis=-1) * count / (2 * np.sqrt(np.sum(weight**2)))
+
+
+def shaft_angle(rng, chain, speed, time):
+    """Angle of the shaft over time, rad: a random start, and a slow wander of the speed."""
+    wander = chain.jitter * coloured(rng, time.shape) if chain.jitter else np.zeros(len(time))
+    rate = speed * (1 + wander)
+    step = time[1] - time[0]
+    start = rng.uniform(0, 2 * np.pi)
+    return start + np.concatenate([[0.0], np.cumsum((rate[1:] + rate[:-1]) / 2) * step]), rate
+
+
+def at_angle(periodic, angle, orders):
+    """Values of signals (..., steps) over one revolution at any angles, from their harmonics up to `orders`."""
+    spectrum = np.fft.rfft(periodic, axis=-1) / periodic.shape[-1]
+    turn = np.exp(1j * np.outer(np.arange(1, orders + 1), angle))
+    return spectrum[..., :1].real + 2 * (spectrum[..., 1 : orders + 1] @ turn).real
+
+
+def keyphasor(angle, chain):
+    """Volts of a pulse from 0 to 5 each time the mark passes the sensor, with flanks a tenth of its width."""
+    passing = angle + chain.mark_angle + chain.phase_offset - chain.sensor_angle
+    away = np.abs(np.mod(passing + np.pi, 2 * np.pi) - np.pi)
+    return 5.0 * np.clip((chain.pulse_width / 2 - away) / (0.1 * chain.pulse_width) + 0.5, 0.0, 1.0)
+
+
+def record(rng, steady, nodes, probes, chain, orders=24):
+    """Records of steady motion.
+
+    Parameters
+    ----------
+    rng : numpy.random.Generator
+    steady : Steady
+    nodes : sequence of int
+        Nodes with probes, from 0.
+    probes : dict
+        Node to its two `Probe`.
+    chain : Chain
+    orders : int
+        Highest harmonic kept of the motion.
+
+    Returns
+    -------
+    dict
+        `time` (s), `displacement` (speeds, nodes, 2, samples) m, `keyphasor` (speeds, samples) V, `speed` (speeds,)
+        mean rad/s.
+    """
+    time = np.arange(round(chain.revolutions * 2 * np.pi / steady.speed.min() * chain.rate)) / chain.rate
+    count = len(steady.speed)
+    out = np.empty((count, len(nodes), 2, len(time)))
+    pulses, means = np.empty((count, len(time))), np.empty(count)
+    orders = min(orders, len(steady.angle) // 2 - 1)
+    for s in range(count):
+        angle, rate = shaft_angle(rng, chain, steady.speed[s], time)
+        means[s], pulses[s] = (angle[-1] - angle[0]) / time[-1], keyphasor(angle, chain)
+        seen = angle - rate * chain.delay
+        swing, shift = 1 + chain.amplitude_scatter * rng.normal(), chain.phase_scatter * rng.normal()
+        for i, node in enumerate(nodes):
+            plane = steady.displacement[s][:, 4 * node : 4 * node + 2].T
+            rest = plane.mean(axis=1, keepdims=True)
+            motion = rest + swing * (at_angle(plane, seen + shift, orders) - rest)
+            for channel, probe in enumerate(probes[node]):
+                where = probe.angle + probe.angle_error
+                reading = np.cos(where) * motion[0] + np.sin(where) * motion[1] + probe.gap
+                for k, value in probe.runout.items():
+                    reading = reading + (value * np.exp(1j * k * seen)).real
+                out[s, i, channel] = probe.gain * reading * (-1 if probe.reversed else 1)
+    for i, node in enumerate(nodes):
+        if node in chain.swapped:
+            out[:, i] = out[:, i, ::-1].copy()
+    out += chain.noise * rng.normal(size=out.shape) + chain.coloured_noise * coloured(rng, out.shape)
+    if chain.quantum:
+        out = np.round(out / chain.quantum) * chain.quantum
+    return {"time": time, "displacement": out, "keyphasor": pulses, "speed": means}
+
+
+def surface_runout(rng, probe_angles, size, orders=3):
+    """Runout of one surface seen by probes at several angles: the same profile, later at a probe further round.
+
+    Amplitudes fall as 1/k. Returns a dict for each probe.
+    """
+    profile = {k: size / k * (rng.normal() + 1j * rng.normal()) / np.sqrt(2) for k in range(1, orders + 1)}
+    return [{k: value * np.exp(-1j * k * angle) for k, value in profile.items()} for angle in probe_angles]

@@ -1,0 +1,113 @@
+"""Random cases and their files."""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+import yaml
+
+from foreign.cases import CHAIN_FAULTS, draw_case
+from foreign.draw import draw_rotor, first_frequency
+from foreign.faults import FAMILIES
+from foreign.files import write_case
+
+
+def test_rotors_of_all_sizes():
+    rng = np.random.default_rng(0)
+    rotors = [draw_rotor(rng) for _ in range(16)]
+    masses = [rotor.mass for rotor in rotors]
+    assert min(masses) < 0.1 and max(masses) > 500.0
+    counts = [len(rotor.elements) for rotor in rotors]
+    assert min(counts) < 6 and max(counts) > 16
+    assert any(rotor.bearings[-1].node < len(rotor.elements) for rotor in rotors)
+    assert draw_rotor(rng, mass=3.0, count=7).mass == pytest.approx(3.0)
+    assert all(0.1 < first_frequency(rotor) < 1e6 for rotor in rotors[:5])
+
+
+@pytest.mark.parametrize("family", ["crack", "rub", "misalignment", "pedestal"])
+def test_cases_are_steady_and_show_their_effect(family):
+    case = draw_case(5, family, speeds=2, steps=64, modes=6)
+    assert np.max(case.steady.change) < 1e-6
+    assert max(case.truth["floquet"]) < 1.0
+    assert max(case.truth["harmonics_changed"].values()) > 1e-4
+    assert case.effect
+
+
+def test_a_healthy_case_changes_nothing():
+    case = draw_case(6, "healthy", speeds=2, steps=64, modes=6)
+    assert max(case.truth["harmonics_changed"].values()) < 1e-9
+    assert len(FAMILIES) == 19
+
+
+def test_the_same_seed_gives_the_same_case():
+    first, second = (draw_case(7, "unbalance", speeds=2, steps=32, modes=4) for _ in range(2))
+    np.testing.assert_array_equal(first.records["displacement"], second.records["displacement"])
+    assert first.truth == second.truth
+
+
+@pytest.fixture(scope="module")
+def sound():
+    return draw_case(8, "healthy", 2, 64, 6, count=3)
+
+
+@pytest.mark.parametrize("fault", CHAIN_FAULTS)
+def test_faults_of_the_chain_reach_the_record(fault, sound):
+    faulty = draw_case(8, "healthy", 2, 64, 6, chain_fault=fault, count=3)
+    assert faulty.truth["chain_fault"] == fault
+    changed = ~np.isclose(sound.records["displacement"], faulty.records["displacement"]).all(axis=(0, 2, 3))
+    keyed = ~np.isclose(sound.records["keyphasor"], faulty.records["keyphasor"]).all()
+    assert changed.any() or keyed
+
+
+def test_files_hold_the_nominal_machine_the_record_and_apart_from_them_the_truth(tmp_path):
+    case = draw_case(9, "added_mass", speeds=2, steps=64, modes=6)
+    folder = write_case(case, tmp_path / "case")
+    rig = yaml.safe_load((folder / "rig.yaml").read_text(encoding="utf-8"))
+    truth = json.loads((folder / "truth.json").read_text(encoding="utf-8"))
+    assert rig["rotor"]["kind"] == "finite_element"
+    assert sum(part["count"] for part in rig["rotor"]["elements"]) == len(case.rotor.elements)
+    assert sum(part["length_m"] for part in rig["rotor"]["elements"]) == pytest.approx(truth["length_m"])
+    modulus = rig["rotor"]["youngs_modulus_Pa"] / truth["youngs_modulus_Pa"]
+    assert 0 < abs(modulus - 1) < 0.03
+    stiff = [bearing["bearing_stiffness_xx_N_per_m"] for bearing in rig["bearings"]]
+    true = [bearing["stiffness_N_per_m"][0][0] for bearing in truth["bearings"]]
+    np.testing.assert_allclose(stiff, true, rtol=0.1)
+    assert [effect["kind"] for effect in rig["effects"]].count("unbalance") == len(case.rotor.discs)
+    assert "added" not in (folder / "rig.yaml").read_text(encoding="utf-8")
+    with xr.open_dataset(folder / "record.nc") as data:
+        assert data.displacement.dims == ("speed", "node", "direction", "time")
+        assert data.displacement.attrs["units"] == "m"
+        assert data.keyphasor.dims == ("speed", "time")
+        assert list(data.node.values) == rig["sensors"]
+        assert [probe["channel"] for probe in rig["measurement"]["probes"]] == list(data.direction.values)
+        assert not set(data.attrs) & set(truth)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2, 3])
+def test_the_motion_comes_back_from_the_files_alone(seed, tmp_path):
+    """1X read off the record with the conventions of the rig file is the true one, whatever the picture's angles."""
+    case = draw_case(20 + seed, "healthy", speeds=2, steps=64, modes=6, count=4)
+    folder = write_case(case, tmp_path)
+    setup = yaml.safe_load((folder / "rig.yaml").read_text(encoding="utf-8"))["measurement"]
+    sense = 1 if setup["rotation"] == "with_angles" else -1
+    with xr.open_dataset(folder / "record.nc") as data:
+        time, pulses = data.time.values, data.keyphasor.values[-1]
+        readings = data.displacement.values[-1].astype(float)
+    high = pulses > 2.5
+    edges = np.diff(high.astype(int))
+    up, down = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+    down = down[down > up[0]]
+    centres = (time[up[: len(down)]] + time[down] + time[1]) / 2
+    passing = setup["keyphasor"]["sensor_angle_deg"] - setup["keyphasor"]["mark_angle_deg"]
+    start = sense * np.deg2rad(passing - setup["gravity_angle_deg"])
+    angle = np.interp(time, centres, start + 2 * np.pi * np.arange(len(centres)))
+    inside = (time >= centres[0]) & (time < centres[-1])
+    probes = np.deg2rad([sense * (probe["angle_deg"] - setup["gravity_angle_deg"]) for probe in setup["probes"]])
+    back = np.linalg.inv(np.stack([np.cos(probes), np.sin(probes)], axis=1))
+    for i, node in enumerate(case.nodes):
+        x, y = back @ readings[i][:, inside]
+        found = np.mean((x + 1j * y) * np.exp(-1j * angle[inside]))
+        true = case.steady.whirl(node, 1)[-1]
+        swing = max(abs(case.steady.whirl(n, 1)[-1]) for n in case.nodes)
+        assert abs(found - true) < 0.06 * swing
