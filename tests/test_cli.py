@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from rotorstudy.commands.cli import main
+from rotorstudy import __version__, registry
+from rotorstudy.commands.line import main
 
 RIG = str(Path(__file__).parents[1] / "examples" / "jeffcott.yaml")
 
@@ -75,7 +76,7 @@ def test_identify_notes_a_fit_better_than_usual(records, capsys, monkeypatch):
 
 
 def test_the_help_of_every_command_can_be_read(capsys):
-    for command in ([], ["plugins"], ["simulate"], ["import"], ["identify"]):
+    for command in ([], ["plugins"], ["simulate"], ["import"], ["identify"], ["new"], ["check"], ["diagnose"], ["blind"]):
         with pytest.raises(SystemExit) as stop:
             main([*command, "--help"])
         assert stop.value.code == 0
@@ -125,19 +126,67 @@ def test_identify_refuses_files_it_cannot_trust(records, tmp_path, capsys):
         return data
 
     def hole(data):
-        data.displacement[0, 0, 0, 7] = np.nan
+        data.displacement[0, 0, 0, : data.sizes["time"] // 10] = np.nan
         return data
 
-    refused(run(capsys, *changed(micrometres, "a.nc")), "units 'um'", "only m")
-    refused(run(capsys, *changed(hole, "b.nc")), "NaN")
-    refused(run(capsys, *changed(lambda d: d.drop_vars("reference"), "c.nc")), "no reference signal")
-    refused(run(capsys, *changed(lambda d: d.drop_vars("keyphasor"), "d.nc"), "--phase", "keyphasor"), "no keyphasor")
+    def unknown_unit(data):
+        data.displacement.attrs["units"] = "furlong"
+        return data
+
+    def without_phase(data):
+        return data.drop_vars(["reference", "keyphasor"])
+
+    refused(run(capsys, *changed(micrometres, "a.nc")), "units", "less than any probe sees")
+    refused(run(capsys, *changed(unknown_unit, "b.nc")), "unit 'furlong'", "um")
+    refused(run(capsys, *changed(hole, "c.nc")), "gaps", "samples are missing")
+    refused(run(capsys, *changed(without_phase, "d.nc")), "no phase reference")
     refused(run(capsys, *changed(lambda d: d.isel(time=slice(0, 10)), "e.nc")), "too few")
     refused(run(capsys, "identify", tmp_path / "none.nc", "--rig", RIG, "--unknowns", "eccentricity"), "does not exist")
     (tmp_path / "text.nc").write_text("no netcdf")
     refused(
         run(capsys, "identify", tmp_path / "text.nc", "--rig", RIG, "--unknowns", "external_damping"), "not a NetCDF"
     )
+
+
+def test_identify_says_what_it_repaired(records, tmp_path, capsys):
+    """A missing sample is left out with a warning; a record without keyphasor has its phase from the reference."""
+    names = ["--rig", RIG, "--unknowns", "internal_damping", "external_damping"]
+    status, clean, err = run(capsys, "identify", records, *names)
+    assert status == 0 and err == ""
+    with xr.open_dataset(records) as data:
+        data = data.load()
+    data.drop_vars("keyphasor").to_netcdf(tmp_path / "reference.nc")
+    data.displacement[0, 0, 0, 7] = np.nan
+    data.to_netcdf(tmp_path / "hole.nc")
+    status, out, err = run(capsys, "identify", tmp_path / "hole.nc", *names)
+    assert status == 0 and err.startswith("warning: ") and "gaps" in err and out != clean
+    status, out, err = run(capsys, "identify", tmp_path / "reference.nc", *names)
+    assert status == 0 and err == "" and out.startswith("internal_damping")
+
+
+def test_identify_takes_some_of_the_measured_harmonics(records, capsys):
+    base = ["identify", records, "--rig", RIG, "--unknowns", "external_damping"]
+    status, out, _ = run(capsys, *base)
+    assert status == 0 and "external_damping" in out
+    status, fewer, _ = run(capsys, *base, "--harmonics", 1, -1, 2)
+    assert status == 0 and fewer != out
+    refused(run(capsys, *base, "--harmonics", 1, 9), "unknown harmonic '9'", "measurement: harmonics:")
+
+
+@pytest.mark.parametrize("name", [plugin.name for plugin in registry().plugins["spectrum"].values()])
+def test_identify_by_every_spectrum_method(records, name, tmp_path, capsys):
+    """Within five standard deviations and two percent: the FFT leaks by the part of a sample that is not whole."""
+    base = ["identify", records, "--rig", RIG, "--unknowns", "external_damping", "--out", tmp_path / "x.nc"]
+    status, _, _ = run(capsys, *base, "--spectrum", name)
+    assert status == 0
+    with xr.open_dataset(tmp_path / "x.nc") as found:
+        assert abs(float(found.estimate[0]) - 100) < 5 * float(found.standard_deviation[0]) + 2
+
+
+def test_the_version_is_told(capsys):
+    with pytest.raises(SystemExit) as stop:
+        main(["--version"])
+    assert stop.value.code == 0 and capsys.readouterr().out == f"rotorstudy {__version__}\n"
 
 
 def test_a_misspelt_rig_key_is_named_with_its_place(tmp_path, capsys):

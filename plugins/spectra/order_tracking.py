@@ -20,10 +20,10 @@ def order_tracking(signal, time, speed, harmonics, marks):
     """
     angle, slope, angle_covariance = shaft_angle(np.asarray(marks) - time[0], time - time[0])
     basis = rotating_basis(angle, 1.0, harmonics)
-    amplitude, inverse = fit_basis(signal, basis)
+    amplitude, residual, inverse = fit_basis(signal, basis)
     mean_speed = (angle[-1] - angle[0]) / (time[-1] - time[0])
     lines = spectral_lines(time, mean_speed, harmonics)
-    noise = white_noise_covariance(signal - amplitude @ basis, inverse, lines)
+    noise = white_noise_covariance(residual, inverse, lines)
     # an error of the angle turns the whole signal: R_n changes by -B^+ (sum of jm R_m e^{jm angle}) * slope
     gain = inverse @ basis.conj()
     through = (gain[:, None] * slope.T).reshape(-1, len(time))  # (harmonic * coefficient, time)

@@ -11,9 +11,9 @@ from rotorstudy.plugins import (
 def regression(signal, time, speed, harmonics):
     """Least squares of the record on e^{jnwt} for the harmonics asked for; whole revolutions are not needed."""
     basis = rotating_basis(time - time[0], speed, harmonics)
-    amplitude, inverse = fit_basis(signal, basis)
+    amplitude, residual, inverse = fit_basis(signal, basis)
     lines = spectral_lines(time, speed, harmonics)
-    return amplitude, white_noise_covariance(signal - amplitude @ basis, inverse, lines)
+    return amplitude, white_noise_covariance(residual, inverse, lines)
 
 
 @hookimpl

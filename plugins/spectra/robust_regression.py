@@ -27,13 +27,13 @@ def robust_regression(signal, time, speed, harmonics):
     amplitude, modified = (
         np.concatenate(part).reshape(*np.shape(signal)[:-1], -1) for part in zip(*parts, strict=True)
     )
-    inverse = fit_basis(flat[:1], basis)[1]
+    inverse = fit_basis(flat[:1], basis)[2]
     return amplitude, white_noise_covariance(modified, inverse, spectral_lines(time, speed, harmonics))
 
 
 def _fit(signal, basis):
     """Amplitude (signal, harmonic) and modified residual (signal, time)."""
-    amplitude, inverse = fit_basis(signal, basis)
+    amplitude, _, inverse = fit_basis(signal, basis)
     gain = (inverse @ basis.conj()).T
     for counted, steps in zip((_huber, _tukey), STEPS, strict=True):
         for _ in range(steps):

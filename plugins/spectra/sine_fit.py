@@ -57,18 +57,11 @@ def _derivatives(signal, t, w, harmonics):
     """The fit at speeds w, and how its residual and amplitudes move with the speed (variable projection)."""
     basis = rotating_basis(t, w, harmonics)
     basis = np.moveaxis(basis, 0, -2)
-    amplitude, inverse = fit_basis(signal, basis)
-    fitted, moved = (_sum(c, basis) for c in (amplitude, 1j * np.asarray(harmonics) * amplitude))
-    moved = t * moved
-    change = -fit_basis(moved, basis)[0]
-    moved = moved + _sum(change, basis)
-    residual = signal - fitted
+    amplitude, residual, inverse = fit_basis(signal, basis)
+    turned = 1j * np.asarray(harmonics) * amplitude
+    change, moved, _ = fit_basis(t * (turned[..., None, :] @ basis)[..., 0, :], basis)
     score = np.sum((moved.conj() * residual).real, axis=-1)
-    return amplitude, inverse, residual, score, np.sum(np.abs(moved) ** 2, axis=-1), change
-
-
-def _sum(amplitude, basis):
-    return amplitude @ basis if basis.ndim == 2 else (amplitude[:, None] @ basis)[:, 0]
+    return amplitude, inverse, residual, score, np.sum(np.abs(moved) ** 2, axis=-1), -change
 
 
 def _ratio(a, b):

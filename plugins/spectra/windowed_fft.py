@@ -19,11 +19,11 @@ def windowed_fft(signal, time, speed, harmonics):
     """
     window = np.sin(np.pi * (np.arange(len(time)) + 0.5) / len(time)) ** 2
     basis = rotating_basis(time - time[0], speed, harmonics)
-    amplitude, inverse = fit_basis(signal, basis, window)
+    amplitude, residual, inverse = fit_basis(signal, basis, window)
     noise = inverse @ ((basis.conj() * window**2) @ basis.T) @ inverse
     lines = spectral_lines(time, speed, harmonics)
     beside = np.unique((lines + np.arange(-1, 2)[:, None]) % len(time))  # lines in the window's main lobe
-    power = noise_power(signal - amplitude @ basis, beside, window)
+    power = noise_power(residual, beside, window)
     return amplitude, power[..., None, None] * circular_covariance(noise)
 
 

@@ -13,8 +13,9 @@ _HOME = {
     "model.cracks": "crack_parameters",
     "model.registry": "registry",
     "response.series": "rotating_basis",
-    "measurement.records": "circular_covariance fit_basis noise_power shaft_angle shared_error_covariance "
-    "spectral_lines white_noise_covariance",
+    "measurement.harmonics": "circular_covariance fit_basis noise_power shared_error_covariance spectral_lines "
+    "white_noise_covariance",
+    "measurement.keyphasor": "shaft_angle",
     "inference.identification": "Estimate by_speed in_chunks invert linear_estimate noise_in_equations "
     "output_error_fit predicted_derivatives solve_equations solve_full_rank solve_linear solve_truncated "
     "solve_weighted start_values undetermined whitened",

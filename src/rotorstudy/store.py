@@ -27,7 +27,7 @@ def atomic(path):
 def write_text(path, text):
     """Write a text file atomically."""
     with atomic(path) as temporary:
-        temporary.write_text(text)
+        temporary.write_text(text, encoding="utf-8")
 
 
 def complex_variable(dims, values, unit, long_name):

@@ -9,10 +9,11 @@ import pytest
 import xarray as xr
 import yaml
 
-from rotorstudy.commands.cli import main
+from rotorstudy.commands.line import main
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.measurement.record_files import records_dataset
-from rotorstudy.presentation.diagnosis_report import check_names, read_settings, read_spectrum
+from rotorstudy.measurement.measurement import measured_spectrum
+from rotorstudy.measurement.records import records_dataset
+from rotorstudy.presentation.diagnosis_report import check_names, read_settings
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "measured"))
 from machine import TIME, channels, records, section, write, write_rig
@@ -93,7 +94,7 @@ def test_a_unit_declared_a_thousandfold_wrong_is_a_finding(record, tmp_path):
     found, _ = record
     path = write("csv", tmp_path, found, name="run")
     probes = [{**p, "unit": "m"} if p["unit"] == "mm" else p for p in section()["probes"]]
-    _, _, findings = read_spectrum([path], write_rig(tmp_path / "rig.yaml", probes=probes))
+    _, _, findings = measured_spectrum([path], write_rig(tmp_path / "rig.yaml", probes=probes))
     assert {"units", "weak probe"} <= {finding.name for finding in findings}
 
 
@@ -197,7 +198,7 @@ def test_the_same_record_without_a_fault_is_accepted(record, tmp_path):
     """The negative control of the faults above."""
     found, _ = record
     rig = write_rig(tmp_path / "rig.yaml", keyphasor=section()["keyphasor"] | {"polarity": "positive"})
-    spectrum, _, findings = read_spectrum([write("csv", tmp_path, found, name="run")], rig)
+    spectrum, _, findings = measured_spectrum([write("csv", tmp_path, found, name="run")], rig)
     assert findings == [] and np.allclose(spectrum.speed, SPEED, rtol=1e-3)
 
 
@@ -233,10 +234,10 @@ def test_an_empty_or_truncated_file_is_refused(kind, words, record, tmp_path, ca
 def test_a_last_row_cut_short_does_no_harm(record, tmp_path):
     found, _ = record
     rig, path = write_rig(tmp_path / "rig.yaml"), write("csv", tmp_path, found, name="run")
-    whole = read_spectrum([path], rig)[0]
+    whole = measured_spectrum([path], rig)[0]
     text = path.read_text()
     path.write_text(text[: text[:-400].rindex(",")])
-    cut = read_spectrum([path], rig)[0]
+    cut = measured_spectrum([path], rig)[0]
     assert np.abs(cut.amplitude - whole.amplitude).max() < 0.01 * np.abs(whole.amplitude).max()
 
 
@@ -267,9 +268,9 @@ def plain_rig(path, **changes):
 def test_sensors_that_do_not_fit_are_refused(simulated, tmp_path, capsys):
     both, one = simulated("both"), simulated("one", sensors=[2], speed=100.0)
     rig = plain_rig(tmp_path / "rig.yaml")
-    assert read_spectrum([both], rig)[0].sensors == (2, 4)
+    assert measured_spectrum([both], rig)[0].sensors == (2, 4)
     with pytest.raises(RotorstudyError, match=r"one.nc, 100 rad/s has nodes \[2\].*same probes"):
-        read_spectrum([both, one], rig)
+        measured_spectrum([both, one], rig)
     refused(capsys, tmp_path, plain_rig(tmp_path / "a.yaml", sensors=[2, 3]), both, "node 3", "leave it out")
     probes = [{"channel": name, "node": 3, "angle_deg": angle} for name, angle in (("x", 0.0), ("y", 90.0))]
     elsewhere = plain_rig(tmp_path / "b.yaml", measurement={"probes": probes})

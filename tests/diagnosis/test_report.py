@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 import yaml
 
-from rotorstudy.commands.cli import main
+from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.force import equivalent_residual_force
 from rotorstudy.measurement.measurement import read_measurement
 from rotorstudy.model.rig import build_model

@@ -18,7 +18,7 @@ def followed(tmp_path_factory):
     folder = tmp_path_factory.mktemp("page")
     tool = folder / "bin"
     tool.mkdir()
-    (tool / "rotorstudy").write_text(f'#!/bin/sh\nexec {sys.executable} -m rotorstudy.commands.cli "$@"\n')
+    (tool / "rotorstudy").write_text(f'#!/bin/sh\nexec {sys.executable} -m rotorstudy "$@"\n')
     (tool / "rotorstudy").chmod(0o755)
     path = f"{tool}{os.pathsep}{os.environ['PATH']}"
     environment = {**os.environ, "MPLBACKEND": "Agg", "ROTORSTUDY_PLUGINS": "zoo", "PATH": path}

@@ -23,12 +23,12 @@ NAMED = {  # words of other rooms that are the name of a plugin too, and why eac
     "internal_damping": ("a parameter of the rigs", {"studies/stability.py", "presentation/study_figures.py"}),
     "external_damping": ("a parameter of the rigs", {"presentation/study_figures.py"}),
     "regression": (
-        "a default of the command line, and the method that a study without noise is defined by",
-        {"commands/cli.py", "studies/compare.py", "studies/identify.py"},
+        "the method that studies without noise and the replayed rotors are defined by",
+        {"studies/compare.py", "studies/identify.py"},
     ),
     "maximum_likelihood": (
         "a default of the command line, and the estimate that replayed rotors get",
-        {"commands/cli.py", "studies/compare.py"},
+        {"commands/identify.py", "studies/compare.py"},
     ),
     "least_squares": (
         "the thesis's method, whose bias two studies measure",
@@ -75,7 +75,7 @@ def test_the_contracts_see_imports_inside_functions(tmp_path):
         'type = "layers"\nlayers = ["response", "commands"]\ncontainers = ["rotorstudy"]\n'
     )
     status, said = contracts(config)
-    assert status == 1 and "rotorstudy.commands.cli -> rotorstudy.response" in said
+    assert status == 1 and "rotorstudy.commands.simulate -> rotorstudy.response" in said
 
 
 def test_the_door_opens_on_the_rooms_that_plugins_need():

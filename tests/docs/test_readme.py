@@ -43,7 +43,7 @@ def test_the_crack_in_one_file_is_found_and_used(tmp_path):
     )
     (tmp_path / "rig.yaml").write_text(rig)
     zoo = {"ROTORSTUDY_PLUGINS": str(tmp_path / "zoo")}
-    tool = [sys.executable, "-m", "rotorstudy.commands.cli"]
+    tool = [sys.executable, "-m", "rotorstudy"]
     assert "jammed" in run([*tool, "plugins"], tmp_path, **zoo).stdout
     found = run([*tool, "simulate", "rig.yaml", "--speeds", "88", "--out", "r.nc"], tmp_path, **zoo)
     assert found.returncode == 0, found.stderr
@@ -62,7 +62,7 @@ def test_the_shell_examples_run(tmp_path):
     lines = [line for block in blocks("sh") if "rotorstudy" in block for line in block.strip().splitlines()]
     for line in lines:
         arguments = shlex.split(line.split("#")[0].replace("examples/", f"{ROOT}/examples/"))
-        found = run([sys.executable, "-m", "rotorstudy.commands.cli", *arguments[1:]], tmp_path)
+        found = run([sys.executable, "-m", "rotorstudy", *arguments[1:]], tmp_path)
         assert found.returncode == 0, (line, found.stderr)
     verdict = json.loads((tmp_path / "diagnosis" / "verdict.json").read_text())
     assert verdict["summary"].split(" (")[0] in README.replace(

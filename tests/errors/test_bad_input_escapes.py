@@ -4,6 +4,7 @@ import copy
 
 import numpy as np
 import pytest
+import yaml
 
 from rotorstudy import (
     Problem,
@@ -14,10 +15,10 @@ from rotorstudy import (
     full_spectrum,
     load_rig,
     measured_response,
+    read_measurement,
     registry,
 )
-from rotorstudy.measurement.record_files import load_records, records_dataset
-from rotorstudy.measurement.records import keyphasor_signal, reference_signal
+from rotorstudy.measurement.records import keyphasor_signal, records_dataset, reference_signal
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.response.series import synthesize
 from rotorstudy.store import save
@@ -224,7 +225,10 @@ def test_no_records_at_all_are_refused(tmp_path):
     refused(lambda: full_spectrum([], H, METHODS[0], "none"), "no record")
     data = records_dataset([record(), record(speed=100.0)]).isel(speed=slice(0, 0))
     save(data, tmp_path / "empty.nc")
-    refused(lambda: full_spectrum(load_records(tmp_path / "empty.nc"), H, METHODS[0], "none"), "no record")
+    rig = tmp_path / "rig.yaml"
+    rig.write_text(yaml.safe_dump(RIG))
+    refused(lambda: read_measurement(tmp_path / "empty.nc", rig), "no record")
+    refused(lambda: read_measurement([], rig), "no record")
 
 
 def test_one_missing_pulse_is_bridged():

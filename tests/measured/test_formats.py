@@ -11,9 +11,10 @@ from scipy.stats import chi2
 
 from rotorstudy import RotorstudyError, full_spectrum, measured_response, registry
 from rotorstudy.measurement.conventions import Conventions, Keyphasor, Probe
-from rotorstudy.measurement.measurement import load_spectrum, measurement_dataset, read_measurement
-from rotorstudy.measurement.record_files import records_dataset
+from rotorstudy.measurement.measurement import read_measurement
+from rotorstudy.measurement.records import records_dataset
 from rotorstudy.measurement.spectrum import components
+from rotorstudy.measurement.spectrum_file import load_spectrum, measurement_dataset
 from rotorstudy.measurement.tables import last_digit
 from rotorstudy.store import save
 
@@ -246,10 +247,11 @@ def test_every_key_is_documented(request):
 
 
 def test_records_of_different_nodes_do_not_mix(tmp_path):
+    from rotorstudy.measurement.facts import NodeFacts, RecordFacts
     from rotorstudy.measurement.measurement import _common_nodes
 
     with pytest.raises(RotorstudyError, match="same probes"):
-        _common_nodes([], [{"where": "a", "nodes": {1: {}}}, {"where": "b", "nodes": {2: {}}}])
+        _common_nodes([RecordFacts("a", {1: NodeFacts()}), RecordFacts("b", {2: NodeFacts()})])
     rig = write_rig(tmp_path / "rig.yaml")
     rig.write_text(rig.read_text().replace("sensors:\n- 2\n- 4", "sensors: [1, 2]"))
     with pytest.raises(RotorstudyError, match="sensors has node 1"):

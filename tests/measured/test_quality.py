@@ -6,10 +6,11 @@ import yaml
 from machine import HARMONICS, TIME, channels, model, records, section, write, write_rig
 
 from rotorstudy import RotorstudyError
-from rotorstudy.commands.cli import main
+from rotorstudy.commands.line import main
 from rotorstudy.measurement.conventions import Keyphasor
-from rotorstudy.measurement.keyphasor import count_turns, find_pulses
-from rotorstudy.measurement.measurement import load_spectrum, read_measurement
+from rotorstudy.measurement.keyphasor import count_revolutions, find_pulses
+from rotorstudy.measurement.measurement import read_measurement
+from rotorstudy.measurement.spectrum_file import load_spectrum
 from rotorstudy.measurement.quality import check_sense, flat_top
 
 SPEED = 80.0
@@ -220,8 +221,8 @@ def test_flat_tops():
 
 def test_the_angle_survives_missing_and_doubled_pulses():
     """The same marks, some lost and some added: the same angle within the noise of the marks."""
-    clean = count_turns(MARKS)
-    spoilt = count_turns(np.sort([*np.delete(MARKS, [3, 9, 10, 25]), MARKS[7] + 0.03, MARKS[18] + 0.02]))
+    clean = count_revolutions(MARKS)
+    spoilt = count_revolutions(np.sort([*np.delete(MARKS, [3, 9, 10, 25]), MARKS[7] + 0.03, MARKS[18] + 0.02]))
     assert (spoilt.missing, spoilt.doubled) == (4, 2) and (clean.missing, clean.doubled) == (0, 0)
     assert spoilt.angle(TIME) == pytest.approx(clean.angle(TIME), abs=1e-9)
     assert clean.speed(1.0) == pytest.approx(SPEED)
@@ -283,7 +284,7 @@ def test_import_from_the_command_line(tmp_path, capsys):
 def test_a_spectrum_file_that_is_none_is_named(tmp_path):
     with pytest.raises(RotorstudyError, match="does not exist"):
         load_spectrum(tmp_path / "none.nc")
-    from rotorstudy.measurement.record_files import records_dataset
+    from rotorstudy.measurement.records import records_dataset
     from rotorstudy.store import save
 
     save(records_dataset(records(speeds=[SPEED])), tmp_path / "records.nc")

@@ -1,4 +1,7 @@
-"""The workflow as a whole, on the tiny configuration: complete, the same on one core and two, resumed after a kill."""
+"""The workflow as a whole, on the tiny configuration: complete, the same on one core and two, resumed after a kill.
+
+It runs on a copy of the project, so that a test may edit a file that other tests read.
+"""
 
 import os
 import re
@@ -12,32 +15,84 @@ from pathlib import Path
 import pandas as pd
 import pytest
 import xarray as xr
+import yaml
 
 ROOT = Path(__file__).parents[2]
-CONFIG = ROOT / "workflow" / "config" / "test" / "config.yaml"
 SOME_TARGETS = ["results/chapter_2/monte_carlo/physical/Single_speed_88.nc", "results/chapter_3/identification.nc"]
 
 
-def command(folder, *arguments, cores=2):
-    base = [sys.executable, "-m", "snakemake", "--snakefile", ROOT / "Snakefile", "--configfile", CONFIG]
+def command(project, folder, *arguments, config, cores=2):
+    base = [sys.executable, "-m", "snakemake", "--snakefile", project / "Snakefile", "--configfile", config]
     return [*map(str, base), "--directory", str(folder), "--cores", str(cores), *arguments]
 
 
-def snakemake(folder, *arguments, cores=2):
-    found = subprocess.run(command(folder, *arguments, cores=cores), capture_output=True, text=True, timeout=1200)
-    assert found.returncode == 0, found.stdout + found.stderr
-    return found.stdout + found.stderr
+def environment(project):
+    """The copied package, not the installed one."""
+    return {**os.environ, "PYTHONPATH": str(project / "src")}
 
 
 @pytest.fixture(scope="module")
-def built(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("built")
-    snakemake(folder)
+def project(tmp_path_factory):
+    """A copy of what the workflow is made of."""
+    folder = tmp_path_factory.mktemp("project")
+    for name in ("src", "plugins", "workflow"):
+        # bytecode comes along, it saves compiling; but not what another process is just writing
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("*.pyc.*"))
+    shutil.copy(ROOT / "Snakefile", folder)
     return folder
 
 
-def test_everything_is_there_and_nothing_is_left_to_do(built):
-    assert "Nothing to be done" in snakemake(built, "--dry-run")
+@pytest.fixture(scope="module")
+def whole(project):
+    """The tiny configuration."""
+    return project / "workflow" / "config" / "test" / "config.yaml"
+
+
+@pytest.fixture(scope="module")
+def some(whole, tmp_path_factory):
+    """One study and one replay of the tiny configuration: all that SOME_TARGETS need, and sooner planned."""
+    config = yaml.safe_load(whole.read_text())
+    parts = {
+        "studies": {"chapter_2": config["studies"]["chapter_2"]},
+        "replays": {"chapter_3": config["replays"]["chapter_3"]},
+    }
+    path = tmp_path_factory.mktemp("some") / "config.yaml"
+    path.write_text(yaml.safe_dump({key: config[key] for key in ("results", "reference")} | parts))
+    return path
+
+
+@pytest.fixture(scope="module")
+def snakemake(project):
+    def run(folder, *arguments, config, cores=2):
+        found = subprocess.run(
+            command(project, folder, *arguments, config=config, cores=cores),
+            capture_output=True,
+            text=True,
+            timeout=1200,
+            env=environment(project),
+        )
+        assert found.returncode == 0, found.stdout + found.stderr
+        return found.stdout + found.stderr
+
+    return run
+
+
+@pytest.fixture(scope="module")
+def built(snakemake, whole, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("built")
+    snakemake(folder, config=whole)
+    return folder
+
+
+def planned(said):
+    """Jobs of each rule, from what Snakemake says before it runs or plans them."""
+    jobs = {rule: int(count) for rule, count in re.findall(r"^(\w+) +(\d+)$", said, re.M)}
+    assert jobs.pop("total") == sum(jobs.values()) > 0
+    return jobs
+
+
+def test_everything_is_there_and_nothing_is_left_to_do(built, snakemake, whole):
+    assert "Nothing to be done" in snakemake(built, "--dry-run", config=whole)
     assert not list(built.rglob("*.partial*"))
     for kind, least in (("png", 20), ("svg", 20), ("csv", 15), ("nc", 15)):
         assert len(list((built / "results").rglob(f"*.{kind}"))) >= least
@@ -56,9 +111,8 @@ def test_scoreboard_has_a_row_for_every_printed_value_and_a_reason_where_it_diff
         pd.read_csv(ROOT / "workflow" / "reference" / name, dtype={"table": str})
         for name in ("full_spectrum.csv", "identified_parameters.csv")
     )
-    wanted = printed
-    assert len(scored) == len(wanted)
-    assert set(scored.status) <= {"reproduced", "explained", "not reproducible"}
+    assert len(scored) == len(printed) > 0
+    assert set(scored.status) == {"reproduced", "explained", "not reproducible"}
     assert scored[scored.status != "reproduced"].reason.str.len().min() > 40
     assert scored.computed.notna().all()
 
@@ -89,7 +143,9 @@ def test_errata_quote_numbers(built):
 
 
 def test_netcdf_files_carry_units_and_provenance(built):
-    for path in (built / "results").rglob("*.nc"):
+    paths = list((built / "results").rglob("*.nc"))
+    assert len(paths) >= 15
+    for path in paths:
         with xr.open_dataset(path) as data:
             for key in ("rotorstudy_version", "git_commit", "configuration_sha256", "plugins", "title"):
                 assert key in data.attrs, (path, key)
@@ -98,35 +154,43 @@ def test_netcdf_files_carry_units_and_provenance(built):
                 assert "long_name" in data[name].attrs, (path, name)
 
 
-def test_one_core_gives_the_same_bytes_as_two(built, tmp_path):
-    snakemake(tmp_path, *SOME_TARGETS, cores=1)
+def test_one_core_gives_the_same_bytes_as_two(built, snakemake, some, tmp_path):
+    snakemake(tmp_path, *SOME_TARGETS, config=some, cores=1)
     for target in SOME_TARGETS:
         assert (tmp_path / target).read_bytes() == (built / target).read_bytes()
 
 
-def test_another_seed_gives_other_numbers(built, tmp_path):
+def test_another_seed_gives_other_numbers(built, snakemake, project, some, tmp_path):
     """Negative control of the test above."""
-    study = (ROOT / "workflow/config/test/chapter_2.yaml").read_text().replace("seed: 20261121", "seed: 1")
-    (tmp_path / "study.yaml").write_text(study)
-    config = [f"studies={{chapter_2: {tmp_path / 'study.yaml'}}}", "compare="]
-    snakemake(tmp_path, "--config", *config, "--", SOME_TARGETS[0])
-    assert (tmp_path / SOME_TARGETS[0]).read_bytes() != (built / SOME_TARGETS[0]).read_bytes()
+    study = (project / "workflow/config/test/chapter_2.yaml").read_text()
+    assert "seed: 20261121" in study
+    (tmp_path / "study.yaml").write_text(study.replace("seed: 20261121", "seed: 1"))
+    changed = [f"studies={{chapter_2: {tmp_path / 'study.yaml'}}}", "--"]
+    snakemake(tmp_path, "--config", *changed, SOME_TARGETS[0], config=some)
+    with xr.open_dataset(tmp_path / SOME_TARGETS[0]) as other, xr.open_dataset(built / SOME_TARGETS[0]) as same:
+        assert (other.estimate != same.estimate).all()
+        xr.testing.assert_equal(other.without_noise, same.without_noise)
 
 
-def test_a_killed_run_resumes_and_no_half_file_counts(built, tmp_path):
+def test_a_killed_run_resumes_and_no_half_file_counts(built, snakemake, project, some, tmp_path):
     target = tmp_path / SOME_TARGETS[0]
     log = tmp_path / "results/logs/chapter_2/monte_carlo_physical_Single_speed_88.log"
     process = subprocess.Popen(
-        command(tmp_path, SOME_TARGETS[0]), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
+        command(project, tmp_path, SOME_TARGETS[0], config=some),
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+        env=environment(project),
     )
     while not log.exists() and process.poll() is None:
         time.sleep(0.02)
     os.killpg(process.pid, signal.SIGKILL)
     process.wait()
+    assert log.exists()  # the job had begun
     if target.exists():  # the job may have been quicker than the kill; then the file must be whole
         assert target.read_bytes() == (built / SOME_TARGETS[0]).read_bytes()
-    snakemake(tmp_path, "--unlock")
-    snakemake(tmp_path, "--rerun-incomplete", SOME_TARGETS[0])
+    snakemake(tmp_path, "--unlock", config=some)
+    snakemake(tmp_path, "--rerun-incomplete", SOME_TARGETS[0], config=some)
     assert target.read_bytes() == (built / SOME_TARGETS[0]).read_bytes()
 
 
@@ -140,13 +204,15 @@ def test_a_half_written_file_never_has_the_name_of_a_result(built, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_misspelt_configuration_key_stops_before_anything_runs(tmp_path):
-    text = (ROOT / "workflow/config/test/chapter_2.yaml").read_text().replace("harmonics:", "harmonic:")
-    (tmp_path / "study.yaml").write_text(text)
+def test_a_misspelt_configuration_key_stops_before_anything_runs(project, some, tmp_path):
+    text = (project / "workflow/config/test/chapter_2.yaml").read_text()
+    assert "harmonics:" in text
+    (tmp_path / "study.yaml").write_text(text.replace("harmonics:", "harmonic:"))
     found = subprocess.run(
-        command(tmp_path, "--config", f"studies={{chapter_2: {tmp_path / 'study.yaml'}}}"),
+        command(project, tmp_path, "--config", f"studies={{chapter_2: {tmp_path / 'study.yaml'}}}", config=some),
         capture_output=True,
         text=True,
+        env=environment(project),
     )
     assert found.returncode != 0
     assert "unknown key 'harmonic'" in found.stdout + found.stderr
@@ -154,33 +220,31 @@ def test_a_misspelt_configuration_key_stops_before_anything_runs(tmp_path):
     assert not (tmp_path / "results").exists()
 
 
-def test_editing_a_plugin_reruns_what_used_it(built):
+def test_editing_a_plugin_reruns_what_used_it(built, snakemake, project, whole):
     """Snakemake is told which plugin files a job depends on: an estimator concerns identification, not records."""
     future = time.time() + 5
-    plugin = ROOT / "plugins" / "estimators" / "maximum_likelihood.py"
-    before = plugin.stat()
-    text = plugin.read_text()
+    plugin = project / "plugins" / "estimators" / "maximum_likelihood.py"
+    before, text = plugin.stat(), plugin.read_text()
     try:
         plugin.write_text(text + "# touched by a test\n")
         os.utime(plugin, (future, future))
-        plan = snakemake(built, "--dry-run")
+        plan = planned(snakemake(built, "--dry-run", config=whole))
     finally:
         plugin.write_text(text)
         os.utime(plugin, ns=(before.st_atime_ns, before.st_mtime_ns))
-    assert "monte_carlo" in plan and "replay_identify" in plan
-    assert "rule simulate" not in plan and "replay_records" not in plan
+    assert plan["monte_carlo"] and plan["replay_identify"]
+    assert not {"simulate", "replay_records"} & set(plan)
 
 
-def test_an_estimator_in_one_file_joins_the_comparison_and_nothing_else_runs_again(built, tmp_path):
+def test_an_estimator_in_one_file_joins_the_comparison_and_nothing_else_runs_again(built, snakemake, whole, tmp_path):
     from rotorstudy.authoring.files import new_plugin
 
     new_plugin("estimator", "newcomer", tmp_path / "zoo")
     shutil.copytree(built, tmp_path / "copy")
-    with_it = ("--config", f"plugin_folders=[{tmp_path / 'zoo'}]", "--")
     target = "results/compare/comparison.nc"
-    plan = snakemake(tmp_path / "copy", "--dry-run", *with_it, target)
-    assert dict(re.findall(r"^(\w+) +(\d+)$", plan, re.M)) == {"compare_estimates": "1", "compare": "1", "total": "2"}
-    snakemake(tmp_path / "copy", *with_it, target)
+    zoo = f"plugin_folders=[{tmp_path / 'zoo'}]"
+    said = snakemake(tmp_path / "copy", "--config", zoo, "--", target, config=whole)
+    assert planned(said) == {"compare_estimates": 1, "compare": 1}
     with xr.open_dataset(tmp_path / "copy" / target) as after, xr.open_dataset(built / target) as before:
         assert set(after.estimator.values) - set(before.estimator.values) == {"newcomer"}
         shared = {"estimator": before.estimator.values}

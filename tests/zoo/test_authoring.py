@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from rotorstudy.authoring.files import PLACEHOLDERS, TEMPLATES, check_file, left_to_write, new_plugin
-from rotorstudy.commands.cli import main
+from rotorstudy.commands.line import main
 from rotorstudy.errors import PluginError, RotorstudyError
 from rotorstudy.model.kinds import KINDS
 from rotorstudy.model.registry import registry

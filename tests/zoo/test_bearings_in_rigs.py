@@ -6,7 +6,7 @@ import xarray as xr
 import yaml
 
 from rotorstudy import build_model, eigenvalues, harmonic_response, registry, stability_threshold
-from rotorstudy.commands.cli import main
+from rotorstudy.commands.line import main
 from rotorstudy.model.rig import make_term
 from rotorstudy.response.statics import static_deflection
 from rotorstudy.studies.bearings import all_bearings, bearing_coefficients, plot_bearing_coefficients

@@ -89,7 +89,7 @@ def test_a_copied_plugin_file_is_refused_as_a_second_plugin_of_its_name(tmp_path
 def test_a_name_of_the_projects_own_zoo_cannot_be_taken(tmp_path):
     mine = write(tmp_path, "mine", CRACK.format(name="switching"))
     found = in_subprocess(
-        "import sys; from rotorstudy.commands.cli import main; sys.exit(main(['plugins']))",
+        "import sys; from rotorstudy.commands.line import main; sys.exit(main(['plugins']))",
         ROTORSTUDY_PLUGINS=str(tmp_path),
     )
     assert found.returncode == 1 and found.stderr.startswith("error: ") and found.stderr.count("\n") == 1

@@ -4,7 +4,7 @@ import pytest
 
 from rotorstudy.authoring.facts import page, tables
 from rotorstudy.authoring.files import new_plugin
-from rotorstudy.commands.cli import main
+from rotorstudy.commands.line import main
 from rotorstudy.model.kinds import KINDS
 from rotorstudy.model.registry import Registry, plugin_folders, registry, using
 

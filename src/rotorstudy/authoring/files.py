@@ -17,7 +17,7 @@ PLACEHOLDERS = {
 def new_plugin(kind, name, folder=None):
     """Write a working, commented plugin file; returns its path.
 
-    folder : the kind's own folder in plugins/ by default
+    folder : by default the kind's own folder in plugins/ of the project one stands in, else the folder one stands in
     raises : RotorstudyError for an unknown kind, a name that is no Python name or is taken, a file that is there
     """
     if kind not in KINDS:
@@ -32,7 +32,8 @@ def new_plugin(kind, name, folder=None):
     if path.exists():
         raise RotorstudyError(f"file '{path}' exists; choose another name, or remove it first")
     folder.mkdir(parents=True, exist_ok=True)
-    path.write_text((TEMPLATES / f"{kind}.py").read_text().replace(NAME_IN_TEMPLATE, name))
+    text = (TEMPLATES / f"{kind}.py").read_text(encoding="utf-8").replace(NAME_IN_TEMPLATE, name)
+    path.write_text(text, encoding="utf-8")
     return path
 
 
@@ -43,8 +44,10 @@ def left_to_write(path):
 
 
 def _folder_of(kind):
-    """Where the zoo keeps its plugins of a kind, next to one that is there."""
+    """Where the project keeps its plugins of a kind, if one stands in its folder; else the folder one stands in."""
     own = plugin_folders()[0]
+    if Path("plugins").resolve() != own:
+        return Path()
     for plugin in registry().plugins[kind].values():
         if own in Path(plugin.file).parents:
             return Path(plugin.file).parent

@@ -1,6 +1,7 @@
 """Readers: every format gives the same raw record, in metres, in the project's axes."""
 
 import re
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -54,11 +55,7 @@ def read_file(path, conventions, nodes):
     nodes  : of the rig, so that a wrong one is named
     raises : RotorstudyError for a file that cannot be read or lacks what the rig file says it has
     """
-    path = Path(path)
-    if path.is_dir():
-        raise RotorstudyError(f"record file '{path}' is a folder; name the files in it")
-    if not path.is_file():
-        raise RotorstudyError(f"record file '{path}' does not exist")
+    path = _existing(path)
     kind = SUFFIXES.get(path.suffix.lower())
     if kind is None:
         raise unknown_name("kind of record file", path.suffix, SUFFIXES, str(path))
@@ -66,6 +63,28 @@ def read_file(path, conventions, nodes):
         return _read_netcdf(path, conventions, nodes)
     names, channel = {"csv": _open_csv, "matlab": _open_matlab, "uff": _open_uff}[kind](path, conventions)
     return [_from_channels(path, conventions, nodes, names, channel)]
+
+
+def _existing(path):
+    path = Path(path)
+    if path.is_dir():
+        raise RotorstudyError(f"record file '{path}' is a folder; name the files in it")
+    if not path.is_file():
+        raise RotorstudyError(f"record file '{path}' does not exist")
+    return path
+
+
+@contextmanager
+def netcdf(path):
+    """A NetCDF file as an open Dataset; one that cannot be read is an error in one line."""
+    import xarray as xr
+
+    path = _existing(path)
+    try:
+        with xr.open_dataset(path, engine="netcdf4", decode_times=False) as opened:
+            yield opened
+    except (OSError, ValueError) as error:
+        raise RotorstudyError(f"{path}: not a NetCDF file that can be read ({str(error).splitlines()[0]})") from None
 
 
 def is_table(path, conventions):
@@ -149,13 +168,8 @@ def _assemble(readings, conventions, nodes, time, label, keyphasor, marks, refer
 
 def _read_netcdf(path, conventions, nodes):
     """Raw records of displacement (speed, node, direction, time) with what the rig file adds."""
-    import xarray as xr
-
-    try:
-        with xr.open_dataset(path, engine="netcdf4", decode_times=False) as opened:
-            data = opened.load()
-    except (OSError, ValueError) as error:
-        raise RotorstudyError(f"{path}: not a NetCDF file that can be read ({str(error).splitlines()[0]})") from None
+    with netcdf(path) as opened:
+        data = opened.load()
     if "displacement" not in data:
         raise RotorstudyError(f"{path}: no variable 'displacement' (found: {', '.join(map(str, data.data_vars))})")
     if "speed" not in data.displacement.dims:
@@ -180,6 +194,8 @@ def _read_netcdf(path, conventions, nodes):
         probes = x_and_y
         axes = conventions.model_copy(update={"rotation": "with_angles", "gravity_angle_deg": 0.0})
     time = _scaled(data.time, {**SECONDS, "seconds": 1.0}, "s", path)
+    if not len(values):
+        raise RotorstudyError(f"{path}: holds no record; its dimension 'speed' is empty")
     speeds = _scaled(data.speed, RAD_PER_S, "rad/s", path) if "speed" in data.coords else [None] * len(values)
     records = []
     for i, speed in enumerate(speeds):

@@ -4,10 +4,74 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorstudy.measurement.records import white_noise_covariance
+from rotorstudy.response.series import rotating_basis
 
 MOST_BLOCKS = 32
 FEWEST_BLOCKS = 6  # fewer say too little of their own scatter; the noise floor is taken instead
+
+
+def spectral_lines(time, speed, harmonics):
+    """(harmonic,) line of the discrete Fourier transform nearest to each harmonic."""
+    revolutions = speed * (time[1] - time[0]) * len(time) / (2 * np.pi)
+    return np.rint(np.asarray(harmonics) * revolutions).astype(int) % len(time)
+
+
+def fit_basis(signal, basis, window=1.0):
+    """Least squares of a signal (..., time) on a basis (..., harmonic, time), samples weighted by a window (time,).
+
+    Returns
+    -------
+    amplitude : (..., harmonic) complex, in the unit of the signal
+    residual : (..., time), what the fit leaves of the signal
+    inverse : (..., harmonic, harmonic), of the normal matrix
+    """
+    weighted = basis.conj() * window
+    inverse = np.linalg.inv(weighted @ np.swapaxes(basis, -1, -2))
+    if basis.ndim == 2:
+        amplitude = signal @ weighted.T @ inverse.T
+        return amplitude, signal - amplitude @ basis, inverse
+    amplitude = (inverse @ (weighted @ signal[..., None]))[..., 0]
+    return amplitude, signal - (amplitude[..., None, :] @ basis)[..., 0, :], inverse
+
+
+def noise_power(residual, lines, window=1.0):
+    """(...) m^2 variance of white noise in a record, from the noise floor of what a fit leaves.
+
+    The floor is the median of the residual's periodogram, so that lines nobody asked for (other harmonics, hum) do not
+    count as noise.
+
+    residual : (..., time) complex or real, m
+    lines    : (harmonic,) lines of the harmonics asked for, which are signal or emptied by the fit, not noise
+    window   : (time,) weights that the samples were fitted with
+    """
+    samples = residual.shape[-1]
+    rest = np.delete(np.fft.fft(residual * window, axis=-1), lines, axis=-1)
+    return np.median(np.abs(rest) ** 2, axis=-1) / (np.log(2) * np.sum(np.broadcast_to(window, samples) ** 2))
+
+
+def circular_covariance(hermitian):
+    """(..., component, component) of real parts, then imaginary parts, of circular noise (..., harmonic, harmonic)."""
+    real, imag = hermitian.real, hermitian.imag
+    return np.concatenate([np.concatenate([real, -imag], -1), np.concatenate([imag, real], -1)], -2) / 2
+
+
+def white_noise_covariance(residual, inverse_normal, lines, window=1.0):
+    """Covariance of harmonics fitted to a record, with noise taken as white and circular; see `noise_power`.
+
+    inverse_normal : (harmonic, harmonic) inverse of basis^H basis
+    returns        : (..., component, component) m^2, real parts then imaginary parts
+    """
+    return noise_power(residual, lines, window)[..., None, None] * circular_covariance(inverse_normal)
+
+
+def shared_error_covariance(change, covariance):
+    """Covariance of harmonics through quantities that were estimated with them: speed, or the shaft angle.
+
+    change     : (..., harmonic, quantity) complex derivative;  covariance (..., quantity, quantity)
+    returns    : (..., component, component)
+    """
+    slope = np.concatenate([change.real, change.imag], axis=-2)
+    return slope @ covariance @ np.swapaxes(slope, -1, -2)
 
 
 @dataclass(frozen=True)
@@ -28,14 +92,6 @@ class Harmonics:
     shrinkage: tuple
 
 
-def fit(signal, angle, harmonics):
-    """Least squares of (time,) complex on e^{j n angle}: harmonics, residual, inverse of basis^H basis."""
-    basis = np.exp(1j * np.multiply.outer(np.asarray(harmonics), angle))  # (harmonic, time)
-    inverse = np.linalg.inv(basis.conj() @ basis.T)
-    amplitude = inverse @ (basis.conj() @ signal)
-    return amplitude, signal - amplitude @ basis, inverse
-
-
 def block_edges(revolutions):
     """Whole revolutions a block, and the number of blocks: as many as there are revolutions, at most MOST_BLOCKS."""
     length = max(1, int(np.ceil(revolutions / MOST_BLOCKS)))
@@ -51,7 +107,8 @@ def estimate(signal, angle, revolutions, harmonics):
     """
     harmonics = np.asarray(harmonics)
     usable = np.isfinite(signal)
-    amplitude, residual, inverse = fit(signal[usable], angle[usable], harmonics)
+    basis = rotating_basis(angle, 1.0, harmonics)
+    amplitude, residual, inverse = fit_basis(signal[usable], basis[:, usable])
     freedom = max(1, usable.sum() - len(harmonics))
     noise_std = float(np.sqrt(np.sum(np.abs(residual) ** 2) / freedom / 2))
     length, count = block_edges(revolutions)
@@ -68,7 +125,7 @@ def estimate(signal, angle, revolutions, harmonics):
             noise_std,
             (1, 1),
         )
-    blocks = np.array([fit(signal[c], angle[c], harmonics)[0] for c in (usable & (block == b) for b in full)])
+    blocks = np.array([fit_basis(signal[c], basis[:, c])[0] for c in (usable & (block == b) for b in full)])
     parts = np.concatenate([blocks.real, blocks.imag], axis=1)
     covariance, shrinkage = shrunk_covariance(parts)
     share = sizes[full].mean() / usable.sum()  # of a block in the record: the variance of the whole fit is that smaller

@@ -1,12 +1,22 @@
-"""Keyphasor pulses: found with hysteresis, counted, and turned into the angle of the shaft."""
+"""Keyphasor pulses: found with hysteresis, checked, counted, and turned into the angle of the shaft.
+
+Two models of the angle: `count_revolutions` fits a parabola, for a record that is taken as steady and whose irregular
+pulses are repaired and reported; `shaft_angle` fits a spline, for order tracking.
+"""
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.measurement.conventions import Keyphasor
+
 PULSE_OVER_NOISE = 8.0  # height of a pulse over the scatter of the rest, below which there is none
-NEAR = 0.15  # turns a pulse may be off where the pulses before it say
-LONGEST_PULSE = 0.4  # of a turn: beyond, which of the two levels is the pulse is a guess
+NEAR = 0.15  # revolutions a pulse may be off where the pulses before it say
+LONGEST_PULSE = 0.4  # of a revolution: beyond, which of the two levels is the pulse is a guess
+MARK_TOLERANCE = 0.05  # revolutions a pulse may be off the others where none is repaired: jitter is far less
+LABEL_TOLERANCE = 0.1  # of the speed a record states, against its pulses, for methods that do not rely on the label
+PIECE_REVOLUTIONS = 10  # of the spline through the marks: it follows slower drift, and averages the jitter of so many
 
 
 @dataclass(frozen=True)
@@ -42,19 +52,15 @@ def find_pulses(signal, time, settings):
     shown = polarity * (signal - level)  # positive inside a pulse
     margin = settings.hysteresis * height / 2
     state = np.where(shown > margin, 1, np.where(shown < -margin, -1, 0))
+    state[[0, -1]] = np.sign(shown[[0, -1]])  # a record that begins or ends on an edge
     decided = np.flatnonzero(state)
-    turns = np.flatnonzero(np.diff(state[decided]))
-    begins, ends, steps = [], [], []
-    for i in turns:
-        first, last = decided[i], decided[i + 1]
-        rising = state[last] > 0
-        crossing, step = _crossing(shown[first : last + 1], time[first : last + 1], rising)
-        (begins if rising else ends).append(crossing)
-        steps.append(step / height)
-    begins, ends = np.array(begins), np.array(ends)
+    before = decided[:-1][np.diff(state[decided]) != 0]
+    begins, up = _crossings(shown, time, before[state[before] < 0])
+    ends, down = _crossings(-shown, time, before[state[before] > 0])
+    steps = np.concatenate([up, down]) / height
     duty = float(np.mean(shown > 0))
     # an edge within one sample may be anywhere in it; one over several samples is found between them ever better
-    part = min(1.0, float(np.median(steps))) if steps else 1.0
+    part = min(1.0, float(np.median(steps))) if len(steps) else 1.0
     resolution = float(part**3 * np.median(np.diff(time)) / np.sqrt(12))
     if settings.edge == "rising":  # of the voltage, whatever the polarity
         return Pulses(begins if polarity > 0 else ends, polarity, duty, resolution)
@@ -66,30 +72,33 @@ def find_pulses(signal, time, settings):
     return Pulses((begins[:pairs] + ends[:pairs]) / 2, polarity, duty, resolution / np.sqrt(2))
 
 
-def _crossing(shown, time, rising):
-    """When a stretch from one side of zero to the other first passes it, and the step of the signal there."""
-    shown = shown if rising else -shown
-    i = int(np.flatnonzero((shown[:-1] <= 0) & (shown[1:] > 0))[0])
-    step = shown[i + 1] - shown[i]
-    return time[i] - shown[i] / step * (time[i + 1] - time[i]), step
+def _crossings(signal, time, after):
+    """When a signal first rises through zero after each of some samples, and its step there."""
+    rises = np.flatnonzero((signal[:-1] <= 0) & (signal[1:] > 0))
+    at = rises[np.searchsorted(rises, after)]
+    step = signal[at + 1] - signal[at]
+    return time[at] - signal[at] / step * (time[at + 1] - time[at]), step
 
 
 @dataclass(frozen=True)
 class Turning:
     """How the shaft turned: its angle as a polynomial of time.
 
-    coefficients : of the angle in turns since the first mark, over time minus `middle`, highest power first
-    marks, turns : (mark,) s and the turn each begins;  missing, doubled : pulses that did not come, or came beside
-    jitter_rad   : standard deviation of the marks from the polynomial
+    coefficients  : of the angle in revolutions since the first mark, over time minus `middle`, highest power first
+    marks, counts : (mark,) s and the revolution each begins
+    missing, doubled : pulses that did not come, or came beside
+    jitter_rad    : standard deviation of the marks from the polynomial
+    resolution_s  : of a mark by the sampling
     """
 
     coefficients: np.ndarray
     middle: float
     marks: np.ndarray
-    turns: np.ndarray
+    counts: np.ndarray
     missing: int
     doubled: int
     jitter_rad: float
+    resolution_s: float = 0.0
 
     def angle(self, time):
         """(time,) rad since the first mark."""
@@ -100,54 +109,175 @@ class Turning:
         return 2 * np.pi * np.polyval(np.polyder(self.coefficients), np.asarray(time) - self.middle)
 
     @property
-    def phase_variance(self):
-        """Variance of the mean angle, rad^2."""
-        return self.jitter_rad**2 / len(self.marks)
+    def whole_marks(self):
+        """(revolution,) s when the mark passed, those that did not come between their neighbours."""
+        return np.interp(np.arange(self.counts[0], self.counts[-1] + 1), self.counts, self.marks)
 
 
-def count_turns(pulses):
-    """The Turning told by pulses (pulse,) s, one a turn but for missing and doubled ones; None if they tell none.
+def count_revolutions(pulses, resolution_s=0.0):
+    """The Turning told by pulses (pulse,) s, one a revolution but for missing and doubled ones; None if they tell none.
 
-    Marks are followed one by one from a start among the first few: a pulse near a whole number of turns after the last
-    is a mark (pulses that did not come leave the number above one), any other is beside. The start that explains most
-    pulses is taken. The angle is a parabola in time through all marks (a line through fewer than six), so that a
+    Marks are followed one by one from a start among the first few: a pulse near a whole number of revolutions after the
+    last is a mark (pulses that did not come leave the number above one), any other is beside. The start that explains
+    most pulses is taken. The angle is a parabola in time through all marks (a line through fewer than six), so that a
     steady change of speed is followed and jitter is averaged.
     """
     if len(pulses) < 2:
         return None
     period = np.median(np.diff(pulses))
     followed = [_follow(pulses, start, period) for start in range(min(5, len(pulses) - 1))]
-    kept, turns = max(followed, key=lambda found: len(found[0]))
+    kept, counts = max(followed, key=lambda found: len(found[0]))
     if len(kept) < 2:
         return None
     marks = pulses[kept]
     middle = marks.mean()
     degree = 2 if len(marks) >= 6 else 1
-    coefficients = np.polyfit(marks - middle, turns, degree)
-    off = turns - np.polyval(coefficients, marks - middle)
+    coefficients = np.polyfit(marks - middle, counts, degree)
+    off = counts - np.polyval(coefficients, marks - middle)
     freedom = len(marks) - degree - 1
     jitter = 2 * np.pi * np.sqrt(np.sum(off**2) / freedom) if freedom > 0 else 0.0
-    missing = int(turns[-1] - turns[0] + 1 - len(marks))
-    return Turning(coefficients, middle, marks, turns, missing, len(pulses) - len(marks), float(jitter))
+    missing = int(counts[-1] - counts[0] + 1 - len(marks))
+    return Turning(coefficients, middle, marks, counts, missing, len(pulses) - len(marks), float(jitter), resolution_s)
 
 
 def _follow(pulses, start, period):
-    """Positions of the pulses that follow `start` turn by turn, and their turns."""
-    kept, turns = [start], [0]
+    """Positions of the pulses that follow `start` one by one, and the revolution each begins."""
+    kept, counts = [start], [0]
     for i in range(start + 1, len(pulses)):
         passed = (pulses[i] - pulses[kept[-1]]) / period
         whole = round(passed)
         if whole >= 1 and abs(passed - whole) < NEAR:
             period += 0.2 * ((pulses[i] - pulses[kept[-1]]) / whole - period)
             kept.append(i)
-            turns.append(turns[-1] + whole)
-    return np.array(kept), np.array(turns)
+            counts.append(counts[-1] + whole)
+    return np.array(kept), np.array(counts)
 
 
 def steady_turning(speed, time):
     """The Turning of a shaft known to run at `speed` rad/s with its mark at the first sample."""
-    turns = np.array([0, int(speed * (time[-1] - time[0]) / (2 * np.pi))])
-    marks = time[0] + turns * 2 * np.pi / speed
+    counts = np.array([0, int(speed * (time[-1] - time[0]) / (2 * np.pi))])
+    marks = time[0] + counts * 2 * np.pi / speed
     middle = marks.mean()
     rate = speed / (2 * np.pi)
-    return Turning(np.array([rate, rate * (middle - time[0])]), middle, marks, turns, 0, 0, 0.0)
+    return Turning(np.array([rate, rate * (middle - time[0])]), middle, marks, counts, 0, 0, 0.0)
+
+
+def mark_times(record, drifting=False):
+    """When the phase mark of a Record passed: its own marks, or the centres of its keyphasor's pulses.
+
+    Parameters
+    ----------
+    record : Record
+    drifting : bool
+        Take the speed from the pulses, so that it may drift and its label may be wrong.
+
+    Returns
+    -------
+    (revolution,) s
+
+    Raises
+    ------
+    RotorstudyError
+        If there is no keyphasor, or if its pulses are not about one a revolution.
+    """
+    if record.marks is None and record.keyphasor is None:
+        raise RotorstudyError(f"{record.where}: no keyphasor; record one, or use a reference signal")
+    found = record.marks
+    if found is None:
+        pulses = find_pulses(record.keyphasor, record.time, Keyphasor())
+        found = np.zeros(0) if pulses is None else pulses.time
+    (_check_drifting if drifting else _check_steady)(record, found)
+    return found
+
+
+def _check_steady(record, found):
+    """Raise unless the pulses come once a revolution of the stated speed."""
+    expected = record.speed * (record.time[-1] - record.time[0]) / (2 * np.pi)
+    if len(found) == 0 or abs(len(found) - expected) > 1.5:
+        raise RotorstudyError(
+            f"{record.where}: {len(found)} keyphasor pulses in {expected:.1f} revolutions at {record.speed:g} rad/s; "
+            "there must be one a revolution"
+        )
+    angle = np.exp(1j * record.speed * found)
+    usual = np.median(angle.real) + 1j * np.median(angle.imag)
+    off = np.abs(np.angle(angle * np.conj(usual))) / (2 * np.pi)
+    if off.max() > MARK_TOLERANCE:
+        raise RotorstudyError(
+            f"{record.where}: the keyphasor pulse at {found[off.argmax()]:g} s comes {off.max():.2f} revolutions off "
+            f"the others at {record.speed:g} rad/s; remove spurious pulses, or correct the speed"
+        )
+
+
+def _check_drifting(record, found):
+    """Raise unless each pulse comes half way between its neighbours, at about the stated speed."""
+    if len(found) < 2:
+        raise RotorstudyError(
+            f"{record.where}: {len(found)} whole keyphasor pulses; the shaft angle needs at least two, so take a "
+            "record of three revolutions or more, or use a method that relies on the stated speed"
+        )
+    period = np.median(np.diff(found))
+    uneven = np.abs(np.diff(found, 2)) / period
+    if len(uneven) and uneven.max() > 2 * MARK_TOLERANCE:
+        worst = int(uneven.argmax())
+        raise RotorstudyError(
+            f"{record.where}: the keyphasor pulse at {found[worst + 1]:g} s comes {uneven[worst] / 2:.2f} revolutions "
+            f"off the middle of its neighbours, allowed is {MARK_TOLERANCE:g}; remove spurious pulses, restore missing "
+            "ones"
+        )
+    measured = 2 * np.pi / period
+    if abs(measured / record.speed - 1) > LABEL_TOLERANCE:
+        raise RotorstudyError(
+            f"{record.where}: the keyphasor turns at {measured:g} rad/s, the record states {record.speed:g} rad/s; "
+            "correct the speed, there must be one pulse a revolution"
+        )
+    for place, gap in (("start", found[0] - record.time[0]), ("end", record.time[-1] - found[-1])):
+        if gap > (1 + 2 * MARK_TOLERANCE) * period:
+            raise RotorstudyError(
+                f"{record.where}: no keyphasor pulse in the {gap / period:.2f} revolutions at the {place} of the "
+                "record; cut it"
+            )
+
+
+def shaft_angle(marks, time):
+    """Angle of the shaft through its phase marks: a cubic spline of pieces of ten revolutions, by least squares.
+
+    Least squares rather than interpolation: what the marks scatter about a slow drift is jitter, and it is stated.
+
+    marks   : (revolution,) s;  time : (time,) s
+    returns : angle (time,) rad, slope (time, coefficient) by the spline's coefficients, their covariance
+    source  : Fyfe and Munck 1997 (computed order tracking), with a fit for their interpolation
+    """
+    from scipy.interpolate import BSpline
+
+    count = len(marks)
+    degree = min(max((count - 1) // 2, 1), 3)
+    middle = marks.mean()
+    ends = np.linspace(marks[0], marks[-1], max(1, (count - 1) // PIECE_REVOLUTIONS) + 1) - middle
+    knots = np.concatenate([[ends[0]] * degree, ends, [ends[-1]] * degree])
+
+    def spline(instants):
+        return BSpline(knots, np.eye(len(knots) - degree - 1), degree, extrapolate=True)(instants - middle)
+
+    at_marks, turned = spline(marks), 2 * np.pi * np.arange(count)
+    coefficients = np.linalg.lstsq(at_marks, turned, rcond=None)[0]
+    freedom = count - len(coefficients)
+    variance = np.sum((turned - at_marks @ coefficients) ** 2) / freedom if freedom else 0.0
+    slope = spline(time)
+    return slope @ coefficients, slope, variance * np.linalg.inv(at_marks.T @ at_marks)
+
+
+def phase_at_start(marks, start, harmonics):
+    """Phase psi_n = n * angle of the shaft at the first sample (harmonic,), and its covariance, whatever the label."""
+    angle, slope, covariance = shaft_angle(marks, np.array([start]))
+    n = np.asarray(harmonics)
+    return np.angle(np.exp(1j * n * angle[0])), (slope @ covariance @ slope.T)[0, 0] * np.outer(n, n)
+
+
+def phase_from_keyphasor(record, harmonics):
+    """Phase psi_n = -n w t_mark (harmonic,) that the mark passing at t_mark gives each harmonic, and its covariance."""
+    marks = mark_times(record) - record.time[0]
+    turns = np.rint((marks - marks[0]) * record.speed / (2 * np.pi))
+    offsets = marks - turns * 2 * np.pi / record.speed
+    variance = offsets.var(ddof=1) / len(offsets) if len(offsets) > 1 else 0.0
+    rate = -np.asarray(harmonics) * record.speed
+    return np.angle(np.exp(1j * rate * offsets.mean())), variance * np.outer(rate, rate)

@@ -4,8 +4,9 @@ import numpy as np
 
 from rotorstudy.measurement.conventions import METRES
 from rotorstudy.measurement.findings import Finding
-from rotorstudy.measurement.harmonics import FEWEST_BLOCKS, fit, trend_probability
+from rotorstudy.measurement.harmonics import FEWEST_BLOCKS, fit_basis, trend_probability
 from rotorstudy.measurement.keyphasor import LONGEST_PULSE
+from rotorstudy.response.series import rotating_basis
 
 LABEL_OFF = 0.02  # of the speed: the issue's own limit
 DRIFT = (0.005, 0.05)  # of the speed over the record: warning, error
@@ -119,7 +120,7 @@ def check_channel(name, node, readings, angle, harmonics, largest, where):
         return [Finding("error", "dead probe", place, text)]
     orders = np.arange(1, max(abs(int(n)) for n in harmonics) + 1)
     both = np.concatenate([[0], orders, -orders])
-    amplitude, residual, _ = fit(readings.astype(complex), angle, both)
+    amplitude, residual, _ = fit_basis(readings.astype(complex), rotating_basis(angle, 1.0, both))
     power = np.sum(np.abs(residual) ** 2) / max(1, len(residual) - len(both)) / len(residual)
     moving = float(np.sqrt(2 * np.sum(np.abs(amplitude[1 : 1 + len(orders)]) ** 2)))  # rms of the harmonics
     found = []
@@ -150,6 +151,26 @@ def flat_top(values):
     digit = steps[steps > 1e-9 * swing].min()  # of the recorder; tiny if values are not rounded
     below = (values < values.max() - 0.5 * digit) & (values > values.max() - 1.5 * digit)
     return bool(at_top.sum() > FLAT_RATIO * below.sum())
+
+
+def check_sampling(samples, revolutions, harmonics, where):
+    """Whether a record of so many samples and revolutions holds these harmonics: an error, or none."""
+    needed, highest = 2 * len(harmonics) + 1, max(abs(int(n)) for n in harmonics)
+    per_revolution = samples / revolutions
+    if samples < needed:
+        text = f"{samples} samples are too few for {len(harmonics)} harmonics; at least {needed} are needed"
+        return [Finding("error", "too few samples", where, text)]
+    if revolutions < 1:
+        text = f"{revolutions:.2f} revolutions; at least one is needed, and six for a covariance. Take a longer record"
+        return [Finding("error", "too few revolutions", where, text)]
+    if per_revolution <= 2 * highest * (1 + 1e-9):
+        text = (
+            f"harmonic {highest} lies above the Nyquist frequency: it needs more than {2 * highest} samples a "
+            f"revolution, and there are {per_revolution:.3g}, enough for harmonics up to "
+            f"{max(0, int(np.ceil(per_revolution / 2 - 1e-9)) - 1)}. Sample faster, or leave the highest harmonics out"
+        )
+        return [Finding("error", "sampling rate", where, text)]
+    return []
 
 
 def check_length(revolutions, blocks, where):

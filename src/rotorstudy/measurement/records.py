@@ -1,18 +1,17 @@
-"""Records in time: made from harmonics, checked at the door, turned into full spectra with a phase reference."""
+"""Records in time: made from harmonics, checked, written to disk, turned into full spectra with a phase reference."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
+from rotorstudy.measurement import quality
+from rotorstudy.measurement.keyphasor import mark_times, phase_at_start, phase_from_keyphasor
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.response.harmonic import check_harmonics, forced_harmonics, measured_response
 from rotorstudy.response.series import synthesize
 from rotorstudy.response.stability import check_stable
-
-MARK_TOLERANCE = 0.05  # turns a keyphasor pulse may be off the others: jitter is far less, spurious ones mostly more
-LABEL_TOLERANCE = 0.1  # of the speed a record states, against its pulses, for methods that do not rely on the label
-PIECE_TURNS = 10  # of the spline through the phase marks: it follows slower drift, and averages the jitter of so many
+from rotorstudy.store import dataset
 
 
 @dataclass(frozen=True)
@@ -26,6 +25,7 @@ class Record:
     reference    : (time,) multi-harmonic reference signal, or None
     keyphasor    : (time,) voltage with a pulse each time the phase mark passes, or None
     where        : a name for error messages
+    marks        : (revolution,) s when the phase mark passed, where known without the keyphasor; or None
     """
 
     time: np.ndarray
@@ -35,6 +35,7 @@ class Record:
     reference: np.ndarray | None = None
     keyphasor: np.ndarray | None = None
     where: str = "the record"
+    marks: np.ndarray | None = None
 
 
 def reference_signal(speed, harmonics, time):
@@ -48,66 +49,32 @@ def keyphasor_signal(speed, time, width_rad=0.1):
     return np.exp(-0.5 * (angle / width_rad) ** 2)
 
 
-def spectral_lines(time, speed, harmonics):
-    """(harmonic,) line of the discrete Fourier transform nearest to each harmonic."""
-    revolutions = speed * (time[1] - time[0]) * len(time) / (2 * np.pi)
-    return np.rint(np.asarray(harmonics) * revolutions).astype(int) % len(time)
+def records_dataset(records):
+    """Records of one time base as a Dataset, as `simulate` writes it and `read_measurement` reads it.
 
-
-def fit_basis(signal, basis, window=1.0):
-    """Least squares of a signal (..., time) on a basis (..., harmonic, time), samples weighted by a window (time,).
-
-    returns : amplitude (..., harmonic), inverse (..., harmonic, harmonic) of the normal matrix
+    Returns
+    -------
+    Dataset
+        displacement (speed, node, direction, time) m, reference (speed, time), keyphasor (speed, time) V
     """
-    weighted = basis.conj() * window
-    inverse = np.linalg.inv(weighted @ np.swapaxes(basis, -1, -2))
-    if basis.ndim == 2:
-        return signal @ weighted.T @ inverse.T, inverse
-    return (inverse @ (weighted @ signal[..., None]))[..., 0], inverse
-
-
-def noise_power(residual, lines, window=1.0):
-    """(...) m^2 variance of white noise in a record, from the noise floor of what a fit leaves.
-
-    The floor is the median of the residual's periodogram, so that lines nobody asked for (other harmonics, hum) do not
-    count as noise.
-
-    residual : (..., time) complex or real, m
-    lines    : (harmonic,) lines of the harmonics asked for, which are signal or emptied by the fit, not noise
-    window   : (time,) weights that the samples were fitted with
-    """
-    samples = residual.shape[-1]
-    rest = np.delete(np.fft.fft(residual * window, axis=-1), lines, axis=-1)
-    return np.median(np.abs(rest) ** 2, axis=-1) / (np.log(2) * np.sum(np.broadcast_to(window, samples) ** 2))
-
-
-def circular_covariance(hermitian):
-    """(..., component, component) of real parts, then imaginary parts, of circular noise (..., harmonic, harmonic)."""
-    real, imag = hermitian.real, hermitian.imag
-    return np.concatenate([np.concatenate([real, -imag], -1), np.concatenate([imag, real], -1)], -2) / 2
-
-
-def white_noise_covariance(residual, inverse_normal, lines, window=1.0):
-    """Covariance of harmonics fitted to a record, with noise taken as white and circular; see `noise_power`.
-
-    inverse_normal : (harmonic, harmonic) inverse of basis^H basis
-    returns        : (..., component, component) m^2, real parts then imaginary parts
-    """
-    return noise_power(residual, lines, window)[..., None, None] * circular_covariance(inverse_normal)
-
-
-def shared_error_covariance(change, covariance):
-    """Covariance of harmonics through quantities that were estimated with them: speed, or the shaft angle.
-
-    change     : (..., harmonic, quantity) complex derivative;  covariance (..., quantity, quantity)
-    returns    : (..., component, component)
-    """
-    slope = np.concatenate([change.real, change.imag], axis=-2)
-    return slope @ covariance @ np.swapaxes(slope, -1, -2)
+    z = np.array([record.displacement for record in records])
+    displacement = np.stack([z.real, z.imag], axis=2)
+    variables = {"displacement": (("speed", "node", "direction", "time"), displacement, "m", "shaft displacement")}
+    for name, unit in (("reference", "1"), ("keyphasor", "V")):
+        signals = [getattr(record, name) for record in records]
+        if all(signal is not None for signal in signals):
+            variables[name] = (("speed", "time"), np.array(signals), unit, f"{name} signal")
+    coordinates = {
+        "speed": (np.array([record.speed for record in records]), "rad/s", "spin speed"),
+        "node": (np.array(records[0].sensors), "1", "node"),
+        "direction": (["x", "y"], "1", "x vertically down, y from x in the sense of rotation"),
+        "time": (records[0].time, "s", "time"),
+    }
+    return dataset(variables, coordinates, title="records")
 
 
 def check_record(record, harmonics):
-    """The door: raise for a record from which these harmonics cannot be had."""
+    """Raise RotorstudyError for a Record from which a spectrum method cannot take these harmonics."""
     where, time = record.where, np.asarray(record.time)
     if np.ndim(record.displacement) != 2 or len(record.displacement) != len(record.sensors):
         raise RotorstudyError(
@@ -116,11 +83,6 @@ def check_record(record, harmonics):
         )
     if not (np.isfinite(record.speed) and record.speed > 0):
         raise RotorstudyError(f"{where}: speed {record.speed:g} rad/s; harmonics need a rotor that turns, so speed > 0")
-    if len(time) < 2 * len(harmonics) + 1:
-        raise RotorstudyError(
-            f"{where}: {len(time)} samples are too few for {len(harmonics)} harmonics; "
-            f"at least {2 * len(harmonics) + 1} are needed"
-        )
     for name in ("displacement", "reference", "keyphasor"):
         signal = getattr(record, name)
         if signal is None:
@@ -133,154 +95,26 @@ def check_record(record, harmonics):
                 f"{where}: {name} has NaN or infinite samples, the first at {time[bad]:g} s; cut or repair"
             )
     step = np.diff(time)
-    if not (step > 0).all() or np.ptp(step) > 1e-6 * step.mean():
+    if len(step) == 0 or not (step > 0).all() or np.ptp(step) > 1e-6 * step.mean():
         raise RotorstudyError(f"{where}: time is not evenly spaced and increasing; resample the record first")
-    step = step.mean()
-    revolutions = record.speed * step * len(time) / (2 * np.pi)
-    if revolutions < 1 - 1e-9:
-        raise RotorstudyError(f"{where}: {revolutions:.2f} revolutions; at least one is needed, take a longer record")
-    highest = max(abs(int(n)) for n in harmonics)
-    if highest * record.speed * step >= np.pi:
-        allowed = int(np.ceil(np.pi / (record.speed * step))) - 1
-        raise RotorstudyError(
-            f"{where}: harmonic {highest} lies above the Nyquist frequency; with {1 / step:g} samples/s at "
-            f"{record.speed:g} rad/s harmonics up to {allowed} can be had"
-        )
+    revolutions = record.speed * step.mean() * len(time) / (2 * np.pi)
+    for finding in quality.check_sampling(len(time), revolutions + 1e-9, harmonics, where):
+        raise RotorstudyError(f"{where}: {finding.text}")
 
 
-def phase_from_reference(record, harmonics, amplitude, covariance):
+def phase_from_reference(where, harmonics, amplitude, covariance):
     """Phase psi_n (harmonic,) of the harmonics of the reference signal, and its covariance."""
     size = np.abs(amplitude)
     silent = size <= 1e-9 * size.max()
     if silent.any():
         lost = [int(n) for n in np.asarray(harmonics)[silent]]
-        raise RotorstudyError(
-            f"{record.where}: the reference signal has no harmonic {lost}; use the keyphasor for these"
-        )
+        raise RotorstudyError(f"{where}: the reference signal has no harmonic {lost}; use the keyphasor for these")
     # the signal is real: its noise turns n and -n by opposite angles, and its mean not at all
     count, n = len(size), np.asarray(harmonics)
     power = np.diag(covariance)[:count] + np.diag(covariance)[count:]
     std = np.where(n == 0, 0, np.sqrt(power / 2) / size)
     mirrored = (n[:, None] == n).astype(float) - (n[:, None] == -n)
     return np.angle(amplitude), std[:, None] * std * mirrored
-
-
-def mark_times(record, drifting=False):
-    """(revolution,) s when the phase mark passed: centres of the keyphasor pulses at half height.
-
-    drifting : take the speed from the pulses, so that it may drift and its label may be wrong
-    raises   : RotorstudyError if there is no keyphasor, or if its pulses are not about one a revolution
-    """
-    if record.keyphasor is None:
-        raise RotorstudyError(f"{record.where}: no keyphasor; record one, or use a reference signal")
-    signal, time = np.asarray(record.keyphasor, float), np.asarray(record.time)
-    level = (signal.max() + signal.min()) / 2
-    above = signal > level
-    up, down = np.flatnonzero(~above[:-1] & above[1:]), np.flatnonzero(above[:-1] & ~above[1:])
-    if len(up) and len(down):
-        down = down[down > up[0]]
-
-    def crossing(i):
-        return time[i] + (level - signal[i]) / (signal[i + 1] - signal[i]) * (time[i + 1] - time[i])
-
-    pairs = min(len(up), len(down))
-    found = (crossing(up[:pairs]) + crossing(down[:pairs])) / 2
-    if drifting:
-        _check_drifting(record, found)
-    else:
-        _check_steady(record, found)
-    return found
-
-
-def _check_steady(record, found):
-    """Raise unless the pulses come once a revolution of the stated speed."""
-    expected = record.speed * (record.time[-1] - record.time[0]) / (2 * np.pi)
-    if len(found) == 0 or abs(len(found) - expected) > 1.5:
-        raise RotorstudyError(
-            f"{record.where}: {len(found)} keyphasor pulses in {expected:.1f} revolutions at {record.speed:g} rad/s; "
-            "there must be one a revolution"
-        )
-    angle = np.exp(1j * record.speed * found)
-    usual = np.median(angle.real) + 1j * np.median(angle.imag)
-    off = np.abs(np.angle(angle * np.conj(usual))) / (2 * np.pi)
-    if off.max() > MARK_TOLERANCE:
-        raise RotorstudyError(
-            f"{record.where}: the keyphasor pulse at {found[off.argmax()]:g} s comes {off.max():.2f} turns off the "
-            f"others at {record.speed:g} rad/s; remove spurious pulses, or correct the speed"
-        )
-
-
-def _check_drifting(record, found):
-    """Raise unless each pulse comes half way between its neighbours, at about the stated speed."""
-    if len(found) < 2:
-        raise RotorstudyError(
-            f"{record.where}: {len(found)} whole keyphasor pulses; the shaft angle needs at least two, so take a "
-            "record of three revolutions or more, or use a method that relies on the stated speed"
-        )
-    turn = np.median(np.diff(found))
-    uneven = np.abs(np.diff(found, 2)) / turn
-    if len(uneven) and uneven.max() > 2 * MARK_TOLERANCE:
-        worst = int(uneven.argmax())
-        raise RotorstudyError(
-            f"{record.where}: the keyphasor pulse at {found[worst + 1]:g} s comes {uneven[worst] / 2:.2f} turns off "
-            f"the middle of its neighbours, allowed is {MARK_TOLERANCE:g}; remove spurious pulses, restore missing ones"
-        )
-    measured = 2 * np.pi / turn
-    if abs(measured / record.speed - 1) > LABEL_TOLERANCE:
-        raise RotorstudyError(
-            f"{record.where}: the keyphasor turns at {measured:g} rad/s, the record states {record.speed:g} rad/s; "
-            "correct the speed, there must be one pulse a revolution"
-        )
-    for place, gap in (("start", found[0] - record.time[0]), ("end", record.time[-1] - found[-1])):
-        if gap > (1 + 2 * MARK_TOLERANCE) * turn:
-            raise RotorstudyError(
-                f"{record.where}: no keyphasor pulse in the {gap / turn:.2f} turns at the {place} of the record; cut it"
-            )
-
-
-def shaft_angle(marks, time):
-    """Angle of the shaft through its phase marks: a cubic spline of pieces of ten turns, by least squares.
-
-    Least squares rather than interpolation: what the marks scatter about a slow drift is jitter, and it is stated.
-
-    marks   : (revolution,) s;  time : (time,) s
-    returns : angle (time,) rad, slope (time, coefficient) by the spline's coefficients, their covariance
-    source  : Fyfe and Munck 1997 (computed order tracking), with a fit for their interpolation
-    """
-    from scipy.interpolate import BSpline
-
-    count = len(marks)
-    degree = min(max((count - 1) // 2, 1), 3)
-    middle = marks.mean()
-    ends = np.linspace(marks[0], marks[-1], max(1, (count - 1) // PIECE_TURNS) + 1) - middle
-    knots = np.concatenate([[ends[0]] * degree, ends, [ends[-1]] * degree])
-
-    def spline(instants):
-        return BSpline(knots, np.eye(len(knots) - degree - 1), degree, extrapolate=True)(instants - middle)
-
-    at_marks, turned = spline(marks), 2 * np.pi * np.arange(count)
-    coefficients = np.linalg.lstsq(at_marks, turned, rcond=None)[0]
-    freedom = count - len(coefficients)
-    variance = np.sum((turned - at_marks @ coefficients) ** 2) / freedom if freedom else 0.0
-    slope = spline(time)
-    return slope @ coefficients, slope, variance * np.linalg.inv(at_marks.T @ at_marks)
-
-
-def phase_at_start(marks, start, harmonics):
-    """Phase psi_n = n * angle of the shaft at the first sample (harmonic,), and its covariance, whatever the label."""
-    angle, slope, covariance = shaft_angle(marks, np.array([start]))
-    n = np.asarray(harmonics)
-    return np.angle(np.exp(1j * n * angle[0])), (slope @ covariance @ slope.T)[0, 0] * np.outer(n, n)
-
-
-def phase_from_keyphasor(record, harmonics):
-    """Phase psi_n = -n w t_mark (harmonic,) that the mark passing at t_mark gives each harmonic, and its covariance."""
-    marks = mark_times(record) - record.time[0]
-    turns = np.rint((marks - marks[0]) * record.speed / (2 * np.pi))
-    offsets = marks - turns * 2 * np.pi / record.speed
-    variance = offsets.var(ddof=1) / len(offsets) if len(offsets) > 1 else 0.0
-    rate = -np.asarray(harmonics) * record.speed
-    return np.angle(np.exp(1j * rate * offsets.mean())), variance * np.outer(rate, rate)
 
 
 def compensate(amplitude, covariance, phase, phase_covariance):
@@ -376,7 +210,7 @@ def full_spectrum(records, harmonics, method, phase="reference", *, whole_revolu
         marks = mark_times(whole, drifting=True) if method.uses_marks else None
         amplitude, covariance = harmonics_by(method, signals, record.time, record.speed, harmonics, marks)
         if phase == "reference":
-            psi = phase_from_reference(record, harmonics, amplitude[-1], covariance[-1])
+            psi = phase_from_reference(record.where, harmonics, amplitude[-1], covariance[-1])
             amplitude, covariance = compensate(amplitude[:-1], covariance[:-1], *psi)
         elif method.uses_marks and phase == "none":
             psi, psi_covariance = phase_at_start(marks, record.time[0], harmonics)

@@ -1,5 +1,9 @@
 """A rig file (YAML) read into a model. Every key is checked here, once."""
 
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
 from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
 from rotorstudy.model.cracks import SERIES_ORDER, crack_parameters
 from rotorstudy.model.depth import keys_from_depth
@@ -15,9 +19,40 @@ SECTIONS = {"rotor": "rotor", "cracks": "crack", "bearings": "bearing", "effects
 OTHER = ("sensors", "static_deflection_m", "measurement", "diagnosis")
 
 
+@dataclass(frozen=True)
+class RigFile:
+    """A rig file, read once: where it lies, what it holds, and the Model it describes.
+
+    path : Path;  given : dict
+    """
+
+    path: Path
+    given: dict
+
+    @cached_property
+    def model(self):
+        return build_model(self.given, str(self.path))
+
+    @property
+    def plugins(self):
+        """The Plugin objects it names."""
+        return named_plugins(self.given)
+
+    def measured_at(self, sensors):
+        """The Model with these nodes as sensors."""
+        if tuple(sensors) == self.model.sensors:
+            return self.model
+        return build_model({**self.given, "sensors": list(sensors)}, str(self.path))
+
+
+def read_rig(rig):
+    """The RigFile at a path; a RigFile that was read before is given back."""
+    return rig if isinstance(rig, RigFile) else RigFile(Path(rig), read_yaml(rig))
+
+
 def load_rig(path):
     """The Model a rig file describes."""
-    return build_model(read_yaml(path), where=str(path))
+    return read_rig(path).model
 
 
 def build_model(rig, where="the rig"):

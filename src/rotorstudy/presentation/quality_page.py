@@ -4,7 +4,7 @@ from html import escape
 
 import numpy as np
 
-from rotorstudy.measurement.measurement import FACTS, NODE_FACTS
+from rotorstudy.measurement.facts import NodeFacts, RecordFacts, facts_of
 from rotorstudy.presentation.tables import CSS, html_table
 
 SHOWN_TURNS = 4  # of the time signal
@@ -31,9 +31,9 @@ def write_page(measurement, path, title):
         for f in measurement.findings
     ]
     parts.append(f"<ul>{''.join(items)}</ul>" if items else "<p>None: nothing wrong was seen.</p>")
-    rows = [{"record": one["where"], **_named(one, FACTS)} for one in measurement.facts]
-    places = [(one["where"], node, facts) for one in measurement.facts for node, facts in one["nodes"].items()]
-    node_rows = [{"record": where, "node": node, **_named(facts, NODE_FACTS)} for where, node, facts in places]
+    rows = [{"record": one.where, **_named(one, RecordFacts)} for one in measurement.facts]
+    places = [(one.where, node, facts) for one in measurement.facts for node, facts in one.nodes.items()]
+    node_rows = [{"record": where, "node": node, **_named(facts, NodeFacts)} for where, node, facts in places]
     parts += ["<h2>Records</h2>", html_table(pd.DataFrame(rows), 4)]
     parts += ["<h2>Nodes</h2>", html_table(pd.DataFrame(node_rows), 4)]
     if measurement.spectrum is not None:
@@ -45,12 +45,12 @@ def write_page(measurement, path, title):
     write_text(path, head + "\n".join(parts) + "</html>\n")
 
 
-def _named(facts, known):
+def _named(facts, kind):
     """Facts under their long names with unit."""
     found = {}
-    for name, (unit, long) in known.items():
+    for name, unit, long in facts_of(kind):
         unit, factor = ("µm", 1e6) if unit == "m" else (unit, 1.0)
-        found[long if unit == "1" else f"{long} ({unit})"] = factor * float(facts.get(name, np.nan))
+        found[long if unit == "1" else f"{long} ({unit})"] = factor * float(getattr(facts, name))
     return found
 
 

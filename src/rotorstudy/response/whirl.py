@@ -37,22 +37,37 @@ def whirl_modes(model, speed, theta=None):
     return values[order], shapes / tallest
 
 
-def critical_speeds(model, up_to, order=1, theta=None):
+def critical_speeds(model, up_to, orders=(1,), theta=None):
     """Speeds at which a whirl frequency meets a multiple of the spin speed.
 
-    up_to   : rad/s;  order : n > 0 forward, n < 0 backward; n = 1 is where unbalance meets forward whirl
-    returns : (critical,) rad/s, ascending; damped frequencies, so a mode that is damped out has none
+    Parameters
+    ----------
+    model : Model
+        Time-invariant, see `time_invariant`.
+    up_to : float
+        Highest speed, rad/s.
+    orders : sequence of int
+        n > 0 forward, n < 0 backward; n = 1 is where unbalance meets forward whirl.
+    theta : array (parameter,), optional
+        Amplitudes, SI; those of the model if left out.
+
+    Returns
+    -------
+    list of array (critical,)
+        For each order, rad/s, ascending; damped frequencies, so a mode that is damped out has none.
     """
     from scipy.optimize import brentq
 
     speeds = np.geomspace(1e-4 * up_to, up_to, 600)
-    distance = eigenvalues(model, speeds, theta).imag - order * speeds[:, None]  # sorted, so continuous in speed
-    found = []
-    for mode in range(distance.shape[1]):
-        for i in np.flatnonzero(np.diff(np.sign(distance[:, mode])) != 0):
+    frequency = eigenvalues(model, speeds, theta).imag  # sorted, so continuous in speed
 
-            def off(w, mode=mode):
-                return eigenvalues(model, [w], theta).imag[0, mode] - order * w
+    def off(w, mode, order):
+        return eigenvalues(model, [w], theta).imag[0, mode] - order * w
 
-            found.append(brentq(off, speeds[i], speeds[i + 1], xtol=1e-9 * up_to))
-    return np.array(sorted(found))
+    def meeting(order):
+        change = np.diff(np.sign(frequency - order * speeds[:, None]), axis=0) != 0
+        return np.sort(
+            [brentq(off, *speeds[i : i + 2], args=(mode, order), xtol=1e-9 * up_to) for i, mode in np.argwhere(change)]
+        )
+
+    return [meeting(order) for order in orders]

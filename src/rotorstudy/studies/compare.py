@@ -14,13 +14,13 @@ from pydantic import Field, model_validator
 
 from rotorstudy.errors import PluginError, RotorstudyError, UnidentifiableError, unknown_name
 from rotorstudy.inference.identification import Problem, cramer_rao_bound, estimate_by, magnitude_and_phase
+from rotorstudy.measurement.keyphasor import phase_from_keyphasor
 from rotorstudy.measurement.noise import noise_std, standard_normal
 from rotorstudy.measurement.records import (
     Record,
     compensate,
     full_spectrum,
     keyphasor_signal,
-    phase_from_keyphasor,
     simulate_records,
 )
 from rotorstudy.measurement.spectrum import Spectrum

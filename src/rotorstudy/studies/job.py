@@ -1,6 +1,7 @@
 """What every workflow script is wrapped in: its log file, errors in one line, and what its result depends on."""
 
 import ast
+import functools
 import sys
 import traceback
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
@@ -30,31 +31,33 @@ def job(snakemake):
             sys.exit(1)
 
 
+@functools.cache
+def _imports(file):
+    """Files of this package that one file imports, also inside functions. Kept: every script shares most of them."""
+    home = Path(__file__).parents[1]
+    modules = []
+    for node in ast.walk(ast.parse(file.read_text())):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            modules += [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
+        elif isinstance(node, ast.Import):
+            modules += [alias.name for alias in node.names]
+    bases = [
+        home.joinpath(*parts[1:]) for parts in (module.split(".") for module in modules) if parts[0] == "rotorstudy"
+    ]
+    return {path for base in bases for path in (base.with_suffix(".py"), base / "__init__.py") if path.is_file()}
+
+
 def imported_files(script):
     """Files of this package a script imports, directly or through others (also inside functions); itself not included.
 
     Snakemake sees a change of a script but not of the modules behind it; a rule that lists these as input does.
     """
-    home = Path(__file__).parents[1]
     seen, waiting = set(), [Path(script)]
     while waiting:
-        tree = ast.parse(waiting.pop().read_text())
-        for node in ast.walk(tree):
-            modules = []
-            if isinstance(node, ast.ImportFrom) and node.module:
-                modules = [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
-            elif isinstance(node, ast.Import):
-                modules = [alias.name for alias in node.names]
-            for module in modules:
-                parts = module.split(".")
-                if parts[0] != "rotorstudy":
-                    continue
-                base = home.joinpath(*parts[1:])
-                for file in (base.with_suffix(".py"), base / "__init__.py"):
-                    if file.is_file() and file not in seen:
-                        seen.add(file)
-                        waiting.append(file)
-    return sorted(str(file) for file in seen)
+        new = _imports(waiting.pop()) - seen
+        seen |= new
+        waiting += new
+    return sorted(map(str, seen))
 
 
 def plugin_files(rigs, plugins=()):

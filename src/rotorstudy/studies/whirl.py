@@ -25,9 +25,7 @@ def whirl(config, up_to=6.0):
     frequency = np.array([eigenvalues(model, speeds, thetas[name]).imag for name, model in models.items()])
     if np.allclose(frequency, -frequency[..., ::-1], rtol=1e-6, atol=1e-6 * highest):  # anisotropic: both mirror images
         frequency = frequency[..., frequency.shape[-1] // 2 :]
-    found = [
-        [critical_speeds(model, highest, order, thetas[name]) for order in ORDERS] for name, model in models.items()
-    ]
+    found = [critical_speeds(model, highest, ORDERS, thetas[name]) for name, model in models.items()]
     most = max(len(values) for rig in found for values in rig)
     critical = np.full((len(models), len(ORDERS), most), np.nan)
     for r, rig in enumerate(found):

@@ -140,7 +140,7 @@ def chapter_4(config, folder, spectra, dominance, noisy):
     right = build_model(turned, "the thesis's rig with the right gyroscopic sign")
     responses = [np.abs(measured_response(m, list(speeds.values()), HARMONICS)[..., 0]) for m in (thesis, right)]
     critical = [
-        critical_speeds(time_invariant(m).without(DAMPINGS), 2 * np.pi * 500, 1) / (2 * np.pi) for m in (thesis, right)
+        critical_speeds(time_invariant(m).without(DAMPINGS), 2 * np.pi * 500)[0] / (2 * np.pi) for m in (thesis, right)
     ]
     structure = right.structure
     coupled = np.abs(eigenvalues(Model(structure), [1e-3]).imag).min()

@@ -6,10 +6,12 @@ from rotorstudy.diagnosis.search import base_model
 from rotorstudy.diagnosis.verdict import investigate
 from rotorstudy.inference.fit import fit, predicted, with_model_error
 from rotorstudy.inference.identification import magnitude_and_phase
+from rotorstudy.measurement.measurement import measured_spectrum
+from rotorstudy.model.rig import read_rig
 from rotorstudy.presentation.diagnosis_page import chance, gain_in_words, place
-from rotorstudy.presentation.diagnosis_report import read_settings, read_spectrum
+from rotorstudy.presentation.diagnosis_report import read_settings
 from rotorstudy.response.harmonic import measured_response
-from rotorstudy.store import as_complex, read_yaml
+from rotorstudy.store import as_complex
 from rotorstudy.thesis.checks import shown_name
 from rotorstudy.thesis.replay import thesis_estimates
 
@@ -23,8 +25,9 @@ def leave_one_out(records, rig_path):
     base, extended : the rig as its uncertainties allow, and with the causes found
     without_limits : the rig's own parameters fitted freely
     """
-    spectrum, model, _ = read_spectrum(records, rig_path)
-    settings = read_settings(read_yaml(rig_path), str(rig_path))
+    rig = read_rig(rig_path)
+    spectrum, model, _ = measured_spectrum(records, rig)
+    settings = read_settings(rig.given, str(rig_path))
     free = settings.model_copy(update={"uncertainty": {k: UNLIMITED * v for k, v in settings.uncertainty.items()}})
     rows = []
     for i, speed in enumerate(spectrum.speed):

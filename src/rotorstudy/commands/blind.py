@@ -1,0 +1,38 @@
+"""`rotorstudy blind`: effects hidden in simulated measurements, and what a diagnosis finds of them."""
+
+from pathlib import Path
+
+from rotorstudy.commands.outputs import check_folder
+
+
+def add(commands):
+    parser = commands.add_parser("blind", help="hide effects in simulated measurements and see what a diagnosis finds")
+    parser.add_argument("--config", help="what to draw (default: the project's own configuration)")
+    parser.add_argument("--cases", type=int, metavar="N", help="number of cases (default: the configuration's)")
+    parser.add_argument("--seed", type=int, metavar="S", help="of all random numbers (default: the configuration's)")
+    parser.add_argument("--cores", type=int, default=1, metavar="K", help="processes; results are the same (default 1)")
+    parser.add_argument("--out", required=True, help="folder to write to")
+    parser.set_defaults(func=run)
+
+
+def _default_config():
+    """The project's configuration of the blind tests: the workflow's, or its copy in an installed package."""
+    packaged = Path(__file__).parents[1] / "blind" / "blind.yaml"
+    return packaged if packaged.is_file() else Path(__file__).parents[3] / "workflow" / "config" / "blind.yaml"
+
+
+def run(given):
+    """Run the blind tests and write their pages."""
+    from rotorstudy.blind.config import load_blind
+    from rotorstudy.blind.run import run_blind
+    from rotorstudy.presentation.blind_page import write_pages
+
+    check_folder(given.out)
+    config = load_blind(given.config or _default_config())
+    data, criteria, rows = run_blind(config, given.out, cases=given.cases, seed=given.seed, cores=given.cores)
+    write_pages(data, criteria, rows, given.out)
+    for row in criteria.itertuples():
+        value = f"{row.reached:.3g} ({row.low:.3g} to {row.high:.3g}), {row.cases} cases"
+        print(f"{row.status:15} {row.what} {row.needed}: {value}")
+    print(f"wrote {given.out}/criteria.html, cases.html, blind.nc and figures")
+    return 0

@@ -1,0 +1,23 @@
+"""`rotorstudy check`: the invariants of a plugin file."""
+
+
+def add(commands):
+    parser = commands.add_parser("check", help="try every invariant of its kind on a plugin file; say what holds")
+    parser.add_argument("file", help="plugin file")
+    parser.set_defaults(func=run)
+
+
+def run(given):
+    """Try every invariant; status 1 if one fails."""
+    from rotorstudy.authoring.files import check_file, left_to_write
+
+    rows = check_file(given.file)
+    for kind, name, outcome in rows:
+        wrong = f"\n       {outcome.wrong}" if outcome.wrong else ""
+        print(f"{outcome.state}  {kind} {name}: {outcome.statement}{wrong}")
+    states = [outcome.state for _, _, outcome in rows]
+    unclaimed = states.count("not claimed")
+    print(f"{states.count('holds')} of {len(states) - unclaimed} hold" + f", {unclaimed} not claimed" * bool(unclaimed))
+    if left := left_to_write(given.file):
+        print(f"note: {' and '.join(left)} in {given.file} still say what the template says; name your own")
+    return 1 if "fails" in states else 0

@@ -1,0 +1,38 @@
+"""`rotorstudy diagnose`: what the simulation of a rig gets wrong, and the cause."""
+
+import sys
+from pathlib import Path
+
+from rotorstudy.commands.outputs import check_folder
+
+
+def add(commands):
+    parser = commands.add_parser("diagnose", help="what the simulation of a rig gets wrong, and the cause")
+    parser.add_argument(
+        "records", nargs="+", help="record files, tables of harmonics, or one spectrum that `import` wrote"
+    )
+    parser.add_argument(
+        "--rig", required=True, help="rig file with a value for every parameter; its section 'diagnosis:' has settings"
+    )
+    parser.add_argument("--out", required=True, metavar="DIR", help="folder to write verdict, figures and page to")
+    parser.add_argument(
+        "--hold-out",
+        type=float,
+        nargs="+",
+        metavar="RAD_S",
+        help="measured speeds in rad/s that no fit sees (default: those of the rig file, else about a quarter)",
+    )
+    parser.set_defaults(func=run)
+
+
+def run(given):
+    """Write verdict, data, extended rig, figures and page into a folder."""
+    from rotorstudy.presentation.diagnosis_report import report
+
+    check_folder(given.out, given.rig, *given.records)
+    verdict = report(given.records, given.rig, given.out, given.hold_out)
+    for finding in verdict["findings"]:
+        print("{severity}: {where}: {name}: {text}".format(**finding), file=sys.stderr)
+    print(verdict["summary"])
+    print(f"wrote {Path(given.out) / 'index.html'}")
+    return 0

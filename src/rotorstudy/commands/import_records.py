@@ -1,0 +1,44 @@
+"""`rotorstudy import`: measured records to a spectrum with covariance and a quality page."""
+
+import sys
+from pathlib import Path
+
+from rotorstudy.commands.outputs import check_file
+from rotorstudy.errors import RotorstudyError
+
+
+def add(commands):
+    parser = commands.add_parser("import", help="measured records to a spectrum with covariance and a quality page")
+    parser.add_argument("records", nargs="+", help="record files (.nc, .csv, .mat, .uff) or tables of harmonics (.csv)")
+    parser.add_argument("--rig", required=True, help="rig file; its section 'measurement:' says how to read the files")
+    parser.add_argument("--out", required=True, help="NetCDF file to write")
+    parser.add_argument("--quality", help="HTML page to write (default: quality.html beside --out)")
+    parser.set_defaults(func=run)
+
+
+def run(given):
+    """Write the spectrum and the quality page; errors among the findings stop it."""
+    from rotorstudy.measurement.measurement import read_measurement
+    from rotorstudy.measurement.spectrum_file import measurement_dataset
+    from rotorstudy.model.rig import read_rig
+    from rotorstudy.presentation.quality_page import write_page
+    from rotorstudy.store import provenance, save
+
+    page = given.quality or Path(given.out).parent / "quality.html"
+    check_file(given.out, given.rig, *given.records)
+    check_file(page, given.rig, given.out, *given.records, option="--quality")
+    rig = read_rig(given.rig)
+    measurement = read_measurement(given.records, rig)
+    write_page(measurement, page, f"Quality of {', '.join(Path(path).name for path in given.records)}")
+    for finding in measurement.findings:
+        print(finding, file=sys.stderr)
+    if measurement.errors:
+        raise RotorstudyError(
+            f"{len(measurement.errors)} of the findings are errors, so no spectrum was written; leave these records "
+            f"out or correct them (see {page})"
+        )
+    attributes = {**provenance(rig.given, rig.plugins), "records": ", ".join(map(str, given.records))}
+    save(measurement_dataset(measurement).assign_attrs(attributes), given.out)
+    count = len(measurement.spectrum.speed)
+    print(f"wrote the spectrum of {count} speed(s) to {given.out}, their quality to {page}")
+    return 0

@@ -1,0 +1,64 @@
+"""Plugins and your own files for them; simulate a rig, import records, identify and diagnose a rig."""
+
+import argparse
+import sys
+
+from rotorstudy import __version__
+from rotorstudy.commands import blind, check, diagnose, identify, import_records, new, plugins, simulate
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.model.registry import blamed, registry
+
+COMMANDS = (plugins, new, check, simulate, import_records, diagnose, identify, blind)
+EPILOG = """examples:
+  rotorstudy plugins
+  rotorstudy new crack my_crack
+  rotorstudy check my_crack.py
+  rotorstudy simulate rig.yaml --speeds 88 308 --out records.nc
+  rotorstudy import run_1.csv run_2.csv --rig rig.yaml --out spectrum.nc
+  rotorstudy identify spectrum.nc --rig rig.yaml --unknowns internal_damping external_damping
+  rotorstudy diagnose run_1.csv run_2.csv --rig rig.yaml --out diagnosis
+  rotorstudy blind --cases 60 --seed 7 --out blind_7
+"""
+
+
+def parser():
+    """The argparse parser of all commands; each sets `func`, which takes what was given and returns a status."""
+    top = argparse.ArgumentParser(
+        prog="rotorstudy", description=__doc__, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    top.add_argument("--version", action="version", version=f"rotorstudy {__version__}")
+    commands = top.add_subparsers(required=True, metavar="COMMAND")
+    for command in COMMANDS:
+        command.add(commands)
+    return top
+
+
+def main(arguments=None):
+    """Run the command line.
+
+    Parameters
+    ----------
+    arguments : list of str, optional
+        By default those the process was started with.
+
+    Returns
+    -------
+    int
+        The exit status: 0, or 1 after an error, which is told in one line.
+    """
+    given = parser().parse_args(arguments)
+    try:
+        if given.func is not plugins.run:  # which lists them itself
+            for failure in registry().failures:
+                print(f"warning: {failure}", file=sys.stderr)
+        return given.func(given)
+    except RotorstudyError as error:
+        message = error
+    except (OSError, MemoryError) as error:
+        message = blamed(error) or f"{type(error).__name__}: {error}"
+    except Exception as error:
+        message = blamed(error)
+        if not message:
+            raise
+    print(f"error: {message}", file=sys.stderr)
+    return 1

@@ -1,0 +1,18 @@
+"""`rotorstudy new`: a working plugin file to start from."""
+
+
+def add(commands):
+    parser = commands.add_parser("new", help="write a working plugin file to start from")
+    parser.add_argument("kind", help="rotor, crack, depth, bearing, effect, spectrum or estimator")
+    parser.add_argument("name", help="of the plugin and its file")
+    parser.add_argument("--folder", help="where to write it (default: the kind's folder in plugins/)")
+    parser.set_defaults(func=run)
+
+
+def run(given):
+    """Write the file."""
+    from rotorstudy.authoring.files import new_plugin
+
+    path = new_plugin(given.kind, given.name, given.folder)
+    print(f"wrote {path}; edit it, then: rotorstudy check {path}")
+    return 0

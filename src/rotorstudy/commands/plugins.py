@@ -1,0 +1,45 @@
+"""`rotorstudy plugins`: the plugin library."""
+
+from rotorstudy.errors import PluginError, unknown_name
+from rotorstudy.model.registry import registry
+
+
+def add(commands):
+    parser = commands.add_parser("plugins", help="list the zoo: kind, name, source, one line each")
+    parser.add_argument(
+        "--name", help="all that this one plugin says of itself: options, parameters, claims, confounders"
+    )
+    parser.add_argument("--kind", help="only this kind: rotor, crack, depth, bearing, effect, spectrum, estimator")
+    parser.set_defaults(func=run)
+
+
+def run(given):
+    """List the plugins, or show one."""
+    from rotorstudy.model.kinds import KINDS
+
+    if given.kind and given.kind not in KINDS:
+        raise unknown_name("kind", given.kind, KINDS, "--kind")
+    zoo = registry()
+    shown = [(kind, plugin) for kind, plugin in zoo if given.kind in (None, kind)]
+    if given.name:
+        return show_plugin(given.name, [one for one in shown if one[1].name == given.name], shown)
+    if shown:
+        widths = [max(len(text) for text in column) for column in zip(*((k, p.name) for k, p in shown), strict=True)]
+        for kind, plugin in shown:
+            print(f"{kind:{widths[0]}}  {plugin.name:{widths[1]}}  {plugin.summary} [{plugin.source}]")
+    if zoo.failures:
+        raise PluginError("; ".join(zoo.failures))
+    return 0
+
+
+def show_plugin(name, found, known):
+    """What the plugins of a name say of themselves."""
+    from rotorstudy.authoring.facts import facts
+
+    if not found:
+        raise unknown_name("plugin", name, [plugin.name for _, plugin in known], "--name")
+    for kind, plugin in found:
+        print(f"{kind} {plugin.name} ({plugin.file})")
+        for heading, text in facts(kind, plugin).items():
+            print(f"  {heading:16} {text}")
+    return 0

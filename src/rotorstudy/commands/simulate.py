@@ -1,0 +1,59 @@
+"""`rotorstudy simulate`: records of the steady state of a rig."""
+
+from rotorstudy.commands.outputs import check_file
+from rotorstudy.errors import RotorstudyError
+
+HARMONICS = (0, 1, 2, 3, 5, 7, -1, -3, -5)  # of the reference signal
+MOST_SAMPLES = 20_000_000  # of a record, about a gigabyte while it is made
+
+
+def add(commands):
+    parser = commands.add_parser("simulate", help="records of the steady state of a rig, as NetCDF")
+    parser.add_argument("rig", help="rig file (YAML) with a value for every parameter")
+    parser.add_argument("--speeds", type=float, nargs="+", required=True, metavar="RAD_S", help="spin speeds in rad/s")
+    parser.add_argument("--harmonics", type=int, nargs="+", default=HARMONICS, help="harmonics of the reference signal")
+    parser.add_argument(
+        "--duration", type=float, default=1.0, metavar="S", help="length of each record in s (default 1)"
+    )
+    parser.add_argument("--rate", type=float, default=10000.0, metavar="HZ", help="samples per second (default 10000)")
+    parser.add_argument("--noise", type=float, default=0.0, metavar="PERCENT", help="white noise, percent of the rms")
+    parser.add_argument("--seed", type=int, default=0, help="of the noise (default 0)")
+    parser.add_argument("--out", required=True, help="NetCDF file to write")
+    parser.set_defaults(func=run)
+
+
+def run(given):
+    """Simulate and write the records."""
+    import numpy as np
+
+    from rotorstudy.measurement.noise import standard_normal
+    from rotorstudy.measurement.records import check_record, records_dataset, simulate_records
+    from rotorstudy.model.rig import read_rig
+    from rotorstudy.response.harmonic import check_speed
+    from rotorstudy.store import provenance, save
+
+    for name, value in (("--duration", given.duration), ("--rate", given.rate)):
+        if not 0 < value < np.inf:
+            raise RotorstudyError(f"{name} {value:g}: must be positive and finite")
+    if not 0 <= given.noise < np.inf or given.seed < 0:
+        raise RotorstudyError(f"--noise {given.noise:g} --seed {given.seed}: must not be negative, and finite")
+    if given.duration * given.rate > MOST_SAMPLES:
+        raise RotorstudyError(
+            f"--duration {given.duration:g} at --rate {given.rate:g}: more than {MOST_SAMPLES:.0e} samples a speed; "
+            "shorten the record or sample more slowly"
+        )
+    check_file(given.out, given.rig)
+    rig = read_rig(given.rig)
+    time = np.arange(round(given.duration * given.rate)) / given.rate
+    records = simulate_records(rig.model, check_speed(given.speeds), given.harmonics, time)
+    for i, record in enumerate(records):
+        check_record(record, given.harmonics)
+        if given.noise:
+            x, y = standard_normal(given.seed, i, 1, (2, *record.displacement.shape))[0]
+            moving = record.displacement - record.displacement.mean(axis=-1, keepdims=True)
+            size = given.noise / 100 * np.sqrt(np.mean(np.abs(moving) ** 2, axis=-1, keepdims=True) / 2)
+            record.displacement[:] += size * (x + 1j * y)
+    attributes = provenance(rig.given, rig.plugins, given.seed if given.noise else None)
+    save(records_dataset(records).assign_attrs(attributes), given.out)
+    print(f"wrote {len(records)} record(s) of {len(time)} samples to {given.out}")
+    return 0

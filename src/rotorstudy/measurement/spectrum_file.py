@@ -1,0 +1,91 @@
+"""A measured spectrum on disk: what `rotorstudy import` writes, and `identify` and `diagnose` read."""
+
+import numpy as np
+
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.measurement.facts import NodeFacts, RecordFacts, facts_of
+from rotorstudy.measurement.files import netcdf
+from rotorstudy.measurement.findings import Finding
+from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.store import as_complex, dataset
+
+
+def measurement_dataset(measurement):
+    """The Measurement as a Dataset: spectrum, covariance, facts and findings.
+
+    Returns
+    -------
+    Dataset
+        amplitude (speed, harmonic, node, part) m; covariance (speed, node, component, other_component) m^2; facts
+        (record) and (record, node); finding_severity, finding_name, finding_where, finding_text (finding)
+
+    Raises
+    ------
+    RotorstudyError
+        If no record could be used.
+    """
+    spectrum, facts, findings = measurement.spectrum, measurement.facts, measurement.findings
+    if spectrum is None:
+        raise RotorstudyError("no record could be used; see the findings")
+    components = [f"{part} {n}X" for part in ("real", "imag") for n in spectrum.harmonics]
+    square = ("speed", "node", "component", "other_component")
+    variables = {
+        "amplitude": (("speed", "harmonic", "node"), spectrum.amplitude, "m", "harmonics of the displacement x + j y"),
+        "covariance": (square, spectrum.covariance, "m2", "covariance of real and imaginary parts of the harmonics"),
+        "where": (("record",), np.array([one.where for one in facts], object), "1", "file and speed"),
+    }
+    for name, unit, long_name in facts_of(RecordFacts):
+        variables[name] = (("record",), np.array([getattr(one, name) for one in facts], float), unit, long_name)
+    for name, unit, long_name in facts_of(NodeFacts):
+        values = [[getattr(one.nodes[node], name) for node in spectrum.sensors] for one in facts]
+        variables[name] = (("record", "node"), np.array(values, float), unit, long_name)
+    for name in ("severity", "name", "where", "text"):
+        said = np.array([getattr(finding, name) for finding in findings], object)
+        variables[f"finding_{name}"] = (("finding",), said, "1", f"{name} of the finding")
+    coordinates = {
+        "speed": (spectrum.speed, "rad/s", "spin speed"),
+        "harmonic": (spectrum.harmonics, "1", "harmonic, n > 0 forward, n < 0 backward"),
+        "node": (np.array(spectrum.sensors), "1", "node"),
+        "component": (components, "1", "part of which harmonic"),
+        "other_component": (components, "1", "part of which harmonic"),
+    }
+    return dataset(variables, coordinates, title="measured spectrum")
+
+
+def is_spectrum(path):
+    """Whether a file is a NetCDF file with a spectrum rather than with records."""
+    if path.suffix.lower() not in (".nc", ".nc4"):
+        return False
+    with netcdf(path) as data:
+        return "amplitude" in data and "displacement" not in data
+
+
+def load_spectrum(path):
+    """The Spectrum in a file that `rotorstudy import` wrote.
+
+    Raises
+    ------
+    RotorstudyError
+        If the file cannot be read or holds no spectrum.
+    """
+    return load_imported(path)[0]
+
+
+def load_imported(path):
+    """The Spectrum in a file that `rotorstudy import` wrote, and its Findings."""
+    with netcdf(path) as opened:
+        data = opened.load()
+    lacking = [name for name in ("amplitude", "covariance") if name not in data]
+    if lacking:
+        raise RotorstudyError(f"{path}: no variable '{lacking[0]}'; write it by 'rotorstudy import'")
+    spectrum = Spectrum(
+        as_complex(data.amplitude.transpose("speed", "harmonic", "node", "part")),
+        data.speed.values,
+        data.harmonic.values,
+        tuple(int(node) for node in data.node.values),
+        data.covariance.transpose("speed", "node", "component", "other_component").values,
+    )
+    if "finding_name" not in data:
+        return spectrum, []
+    columns = [data[f"finding_{key}"].values.astype(str) for key in ("severity", "name", "where", "text")]
+    return spectrum, [Finding(*map(str, row)) for row in zip(*columns, strict=True)]
