@@ -27,7 +27,7 @@ def python(code):
 
 def combined_identification(case):
     """Records of 65536 samples at 150 speeds, full spectra, identification by both estimators."""
-    from rotorstudy.inference.identification import Problem
+    from rotorstudy.inference.problem import Problem
     from rotorstudy.measurement.records import full_spectrum, simulate_records
     from rotorstudy.model.registry import registry
     from rotorstudy.studies.config import load_study

@@ -76,7 +76,17 @@ def test_identify_notes_a_fit_better_than_usual(records, capsys, monkeypatch):
 
 
 def test_the_help_of_every_command_can_be_read(capsys):
-    for command in ([], ["plugins"], ["simulate"], ["import"], ["identify"], ["new"], ["check"], ["diagnose"], ["blind"]):
+    for command in (
+        [],
+        ["plugins"],
+        ["simulate"],
+        ["import"],
+        ["identify"],
+        ["new"],
+        ["check"],
+        ["diagnose"],
+        ["blind"],
+    ):
         with pytest.raises(SystemExit) as stop:
             main([*command, "--help"])
         assert stop.value.code == 0

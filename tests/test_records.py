@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from rotorstudy import RotorstudyError, full_spectrum, load_rig, measured_response, registry, simulate_records
-from rotorstudy.measurement.noise import noise_std
 from rotorstudy.measurement.harmonics import white_noise_covariance
 from rotorstudy.measurement.keyphasor import phase_from_keyphasor
+from rotorstudy.measurement.noise import noise_std
 from rotorstudy.measurement.records import Record, compensate
 from rotorstudy.measurement.spectrum import components
 from rotorstudy.response.series import rotating_basis, synthesize

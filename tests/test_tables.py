@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from rotorstudy.presentation.tables import html_table, in_table_order, side_by_side, write_html
+from rotorstudy.presentation.tables import in_table_order, side_by_side, write_html
 
 
 def scored(**columns):
@@ -25,12 +25,15 @@ def test_lengths_are_shown_in_micrometres_and_nothing_else_is():
     assert both.computed[0] == 2e-5
 
 
-def test_numbers_are_marked_rounded_and_written_out():
-    page = html_table(pd.DataFrame({"a": [63637.4, np.nan], "b": ["x < y", None], "c": ["long " * 30, ""]}), digits=4)
+def test_numbers_are_marked_rounded_and_written_out(tmp_path):
+    table = pd.DataFrame({"a": [63637.4, np.nan], "b": ["x < y", None], "c": ["long " * 30, ""]})
+    write_html(tmp_path / "page.html", "Title", "Note.", {"Heading": table}, digits=4)
+    page = (tmp_path / "page.html").read_text()
+    assert '<th scope="col">a</th>' in page and "<h2>Heading</h2>" in page and 'name="viewport"' in page
     assert '<td class="number">63640</td>' in page and '<td class="number"></td>' in page
     assert '<td class="short">x &lt; y</td>' in page and '<td class="long">' in page
 
 
 def test_a_note_can_be_a_list_of_points(tmp_path):
     write_html(tmp_path / "page.html", "Title", ["First.", "One.", "Two."], {"": pd.DataFrame({"a": [1]})})
-    assert "<p>First.</p>\n<ul><li>One.</li><li>Two.</li></ul>" in (tmp_path / "page.html").read_text()
+    assert "<p>First.</p>\n<ul>\n<li>One.</li>\n<li>Two.</li>\n</ul>\n" in (tmp_path / "page.html").read_text()

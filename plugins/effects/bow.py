@@ -1,6 +1,6 @@
 import numpy as np
 
-from rotorstudy.plugins import Effect, Entry, Parameter, RotorstudyError, hookimpl
+from rotorstudy.plugins import CannotAct, Effect, Entry, Parameter, hookimpl
 
 
 def bow(structure, node: int | None = None):
@@ -13,7 +13,7 @@ def bow(structure, node: int | None = None):
     ends = [] if structure.is_supported else [structure.index(structure.nodes[0]), structure.index(structure.nodes[-1])]
     free = np.setdiff1d(np.arange(len(here)), ends)
     if not here[free].any():
-        raise RotorstudyError(f"bow: node {node} is an end of the shaft, from where a bow counts; name one in between")
+        raise CannotAct(f"bow: node {node} is an end of the shaft, from where a bow counts; name one in between")
     shape[free] = np.linalg.solve(structure.stiffness[np.ix_(free, free)], here[free])
     force = structure.stiffness @ shape / (here @ shape)
     return [Parameter("bow", "m", (Entry(force, on="one", shift=1),), typical=1e-5, is_complex=True)]

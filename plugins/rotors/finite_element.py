@@ -4,6 +4,7 @@ import numpy as np
 
 from rotorstudy.plugins import (
     AtLeastOne,
+    CannotAct,
     NonNegative,
     PoissonsRatio,
     Positive,
@@ -114,7 +115,7 @@ def finite_element(
         """Of an element, a part of its stiffness; at a node, as in the thesis, of its deflection and of its tilt."""
         if element is not None:
             if element not in range(1, len(shaft) + 1):
-                raise unknown_name("element", element, range(1, len(shaft) + 1), "the finite_element rotor")
+                raise unknown_name("element", element, range(1, len(shaft) + 1), "the finite_element rotor", CannotAct)
             pattern = np.zeros_like(stiffness)
             pattern[2 * element - 2 : 2 * element + 2, 2 * element - 2 : 2 * element + 2] = bending[element - 1][2]
             return {"stiffness_loss": (pattern[square], "1", 0.1)}

@@ -11,6 +11,14 @@ class PluginError(RotorstudyError):
     """A plugin file that does not import, a name registered twice, a plugin that returns nonsense."""
 
 
+class CannotAct(RotorstudyError):
+    """An effect cannot act at the place it is asked for on this rotor."""
+
+
+class NoSteadyState(RotorstudyError):
+    """No periodic response there: an undamped resonance, a motion that jumps, bearings that carry nothing."""
+
+
 class UnidentifiableError(RotorstudyError):
     """The data cannot separate the unknowns; `parameters` names those that trade off."""
 

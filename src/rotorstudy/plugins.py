@@ -16,10 +16,12 @@ _HOME = {
     "measurement.harmonics": "circular_covariance fit_basis noise_power shared_error_covariance spectral_lines "
     "white_noise_covariance",
     "measurement.keyphasor": "shaft_angle",
-    "inference.identification": "Estimate by_speed in_chunks invert linear_estimate noise_in_equations "
-    "output_error_fit predicted_derivatives solve_equations solve_full_rank solve_linear solve_truncated "
-    "solve_weighted start_values undetermined whitened",
-    "errors": "NoConvergenceError RotorstudyError unknown_name",
+    "inference.problem": "Estimate linear_estimate",
+    "inference.linear": "by_speed in_chunks invert noise_in_equations solve_equations solve_full_rank solve_linear "
+    "solve_truncated solve_weighted undetermined whitened",
+    "inference.prediction": "predicted_derivatives",
+    "inference.fit": "output_error_fit start_values",
+    "errors": "CannotAct NoConvergenceError RotorstudyError unknown_name",
 }
 _MODULE = {name: module for module, names in _HOME.items() for name in names.split()}
 

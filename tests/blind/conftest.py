@@ -21,8 +21,10 @@ def cases(config):
 
 
 def cause(effect, confidence=1.0):
-    parameters = {name: {"value": v, "std": 1e-9 + 1e-6 * abs(v), "unit": "SI"} for name, v in
-                  effect["parameters"].items()}  # fmt: skip
+    parameters = {
+        name: {"value": v, "std": 1e-9 + 1e-6 * abs(v), "unit": "rad" if name.endswith("_phase") else "SI"}
+        for name, v in effect["parameters"].items()
+    }
     return {
         "effect": effect["effect"],
         "where": effect["where"],

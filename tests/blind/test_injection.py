@@ -1,15 +1,18 @@
-"""What is hidden is what the truth says: machine and tables of the zoo agree at the true values, and nowhere else."""
+"""What is hidden is what the truth says: machine and tables of the library agree at the true values, not elsewhere."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from rotorstudy.blind import injection
-from rotorstudy.blind.chain import UNSIZED
+from rotorstudy.blind.acts import ACTS
 from rotorstudy.blind.config import load_blind
+from rotorstudy.blind.hiding import chain_families, hide, rotor_families
 from rotorstudy.blind.injection import draw_case
+from rotorstudy.blind.observation import harmonics_of, observe
 from rotorstudy.blind.records import write_records
+from rotorstudy.blind.setting import draw_setting
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.measurement import read_measurement
 from rotorstudy.model.registry import registry
@@ -18,8 +21,8 @@ from rotorstudy.response.harmonic import measured_response
 
 from .conftest import SEED
 
-CLOSE = 1e-3  # of the change: STEPS of a turn when marching
-FIRST_ORDER = {"delay", "phase_reference", "probe_angle", "gravity_direction"}  # linear in the zoo, exact here
+CLOSE = 1e-3  # of the change: STEPS of a revolution when marching
+FIRST_ORDER = {"delay", "phase_reference", "probe_angle", "gravity_direction"}  # linear in the library, exact here
 SMALL = 0.02  # size, so that second order is below 2e-3
 
 
@@ -31,13 +34,13 @@ def exact(config):
 def settings(exact):
     for name, entry in exact.rigs.items():
         rig = {**exact.nominal(name), "sensors": entry.sensor_sets[0]}
-        yield name, injection._setting(exact, rig, np.random.default_rng(3))
+        yield name, draw_setting(exact, rig, np.random.default_rng(3))
 
 
-def both_roads(exact, setting, name, places):
-    """Change by an effect on the machine, and by the zoo's tables, both (speed, sensor, harmonic)."""
-    hidden = injection._family(name, places, setting, np.random.default_rng(5))
-    size = 1.0 if name in UNSIZED or name == "ac_coupling" else SMALL
+def both_ways(exact, setting, name, places):
+    """Change by an effect on the machine, and by the library's tables, both (speed, sensor, harmonic)."""
+    hidden = hide(name, places, setting, np.random.default_rng(5))
+    size = 1.0 if hidden.fixed else SMALL
     values, place = hidden.at(size)
     item = {"kind": name, "label": "hidden", **place}
     for p in make_term("effect", item, setting.nominal.structure, setting.nominal.sensors).parameters:
@@ -46,38 +49,37 @@ def both_roads(exact, setting, name, places):
             item[p.phase_key] = float(np.angle(values[p.name]))
     term = make_term("effect", item, setting.nominal.structure, setting.nominal.sensors)
     lines = np.array(exact.harmonics)
-    base, seen = (
-        injection._harmonics(injection._observe(setting, acting), lines, exact)
-        for acting in ([], [(name, values, place)])
-    )
+    base, seen = (harmonics_of(observe(setting, acting), lines, exact) for acting in ([], [(name, values, place)]))
     tables = np.swapaxes(measured_response(setting.nominal.plus(term), setting.speeds, lines), 1, 2)
     return seen - base, tables - base
 
 
-def test_every_effect_is_the_one_the_zoo_knows(exact):
+def test_every_effect_is_the_one_the_library_knows(exact):
     checked = set()
     for rig, setting in settings(exact):
-        for families in (injection.rotor_families(setting), injection.chain_families(setting)):
+        for families in (rotor_families(setting), chain_families(setting)):
             for name, places in families.items():
-                machine, tables = both_roads(exact, setting, name, places)
+                machine, tables = both_ways(exact, setting, name, places)
                 off = np.abs(machine - tables).max() / np.abs(machine).max()
-                # a wrong speed changes the unbalance too, which the zoo leaves to the unbalance's own parameter
-                limit = 0.3 if name == injection.LABEL else 2e-3 if name in FIRST_ORDER else CLOSE
+                # a wrong speed changes the unbalance too, which the library leaves to the unbalance's own parameter
+                limit = 0.3 if ACTS[name].on == "speed" else 2e-3 if name in FIRST_ORDER else CLOSE
                 assert off < limit, (rig, name, off)
                 checked.add(name)
     known = {name for name, plugin in registry().plugins["effect"].items() if plugin.candidate}
     assert known - checked <= {"foundation"}, (
-        "families of the zoo that no blind test hides; add them to blind/physics.py"
+        "effects of the library that no blind test hides; add them to blind/acts.py"
     )
 
 
 def test_the_comparison_sees_a_wrong_sign(exact, monkeypatch):
-    right = injection.HIDDEN["cross_coupling"]
-    wrong = {**injection.HIDDEN, "cross_coupling": lambda plant, values, where: right(
-        plant, {"cross_coupling": -values["cross_coupling"]}, where)}  # fmt: skip
-    monkeypatch.setattr(injection, "HIDDEN", wrong)
+    right = ACTS["cross_coupling"]
+
+    def wrong(plant, values, where):
+        right.function(plant, {"cross_coupling": -values["cross_coupling"]}, where)
+
+    monkeypatch.setitem(ACTS, "cross_coupling", replace(right, function=wrong))
     _, setting = next(settings(exact))
-    machine, tables = both_roads(exact, setting, "cross_coupling", [{"node": 1}])
+    machine, tables = both_ways(exact, setting, "cross_coupling", [{"node": 1}])
     assert np.abs(machine - tables).max() > np.abs(machine).max()
 
 

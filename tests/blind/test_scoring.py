@@ -1,51 +1,94 @@
 """Sealing and scoring, with stand-ins whose score is known."""
 
 import json
+from html import escape
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.stats import binom
 
-from rotorstudy.blind.criteria import reached
+from rotorstudy.blind.criteria import Criterion, attributes, judge, printed, statement, tally
 from rotorstudy.blind.run import run_blind
-from rotorstudy.blind.scoring import binomial_bounds, same_cause, score, summary
+from rotorstudy.blind.scoring import same_cause, score, share_bounds
 from rotorstudy.blind.sealing import check_seal, salt_of, seal
+from rotorstudy.blind.summary import summary
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.presentation.blind_figures import FIGURES
-from rotorstudy.presentation.blind_page import write_pages
+from rotorstudy.presentation.blind_page import CAPTIONS, criteria_page, opening, write_pages
 
 from .conftest import accuser, mute, oracle
 
 
 def scored(cases, who):
     rows = score([case.truth for case in cases], [who(case) for case in cases])
-    return rows, reached(rows).set_index("what")
+    return rows, {c.key: c for c in judge(rows)}
 
 
-def test_one_who_knows_reaches_every_bar(cases):
+def test_one_who_knows_reaches_every_criterion(cases):
     rows, criteria = scored(cases, oracle)
     assert rows[rows.known].right.all()
-    shares = criteria[criteria.needed.str.startswith(">=") & (criteria.cases > 0)]
-    assert (shares.reached == 1).all() and not (criteria.status == "not reached").any()
-    assert criteria.reached["calibration error of the stated confidence"] == 0
-    assert criteria.reached["95 % intervals that hold the truth"] == 1
+    shares = [c for c in criteria.values() if c.kind == "share" and c.cases and c.needed and c.needed[1] == 1]
+    assert len(shares) >= 6 and all(c.reached == 1 for c in shares)
+    assert not tally(criteria.values())["not reached"]
+    assert criteria["calibration"].reached == 0
+    assert criteria["intervals"].reached == 1
 
 
 def test_one_who_is_mute_finds_nothing_and_accuses_nobody(cases):
     rows, criteria = scored(cases, mute)
     assert not rows.right.any()
-    assert criteria.reached["clean records called clean"] == 1
-    assert criteria.reached["right cause and place at s >= 3"] == 0
-    assert criteria.status["right cause and place at s >= 3"] == "not reached"
-    assert criteria.reached["chain errors not named as rotor effects"] == 1
+    assert criteria["clean_called_clean"].reached == 1
+    assert criteria["right_large"].reached == 0 and criteria["right_large"].status == "not reached"
+    assert criteria["chain_not_rotor"].reached == 1
+    assert criteria["intervals"].status == "no cases" and criteria["calibration"].status == "no cases"
 
 
 def test_one_who_accuses_always_is_found_out(cases):
     _, criteria = scored(cases, accuser)
-    assert criteria.reached["clean records called clean"] == 0
-    assert criteria.reached["chain errors not named as rotor effects"] == 0
-    assert criteria.reached["calibration error of the stated confidence"] > 0.8
-    assert "answered unbalance" in criteria.why["clean records called clean"]
+    assert criteria["clean_called_clean"].reached == 0
+    assert criteria["chain_not_rotor"].reached == 0
+    assert criteria["calibration"].reached > 0.8
+    assert any("answered unbalance" in reason for reason in criteria["clean_called_clean"].reasons)
+
+
+def test_a_missed_criterion_changes_what_is_said(cases):
+    """Not a colour alone: the statement, the terminal, the first lines of the page and the attributes of the file."""
+    said = {}
+    for who in (oracle, mute, accuser):
+        rows, criteria = scored(cases, who)
+        criteria = list(criteria.values())
+        missed = [c.key for c in criteria if c.status == "not reached"]
+        assert bool(missed) == (who is not oracle)
+        attrs = attributes(criteria)
+        data = summary(rows, criteria).assign_attrs(cases=len(rows), seed=0)
+        assert {key: data.attrs[key] for key in attrs} == attrs
+        assert attrs["missed_criteria"] == ", ".join(missed) and attrs["criteria_not_reached"] == len(missed)
+        text = printed(criteria)
+        assert text.startswith(f"{statement(criteria)}\n") and f"{len(missed)} not reached" in text
+        assert "nan" not in text and text.count("have no cases") == 1
+        page = criteria_page(criteria, "simulated", [])
+        first = page.index("<h2>")
+        assert page.index(statement(criteria)) < first
+        for c in criteria:
+            assert (f"<li>{escape(c.what)}:" in page[:first]) == (c.status in ("not reached", "undecided")), c
+        said[who] = statement(criteria), attrs["missed_criteria"], opening(criteria)[1]
+    assert len(set(said.values())) == 3
+
+
+def test_criteria_have_one_key_each_and_say_what_they_need(cases):
+    _, criteria = scored(cases, oracle)
+    assert len(criteria) == len(judge(score([c.truth for c in cases], [oracle(c) for c in cases])))
+    needed = {c.needed_text for c in criteria.values()}
+    assert needed == {"", ">= 0.99", ">= 0.95", ">= 0.9", ">= 0.85", ">= 0.8", "<= 0.1", "<= 0.05", "<= 0.01",
+                      "0.93 to 0.97"}  # fmt: skip
+    assert not Criterion("a", "a", "share", None, 0.5, 0, 1, 1, 2, "for information").within
+
+
+def test_fewer_than_six_ratios_bound_no_median(cases):
+    rows, _ = scored(cases, oracle)
+    large = rows[rows.known & (rows["size"] >= 3)].head(5)
+    median = {c.key: c for c in judge(large)}["gain"]
+    assert (median.cases, median.low, median.high, median.status) == (5, 0.0, np.inf, "undecided")
 
 
 def test_place_counts_where_there_is_more_than_one():
@@ -59,9 +102,9 @@ def test_place_counts_where_there_is_more_than_one():
 def test_bounds_hold_the_truth_at_least_as_often_as_they_say():
     for share in (0.02, 0.5, 0.97):
         weight = binom.pmf(np.arange(31), 30, share)
-        inside = [low <= share <= high for low, high in (binomial_bounds(k, 30) for k in range(31))]
+        inside = [low <= share <= high for low, high in (share_bounds(k, 30) for k in range(31))]
         assert weight @ inside >= 0.95
-    assert binomial_bounds(0, 0) == (0, 1)
+    assert share_bounds(0, 0) == (0, 1)
 
 
 def test_an_altered_truth_is_noticed(cases):
@@ -76,11 +119,15 @@ def test_an_altered_truth_is_noticed(cases):
 
 def test_pages_and_figures_of_a_run(cases, tmp_path):
     rows, criteria = scored(cases, oracle)
-    data = summary(rows, criteria.reset_index()).assign_attrs(cases=len(rows), seed=0)
-    write_pages(data, criteria.reset_index(), rows, tmp_path)
-    for name in FIGURES:
+    criteria = list(criteria.values())
+    data = summary(rows, criteria).assign_attrs(cases=len(rows), seed=0)
+    write_pages(data, criteria, rows, tmp_path)
+    assert {path.stem for path in (tmp_path / "figures").iterdir()} == set(CAPTIONS)
+    for name in CAPTIONS:
         assert (tmp_path / "figures" / f"{name}.png").stat().st_size > 3000
     assert "clean records called clean" in (tmp_path / "criteria.html").read_text()
+    table = pd.read_csv(tmp_path / "criteria.csv")
+    assert list(table.key) == list(data.criterion.values) == [c.key for c in criteria]
 
 
 def silent(spectrum, model, stated):

@@ -7,8 +7,11 @@ from scipy.stats import multivariate_normal, norm
 from rotorstudy.diagnosis.candidates import SCALES, candidates, log_possible, log_scales
 from rotorstudy.diagnosis.search import search
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.inference.fit import fit, with_model_error
+from rotorstudy.inference.fit import fit
+from rotorstudy.inference.prediction import with_model_error
+from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.spectrum import Spectrum, components, independent_covariance
+from rotorstudy.model.registry import Registry, plugin_folders, using
 from rotorstudy.model.rig import build_model, make_term
 from rotorstudy.response.harmonic import measured_response
 
@@ -37,7 +40,7 @@ def test_evidence_is_the_chance_of_the_data_of_a_linear_model():
     """Eccentricity acts linearly: the data are normal with the covariance of the noise plus that of the prior."""
     data = noisy(MODEL, 1)
     prior = {"eccentricity_real": (4e-6, 2e-6), "eccentricity_imag": (0.0, 1e-6)}
-    found = fit(MODEL, data, prior)
+    found = fit(MODEL, data, Prior.independent(prior))
 
     def flat(amplitude):
         return components(amplitude).ravel()
@@ -77,13 +80,13 @@ def test_every_effect_is_as_likely_as_another_whatever_its_places():
     work = search(MODEL, with_model_error(data, Settings()), Settings())
     share = {}
     for cause in work.candidates:
-        share[cause.effect] = share.get(cause.effect, 0) + work.share(cause)
+        share[cause.effect] = share.get(cause.effect, 0) + work.prior_odds(cause)
     assert np.allclose(list(share.values()), 1 / len(share))
-    assert work.best.causes == () and sum(weight for _, weight in work.shares()) == pytest.approx(1)
+    assert work.best.causes == () and sum(weight for _, weight in work.posterior()) == pytest.approx(1)
 
 
 def test_amplitudes_that_cannot_be_negative_say_so():
-    limited = {c.effect for c in candidates(MODEL, Settings()) if c.positive}
+    limited = {c.effect for c in candidates(MODEL, Settings())[0] if c.positive}
     assert {"internal_damping", "external_damping", "rub", "delay"} <= limited
     assert not limited & {"stiffness_error", "support_stiffness", "unbalance", "probe_gain"}
 
@@ -115,3 +118,45 @@ def test_the_shape_of_a_contact_is_found_though_it_bends_its_columns():
     assert cause.shape["clearance_m"] == pytest.approx(3e-6, rel=0.1)
     assert cause.shape["friction_ratio"] == pytest.approx(0.2, abs=0.1)  # the damping of the base moves too
     assert work.best.fit.cost < len(work.best.fit.residual) + 3 * np.sqrt(2 * len(work.best.fit.residual))
+
+
+BROKEN = """import numpy as np
+
+from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
+
+
+def broken(structure, node: int | None = None):
+    \"\"\"Fails {when}.\"\"\"
+    {body}
+    return [Parameter("broken", "N", (Entry(structure.unit(node), on="one", shift=1, gain=gain),), typical=1.0)]
+
+
+@hookimpl
+def rotorstudy_effect():
+    return Effect("broken", broken, source="a test", confounders=())
+"""
+
+
+@pytest.mark.parametrize(
+    ("when", "body", "line"),
+    [
+        ("when its table is made", "gain = structure.no_such_thing", 8),
+        ("when its table is used", "gain = lambda speed: speed.no_such_thing()", 8),
+        ("with NaN", "gain = lambda speed: np.nan * speed", 8),
+        ("not", "gain = None", None),  # negative control
+    ],
+)
+def test_a_broken_plugin_is_named_with_its_line_and_the_rest_of_the_library_is_searched(tmp_path, when, body, line):
+    file = tmp_path / "broken.py"
+    file.write_text(BROKEN.format(when=when, body=body))
+    item = {"kind": "support_anisotropy", "label": "hidden", "support_anisotropy_N_per_m": 3e4}
+    hidden = make_term("effect", item, MODEL.structure, MODEL.sensors)
+    settings = Settings(uncertainty={"default": 0.02}, most_causes=1)
+    with using(Registry(plugin_folders(), entry_points=False, files=[file])):
+        work = search(MODEL, with_model_error(noisy(MODEL.plus(hidden), 5), settings), settings)
+    assert [cause.effect for cause in work.best.causes] == ["support_anisotropy"]
+    if line:
+        (text,) = work.broken
+        assert f"{file}:{line}" in text
+    else:
+        assert work.broken == [] and "broken" in {cause.effect for cause in work.candidates}

@@ -10,8 +10,8 @@ from rotorstudy.commands.line import main
 from rotorstudy.measurement.conventions import Keyphasor
 from rotorstudy.measurement.keyphasor import count_revolutions, find_pulses
 from rotorstudy.measurement.measurement import read_measurement
-from rotorstudy.measurement.spectrum_file import load_spectrum
 from rotorstudy.measurement.quality import check_sense, flat_top
+from rotorstudy.measurement.spectrum_file import load_spectrum
 
 SPEED = 80.0
 MARKS = np.arange(1, 31) * 2 * np.pi / SPEED

@@ -12,7 +12,7 @@ from conftest import HARMONICS, jeffcott
 from random_rotor import random_model
 
 from rotorstudy import Entry, Model, Parameter, Term, harmonic_response, measured_response
-from rotorstudy.inference.identification import Problem
+from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 
 SPEED = 110.0

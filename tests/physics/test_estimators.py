@@ -8,7 +8,11 @@ from conftest import HARMONICS, jeffcott
 from scipy import optimize, stats
 
 from rotorstudy import Problem, Spectrum, cramer_rao_bound, magnitude_and_phase, measured_response, registry
-from rotorstudy.inference.identification import output_error_fit, predicted_derivatives
+from rotorstudy.errors import NoSteadyState
+from rotorstudy.inference.fit import levenberg_marquardt, output_error_fit
+from rotorstudy.inference.linear import invert
+from rotorstudy.inference.prediction import predicted_derivatives
+from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.noise import noise_std, noisy, standard_normal
 from rotorstudy.measurement.spectrum import independent_covariance
 
@@ -54,6 +58,45 @@ def test_the_fit_finds_back_from_starts_30_percent_off(problem, factor):
     one = replace(problem, spectrum=problem.spectrum.with_amplitude(clean))
     found = output_error_fit(one, start=factor * problem.model.theta)
     assert found.theta == pytest.approx(problem.model.theta, rel=1e-9)
+
+
+def parabola(theta):
+    """A model of two data, without a steady state beyond 3."""
+    if (theta > 3).any():
+        raise NoSteadyState("beyond 3")
+    return np.concatenate([theta**2, theta], axis=-1), np.stack([2 * theta, np.ones_like(theta)], axis=-2)
+
+
+def test_a_step_to_where_there_is_no_steady_state_is_refused_and_other_trials_go_on():
+    start, measured = np.array([[0.1], [2.0]]), np.array([[4.0, 2.0], [4.0, 2.0]])  # the first step from 0.1 goes to 4
+    found = levenberg_marquardt(parabola, measured, start, ("a",))
+    assert found.converged.all() and found.theta == pytest.approx(2.0)
+    alone = levenberg_marquardt(parabola, measured[1:], start[1:], ("a",))
+    assert (alone.theta == found.theta[1:]).all()
+    with pytest.raises(NoSteadyState):  # negative control: it is not hidden where no fit can start
+        levenberg_marquardt(parabola, measured, start + 3, ("a",))
+
+
+def test_a_prior_joins_the_data_with_its_whole_covariance():
+    """Linear in theta: the posterior is known."""
+    columns = np.array([[1.0, 0.5], [0.2, 1.0], [0.3, -0.4]])
+    prior = Prior(("a", "b"), np.array([1.0, -2.0]), np.array([[0.5, 0.3], [0.3, 0.4]]))
+    measured = np.array([[1.0, 2.0, 3.0]])
+    precision = np.linalg.inv(prior.covariance)
+    exact = np.linalg.solve(columns.T @ columns + precision, columns.T @ measured[0] + precision @ prior.mean)
+
+    def fitted(prior):
+        def predict(theta):
+            return theta @ columns.T, np.broadcast_to(columns, (len(theta), 3, 2))
+
+        found = levenberg_marquardt(predict, measured, np.zeros((1, 2)), prior.names, prior=prior)
+        return found.theta[0], invert(found.normal[0])
+
+    theta, covariance = fitted(prior)
+    assert theta == pytest.approx(exact, rel=1e-9)
+    assert covariance == pytest.approx(np.linalg.inv(columns.T @ columns + precision), rel=1e-9)
+    lost, _ = fitted(Prior(prior.names, prior.mean, np.diag(np.diag(prior.covariance))))  # negative control
+    assert np.abs(lost - exact).max() > 0.05
 
 
 def test_trials_at_once_equal_single_fits(problem, estimates):

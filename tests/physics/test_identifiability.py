@@ -9,7 +9,8 @@ from test_transient import OFFSET_DISC
 
 from rotorstudy import Problem, RotorstudyError, build_model
 from rotorstudy.errors import UnidentifiableError
-from rotorstudy.inference.identification import cramer_rao_bound, magnitude_and_phase
+from rotorstudy.inference.bounds import cramer_rao_bound
+from rotorstudy.inference.problem import magnitude_and_phase
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.model.rig import make_term
 from rotorstudy.studies.config import ExtraMeasurement, clean_spectrum, load_study

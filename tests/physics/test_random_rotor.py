@@ -20,8 +20,9 @@ from rotorstudy import (
     registry,
     simulate_records,
 )
-from rotorstudy.inference.identification import output_error_fit, solve_linear
-from rotorstudy.inference.regression import regression
+from rotorstudy.inference.equation_error import regression
+from rotorstudy.inference.fit import output_error_fit
+from rotorstudy.inference.linear import solve_linear
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.response.integration import force_in_time, time_response
 

@@ -6,8 +6,8 @@ from conftest import HARMONICS, jeffcott
 
 from rotorstudy import Model, RotorstudyError, Spectrum, Term, build_model, harmonic_response, measured_response
 from rotorstudy.errors import UnidentifiableError
-from rotorstudy.inference.identification import solve_linear
-from rotorstudy.inference.regression import regression
+from rotorstudy.inference.equation_error import regression
+from rotorstudy.inference.linear import solve_linear
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.model.terms import apply_entries
 from rotorstudy.response.integration import force_in_time

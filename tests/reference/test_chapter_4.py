@@ -9,7 +9,7 @@ import pytest
 
 from rotorstudy import Problem, RotorstudyError, build_model
 from rotorstudy.errors import UnidentifiableError
-from rotorstudy.inference.identification import solve_linear
+from rotorstudy.inference.linear import solve_linear
 from rotorstudy.measurement.records import full_spectrum
 from rotorstudy.model.registry import registry
 from rotorstudy.store import as_complex

@@ -8,7 +8,8 @@ import pytest
 
 from rotorstudy import Problem, RotorstudyError, Spectrum, build_model, measured_response
 from rotorstudy.errors import UnidentifiableError
-from rotorstudy.inference.identification import cramer_rao_bound, solve_equations
+from rotorstudy.inference.bounds import cramer_rao_bound
+from rotorstudy.inference.linear import solve_equations
 from rotorstudy.measurement.noise import noise_std, noisy, standard_normal
 from rotorstudy.measurement.records import simulate_records
 from rotorstudy.measurement.spectrum import independent_covariance

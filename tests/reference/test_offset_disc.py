@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rotorstudy import Problem, RotorstudyError, Spectrum, build_model, eigenvalues, measured_response
-from rotorstudy.inference.identification import solve_linear
+from rotorstudy.inference.linear import solve_linear
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.thesis.scoreboard import published
 

@@ -8,7 +8,7 @@ from scipy.optimize import least_squares
 
 from rotorstudy import Problem, Spectrum, load_rig, magnitude_and_phase, measured_response
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.inference.identification import solve_linear
+from rotorstudy.inference.linear import solve_linear
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.response.series import synthesize
 from rotorstudy.response.stability import stability_threshold

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rotorstudy import Model, Problem, RotorstudyError, Spectrum, build_model, eigenvalues, harmonic_response, make_term
-from rotorstudy.inference.identification import output_error_fit
+from rotorstudy.inference.fit import output_error_fit
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.model.terms import apply_entries
 from rotorstudy.response.harmonic import measured_response

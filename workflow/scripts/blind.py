@@ -9,5 +9,6 @@ if __name__ == "__main__":  # processes that it starts read this file again
         from rotorstudy.presentation.blind_page import write_pages
 
         folder = Path(snakemake.output.data).parent
-        data, bars, rows = run_blind(load_blind(snakemake.input.config), folder, cores=snakemake.threads)
-        write_pages(data, bars, rows, folder)
+        data, criteria, rows = run_blind(load_blind(snakemake.input.config), folder, cores=snakemake.threads)
+        write_pages(data, criteria, rows, folder)
+        print(printed(criteria))

@@ -1,8 +1,8 @@
 """What the measuring chain does to a signal in time, exactly and not to first order.
 
-CHAIN holds name -> function(signal (sensor, time) complex, angle (time,) rad, speed rad/s, values, where, sensors) of
-effects of the zoo; FOREIGN_CHAIN of what the zoo does not know. Records hold whole turns, so that shifts in time are
-exact by Fourier.
+Each is a function(signal (sensor, time) complex m, angle (time,) rad, speed rad/s, values, where, sensors) -> signal,
+named as the effect of the plugin library; the last two are foreign to it (see `acts`). Records hold whole revolutions,
+so that shifts in time are exact by Fourier transform.
 """
 
 import numpy as np
@@ -47,11 +47,11 @@ def runout(signal, angle, speed, values, where, sensors):
 
 
 def surface_profile(signal, angle, speed, values, where, sensors):
-    """The y probe sees the surface a quarter turn after the x probe."""
+    """The y probe sees the surface a quarter of a revolution after the x probe."""
     cosine, sine = (values[f"profile_{part}_{where['order']}X"] for part in ("cosine", "sine"))
 
-    def seen(turned):
-        return cosine * np.cos(where["order"] * turned) + sine * np.sin(where["order"] * turned)
+    def seen(rotated):
+        return cosine * np.cos(where["order"] * rotated) + sine * np.sin(where["order"] * rotated)
 
     for s in _chosen(where, sensors):
         signal[s] += seen(angle) + 1j * seen(angle - np.pi / 2)
@@ -59,7 +59,7 @@ def surface_profile(signal, angle, speed, values, where, sensors):
 
 
 def phase_reference(signal, angle, speed, values, where, sensors):
-    """The mark comes late by the angle: what is counted from it has turned that much further."""
+    """The mark comes late by the angle: what is counted from it has rotated that much further."""
     return _shifted(signal, angle, values["phase_reference"], range(len(signal)))
 
 
@@ -68,9 +68,9 @@ def delay(signal, angle, speed, values, where, sensors):
 
 
 def _shifted(signal, angle, by, chosen):
-    turns = np.fft.fftfreq(len(angle), d=(angle[1] - angle[0]) / (2 * np.pi))
+    orders = np.fft.fftfreq(len(angle), d=(angle[1] - angle[0]) / (2 * np.pi))
     for s in chosen:
-        signal[s] = np.fft.ifft(np.fft.fft(signal[s]) * np.exp(1j * turns * by))
+        signal[s] = np.fft.ifft(np.fft.fft(signal[s]) * np.exp(1j * orders * by))
     return signal
 
 
@@ -79,20 +79,8 @@ def ac_coupling(signal, angle, speed, values, where, sensors):
     return np.fft.ifft(np.fft.fft(signal) * frequency / (frequency + where["corner_rad_per_s"]))
 
 
-CHAIN = {
-    function.__name__: function
-    for function in (
-        probe_gain, probe_angle, swapped_probes, reversed_probe, runout, surface_profile, phase_reference, delay,
-        ac_coupling,
-    )
-}  # fmt: skip
-LABEL = "speed_error"  # the rotor turns at another speed than its label says
-UNSIZED = {"swapped_probes", "reversed_probe"}
-CHAIN_SIGNED = {"probe_gain", "probe_angle", "surface_profile", "phase_reference", LABEL}
-
-
 def probe_saturation(signal, angle, speed, values, where, sensors):
-    """An amplifier that bends: x becomes tanh(a x) / a."""
+    """An amplifier that saturates: x becomes tanh(a x) / a."""
     a = values["bending_per_m"]
     for s in _chosen(where, sensors):
         signal[s] = (np.tanh(a * signal[s].real) + 1j * np.tanh(a * signal[s].imag)) / a
@@ -102,9 +90,3 @@ def probe_saturation(signal, angle, speed, values, where, sensors):
 def mains_modulation(signal, angle, speed, values, where, sensors):
     """Supply of the probes that ripples at 50 Hz and modulates what they show."""
     return signal * (1 + values["ripple"] * np.cos(2 * np.pi * 50 * angle / speed))
-
-
-FOREIGN_CHAIN = {
-    "probe_saturation": (probe_saturation, "bending_per_m", ("probe_gain",)),
-    "mains_modulation": (mains_modulation, "ripple", ("probe_gain",)),
-}

@@ -1,46 +1,108 @@
-"""What was promised of the diagnosis, what it reaches, within which bounds, and if not, what went wrong."""
+"""Acceptance criteria of the diagnosis: what is needed, what it reaches within which bounds, and what went wrong."""
 
 from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from rotorstudy.blind.scoring import binomial_bounds, calibration
+from rotorstudy.blind.scoring import calibration, share_bounds
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 LARGE = 3.0  # change over noise from which an effect must be found
-RESAMPLED = 400  # times, for the bounds of the calibration error
+RESAMPLES = 400  # of the cases, for the bounds of the calibration error
+STATUSES = ("reached", "undecided", "not reached")
+
+Status = Literal["reached", "undecided", "not reached", "for information", "no cases"]
+Kind = Literal["share", "coverage", "calibration", "median"]
 
 
-def reached(rows):
-    """A DataFrame of the criteria: what, needed, reached, low, high (95 %), found, cases, status, why.
+@dataclass(frozen=True)
+class Criterion:
+    """One acceptance criterion and how the diagnosis does on it.
 
-    Those that ask for a size come a second time, for the change that the base parameters cannot take over.
+    Attributes
+    ----------
+    key
+        Name by which files, pages and figures pick it.
+    what
+        The quantity in words.
+    kind
+        "share" of cases; "coverage", the share of stated sets or intervals that hold the truth; "calibration" error of
+        the stated posterior probabilities; "median" of a ratio of errors.
+    needed
+        Lowest and highest accepted value; None if the quantity is reported for information only.
+    reached, low, high
+        The value and its 95 % bounds; nan, and bounds that exclude nothing, without cases.
+    found, cases
+        Counts behind the value: of cases, or of intervals where these are counted.
+    status
+        "reached" and "not reached" if both bounds lie on that side, else "undecided".
+    reasons
+        What went wrong most often, if it is not reached.
     """
-    import pandas as pd
 
+    key: str
+    what: str
+    kind: Kind
+    needed: tuple[float, float] | None
+    reached: float
+    low: float
+    high: float
+    found: int
+    cases: int
+    status: Status
+    reasons: tuple[str, ...] = ()
+
+    @property
+    def within(self) -> bool:
+        """Whether the value itself is an accepted one, whatever its bounds."""
+        return self.needed is not None and self.needed[0] <= self.reached <= self.needed[1]
+
+    @property
+    def needed_text(self) -> str:
+        """The accepted values in words; empty for information."""
+        if self.needed is None:
+            return ""
+        least, most = self.needed
+        return f"<= {most:g}" if least == 0 else f">= {least:g}" if most == 1 else f"{least:g} to {most:g}"
+
+
+def judge(rows: "DataFrame") -> list[Criterion]:
+    """All criteria, judged on the rows of `scoring.score`.
+
+    Those that ask for a size come a second time, for the part of the change that the base parameters cannot take over.
+    """
     clean, chain = rows[rows.kind == "clean"], rows[rows.kind == "chain"]
     known = rows[rows.known]
     named = known[known.states_causes]
     held = named[named.gain.notna()]
-    found = [
-        _share("clean records called clean", clean, clean.verdict == "nothing", 0.99),
-        *_by_size(rows, "size", "s"),
+    return [
+        _share("clean_called_clean", "clean records called clean", clean, clean.verdict == "nothing", (0.99, 1)),
+        *_by_size(rows, "size", "", "s"),
         *(
-            _share(f"truth inside the stated set at {level:g} % noise", part, part.inside, 0.95)
+            _share(f"stated_set_at_{level:g}_percent", f"truth inside the stated set of causes at {level:g} % noise",
+                   part, part.inside, (0.95, 1), "coverage")
             for level, part in named.groupby("noise_percent")
         ),
-        _share("chain errors not named as rotor effects", chain, ~chain.names_rotor, 0.95),
-        _coverage(rows),
-        _calibration(rows, "calibration error of the stated confidence", 0.05),
-        _calibration(known, "the same, of effects of the library", None),
-        _share("held-out error made worse", held, held.gain > 1, 0.01, at_most=True),
-        _share("effects of the library called unknown", known, known.verdict == "unknown", None),
-        *_by_size(rows, "beyond", "s beyond the base"),
-    ]
-    return pd.DataFrame(found)
+        _share("chain_not_rotor", "errors of the measuring chain not named as effects on the rotor", chain,
+               ~chain.names_rotor, (0.95, 1)),
+        _intervals(rows),
+        _calibration("calibration", "calibration error of the stated posterior probability", rows, (0, 0.05)),
+        _calibration("calibration_known", "calibration error of the stated posterior probability, effects of the "
+                     "library only", known, None),
+        _share("held_out_worse", "error on held-out speeds made worse", held, held.gain > 1, (0, 0.01)),
+        _share("known_called_unknown", "effects of the library called unknown", known, known.verdict == "unknown",
+               None),
+        *_by_size(rows, "beyond", "_beyond_base", "s beyond the base"),
+    ]  # fmt: skip
 
 
-def _by_size(rows, size, called):
-    """Bars of effects of a size; size : column it stands in, called : how."""
+def _by_size(rows, size, suffix, called):
+    """Criteria of effects of a size; size : column it stands in;  suffix : of the keys;  called : the size in words."""
     single = rows[rows.known & rows.kind.isin(["single", "chain"])]
     large = single[single[size] >= LARGE]
     small = single[single[size].between(0.6, 2) & (single.noise_percent == 5.0)]
@@ -49,108 +111,141 @@ def _by_size(rows, size, called):
     if size != "size":  # two effects are drawn from 3 on
         two = two[two[size] >= LARGE]
     held = rows[rows.known & rows.states_causes & rows.gain.notna() & (rows[size] >= LARGE)]
-    beyond = "" if size == "size" else f", both {called} >= 3"
+    both = "" if size == "size" else f", both {called} >= 3"
+    right = f"right cause and place at {called}"
+    gain = f"error on held-out speeds after over before, median at {called} >= 3, against the"
     return [
-        _share(f"right cause and place at {called} >= 3", large, large.right, 0.95),
-        _share(f"the same, named alone ({called})", large, large.exact & (large.verdict == "cause"), None),
-        _share(f"right cause and place at {called} 0.6 to 2 and 5 % noise", small, small.right, 0.80),
-        _share(f"foreign effects at {called} >= 3 called unknown or a declared confounder", foreign,
-               (foreign.verdict == "unknown") | foreign.confounder, 0.90),
-        _median_gain(held, "gain", 0.1, called),
-        _median_gain(held, "gain_measured", None, called),
-        _share(f"two effects at 1 % noise exact{beyond}", two, two.exact, 0.85),
-        _share(f"the same, or both in the set of an ambiguous verdict ({called})", two, two.right, None),
+        _share(f"right_large{suffix}", f"{right} >= 3", large, large.right, (0.95, 1)),
+        _share(f"named_alone{suffix}", f"{right} >= 3, named alone", large,
+               large.exact & (large.verdict == "cause"), None),
+        _share(f"right_small{suffix}", f"{right} 0.6 to 2 and 5 % noise", small, small.right, (0.80, 1)),
+        _share(f"foreign{suffix}", f"foreign effects at {called} >= 3 called unknown or a declared confounder", foreign,
+               (foreign.verdict == "unknown") | foreign.confounder, (0.90, 1)),
+        _median(f"gain{suffix}", f"{gain} signal without noise", held, held.gain, (0, 0.1)),
+        _median(f"gain_measured{suffix}", f"{gain} measurement", held, held.gain_measured, None),
+        _share(f"two_exact{suffix}", f"two effects at 1 % noise named exactly{both}", two, two.exact, (0.85, 1)),
+        _share(f"two_right{suffix}", "two effects at 1 % noise named exactly, or both in the set of an ambiguous "
+               f"verdict{both}", two, two.right, None),
     ]  # fmt: skip
 
 
-def _row(what, needed, value, bounds, found, cases, status, why=""):
-    low, high = bounds
-    return {"what": what, "needed": needed, "reached": float(value), "low": float(low), "high": float(high),
-            "found": int(found), "cases": int(cases), "status": status, "why": why}  # fmt: skip
-
-
-def _status(good, bad, cases):
-    """good, bad : whether both bounds lie on that side of the bar."""
+def _judged(key, what, kind, needed, reached, bounds, found, cases, reasons: Callable[[], Sequence[str]]):
+    low, high = map(float, bounds)
     if not cases:
-        return "no such case"
-    return "reached" if good else "not reached" if bad else "undecided"
+        status = "no cases"
+    elif needed is None:
+        status = "for information"
+    elif needed[0] <= low and high <= needed[1]:
+        status = "reached"
+    else:
+        status = "not reached" if high < needed[0] or low > needed[1] else "undecided"
+    said = tuple(reasons()) if status in ("undecided", "not reached") else ()
+    if status == "undecided" and needed[0] <= reached <= needed[1]:
+        said = (f"the value is an accepted one, but {cases} cases are too few to prove it", *said)
+    return Criterion(key, what, kind, needed, float(reached), low, high, int(found), int(cases), status, said)
 
 
-def _share(what, part, right, bar, at_most=False):
+def _share(key, what, part, right, needed, kind="share"):
     right = np.asarray(right, bool)
     k, n = int(right.sum()), len(right)
-    low, high = binomial_bounds(k, n)
-    value = k / n if n else np.nan
-    if bar is None:
-        return _row(what, "", value, (low, high), k, n, "for information")
-    good, bad = (high <= bar, low > bar) if at_most else (low >= bar, high < bar)
-    status, why = _status(good, bad, n), ""
-    if status in ("not reached", "undecided"):
-        why = _reasons(part[right if at_most else ~right])
-        if status == "undecided" and (value <= bar if at_most else value >= bar):
-            why = f"the number is there, {n} cases are too few to prove it; {why or 'no case failed'}"
-    return _row(what, f"{'<=' if at_most else '>='} {bar:g}", value, (low, high), k, n, status, why)
+    wrong = part[right if needed and needed[0] == 0 else ~right]
+    return _judged(key, what, kind, needed, k / n if n else np.nan, share_bounds(k, n), k, n, lambda: _reasons(wrong))
 
 
 def _reasons(wrong):
     """The most frequent ways to fail: what was hidden and what was answered."""
     if not len(wrong):
-        return ""
+        return ()
     pairs = Counter(zip(wrong.truth, wrong.answer, strict=True)).most_common(4)
     said = ", ".join(f"{count} x {truth} answered {answer}" for (truth, answer), count in pairs)
     rigs = ", ".join(f"{name} {count}" for name, count in Counter(wrong.rig).most_common())
-    return f"{len(wrong)} failed: {said}; by rotor: {rigs}"
+    return f"{len(wrong)} failed: {said}", f"by rotor: {rigs}"
 
 
-def _coverage(rows):
-    """Share of 95 % intervals that hold the truth; bounds by cases, whose parameters are not independent."""
+def _intervals(rows):
+    """Share of 95 % intervals that hold the truth; bounds by cases, as the parameters of a case are not independent."""
     exact = rows[rows.covered.map(len) > 0]
     k, n = int(sum(map(sum, exact.covered))), int(sum(map(len, exact.covered)))
-    value = k / n if n else np.nan
-    cases = len(exact)
-    bounds = binomial_bounds(round(value * cases), cases) if cases else (0.0, 1.0)
-    status = _status(bounds[0] >= 0.93 and bounds[1] <= 0.97, bounds[1] < 0.93 or bounds[0] > 0.97, n)
-    why = ""
-    if status != "reached" and n:
+    value, cases = k / n if n else np.nan, len(exact)
+    bounds = share_bounds(round(value * cases) if cases else 0, cases)
+
+    def reasons():
         missed = exact[[not all(covered) for covered in exact.covered]]
-        why = "missed most: " + ", ".join(f"{c} x {name}" for name, c in Counter(missed.truth).most_common(5))
-        if status == "undecided" and 0.93 <= value <= 0.97:
-            why = f"the number is there, {cases} cases are too few to prove it; {why}"
-    return _row("95 % intervals that hold the truth", "0.93 to 0.97", value, bounds, k, n, status, why)
+        often = ", ".join(f"{count} x {name}" for name, count in Counter(missed.truth).most_common(5))
+        return [f"the {n} intervals are of {cases} cases", *([f"missed most: {often}"] if often else [])]
+
+    return _judged("intervals", "95 % intervals that hold the truth", "coverage", (0.93, 0.97), value, bounds, k, n,
+                   reasons)  # fmt: skip
 
 
-def _calibration(rows, what, bar):
-    """Expected calibration error, bounds by drawing the cases again."""
+def _calibration(key, what, rows, needed):
+    """Expected calibration error; bounds by bootstrap over the cases."""
+    from scipy.stats import bootstrap
+
     stated = rows[rows.posterior_probability.notna()]
-    error, count = calibration(rows)[-1], len(stated)
-    generator = np.random.default_rng(0)
-    again = [
-        calibration(stated.iloc[generator.integers(count, size=count)])[-1] for _ in range(RESAMPLED if count else 0)
-    ]
-    bounds = tuple(np.quantile(again, [0.025, 0.975])) if again else (0.0, 1.0)
-    if bar is None:
-        return _row(what, "", error, bounds, 0, count, "for information")
-    status = _status(bounds[1] <= bar, bounds[0] > bar, count)
-    why = ""
-    if status != "reached" and count:
-        why = (f"mean probability {stated.posterior_probability.mean():.3f}, right {stated.first_right.mean():.3f}; "
-               + _reasons(stated[~stated.first_right & (stated.posterior_probability > 0.9)]))  # fmt: skip
-    return _row(what, f"<= {bar:g}", error, bounds, 0, count, status, why)
+    data = stated.posterior_probability.to_numpy(float), stated.first_right.to_numpy(float)
+    bounds = 0.0, 1.0
+    if len(stated) > 1:
+        bounds = bootstrap(
+            data, lambda *drawn: calibration(*drawn)[-1], paired=True, vectorized=False, n_resamples=RESAMPLES,
+            method="percentile", rng=np.random.default_rng(0),
+        ).confidence_interval  # fmt: skip
+    surely_wrong = stated[~stated.first_right & (stated.posterior_probability > 0.9)]
+    means = f"mean probability {data[0].mean() if len(stated) else np.nan:.3f}"
+    means += f", share right {data[1].mean() if len(stated) else np.nan:.3f}"
+    return _judged(key, what, "calibration", needed, calibration(*data)[-1], bounds, 0, len(stated),
+                   lambda: (means, *_reasons(surely_wrong)))  # fmt: skip
 
 
-def _median_gain(part, key, bar, called):
-    """Median of after over before; bounds by order statistics."""
-    from scipy.stats import binom
+def _median(key, what, part, values, needed):
+    """Median of error ratios; bounds by order statistics, which fewer than six cases do not give."""
+    from scipy.stats import quantile_test
 
-    values = np.sort(part[key].dropna())
-    n, against = len(values), {"gain": "against the signal without noise", "gain_measured": "against the measurement"}
-    what = f"held-out error after over before, median at {called} >= 3, {against[key]}"
-    if not n:
-        return _row(what, "" if bar is None else f"<= {bar:g}", np.nan, (0, np.inf), 0, 0, "no such case")
-    i = int(binom.ppf(0.025, n, 0.5))
-    bounds, value = (values[max(i - 1, 0)], values[min(n - i, n - 1)]), float(np.median(values))
-    if bar is None:
-        return _row(what, "", value, bounds, 0, n, "for information")
-    status = _status(bounds[1] <= bar, bounds[0] > bar, n)
-    why = "" if status == "reached" else _reasons(part[part[key] > bar])
-    return _row(what, f"<= {bar:g}", value, bounds, int((values <= bar).sum()), n, status, why)
+    there = values.notna()
+    part, values = part[there], values[there].to_numpy(float)
+    bounds = quantile_test(values, p=0.5).confidence_interval(0.95) if len(values) else (np.nan, np.nan)
+    bounds = bounds if np.isfinite(bounds).all() else (0.0, np.inf)
+    good = values <= needed[1] if needed else np.zeros(len(values), bool)
+    return _judged(key, what, "median", needed, np.median(values) if len(values) else np.nan, bounds, good.sum(),
+                   len(values), lambda: _reasons(part[~good]))  # fmt: skip
+
+
+def tally(criteria: Sequence[Criterion]) -> dict[str, list[Criterion]]:
+    """The criteria of each status in STATUSES."""
+    return {status: [c for c in criteria if c.status == status] for status in STATUSES}
+
+
+def statement(criteria: Sequence[Criterion]) -> str:
+    """One sentence: how many criteria are reached, undecided and not reached."""
+    counted = ", ".join(f"{len(found)} {status}" for status, found in tally(criteria).items())
+    return f"Acceptance criteria: {counted}."
+
+
+def attributes(criteria: Sequence[Criterion]) -> dict[str, int | str]:
+    """Attributes of a file: how many criteria have each status, and the keys of those not reached and undecided."""
+    found = {f"criteria_{status.replace(' ', '_')}": len(those) for status, those in tally(criteria).items()}
+    missed, undecided = (", ".join(c.key for c in tally(criteria)[status]) for status in ("not reached", "undecided"))
+    without = sum(c.status == "no cases" for c in criteria)
+    return found | {"criteria_without_cases": without, "missed_criteria": missed, "undecided_criteria": undecided}
+
+
+def printed(criteria: Sequence[Criterion]) -> str:
+    """A summary for a terminal: the statement, then a line for each criterion that has cases."""
+    shown = [c for c in criteria if c.cases]
+    lines = [statement(criteria)]
+    for c in shown:
+        needed = f"needed {c.needed_text}; " if c.needed else ""
+        value = f"{c.reached:.3g} ({c.low:.3g} to {c.high:.3g})"
+        lines.append(f"{c.status:15} {c.what}: {value}; {needed}cases: {c.cases}")
+    if without := len(criteria) - len(shown):
+        lines.append(f"{without} criteria have no cases here and are left out; draw more cases to judge them.")
+    return "\n".join(lines)
+
+
+def table(criteria: Sequence[Criterion]) -> "DataFrame":
+    """The criteria as a table, a row each."""
+    import pandas as pd
+
+    columns = ("key", "what", "kind", "needed", "reached", "low", "high", "found", "cases", "status", "reasons")
+    rows = [{**vars(c), "needed": c.needed_text, "reasons": "; ".join(c.reasons)} for c in criteria]
+    return pd.DataFrame(rows, columns=columns)

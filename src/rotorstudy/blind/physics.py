@@ -1,14 +1,13 @@
-"""What each effect does to the machine, from its physics and not from the tables of the zoo.
+"""What each effect does to the machine, from its physics and not from the tables of the plugin library.
 
-HIDDEN holds name -> function(plant, values, where) of the effects that act on the rotor: values by parameter name, SI,
-complex where they have a direction; where: the place. FOREIGN holds what the zoo does not know, with the effects of the
-zoo that may stand for it. It does not hold for hysteretic damping, which has no form in time: its loss is put on each
-harmonic by hand, as in the zoo.
+Each is a function(plant, values, where), named as the effect of the plugin library; the last three are foreign to it
+(see `acts`). values : by parameter name, SI, complex where they have a direction;  where : place and shape
+Hysteretic damping has no form in time: its loss is put on each harmonic, as in the library.
 """
 
 import numpy as np
 
-CRACK_ANGLES = 4096  # of a turn, in which the opening of a crack is sampled
+CRACK_ANGLES = 4096  # of a revolution, at which the breathing function of a crack is sampled
 CRACK_HARMONICS = 9
 
 
@@ -68,7 +67,7 @@ def static_preload(plant, values, where):
 
 
 def gravity_direction(plant, values, where):
-    """Weight really turned, not by its first order."""
+    """Weight rotated exactly, not to first order."""
     plant.push(plant.structure.static_load, 0, np.exp(1j * values["gravity_direction"]) - 1)
 
 
@@ -78,15 +77,15 @@ def external_damping(plant, values, where):
 
 
 def internal_damping(plant, values, where):
-    _turning_damping(plant, plant.point(_node(where, plant)), values["internal_damping"])
+    _rotating_damping(plant, plant.point(_node(where, plant)), values["internal_damping"])
 
 
 def shaft_damping(plant, values, where):
-    _turning_damping(plant, plant.structure.stiffness, values["shaft_damping"])
+    _rotating_damping(plant, plant.structure.stiffness, values["shaft_damping"])
 
 
-def _turning_damping(plant, matrix, c):
-    """In axes that turn with w the velocity is (x' + w y, y' - w x)."""
+def _rotating_damping(plant, matrix, c):
+    """In axes that rotate with w the velocity is (x' + w y, y' - w x)."""
     plant.couple(plant.damping, matrix, xx=c, yy=c)
     plant.couple(plant.stiffness, matrix, xy=c * plant.speed, yx=-c * plant.speed)
 
@@ -126,7 +125,7 @@ def support_anisotropy(plant, values, where):
 
 
 def added_mass(plant, values, where):
-    """Inertia alone, as the zoo defines it: that the mass also weighs is left out."""
+    """Inertia alone, as the library defines it: that the mass also weighs is left out."""
     m = values["added_mass"]
     plant.couple(plant.mass, plant.point(_node(where, plant)), xx=m, yy=m)
 
@@ -137,12 +136,12 @@ def gyroscopic_error(plant, values, where):
 
 
 def shaft_asymmetry(plant, values, where):
-    """K along one direction of the turning shaft by the share stiffer, across it softer."""
-    share, angle = np.abs(values["shaft_asymmetry"]), np.angle(values["shaft_asymmetry"]) / 2
+    """K along one direction of the rotating shaft by the share stiffer, across it softer."""
+    share, axis = np.abs(values["shaft_asymmetry"]), np.angle(values["shaft_asymmetry"]) / 2
     size, stiffness = plant.dof, plant.structure.stiffness
 
-    def force(turned, middle, position, velocity):
-        c, s = np.cos(2 * (turned + angle)), np.sin(2 * (turned + angle))
+    def force(angle, middle, position, velocity):
+        c, s = np.cos(2 * (angle + axis)), np.sin(2 * (angle + axis))
         x, y = position[:, :size] @ stiffness, position[:, size:] @ stiffness
         return -share * np.concatenate([c * x + s * y, s * x - c * y], axis=1)
 
@@ -222,18 +221,6 @@ def cubic_stiffness(plant, values, where):
     _local(plant, where, lambda x, y, vx, vy: (-k * (x**2 + y**2) * x, -k * (x**2 + y**2) * y))
 
 
-HIDDEN = {
-    function.__name__: function
-    for function in (
-        unbalance, couple_unbalance, bow, angular_misalignment, parallel_misalignment, base_motion, static_preload,
-        gravity_direction, external_damping, internal_damping, shaft_damping, hysteretic_damping, cross_coupling,
-        stiffness_error, support_stiffness, support_anisotropy, added_mass, gyroscopic_error, shaft_asymmetry,
-        breathing_crack, breathing_crack_weight, rub, looseness, cubic_stiffness,
-    )
-}  # fmt: skip
-SIGNED = {"gravity_direction", "stiffness_error", "support_stiffness", "gyroscopic_error"}
-
-
 def bearing(plant, values, where):
     """Springs and dashpots, values by name: bearing_stiffness_xx, ..., or bearing_stiffness for both directions."""
     here = plant.point(where["node"])
@@ -268,10 +255,3 @@ def gear_mesh(plant, values, where):
     force, direction = values["mesh_force_N"], where["direction_rad"]
     for n, turn in ((4, where["phase_rad"]), (-4, -where["phase_rad"])):
         plant.push(_here(plant, where), n, force / 2 * np.exp(1j * (direction + turn)))
-
-
-FOREIGN = {  # on the rotor: function, name of its size, effects that may stand for it
-    "coulomb_friction": (coulomb_friction, "friction_N", ("external_damping",)),
-    "quadratic_damping": (quadratic_damping, "drag_N_s2_per_m2", ("external_damping",)),
-    "gear_mesh": (gear_mesh, "mesh_force_N", ("base_motion", "surface_profile")),
-}

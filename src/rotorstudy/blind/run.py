@@ -6,11 +6,12 @@ from functools import partial
 from pathlib import Path
 from time import perf_counter
 
-from rotorstudy.blind.criteria import reached
+from rotorstudy.blind.criteria import judge
 from rotorstudy.blind.injection import draw_case
 from rotorstudy.blind.records import write_records
-from rotorstudy.blind.scoring import score, summary
+from rotorstudy.blind.scoring import score
 from rotorstudy.blind.sealing import check_seal, salt_of, seal
+from rotorstudy.blind.summary import summary
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.rig import build_model, named_plugins
 from rotorstudy.store import provenance, save, write_text
@@ -36,7 +37,7 @@ def run_blind(config, out, *, cases=None, seed=None, cores=1, answer=diagnosed):
 
     config : BlindConfig;  cases, seed : instead of the configuration's
     answer : function(spectrum, model, stated) -> verdict dict, held-out predictions or None
-    returns: Dataset of `scoring.summary`, DataFrame of `criteria.reached`, DataFrame of cases
+    returns: Dataset of `summary.summary`, list of Criterion, DataFrame of cases
     The result depends on configuration and seed alone, not on the cores (times apart).
     """
     cases, seed = config.cases if cases is None else cases, config.seed if seed is None else seed
@@ -63,7 +64,7 @@ def run_blind(config, out, *, cases=None, seed=None, cores=1, answer=diagnosed):
     told = [{**one["verdict"], "seconds": one["seconds"]} for one in answers]
     write_text(out / "verdicts.json", "[" + ",\n".join(json.dumps(one, default=float) for one in told) + "]\n")
     rows = score(opened, answers)
-    criteria = reached(rows)
+    criteria = judge(rows)
     plugins = [p for name in config.rigs for p in named_plugins(config.nominal(name))]
     attributes = {**provenance(config.model_dump(), plugins, seed), "cases": cases}
     data = summary(rows, criteria).assign_attrs(attributes, title=config.title)

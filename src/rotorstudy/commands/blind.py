@@ -24,6 +24,7 @@ def _default_config():
 def run(given):
     """Run the blind tests and write their pages."""
     from rotorstudy.blind.config import load_blind
+    from rotorstudy.blind.criteria import printed
     from rotorstudy.blind.run import run_blind
     from rotorstudy.presentation.blind_page import write_pages
 
@@ -31,8 +32,6 @@ def run(given):
     config = load_blind(given.config or _default_config())
     data, criteria, rows = run_blind(config, given.out, cases=given.cases, seed=given.seed, cores=given.cores)
     write_pages(data, criteria, rows, given.out)
-    for row in criteria.itertuples():
-        value = f"{row.reached:.3g} ({row.low:.3g} to {row.high:.3g}), {row.cases} cases"
-        print(f"{row.status:15} {row.what} {row.needed}: {value}")
+    print(printed(criteria))
     print(f"wrote {given.out}/criteria.html, cases.html, blind.nc and figures")
     return 0

@@ -42,7 +42,7 @@ def run(given):
     """Print the estimates with their intervals and how well the model fits."""
     import numpy as np
 
-    from rotorstudy.inference.identification import Problem, estimate_by, magnitude_and_phase
+    from rotorstudy.inference.problem import Problem, estimate_by, magnitude_and_phase
     from rotorstudy.measurement.measurement import measured_spectrum
     from rotorstudy.model.rig import read_rig
     from rotorstudy.store import dataset, provenance, save

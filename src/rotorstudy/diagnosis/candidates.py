@@ -1,28 +1,29 @@
-"""What may be the cause: every effect of the zoo at every place, and how much of a residual each explains."""
+"""The hypotheses: every effect of the library at every place, and how much of a residual each explains."""
 
 from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.errors import RotorstudyError
-from rotorstudy.inference.fit import BEYOND, log_narrowing
-from rotorstudy.model.registry import registry
+from rotorstudy.errors import CannotAct
+from rotorstudy.inference.prediction import carried_order
+from rotorstudy.inference.prior import log_narrowing
+from rotorstudy.model.registry import blamed, registry
 from rotorstudy.model.rig import make_term
 from rotorstudy.model.terms import Term
 from rotorstudy.response.harmonic import sensitivities
 
 SHAPES_TRIED = 9  # values of a shape option, before the best is refined
-SCALES = 10.0 ** (-0.5 * np.arange(7))  # of the widest prior: amplitudes of any order of magnitude are alike
-FIXED = 0.02  # of an amplitude that is there or not: what a calibration of the probe leaves open
+SCALES = 10.0 ** (-0.5 * np.arange(7))  # widths of the prior over the widest: every order of magnitude is as likely
+FIXED = 0.02  # standard deviation of an amplitude that is 0 or 1: what the calibration of a probe leaves open
 
 
 class Candidate(NamedTuple):
     """An effect at a place: plugin name, options of the place, its term without values.
 
     prior    : unknown name -> (mean, std) of its amplitude before anything is measured
-    positive : names of unknowns that cannot be negative: then the prior is the upper half of that normal distribution
-    fixed    : it has one size, and no prior of unknown width
-    shape    : options that stand inside a nonlinear force (a clearance), at one of the values tried
+    positive : names of unknowns that cannot be negative: the prior is the upper half of that normal distribution
+    fixed    : its amplitude is known if it is there at all; the width of its prior is not searched
+    shape    : options inside a nonlinear force (a clearance), at one of the values tried
     """
 
     effect: str
@@ -35,7 +36,7 @@ class Candidate(NamedTuple):
 
     @property
     def cause(self):
-        """What is named: the effect and its place, whatever its shape."""
+        """What a verdict names: the effect and its place, whatever its shape."""
         return self.effect + "".join(f", {key} {value}" for key, value in self.where.items())
 
     @property
@@ -48,9 +49,28 @@ class Candidate(NamedTuple):
 
 
 def candidate(model, effect, where, shape=None, label="cause", prior_width=10.0):
-    """A candidate; raises RotorstudyError if the effect cannot act there.
+    """An effect at a place, with the prior of its amplitudes.
 
-    prior_width : standard deviation of its amplitude, in its typical sizes
+    Parameters
+    ----------
+    model : Model
+    effect : str
+        Name of the plugin.
+    where, shape : dict
+        Options of the place, and of the shape.
+    label : str
+        Of its term.
+    prior_width : float
+        Standard deviation of its amplitude, in typical sizes.
+
+    Returns
+    -------
+    Candidate
+
+    Raises
+    ------
+    CannotAct
+        If the effect cannot act there.
     """
     plugin = registry().get("effect", effect, "diagnosis")
     item = {"kind": effect, **plugin.example, **where, **(shape or {}), "label": label}
@@ -71,25 +91,48 @@ def _shapes(plugin):
 
 
 def candidates(model, settings):
-    """Every effect at every place it offers on this rotor, as `settings` allow."""
-    found = []
+    """Every effect at every place it offers on this rotor, as `settings` allow.
+
+    Parameters
+    ----------
+    model : Model
+    settings : Settings
+
+    Returns
+    -------
+    list of Candidate
+    dict of str
+        Effect -> one line with file and place, for those whose plugin is broken.
+    """
+    found, broken = [], {}
     for name, plugin in sorted(registry().plugins["effect"].items()):
         if not plugin.candidate or name in settings.leave_out:
             continue
-        for place in plugin.places(model.structure, model.sensors):
-            for shape in _shapes(plugin):
-                try:
-                    found.append(candidate(model, name, place, shape, f"cause {len(found)}", settings.prior_width))
-                except RotorstudyError:  # it offers a place that this rig's other options rule out
-                    continue
+        try:
+            found += _candidates_of(plugin, model, settings, len(found))
+        except Exception as error:  # any mistake of a plugin; the rest of the library is still searched
+            broken[name] = blamed(error) or f"effect '{name}' ({plugin.file}): {type(error).__name__}: {error}"
+    return found, broken
+
+
+def _candidates_of(plugin, model, settings, first):
+    """Candidates of one effect; their terms are labelled by number, from `first` on."""
+    found = []
+    for place in plugin.places(model.structure, model.sensors):
+        for shape in _shapes(plugin):
+            label = f"cause {first + len(found)}"
+            try:
+                found.append(candidate(model, plugin.name, place, shape, label, settings.prior_width))
+            except CannotAct:  # it offers a place that this rig's other options rule out
+                continue
     return found
 
 
 class Screened(NamedTuple):
-    """What first-order columns say of a candidate.
+    """A candidate judged by its linearised columns.
 
-    explained : fall of the cost if it alone is added, the base parameters moving along
-    evidence  : logarithm of the evidence it gains, see `evidence`
+    explained : fall of the cost if it alone is added and the free parameters are fitted again
+    evidence  : logarithm of its Bayes factor against the model without it
     start     : (unknown,) its amplitudes there
     detection : (unknown,) standard deviation of each amplitude if it alone is fitted
     """
@@ -101,9 +144,16 @@ class Screened(NamedTuple):
 
 
 def log_scales(mean, covariance):
-    """Logarithm of the evidence gained by a prior of unknown width over the widest one: the mean over `SCALES`.
+    """Logarithm of the Bayes factor of a prior of unknown width, one of `SCALES`, against the widest one.
 
-    mean, covariance : (unknown,), (unknown, unknown) fitted with the widest prior, in its standard deviations
+    Parameters
+    ----------
+    mean, covariance : ndarray (unknown,), (unknown, unknown)
+        Of the posterior under the widest prior, in standard deviations of that prior.
+
+    Returns
+    -------
+    float
     """
     narrow, turn = np.linalg.eigh(covariance)
     narrow = np.clip(narrow, 1e-30, 1)
@@ -115,10 +165,18 @@ def log_scales(mean, covariance):
 
 
 def log_possible(mean, std):
-    """Logarithm of the evidence gained by amplitudes that cannot be negative over ones that can.
+    """Logarithm of the Bayes factor of amplitudes that cannot be negative against ones that can.
 
-    mean, std : (...,) of a normal distribution fitted without that limit; half of the prior and the share of the fitted
-    distribution above zero are what the limit leaves
+    The limit doubles the prior density above zero, and keeps the posterior probability of a positive amplitude.
+
+    Parameters
+    ----------
+    mean, std : array_like (...)
+        Of the posterior without the limit.
+
+    Returns
+    -------
+    ndarray (...)
     """
     from scipy.special import log_ndtr
 
@@ -126,22 +184,36 @@ def log_possible(mean, std):
 
 
 def screen(fitted, spectrum, chosen):
-    """Screened for each candidate of `chosen`, by the linear columns at a fit.
+    """Judge candidates by the linearised columns of their amplitudes at a fit.
 
     The free parameters of the fit are projected out with their priors: what they can explain is not a new cause.
+
+    Parameters
+    ----------
+    fitted : Fit
+    spectrum : Spectrum
+    chosen : list of Candidate
+
+    Returns
+    -------
+    list of Screened
     """
     on_rotor = [u for c in chosen if c.term.acts_on == "rotor" for u in c.term.unknowns]
     on_output = [u for c in chosen if c.term.acts_on == "output" for u in c.term.unknowns]
-    carried = int(np.abs(spectrum.harmonics).max()) + BEYOND
     columns = sensitivities(
-        fitted.model, spectrum.speed, spectrum.harmonics, (on_rotor, on_output), fitted.theta, order=carried
+        fitted.model,
+        spectrum.speed,
+        spectrum.harmonics,
+        (on_rotor, on_output),
+        fitted.theta,
+        order=carried_order(spectrum),
     )
     columns = spectrum.whitened(np.moveaxis(columns, -1, 0)).T  # (component, unknown)
     order = {u.name: i for i, u in enumerate(on_rotor + on_output)}
-    # rows of the priors below the data: a parameter that sits off its mean pulls back
-    known = np.vstack([fitted.jacobian, np.diag(1 / fitted.std)])
-    residual = np.concatenate([fitted.residual, (fitted.mean - fitted.free) / fitted.std])
-    columns = np.vstack([columns, np.zeros((len(fitted.std), columns.shape[1]))])
+    prior = fitted.prior  # its rows follow those of the data
+    known = np.vstack([fitted.jacobian, prior.whitener])
+    residual = np.concatenate([fitted.residual, prior.whitener @ (prior.mean - fitted.free)])
+    columns = np.vstack([columns, np.zeros((len(prior.mean), columns.shape[1]))])
     length = np.linalg.norm(known, axis=0)
     basis, _ = np.linalg.qr(known / length)
     columns = columns - basis @ (basis.T @ columns)
@@ -158,7 +230,7 @@ def _screened(candidate, columns, residual):
     off = covariance @ (scaled.T @ left)  # in standard deviations of the prior
     cost = np.sum((left - scaled @ off) ** 2) + off @ off
     explained = float(residual @ residual - cost)
-    evidence = 0.5 * (explained - log_narrowing(columns, std))
+    evidence = 0.5 * (explained - log_narrowing(columns, np.diag(std)))
     start = mean + std * off
     detection = std / np.sqrt(1 + np.sum(scaled**2, axis=0))
     limited = np.isin(candidate.names, candidate.positive)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rotorstudy.inference.fit import BEYOND
+from rotorstudy.inference.prediction import BEYOND
 from rotorstudy.model.terms import Entry, Unknown
 from rotorstudy.response.harmonic import sensitivities
 

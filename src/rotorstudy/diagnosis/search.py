@@ -1,41 +1,57 @@
-"""The search for causes: screen every candidate, fit the promising ones, score, add, swap, drop."""
+"""The search for causes: screen every candidate, fit the promising ones, weigh them, add, swap, drop."""
 
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from rotorstudy.diagnosis.candidates import SCALES, Candidate, candidate, candidates, log_possible, log_scales, screen
-from rotorstudy.errors import RotorstudyError
-from rotorstudy.inference.fit import STEPS, Fit, fit, inverse, predicted
-from rotorstudy.model.registry import registry
+from rotorstudy.diagnosis.candidates import (
+    SCALES,
+    Candidate,
+    Screened,
+    candidate,
+    candidates,
+    log_possible,
+    log_scales,
+    screen,
+)
+from rotorstudy.errors import NoSteadyState, PluginError
+from rotorstudy.inference.fit import HYPOTHESIS, Fit, fit
+from rotorstudy.inference.linear import invert
+from rotorstudy.inference.prediction import predicted
+from rotorstudy.inference.prior import Prior, prior_of
+from rotorstudy.model.registry import blamed, registry
 from rotorstudy.model.rig import make_term
 
-FIRST_LOOK = 5  # steps of a fit before it is known whether it is worth more
-FITTED_FULLY = 4  # explanations a round at least, and all
-CLOSE = 15.0  # above the cost of the best: e^-7 of its belief
-BENT = 3.0  # mean square of the priors' deviations from which a base fit is bent; 1 is expected
-ACCUSES = 4.0  # score an explanation needs: odds of seven to one that something is missing at all
-WORTH_FITTING = 0.1  # of what the best candidate explains by its columns: a large effect bends them
-PRICE_STEPS = 20
-LEAST = -700.0  # logarithm of the least share of belief, so that none becomes zero by rounding
+TRIAL_STEPS = 5  # of a fit, after which it is known whether it is worth finishing
+FITTED_FULLY = 4  # explanations a round at least, however poor
+CLOSE = 15.0  # above the cost of the best of a round: likelihood ratio e^-7.5, beyond which a fit is not finished
+STRAINED = 3.0  # mean square distance of the base parameters from their priors; 1 is expected
+ACCUSES = 2.0  # log posterior odds an explanation needs: seven to one that something is missing at all
+WORTH_FITTING = 0.1  # of what the best candidate explains by its columns, which a large effect invalidates
+THRESHOLD_STEPS = 20  # of a fixed-point iteration that contracts quickly
+LEAST_LOG_PROBABILITY = -700.0  # so that no posterior probability becomes zero by underflow
 SHAPE_STEPS = 8  # of the shape options of a cause
 SHAPE_DIFFERENCE = 1e-4  # of the range of a shape option, for its derivative
-SHAPE_GAIN = 0.5  # of the score, below which a shape is good enough
+SHAPE_GAIN = 0.25  # of the log posterior odds, below which the shape has converged
 SHARES_OF_STEP = (1.0, 0.3, 0.1)
 
 
 @dataclass(frozen=True)
 class Explanation:
-    """A set of causes, fitted; score : twice the logarithm of its odds against the base alone."""
+    """A set of causes, fitted; log_posterior_odds : natural logarithm of its odds against the base model alone."""
 
     causes: tuple[Candidate, ...]
     fit: Fit
-    score: float
+    log_posterior_odds: float
 
     @property
     def named(self):
-        """The causes as they are named, shapes apart."""
+        """The causes as a verdict names them, shapes apart."""
         return frozenset(cause.cause for cause in self.causes)
+
+
+def _odds(explanation):
+    return explanation.log_posterior_odds
 
 
 @dataclass(frozen=True)
@@ -43,21 +59,28 @@ class Search:
     """A search under way, and its outcome.
 
     model, spectrum : with the nuisance terms; with the model error
-    prior           : name -> (mean, std) of all that moves in every fit;  base : Fit of it alone
+    prior           : Prior of all that is free in every fit;  base : Fit of it alone
     candidates      : every one;  screened : of each, by the columns at the base fit
     found           : labels -> Explanation, every one fitted
-    upheld          : whether what no fit has seen leaves the best of them standing
+    faults          : effect -> one line with file and place, of plugins that failed; the rest was searched
+    upheld          : whether the best of them also predicts the held-out speeds better than the base
     """
 
     model: object
     spectrum: object
     settings: object
-    prior: dict
+    prior: Prior
     base: Fit
     candidates: list
-    screened: list
+    screened: list = field(default_factory=list)
     found: dict = field(default_factory=dict)
+    faults: dict = field(default_factory=dict)
     upheld: bool = True
+
+    @property
+    def broken(self):
+        """One line for each effect whose plugin failed and that was therefore not considered, or not throughout."""
+        return list(self.faults.values())
 
     @property
     def explanations(self):
@@ -65,85 +88,102 @@ class Search:
 
     @property
     def best(self):
-        """The explanation with the highest score; none of them if the base alone is nearly as good."""
-        best = max(self.explanations, key=lambda e: e.score)
-        return best if best.score > ACCUSES and self.upheld else self.found[frozenset()]
+        """The explanation with the highest posterior odds; no cause if the base alone is nearly as probable."""
+        best = max(self.explanations, key=_odds)
+        return best if best.log_posterior_odds > ACCUSES and self.upheld else self.found[frozenset()]
 
-    def share(self, cause):
-        """Prior odds of a cause: every effect of the library alike, its places and shapes share what it has."""
+    def prior_odds(self, cause):
+        """Prior odds of a cause: every effect of the library has the same, divided among its places and shapes."""
         effects = len({c.effect for c in self.candidates})
         return 1 / (effects * sum(c.effect == cause.effect for c in self.candidates))
 
-    def price(self, cause):
-        """Fall of the cost at which a cause is as likely as not: what its width, its sign and the choice cost."""
-        given = -2 * np.log(self.share(cause)) + (0 if cause.fixed else 2 * np.log(len(SCALES)))
-        count, price = len(cause.names) * (not cause.fixed), given
-        for _ in range(PRICE_STEPS):  # the width that serves best is that of the amplitude itself
-            price = given + count * np.log1p(price / max(count, 1))
-        return float(price)
+    def even_odds_gain(self, cause):
+        """Fall of the cost at which a cause has even posterior odds: it pays for the prior odds, width and sign.
 
-    def shares(self):
-        """(explanation, share of belief), most believed first; of each set of causes its best shape."""
+        Under the width that serves an amplitude best, which is the amplitude itself, the Occam factor depends on the
+        fall of the cost; hence the fixed point.
+        """
+        given = -2 * np.log(self.prior_odds(cause)) + (0 if cause.fixed else 2 * np.log(len(SCALES)))
+        count, gain = len(cause.names) * (not cause.fixed), given
+        for _ in range(THRESHOLD_STEPS):
+            gain = given + count * np.log1p(gain / max(count, 1))
+        return float(gain)
+
+    def posterior(self):
+        """(explanation, posterior probability), most probable first; of each set of causes its best shape."""
         best = {}
         for e in self.explanations:
-            if e.named not in best or e.score > best[e.named].score:
+            if e.named not in best or _odds(e) > _odds(best[e.named]):
                 best[e.named] = e
-        found = sorted(best.values(), key=lambda e: -e.score)
-        score = np.array([e.score for e in found]) / 2
-        weight = np.exp(np.maximum(score - np.logaddexp.reduce(score), LEAST))
-        return list(zip(found, weight.tolist(), strict=True))
+        found = sorted(best.values(), key=_odds, reverse=True)
+        odds = np.array([_odds(e) for e in found])
+        probability = np.exp(np.maximum(odds - np.logaddexp.reduce(odds), LEAST_LOG_PROBABILITY))
+        return list(zip(found, probability.tolist(), strict=True))
 
 
 def base_model(model, settings):
-    """The model with its nuisance terms, and the priors (mean, std) of all that moves in every fit."""
+    """The model with its nuisance terms, and the Prior of all that is free in every fit.
+
+    Parameters
+    ----------
+    model : Model
+        With a value for every amplitude.
+    settings : Settings
+
+    Returns
+    -------
+    Model
+    Prior
+
+    Raises
+    ------
+    RotorstudyError
+        If an amplitude has no value.
+    """
     terms = []
     for kind in settings.nuisance:
-        item = {"kind": kind, "label": "calibration"}
-        places = _places(kind, model)
+        places = registry().get("effect", kind, "nuisance").places(model.structure, model.sensors)
         terms += [
-            make_term("effect", {**item, **place, "label": f"calibration {i}"}, model.structure, model.sensors)
+            make_term("effect", {"kind": kind, **place, "label": f"calibration {i}"}, model.structure, model.sensors)
             for i, place in enumerate(places)
         ]
-    prior = {}
-    shares = settings.uncertainty
-    for term in model.terms:
-        for parameter in term.parameters:
-            value = term.values.get(parameter.name)
-            if value is None:
-                raise RotorstudyError(f"{term.full_name(parameter)} has no value; the rig needs one to be diagnosed")
-            full = term.full_name(parameter)
-            share = shares.get(full, shares.get(parameter.name, shares.get("default", 0.1)))
-            std = share * (abs(value) or parameter.typical)
-            if std == 0:
-                continue
-            if parameter.is_complex:
-                prior |= {f"{full}_real": (value.real, std), f"{full}_imag": (value.imag, std)}
-            else:
-                prior[full] = (float(value), std)
-    for term in terms:
-        for unknown in term.unknowns:
-            prior[unknown.name] = (0.0, settings.nuisance[term.kind])
-    return model.plus(*terms), prior
-
-
-def _places(kind, model):
-    return registry().get("effect", kind, "nuisance").places(model.structure, model.sensors)
+    known = {unknown.name: (0.0, settings.nuisance[term.kind]) for term in terms for unknown in term.unknowns}
+    return model.plus(*terms), prior_of(model, settings.uncertainty).plus(Prior.independent(known))
 
 
 def search(model, spectrum, settings):
-    """Explanations of a spectrum by up to `most_causes` candidates, best found by adding, swapping and dropping."""
+    """Explanations of a spectrum by up to `most_causes` candidates, found by adding, swapping and dropping.
+
+    Parameters
+    ----------
+    model : Model
+        With a value for every amplitude.
+    spectrum : Spectrum
+        Its covariance with the model error.
+    settings : Settings
+
+    Returns
+    -------
+    Search
+
+    Raises
+    ------
+    RotorstudyError
+        If the base model cannot be fitted. A broken plugin of the library raises nothing: see `Search.broken`.
+    """
     whole, prior = base_model(model, settings)
     base = fit(whole, spectrum, prior)
-    every = candidates(model, settings)
-    work = Search(whole, spectrum, settings, prior, base, every, screen(base, spectrum, every))
+    every, faults = candidates(model, settings)
+    work = Search(whole, spectrum, settings, prior, base, every, faults=faults)
+    work.screened.extend(_screen(work, base, every))
     current = work.found[frozenset()] = Explanation((), base, 0.0)
     screenings = [work.screened]
-    if base.penalty > BENT * len(prior):  # bent by what it lacks; columns at the stated parameters may serve better
-        screenings.append(screen(fit(whole, spectrum, prior, steps=0), spectrum, every))
+    if base.penalty > STRAINED * len(prior.names):  # parameters were moved to imitate what is missing: screen unmoved
+        screenings.append(_screen(work, fit(whole, spectrum, prior, steps=0), every))
     while len(current.causes) < settings.most_causes:
         tried = _add(work, current, screenings if not current.causes else None)
-        better = max((_refine(work, model, e) for e in _worth_refining(tried)), key=lambda e: e.score, default=current)
-        if better.score <= current.score:
+        better = max((_refine(work, model, e) for e in _to_refine(tried)), key=_odds, default=current)
+        if _odds(better) <= _odds(current):
             break
         current = better
         if len(current.causes) > 1:
@@ -151,13 +191,40 @@ def search(model, spectrum, settings):
     return work
 
 
-def _worth_refining(tried):
-    """The best of explanations; if it leaves more than noise does, also the best whose last cause has a shape."""
+def _screen(work, fitted, chosen):
+    """`screen`; a candidate whose plugin fails is noted as broken, and explains nothing."""
+    try:
+        return screen(fitted, work.spectrum, chosen)
+    except Exception:  # of any plugin: which one, is found by screening them one at a time
+        return [_screen_alone(work, fitted, one) for one in chosen]
+
+
+def _screen_alone(work, fitted, one):
+    try:
+        return screen(fitted, work.spectrum, [one])[0]
+    except NoSteadyState:
+        pass
+    except Exception as error:
+        _note_broken(work, [one], error)
+    return Screened(0.0, -np.inf, np.zeros(len(one.names)), np.full(len(one.names), np.inf))
+
+
+def _note_broken(work, causes, error):
+    """Note the plugin that an exception came out of; one that came out of no plugin is raised again."""
+    line = blamed(error) or (str(error) if isinstance(error, PluginError) else "")
+    if not line:
+        raise error
+    guilty = [c.effect for c in causes if registry().get("effect", c.effect).file in line]
+    work.faults.setdefault(guilty[-1] if guilty else causes[-1].effect, line)
+
+
+def _to_refine(tried):
+    """The best of explanations; if it leaves more than noise, also the best whose last cause has a shape."""
     if not tried:
         return []
-    best = max(tried, key=lambda e: e.score)
+    best = max(tried, key=_odds)
     shaped = [e for e in tried if e.causes[-1].shape and best.fit.cost > len(best.fit.residual)]
-    other = max(shaped, key=lambda e: e.score, default=best)
+    other = max(shaped, key=_odds, default=best)
     return [best] if other is best else [best, other]
 
 
@@ -165,52 +232,54 @@ def _explain(work, causes, starts=None):
     """The Explanation by some causes; None if no fit succeeds.
 
     starts : list of (parameter,) of the extended model, by default the stated values; the later ones are tried only if
-             the earlier do not leave as little as noise does
+             the earlier leave more than noise
     """
     key = frozenset(c.label for c in causes)
     if key not in work.found:
         extended, known, fresh = _extension(work, causes)
         fitted = None
         for start in starts or [fresh]:
-            found = _fit(work, extended, known, start)
+            found = _fit(work, causes, extended, known, start)
             fitted = min((f for f in (fitted, found) if f), key=lambda f: f.cost, default=None)
             if fitted and fitted.cost < len(fitted.residual):
                 break
         if fitted is None:
             return None
-        work.found[key] = Explanation(tuple(causes), fitted, _score(work, causes, fitted))
+        work.found[key] = Explanation(tuple(causes), fitted, _log_posterior_odds(work, causes, fitted))
     return work.found[key]
 
 
-def _score(work, causes, fitted):
-    """Twice the logarithm of the odds of some causes, fitted, against the base alone."""
+def _log_posterior_odds(work, causes, fitted):
+    """Of some causes, fitted, against the base alone: Bayes factor times prior odds."""
     odds = fitted.evidence - work.base.evidence
     for cause in causes:
         place = [fitted.names.index(name) for name in cause.names]
-        width = fitted.std[place]
+        width = fitted.prior.std[place]
         covariance = fitted.covariance[np.ix_(place, place)]
-        odds += np.log(work.share(cause))
+        odds += np.log(work.prior_odds(cause))
         limited = np.isin(cause.names, cause.positive)
         odds += np.sum(log_possible(fitted.free[place], np.sqrt(np.diag(covariance)))[limited])
         if not cause.fixed:
             odds += log_scales(fitted.free[place] / width, covariance / np.outer(width, width))
-    return float(2 * odds)
+    return float(odds)
 
 
-def _first_look(work, causes):
+def _trial_fit(work, causes):
     """Fit of an explanation after a few steps, None if there is none."""
     found = work.found.get(frozenset(c.label for c in causes))
-    return found.fit if found else _fit(work, *_extension(work, causes), steps=FIRST_LOOK)
+    return found.fit if found else _fit(work, causes, *_extension(work, causes), steps=TRIAL_STEPS)
 
 
 def _extension(work, causes):
-    """Extended model, what is known of its parameters, and a start at the stated values."""
+    """Extended model, Prior of its free parameters, and a start at the stated values."""
     extended = work.model.plus(*(c.term for c in causes))
-    known = work.prior | {name: prior for c in causes for name, prior in c.prior.items()}
-    before = _before(work, causes)  # causes before keep their size; the base starts where it is stated, not bent
-    values = {name: mean for name, (mean, _) in known.items()}
+    known = work.prior.plus(Prior.independent({name: prior for c in causes for name, prior in c.prior.items()}))
+    before = _before(work, causes)  # causes before keep their size; the base starts where stated, not where it strained
+    values = dict(zip(known.names, known.mean, strict=True))
     values |= {
-        name: value for name, value in zip(before.model.names, before.theta, strict=True) if name not in work.prior
+        name: value
+        for name, value in zip(before.model.names, before.theta, strict=True)
+        if name not in work.prior.names
     }
     return extended, known, _theta(extended, values, values.values())
 
@@ -221,10 +290,14 @@ def _before(work, causes):
     return known.fit if known else work.base
 
 
-def _fit(work, extended, known, start, steps=STEPS):
+def _fit(work, causes, extended, known, start, steps=HYPOTHESIS.steps):
+    """The Fit of an extended model, None if it has no steady state or a plugin fails."""
     try:
         return fit(extended, work.spectrum, known, start=start, steps=steps)
-    except (RotorstudyError, np.linalg.LinAlgError):
+    except NoSteadyState:
+        return None
+    except Exception as error:
+        _note_broken(work, causes, error)
         return None
 
 
@@ -232,11 +305,11 @@ def _promising(work, chosen, screenings, most):
     """Candidates worth a fit, {index: Screened}: of each screening the first, in turn, each cause in its best shape."""
     lists = []
     for screened in screenings:
-        odds = [one.evidence + np.log(work.share(cause)) for one, cause in zip(screened, chosen, strict=True)]
+        odds = [one.evidence + np.log(work.prior_odds(cause)) for one, cause in zip(screened, chosen, strict=True)]
         order, seen = sorted(range(len(chosen)), key=lambda i: -odds[i]), set()
         order = [i for i in order if not (chosen[i].cause in seen or seen.add(chosen[i].cause))]
         best = max((one.explained for one in screened), default=0.0)
-        worth = [max(WORTH_FITTING * best, 0.5 * work.price(chosen[i])) for i in order]
+        worth = [max(WORTH_FITTING * best, 0.5 * work.even_odds_gain(chosen[i])) for i in order]
         lists.append([(i, screened[i]) for i, low in zip(order, worth, strict=True) if screened[i].explained >= low])
     found = {}
     for rank in range(max(map(len, lists), default=0)):
@@ -250,9 +323,9 @@ def _add(work, current, screenings=None, most=None):
     """Explanations with one cause more, those worth a fit."""
     named = current.named
     chosen = [c for c in work.candidates if c.cause not in named]
-    screenings = screenings or [screen(current.fit, work.spectrum, chosen)]
+    screenings = screenings or [_screen(work, current.fit, chosen)]
     promising = _promising(work, chosen, screenings, most or work.settings.candidates_per_round)
-    looked = {i: _first_look(work, (*current.causes, chosen[i])) for i in promising}
+    looked = {i: _trial_fit(work, (*current.causes, chosen[i])) for i in promising}
     order = sorted((i for i in looked if looked[i]), key=lambda i: looked[i].cost)
     tried = []
     for rank, i in enumerate(order):
@@ -264,22 +337,22 @@ def _add(work, current, screenings=None, most=None):
 
 
 def _swap(work, current):
-    """Drop each cause, and put the best other one in its place, while that is better."""
+    """Drop each cause, and put the best other one in its place, while that is more probable."""
     for cause in current.causes:
         less = _explain(work, tuple(c for c in current.causes if c.label != cause.label))
         if less is None:
             continue
-        if less.score > current.score:
+        if _odds(less) > _odds(current):
             return less
-        current = max([current, *_add(work, less, most=FITTED_FULLY)], key=lambda e: e.score)
+        current = max([current, *_add(work, less, most=FITTED_FULLY)], key=_odds)
     return current
 
 
 def _refine(work, model, explanation):
-    """Shape options of the last cause moved to where the fit is best, by steps of Gauss and Newton.
+    """Shape options of the last cause moved to where the fit is best, by Gauss-Newton steps.
 
-    They count in units of their range, logarithmic where it does not begin at zero. A contact bends its own columns, so
-    that these may choose the wrong shape: where more than noise is left, all shapes are looked at first.
+    They count in units of their range, logarithmic where it does not begin at zero. The columns of a contact depend
+    strongly on its shape and may choose the wrong one: where more than noise is left, all shapes are looked at first.
     """
     explanation = _best_shape(work, explanation)
     *rest, last = explanation.causes
@@ -296,27 +369,27 @@ def _refine(work, model, explanation):
         best = explain(place, best.fit.theta) or best
     for _ in range(SHAPE_STEPS if set(ranges) == set(best.causes[-1].shape) and ranges else 0):
         normal, right = _shape_equations(work, model, best, place, ranges)
-        step, moved = np.split(inverse(normal) @ right, [len(right) - len(ranges)])
+        step, moved = np.split(invert(normal) @ right, [len(right) - len(ranges)])
         tried = None
         for share in SHARES_OF_STEP:
             ahead = np.clip(place + share * moved, 0, 1)
             theta = best.fit.theta.copy()
             theta[best.fit.model.position(best.fit.names)] += share * step
             tried = explain(ahead, theta)
-            if tried and tried.score > best.score:
+            if tried and _odds(tried) > _odds(best):
                 break
-        if not tried or tried.score <= best.score:
+        if not tried or _odds(tried) <= _odds(best):
             break
-        gained, best, place = tried.score - best.score, tried, ahead
+        gained, best, place = _odds(tried) - _odds(best), tried, ahead
         if gained < SHAPE_GAIN:
             break
-    best = max(best, explanation, key=lambda e: e.score)
+    best = max(best, explanation, key=_odds)
     last = best.causes[-1]
-    if ranges and set(ranges) == set(last.shape):  # the amplitude is known as well as the shape lets it be
+    if ranges and set(ranges) == set(last.shape):  # the amplitude is known only as well as the shape
         place = [_place(last.shape[name], *ranges[name]) for name in ranges]
         normal, _ = _shape_equations(work, model, best, place, ranges)
         free = len(best.fit.names)
-        best = replace(best, fit=replace(best.fit, covariance=inverse(normal)[:free, :free]))
+        best = replace(best, fit=replace(best.fit, covariance=invert(normal)[:free, :free]))
         work.found[frozenset(c.label for c in best.causes)] = best
     return best
 
@@ -329,10 +402,10 @@ def _best_shape(work, explanation):
     looked = []
     for cause in work.candidates:
         if cause.cause == last.cause:
-            fitted = _first_look(work, (*rest, cause))
+            fitted = _trial_fit(work, (*rest, cause))
             looked += [(fitted.cost, (*rest, cause), fitted.theta)] if fitted else []
     _, causes, theta = min(looked, key=lambda one: one[0])
-    return max(explanation, _explain(work, causes, [theta]) or explanation, key=lambda e: e.score)
+    return max(explanation, _explain(work, causes, [theta]) or explanation, key=_odds)
 
 
 def _place(value, low, high):
@@ -357,10 +430,12 @@ def _shape_equations(work, model, explanation, place, ranges):
         left = work.spectrum.whitened(work.spectrum.amplitude - shown)
         columns.append((fitted.residual - left) / off)
     data = np.column_stack([fitted.jacobian, *columns])
-    known = np.diag(np.concatenate([1 / fitted.std, np.ones(len(ranges))]))
-    pull = np.concatenate([(fitted.mean - fitted.free) / fitted.std, 0.5 - np.array(place)])
-    normal, right = data.T @ data + known**2, data.T @ fitted.residual + known @ pull
-    return normal, right
+    free, count = len(fitted.names), len(data.T)
+    rows, distance = np.eye(count), np.zeros(count)  # of the priors; a shape lies about the middle of its range
+    rows[:free, :free] = fitted.prior.whitener
+    distance[:free] = fitted.prior.whitener @ (fitted.prior.mean - fitted.free)
+    distance[free:] = 0.5 - np.array(place)
+    return data.T @ data + rows.T @ rows, data.T @ fitted.residual + rows.T @ distance
 
 
 def _theta(extended, names, values, start=None):

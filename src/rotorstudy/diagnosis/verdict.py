@@ -8,8 +8,9 @@ import numpy as np
 from rotorstudy.diagnosis.search import ACCUSES, Search, search
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.inference.fit import Fit, predicted, with_model_error
-from rotorstudy.inference.identification import magnitude_and_phase
+from rotorstudy.inference.fit import Fit
+from rotorstudy.inference.prediction import predicted, whitened_prediction, with_model_error
+from rotorstudy.inference.problem import magnitude_and_phase
 from rotorstudy.measurement.spectrum import Spectrum
 
 STATED_SET = 0.99  # confidence that the causes named together hold the true one
@@ -65,7 +66,7 @@ def investigate(spectrum, model, *, hold_out=None, settings=None):
     bent = _tail(best.fit.penalty, len(best.fit.names))
     left = _residual_share(found.base.cost, best.fit.cost, rows)
     fits = unlikely_after >= settings.significance or left <= LEFT_OVER
-    weights = found.shares()
+    weights = found.posterior()
     sure = {name: sum(w for e, w in weights if name in e.named) for e, _ in weights for name in e.named}
     stated = _stated(weights, best)
     if not best.causes:
@@ -85,13 +86,13 @@ def investigate(spectrum, model, *, hold_out=None, settings=None):
         "separating_measurement": _separating(best, [c for c, _ in stated]),
         "unexplained": _unexplained(best.fit, fitted, settings) if verdict == "unknown" or best.causes else [],
         "residual_p_value": {"before": unlikely_before, "after": unlikely_after},
-        "score": max((e.score for e in found.explanations if e.causes), default=None),
+        "score": max((2 * e.log_posterior_odds for e in found.explanations if e.causes), default=None),
         "parameter_p_value": bent,
         "residual_share": left,
         "detection_limit": _detection_limits(found),
         "gain": gain,
-        "base_parameters": _moved(best.fit, found.prior),
-        "identifiability": _identifiability(best.fit, found.prior),
+        "base_parameters": _moved(best.fit, found.prior.by_name),
+        "identifiability": _identifiability(best.fit, found.prior.by_name),
         "settings": settings.model_dump(),
         "candidates": len(found.candidates),
     }
@@ -189,7 +190,7 @@ def _is_upheld(found, held):
     if held is None or not best.causes:
         return True
     before, after = (_surprise(fitted, held).chance for fitted in (found.base, best.fit))
-    return best.score + 2 * (after - before) > ACCUSES
+    return best.log_posterior_odds + after - before > ACCUSES
 
 
 def _is_worse(base, best, held, settings):
@@ -210,9 +211,8 @@ class Surprise(NamedTuple):
 
 def _surprise(fitted, held):
     """Surprise of held-out speeds, noise and what the fit leaves open of its parameters counted."""
-    shown, change = predicted(fitted.model, held, fitted.theta, jacobian=True)
-    off = held.whitened(held.amplitude - shown)
-    columns = held.whitened(np.moveaxis(change[..., fitted.model.position(fitted.names)], -1, 0)).T
+    shown, columns = whitened_prediction(fitted.model, held, fitted.names, fitted.free)
+    off = held.whitened(held.amplitude) - shown
     spread = np.eye(len(off)) + columns @ fitted.covariance @ columns.T
     misfit = float(off @ np.linalg.solve(spread, off))
     return Surprise(misfit, _tail(misfit, len(off)), -0.5 * (misfit + np.linalg.slogdet(spread)[1]))
@@ -248,7 +248,7 @@ def _detection_limits(found):
     limits = []
     for c, screened in zip(found.candidates, found.screened, strict=True):
         unknowns = c.term.unknowns
-        needed = np.sqrt(ACCUSES + found.price(c)) + POWER
+        needed = np.sqrt(2 * ACCUSES + found.even_odds_gain(c)) + POWER
         for unknown, one in zip(unknowns, screened.detection, strict=True):
             if one < SEEN * c.prior[unknown.name][1]:
                 name = unknown.name.replace(f"[{c.term.label}]", "")

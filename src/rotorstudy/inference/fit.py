@@ -1,35 +1,279 @@
-"""Output-error fit with priors: everything moves within what is known of it, and the evidence for the model follows."""
+"""The fit of the predicted to the measured harmonics: with or without a prior, one spectrum or many trials at once."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rotorstudy.errors import RotorstudyError
-from rotorstudy.measurement.spectrum import independent_covariance
-from rotorstudy.response.harmonic import measured_response
+from rotorstudy.errors import NoConvergenceError, NoSteadyState, RotorstudyError
+from rotorstudy.inference.linear import check_identifiable, in_chunks, invert, solve_equations, whitened
+from rotorstudy.inference.prediction import predicted_derivatives, whitened_prediction
+from rotorstudy.inference.prior import Prior, log_narrowing
+from rotorstudy.inference.problem import Estimate
 
-BEYOND = 4  # harmonics carried beyond the highest measured one where a model couples them
-STEPS = 40
-STEP_IN_SIGMA = 1e-3  # a fit is at rest when its step is this small against its own standard deviation
-GAIN = 1e-4  # or when a step gains less than this share of the cost: a wrong cause need not be fitted well
+FIRST_DAMPING = 1e-6  # of the normal matrix with a unit diagonal: nearly a Gauss-Newton step
+LEAST_DAMPING = 1e-12  # below round-off it would only delay the recovery after a step that failed
+ROUND_OFF = 1e-12  # of the cost: a step that raises it by less has reached its accuracy
+
+
+@dataclass(frozen=True)
+class Convergence:
+    """When a fit has converged: whichever of the three tolerances is met first.
+
+    Parameters
+    ----------
+    step_in_sigma : float
+        Length of the step in the standard deviations that the fit itself leaves, enlarged by the misfit.
+    step_relative : float
+        Of each amplitude, for data without noise.
+    gain_relative : float
+        Fall of the cost by a step, relative to the cost.
+    steps : int
+        At most.
+    """
+
+    step_in_sigma: float
+    step_relative: float
+    gain_relative: float
+    steps: int
+
+
+# an estimate is reported: of a misfit of some hundred, a gain of 1e-6 is a hundredth of a standard deviation
+ESTIMATE = Convergence(step_in_sigma=1e-4, step_relative=1e-12, gain_relative=1e-6, steps=200)
+# hypotheses are compared by their evidence, in hundreds of fits: a wrong one need not be fitted closely
+HYPOTHESIS = Convergence(step_in_sigma=1e-3, step_relative=0.0, gain_relative=1e-4, steps=40)
+
+
+@dataclass(frozen=True)
+class Minimum:
+    """Where a fit ended, for each trial.
+
+    Parameters
+    ----------
+    theta : ndarray (trial, parameter)
+    cost : ndarray (trial,)
+        Loss of the data plus squares of the prior.
+    residual : ndarray (trial, row)
+        Whitened measured minus predicted; with a prior its rows follow those of the data.
+    jacobian : ndarray (trial, row, parameter)
+        Derivatives of the prediction.
+    normal : ndarray (trial, parameter, parameter)
+        Weighted J^T J that the last step was taken with.
+    converged : ndarray (trial,)
+    """
+
+    theta: np.ndarray
+    cost: np.ndarray
+    residual: np.ndarray
+    jacobian: np.ndarray
+    normal: np.ndarray
+    converged: np.ndarray
+
+
+def levenberg_marquardt(predict, measured, start, names, *, prior=None, clip=np.inf, convergence=ESTIMATE):
+    """Minimise the squares, or Huber's loss, of the whitened residual and of the distance from a prior.
+
+    All trials are fitted at once. A step to where the model has no steady state is refused like one that raises the
+    cost. A prior is whitened by its Cholesky factor and joins the data as rows.
+
+    Parameters
+    ----------
+    predict : callable
+        theta (trial, parameter) -> whitened prediction (trial, component), derivatives (trial, component, parameter).
+    measured : ndarray (trial, component)
+        Whitened data.
+    start : ndarray (trial, parameter)
+    names : sequence of str
+        The parameters.
+    prior : Prior, optional
+        Of these parameters; without one the data must tell them apart.
+    clip : float
+        Standard deviations beyond which a residual counts by its size, not its square (Huber); data only.
+    convergence : Convergence
+
+    Returns
+    -------
+    Minimum
+
+    Raises
+    ------
+    UnidentifiableError
+        If the parameters trade off at the start and there is no prior.
+    NoSteadyState
+        If the model has none at the start.
+
+    References
+    ----------
+    Nocedal and Wright, Numerical Optimization, 2006, section 10.3.
+    """
+    count, rows = len(names), measured.shape[-1] + (0 if prior is None else len(names))
+    clips = np.full(rows, np.inf)
+    clips[: measured.shape[-1]] = clip
+
+    def evaluate(trials, theta):
+        prediction, jacobian = predict(theta)
+        residual = measured[trials] - prediction
+        if prior is not None:
+            residual = np.concatenate([residual, (prior.mean - theta) @ prior.whitener.T], axis=-1)
+            known = np.broadcast_to(prior.whitener, (len(theta), count, count))
+            jacobian = np.concatenate([jacobian, known], axis=-2)
+        return residual, jacobian, *_loss(residual, clips)
+
+    def attempt(trials, theta):
+        """`evaluate`, with an infinite cost for the trials that have no steady state."""
+        try:
+            return evaluate(trials, theta)
+        except NoSteadyState:
+            if len(trials) == 1:
+                return np.zeros((1, rows)), np.zeros((1, rows, count)), np.array([np.inf]), np.ones((1, rows))
+        half = len(trials) // 2
+        parts = attempt(trials[:half], theta[:half]), attempt(trials[half:], theta[half:])
+        return tuple(np.concatenate(both) for both in zip(*parts, strict=True))
+
+    theta, trials = np.array(start, float), np.arange(len(start))
+    residual, jacobian, cost, weight = evaluate(trials, theta)
+    if prior is None:
+        check_identifiable(jacobian[0], names)
+    normal = np.zeros((len(theta), count, count))
+    damping = np.full(len(theta), FIRST_DAMPING)
+    converged = np.zeros(len(theta), bool)
+    freedom = max(1, rows - count)
+    for _ in range(convergence.steps):
+        weighted = np.swapaxes(jacobian[trials] * weight[trials][..., None], -1, -2)
+        normal[trials] = weighted @ jacobian[trials]
+        scale = np.sqrt(np.diagonal(normal[trials], axis1=-2, axis2=-1))
+        seen = (np.isfinite(scale) & (scale > 0)).all(
+            axis=-1
+        )  # else a parameter went where the data do not depend on it
+        trials, weighted, scale = trials[seen], weighted[seen], scale[seen]
+        if not len(trials):
+            break
+        scaled = normal[trials] / (scale[:, :, None] * scale[:, None, :])
+        scaled = scaled + damping[trials, None, None] * np.eye(count)
+        gradient = (weighted @ residual[trials][..., None])[..., 0] / scale
+        step = np.linalg.solve(scaled, gradient[..., None])[..., 0] / scale
+        tried = theta[trials] + step
+        new_residual, new_jacobian, new_cost, new_weight = attempt(trials, tried)
+        better = new_cost <= cost[trials] * (1 + ROUND_OFF)
+        in_sigma = np.sqrt(np.maximum(np.einsum("tp,tpq,tq->t", step, normal[trials], step), 0))
+        in_sigma = in_sigma / np.sqrt(np.maximum(1, np.minimum(new_cost, cost[trials]) / freedom))
+        done = in_sigma < convergence.step_in_sigma
+        done |= np.all(np.abs(step) <= convergence.step_relative * np.abs(tried), axis=-1)
+        done |= better & (cost[trials] - new_cost <= convergence.gain_relative * new_cost)
+        taken = trials[better]
+        theta[taken], cost[taken] = tried[better], new_cost[better]
+        residual[taken], jacobian[taken], weight[taken] = new_residual[better], new_jacobian[better], new_weight[better]
+        damping[trials] = np.maximum(damping[trials] * np.where(better, 0.1, 10.0), LEAST_DAMPING)
+        converged[trials[done]] = True
+        trials = trials[~done]
+        if not len(trials):
+            break
+    return Minimum(theta, cost, residual, jacobian, normal, converged)
+
+
+def _loss(residual, clip):
+    """Huber's loss (...) of residuals (..., row), squares up to `clip`, and the weights that give its slope."""
+    weight = np.minimum(1, clip / np.maximum(np.abs(residual), np.finfo(float).tiny))
+    return np.sum(weight * (2 - weight) * residual**2, axis=-1), weight
+
+
+def start_values(problem):
+    """(..., parameter) where a fit starts: equation-error least squares weighted once, else values given or typical."""
+    given = np.concatenate([term.theta for term in problem.model.terms])
+    nominal = np.where(np.isnan(given), problem.model.typical, given)[problem.model.position(problem.names)]
+    linear = [n for n in problem.names if n in {u.name for u in problem.model.rotor_unknowns}]
+    start = np.broadcast_to(nominal, (*problem.spectrum.amplitude.shape[:-3], len(nominal))).copy()
+    if len(linear) < len(problem.names):
+        return start
+
+    def weighted_once(part):
+        theta = solve_equations(part, settled=False)
+        return solve_equations(part, whitened(part.equation_weights(theta)), theta, settled=False)
+
+    try:
+        return in_chunks(problem, weighted_once)
+    except RotorstudyError:
+        return start
+
+
+def output_error_fit(problem, start=None, iterations=ESTIMATE.steps, clip=np.inf):
+    """Estimate by the data alone: the predicted harmonics fitted to the measured ones, weighted by their covariance.
+
+    Parameters
+    ----------
+    problem : Problem
+        Its spectrum may hold many trials.
+    start : ndarray (..., parameter), optional
+        See `start_values`.
+    iterations : int
+        Steps, at most.
+    clip : float
+        See `levenberg_marquardt`.
+
+    Returns
+    -------
+    Estimate
+        With covariance (J^T J)^-1, and the misfit. Of many trials, those that do not converge are NaN.
+
+    Raises
+    ------
+    UnidentifiableError
+        If the unknowns trade off at the start.
+    NoConvergenceError
+        If no trial converges.
+    """
+    measured = problem.spectrum.whitened(problem.spectrum.amplitude)
+    start = np.array(start_values(problem) if start is None else start, float)
+    shape, count = measured.shape[:-1], start.shape[-1]
+    measured = measured.reshape(-1, measured.shape[-1])
+    found = levenberg_marquardt(
+        lambda theta: predicted_derivatives(problem, theta),
+        measured,
+        np.broadcast_to(start.reshape(-1, count), (len(measured), count)),
+        problem.names,
+        clip=clip,
+        convergence=replace(ESTIMATE, steps=iterations),
+    )
+    if not found.converged.any():
+        raise NoConvergenceError(
+            f"the output-error fit did not converge in {iterations} steps; start closer, or fix a weak parameter"
+        )
+    theta, covariance = found.theta, np.full_like(found.normal, np.nan)
+    theta[~found.converged] = np.nan
+    covariance[found.converged] = invert(found.normal[found.converged])
+    return Estimate(
+        problem.names,
+        theta.reshape(*shape, count),
+        covariance.reshape(*shape, count, count),
+        found.cost.reshape(shape),
+    )
 
 
 @dataclass(frozen=True)
 class Fit:
-    """A fitted model.
+    """A model fitted within a prior.
 
-    theta      : (parameter,) in the order of model.names
-    names      : (free,) those that were fitted;  mean, std : (free,) of their priors;  covariance : (free, free)
-    misfit     : weighted sum of squares of the data;  penalty : of the priors
-    residual   : (component,) whitened measured minus predicted;  jacobian : (component, free) of the prediction
-    evidence   : logarithm of the chance of the data whatever the parameters are, less a constant (Laplace)
+    Parameters
+    ----------
+    model : Model
+    theta : ndarray (parameter,)
+        In the order of `model.names`.
+    prior : Prior
+        Of the free parameters, in the order of `names`.
+    covariance : ndarray (free, free)
+        Of the posterior.
+    misfit, penalty : float
+        Weighted sums of squares of the data, and of the distance from the prior mean.
+    residual : ndarray (component,)
+        Whitened measured minus predicted.
+    jacobian : ndarray (component, free)
+        Derivatives of the whitened prediction.
+    evidence : float
+        Logarithm of the marginal likelihood less a constant, by Laplace's approximation.
     """
 
     model: object
     theta: np.ndarray
-    names: tuple
-    mean: np.ndarray
-    std: np.ndarray
+    prior: Prior
     covariance: np.ndarray
     misfit: float
     penalty: float
@@ -38,100 +282,61 @@ class Fit:
     evidence: float
 
     @property
+    def names(self):
+        return self.prior.names
+
+    @property
     def cost(self):
         return self.misfit + self.penalty
 
     @property
     def free(self):
+        """(free,) values of the free parameters."""
         return self.theta[self.model.position(self.names)]
 
 
-def with_model_error(spectrum, settings):
-    """The spectrum with its covariance widened by what the model is not trusted to hit and the scatter does not show.
+def fit(model, spectrum, prior, start=None, steps=HYPOTHESIS.steps):
+    """The Fit of a model to a spectrum within a prior: where it ends after the steps allowed.
 
-    settings : Settings; model_error is a share of each harmonic, model_floor one of the rms vibration at a sensor and a
-               speed (all harmonics but 0X, which may be a gap), covariance_error one of the stated variances
+    Parameters
+    ----------
+    model : Model
+        Gives the values of all amplitudes that have no prior.
+    spectrum : Spectrum
+    prior : Prior
+        Of the amplitudes that are free.
+    start : ndarray (parameter,), optional
+        In the order of `model.names`; the prior mean by default.
+    steps : int
+        At most; 0 evaluates the start itself.
+
+    Returns
+    -------
+    Fit
+
+    Raises
+    ------
+    NoSteadyState
+        If the model has none at the start.
+
+    References
+    ----------
+    MacKay, Information Theory, Inference, and Learning Algorithms, 2003, ch. 27 and 28.
     """
-    size = np.abs(spectrum.amplitude)
-    moving = (spectrum.harmonics != 0)[:, None]
-    whole = np.sqrt(np.sum((size * moving) ** 2, axis=-2, keepdims=True))
-    floor = independent_covariance(((settings.model_error * size) ** 2 + (settings.model_floor * whole) ** 2) / 2)
-    return replace(spectrum, covariance=(1 + settings.covariance_error) * spectrum.covariance + floor)
-
-
-def predicted(model, spectrum, theta, jacobian=False):
-    """What a model shows at the speeds and harmonics of a spectrum; with `jacobian` its derivatives too."""
-    order = int(np.abs(spectrum.harmonics).max()) + BEYOND
-    return measured_response(model, spectrum.speed, spectrum.harmonics, theta, order=order, jacobian=jacobian)
-
-
-def fit(model, spectrum, prior, start=None, steps=STEPS):
-    """Levenberg-Marquardt of data and priors.
-
-    prior : name -> (mean, std) of the amplitudes that move
-    start : (parameter,) of the model;  missing values start at zero;  steps : at most, 0 for the start itself
-    raises: RotorstudyError if there is no steady state anywhere near the start
-    """
-    names = tuple(prior)
-    place = model.position(names)
-    theta = _start(model) if start is None else np.array(start, float)
-    mean, std = np.array([prior[n] for n in names], float).reshape(-1, 2).T
-    weight = 1 / std
-    measured = spectrum.whitened(spectrum.amplitude)
-
-    def at(theta):
-        shown, change = predicted(model, spectrum, theta, jacobian=True)
-        model_shows = spectrum.whitened(shown)
-        jacobian = spectrum.whitened(np.moveaxis(change[..., place], -1, 0)).T
-        residual = measured - model_shows
-        return residual, jacobian, residual @ residual, np.sum((weight * (theta[place] - mean)) ** 2)
-
-    residual, jacobian, misfit, penalty = at(theta)
-    damping = 1e-6
-    for _ in range(steps):
-        normal = jacobian.T @ jacobian + np.diag(weight**2)
-        gradient = jacobian.T @ residual - weight**2 * (theta[place] - mean)
-        scale = np.sqrt(np.diag(normal))
-        scale[scale == 0] = 1.0
-        scaled = normal / np.outer(scale, scale) + damping * np.eye(len(names))
-        step = np.linalg.solve(scaled, gradient / scale) / scale
-        tried = theta.copy()
-        tried[place] += step
-        try:
-            new = at(tried)
-        except RotorstudyError:  # a step onto a resonance without damping
-            new = (None, None, np.inf, np.inf)
-        if new[2] + new[3] <= misfit + penalty:
-            gained = misfit + penalty - new[2] - new[3]
-            theta, (residual, jacobian, misfit, penalty) = tried, new
-            damping = max(damping / 10, 1e-12)
-            if step @ normal @ step < STEP_IN_SIGMA**2 or gained < GAIN * (misfit + penalty):
-                break
-        else:
-            damping *= 10
-            if damping > 1e8:
-                break
-    normal = jacobian.T @ jacobian + np.diag(weight**2)
-    evidence = -0.5 * (misfit + penalty + log_narrowing(jacobian, std))
-    return Fit(model, theta, names, mean, std, inverse(normal), misfit, penalty, residual, jacobian, evidence)
-
-
-def log_narrowing(jacobian, std):
-    """ln det (posterior precision / prior precision): how much narrower the data make what the priors leave open.
-
-    jacobian : (component, free) of whitened data;  std : (free,) of the priors
-    """
-    scaled = jacobian * std
-    return float(np.linalg.slogdet(np.eye(len(std)) + scaled.T @ scaled)[1])
-
-
-def _start(model):
-    """(parameter,) the values given, zero where none is."""
-    given = np.concatenate([term.theta for term in model.terms])
-    return np.where(np.isnan(given), 0.0, given)
-
-
-def inverse(normal):
-    """Inverse of a normal matrix whose columns differ by many orders; what the data do not see gets a huge variance."""
-    scale = np.sqrt(np.maximum(np.diag(normal), 1e-300))
-    return np.linalg.pinv(normal / np.outer(scale, scale), rcond=1e-12, hermitian=True) / np.outer(scale, scale)
+    place = model.position(prior.names)
+    found = levenberg_marquardt(
+        lambda theta: whitened_prediction(model, spectrum, prior.names, theta),
+        spectrum.whitened(spectrum.amplitude)[None],
+        (prior.mean if start is None else start[place])[None],
+        prior.names,
+        prior=prior,
+        convergence=replace(HYPOTHESIS, steps=steps),
+    )
+    theta = np.concatenate([term.theta for term in model.terms])
+    theta[place] = found.theta[0]
+    rows = found.residual.shape[-1] - len(place)
+    residual, jacobian = found.residual[0, :rows], found.jacobian[0, :rows]
+    misfit, penalty = float(residual @ residual), float(np.sum(found.residual[0, rows:] ** 2))
+    covariance = invert(found.jacobian[0].T @ found.jacobian[0])
+    evidence = -0.5 * (misfit + penalty + log_narrowing(jacobian, prior.factor))
+    return Fit(model, theta, prior, covariance, misfit, penalty, residual, jacobian, evidence)

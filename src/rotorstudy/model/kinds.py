@@ -148,7 +148,7 @@ class SpectrumMethod(Plugin):
 
 @dataclass(frozen=True)
 class Estimator(Plugin):
-    """function(problem) -> Estimate, see `rotorstudy.inference.identification`
+    """function(problem) -> Estimate, see `rotorstudy.inference.problem`
 
     What it claims to do, and is checked for, both ways:
     uses_covariance         : harmonics stated to be noisier count less

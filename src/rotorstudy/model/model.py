@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,12 +11,24 @@ from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import Term
 
 
+class Uncertainty(NamedTuple):
+    """How well some amplitudes are known, errors of several together.
+
+    names      : (parameter,) as in `Model.names`
+    covariance : (parameter, parameter) about the values of the model
+    """
+
+    names: tuple[str, ...]
+    covariance: np.ndarray
+
+
 @dataclass(frozen=True)
 class Model:
     """Structure + terms; displacements count from the static deflection (see `statics`).
 
     sensors : nodes where the translation is measured (all by default)
     held_deflection : (dof,) or (..., speed, dof) deflection to take instead, whatever carries the rotor
+    uncertainty : how well the values of some amplitudes are known, if that was stated
     theta   : (parameter,) real amplitudes of `names`, rotor terms first, then output terms
     """
 
@@ -23,6 +36,7 @@ class Model:
     terms: tuple[Term, ...] = ()
     sensors: tuple[int, ...] = ()
     held_deflection: np.ndarray | None = None
+    uncertainty: Uncertainty | None = None
 
     def __post_init__(self):
         if not self.sensors:

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.errors import CannotAct, unknown_name
 
 
 @dataclass(frozen=True)
@@ -37,12 +37,14 @@ class Structure:
     def index(self, node, motion="translation"):
         """Position of a coordinate; an unknown node is an error that lists the nodes there are."""
         if node is None:
-            raise RotorstudyError(
+            raise CannotAct(
                 f"no node is given; say which of {list(self.nodes)} with 'node:' (a plugin takes the only one there is "
                 "with structure.default_node() where its node is None)"
             )
         if (node, motion) not in self.dofs:
-            raise unknown_name(f"{motion} at node", node, [n for n, m in self.dofs if m == motion], "the rotor")
+            raise unknown_name(
+                f"{motion} at node", node, [n for n, m in self.dofs if m == motion], "the rotor", CannotAct
+            )
         return self.dofs.index((node, motion))
 
     def unit(self, node, motion="translation"):
@@ -52,7 +54,7 @@ class Structure:
     def default_node(self):
         """The only node, or an error asking for one: effects that act at a node call this."""
         if len(self.nodes) > 1:
-            raise RotorstudyError(f"this rotor has nodes {list(self.nodes)}; say which with 'node:'")
+            raise CannotAct(f"this rotor has nodes {list(self.nodes)}; say which with 'node:'")
         return self.nodes[0]
 
     def stiffness_loss_at(self, node=None, element=None):
@@ -62,13 +64,13 @@ class Structure:
         """
         if callable(self.stiffness_loss):
             if (node is None) == (element is None):
-                raise RotorstudyError("this rotor can crack at several places; say where with 'node:' or 'element:'")
+                raise CannotAct("this rotor can crack at several places; say where with 'node:' or 'element:'")
             if node is not None and node not in {n for n, _ in self.dofs}:
-                raise unknown_name("node", node, {n for n, _ in self.dofs}, "the crack")
+                raise unknown_name("node", node, {n for n, _ in self.dofs}, "the crack", CannotAct)
             return self.stiffness_loss(node, element)
         if element is not None or (node is not None and self.nodes != (node,)):
             place = f"node {node}" if element is None else f"element {element}"
-            raise RotorstudyError(f"this rotor cannot crack at {place}; it has one place for a crack: leave it out")
+            raise CannotAct(f"this rotor cannot crack at {place}; it has one place for a crack: leave it out")
         return self.stiffness_loss
 
     def crack_places(self):
@@ -79,7 +81,7 @@ class Structure:
         for element in range(1, max(node for node, _ in self.dofs) + 1):
             try:
                 self.stiffness_loss(None, element)
-            except RotorstudyError:
+            except CannotAct:
                 break
             found.append({"element": element})
         return found
@@ -102,5 +104,5 @@ def sensor_unit(sensors, node=None):
     """(sensor,) vector with a one at the sensor of a node, the first by default; a node without sensor is an error."""
     node = sensors[0] if node is None else node
     if node not in sensors:
-        raise unknown_name("sensor at node", node, sensors, "the rig")
+        raise unknown_name("sensor at node", node, sensors, "the rig", CannotAct)
     return np.eye(len(sensors))[sensors.index(node)]

@@ -1,33 +1,36 @@
-"""Pictures of a blind test."""
+"""Figures of a blind test, from its Dataset."""
 
 import numpy as np
 
 from rotorstudy.blind.criteria import LARGE
 from rotorstudy.presentation.plots import COLOURS, MARKERS, figure
 
-FIGURES = ("curves", "confusion", "calibration", "coverage", "detection_limits", "gain")
 
+def blind_figures(data):
+    """The figures of a blind test.
 
-def draw(name, data):
-    """The picture of a name in FIGURES, from the Dataset of a blind test."""
+    Parameters
+    ----------
+    data : xarray.Dataset
+        As `blind.summary.summary` returns it.
+
+    Returns
+    -------
+    dict
+        Name of a file, without its suffix -> matplotlib Figure.
+    """
     return {
-        "curves": curves,
-        "confusion": confusion,
-        "calibration": calibration,
-        "coverage": coverage,
-        "detection_limits": detection_limits,
-        "gain": gain,
-    }[name](data)
+        "curves": curves(data),
+        "confusion": confusion(data),
+        "calibration": calibration(data),
+        "coverage": coverage(data),
+        "detection_limits": detection_limits(data),
+        "gain": gain(data),
+    }
 
 
 def _percent(share):
     return f"{100 * share:.0f} %" if np.isfinite(share) else "no case"
-
-
-def _bar(data, start):
-    """The reached value, bounds and count of the bar whose name starts so."""
-    chosen = next(i for i, name in enumerate(data.criterion.values) if str(name).startswith(start))
-    return data.isel(criterion=chosen)
 
 
 def curves(data):
@@ -46,10 +49,10 @@ def curves(data):
     axes.set(xscale="log", ylim=(-0.03, 1.03), ylabel="share of cases, 95 % bounds")
     axes.set_xticks([0.3, 1, 3, 10, 30], ["0.3", "1", "3", "10", "30"])
     axes.set_xlabel("change by the effect over noise, rms")
-    found = _bar(data, "right cause and place at s >= 3")
+    found = data.sel(criterion="right_large")
     low, high = (100 * float(found[f"criterion_{end}"]) for end in ("low", "high"))
     said = f"{_percent(float(found.criterion_reached))} ({low:.0f} to {high:.0f}, {int(found.criterion_cases)} cases)"
-    axes.set_title(f"Right at three times the noise and more: {said}")
+    axes.set_title(f"Right where the change is three times the noise and more: {said}")
     axes.legend(loc="lower right")
     return picture
 
@@ -85,18 +88,19 @@ def confusion(data):
 
 
 def calibration(data):
-    """Share right over stated confidence."""
+    """Share of true causes over their stated posterior probability."""
     picture, axes = figure(1, 1, height=2.8)
     axes = axes[0, 0]
-    part = data.isel(confidence_bin=data.confidence_cases.values > 0)
+    part = data.isel(probability_bin=data.probability_cases.values > 0)
     right = part.share_right.values
     error = np.abs([right - part.share_right_low.values, part.share_right_high.values - right])
-    axes.plot([0, 1], [0, 1], color="0.5", linewidth=0.8, linestyle=":", label="honest")
-    axes.errorbar(part.stated_confidence, right, error, fmt="-o", color=COLOURS[0], capsize=2, label="reached")
-    for x, y, n in zip(part.stated_confidence.values, right, part.confidence_cases.values, strict=True):
+    axes.plot([0, 1], [0, 1], color="0.5", linewidth=0.8, linestyle=":", label="calibrated")
+    axes.errorbar(part.stated_probability, right, error, fmt="-o", color=COLOURS[0], capsize=2, label="reached")
+    for x, y, n in zip(part.stated_probability.values, right, part.probability_cases.values, strict=True):
         axes.annotate(int(n), (x, y), textcoords="offset points", xytext=(-4, -9), fontsize=6, ha="right")
-    axes.set(xlim=(0, 1.03), ylim=(0, 1.03), xlabel="stated confidence of the first cause", ylabel="share that is true")
-    axes.set_title(f"Stated confidence is off by {float(data.calibration_error):.3f} in the mean")
+    axes.set(xlim=(0, 1.03), ylim=(0, 1.03), ylabel="share that is true")
+    axes.set_xlabel("stated posterior probability of the first cause")
+    axes.set_title(f"Expected calibration error {float(data.calibration_error):.3f}")
     axes.legend()
     return picture
 
@@ -105,19 +109,15 @@ def coverage(data):
     """Shares by noise level: truth inside the stated set, and intervals that hold the truth."""
     picture, axes = figure(1, 1, height=2.6, width=4.4)
     axes = axes[0, 0]
-    chosen = [
-        i for i, name in enumerate(data.criterion.values)
-        if (str(name).startswith("truth inside") or "intervals" in str(name)) and data.criterion_cases.values[i]
-    ]  # fmt: skip
-    part = data.isel(criterion=chosen)
+    part = data.isel(criterion=((data.criterion_kind == "coverage") & (data.criterion_cases > 0)).values)
     value = part.criterion_reached.values
     error = np.abs([value - part.criterion_low.values, part.criterion_high.values - value])
     axes.errorbar(value, np.arange(len(value)), xerr=error, fmt="o", color=COLOURS[0], capsize=2)
     axes.axvline(0.95, color="0.5", linewidth=0.8, linestyle=":")
-    axes.set_yticks(range(len(value)), [str(name) for name in part.bar.values])
+    axes.set_yticks(range(len(value)), [str(what) for what in part.criterion_what.values])
     axes.set_ylim(-0.6, len(value) - 0.4)
     axes.set_xlabel("share, 95 % bounds (dotted: 0.95)")
-    axes.set_title("Does what is stated hold the truth?")
+    axes.set_title("Coverage of the stated sets of causes and of the 95 % intervals")
     return picture
 
 
@@ -136,7 +136,7 @@ def detection_limits(data):
     axes.set_xscale("log")
     axes.set_xlabel("change over noise at which half are found, 95 % bounds")
     sure = int((high <= LARGE).sum())
-    axes.set_title(f"{sure} of {len(half)} effects are surely found below three times the noise")
+    axes.set_title(f"{sure} of {len(half)} effects are found below three times the noise with 95 % confidence")
     return picture
 
 
@@ -144,7 +144,8 @@ def gain(data):
     """Distribution of the error on held-out speeds, after over before."""
     picture, axes = figure(1, 1, height=2.6, width=4.2)
     axes = axes[0, 0]
-    large = (data.case_known.values == 1) & (data.case_size.values >= LARGE) & np.isfinite(data.case_confidence.values)
+    states = np.isfinite(data.case_posterior_probability.values)
+    large = (data.case_known.values == 1) & (data.case_size.values >= LARGE) & states
     for i, (name, label) in enumerate((("gain", "against the signal without noise"),
                                        ("gain_measured", "against the measurement"))):  # fmt: skip
         values = np.sort(data[f"case_{name}"].values[large])
@@ -155,6 +156,7 @@ def gain(data):
     axes.axvline(1, color="0.5", linewidth=0.8)
     axes.set(xscale="log", ylim=(0, 1), xlabel="error on held-out speeds, after over before", ylabel="share of cases")
     axes.legend(loc="lower right", fontsize=6)
-    found = _bar(data, "held-out error after over before, median at s >= 3, against the signal")
-    axes.set_title(f"The extended model leaves {float(found.criterion_reached):.2g} of the error in the median")
+    found = data.sel(criterion="gain")
+    left = f"{float(found.criterion_reached):.2g} of the error in the median" if found.criterion_cases else "no case"
+    axes.set_title(f"What the extended model leaves: {left}")
     return picture

@@ -14,7 +14,7 @@ from rotorstudy.diagnosis.force import equivalent_residual_force
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict import investigate
 from rotorstudy.errors import RotorstudyError, unknown_name
-from rotorstudy.inference.fit import predicted, with_model_error
+from rotorstudy.inference.prediction import predicted, with_model_error
 from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.model.configuration import check_config
@@ -203,7 +203,7 @@ def verdict_dataset(diagnosis, spectrum):
 
 def _parameters(diagnosis):
     """Fitted parameters: as stated, in the base model and in the extended one."""
-    base, best, prior = diagnosis.search.base, diagnosis.best, diagnosis.search.prior
+    base, best, prior = diagnosis.search.base, diagnosis.best, diagnosis.search.prior.by_name
     units = dict(zip(best.model.names, best.model.units, strict=True))
     before = dict(zip(base.names, zip(base.free, np.sqrt(np.diag(base.covariance)), strict=True), strict=True))
     nothing = (np.nan, np.nan)
@@ -225,7 +225,7 @@ def _parameters(diagnosis):
 
 def _explanations(diagnosis):
     """Every explanation that was fitted, that with the highest score first."""
-    weights = diagnosis.search.shares()
+    weights = diagnosis.search.posterior()
     stated = {(cause["effect"], tuple(cause["where"].items())) for cause in diagnosis.verdict["ambiguous_with"]}
     best = diagnosis.search.best
     labels = [" + ".join(cause.label for cause in e.causes) or "nothing more" for e, _ in weights]
@@ -238,7 +238,7 @@ def _explanations(diagnosis):
         "explanation_label": (along, np.array(labels, object), "1", "causes"),
         "score": (
             along,
-            np.array([e.score for e, _ in weights]),
+            np.array([2 * e.log_posterior_odds for e, _ in weights]),
             "1",
             "twice the logarithm of the odds against the base alone",
         ),

@@ -2,9 +2,10 @@
 
 from html import escape
 
+from rotorstudy.presentation.pages import render
 from rotorstudy.store import atomic, write_text
 
-LONG, SHORT = 80, 24  # characters: a column of text beyond is given room, one below is not broken
+LONG, SHORT = 80, 24  # characters: a longer column of text is given room, a shorter one is not broken
 CSS = """
 body { font-family: sans-serif; margin: 1.5em; color: #222; }
 p, ul { max-width: 60em; }
@@ -30,24 +31,41 @@ def write_html(path, title, note, tables, digits=6):
 
     note : a text, or a list whose first is a text and the others points of a list;  digits : of every number
     """
-    first, *points = [note] if isinstance(note, str) else note
-    parts = [f"<h1>{escape(title)}</h1>", f"<p>{escape(first)}</p>"]
-    if points:
-        parts.append("<ul>" + "".join(f"<li>{escape(point)}</li>" for point in points) + "</ul>")
-    for heading, table in tables.items():
-        parts += [f"<h2>{escape(heading)}</h2>" if heading else "", html_table(table, digits)]
-    body = "\n".join(parts)
-    head = f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{escape(title)}</title><style>{CSS}</style>'
-    write_text(path, f"{head}{body}</html>\n")
+    note = [note] if isinstance(note, str) else note
+    tables = {heading: cells(table, digits) for heading, table in tables.items()}
+    write_text(path, render("tables.html", title=title, note=note, tables=tables))
+
+
+def cells(table, digits=6):
+    """A DataFrame as the macro `show.table` takes it.
+
+    Parameters
+    ----------
+    table : pandas.DataFrame
+    digits : int
+        Significant digits of every number.
+
+    Returns
+    -------
+    dict
+        `columns`, the headings, and `rows`, each a list of (class, text); the class is that of the column: number,
+        short, text or long.
+    """
+    kinds = [_kind(column) for _, column in table.items()]
+    rows = [
+        [(kind, _cell(value, digits)) for kind, value in zip(kinds, row, strict=True)]
+        for row in zip(*(column for _, column in table.items()), strict=True)
+    ]
+    return {"columns": [str(name) for name in table.columns], "rows": rows}
 
 
 def html_table(table, digits=6):
     """A DataFrame as HTML; every cell has the class of its column: number, short, long or text."""
-    columns = [(_kind(column), [_cell(value, digits) for value in column]) for _, column in table.items()]
-    head = "".join(f"<th>{escape(str(name))}</th>" for name in table.columns)
-    rows = ["".join(f'<td class="{kind}">{cells[i]}</td>' for kind, cells in columns) for i in range(len(table))]
-    lines = "\n".join(f"<tr>{row}</tr>" for row in [head, *rows])
-    return f"<table>\n{lines}\n</table>"
+    found = cells(table, digits)
+    lines = ["".join(f"<th>{escape(name)}</th>" for name in found["columns"])]
+    lines += ["".join(f'<td class="{kind}">{escape(text)}</td>' for kind, text in row) for row in found["rows"]]
+    body = "\n".join(f"<tr>{line}</tr>" for line in lines)
+    return f"<table>\n{body}\n</table>"
 
 
 def _kind(column):
@@ -60,7 +78,7 @@ def _kind(column):
 def _cell(value, digits):
     if isinstance(value, float):
         return "" if value != value else f"{float(f'{value:.{digits}g}'):.12g}"  # 63640, not 6.364e+04
-    return "" if value is None else escape(str(value))
+    return "" if value is None else str(value)
 
 
 def write_table(table, csv, html, title, note, digits=6):

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.errors import NoConvergenceError
+from rotorstudy.errors import NoSteadyState
 
 SAMPLES_PER_HARMONIC = 16  # of the highest harmonic: a contact that sets in suddenly has many more than are carried
 TOLERANCE = 1e-11  # of the residual against the motion; round-off of some hundred sums is near 1e-14
@@ -71,7 +71,7 @@ def steady_state(forces, speed, harmonics, deflection, linear, reply):
     forces : list of (amplitude, NonlinearForce);  deflection : (dof,)
     linear : (harmonic, dof) motion without them
     reply  : (harmonic, dof, component) motion by a unit force at each component of the coordinates they read
-    raises : NoConvergenceError if no steady state grows out of the linear one
+    raises : NoSteadyState if no steady state grows out of the linear one
     """
     seen = seen_coordinates([force for _, force in forces])
     basis, rate = turn(harmonics), 1j * np.asarray(harmonics) * speed
@@ -113,7 +113,10 @@ def steady_state(forces, speed, harmonics, deflection, linear, reply):
             off = x - start - share * receptance @ force
             if np.linalg.norm(off) <= TOLERANCE * np.linalg.norm(x):
                 return x, force, slope
-            x = x - np.linalg.solve(np.eye(len(x)) - share * receptance @ slope, off)
+            try:
+                x = x - np.linalg.solve(np.eye(len(x)) - share * receptance @ slope, off)
+            except np.linalg.LinAlgError:
+                return None
             if not np.isfinite(x).all():
                 return None
         return None
@@ -124,7 +127,7 @@ def steady_state(forces, speed, harmonics, deflection, linear, reply):
         if found is not None:
             x, share, growth = found[0], min(1.0, share + growth), 2 * growth
         elif growth < SMALLEST_GROWTH:
-            raise NoConvergenceError(
+            raise NoSteadyState(
                 f"no steady state at {speed:g} rad/s grows out of the linear one beyond {share:.0%} of the forces that "
                 "are not linear: it jumps there, or is not periodic; leave that speed out, or integrate in time"
             )

@@ -11,7 +11,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from rotorstudy.errors import RotorstudyError
+from rotorstudy.errors import NoSteadyState, RotorstudyError
 from rotorstudy.model.terms import apply_entries
 from rotorstudy.response.alternating import nonlinear_column, seen_coordinates, steady_state
 from rotorstudy.response.statics import static_deflection
@@ -265,7 +265,7 @@ def _solve(matrices, force, blocks, speed):
     except np.linalg.LinAlgError:
         found = np.array(np.nan)
     if not np.isfinite(found).all():
-        raise RotorstudyError(
+        raise NoSteadyState(
             f"no steady state at one of {_some(speed)} rad/s: a harmonic meets an undamped natural frequency, or a "
             "parameter is not finite; add damping or leave that speed out"
         )

@@ -8,6 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rotorstudy.errors import NoSteadyState
+
 
 class Deflection(NamedTuple):
     """Static deflection and its derivatives.
@@ -25,6 +27,7 @@ def static_deflection(model, speed, theta, *, jacobian=False):
 
     speed : (speed,) rad/s, at which tabulated bearings are taken
     theta : (..., parameter), only carrying amplitudes are looked at
+    raises : NoSteadyState if the bearings do not carry the load
     """
     structure = model.structure
     if model.held_deflection is not None or not model.is_carried or not structure.static_load.any():
@@ -43,7 +46,10 @@ def static_deflection(model, speed, theta, *, jacobian=False):
 
     def solve(forces):  # (..., speed, dof, force)
         both = np.concatenate([forces, forces.conj()], axis=-2)
-        return np.linalg.solve(matrix, np.broadcast_to(both, (*matrix.shape[:-1], both.shape[-1])))[..., :dof, :]
+        try:
+            return np.linalg.solve(matrix, np.broadcast_to(both, (*matrix.shape[:-1], both.shape[-1])))[..., :dof, :]
+        except np.linalg.LinAlgError:
+            raise NoSteadyState("the bearings do not carry the rotor: their stiffness has no inverse") from None
 
     value = solve(structure.static_load.astype(complex)[:, None])[..., 0]
     if not jacobian:

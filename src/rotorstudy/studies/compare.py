@@ -13,7 +13,8 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from rotorstudy.errors import PluginError, RotorstudyError, UnidentifiableError, unknown_name
-from rotorstudy.inference.identification import Problem, cramer_rao_bound, estimate_by, magnitude_and_phase
+from rotorstudy.inference.bounds import cramer_rao_bound
+from rotorstudy.inference.problem import Problem, estimate_by, magnitude_and_phase
 from rotorstudy.measurement.keyphasor import phase_from_keyphasor
 from rotorstudy.measurement.noise import noise_std, standard_normal
 from rotorstudy.measurement.records import (

@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import Field
 
 from rotorstudy.errors import RotorstudyError, unknown_name
-from rotorstudy.inference.identification import magnitude_and_phase
+from rotorstudy.inference.problem import magnitude_and_phase
 from rotorstudy.measurement.noise import MODELS
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.configuration import Strict, check_config

@@ -3,7 +3,8 @@
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.inference.identification import check_identifiable, invert, magnitude_and_phase
+from rotorstudy.inference.linear import check_identifiable, invert
+from rotorstudy.inference.problem import magnitude_and_phase
 from rotorstudy.measurement.spectrum import components
 from rotorstudy.response.harmonic import harmonic_response, measured_response
 from rotorstudy.store import dataset

@@ -6,7 +6,8 @@ from itertools import product
 import numpy as np
 
 from rotorstudy.errors import NoConvergenceError
-from rotorstudy.inference.identification import Problem, cramer_rao_bound, estimate_by, magnitude_and_phase
+from rotorstudy.inference.bounds import cramer_rao_bound
+from rotorstudy.inference.problem import Problem, estimate_by, magnitude_and_phase
 from rotorstudy.measurement.noise import noise_std, noisy, standard_normal
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.model.registry import registry

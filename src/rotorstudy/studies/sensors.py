@@ -6,7 +6,9 @@ from itertools import product
 import numpy as np
 
 from rotorstudy.errors import NoConvergenceError, UnidentifiableError
-from rotorstudy.inference.identification import Problem, cramer_rao_bound, magnitude_and_phase, output_error_fit
+from rotorstudy.inference.bounds import cramer_rao_bound
+from rotorstudy.inference.fit import output_error_fit
+from rotorstudy.inference.problem import Problem, magnitude_and_phase
 from rotorstudy.measurement.noise import noise_std, noisy, standard_normal
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.model.rig import build_model

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from rotorstudy.inference.identification import Problem, magnitude_and_phase, solve_equations, solve_linear
+from rotorstudy.inference.linear import solve_equations, solve_linear
+from rotorstudy.inference.problem import Problem, magnitude_and_phase
 from rotorstudy.response.statics import static_deflection
 from rotorstudy.store import dataset
 from rotorstudy.studies.config import clean_spectrum, parameter_coordinates, relative_error, reported_names, true_values

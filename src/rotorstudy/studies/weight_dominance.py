@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rotorstudy.inference.identification import Problem
+from rotorstudy.inference.problem import Problem
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
 from rotorstudy.response.harmonic import measured_response

@@ -5,7 +5,7 @@ import re
 import numpy as np
 
 from rotorstudy.errors import UnidentifiableError
-from rotorstudy.inference.identification import check_identifiable
+from rotorstudy.inference.linear import check_identifiable
 from rotorstudy.measurement.spectrum import components
 from rotorstudy.model.model import Model
 from rotorstudy.model.rig import make_term

@@ -7,8 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from rotorstudy.inference.identification import Problem, cramer_rao_bound, solve_linear
-from rotorstudy.inference.regression import regression
+from rotorstudy.inference.bounds import cramer_rao_bound
+from rotorstudy.inference.equation_error import regression
+from rotorstudy.inference.linear import solve_linear
+from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.noise import noise_std
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.model.model import Model

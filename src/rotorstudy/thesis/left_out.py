@@ -4,8 +4,9 @@ import numpy as np
 
 from rotorstudy.diagnosis.search import base_model
 from rotorstudy.diagnosis.verdict import investigate
-from rotorstudy.inference.fit import fit, predicted, with_model_error
-from rotorstudy.inference.identification import magnitude_and_phase
+from rotorstudy.inference.fit import fit
+from rotorstudy.inference.prediction import predicted, with_model_error
+from rotorstudy.inference.problem import magnitude_and_phase
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.model.rig import read_rig
 from rotorstudy.presentation.diagnosis_page import chance, gain_in_words, place

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field
 
 from rotorstudy.errors import RotorstudyError, unknown_name
-from rotorstudy.inference.identification import Problem, magnitude_and_phase
+from rotorstudy.inference.problem import Problem, magnitude_and_phase
 from rotorstudy.measurement.records import Record, full_spectrum, keyphasor_signal
 from rotorstudy.measurement.spectrum import Spectrum, components, independent_covariance
 from rotorstudy.model.configuration import Strict, check_config

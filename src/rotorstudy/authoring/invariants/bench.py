@@ -6,7 +6,8 @@ import numpy as np
 
 from rotorstudy.authoring.invariants.base import HARMONICS, SPEEDS, BrokenInvariant, kind_of, require
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.inference.identification import Problem, output_error_fit
+from rotorstudy.inference.fit import output_error_fit
+from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.cracks import crack_parameters
 from rotorstudy.model.kinds import Crack, Effect

@@ -1,0 +1,98 @@
+"""One table of all that a blind test can do to a machine or to its measurement: ACTS, by the name of the effect."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from rotorstudy.blind import chain, physics
+
+
+class Scale(NamedTuple):
+    """Orders of size at a node of a machine: vibration radius (m), its velocity (m/s) and its elastic force (N)."""
+
+    radius: float
+    velocity: float
+    force: float
+
+
+@dataclass(frozen=True)
+class Act:
+    """How an effect of the plugin library is done, by physics that shares nothing with its table.
+
+    on       : "rotor" for function(plant, values, where); "output" for function(signal, angle, speed, values, where,
+               sensors) -> signal; "speed" if the rotor turns at another speed than its label says (no function)
+    signed   : its real amplitudes are drawn with either sign
+    most     : largest amplitude in its typical size; None if it follows from the unit
+    """
+
+    on: str
+    function: Callable | None = None
+    signed: bool = False
+    most: float | None = None
+
+
+@dataclass(frozen=True)
+class Foreign(Act):
+    """Physics that the library does not have.
+
+    size, unit  : name and unit of its amplitude
+    confounders : effects of the library that may stand for it
+    draw        : function(Scale, generator) -> amplitude of the order of the motion itself, further options
+    """
+
+    size: str = ""
+    unit: str = "1"
+    confounders: tuple[str, ...] = ()
+    draw: Callable | None = None
+
+
+def _named(on, *functions, **attributes):
+    return {function.__name__: Act(on, function, **attributes) for function in functions}
+
+
+ACTS = {
+    **_named(
+        "rotor",
+        physics.unbalance, physics.couple_unbalance, physics.bow, physics.angular_misalignment,
+        physics.parallel_misalignment, physics.base_motion, physics.static_preload, physics.external_damping,
+        physics.internal_damping, physics.shaft_damping, physics.hysteretic_damping, physics.cross_coupling,
+        physics.support_anisotropy, physics.added_mass, physics.shaft_asymmetry, physics.rub, physics.looseness,
+        physics.cubic_stiffness,
+    ),
+    **_named(
+        "rotor",
+        physics.gravity_direction, physics.stiffness_error, physics.support_stiffness, physics.gyroscopic_error,
+        signed=True,
+    ),
+    **_named("rotor", physics.breathing_crack, physics.breathing_crack_weight, most=1.5),
+    **_named("output", chain.swapped_probes, chain.reversed_probe, chain.runout, chain.delay, chain.ac_coupling),
+    **_named(
+        "output", chain.probe_gain, chain.probe_angle, chain.surface_profile, chain.phase_reference, signed=True
+    ),
+    "speed_error": Act("speed", signed=True),
+    "coulomb_friction": Foreign(
+        "rotor", physics.coulomb_friction, size="friction_N", unit="N", confounders=("external_damping",),
+        draw=lambda scale, generator: (scale.force, {"smooth_m_per_s": 0.1 * scale.velocity}),
+    ),
+    "quadratic_damping": Foreign(
+        "rotor", physics.quadratic_damping, size="drag_N_s2_per_m2", unit="N s2/m2", confounders=("external_damping",),
+        draw=lambda scale, generator: (scale.force / scale.velocity**2, {}),
+    ),
+    "gear_mesh": Foreign(
+        "rotor", physics.gear_mesh, size="mesh_force_N", unit="N", confounders=("base_motion", "surface_profile"),
+        draw=lambda scale, generator: (
+            scale.force,
+            {"direction_rad": generator.uniform(0, np.pi), "phase_rad": generator.uniform(-np.pi, np.pi)},
+        ),
+    ),
+    "probe_saturation": Foreign(
+        "output", chain.probe_saturation, size="bending_per_m", unit="1/m", confounders=("probe_gain",),
+        draw=lambda scale, generator: (1 / scale.radius, {}),
+    ),
+    "mains_modulation": Foreign(
+        "output", chain.mains_modulation, size="ripple", confounders=("probe_gain",),
+        draw=lambda scale, generator: (1.0, {}),
+    ),
+}  # fmt: skip

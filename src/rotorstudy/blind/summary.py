@@ -1,0 +1,137 @@
+"""A blind test as one Dataset: curves over size, calibration, confusion, cases and criteria."""
+
+import numpy as np
+
+from rotorstudy.blind.criteria import attributes
+from rotorstudy.blind.scoring import (
+    ANSWERS_WITHOUT_CAUSE,
+    PROBABILITY_EDGES,
+    calibration,
+    found_half,
+    is_chain,
+    share_bounds,
+)
+from rotorstudy.model.registry import registry
+from rotorstudy.store import dataset
+
+SIZE_EDGES = np.array([0.3, 0.6, 1.0, 2.0, 3.0, 6.0, 12.0, 30.0])
+CRITERION_NUMBERS = {
+    "reached": "value reached",
+    "low": "lower 95 % bound",
+    "high": "upper 95 % bound",
+    "found": "count behind the value",
+    "cases": "cases, or intervals where these are counted",
+}
+CRITERION_TEXTS = {"what": "quantity", "kind": "share, coverage, calibration or median", "status": "how it is judged"}
+
+
+def summary(rows, criteria):
+    """Everything as a Dataset; rows : DataFrame of `scoring.score`;  criteria : list of Criterion."""
+    single = (rows.known & (rows.kind != "two")).to_numpy(bool)
+    naming = (rows.states_causes & (rows.kind != "two")).to_numpy(bool)
+    right = rows.right.to_numpy(bool)
+    variables, bins = {}, ("size_bin",)
+    for name, chosen, long_name in (
+        ("completeness", single, "share of hidden effects found, cause and place"),
+        ("reliability", naming, "share of named causes that are true"),
+    ):
+        k, n = share_over_size(rows, chosen, right)
+        bounds = np.array([share_bounds(a, b) for a, b in zip(k, n, strict=True)])
+        variables[name] = (bins, np.where(n > 0, k / np.maximum(n, 1), np.nan), "1", long_name)
+        variables[f"{name}_low"] = (bins, bounds[:, 0], "1", f"{long_name}, lower 95 % bound")
+        variables[f"{name}_high"] = (bins, bounds[:, 1], "1", f"{long_name}, upper 95 % bound")
+        variables[f"{name}_cases"] = (bins, n, "1", f"cases behind it: {long_name}")
+    stated = rows[rows.posterior_probability.notna()]
+    said, correct, count, error = calibration(
+        stated.posterior_probability.to_numpy(float), stated.first_right.to_numpy(float)
+    )
+    many, by = np.maximum(count, 1), ("probability_bin",)
+    bounds = np.array([share_bounds(int(a), int(b)) for a, b in zip(correct, count, strict=True)])
+    variables |= {
+        "stated_probability": (by, np.where(count, said / many, np.nan), "1", "mean stated posterior probability"),
+        "share_right": (by, np.where(count, correct / many, np.nan), "1", "share of the stated causes that is true"),
+        "share_right_low": (by, bounds[:, 0], "1", "lower 95 % bound"),
+        "share_right_high": (by, bounds[:, 1], "1", "upper 95 % bound"),
+        "probability_cases": (by, count, "1", "cases"),
+        "calibration_error": ((), error, "1", "expected calibration error"),
+    }
+    truths, answers, matrix = confusion(rows)
+    variables["confusion"] = (("truth", "answer"), matrix, "1", "cases of a truth that were answered so")
+    variables["accepted"] = (
+        ("truth", "answer"),
+        confounders_of(truths, answers),
+        "1",
+        "1 right, 2 a declared confounder",
+    )
+    families, half = found_half(rows)
+    for i, name in enumerate(("found_half", "found_half_low", "found_half_high")):
+        variables[name] = (("family",), half[:, i], "1", "change over noise at which half the effects are found")
+    for name, unit, long_name in (
+        ("size", "1", "change over noise, of the smaller effect if two"),
+        ("beyond", "1", "the same of what base parameters and calibration cannot take over"),
+        ("noise_percent", "percent", "noise of a harmonic over the rms vibration"),
+        ("posterior_probability", "1", "posterior probability of the first cause"),
+        ("gain", "1", "error on held-out speeds after over before, against the signal without noise"),
+        ("gain_measured", "1", "the same against the measurement"),
+        ("seconds", "s", "time of the diagnosis"),
+    ):
+        variables[f"case_{name}"] = (("case",), rows[name].to_numpy(float), unit, long_name)
+    for name in ("kind", "rig", "truth", "verdict", "answer"):
+        variables[f"case_{name}"] = (("case",), rows[name].to_numpy(object), "1", f"{name} of the case")
+    for name in ("known", "exact", "right", "inside", "confounder", "names_rotor"):
+        variables[f"case_{name}"] = (("case",), rows[name].to_numpy(bool).astype("i1"), "1", f"case is {name}")
+    for name, long_name in CRITERION_NUMBERS.items():
+        values = np.array([getattr(c, name) for c in criteria], float)
+        variables[f"criterion_{name}"] = (("criterion",), values, "1", long_name)
+    needed = np.array([c.needed or (np.nan, np.nan) for c in criteria], float).reshape(-1, 2)
+    variables["criterion_least"] = (("criterion",), needed[:, 0], "1", "lowest accepted value, nan for information")
+    variables["criterion_most"] = (("criterion",), needed[:, 1], "1", "highest accepted value, nan for information")
+    for name, long_name in CRITERION_TEXTS.items():
+        values = np.array([getattr(c, name) for c in criteria], object)
+        variables[f"criterion_{name}"] = (("criterion",), values, "1", long_name)
+    reasons = np.array(["; ".join(c.reasons) for c in criteria], object)
+    variables["criterion_reasons"] = (("criterion",), reasons, "1", "what went wrong most often")
+    probability = (PROBABILITY_EDGES[1:] + PROBABILITY_EDGES[:-1]) / 2
+    middle = np.sqrt(SIZE_EDGES[1:] * SIZE_EDGES[:-1])
+    coordinates = {
+        "size_bin": (middle, "1", "change over noise, geometric middle of the bin"),
+        "probability_bin": (probability, "1", "posterior probability, middle of the bin"),
+        "truth": (truths, "1", "what was hidden"),
+        "answer": (answers, "1", "what was named, or the verdict without a cause"),
+        "family": (families, "1", "effect"),
+        "case": (rows.case.to_numpy(int), "1", "number of the case"),
+        "criterion": ([c.key for c in criteria], "1", "key of the acceptance criterion"),
+    }
+    return dataset(variables, coordinates, title="Blind tests of the diagnosis").assign_attrs(attributes(criteria))
+
+
+def share_over_size(rows, chosen, right):
+    """found, of (bin,) of rows by size."""
+    place = np.digitize(rows["size"], SIZE_EDGES[1:-1])
+    of = np.bincount(place[chosen], minlength=len(SIZE_EDGES) - 1)
+    return np.bincount(place[chosen & right], minlength=len(SIZE_EDGES) - 1), of
+
+
+def confusion(rows):
+    """Truths, answers, and counts (truth, answer) of cases with at most one effect; twos and foreign are not in it."""
+    seen = rows[rows.kind.isin(["clean", "single", "chain"])]
+    one = seen.answer.where(seen.named < 2, "two causes")
+    truths = sorted(seen.truth.unique(), key=lambda name: (name != "clean", is_chain(name), name))
+    answers = [name for name in truths if name != "clean"]
+    answers += sorted(set(one) - set(answers) - set(ANSWERS_WITHOUT_CAUSE) - {"two causes"})
+    answers = ["nothing", *answers, "two causes", "unknown", "failed"]
+    matrix = np.array([[int(((seen.truth == t) & (one == a)).sum()) for a in answers] for t in truths], int)
+    return truths, answers, matrix.reshape(len(truths), len(answers))
+
+
+def confounders_of(truths, answers):
+    """(truth, answer) 1 where the answer is right, 2 where it is a declared confounder, else 0."""
+    zoo = registry().plugins["effect"]
+    found = np.zeros((len(truths), len(answers)), int)
+    for i, t in enumerate(truths):
+        for j, a in enumerate(answers):
+            if a == t or (t == "clean" and a == "nothing"):
+                found[i, j] = 1
+            elif t in zoo and a in dict(zoo[t].confounders):
+                found[i, j] = 2
+    return found

@@ -1,0 +1,147 @@
+"""Linear least squares, batched: what tells the unknowns apart, and the solvers of the equations of motion."""
+
+import numpy as np
+
+from rotorstudy.errors import NoConvergenceError, UnidentifiableError
+from rotorstudy.inference.equation_error import equation_sensitivity
+
+RANK_TOLERANCE = 1e-9  # smallest over largest singular value of unit-length columns; round-off is near 1e-15
+DEFLECTION_RELATIVE = 1e-9  # change of the unknowns still to come that ends the iteration of the static deflection
+ROUND_OFF_RELATIVE = 1e-6  # or a change that no longer falls: weights of exact data differ by up to 1e15
+DEFLECTION_STEPS = 40  # of the static deflection; two are enough if the bearings' nodes are measured
+WEIGHTED_STEPS = 2  # of weights taken at the estimate they lead to; the second already changes less than the noise
+
+
+def invert(normal):
+    """Inverse of (..., parameter, parameter) J^T J, scaled: parameters differ by many orders of magnitude."""
+    scale = np.sqrt(np.diagonal(normal, axis1=-2, axis2=-1))
+    outer = scale[..., :, None] * scale[..., None, :]
+    return np.linalg.inv(normal / outer) / outer
+
+
+def by_speed(weights, rows):
+    """Weights (..., speed, row, row) on rows (..., speed * row) or columns (..., speed * row, parameter)."""
+    stacked = rows.reshape(*rows.shape[: weights.ndim - 3], *weights.shape[-3:-1], -1)
+    return (weights @ stacked).reshape(*stacked.shape[:-3], *rows.shape[weights.ndim - 3 :])
+
+
+def undetermined(columns, names):
+    """Names of the unknowns that columns (row, parameter) leave open: without effect, or traded against others."""
+    length = np.linalg.norm(columns, axis=0)
+    missing = np.zeros((max(0, columns.shape[1] - columns.shape[0]), columns.shape[1]))
+    scaled = np.concatenate([columns / np.where(length, length, 1), missing])
+    _, singular, vectors = np.linalg.svd(scaled, full_matrices=False)
+    share = np.abs(vectors[singular < RANK_TOLERANCE * singular[0]]).max(axis=0, initial=0)
+    return [name for name, part in zip(names, share, strict=True) if part > 0.05]
+
+
+def check_identifiable(columns, names):
+    """Raise if columns (row, parameter) cannot tell the unknowns apart; name those that trade off."""
+    if columns.shape[0] < columns.shape[1]:
+        raise UnidentifiableError(
+            f"{columns.shape[0]} equations for {columns.shape[1]} unknowns ({', '.join(names)}); "
+            "add harmonics or speeds, or fix some unknowns",
+            names,
+        )
+    dead = [name for name, size in zip(names, np.linalg.norm(columns, axis=0), strict=True) if size == 0]
+    if dead:
+        raise UnidentifiableError(
+            f"the data do not depend on {', '.join(dead)}; fix it, or measure what it acts on", dead
+        )
+    traded = undetermined(columns, names)
+    if traded:
+        raise UnidentifiableError(
+            f"rank-deficient regression: {' and '.join(traded)} trade off against each other; "
+            "fix one of them, or add speeds or harmonics",
+            traded,
+        )
+
+
+def solve_linear(columns, right_side, names):
+    """Least squares A theta = b, batched, by QR with columns scaled to unit length.
+
+    columns, right_side : (..., row, parameter), (..., row); real
+    raises : UnidentifiableError if the unknowns of the first trial cannot be told apart
+    """
+    check_identifiable(columns.reshape(-1, *columns.shape[-2:])[0], names)
+    return solve_full_rank(columns, right_side)
+
+
+def solve_full_rank(columns, right_side):
+    """Least squares of columns that are known to be independent, see `solve_linear`."""
+    length = np.linalg.norm(columns, axis=-2, keepdims=True)
+    q, r = np.linalg.qr(columns / length)
+    scaled = np.linalg.solve(r, np.swapaxes(q, -1, -2) @ right_side[..., None])[..., 0]
+    return scaled / length[..., 0, :]
+
+
+def solve_truncated(columns, right_side, names):
+    """Least squares A theta = b, batched, of unit-length columns without their zero singular values."""
+    length = np.linalg.norm(columns, axis=-2, keepdims=True)
+    length = np.where(length, length, 1)
+    inverse = np.linalg.pinv(columns / length, RANK_TOLERANCE)
+    return (inverse @ right_side[..., None])[..., 0] / length[..., 0, :]
+
+
+def solve_equations(problem, solve=solve_linear, start=None, settled=True):
+    """theta (..., parameter) by least squares of the equations of motion, or another `solve` of them.
+
+    Where unknown bearings carry the weight, the static deflection that the crack and internal damping act on is found
+    with them: it is held, the equations solved, the deflection taken anew, until both stand.
+
+    start   : (..., parameter) for the first deflection
+    settled : whether to go on until both stand; False solves the equations once
+    """
+    theta, last = start, np.inf
+    if start is None or problem.holding(start) is None:
+        theta = solve(*problem.equations(), problem.names)
+    for _ in range(DEFLECTION_STEPS):
+        held = problem.holding(theta) if settled or theta is start else None
+        if held is None:
+            return theta
+        before, theta = theta, solve(*held.equations(), problem.names)
+        change = np.max(np.abs(theta - before) / np.maximum(np.abs(theta), np.finfo(float).tiny))
+        left = change * min(1.0, change / last)  # as much smaller as this change was than the one before
+        if left <= DEFLECTION_RELATIVE or last <= change <= ROUND_OFF_RELATIVE:
+            return theta
+        last = change
+    raise NoConvergenceError("the static deflection and the bearings that carry it were not found together")
+
+
+def whitened(weights, solve=solve_linear):
+    """A `solve` of equations that are weighted first."""
+    return lambda columns, right_side, names: solve(by_speed(weights, columns), by_speed(weights, right_side), names)
+
+
+def solve_weighted(problem, solve=solve_linear, start=solve_linear):
+    """theta (..., parameter) of equations whitened by the noise that the spectrum makes in them.
+
+    The weights depend on the unknowns, so they are taken anew at each estimate.
+    solve, start : of whitened equations; of plain ones, for the first estimate
+    """
+    theta = solve_equations(problem, start, settled=False)
+    for step in range(WEIGHTED_STEPS):
+        weights = problem.equation_weights(theta)
+        theta = solve_equations(problem, whitened(weights, solve), theta, settled=step == WEIGHTED_STEPS - 1)
+    return theta
+
+
+def in_chunks(problem, solve):
+    """theta (..., parameter) by solve(part of the problem), a few trials at a time."""
+    theta = np.concatenate([np.atleast_2d(solve(part)) for part in problem.chunks()])
+    return theta.reshape(*problem.spectrum.amplitude.shape[:-3], -1)
+
+
+def noise_in_equations(problem, theta, weights):
+    """(..., parameter + 1, parameter + 1) covariance of (A, b) by the spectrum's noise, summed over whitened rows.
+
+    theta   : (..., parameter), which a static deflection may be held by;  weights : (..., speed, row, row)
+    """
+    mean, at = problem.mean(theta)
+    held = mean.holding(at) or mean
+    columns, right_side = equation_sensitivity(held.model, held.spectrum, problem.names, order=problem.order)
+    both = np.concatenate([columns, right_side[..., None]], axis=-1)  # (speed, row, component, parameter + 1)
+    noisy = np.einsum("scd,srdp->srcp", problem.spectrum.full_covariance(), both, optimize=True)
+    products = np.einsum("srcp,stcq->srtpq", both, noisy, optimize=True)
+    inverse = np.swapaxes(weights, -1, -2) @ weights  # of the covariance of the residual
+    return np.tensordot(inverse, products, axes=3)

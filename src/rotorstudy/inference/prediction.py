@@ -1,0 +1,102 @@
+"""What a model predicts of a spectrum, with derivatives, and how far the prediction is trusted."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.measurement.spectrum import independent_covariance
+from rotorstudy.response.harmonic import measured_response
+
+BEYOND = 4  # harmonics carried beyond the highest measured one where a model couples them
+
+
+def carried_order(spectrum):
+    """Highest harmonic carried for a spectrum where the model couples harmonics."""
+    return int(np.abs(spectrum.harmonics).max()) + BEYOND
+
+
+def predicted(model, spectrum, theta):
+    """Harmonics that the sensors show at the speeds and harmonics of a spectrum.
+
+    Parameters
+    ----------
+    model : Model
+    spectrum : Spectrum
+    theta : ndarray (..., parameter)
+        Amplitudes in the order of `model.names`.
+
+    Returns
+    -------
+    ndarray (..., speed, harmonic, sensor)
+        Complex displacement, m.
+
+    Raises
+    ------
+    NoSteadyState
+    """
+    return measured_response(model, spectrum.speed, spectrum.harmonics, theta, order=carried_order(spectrum))
+
+
+def whitened_prediction(model, spectrum, names, theta, order=None):
+    """Prediction and its derivatives, in standard deviations of the spectrum.
+
+    Parameters
+    ----------
+    model : Model
+        Gives the values of all amplitudes that are not in `names`.
+    spectrum : Spectrum
+    names : sequence of str
+        The free amplitudes.
+    theta : ndarray (..., parameter)
+        Their values.
+    order : int, optional
+        Highest harmonic carried where the model couples harmonics; `carried_order` by default.
+
+    Returns
+    -------
+    ndarray (..., component), ndarray (..., component, parameter)
+
+    Raises
+    ------
+    RotorstudyError
+        If an amplitude is neither free nor given a value.
+    NoSteadyState
+    """
+    position = model.position(names)
+    full = np.concatenate([term.theta for term in model.terms])
+    full = np.broadcast_to(full, (*theta.shape[:-1], len(full))).copy()
+    full[..., position] = theta
+    if np.isnan(full).any():
+        missing = [model.names[p] for p in np.flatnonzero(np.isnan(full).reshape(-1, full.shape[-1]).any(axis=0))]
+        raise RotorstudyError(f"{', '.join(missing)}: neither among the unknowns nor given a value")
+    order = carried_order(spectrum) if order is None else order
+    shown, change = measured_response(model, spectrum.speed, spectrum.harmonics, full, order=order, jacobian=True)
+    found = spectrum.whitened(np.stack([shown, *np.moveaxis(change[..., position], -1, 0)]))
+    return found[0], np.moveaxis(found[1:], 0, -1)
+
+
+def predicted_derivatives(problem, theta):
+    """`whitened_prediction` of a Problem at theta (..., parameter)."""
+    return whitened_prediction(problem.model, problem.spectrum, problem.names, theta, problem.order)
+
+
+def with_model_error(spectrum, settings):
+    """The spectrum with its covariance widened by the error that the model itself is expected to have.
+
+    Parameters
+    ----------
+    spectrum : Spectrum
+    settings : Settings
+        `model_error` is a fraction of each harmonic, `model_floor` one of the rms vibration at a sensor and a speed
+        (all harmonics but 0X, which may be a gap), `covariance_error` one of the stated variances.
+
+    Returns
+    -------
+    Spectrum
+    """
+    size = np.abs(spectrum.amplitude)
+    moving = (spectrum.harmonics != 0)[:, None]
+    whole = np.sqrt(np.sum((size * moving) ** 2, axis=-2, keepdims=True))
+    floor = independent_covariance(((settings.model_error * size) ** 2 + (settings.model_floor * whole) ** 2) / 2)
+    return replace(spectrum, covariance=(1 + settings.covariance_error) * spectrum.covariance + floor)

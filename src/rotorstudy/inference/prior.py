@@ -1,0 +1,131 @@
+"""What is known of the amplitudes before the data: normal distributions with a full covariance."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from rotorstudy.errors import RotorstudyError
+
+
+@dataclass(frozen=True)
+class Prior:
+    """A normal distribution of some amplitudes.
+
+    Parameters
+    ----------
+    names : tuple of str
+        As in `model.names`.
+    mean : ndarray (parameter,)
+    covariance : ndarray (parameter, parameter)
+        Positive definite.
+    """
+
+    names: tuple
+    mean: np.ndarray
+    covariance: np.ndarray
+
+    @classmethod
+    def independent(cls, known):
+        """The Prior of independent amplitudes; known : name -> (mean, standard deviation)."""
+        mean, std = np.array(list(known.values()), float).reshape(-1, 2).T
+        return cls(tuple(known), mean, np.diag(std**2))
+
+    @cached_property
+    def std(self):
+        """(parameter,) standard deviations."""
+        return np.sqrt(np.diag(self.covariance))
+
+    @cached_property
+    def factor(self):
+        """(parameter, parameter) Cholesky factor L, lower triangular, L L^T = covariance.
+
+        That of the correlations is taken: amplitudes differ by many orders of magnitude.
+        """
+        return self.std[:, None] * np.linalg.cholesky(self.covariance / np.outer(self.std, self.std))
+
+    @cached_property
+    def whitener(self):
+        """(parameter, parameter) inverse of `factor`: theta - mean in independent standard deviations."""
+        from scipy.linalg import solve_triangular
+
+        return solve_triangular(self.factor / self.std[:, None], np.diag(1 / self.std), lower=True)
+
+    @property
+    def by_name(self):
+        """name -> (mean, standard deviation)."""
+        return dict(zip(self.names, zip(self.mean.tolist(), self.std.tolist(), strict=True), strict=True))
+
+    def plus(self, other):
+        """The Prior of both, independent of each other."""
+        from scipy.linalg import block_diag
+
+        return Prior(
+            self.names + other.names,
+            np.concatenate([self.mean, other.mean]),
+            block_diag(self.covariance, other.covariance),
+        )
+
+
+def prior_of(model, uncertainty):
+    """The Prior of a model's amplitudes about the values it gives.
+
+    The uncertainty that the rig states with its covariance (section `prior`) comes first; every other amplitude is
+    independent, with a standard deviation relative to its value.
+
+    Parameters
+    ----------
+    model : Model
+        With a value for every amplitude.
+    uncertainty : dict
+        Standard deviation relative to the value (to the typical size where that is zero), by the name of the amplitude
+        with its label, without it, or "default"; 0 holds an amplitude fixed.
+
+    Returns
+    -------
+    Prior
+
+    Raises
+    ------
+    RotorstudyError
+        If an amplitude has no value.
+    """
+    stated = model.uncertainty
+    known = {}
+    for term in model.terms:
+        for parameter in term.parameters:
+            value = term.values.get(parameter.name)
+            if value is None:
+                raise RotorstudyError(f"{term.full_name(parameter)} has no value; the rig needs one to be diagnosed")
+            full = term.full_name(parameter)
+            share = uncertainty.get(full, uncertainty.get(parameter.name, uncertainty.get("default", 0.1)))
+            std = share * (abs(value) or parameter.typical)
+            parts = {f"{full}_real": value.real, f"{full}_imag": value.imag} if parameter.is_complex else {full: value}
+            known |= {n: (float(part), std) for n, part in parts.items() if std or (stated and n in stated.names)}
+    prior = Prior.independent(known)
+    if stated is None:
+        return prior
+    chosen = [i for i, name in enumerate(stated.names) if name in known]  # a term may have been taken out
+    place = [prior.names.index(stated.names[i]) for i in chosen]
+    prior.covariance[place] = 0
+    prior.covariance[:, place] = 0
+    prior.covariance[np.ix_(place, place)] = stated.covariance[np.ix_(chosen, chosen)]
+    return prior
+
+
+def log_narrowing(jacobian, factor):
+    """ln det (posterior precision / prior precision): how much narrower the data make the distribution.
+
+    Parameters
+    ----------
+    jacobian : ndarray (component, parameter)
+        Derivatives of the whitened prediction.
+    factor : ndarray (parameter, parameter)
+        Cholesky factor of the prior covariance.
+
+    Returns
+    -------
+    float
+    """
+    scaled = jacobian @ factor
+    return float(np.linalg.slogdet(np.eye(len(factor)) + scaled.T @ scaled)[1])

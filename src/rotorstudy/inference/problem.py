@@ -1,0 +1,220 @@
+"""What an estimator is given and what it returns.
+
+An estimator plugin gets a Problem and returns an Estimate. Two errors can be minimised: that of the equations of
+motion (linear in the unknowns, fast, but the measured harmonics and their noise stand in the columns) and that of the
+output (the predicted harmonics against the measured ones: with their covariance, maximum likelihood).
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rotorstudy.errors import PluginError, RotorstudyError
+from rotorstudy.inference.equation_error import condensed_regression, regression, residual_sensitivity
+from rotorstudy.inference.linear import RANK_TOLERANCE, by_speed
+from rotorstudy.response.harmonic import COUPLED_ORDER
+from rotorstudy.response.statics import static_deflection
+
+TRIALS_AT_ONCE = 200  # bounds the memory of a Monte Carlo
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Which amplitudes of which model are sought, from which spectrum.
+
+    condensation : of the coordinates that are not measured, in equation-error least squares: "exact", or "without
+                   gyroscopic moments" as the thesis does it
+    """
+
+    model: object
+    spectrum: object
+    names: tuple
+    order: int = COUPLED_ORDER
+    condensation: str = "exact"
+
+    def __post_init__(self):
+        model, spectrum = self.model, self.spectrum
+        if not self.names:
+            raise RotorstudyError(f"no unknowns; name at least one of {', '.join(model.names) or 'none'}")
+        twice = sorted({name for name in self.names if list(self.names).count(name) > 1})
+        if twice:
+            raise RotorstudyError(f"{', '.join(twice)}: named twice among the unknowns; name each once")
+        if tuple(spectrum.sensors) != tuple(model.sensors):
+            raise RotorstudyError(f"the spectrum is of sensors {spectrum.sensors}, the model of {model.sensors}")
+        for name in ("amplitude", "covariance"):
+            if not np.isfinite(getattr(spectrum, name)).all():
+                raise RotorstudyError(f"the {name} of the spectrum has NaN or infinite values; leave those out")
+
+    def equations(self):
+        """Real linear system A (..., row, parameter), b (..., row) of the equation error, in newtons."""
+        if self.condensation != "exact":
+            return condensed_regression(self.model, self.spectrum, self.names).real_system()
+        return regression(self.model, self.spectrum, self.names, order=self.order).real_system()
+
+    def holding(self, theta):
+        """The problem with the static deflection held that unknown bearings of given stiffness lead to.
+
+        theta : (..., parameter);  returns None if no unknown carries the weight
+        """
+        model = self.model
+        carrying = [u.name for u in model.rotor_unknowns if u.carries and u.name in self.names]
+        if model.held_deflection is not None or not carrying or not model.structure.static_load.any():
+            return None
+        deflection = static_deflection(model, self.spectrum.speed, self._rotor_amplitudes(theta)).value
+        return replace(self, model=replace(model, held_deflection=deflection))
+
+    def _rotor_amplitudes(self, theta):
+        given = np.concatenate([term.theta for term in self.model.terms])
+        full = np.broadcast_to(given, (*np.shape(theta)[:-1], len(given))).copy()
+        full[..., self.model.position(self.names)] = theta
+        return full[..., : len(self.model.rotor_unknowns)]
+
+    def _moved_residual(self, theta):
+        """(row, parameter) derivative of A theta - b by the unknowns through the static deflection alone."""
+        model, speed = self.model, self.spectrum.speed
+        deflection, changes = static_deflection(model, speed, self._rotor_amplitudes(theta), jacobian=True)
+
+        change = {p: changes.get(int(model.position([name])[0])) for p, name in enumerate(self.names)}
+        moving = [p for p, one in change.items() if one is not None]
+        # the residual is affine in the deflection, so any step is exact; all steps at once
+        tried = np.stack([deflection, *(deflection + theta[p] * change[p] for p in moving)])
+        a, b = replace(self, model=replace(model, held_deflection=tried)).equations()
+        residual = a @ theta - b
+        moved = np.zeros((residual.shape[-1], len(self.names)))
+        moved[:, moving] = ((residual[1:] - residual[0]) / theta[moving][:, None]).T
+        return moved
+
+    def equation_error_covariance(self, theta, weights=None):
+        """First-order covariance (parameter, parameter) of a linear estimate theta = (W A)^+ W b.
+
+        The residual A theta - b moves with the spectrum by a known matrix; noise in A is in it, its square is not.
+        weights : (speed, row, row) W of each speed, one if None
+        """
+        mean, theta = self.mean(theta)
+        held = mean.holding(theta)
+        problem = held or mean
+        a, _ = problem.equations()
+        weighted = a if weights is None else by_speed(weights, a)
+        gain = np.linalg.pinv(weighted / np.linalg.norm(weighted, axis=0), RANK_TOLERANCE)
+        gain = gain / np.linalg.norm(weighted, axis=0)[:, None]
+        if weights is not None:
+            gain = by_speed(np.swapaxes(weights, -1, -2), gain.T).T
+        if held is not None:  # theta = A^+ b where A and b move with theta
+            gain = np.linalg.solve(np.eye(len(theta)) + gain @ mean._moved_residual(theta), gain)
+        sensitivity = residual_sensitivity(problem.model, problem.spectrum, self.names, theta, order=self.order)
+        gain = gain.reshape(len(self.names), len(self.spectrum.speed), -1)
+        through = np.einsum("psr,src->psc", gain, sensitivity)
+        variance, turn = np.linalg.eigh(self.spectrum.full_covariance())
+        root = turn * np.sqrt(np.maximum(variance, 0))[:, None, :]  # so that round-off leaves no negative variance
+        spread = np.einsum("psc,scd->psd", through, root)
+        return np.einsum("psd,qsd->pq", spread, spread)
+
+    def mean(self, theta):
+        """The problem with the mean spectrum of all trials, and their mean estimate (parameter,)."""
+        mean = self.spectrum.amplitude.reshape(-1, *self.spectrum.amplitude.shape[-3:]).mean(axis=0)
+        theta = np.asarray(theta).reshape(-1, len(self.names)).mean(axis=0)
+        return replace(self, spectrum=self.spectrum.with_amplitude(mean)), theta
+
+    def equation_weights(self, theta):
+        """(..., speed, row, row) W that whitens the noise which the spectrum's covariance makes in the equations.
+
+        The residual moves with the spectrum by a square matrix S, so W = (whitener of the spectrum) S^-1: weighted
+        rows are errors of the harmonics again, in standard deviations.
+        theta : (..., parameter), the current estimate
+        """
+        mean, at = self.mean(theta)
+        held = mean.holding(at) or mean
+        sensitivity = residual_sensitivity(held.model, held.spectrum, self.names, theta, order=self.order)
+        return np.swapaxes(
+            np.linalg.solve(np.swapaxes(sensitivity, -1, -2), np.swapaxes(self._full_whitener(), -1, -2)), -1, -2
+        )
+
+    def _full_whitener(self):
+        """(speed, component, component) whitener of all sensors together."""
+        return replace(self.spectrum, covariance=self.spectrum.whitener).full_covariance()
+
+    def chunks(self):
+        """The problem itself, or for many trials at once a few at a time; bounds the memory."""
+        amplitude = self.spectrum.amplitude
+        if amplitude.ndim == 3:
+            yield self
+            return
+        for first in range(0, len(amplitude), TRIALS_AT_ONCE):
+            part = self.spectrum.with_amplitude(amplitude[first : first + TRIALS_AT_ONCE])
+            yield replace(self, spectrum=part)
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Estimated amplitudes.
+
+    theta      : (..., parameter)
+    covariance : (..., parameter, parameter) or (parameter, parameter) for all trials
+    misfit     : (...) weighted sum of squares of the residual; NaN for estimators without one
+    """
+
+    names: tuple
+    theta: np.ndarray
+    covariance: np.ndarray
+    misfit: np.ndarray
+
+    @property
+    def std(self):
+        return np.sqrt(np.diagonal(self.covariance, axis1=-2, axis2=-1))
+
+
+def estimate_by(estimator, problem):
+    """The Estimate an Estimator plugin gives, its shapes checked; PluginError names file, shapes and unknowns.
+
+    Of many trials those without an estimate are NaN; of one spectrum only unknowns that are left open may be.
+    """
+    found, who = estimator.function(problem), f"estimator '{estimator.name}' ({estimator.file})"
+    if not isinstance(found, Estimate):
+        raise PluginError(
+            f"{who} gives {type(found).__name__}; it must give an Estimate(names, theta, covariance, misfit), see "
+            "rotorstudy.inference.problem"
+        )
+    lead, size = problem.spectrum.amplitude.shape[:-3], len(problem.names)
+    for name, allowed in (
+        ("theta", [(*lead, size)]),
+        ("covariance", [(*lead, size, size), (size, size)]),
+        ("misfit", [lead]),
+    ):
+        shape = np.shape(getattr(found, name))
+        if shape not in allowed:
+            trials = f" and trials of shape {lead}" if lead else ""
+            raise PluginError(
+                f"{who} gives {name} of shape {shape}; it must be {' or '.join(map(str, dict.fromkeys(allowed)))} for "
+                f"{size} unknowns{trials}"
+            )
+    if not lead and not estimator.handles_rank_deficiency:
+        bad = ~(np.isfinite(found.theta) & np.isfinite(np.diagonal(found.covariance)))
+        if bad.any():
+            names = ", ".join(name for name, wrong in zip(problem.names, bad, strict=True) if wrong)
+            raise PluginError(f"{who} gives NaN or infinity for {names} or its variance, without an error")
+    return found
+
+
+def linear_estimate(problem, theta, covariance):
+    """Estimate without a misfit."""
+    return Estimate(problem.names, theta, covariance, np.full(theta.shape[:-1], np.nan))
+
+
+def magnitude_and_phase(names, theta, covariance):
+    """Complex amplitudes as engineers read them: real and imaginary parts turned into magnitude and phase.
+
+    returns : names, theta (..., parameter), covariance (..., parameter, parameter); x_real, x_imag become x, x_phase
+    """
+    names, theta = list(names), np.array(theta, float)
+    turn = np.broadcast_to(np.eye(len(names)), (*theta.shape[:-1], len(names), len(names))).copy()
+    for i, name in enumerate(names):
+        stem = name.removesuffix("_real")
+        if stem == name or i + 1 == len(names) or names[i + 1] != f"{stem}_imag":
+            continue
+        a, b = theta[..., i].copy(), theta[..., i + 1].copy()
+        size = np.hypot(a, b)
+        turn[..., i, i], turn[..., i, i + 1] = a / size, b / size
+        turn[..., i + 1, i], turn[..., i + 1, i + 1] = -b / size**2, a / size**2
+        theta[..., i], theta[..., i + 1] = size, np.arctan2(b, a)
+        names[i], names[i + 1] = stem, f"{stem}_phase"
+    return tuple(names), theta, turn @ covariance @ np.swapaxes(turn, -1, -2)

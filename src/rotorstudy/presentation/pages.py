@@ -1,0 +1,33 @@
+"""HTML pages from templates: every page is one file that needs no other."""
+
+import base64
+from functools import cache
+from pathlib import Path
+
+
+@cache
+def _environment():
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    loader = PackageLoader("rotorstudy.presentation")
+    return Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+
+
+def render(template: str, **data) -> str:
+    """A page from a template of `presentation/templates`; every value is escaped.
+
+    Parameters
+    ----------
+    template
+        Name of the file. It extends `base.html`, which needs `title` and offers the blocks `style` and `content` and,
+        as `show`, the macros of `macros.html`.
+    data
+        Values by the names that the template uses; a missing one raises `jinja2.UndefinedError`.
+    """
+    return _environment().get_template(template).render(**data)
+
+
+def inline_png(picture: bytes | str | Path) -> str:
+    """A PNG, as bytes or the path of a file, as a data URI for `<img src>`."""
+    content = picture if isinstance(picture, bytes) else Path(picture).read_bytes()
+    return f"data:image/png;base64,{base64.b64encode(content).decode()}"
