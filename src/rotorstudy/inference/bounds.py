@@ -1,24 +1,27 @@
 """The smallest covariance that any unbiased estimate can have."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from rotorstudy.inference.linear import check_identifiable, invert
 from rotorstudy.inference.prediction import predicted_derivatives
+from rotorstudy.inference.problem import Problem
 
 
-def cramer_rao_bound(problem, theta):
+def cramer_rao_bound(problem: Problem, theta: ArrayLike) -> np.ndarray:
     """The Cramer-Rao bound of the unknowns of a problem, from the data alone.
 
     Parameters
     ----------
     problem : Problem
-    theta : ndarray (parameter,)
-        The true amplitudes.
+        Model, spectrum and unknowns.
+    theta : array (parameter,)
+        The true amplitudes in the units of the parameters.
 
     Returns
     -------
-    ndarray (parameter, parameter)
-        Covariance.
+    array (parameter, parameter)
+        Covariance in the units of the parameters.
 
     Raises
     ------

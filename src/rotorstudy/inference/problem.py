@@ -5,9 +5,11 @@ motion (linear in the unknowns, fast, but the measured harmonics and their noise
 output (the predicted harmonics against the measured ones: with their covariance, maximum likelihood).
 """
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from rotorstudy.errors import PluginError, RotorstudyError
 from rotorstudy.inference.equation_error import condensed_regression, regression, residual_sensitivity
@@ -45,16 +47,30 @@ class Problem:
             if not np.isfinite(getattr(spectrum, name)).all():
                 raise RotorstudyError(f"the {name} of the spectrum has NaN or infinite values; leave those out")
 
-    def equations(self):
-        """Real linear system A (..., row, parameter), b (..., row) of the equation error, in newtons."""
+    def equations(self) -> tuple[np.ndarray, np.ndarray]:
+        """Real linear system A theta = b of the equation error.
+
+        Returns
+        -------
+        two arrays
+            A (..., row, parameter) in N per unit of each parameter, b (..., row) in N.
+        """
         if self.condensation != "exact":
             return condensed_regression(self.model, self.spectrum, self.names).real_system()
         return regression(self.model, self.spectrum, self.names, order=self.order).real_system()
 
-    def holding(self, theta):
+    def holding(self, theta: ArrayLike) -> "Problem | None":
         """The problem with the static deflection held that unknown bearings of given stiffness lead to.
 
-        theta : (..., parameter);  returns None if no unknown carries the weight
+        Parameters
+        ----------
+        theta : array (..., parameter)
+            Estimate in the units of the parameters.
+
+        Returns
+        -------
+        Problem or None
+            None if no unknown carries the weight.
         """
         model = self.model
         carrying = [u.name for u in model.rotor_unknowns if u.carries and u.name in self.names]
@@ -84,11 +100,22 @@ class Problem:
         moved[:, moving] = ((residual[1:] - residual[0]) / theta[moving][:, None]).T
         return moved
 
-    def equation_error_covariance(self, theta, weights=None):
-        """First-order covariance (parameter, parameter) of a linear estimate theta = (W A)^+ W b.
+    def equation_error_covariance(self, theta: ArrayLike, weights: ArrayLike | None = None) -> np.ndarray:
+        """First-order covariance of a linear estimate theta = (W A)^+ W b.
 
         The residual A theta - b moves with the spectrum by a known matrix; noise in A is in it, its square is not.
-        weights : (speed, row, row) W of each speed, one if None
+
+        Parameters
+        ----------
+        theta : array (..., parameter)
+            Estimate in the units of the parameters.
+        weights : array (speed, row, row), optional
+            W of each speed, of unit 1/N; one if None.
+
+        Returns
+        -------
+        array (parameter, parameter)
+            In the units of the parameters.
         """
         mean, theta = self.mean(theta)
         held = mean.holding(theta)
@@ -109,18 +136,38 @@ class Problem:
         spread = np.einsum("psc,scd->psd", through, root)
         return np.einsum("psd,qsd->pq", spread, spread)
 
-    def mean(self, theta):
-        """The problem with the mean spectrum of all trials, and their mean estimate (parameter,)."""
+    def mean(self, theta: ArrayLike) -> tuple["Problem", np.ndarray]:
+        """The problem with the mean spectrum of all trials, and their mean estimate.
+
+        Parameters
+        ----------
+        theta : array (..., parameter)
+            Estimate in the units of the parameters.
+
+        Returns
+        -------
+        Problem and array (parameter,)
+            The mean estimate in the units of the parameters.
+        """
         mean = self.spectrum.amplitude.reshape(-1, *self.spectrum.amplitude.shape[-3:]).mean(axis=0)
         theta = np.asarray(theta).reshape(-1, len(self.names)).mean(axis=0)
         return replace(self, spectrum=self.spectrum.with_amplitude(mean)), theta
 
-    def equation_weights(self, theta):
-        """(..., speed, row, row) W that whitens the noise which the spectrum's covariance makes in the equations.
+    def equation_weights(self, theta: ArrayLike) -> np.ndarray:
+        """Weights W that whiten the noise which the spectrum's covariance makes in the equations.
 
         The residual moves with the spectrum by a square matrix S, so W = (whitener of the spectrum) S^-1: weighted
         rows are errors of the harmonics again, in standard deviations.
-        theta : (..., parameter), the current estimate
+
+        Parameters
+        ----------
+        theta : array (..., parameter)
+            Estimate in the units of the parameters.
+
+        Returns
+        -------
+        array (..., speed, row, row)
+            W, 1/N.
         """
         mean, at = self.mean(theta)
         held = mean.holding(at) or mean
@@ -133,8 +180,13 @@ class Problem:
         """(speed, component, component) whitener of all sensors together."""
         return replace(self.spectrum, covariance=self.spectrum.whitener).full_covariance()
 
-    def chunks(self):
-        """The problem itself, or for many trials at once a few at a time; bounds the memory."""
+    def chunks(self) -> Iterator["Problem"]:
+        """The problem itself, or for many trials at once a few at a time; bounds the memory.
+
+        Yields
+        ------
+        Problem
+        """
         amplitude = self.spectrum.amplitude
         if amplitude.ndim == 3:
             yield self
@@ -159,7 +211,8 @@ class Estimate:
     misfit: np.ndarray
 
     @property
-    def std(self):
+    def std(self) -> np.ndarray:
+        """Standard deviations (..., parameter) in the units of the parameters."""
         return np.sqrt(np.diagonal(self.covariance, axis1=-2, axis2=-1))
 
 
@@ -200,10 +253,24 @@ def linear_estimate(problem, theta, covariance):
     return Estimate(problem.names, theta, covariance, np.full(theta.shape[:-1], np.nan))
 
 
-def magnitude_and_phase(names, theta, covariance):
+def magnitude_and_phase(
+    names: Iterable[str], theta: ArrayLike, covariance: ArrayLike
+) -> tuple[tuple[str, ...], np.ndarray, np.ndarray]:
     """Complex amplitudes as engineers read them: real and imaginary parts turned into magnitude and phase.
 
-    returns : names, theta (..., parameter), covariance (..., parameter, parameter); x_real, x_imag become x, x_phase
+    Parameters
+    ----------
+    names : names (parameter,)
+        Of real amplitudes; x_real, x_imag become x, x_phase.
+    theta : array (..., parameter)
+        In the units of the parameters.
+    covariance : array (..., parameter, parameter)
+        In the units of the parameters.
+
+    Returns
+    -------
+    names, theta, covariance
+        As given, (..., parameter) and (..., parameter, parameter), phases in rad.
     """
     names, theta = list(names), np.array(theta, float)
     turn = np.broadcast_to(np.eye(len(names)), (*theta.shape[:-1], len(names), len(names))).copy()

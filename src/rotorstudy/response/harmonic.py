@@ -6,12 +6,16 @@ blocks that really are connected are solved together. All speeds, harmonics and 
 nonlinear forces, which are not linear, are then added speed by speed (see `alternating`).
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from rotorstudy.errors import NoSteadyState, RotorstudyError
+from rotorstudy.model.model import Model
 from rotorstudy.model.terms import apply_entries
 from rotorstudy.response.alternating import nonlinear_column, seen_coordinates, steady_state
 from rotorstudy.response.statics import static_deflection
@@ -293,24 +297,108 @@ def _solve_groups(matrices, force, blocks):
     return result
 
 
-def harmonic_response(model, speed, harmonics, theta=None, *, order=COUPLED_ORDER, jacobian=False):
+class Linearised(NamedTuple):
+    """A response and its derivatives by the amplitudes.
+
+    response : (..., speed, harmonic, dof or sensor) complex, m (rad for tilts)
+    jacobian : (..., speed, harmonic, dof or sensor, parameter) complex, m per unit of each amplitude
+    """
+
+    response: np.ndarray
+    jacobian: np.ndarray
+
+
+def harmonic_response(
+    model: Model,
+    speed: ArrayLike,
+    harmonics: Iterable[int],
+    theta: ArrayLike | None = None,
+    *,
+    order: int = COUPLED_ORDER,
+) -> np.ndarray:
     """Displacement harmonics of the coordinates, from the static deflection.
 
-    speed     : (speed,) rad/s
-    harmonics : (harmonic,) int, n > 0 forward, n < 0 backward
-    theta     : (..., parameter) amplitudes in the order of `model.names`; the model's own by default
-    order     : harmonics -order..order are carried where the model couples harmonics
-    returns   : (..., speed, harmonic, dof) complex, m for translations, rad for tilts; with `jacobian` also its
-                derivatives (..., speed, harmonic, dof, parameter)
+    Parameters
+    ----------
+    model : Model
+        Rotor with its terms.
+    speed : array (speed,)
+        Spin speeds in rad/s.
+    harmonics : ints (harmonic,)
+        Harmonics n of e^{jnwt}, n > 0 forward, n < 0 backward.
+    theta : array (..., parameter), optional
+        Amplitudes in the units of `model.units`, in the order of `model.names`; the model's own by default.
+    order : int, optional
+        Harmonics -order..order are carried where the model couples harmonics.
+
+    Returns
+    -------
+    array (..., speed, harmonic, dof)
+        Complex, m for translations, rad for tilts.
+
+    Raises
+    ------
+    RotorstudyError
+        For a speed that is not positive, harmonics that are not whole numbers, or an amplitude without a value.
+    NoSteadyState
+        If there is no steady state at a speed.
     """
+    speed, harmonics, theta, blocks = _asked(model, speed, harmonics, theta, order)
+    found, _ = _carried_response(model, speed, theta, blocks, False)
+    return found[..., _places(harmonics, blocks), :]
+
+
+def harmonic_response_and_jacobian(
+    model: Model,
+    speed: ArrayLike,
+    harmonics: Iterable[int],
+    theta: ArrayLike | None = None,
+    *,
+    order: int = COUPLED_ORDER,
+) -> Linearised:
+    """Displacement harmonics of the coordinates, and their derivatives by the amplitudes.
+
+    Parameters
+    ----------
+    model : Model
+        Rotor with its terms.
+    speed : array (speed,)
+        Spin speeds in rad/s.
+    harmonics : ints (harmonic,)
+        Harmonics n of e^{jnwt}, n > 0 forward, n < 0 backward.
+    theta : array (..., parameter), optional
+        Amplitudes in the units of `model.units`, in the order of `model.names`; the model's own by default.
+    order : int, optional
+        Harmonics -order..order are carried where the model couples harmonics.
+
+    Returns
+    -------
+    Linearised
+        Response (..., speed, harmonic, dof) in m or rad and its derivatives (..., speed, harmonic, dof, parameter) per
+        unit of each amplitude.
+
+    Raises
+    ------
+    RotorstudyError
+        For a speed that is not positive, harmonics that are not whole numbers, or an amplitude without a value.
+    NoSteadyState
+        If there is no steady state at a speed.
+    """
+    speed, harmonics, theta, blocks = _asked(model, speed, harmonics, theta, order)
+    found, derivatives = _carried_response(model, speed, theta, blocks, True)
+    chosen = _places(harmonics, blocks)
+    return Linearised(found[..., chosen, :], derivatives[..., chosen, :, :])
+
+
+def _asked(model, speed, harmonics, theta, order):
+    """Speeds, harmonics and amplitudes as arrays, and the Layout that they need."""
     speed, harmonics = check_speed(speed), check_harmonics(harmonics)
     theta = np.asarray(model.theta if theta is None else theta, float)
-    blocks = layout(model, harmonics, order)
-    found, derivatives = _carried_response(model, speed, theta, blocks, jacobian)
-    chosen = [int(np.flatnonzero(blocks.harmonics == n)[0]) for n in harmonics]
-    if not jacobian:
-        return found[..., chosen, :]
-    return found[..., chosen, :], derivatives[..., chosen, :, :]
+    return speed, harmonics, theta, layout(model, harmonics, order)
+
+
+def _places(harmonics, blocks):
+    return [int(np.flatnonzero(blocks.harmonics == n)[0]) for n in harmonics]
 
 
 def _carried_response(model, speed, theta, blocks, jacobian, kept=None):
@@ -397,35 +485,102 @@ def _moved_force(model, theta, speed, carried, change):
     return force
 
 
-def measured_response(model, speed, harmonics, theta=None, *, order=COUPLED_ORDER, jacobian=False):
+def measured_response(
+    model: Model,
+    speed: ArrayLike,
+    harmonics: Iterable[int],
+    theta: ArrayLike | None = None,
+    *,
+    order: int = COUPLED_ORDER,
+) -> np.ndarray:
     """What the sensors show: the translations at `model.sensors` changed by the output terms.
 
-    returns : (..., speed, harmonic, sensor) complex in m; with `jacobian` also its derivatives, one dimension more
+    Parameters
+    ----------
+    model : Model
+        Rotor with its terms.
+    speed : array (speed,)
+        Spin speeds in rad/s.
+    harmonics : ints (harmonic,)
+        Harmonics n of e^{jnwt}, n > 0 forward, n < 0 backward.
+    theta : array (..., parameter), optional
+        Amplitudes in the units of `model.units`, in the order of `model.names`; the model's own by default.
+    order : int, optional
+        Harmonics -order..order are carried where the model couples harmonics.
+
+    Returns
+    -------
+    array (..., speed, harmonic, sensor)
+        Complex, m.
+
+    Raises
+    ------
+    RotorstudyError
+        For a speed that is not positive, harmonics that are not whole numbers, or an amplitude without a value.
+    NoSteadyState
+        If there is no steady state at a speed.
     """
-    speed, harmonics = check_speed(speed), check_harmonics(harmonics)
-    theta = np.asarray(model.theta if theta is None else theta, float)
-    blocks = layout(model, harmonics, order)
-    found, derivatives = _carried_response(model, speed, theta, blocks, jacobian, model.involved)
+    speed, harmonics, theta, blocks = _asked(model, speed, harmonics, theta, order)
+    found, _ = _carried_response(model, speed, theta, blocks, False, model.involved)
     true = found[..., model.measured]
-    shown, first = true.copy(), len(model.rotor_unknowns)
-    if jacobian:
-        derivatives = derivatives[..., model.measured, :]
-        shown_derivatives = derivatives.copy()
+    shown = true.copy()
+    for p, unknown in enumerate(model.output_unknowns, start=len(model.rotor_unknowns)):
+        shown += theta[..., p, None, None, None] * apply_entries(unknown.entries, true, speed, blocks.harmonics)
+    return shown[..., _places(harmonics, blocks), :]
+
+
+def measured_response_and_jacobian(
+    model: Model,
+    speed: ArrayLike,
+    harmonics: Iterable[int],
+    theta: ArrayLike | None = None,
+    *,
+    order: int = COUPLED_ORDER,
+) -> Linearised:
+    """What the sensors show, and its derivatives by the amplitudes.
+
+    Parameters
+    ----------
+    model : Model
+        Rotor with its terms.
+    speed : array (speed,)
+        Spin speeds in rad/s.
+    harmonics : ints (harmonic,)
+        Harmonics n of e^{jnwt}, n > 0 forward, n < 0 backward.
+    theta : array (..., parameter), optional
+        Amplitudes in the units of `model.units`, in the order of `model.names`; the model's own by default.
+    order : int, optional
+        Harmonics -order..order are carried where the model couples harmonics.
+
+    Returns
+    -------
+    Linearised
+        Response (..., speed, harmonic, sensor) in m and its derivatives (..., speed, harmonic, sensor, parameter) per
+        unit of each amplitude.
+
+    Raises
+    ------
+    RotorstudyError
+        For a speed that is not positive, harmonics that are not whole numbers, or an amplitude without a value.
+    NoSteadyState
+        If there is no steady state at a speed.
+    """
+    speed, harmonics, theta, blocks = _asked(model, speed, harmonics, theta, order)
+    found, derivatives = _carried_response(model, speed, theta, blocks, True, model.involved)
+    true, derivatives = found[..., model.measured], derivatives[..., model.measured, :]
+    shown, change, first = true.copy(), derivatives.copy(), len(model.rotor_unknowns)
     for p, unknown in enumerate(model.output_unknowns, start=first):
         amplitude = theta[..., p, None, None, None]
-        change = apply_entries(unknown.entries, true, speed, blocks.harmonics)
-        shown += amplitude * change
-        if jacobian:
-            moving = tuple(e for e in unknown.entries if e.reads_motion)
-            if moving and first:
-                each = np.moveaxis(derivatives[..., :first], -1, 0)
-                through = apply_entries(moving, each, speed, blocks.harmonics)
-                shown_derivatives[..., :first] += np.moveaxis(amplitude * through, 0, -1)
-            shown_derivatives[..., p] += change
-    chosen = [int(np.flatnonzero(blocks.harmonics == n)[0]) for n in harmonics]
-    if not jacobian:
-        return shown[..., chosen, :]
-    return shown[..., chosen, :], shown_derivatives[..., chosen, :, :]
+        column = apply_entries(unknown.entries, true, speed, blocks.harmonics)
+        shown += amplitude * column
+        moving = tuple(e for e in unknown.entries if e.reads_motion)
+        if moving and first:
+            each = np.moveaxis(derivatives[..., :first], -1, 0)
+            through = apply_entries(moving, each, speed, blocks.harmonics)
+            change[..., :first] += np.moveaxis(amplitude * through, 0, -1)
+        change[..., p] += column
+    chosen = _places(harmonics, blocks)
+    return Linearised(shown[..., chosen, :], change[..., chosen, :, :])
 
 
 def sensitivities(model, speed, harmonics, unknowns, theta=None, *, order=COUPLED_ORDER):
@@ -456,5 +611,4 @@ def sensitivities(model, speed, harmonics, unknowns, theta=None, *, order=COUPLE
     true = found[..., model.measured]
     for p, unknown in enumerate(output, start=len(rotor)):
         shown[..., p] = apply_entries(unknown.entries, true, speed, blocks.harmonics)
-    chosen = [int(np.flatnonzero(blocks.harmonics == n)[0]) for n in harmonics]
-    return shown[:, chosen]
+    return shown[:, _places(harmonics, blocks)]

@@ -1,8 +1,10 @@
 """The same model in time: force of a term, and direct integration of the equations of motion."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.model.model import Model
 from rotorstudy.response.harmonic import check_speed, forced_harmonics, harmonic_response
 from rotorstudy.response.series import rotating_basis
 from rotorstudy.response.stability import state_matrix
@@ -39,22 +41,43 @@ def force_in_time(entries, speed, time, displacement, velocity=None, acceleratio
 
 
 def time_response(
-    model,
-    speed,
-    time,
-    theta=None,
+    model: Model,
+    speed: float,
+    time: ArrayLike,
+    theta: ArrayLike | None = None,
     *,
-    start=None,
-    relative_tolerance=RELATIVE_TOLERANCE,
-    absolute_tolerance=ABSOLUTE_TOLERANCE,
-):
+    start: tuple[ArrayLike, ArrayLike] | None = None,
+    relative_tolerance: float = RELATIVE_TOLERANCE,
+    absolute_tolerance: float = ABSOLUTE_TOLERANCE,
+) -> np.ndarray:
     """Integrate the equations of motion from rest at the static deflection, or from `start`.
 
-    speed   : rad/s
-    time    : (time,) s, increasing; integration starts at time 0 with the transient, samples are given at `time`
-    start   : (displacement (dof,), velocity (dof,)) at time 0
-    returns : (time, dof) complex displacement from the static deflection, m (rad for tilts)
-    raises  : RotorstudyError for an effect without a form in time, or if the integration fails
+    Parameters
+    ----------
+    model : Model
+        Rotor with its terms.
+    speed : float
+        Spin speed in rad/s.
+    time : array (time,)
+        In s, increasing; integration starts at time 0 with the transient.
+    theta : array (parameter,), optional
+        Amplitudes in the units of `model.units`; the model's own by default.
+    start : two arrays (dof,), optional
+        Displacement in m (rad) from the static deflection, and velocity in m/s (rad/s), at time 0.
+    relative_tolerance : float, optional
+        Of the integrator.
+    absolute_tolerance : float, optional
+        Of the integrator, m and m/s.
+
+    Returns
+    -------
+    array (time, dof)
+        Complex displacement from the static deflection, m (rad for tilts).
+
+    Raises
+    ------
+    RotorstudyError
+        For an effect without a form in time, a held static deflection, or if the integration fails.
     """
     from scipy.integrate import solve_ivp
 
