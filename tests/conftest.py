@@ -1,5 +1,20 @@
-"""The order of the tests: the workflow as a whole takes longest, so it starts first."""
+"""The order of the tests: files that take longest start first, so that the workers end together."""
+
+LONGEST = (
+    "workflow/test_workflow.py",
+    "diagnosis/test_report.py",
+    "docs/test_readme.py",
+    "docs/test_adding_a_model.py",
+    "blind/test_real_diagnosis.py",
+    "diagnosis/test_bad_records.py",
+    "errors/test_wrong_plugins.py",
+    "zoo/",
+    "physics/",
+)
 
 
 def pytest_collection_modifyitems(items):
-    items.sort(key=lambda item: "tests/workflow/" not in item.nodeid)
+    def rank(item):
+        return next((i for i, name in enumerate(LONGEST) if f"tests/{name}" in item.nodeid), len(LONGEST))
+
+    items.sort(key=rank)

@@ -12,7 +12,7 @@ from rotorstudy.plugins import (
 
 
 def column_scaled_least_squares(problem):
-    """Least squares that gives what is determined and leaves the rest open: NaN, with an infinite deviation.
+    """Least squares that gives what is determined and leaves the rest open: NaN, of infinite variance.
 
     Columns are scaled to unit length and zero singular values left out. With full rank it is `least_squares`; where two
     unknowns trade off, that refuses and this still gives the others.

@@ -21,7 +21,7 @@ def total_least_squares(problem):
     """Least squares with noise in the columns too: smallest |A theta - b|^2 over the noise it has at theta.
 
     With v = (theta, -1), rows whitened, and N the covariance of (A, b) summed over rows, |(A, b) v|^2 / (v' N v) is
-    made small; so the square of the noise does not draw the estimate off. Columns without noise are exact in N.
+    minimised, so that the noise in the columns causes no bias. Columns without noise are exact in N.
     """
     theta = in_chunks(problem, _solve)
     weights = problem.equation_weights(problem.mean(theta)[1])
@@ -36,7 +36,7 @@ def _solve(problem):
 
 
 def _compensated(columns, right_side, names, noise):
-    """(A'A - ratio * N_AA) theta = A'b - ratio * N_Ab, the ratio being what is made small at the last theta."""
+    """(A'A - ratio * N_AA) theta = A'b - ratio * N_Ab, the ratio being the objective at the last theta."""
     theta = plain = solve_linear(columns, right_side, names)
     inverse = invert(np.swapaxes(columns, -1, -2) @ columns)
     for _ in range(STEPS):
@@ -49,7 +49,7 @@ def _compensated(columns, right_side, names, noise):
         before, theta = theta, np.linalg.solve(slope, plain[..., None] - cross)[..., 0]
         if np.all(np.abs(theta - before) <= 1e-9 * np.abs(theta)):
             return theta
-    raise NoConvergenceError(f"total least squares did not come to rest in {STEPS} steps; the noise is too large")
+    raise NoConvergenceError(f"total least squares did not converge in {STEPS} steps; the noise is too large")
 
 
 @hookimpl

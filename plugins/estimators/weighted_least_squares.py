@@ -4,8 +4,8 @@ from rotorstudy.plugins import Estimator, hookimpl, in_chunks, linear_estimate, 
 def weighted_least_squares(problem):
     """Least squares of the equations of motion, whitened by the noise that the spectrum's covariance makes in them.
 
-    As good as maximum likelihood while the noise is small; the noise in the columns still draws the estimate off by
-    its square.
+    As good as maximum likelihood while the noise is small; the noise in the columns still biases the estimate by its
+    square.
     """
     theta = in_chunks(problem, solve_weighted)
     weights = problem.equation_weights(problem.mean(theta)[1])

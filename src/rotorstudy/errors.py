@@ -37,4 +37,4 @@ def unknown_name(kind, name, known, where="", error=RotorstudyError):
 
 
 class NoConvergenceError(RotorstudyError):
-    """A fit that did not come to rest: its data may be far from what the model can do."""
+    """A fit that did not converge: its data may be far from what the model can predict."""

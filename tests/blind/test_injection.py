@@ -110,6 +110,7 @@ def test_noise_of_the_spectrum_is_the_stated_one(cases):
 
 
 def test_files_give_the_spectrum_that_memory_gives(cases, tmp_path):
+    assert len(cases) >= 4
     for case in cases[:4]:
         folder = tmp_path / str(case.truth["case"])
         folder.mkdir()

@@ -180,6 +180,7 @@ def test_settings_are_checked_with_near_misses(given, words):
         assert word in str(error.value), error.value
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_warnings_go_into_the_verdict(spectrum, tmp_path, capsys):
     """A record with few revolutions is used, and the verdict says so."""
     _, rig = spectrum
@@ -314,6 +315,7 @@ def verdict_on(rig, truth, tmp_path, capsys):
     return json.loads((out / "verdict.json").read_text())
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_records_of_another_machine_are_told(tmp_path, capsys):
     verdict = verdict_on(RIG, OTHER, tmp_path, capsys)
     assert verdict["verdict"] != "nothing"
@@ -321,12 +323,14 @@ def test_records_of_another_machine_are_told(tmp_path, capsys):
     assert "far from the rig" in verdict["summary"]
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_a_hidden_effect_is_not_taken_for_another_machine(tmp_path, capsys):
     asymmetry = {"kind": "shaft_asymmetry", "shaft_asymmetry": 0.02, "shaft_asymmetry_phase_rad": 1.0}
     verdict = verdict_on(RIG, {**RIG, "effects": [*RIG["effects"], asymmetry]}, tmp_path, capsys)
     assert verdict["findings"] == [] and verdict["verdict"] != "nothing"
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_the_gap_of_the_probes_is_told_and_can_be_given(tmp_path, capsys):
     """A gap of a millimetre is what most proximity probes show; it must not silently become a preload."""
     gap = {"kind": "sensor_gap", "sensor_gap_m": 1e-3, "sensor_gap_phase_rad": 2.5}
@@ -341,6 +345,7 @@ def test_the_gap_of_the_probes_is_told_and_can_be_given(tmp_path, capsys):
     assert given["verdict"] == "nothing" and given["findings"] == []
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_mil_declared_as_mm_is_told(spectrum, tmp_path, capsys):
     """A factor of 39 is no gain error of a probe."""
     with xr.open_dataset(tmp_path / "records.nc") as data:

@@ -29,7 +29,7 @@ def followed(tmp_path_factory):
             (folder / file).write_text(text)
             continue
         run = {"sh": ["sh", "-e", "-c"], "python": [sys.executable, "-c"]}[language]
-        found = subprocess.run([*run, text], cwd=folder, env=environment, capture_output=True, text=True, timeout=100)
+        found = subprocess.run([*run, text], cwd=folder, env=environment, capture_output=True, text=True, timeout=600)
         assert found.returncode == 0, (text, found.stdout, found.stderr)
         said.append(found.stdout)
     return folder, "\n".join(said)

@@ -27,7 +27,7 @@ def run(arguments, folder, **environment):
         cwd=folder,
         capture_output=True,
         text=True,
-        timeout=100,
+        timeout=600,  # for what hangs; no claim on speed
         env={**os.environ, "MPLBACKEND": "Agg", **environment},
     )
 

@@ -107,5 +107,7 @@ def test_they_do_not_if_a_known_mass_is_a_thousandth_off(model, settled):
     """Negative control."""
     heavier = replace(model.structure, mass=1.001 * model.structure.mass)
     wrong = Model(heavier, model.terms, model.sensors)
-    for found in identified(wrong, measured(model, settled, EVERY)):
+    estimates = identified(wrong, measured(model, settled, EVERY))
+    assert len(estimates) == 2
+    for found in estimates:
         assert np.abs(found / model.theta[model.position(UNKNOWN)] - 1).max() > 1e-4

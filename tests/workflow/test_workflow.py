@@ -23,7 +23,9 @@ SOME_TARGETS = ["results/chapter_2/monte_carlo/physical/Single_speed_88.nc", "re
 
 def command(project, folder, *arguments, config, cores=2):
     base = [sys.executable, "-m", "snakemake", "--snakefile", project / "Snakefile", "--configfile", config]
-    return [*map(str, base), "--directory", str(folder), "--cores", str(cores), *arguments]
+    # the default scheduler spends seconds on the best order of jobs, on which no result depends
+    options = ["--directory", folder, "--cores", cores, "--scheduler", "greedy"]
+    return [*map(str, base), *map(str, options), *arguments]
 
 
 def environment(project):

@@ -35,6 +35,9 @@ def add(commands):
         "--estimator", default="maximum_likelihood", help="estimator plugin (default maximum_likelihood)"
     )
     parser.add_argument("--out", help="NetCDF file to write the estimates to")
+    parser.add_argument(
+        "--rig-out", metavar="FILE", help="rig file to write, with the estimates and in 'prior:' their covariance"
+    )
     parser.set_defaults(func=run)
 
 
@@ -44,11 +47,14 @@ def run(given):
 
     from rotorstudy.inference.problem import Problem, estimate_by, magnitude_and_phase
     from rotorstudy.measurement.measurement import measured_spectrum
+    from rotorstudy.model.estimated_rig import rig_with_estimate, write_rig
     from rotorstudy.model.rig import read_rig
     from rotorstudy.store import dataset, provenance, save
 
     if given.out:
         check_file(given.out, given.rig, *given.records)
+    if given.rig_out:
+        check_file(given.rig_out, given.rig, *given.records, *([given.out] if given.out else []), option="--rig-out")
     method = registry().get("spectrum", given.spectrum) if given.spectrum else None
     estimator = registry().get("estimator", given.estimator)
     rig = read_rig(given.rig)
@@ -75,6 +81,9 @@ def run(given):
         attributes = provenance(rig.given, [*rig.plugins, estimator, *([method] if method else [])])
         attributes |= {"records": ", ".join(map(str, given.records))}
         save(dataset(variables, coordinates, title="identification").assign_attrs(attributes), given.out)
+    if given.rig_out:
+        found = rig_with_estimate(rig.given, model, unknowns, estimate.theta, estimate.covariance)
+        write_rig(found, given.rig_out, f"{given.rig} identified from {', '.join(map(str, given.records))}")
     return 0
 
 

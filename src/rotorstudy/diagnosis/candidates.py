@@ -4,9 +4,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import CannotAct
+from rotorstudy.inference.fit import Fit
 from rotorstudy.inference.prediction import carried_order
 from rotorstudy.inference.prior import log_narrowing
+from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.model.model import Model
 from rotorstudy.model.registry import blamed, registry
 from rotorstudy.model.rig import make_term
 from rotorstudy.model.terms import Term
@@ -48,7 +52,14 @@ class Candidate(NamedTuple):
         return tuple(unknown.name for unknown in self.term.unknowns)
 
 
-def candidate(model, effect, where, shape=None, label="cause", prior_width=10.0):
+def candidate(
+    model: Model,
+    effect: str,
+    where: dict,
+    shape: dict | None = None,
+    label: str = "cause",
+    prior_width: float = 10.0,
+) -> Candidate:
     """An effect at a place, with the prior of its amplitudes.
 
     Parameters
@@ -90,7 +101,7 @@ def _shapes(plugin):
     return [{name: float(value)} for value in values]
 
 
-def candidates(model, settings):
+def candidates(model: Model, settings: Settings) -> tuple[list[Candidate], dict[str, str]]:
     """Every effect at every place it offers on this rotor, as `settings` allow.
 
     Parameters
@@ -143,7 +154,7 @@ class Screened(NamedTuple):
     detection: np.ndarray
 
 
-def log_scales(mean, covariance):
+def log_scales(mean: np.ndarray, covariance: np.ndarray) -> float:
     """Logarithm of the Bayes factor of a prior of unknown width, one of `SCALES`, against the widest one.
 
     Parameters
@@ -164,7 +175,7 @@ def log_scales(mean, covariance):
     return float(np.logaddexp.reduce(value) - np.log(len(SCALES)) - value[0])
 
 
-def log_possible(mean, std):
+def log_possible(mean: np.ndarray, std: np.ndarray) -> np.ndarray:
     """Logarithm of the Bayes factor of amplitudes that cannot be negative against ones that can.
 
     The limit doubles the prior density above zero, and keeps the posterior probability of a positive amplitude.
@@ -183,7 +194,7 @@ def log_possible(mean, std):
     return np.log(2) + log_ndtr(np.asarray(mean) / np.asarray(std))
 
 
-def screen(fitted, spectrum, chosen):
+def screen(fitted: Fit, spectrum: Spectrum, chosen: list[Candidate]) -> list[Screened]:
     """Judge candidates by the linearised columns of their amplitudes at a fit.
 
     The free parameters of the fit are projected out with their priors: what they can explain is not a new cause.

@@ -14,11 +14,14 @@ from rotorstudy.diagnosis.candidates import (
     log_scales,
     screen,
 )
+from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import NoSteadyState, PluginError
 from rotorstudy.inference.fit import HYPOTHESIS, Fit, fit
 from rotorstudy.inference.linear import invert
 from rotorstudy.inference.prediction import predicted
 from rotorstudy.inference.prior import Prior, prior_of
+from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.model.model import Model
 from rotorstudy.model.registry import blamed, registry
 from rotorstudy.model.rig import make_term
 
@@ -66,9 +69,9 @@ class Search:
     upheld          : whether the best of them also predicts the held-out speeds better than the base
     """
 
-    model: object
-    spectrum: object
-    settings: object
+    model: Model
+    spectrum: Spectrum
+    settings: Settings
     prior: Prior
     base: Fit
     candidates: list
@@ -92,12 +95,12 @@ class Search:
         best = max(self.explanations, key=_odds)
         return best if best.log_posterior_odds > ACCUSES and self.upheld else self.found[frozenset()]
 
-    def prior_odds(self, cause):
+    def prior_odds(self, cause: Candidate) -> float:
         """Prior odds of a cause: every effect of the library has the same, divided among its places and shapes."""
         effects = len({c.effect for c in self.candidates})
         return 1 / (effects * sum(c.effect == cause.effect for c in self.candidates))
 
-    def even_odds_gain(self, cause):
+    def even_odds_gain(self, cause: Candidate) -> float:
         """Fall of the cost at which a cause has even posterior odds: it pays for the prior odds, width and sign.
 
         Under the width that serves an amplitude best, which is the amplitude itself, the Occam factor depends on the
@@ -109,7 +112,7 @@ class Search:
             gain = given + count * np.log1p(gain / max(count, 1))
         return float(gain)
 
-    def posterior(self):
+    def posterior(self) -> list[tuple[Explanation, float]]:
         """(explanation, posterior probability), most probable first; of each set of causes its best shape."""
         best = {}
         for e in self.explanations:
@@ -121,7 +124,7 @@ class Search:
         return list(zip(found, probability.tolist(), strict=True))
 
 
-def base_model(model, settings):
+def base_model(model: Model, settings: Settings) -> tuple[Model, Prior]:
     """The model with its nuisance terms, and the Prior of all that is free in every fit.
 
     Parameters
@@ -151,7 +154,7 @@ def base_model(model, settings):
     return model.plus(*terms), prior_of(model, settings.uncertainty).plus(Prior.independent(known))
 
 
-def search(model, spectrum, settings):
+def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     """Explanations of a spectrum by up to `most_causes` candidates, found by adding, swapping and dropping.
 
     Parameters
@@ -349,6 +352,17 @@ def _swap(work, current):
 
 
 def _refine(work, model, explanation):
+    """The explanation with the best shape of its last cause; as it is where that shape cannot be moved."""
+    try:
+        return _best_of_all_shapes(work, model, explanation)
+    except NoSteadyState:
+        return explanation
+    except Exception as error:
+        _note_broken(work, explanation.causes, error)
+        return explanation
+
+
+def _best_of_all_shapes(work, model, explanation):
     """Shape options of the last cause moved to where the fit is best, by Gauss-Newton steps.
 
     They count in units of their range, logarithmic where it does not begin at zero. The columns of a contact depend

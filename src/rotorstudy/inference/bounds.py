@@ -1,14 +1,13 @@
 """The smallest covariance that any unbiased estimate can have."""
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from rotorstudy.inference.linear import check_identifiable, invert
 from rotorstudy.inference.prediction import predicted_derivatives
 from rotorstudy.inference.problem import Problem
 
 
-def cramer_rao_bound(problem: Problem, theta: ArrayLike) -> np.ndarray:
+def cramer_rao_bound(problem: Problem, theta: np.ndarray) -> np.ndarray:
     """The Cramer-Rao bound of the unknowns of a problem, from the data alone.
 
     Parameters

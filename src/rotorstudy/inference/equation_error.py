@@ -1,15 +1,17 @@
-"""The table read the other way: harmonics known, amplitudes unknown.
+"""The equations of motion with the harmonics known and the amplitudes unknown.
 
 With the harmonics R of a spectrum, D_known R - f_known = sum over unknowns of theta * column(R) is linear in theta.
 Coordinates (and harmonics) that are not measured are eliminated exactly, by the Schur complement of D_known.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.measurement.spectrum import shared_product
+from rotorstudy.measurement.spectrum import Spectrum, shared_product
+from rotorstudy.model.model import Model
 from rotorstudy.model.terms import apply_entries
 from rotorstudy.response.harmonic import (
     COUPLED_ORDER,
@@ -29,29 +31,49 @@ from rotorstudy.response.statics import static_deflection
 class Regression:
     """Equations columns @ theta = right_side, in newtons, a complex row for each measured harmonic and sensor.
 
-    columns    : (..., speed, row, parameter) complex
-    right_side : (..., speed, row) complex
-    names      : (parameter,) the unknowns
+    Parameters
+    ----------
+    columns : ndarray (..., speed, row, parameter)
+        Complex.
+    right_side : ndarray (..., speed, row)
+        Complex.
+    names : tuple of str
+        The unknowns.
     """
 
     columns: np.ndarray
     right_side: np.ndarray
-    names: tuple
+    names: tuple[str, ...]
 
-    def real_system(self):
+    def real_system(self) -> tuple[np.ndarray, np.ndarray]:
         """All speeds stacked, real rows then imaginary rows of each speed: A (..., row, parameter), b (..., row)."""
         a = np.concatenate([self.columns.real, self.columns.imag], axis=-2)
         b = np.concatenate([self.right_side.real, self.right_side.imag], axis=-1)
         return a.reshape(*a.shape[:-3], -1, a.shape[-1]), b.reshape(*b.shape[:-2], -1)
 
 
-def regression(model, spectrum, names, *, order=COUPLED_ORDER):
-    """Equations for the unknown amplitudes `names` from a spectrum.
+def regression(model: Model, spectrum: Spectrum, names: Sequence[str], *, order: int = COUPLED_ORDER) -> Regression:
+    """Equations for unknown amplitudes from a spectrum.
 
-    model    : gives the values of all amplitudes that are not in `names`
-    spectrum : Spectrum; its sensors must be the model's
-    returns  : Regression
-    raises   : RotorstudyError if an unknown acts on coordinates or harmonics that were not measured, or on the output
+    Parameters
+    ----------
+    model : Model
+        Gives the values of all amplitudes that are not in `names`.
+    spectrum : Spectrum
+        Of the model's sensors.
+    names : sequence of str
+        The unknowns.
+    order : int
+        Highest harmonic carried where the model couples harmonics.
+
+    Returns
+    -------
+    Regression
+
+    Raises
+    ------
+    RotorstudyError
+        If an unknown acts on coordinates or harmonics that were not measured, or on the output.
     """
     if tuple(spectrum.sensors) != tuple(model.sensors):
         raise RotorstudyError(f"the spectrum is of sensors {spectrum.sensors}, the model of {model.sensors}")
@@ -97,13 +119,28 @@ def regression(model, spectrum, names, *, order=COUPLED_ORDER):
     return Regression(np.moveaxis(left, 0, -1), right, tuple(names))
 
 
-def condensed_regression(model, spectrum, names):
+def condensed_regression(model: Model, spectrum: Spectrum, names: Sequence[str]) -> Regression:
     """The equations with tilts condensed as in the thesis: T = [I; L_n], L_n = -(K_ss - n^2 w^2 M_ss)^-1 (K_sm - ...).
 
-    The transformation leaves the gyroscopic moments out, so what is not measured is only approximately eliminated.
-    Terms that shift harmonics are not provided for.
+    The transformation leaves the gyroscopic moments out, so what is not measured is eliminated only approximately.
 
-    source : thesis Eqs. (6.31) to (6.34)
+    Parameters
+    ----------
+    model, spectrum, names
+        See `regression`.
+
+    Returns
+    -------
+    Regression
+
+    Raises
+    ------
+    RotorstudyError
+        For terms that couple harmonics.
+
+    References
+    ----------
+    Thesis Eqs. (6.31) to (6.34).
     """
     structure, speed, harmonics = model.structure, check_speed(spectrum.speed), np.asarray(spectrum.harmonics)
     unknowns = [_rotor_unknown(model, name) for name in names]
@@ -142,18 +179,34 @@ def condensed_regression(model, spectrum, names):
     )
 
 
-def residual_sensitivity(model, spectrum, names, theta, *, order=COUPLED_ORDER):
-    """How the residual columns @ theta - right_side moves with the spectrum; its covariance follows from it.
+def residual_sensitivity(
+    model: Model, spectrum: Spectrum, names: Sequence[str], theta: np.ndarray, *, order: int = COUPLED_ORDER
+) -> np.ndarray:
+    """Derivative of the residual columns @ theta - right_side by the spectrum; its covariance follows from it.
 
-    theta   : (..., parameter) values of `names`
-    returns : (..., speed, row, component) real, rows as in `Regression.real_system`, components of all sensors together
+    Parameters
+    ----------
+    model, spectrum, names, order
+        See `regression`.
+    theta : ndarray (..., parameter)
+        Values of `names`.
+
+    Returns
+    -------
+    ndarray (..., speed, row, component)
+        Real, rows as in `Regression.real_system`, components of all sensors together.
     """
     columns, right_side = equation_sensitivity(model, spectrum, names, order=order)
     return np.einsum("srcp,...p->...src", columns, theta) - right_side
 
 
-def equation_sensitivity(model, spectrum, names, *, order=COUPLED_ORDER):
-    """How columns (speed, row, component, parameter) and right side (speed, row, component) move with the spectrum."""
+def equation_sensitivity(
+    model: Model, spectrum: Spectrum, names: Sequence[str], *, order: int = COUPLED_ORDER
+) -> tuple[np.ndarray, np.ndarray]:
+    """Derivatives of columns (speed, row, component, parameter) and right side (speed, row, component) by the spectrum.
+
+    Parameters are those of `regression`.
+    """
     harmonics, sensors = spectrum.amplitude.shape[-2:]
     basis = np.eye(harmonics * sensors).reshape(-1, 1, harmonics, sensors) * np.ones((len(spectrum.speed), 1, 1))
     trials = np.concatenate([0 * basis[:1], basis, 1j * basis]).astype(complex)

@@ -1,5 +1,6 @@
 """The fit of the predicted to the measured harmonics: with or without a prior, one spectrum or many trials at once."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,7 +9,9 @@ from rotorstudy.errors import NoConvergenceError, NoSteadyState, RotorstudyError
 from rotorstudy.inference.linear import check_identifiable, in_chunks, invert, solve_equations, whitened
 from rotorstudy.inference.prediction import predicted_derivatives, whitened_prediction
 from rotorstudy.inference.prior import Prior, log_narrowing
-from rotorstudy.inference.problem import Estimate
+from rotorstudy.inference.problem import Estimate, Problem
+from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.model.model import Model
 
 FIRST_DAMPING = 1e-6  # of the normal matrix with a unit diagonal: nearly a Gauss-Newton step
 LEAST_DAMPING = 1e-12  # below round-off it would only delay the recovery after a step that failed
@@ -69,7 +72,16 @@ class Minimum:
     converged: np.ndarray
 
 
-def levenberg_marquardt(predict, measured, start, names, *, prior=None, clip=np.inf, convergence=ESTIMATE):
+def levenberg_marquardt(
+    predict: Callable,
+    measured: np.ndarray,
+    start: np.ndarray,
+    names: Sequence[str],
+    *,
+    prior: Prior | None = None,
+    clip: float = np.inf,
+    convergence: Convergence = ESTIMATE,
+) -> Minimum:
     """Minimise the squares, or Huber's loss, of the whitened residual and of the distance from a prior.
 
     All trials are fitted at once. A step to where the model has no steady state is refused like one that raises the
@@ -176,7 +188,7 @@ def _loss(residual, clip):
     return np.sum(weight * (2 - weight) * residual**2, axis=-1), weight
 
 
-def start_values(problem):
+def start_values(problem: Problem) -> np.ndarray:
     """(..., parameter) where a fit starts: equation-error least squares weighted once, else values given or typical."""
     given = np.concatenate([term.theta for term in problem.model.terms])
     nominal = np.where(np.isnan(given), problem.model.typical, given)[problem.model.position(problem.names)]
@@ -195,7 +207,9 @@ def start_values(problem):
         return start
 
 
-def output_error_fit(problem, start=None, iterations=ESTIMATE.steps, clip=np.inf):
+def output_error_fit(
+    problem: Problem, start: np.ndarray | None = None, iterations: int = ESTIMATE.steps, clip: float = np.inf
+) -> Estimate:
     """Estimate by the data alone: the predicted harmonics fitted to the measured ones, weighted by their covariance.
 
     Parameters
@@ -271,7 +285,7 @@ class Fit:
         Logarithm of the marginal likelihood less a constant, by Laplace's approximation.
     """
 
-    model: object
+    model: Model
     theta: np.ndarray
     prior: Prior
     covariance: np.ndarray
@@ -282,20 +296,24 @@ class Fit:
     evidence: float
 
     @property
-    def names(self):
+    def names(self) -> tuple[str, ...]:
+        """(free,) names of the free parameters."""
         return self.prior.names
 
     @property
-    def cost(self):
+    def cost(self) -> float:
+        """Misfit plus penalty."""
         return self.misfit + self.penalty
 
     @property
-    def free(self):
+    def free(self) -> np.ndarray:
         """(free,) values of the free parameters."""
         return self.theta[self.model.position(self.names)]
 
 
-def fit(model, spectrum, prior, start=None, steps=HYPOTHESIS.steps):
+def fit(
+    model: Model, spectrum: Spectrum, prior: Prior, start: np.ndarray | None = None, steps: int = HYPOTHESIS.steps
+) -> Fit:
     """The Fit of a model to a spectrum within a prior: where it ends after the steps allowed.
 
     Parameters

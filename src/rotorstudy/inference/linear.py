@@ -1,5 +1,7 @@
 """Linear least squares, batched: what tells the unknowns apart, and the solvers of the equations of motion."""
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 
 from rotorstudy.errors import NoConvergenceError, UnidentifiableError
@@ -12,21 +14,53 @@ DEFLECTION_STEPS = 40  # of the static deflection; two are enough if the bearing
 WEIGHTED_STEPS = 2  # of weights taken at the estimate they lead to; the second already changes less than the noise
 
 
-def invert(normal):
-    """Inverse of (..., parameter, parameter) J^T J, scaled: parameters differ by many orders of magnitude."""
+def invert(normal: np.ndarray) -> np.ndarray:
+    """Covariance of a fit: the inverse of its normal matrix J^T J.
+
+    The matrix is scaled to a unit diagonal first, since parameters differ by many orders of magnitude.
+
+    Parameters
+    ----------
+    normal : ndarray (..., parameter, parameter)
+
+    Returns
+    -------
+    ndarray (..., parameter, parameter)
+    """
     scale = np.sqrt(np.diagonal(normal, axis1=-2, axis2=-1))
     outer = scale[..., :, None] * scale[..., None, :]
     return np.linalg.inv(normal / outer) / outer
 
 
-def by_speed(weights, rows):
-    """Weights (..., speed, row, row) on rows (..., speed * row) or columns (..., speed * row, parameter)."""
+def by_speed(weights: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Weights of each speed applied to stacked equations.
+
+    Parameters
+    ----------
+    weights : ndarray (..., speed, row, row)
+    rows : ndarray (..., speed * row) or (..., speed * row, parameter)
+
+    Returns
+    -------
+    ndarray
+        Of the shape of `rows`.
+    """
     stacked = rows.reshape(*rows.shape[: weights.ndim - 3], *weights.shape[-3:-1], -1)
     return (weights @ stacked).reshape(*stacked.shape[:-3], *rows.shape[weights.ndim - 3 :])
 
 
-def undetermined(columns, names):
-    """Names of the unknowns that columns (row, parameter) leave open: without effect, or traded against others."""
+def undetermined(columns: np.ndarray, names: Sequence[str]) -> list[str]:
+    """Names of the unknowns that the equations leave open: without effect, or traded off against others.
+
+    Parameters
+    ----------
+    columns : ndarray (row, parameter)
+    names : sequence of str
+
+    Returns
+    -------
+    list of str
+    """
     length = np.linalg.norm(columns, axis=0)
     missing = np.zeros((max(0, columns.shape[1] - columns.shape[0]), columns.shape[1]))
     scaled = np.concatenate([columns / np.where(length, length, 1), missing])
@@ -35,8 +69,19 @@ def undetermined(columns, names):
     return [name for name, part in zip(names, share, strict=True) if part > 0.05]
 
 
-def check_identifiable(columns, names):
-    """Raise if columns (row, parameter) cannot tell the unknowns apart; name those that trade off."""
+def check_identifiable(columns: np.ndarray, names: Sequence[str]) -> None:
+    """Refuse equations that cannot tell the unknowns apart.
+
+    Parameters
+    ----------
+    columns : ndarray (row, parameter)
+    names : sequence of str
+
+    Raises
+    ------
+    UnidentifiableError
+        It names the unknowns that trade off, or that the data do not depend on.
+    """
     if columns.shape[0] < columns.shape[1]:
         raise UnidentifiableError(
             f"{columns.shape[0]} equations for {columns.shape[1]} unknowns ({', '.join(names)}); "
@@ -57,40 +102,71 @@ def check_identifiable(columns, names):
         )
 
 
-def solve_linear(columns, right_side, names):
+def solve_linear(columns: np.ndarray, right_side: np.ndarray, names: Sequence[str]) -> np.ndarray:
     """Least squares A theta = b, batched, by QR with columns scaled to unit length.
 
-    columns, right_side : (..., row, parameter), (..., row); real
-    raises : UnidentifiableError if the unknowns of the first trial cannot be told apart
+    Parameters
+    ----------
+    columns : ndarray (..., row, parameter)
+        Real.
+    right_side : ndarray (..., row)
+    names : sequence of str
+
+    Returns
+    -------
+    ndarray (..., parameter)
+
+    Raises
+    ------
+    UnidentifiableError
+        If the unknowns of the first trial cannot be told apart.
     """
     check_identifiable(columns.reshape(-1, *columns.shape[-2:])[0], names)
     return solve_full_rank(columns, right_side)
 
 
-def solve_full_rank(columns, right_side):
-    """Least squares of columns that are known to be independent, see `solve_linear`."""
+def solve_full_rank(columns: np.ndarray, right_side: np.ndarray) -> np.ndarray:
+    """Least squares of columns that are known to be independent; shapes as in `solve_linear`."""
     length = np.linalg.norm(columns, axis=-2, keepdims=True)
     q, r = np.linalg.qr(columns / length)
     scaled = np.linalg.solve(r, np.swapaxes(q, -1, -2) @ right_side[..., None])[..., 0]
     return scaled / length[..., 0, :]
 
 
-def solve_truncated(columns, right_side, names):
-    """Least squares A theta = b, batched, of unit-length columns without their zero singular values."""
+def solve_truncated(columns: np.ndarray, right_side: np.ndarray, names: Sequence[str]) -> np.ndarray:
+    """Least squares of unit-length columns without their zero singular values; shapes as in `solve_linear`."""
     length = np.linalg.norm(columns, axis=-2, keepdims=True)
     length = np.where(length, length, 1)
     inverse = np.linalg.pinv(columns / length, RANK_TOLERANCE)
     return (inverse @ right_side[..., None])[..., 0] / length[..., 0, :]
 
 
-def solve_equations(problem, solve=solve_linear, start=None, settled=True):
-    """theta (..., parameter) by least squares of the equations of motion, or another `solve` of them.
+def solve_equations(
+    problem, solve: Callable = solve_linear, start: np.ndarray | None = None, settled: bool = True
+) -> np.ndarray:
+    """Solve the equations of motion for the unknowns.
 
     Where unknown bearings carry the weight, the static deflection that the crack and internal damping act on is found
-    with them: it is held, the equations solved, the deflection taken anew, until both stand.
+    with them: it is held, the equations are solved, and the deflection is taken anew, until both have converged.
 
-    start   : (..., parameter) for the first deflection
-    settled : whether to go on until both stand; False solves the equations once
+    Parameters
+    ----------
+    problem : Problem
+    solve : callable
+        (columns, right_side, names) -> theta, such as `solve_linear`.
+    start : ndarray (..., parameter), optional
+        For the first deflection.
+    settled : bool
+        Whether to go on until both have converged; False solves the equations once.
+
+    Returns
+    -------
+    ndarray (..., parameter)
+
+    Raises
+    ------
+    NoConvergenceError
+        If the deflection does not converge.
     """
     theta, last = start, np.inf
     if start is None or problem.holding(start) is None:
@@ -108,16 +184,25 @@ def solve_equations(problem, solve=solve_linear, start=None, settled=True):
     raise NoConvergenceError("the static deflection and the bearings that carry it were not found together")
 
 
-def whitened(weights, solve=solve_linear):
-    """A `solve` of equations that are weighted first."""
+def whitened(weights: np.ndarray, solve: Callable = solve_linear) -> Callable:
+    """A `solve` of equations that are weighted first; weights (..., speed, row, row)."""
     return lambda columns, right_side, names: solve(by_speed(weights, columns), by_speed(weights, right_side), names)
 
 
-def solve_weighted(problem, solve=solve_linear, start=solve_linear):
-    """theta (..., parameter) of equations whitened by the noise that the spectrum makes in them.
+def solve_weighted(problem, solve: Callable = solve_linear, start: Callable = solve_linear) -> np.ndarray:
+    """Solve the equations of motion, whitened by the noise that the spectrum makes in them.
 
     The weights depend on the unknowns, so they are taken anew at each estimate.
-    solve, start : of whitened equations; of plain ones, for the first estimate
+
+    Parameters
+    ----------
+    problem : Problem
+    solve, start : callable
+        Of whitened equations; of plain ones, for the first estimate.
+
+    Returns
+    -------
+    ndarray (..., parameter)
     """
     theta = solve_equations(problem, start, settled=False)
     for step in range(WEIGHTED_STEPS):
@@ -126,16 +211,36 @@ def solve_weighted(problem, solve=solve_linear, start=solve_linear):
     return theta
 
 
-def in_chunks(problem, solve):
-    """theta (..., parameter) by solve(part of the problem), a few trials at a time."""
+def in_chunks(problem, solve: Callable) -> np.ndarray:
+    """Solve many trials a few at a time, which bounds the memory.
+
+    Parameters
+    ----------
+    problem : Problem
+    solve : callable
+        Problem of some of the trials -> theta (trial, parameter).
+
+    Returns
+    -------
+    ndarray (..., parameter)
+    """
     theta = np.concatenate([np.atleast_2d(solve(part)) for part in problem.chunks()])
     return theta.reshape(*problem.spectrum.amplitude.shape[:-3], -1)
 
 
-def noise_in_equations(problem, theta, weights):
-    """(..., parameter + 1, parameter + 1) covariance of (A, b) by the spectrum's noise, summed over whitened rows.
+def noise_in_equations(problem, theta: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Covariance of the equations (A, b) by the noise of the spectrum, summed over whitened rows.
 
-    theta   : (..., parameter), which a static deflection may be held by;  weights : (..., speed, row, row)
+    Parameters
+    ----------
+    problem : Problem
+    theta : ndarray (..., parameter)
+        Fixes the static deflection where bearings are unknown.
+    weights : ndarray (..., speed, row, row)
+
+    Returns
+    -------
+    ndarray (..., parameter + 1, parameter + 1)
     """
     mean, at = problem.mean(theta)
     held = mean.holding(at) or mean

@@ -1,22 +1,24 @@
 """What a model predicts of a spectrum, with derivatives, and how far the prediction is trusted."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.measurement.spectrum import independent_covariance
+from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+from rotorstudy.model.model import Model
 from rotorstudy.response.harmonic import measured_response, measured_response_and_jacobian
 
 BEYOND = 4  # harmonics carried beyond the highest measured one where a model couples them
 
 
-def carried_order(spectrum):
+def carried_order(spectrum: Spectrum) -> int:
     """Highest harmonic carried for a spectrum where the model couples harmonics."""
     return int(np.abs(spectrum.harmonics).max()) + BEYOND
 
 
-def predicted(model, spectrum, theta):
+def predicted(model: Model, spectrum: Spectrum, theta: np.ndarray) -> np.ndarray:
     """Harmonics that the sensors show at the speeds and harmonics of a spectrum.
 
     Parameters
@@ -38,7 +40,9 @@ def predicted(model, spectrum, theta):
     return measured_response(model, spectrum.speed, spectrum.harmonics, theta, order=carried_order(spectrum))
 
 
-def whitened_prediction(model, spectrum, names, theta, order=None):
+def whitened_prediction(
+    model: Model, spectrum: Spectrum, names: Sequence[str], theta: np.ndarray, order: int | None = None
+) -> tuple[np.ndarray, np.ndarray]:
     """Prediction and its derivatives, in standard deviations of the spectrum.
 
     Parameters
@@ -76,12 +80,12 @@ def whitened_prediction(model, spectrum, names, theta, order=None):
     return found[0], np.moveaxis(found[1:], 0, -1)
 
 
-def predicted_derivatives(problem, theta):
+def predicted_derivatives(problem, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """`whitened_prediction` of a Problem at theta (..., parameter)."""
     return whitened_prediction(problem.model, problem.spectrum, problem.names, theta, problem.order)
 
 
-def with_model_error(spectrum, settings):
+def with_model_error(spectrum: Spectrum, settings) -> Spectrum:
     """The spectrum with its covariance widened by the error that the model itself is expected to have.
 
     Parameters

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.model.model import Model
 
 
 @dataclass(frozen=True)
@@ -21,23 +22,23 @@ class Prior:
         Positive definite.
     """
 
-    names: tuple
+    names: tuple[str, ...]
     mean: np.ndarray
     covariance: np.ndarray
 
     @classmethod
-    def independent(cls, known):
+    def independent(cls, known: dict[str, tuple[float, float]]) -> "Prior":
         """The Prior of independent amplitudes; known : name -> (mean, standard deviation)."""
         mean, std = np.array(list(known.values()), float).reshape(-1, 2).T
         return cls(tuple(known), mean, np.diag(std**2))
 
     @cached_property
-    def std(self):
+    def std(self) -> np.ndarray:
         """(parameter,) standard deviations."""
         return np.sqrt(np.diag(self.covariance))
 
     @cached_property
-    def factor(self):
+    def factor(self) -> np.ndarray:
         """(parameter, parameter) Cholesky factor L, lower triangular, L L^T = covariance.
 
         That of the correlations is taken: amplitudes differ by many orders of magnitude.
@@ -45,18 +46,18 @@ class Prior:
         return self.std[:, None] * np.linalg.cholesky(self.covariance / np.outer(self.std, self.std))
 
     @cached_property
-    def whitener(self):
+    def whitener(self) -> np.ndarray:
         """(parameter, parameter) inverse of `factor`: theta - mean in independent standard deviations."""
         from scipy.linalg import solve_triangular
 
         return solve_triangular(self.factor / self.std[:, None], np.diag(1 / self.std), lower=True)
 
     @property
-    def by_name(self):
+    def by_name(self) -> dict[str, tuple[float, float]]:
         """name -> (mean, standard deviation)."""
         return dict(zip(self.names, zip(self.mean.tolist(), self.std.tolist(), strict=True), strict=True))
 
-    def plus(self, other):
+    def plus(self, other: "Prior") -> "Prior":
         """The Prior of both, independent of each other."""
         from scipy.linalg import block_diag
 
@@ -67,7 +68,7 @@ class Prior:
         )
 
 
-def prior_of(model, uncertainty):
+def prior_of(model: Model, uncertainty: dict[str, float]) -> Prior:
     """The Prior of a model's amplitudes about the values it gives.
 
     The uncertainty that the rig states with its covariance (section `prior`) comes first; every other amplitude is
@@ -113,7 +114,7 @@ def prior_of(model, uncertainty):
     return prior
 
 
-def log_narrowing(jacobian, factor):
+def log_narrowing(jacobian: np.ndarray, factor: np.ndarray) -> float:
     """ln det (posterior precision / prior precision): how much narrower the data make the distribution.
 
     Parameters

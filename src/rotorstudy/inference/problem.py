@@ -5,15 +5,17 @@ motion (linear in the unknowns, fast, but the measured harmonics and their noise
 output (the predicted harmonics against the measured ones: with their covariance, maximum likelihood).
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from rotorstudy.errors import PluginError, RotorstudyError
 from rotorstudy.inference.equation_error import condensed_regression, regression, residual_sensitivity
 from rotorstudy.inference.linear import RANK_TOLERANCE, by_speed
+from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.model.kinds import Estimator
+from rotorstudy.model.model import Model
 from rotorstudy.response.harmonic import COUPLED_ORDER
 from rotorstudy.response.statics import static_deflection
 
@@ -24,13 +26,29 @@ TRIALS_AT_ONCE = 200  # bounds the memory of a Monte Carlo
 class Problem:
     """Which amplitudes of which model are sought, from which spectrum.
 
-    condensation : of the coordinates that are not measured, in equation-error least squares: "exact", or "without
-                   gyroscopic moments" as the thesis does it
+    Parameters
+    ----------
+    model : Model
+        Gives the values of all other amplitudes.
+    spectrum : Spectrum
+        Of the model's sensors; its amplitude may hold many trials.
+    names : tuple of str
+        The unknowns.
+    order : int
+        Highest harmonic carried where the model couples harmonics.
+    condensation : str
+        Of the coordinates that are not measured, in equation-error least squares: "exact", or "without gyroscopic
+        moments" as in the thesis.
+
+    Raises
+    ------
+    RotorstudyError
+        For no unknowns, one named twice, other sensors, or a spectrum that is not finite.
     """
 
-    model: object
-    spectrum: object
-    names: tuple
+    model: Model
+    spectrum: Spectrum
+    names: tuple[str, ...]
     order: int = COUPLED_ORDER
     condensation: str = "exact"
 
@@ -59,7 +77,7 @@ class Problem:
             return condensed_regression(self.model, self.spectrum, self.names).real_system()
         return regression(self.model, self.spectrum, self.names, order=self.order).real_system()
 
-    def holding(self, theta: ArrayLike) -> "Problem | None":
+    def holding(self, theta: np.ndarray) -> "Problem | None":
         """The problem with the static deflection held that unknown bearings of given stiffness lead to.
 
         Parameters
@@ -100,10 +118,10 @@ class Problem:
         moved[:, moving] = ((residual[1:] - residual[0]) / theta[moving][:, None]).T
         return moved
 
-    def equation_error_covariance(self, theta: ArrayLike, weights: ArrayLike | None = None) -> np.ndarray:
+    def equation_error_covariance(self, theta: np.ndarray, weights: np.ndarray | None = None) -> np.ndarray:
         """First-order covariance of a linear estimate theta = (W A)^+ W b.
 
-        The residual A theta - b moves with the spectrum by a known matrix; noise in A is in it, its square is not.
+        The derivative of the residual A theta - b by the spectrum is known. It covers the noise in A to first order.
 
         Parameters
         ----------
@@ -136,7 +154,7 @@ class Problem:
         spread = np.einsum("psc,scd->psd", through, root)
         return np.einsum("psd,qsd->pq", spread, spread)
 
-    def mean(self, theta: ArrayLike) -> tuple["Problem", np.ndarray]:
+    def mean(self, theta: np.ndarray) -> tuple["Problem", np.ndarray]:
         """The problem with the mean spectrum of all trials, and their mean estimate.
 
         Parameters
@@ -153,11 +171,11 @@ class Problem:
         theta = np.asarray(theta).reshape(-1, len(self.names)).mean(axis=0)
         return replace(self, spectrum=self.spectrum.with_amplitude(mean)), theta
 
-    def equation_weights(self, theta: ArrayLike) -> np.ndarray:
-        """Weights W that whiten the noise which the spectrum's covariance makes in the equations.
+    def equation_weights(self, theta: np.ndarray) -> np.ndarray:
+        """Weights W that whiten the noise which the spectrum makes in the equations.
 
-        The residual moves with the spectrum by a square matrix S, so W = (whitener of the spectrum) S^-1: weighted
-        rows are errors of the harmonics again, in standard deviations.
+        The derivative of the residual by the spectrum is a square matrix S, so W = (whitener of the spectrum) S^-1:
+        weighted rows are errors of the harmonics again, in standard deviations.
 
         Parameters
         ----------
@@ -200,12 +218,17 @@ class Problem:
 class Estimate:
     """Estimated amplitudes.
 
-    theta      : (..., parameter)
-    covariance : (..., parameter, parameter) or (parameter, parameter) for all trials
-    misfit     : (...) weighted sum of squares of the residual; NaN for estimators without one
+    Parameters
+    ----------
+    names : tuple of str
+    theta : ndarray (..., parameter)
+    covariance : ndarray (..., parameter, parameter) or (parameter, parameter)
+        The latter for all trials.
+    misfit : ndarray (...)
+        Weighted sum of squares of the residual; NaN for estimators without one.
     """
 
-    names: tuple
+    names: tuple[str, ...]
     theta: np.ndarray
     covariance: np.ndarray
     misfit: np.ndarray
@@ -216,10 +239,24 @@ class Estimate:
         return np.sqrt(np.diagonal(self.covariance, axis1=-2, axis2=-1))
 
 
-def estimate_by(estimator, problem):
-    """The Estimate an Estimator plugin gives, its shapes checked; PluginError names file, shapes and unknowns.
+def estimate_by(estimator: Estimator, problem: Problem) -> Estimate:
+    """The Estimate that an Estimator plugin gives, with its shapes checked.
 
     Of many trials those without an estimate are NaN; of one spectrum only unknowns that are left open may be.
+
+    Parameters
+    ----------
+    estimator : Estimator
+    problem : Problem
+
+    Returns
+    -------
+    Estimate
+
+    Raises
+    ------
+    PluginError
+        For a wrong type, shape or value; it names file, shapes and unknowns.
     """
     found, who = estimator.function(problem), f"estimator '{estimator.name}' ({estimator.file})"
     if not isinstance(found, Estimate):
@@ -248,13 +285,13 @@ def estimate_by(estimator, problem):
     return found
 
 
-def linear_estimate(problem, theta, covariance):
-    """Estimate without a misfit."""
+def linear_estimate(problem: Problem, theta: np.ndarray, covariance: np.ndarray) -> Estimate:
+    """The Estimate of a linear estimator, which has no misfit; shapes as in `Estimate`."""
     return Estimate(problem.names, theta, covariance, np.full(theta.shape[:-1], np.nan))
 
 
 def magnitude_and_phase(
-    names: Iterable[str], theta: ArrayLike, covariance: ArrayLike
+    names: Sequence[str], theta: np.ndarray, covariance: np.ndarray
 ) -> tuple[tuple[str, ...], np.ndarray, np.ndarray]:
     """Complex amplitudes as engineers read them: real and imaginary parts turned into magnitude and phase.
 
@@ -273,15 +310,15 @@ def magnitude_and_phase(
         As given, (..., parameter) and (..., parameter, parameter), phases in rad.
     """
     names, theta = list(names), np.array(theta, float)
-    turn = np.broadcast_to(np.eye(len(names)), (*theta.shape[:-1], len(names), len(names))).copy()
+    slope = np.broadcast_to(np.eye(len(names)), (*theta.shape[:-1], len(names), len(names))).copy()
     for i, name in enumerate(names):
         stem = name.removesuffix("_real")
         if stem == name or i + 1 == len(names) or names[i + 1] != f"{stem}_imag":
             continue
         a, b = theta[..., i].copy(), theta[..., i + 1].copy()
         size = np.hypot(a, b)
-        turn[..., i, i], turn[..., i, i + 1] = a / size, b / size
-        turn[..., i + 1, i], turn[..., i + 1, i + 1] = -b / size**2, a / size**2
+        slope[..., i, i], slope[..., i, i + 1] = a / size, b / size
+        slope[..., i + 1, i], slope[..., i + 1, i + 1] = -b / size**2, a / size**2
         theta[..., i], theta[..., i + 1] = size, np.arctan2(b, a)
         names[i], names[i + 1] = stem, f"{stem}_phase"
-    return tuple(names), theta, turn @ covariance @ np.swapaxes(turn, -1, -2)
+    return tuple(names), theta, slope @ covariance @ np.swapaxes(slope, -1, -2)

@@ -3,24 +3,13 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import NonlinearForce, Term, Unknown
-
-
-class Uncertainty(NamedTuple):
-    """How well some amplitudes are known, errors of several together.
-
-    names      : (parameter,) as in `Model.names`
-    covariance : (parameter, parameter) about the values of the model
-    """
-
-    names: tuple[str, ...]
-    covariance: np.ndarray
+from rotorstudy.model.uncertainty import Uncertainty
 
 
 @dataclass(frozen=True)

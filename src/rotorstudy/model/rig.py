@@ -1,6 +1,6 @@
 """A rig file (YAML) read into a model. Every key is checked here, once."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -12,11 +12,12 @@ from rotorstudy.model.options import Whole, check_options, number_hint, option_n
 from rotorstudy.model.registry import registry
 from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import Entry, Parameter, Term
+from rotorstudy.model.uncertainty import read_uncertainty
 from rotorstudy.store import read_yaml
 
 SECTIONS = {"rotor": "rotor", "cracks": "crack", "bearings": "bearing", "effects": "effect"}
 # `measurement` is read by rotorstudy.measurement, `diagnosis` by rotorstudy.diagnosis
-OTHER = ("sensors", "static_deflection_m", "measurement", "diagnosis")
+OTHER = ("sensors", "static_deflection_m", "prior", "measurement", "diagnosis")
 
 
 @dataclass(frozen=True)
@@ -92,7 +93,7 @@ def build_model(rig: dict, where: str = "the rig") -> Model:
     ----------
     rig : dict
         {"rotor": {"kind": ..., options}, "cracks": [...], "bearings": [...], "effects": [...], "sensors": [nodes],
-        "static_deflection_m": {node: held value, real}}
+        "static_deflection_m": {node: held value, real}, "prior": see `uncertainty`}
     where : str, optional
         What error messages call it.
 
@@ -127,7 +128,11 @@ def build_model(rig: dict, where: str = "the rig") -> Model:
             )
         for i, item in enumerate(rig.get(section) or []):
             terms.append(make_term(SECTIONS[section], item, structure, sensors, f"{where}, {section}[{i}]"))
-    return Model(structure, tuple(terms), sensors, _held_deflection(rig.get("static_deflection_m"), structure, where))
+    held = _held_deflection(rig.get("static_deflection_m"), structure, where)
+    model = Model(structure, tuple(terms), sensors, held)
+    if rig.get("prior") is None:
+        return model
+    return replace(model, uncertainty=read_uncertainty(rig["prior"], model, f"{where}, prior"))
 
 
 def _held_deflection(given, structure, where):

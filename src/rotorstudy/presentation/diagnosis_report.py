@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rotorstudy.diagnosis.extend import extended_rig, write_rig
+from rotorstudy.diagnosis.extend import extended_rig
 from rotorstudy.diagnosis.force import equivalent_residual_force
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict import investigate
@@ -18,6 +18,7 @@ from rotorstudy.inference.prediction import predicted, with_model_error
 from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.model.configuration import check_config
+from rotorstudy.model.estimated_rig import write_rig
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import named_plugins, read_rig
 

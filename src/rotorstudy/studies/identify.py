@@ -5,7 +5,7 @@ from itertools import product
 
 import numpy as np
 
-from rotorstudy.errors import NoConvergenceError
+from rotorstudy.errors import NoConvergenceError, NoSteadyState
 from rotorstudy.inference.bounds import cramer_rao_bound
 from rotorstudy.inference.problem import Problem, estimate_by, magnitude_and_phase
 from rotorstudy.measurement.noise import noise_std, noisy, standard_normal
@@ -42,7 +42,10 @@ def identify(config, rig):
             for estimator in estimators:
                 try:
                     _, theta, std = reported(problem, estimate_by(estimator, problem))
-                except NoConvergenceError:  # records whose phase is not compensated can be beyond any model
+                except (
+                    NoConvergenceError,
+                    NoSteadyState,
+                ):  # records whose phase is not compensated can be beyond any model
                     theta = std = np.full(len(names), np.nan)
                 rows.append((theta, std))
     coordinates = {
@@ -198,7 +201,7 @@ def bias(config, rig):
                 for estimator in estimators:
                     try:
                         theta = reported(problem, estimate_by(estimator, problem))[1]
-                    except NoConvergenceError:
+                    except (NoConvergenceError, NoSteadyState):
                         theta = np.full(len(names), np.nan)
                     rows.append(relative_error(names, theta, true))
     shape = (len(settings.keys), len(settings.percent), len(config.cases), len(estimators), len(names))

@@ -5,7 +5,7 @@ from itertools import product
 
 import numpy as np
 
-from rotorstudy.errors import NoConvergenceError, UnidentifiableError
+from rotorstudy.errors import NoConvergenceError, NoSteadyState, UnidentifiableError
 from rotorstudy.inference.bounds import cramer_rao_bound
 from rotorstudy.inference.fit import output_error_fit
 from rotorstudy.inference.problem import Problem, magnitude_and_phase
@@ -54,7 +54,7 @@ def sensors(config, rig):
         same = spectrum.with_amplitude(np.broadcast_to(clean.amplitude, (STARTS, *clean.amplitude.shape)))
         try:
             found = output_error_fit(replace(problem, spectrum=same), start=starts)
-        except (NoConvergenceError, UnidentifiableError):
+        except (NoConvergenceError, NoSteadyState, UnidentifiableError):
             continue
         start_error[s, c] = np.max(np.abs(found.theta / theta_true - 1), axis=-1)
         converged = np.isfinite(found.theta).all(axis=-1)

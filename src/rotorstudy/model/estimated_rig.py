@@ -1,0 +1,107 @@
+"""A rig with estimated values and their covariance, as the next command reads it."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from rotorstudy.model.depth import keys_from_depth
+from rotorstudy.model.model import Model
+from rotorstudy.model.registry import registry
+from rotorstudy.model.rig import SECTIONS, make_term
+from rotorstudy.model.uncertainty import uncertainty_section
+from rotorstudy.store import write_text
+
+
+def rig_with_estimate(rig: dict, model: Model, names: Sequence[str], theta: np.ndarray, covariance: np.ndarray) -> dict:
+    """A rig dict with estimated values in their places and their covariance in its section `prior`.
+
+    Parameters that were not estimated keep their values, and the covariance that the rig states for them. An amplitude
+    that the data left open (NaN, or an infinite variance) counts as not estimated.
+
+    Parameters
+    ----------
+    rig : dict
+        As read from its file.
+    model : Model
+        Of that rig.
+    names : sequence of str
+        Estimated amplitudes, as in `model.names`.
+    theta : ndarray (parameter,)
+    covariance : ndarray (parameter, parameter)
+
+    Returns
+    -------
+    dict
+    """
+    known = np.isfinite(theta) & np.isfinite(np.diag(covariance)) & (np.diag(covariance) > 0)
+    names, theta = [name for name, good in zip(names, known, strict=True) if good], np.asarray(theta)[known]
+    covariance = np.asarray(covariance)[np.ix_(known, known)]
+    result = rig_with_values(rig, model, dict(zip(names, theta, strict=True)))
+    if model.uncertainty is not None:
+        kept = [i for i, name in enumerate(model.uncertainty.names) if name not in names]
+        whole = np.zeros((len(names) + len(kept),) * 2)
+        whole[: len(names), : len(names)] = covariance
+        whole[len(names) :, len(names) :] = model.uncertainty.covariance[np.ix_(kept, kept)]
+        names, covariance = [*names, *(model.uncertainty.names[i] for i in kept)], whole
+    return {**result, "prior": uncertainty_section(names, covariance)}
+
+
+def rig_with_values(rig: dict, model: Model, values: dict[str, float]) -> dict:
+    """A rig dict with other values of some amplitudes.
+
+    Parameters
+    ----------
+    rig : dict
+        As read from its file.
+    model : Model
+        Of that rig.
+    values : dict
+        Name as in `model.names` -> value.
+
+    Returns
+    -------
+    dict
+    """
+    result = dict(rig)
+    for section in ("cracks", "bearings", "effects"):
+        items = [_item(SECTIONS[section], item, model, values) for item in rig.get(section) or []]
+        if items:
+            result[section] = items
+    return result
+
+
+def _item(section, item, model, values):
+    """An item of a rig with the values of its own parameters; a stiffness loss no longer follows from a depth."""
+    term = make_term(section, item, model.structure, model.sensors, section)
+    found = {}
+    for parameter in term.parameters:
+        name = term.full_name(parameter)
+        if parameter.is_complex:
+            given = complex(term.values.get(parameter.name, 0))
+            value = complex(values.get(f"{name}_real", given.real), values.get(f"{name}_imag", given.imag))
+            if f"{name}_real" in values or f"{name}_imag" in values:
+                found |= {parameter.key: abs(value), parameter.phase_key: float(np.angle(value))}
+        elif name in values:
+            found[parameter.key] = float(values[name])
+    if found and "depth" in item:
+        plugin, rest = registry().get(section, item["kind"]), {k: v for k, v in item.items() if k != "depth"}
+        options = {k: v for k, v in rest.items() if k not in ("kind", "label")}
+        item = {**rest, **keys_from_depth(item["depth"], plugin, model.structure, options, section)}
+    return {**item, **found}
+
+
+def write_rig(rig: dict, path: str | Path, comment: str) -> None:
+    """Write a rig as YAML, whole or not at all.
+
+    Parameters
+    ----------
+    rig : dict
+    path : path-like
+    comment : str
+        Its first lines.
+    """
+    import yaml
+
+    head = "".join(f"# {line}\n" for line in comment.splitlines())
+    write_text(path, head + yaml.safe_dump(rig, sort_keys=False, allow_unicode=True))

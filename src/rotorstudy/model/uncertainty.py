@@ -1,0 +1,132 @@
+"""How well the values of a rig are known: its section `prior`, read and written.
+
+    prior:
+      parameters: [external_damping, eccentricity_real, eccentricity_imag]  # as in `Model.names`
+      standard_deviations: [2.0, 1.0e-7, 1.0e-7]
+      correlations:  # the lower triangle, or the whole matrix; none of them by default
+        - [1.0]
+        - [0.3, 1.0]
+        - [0.0, 0.1, 1.0]
+
+The values themselves stand where they always stand.
+"""
+
+from collections.abc import Sequence
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from pydantic import Field
+
+from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.model.configuration import Strict, check_config
+
+ROUND_OFF = 1e-9  # of a correlation: a written matrix may differ from its transpose by as much
+REGULAR = 1e-9  # added to the diagonal of correlations that are singular to round-off, where they are written
+
+
+class Uncertainty(NamedTuple):
+    """How well some amplitudes are known, together.
+
+    names      : (parameter,) as in `Model.names`
+    covariance : (parameter, parameter) about the values of the model
+    """
+
+    names: tuple[str, ...]
+    covariance: np.ndarray
+
+
+class Section(Strict):
+    """The section `prior` of a rig file; (parameter,) names and standard deviations, rows of correlations."""
+
+    parameters: list[str]
+    standard_deviations: list[Annotated[float, Field(gt=0)]]
+    correlations: list[list[float]] | None = None
+
+
+def read_uncertainty(section: dict, model, where: str) -> Uncertainty:
+    """The Uncertainty that a rig states.
+
+    Parameters
+    ----------
+    section : dict
+        The section `prior`.
+    model : Model
+        Whose parameters it names.
+    where : str
+        Where the section stands, for errors.
+
+    Returns
+    -------
+    Uncertainty
+
+    Raises
+    ------
+    RotorstudyError
+        If the sizes differ, a name does not exist, is given twice or has no value, or the correlations are not
+        symmetric and positive definite with ones on the diagonal.
+    """
+    if not isinstance(section, dict):
+        raise RotorstudyError(f"{where}: must be keys and values (parameters, standard_deviations, correlations)")
+    given = check_config(Section, section, where)
+    names, count = given.parameters, len(given.parameters)
+    values = dict(zip(model.names, np.concatenate([term.theta for term in model.terms] or [[]]), strict=True))
+    for name in names:
+        if name not in values:
+            raise unknown_name("parameter", name, model.names, where)
+        if np.isnan(values[name]):
+            raise RotorstudyError(f"{name} in {where} has no value in the rig; give the value that is known this well")
+        if names.count(name) > 1:
+            raise RotorstudyError(f"{name} in {where} is named twice")
+    if len(given.standard_deviations) != count:
+        raise RotorstudyError(f"{len(given.standard_deviations)} standard deviations in {where} for {count} parameters")
+    std = np.array(given.standard_deviations)
+    return Uncertainty(tuple(names), np.outer(std, std) * _correlation(given.correlations, count, where))
+
+
+def _correlation(rows, count, where):
+    """(parameter, parameter) from the rows given, a lower triangle or the whole matrix."""
+    if rows is None:
+        return np.eye(count)
+    found, sizes = np.eye(count), [len(row) for row in rows]
+    if sizes not in (list(range(1, count + 1)), [count] * count):
+        raise RotorstudyError(
+            f"correlations in {where} have rows of {sizes}; give the lower triangle, rows of 1 to {count}, or all "
+            f"{count} rows of {count}"
+        )
+    for i, row in enumerate(rows):
+        found[i, : len(row)] = row
+    if sizes != [count] * count:
+        found = np.tril(found) + np.tril(found, -1).T
+    if np.abs(found - found.T).max(initial=0) > ROUND_OFF or np.abs(np.diag(found) - 1).max(initial=0) > ROUND_OFF:
+        raise RotorstudyError(f"correlations in {where} must be symmetric, with ones on the diagonal")
+    if count and np.linalg.eigvalsh(found)[0] <= 0:
+        raise RotorstudyError(
+            f"correlations in {where} are not positive definite: no parameters can be correlated like that; give them "
+            "with all their digits"
+        )
+    return (found + found.T) / 2
+
+
+def uncertainty_section(names: Sequence[str], covariance: np.ndarray) -> dict:
+    """The section `prior` that states a covariance.
+
+    Parameters
+    ----------
+    names : sequence of str
+    covariance : ndarray (parameter, parameter)
+
+    Returns
+    -------
+    dict
+    """
+    std = np.sqrt(np.diag(covariance))
+    correlation = np.asarray(covariance) / np.outer(std, std)
+    correlation = (correlation + correlation.T) / 2
+    if len(names) and np.linalg.eigvalsh(correlation)[0] < REGULAR:
+        correlation = (correlation + REGULAR * np.eye(len(names))) / (1 + REGULAR)
+    np.fill_diagonal(correlation, 1.0)
+    return {
+        "parameters": list(names),
+        "standard_deviations": std.tolist(),
+        "correlations": [correlation[i, : i + 1].tolist() for i in range(len(names))],
+    }
