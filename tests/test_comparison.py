@@ -2,9 +2,13 @@
 
 import numpy as np
 import pandas as pd
+import xarray as xr
 
 from rotorstudy import load_rig
-from rotorstudy.studies.compare import ANY_FAULT, advice, without_values
+from rotorstudy.presentation.comparison_figures import best_by_worst, comparison_figures
+from rotorstudy.presentation.comparison_page import write_advice, write_ranking
+from rotorstudy.studies.comparison.estimates import without_values
+from rotorstudy.studies.comparison.ranking import ANY_FAULT, advice, ranking
 
 
 def ranked(*rows):
@@ -12,17 +16,17 @@ def ranked(*rows):
     return pd.DataFrame(rows, columns=columns).assign(**{"ms an estimate": 1.0})
 
 
-def test_advice_takes_honest_equals_first_names_them_and_says_where_the_worst_is():
+def test_advice_takes_valid_equals_first_names_them_and_says_where_the_worst_is():
     told = advice(
         ranked(
             ("spikes", "a", 1.0, "plain", "sure", 2.00, 0.50, 0.0),
-            ("spikes", "a", 1.0, "plain", "honest", 2.02, 0.95, 0.0),
+            ("spikes", "a", 1.0, "plain", "valid", 2.02, 0.95, 0.0),
             ("spikes", "b", 5.0, "plain", "sure", 1.00, 0.95, 0.0),
-            ("spikes", "b", 5.0, "plain", "honest", 1.00, 0.95, 0.0),
+            ("spikes", "b", 5.0, "plain", "valid", 1.00, 0.95, 0.0),
             ("spikes", "a", 1.0, "plain", "seldom fails", 1.99, 0.95, 0.01),
             ("spikes", "b", 5.0, "plain", "seldom fails", 1.00, 0.95, 0.0),
-            ("spikes", "a", 1.0, "other", "honest", 3.00, 0.95, 0.0),
-            ("spikes", "b", 5.0, "other", "honest", 9.00, 0.95, 0.0),
+            ("spikes", "a", 1.0, "other", "valid", 3.00, 0.95, 0.0),
+            ("spikes", "b", 5.0, "other", "valid", 9.00, 0.95, 0.0),
             ("spikes", "a", 1.0, "lucky", "fails", 1.00, 0.95, 0.1),
             ("spikes", "b", 5.0, "lucky", "fails", 1.00, 0.95, 0.0),
         )
@@ -31,10 +35,10 @@ def test_advice_takes_honest_equals_first_names_them_and_says_where_the_worst_is
     first, second = told.iloc[0], told.iloc[1]
     assert (first.spectrum_method, first.estimator, first["estimators as good"]) == (
         "plain",
-        "honest",
+        "valid",
         "seldom fails, sure",
     )
-    assert first["where that is"] == "a, 1 %" and first.intervals == "honest"
+    assert first["where that is"] == "a, 1 %" and first.intervals == "valid"
     assert (second.spectrum_method, second["where that is"], second["estimators as good"]) == (
         "other",
         "b, 5 %",
@@ -62,3 +66,66 @@ def test_an_estimator_is_not_told_the_value_it_is_to_find(request):
     given = dict(zip(asked.names, np.concatenate([term.theta for term in asked.terms]), strict=True))
     assert {name for name, value in given.items() if np.isnan(value)} == set(sought)
     assert given["external_damping"] == 100.0 and asked.names == model.names
+
+
+def compared():
+    """A tiny comparison as its stages leave it: Dataset over everything, errors of the harmonics, bias."""
+    rng = np.random.default_rng(0)
+    labels = {
+        "rotor": ["small", "large"],
+        "estimator": ["good", "poor"],
+        "spectrum_method": ["regression", "fft"],
+        "fault": ["whole revolutions", "outliers"],
+        "noise": [0.0, 1.0, 5.0],
+        "parameter": ["damping", "eccentricity"],
+    }
+    dims, shape = tuple(labels), tuple(map(len, labels.values()))
+    efficiency = rng.uniform(0.7, 1, shape)
+    efficiency[:, 1] /= 100
+    whole = xr.Dataset(
+        {
+            "efficiency": (dims, efficiency),
+            "coverage": (dims, np.full(shape, 0.95) - 0.5 * (np.arange(2) == 1)[:, None, None, None, None]),
+            "failed": (dims[:-1], np.zeros(shape[:-1])),
+            "seconds": (dims[:-1], np.full(shape[:-1], 1e-3)),
+        },
+        labels,
+    )
+    error = xr.DataArray(np.full((2, 3), 0.01), {key: labels[key] for key in ("fault", "noise")})
+    errors = {(r, m): error * (1 + (m == "fft")) for r in labels["rotor"] for m in labels["spectrum_method"]}
+    percent = np.array([-1.0, 0.0, 1.0])
+    relative = xr.Dataset(
+        {"relative_error": (("case", "estimator", "known", "percent", "parameter"), np.full((1, 1, 1, 3, 2), 0.02))},
+        {"percent": percent},
+    )
+    return whole, errors, [("small", e, relative) for e in labels["estimator"]]
+
+
+def test_figures_of_a_comparison_carry_their_name_and_say_what_is_in_the_data():
+    whole, errors, biased = compared()
+    figures = comparison_figures(whole, errors, biased)
+    assert list(figures) == ["estimators", "spectra", "faults", "coverage", "bias"]
+    said = {name: picture.get_suptitle() for name, picture in figures.items()}
+    assert said["estimators"].startswith("1 of 2 estimators stay within 1.25 times")
+    assert "with good has the smallest error in its worst fault (1 % noise)" in said["faults"]
+    assert said["coverage"].startswith("2 of 4 pairs state valid 95 % intervals")
+    assert "by 1 % moves the parameters by 2 to 2 %" in said["bias"]
+    assert figures["spectra"].axes[0].get_title().startswith("regression has the smallest error")
+
+
+def test_one_that_fails_somewhere_is_none_of_the_best():
+    values = xr.DataArray(
+        [[1.0, 2.0], [np.nan, 3.0]], {"fault": ["none", "spikes"], "spectrum_method": ["fails", "holds"]}
+    )
+    assert best_by_worst(values) == ["holds"]
+
+
+def test_ranking_and_advice_as_pages(tmp_path):
+    ranked = ranking(compared()[0])
+    write_ranking(ranked, 200, tmp_path / "ranking.csv", tmp_path / "ranking.html")
+    write_advice(ranked, tmp_path / "advice.csv", tmp_path / "advice.html")
+    assert set(pd.read_csv(tmp_path / "ranking.csv").noise) == {1.0, 5.0}
+    told = pd.read_csv(tmp_path / "advice.csv")
+    assert set(told.estimator) == {"good"} and set(told.intervals) == {"valid"}
+    assert "within 5 % of it" in (tmp_path / "advice.html").read_text()
+    assert "small, outliers" in (tmp_path / "ranking.html").read_text()

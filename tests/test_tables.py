@@ -3,7 +3,8 @@
 import numpy as np
 import pandas as pd
 
-from rotorstudy.presentation.tables import in_table_order, side_by_side, write_html
+from rotorstudy.presentation.tables import write_html
+from rotorstudy.thesis.tables import in_table_order, side_by_side
 
 
 def scored(**columns):

@@ -20,7 +20,7 @@ def cases(config):
     return [draw_case(config, SEED, i) for i in range(COUNT)]
 
 
-def cause(effect, confidence=1.0):
+def cause(effect):
     parameters = {
         name: {"value": v, "std": 1e-9 + 1e-6 * abs(v), "unit": "rad" if name.endswith("_phase") else "SI"}
         for name, v in effect["parameters"].items()
@@ -29,7 +29,7 @@ def cause(effect, confidence=1.0):
         "effect": effect["effect"],
         "where": effect["where"],
         "parameters": parameters,
-        "posterior_probability": confidence,
+        "posterior_probability": 1.0,
     }
 
 

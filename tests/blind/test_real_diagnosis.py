@@ -18,7 +18,7 @@ KINDS = {
     "verdict": str,
     "causes": list,
     "ambiguous_with": list,
-    "separating_measurement": str,
+    "separating_measurement": list,
     "unexplained": list,
     "residual_p_value": dict,
     "residual_share": float,

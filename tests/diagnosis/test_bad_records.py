@@ -10,10 +10,10 @@ import xarray as xr
 import yaml
 
 from rotorstudy.commands.line import main
+from rotorstudy.diagnosis.settings import check_names, read_settings
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.measurement.records import records_dataset
-from rotorstudy.presentation.diagnosis_report import check_names, read_settings
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "measured"))
 from machine import TIME, channels, records, section, write, write_rig

@@ -4,7 +4,7 @@ import pytest
 import yaml
 
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.studies.compare import load_comparison
+from rotorstudy.studies.comparison.config import load_comparison
 from rotorstudy.studies.config import load_study
 
 CONFIG = "workflow/config/compare.yaml"
@@ -43,7 +43,7 @@ def test_the_comparison_itself_is_right(request, tmp_path):
         (("levels_percent",), [], ["levels_percent = []", "at least 1"]),
         (("levels_percent",), [0, -1], ["levels_percent.1 = -1", "greater than or equal to 0"]),
         (("faults",), {}, ["faults = {}", "at least 1"]),
-        (("faults", "whole turns", "trns"), 5.0, ["did you mean 'faults.whole turns.turns'"]),
+        (("faults", "whole revolutions", "rvolutions"), 5.0, ["did you mean 'faults.whole revolutions.revolutions'"]),
         (("faults", "1 % outliers", "outlier_share"), 0.9, ["outlier_share = 0.9", "less than 0.5"]),
         (("rotors", "2-DOF", "study"), "chaptr_2", ["'chaptr_2'", "rotor '2-DOF'", "did you mean 'chapter_2'"]),
         (("rotors", "2-DOF", "replay"), "chapter_3", ["give either 'study' or 'replay'"]),

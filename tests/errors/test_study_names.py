@@ -7,7 +7,7 @@ import yaml
 
 from rotorstudy import RotorstudyError
 from rotorstudy.studies.config import load_study
-from rotorstudy.thesis.replay import check_replay, load_replay
+from rotorstudy.thesis.config import check_replay, load_replay
 
 
 def changed(part, path, to):

@@ -13,8 +13,10 @@ from rotorstudy.inference.bounds import cramer_rao_bound
 from rotorstudy.inference.problem import magnitude_and_phase
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.model.rig import make_term
-from rotorstudy.studies.config import ExtraMeasurement, clean_spectrum, load_study
-from rotorstudy.studies.identifiability import identifiability, information, output_rows
+from rotorstudy.studies.common import clean_spectrum
+from rotorstudy.studies.config import ExtraMeasurement, load_study
+from rotorstudy.studies.identifiability import identifiability, information
+from rotorstudy.studies.probes import output_rows
 
 ROOT = Path(__file__).parents[2]
 
@@ -26,7 +28,7 @@ def study():
 
 @pytest.fixture(scope="module")
 def found(study):
-    return identifiability(study, "physical").isel(case=0)
+    return identifiability(study).isel(case=0)
 
 
 def test_the_bound_as_it_is_is_that_of_the_estimators(study, found):
@@ -43,7 +45,7 @@ def test_the_bound_as_it_is_is_that_of_the_estimators(study, found):
 
 def test_four_times_the_record_halves_every_bound(study):
     longer = study.model_copy(update={"extra_measurements": {"longer": ExtraMeasurement(times_longer=4.0)}})
-    bound = identifiability(longer, "physical").bound.isel(case=0)
+    bound = identifiability(longer).bound.isel(case=0)
     assert bound.sel(measurement="longer").values == pytest.approx(
         bound.sel(measurement="as it is").values / 2, rel=1e-9
     )
@@ -51,7 +53,7 @@ def test_four_times_the_record_halves_every_bound(study):
 
 def test_a_second_probe_at_the_disc_is_worth_the_square_root_of_two(study):
     twice = study.model_copy(update={"extra_measurements": {"twice": ExtraMeasurement(stations_m=[0.2])}})
-    bound = identifiability(twice, "physical").bound.isel(case=0)
+    bound = identifiability(twice).bound.isel(case=0)
     ratio = bound.sel(measurement="as it is") / bound.sel(measurement="twice")
     assert ratio.values == pytest.approx(np.sqrt(2), rel=1e-9)
 

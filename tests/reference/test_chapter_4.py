@@ -13,12 +13,14 @@ from rotorstudy.inference.linear import solve_linear
 from rotorstudy.measurement.records import full_spectrum
 from rotorstudy.model.registry import registry
 from rotorstudy.store import as_complex
-from rotorstudy.studies.config import clean_spectrum, load_study
+from rotorstudy.studies.common import clean_spectrum
+from rotorstudy.studies.config import load_study
 from rotorstudy.studies.identify import identify, monte_carlo
 from rotorstudy.studies.simulate import case_records, kind_spectrum
 from rotorstudy.thesis import errata
+from rotorstudy.thesis.config import load_replay
 from rotorstudy.thesis.printed import joint_share
-from rotorstudy.thesis.replay import load_replay, records, replay_problem, rounding_draws, spectra
+from rotorstudy.thesis.replay import records, replay_problem, rounding_draws, spectra
 
 ROOT = Path(__file__).parents[2]
 REFERENCE = ROOT / "workflow" / "reference"

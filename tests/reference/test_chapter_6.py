@@ -15,9 +15,11 @@ from rotorstudy.measurement.records import simulate_records
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.model.registry import registry
 from rotorstudy.response.statics import static_deflection
-from rotorstudy.studies.config import changed, clean_spectrum, load_study
+from rotorstudy.studies.common import clean_spectrum
+from rotorstudy.studies.config import changed, load_study
 from rotorstudy.studies.sensors import sensors
 from rotorstudy.studies.variants import variants
+from rotorstudy.thesis import errata
 from rotorstudy.thesis.scoreboard import published
 
 ROOT = Path(__file__).parents[2]
@@ -37,18 +39,8 @@ def tried(study):
 
 def deviations(model, printed):
     """Relative deviation of the amplitudes above 0.1 um, and of the phases that belong to them in rad."""
-    harmonics = sorted({int(n) for n in printed.item})
-    response = measured_response(model, [100.0], harmonics)[0]
-    found = []
-    for row in printed.itertuples():
-        value = response[harmonics.index(int(row.item)), int(row.case[-1]) - 1]
-        if abs(value) < 1e-7 or (row.table, row.item) == MISPRINT:
-            continue
-        if row.quantity == "amplitude":
-            found.append(abs(abs(value) / row.published - 1))
-        else:
-            found.append(abs(np.angle(value * np.exp(-1j * row.published))))
-    return np.array(found)
+    found = errata.deviations(model, printed)
+    return found[(found.table != MISPRINT[0]) | (found.item != MISPRINT[1])].deviation.to_numpy()
 
 
 def test_printed_spectra_come_back_with_the_thesis_s_reading_and_with_no_other(study):
@@ -74,6 +66,15 @@ def test_printed_eccentricities_carry_the_opposite_gyroscopic_sign(study, tried)
         factor = {item: 180 / np.pi if item.startswith("phi") else 1 for item in names}
         off = [abs(float(found.sel(parameter=ours)) * factor[i] / printed[i] - 1) for i, ours in names.items()]
         assert least <= max(off) <= most, variant
+
+
+def test_errata_have_numbers_for_both_signs_and_the_misprint(study, tried):
+    found = errata.chapter_6(study, REFERENCE, tried)
+    assert found["reading_thesis_percent"] < 0.05 and found["reading_right_sign_percent"] > 10
+    assert found["minus_2X_um"] == pytest.approx(0.18609, abs=1e-5)
+    assert found["opposite_signs_percent"] < 0.01 and found["consistent_signs_percent"] > 1
+    entries = [{"where": "Table 6.8", "evidence": "within\n{opposite_signs_percent:.0f} %"}]
+    assert errata.filled(entries, found).evidence.item() == "within 0 %"
 
 
 def test_exact_elimination_finds_all_fourteen_and_other_ways_do_not(tried):
@@ -131,7 +132,7 @@ def few(study):
     trials = study.monte_carlo.model_copy(update={"trials": 400})
     sets = {"2, 4": [2, 4]}
     one = {"100 rad/s": study.cases["100 rad/s"]}
-    return sensors(study.model_copy(update={"monte_carlo": trials, "sensor_sets": sets, "cases": one}), "physical")
+    return sensors(study.model_copy(update={"monte_carlo": trials, "sensor_sets": sets, "cases": one}))
 
 
 def test_two_sensors_find_everything_from_starts_thirty_per_cent_off(few):

@@ -12,7 +12,8 @@ from rotorstudy.thesis.checks import (
     slow_roll_text,
     weight_text,
 )
-from rotorstudy.thesis.replay import BOTH_DAMPINGS, load_replay, rounding_draws
+from rotorstudy.thesis.config import load_replay
+from rotorstudy.thesis.replay import BOTH_DAMPINGS, rounding_draws
 
 
 @pytest.fixture(scope="module", params=["chapter_3", "chapter_5"])

@@ -252,7 +252,9 @@ def test_an_estimator_in_one_file_joins_the_comparison_and_nothing_else_runs_aga
         shared = {"estimator": before.estimator.values}
         for name in ("bias", "scatter", "rmse", "efficiency", "coverage", "failed"):
             xr.testing.assert_equal(after[name].sel(shared), before[name])
-        best = after.efficiency.sel(estimator="newcomer", spectrum_method="regression", fault="whole turns", noise=1)
+        best = after.efficiency.sel(
+            estimator="newcomer", spectrum_method="regression", fault="whole revolutions", noise=1
+        )
         assert (best.median("parameter") > 0.3).all()  # six trials know a standard deviation to 30 %
     assert "newcomer" in (tmp_path / "copy" / "results/compare/ranking.csv").read_text()
 
@@ -261,14 +263,14 @@ def test_the_comparison_knows_what_a_fault_does(built):
     with xr.open_dataset(built / "results/compare/comparison.nc") as data:
         fit = data.sel(estimator="maximum_likelihood", spectrum_method="regression", noise=1)
         over = (fit.efficiency**-0.5).median("parameter")
-        assert (over.sel(fault="whole turns") < 1.6).all()  # on the bound, as far as six trials tell
+        assert (over.sel(fault="whole revolutions") < 1.6).all()  # on the bound, as far as six trials tell
         assert (over.sel(fault="1 % outliers") > 5).all()
-        off = data.rmse.sel(estimator="maximum_likelihood", fault="whole turns", noise=0) / abs(data.true)
+        off = data.rmse.sel(estimator="maximum_likelihood", fault="whole revolutions", noise=0) / abs(data.true)
         # records without noise or fault give the truth: the fit stops at 1e-4 of its standard deviation, which such
         # records state as round-off; two methods seek the speed or the marks and stop at 1e-4 of it
         searching = ["sine_fit", "order_tracking"]
         assert off.sel(rotor="first test rig").drop_sel(spectrum_method=searching).max() < 1e-6
         assert off.sel(rotor="first test rig").max() < 1e-3
-        # harmonics nobody asked for drop out of whole turns for most methods; robust_regression takes them for noise
+        # harmonics nobody asked for drop out of whole revolutions for most methods, but are noise to robust_regression
         assert off.drop_sel(spectrum_method=[*searching, "robust_regression"]).max() < 1e-6
         assert off.sel(rotor="2-DOF", spectrum_method="robust_regression").max() > 1e-3

@@ -15,13 +15,12 @@ if folders:
 try:
     from rotorstudy.blind.config import load_blind
     from rotorstudy.errors import RotorstudyError, unknown_name
-    from rotorstudy.studies.job import imported_files, plugin_files
     from rotorstudy.model.registry import registry
-    from rotorstudy.studies.compare import load_comparison
+    from rotorstudy.studies.comparison.config import load_comparison
     from rotorstudy.studies.config import file_name, load_study, named_methods
     from rotorstudy.studies.cracks import load_cracks
-    from rotorstudy.thesis.replay import check_replay, load_replay
-    from rotorstudy.studies.workflow import WorkflowConfig
+    from rotorstudy.thesis.config import check_replay, load_replay
+    from rotorstudy.studies.workflow import WorkflowConfig, imported_files, plugin_files
     from rotorstudy.model.configuration import check_config
 except ImportError as error:
     sys.exit(f"error: {error}; activate the environment that `make` made (. .venv/bin/activate), or run `make`")
@@ -52,6 +51,7 @@ except RotorstudyError as error:
 
 RESULTS = settings.results
 REFERENCE = str(ROOT / settings.reference)
+PUBLISHED = [f"{REFERENCE}/{name}.csv" for name in ("full_spectrum", "identified_parameters")]
 
 
 wildcard_constraints:
@@ -61,9 +61,9 @@ wildcard_constraints:
     case="[^/]+",
 
 
-def code(script):
-    """Modules of rotorstudy a script imports: Snakemake does not see them by itself."""
-    return imported_files(ROOT / "workflow" / "scripts" / script)
+def code(script, *functions):
+    """Files of rotorstudy that a script imports, or that functions it is given by name need: Snakemake sees none."""
+    return imported_files(ROOT / "workflow" / "scripts" / script, *functions)
 
 
 def study_plugins(*kinds):
@@ -130,7 +130,7 @@ def table_files():
 
 
 # pages over all chapters need all of them
-PAGES = {"chapter_2", "chapter_3", "chapter_4", "chapter_5"} <= set(CHAPTERS)
+PAGES = {f"chapter_{n}" for n in range(2, 7)} <= set(CHAPTERS)
 
 
 def scoreboard_files():
@@ -194,8 +194,22 @@ def figure_files():
     return [path for chapter in CHAPTERS for kind in ("png", "svg") for path in pictures(chapter, kind)]
 
 
-# stages of a study that give one file each
-STUDY_STAGES = ("bias", "weight_dominance", "stability", "whirl", "identifiability")
+# stages of a study that give one file each: what computes it, and which kinds of plugins it shows
+STUDY_STAGES = {
+    "bias": ("rotorstudy.studies.identify.bias", ["estimator"]),
+    "identifiability": ("rotorstudy.studies.identifiability.identifiability", []),
+    "sensors": ("rotorstudy.studies.sensors.sensors", ["estimator"]),
+    "stability": ("rotorstudy.studies.stability.stability", []),
+    "variants": ("rotorstudy.studies.variants.variants", []),
+    "weight_dominance": ("rotorstudy.studies.weight_dominance.weight_dominance", []),
+    "whirl": ("rotorstudy.studies.whirl.whirl", []),
+}
+
+
+def skipped(study):
+    """Stages a study asks nothing of."""
+    asked = {"sensors": study.sensor_sets, "variants": study.variants}
+    return [stage for stage, what in asked.items() if not what]
 
 
 def data_files():
@@ -203,8 +217,7 @@ def data_files():
     found = []
     for name, study in STUDIES.items():
         base = f"{RESULTS}/{name}"
-        found += [f"{base}/{stage}.nc" for stage in STUDY_STAGES]
-        found += [f"{base}/sensors.nc"] * bool(study.sensor_sets) + [f"{base}/variants.nc"] * bool(study.variants)
+        found += [f"{base}/{stage}.nc" for stage in STUDY_STAGES if stage not in skipped(study)]
         found += [
             f"{base}/{stage}/{rig}.nc" for stage in ("records", "spectra", "identification") for rig in study.rigs
         ]

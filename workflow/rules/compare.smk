@@ -45,11 +45,10 @@ if COMPARISON:
             code=code("compare.py"),
         output:
             comparison=f"{COMPARE}/comparison.nc",
-            tables=[f"{COMPARE}/{name}.csv" for name in ("ranking", "advice")],
-            pages=[
-                in_report(f"{COMPARE}/{name}.html", f"compare_{name}", "Comparison", "Tables")
-                for name in ("ranking", "advice")
-            ],
+            ranking=f"{COMPARE}/ranking.csv",
+            ranking_page=in_report(f"{COMPARE}/ranking.html", "compare_ranking", "Comparison", "Tables"),
+            advice=f"{COMPARE}/advice.csv",
+            advice_page=in_report(f"{COMPARE}/advice.html", "compare_advice", "Comparison", "Tables"),
             png=[
                 in_report(f"{COMPARE}/figures/{name}.png", f"compare_{name}", "Comparison", "Figures")
                 for name in COMPARISON_FIGURES

@@ -18,14 +18,20 @@ if settings.cracks:
         input:
             config=str(ROOT / settings.cracks),
             comparison=rules.cracks.output[0],
-            code=code("figures_cracks.py"),
+            code=code(
+                "figures.py", "rotorstudy.studies.cracks.load_cracks", "rotorstudy.presentation.crack_figures.figures"
+            ),
         output:
             png=[
                 in_report(f"{RESULTS}/cracks/figures/{name}.png", f"cracks_{name}", "Crack models", "Figures")
                 for name in CRACK_FIGURES
             ],
             svg=[f"{RESULTS}/cracks/figures/{name}.svg" for name in CRACK_FIGURES],
+        params:
+            load="rotorstudy.studies.cracks.load_cracks",
+            function="rotorstudy.presentation.crack_figures.figures",
+            given={},
         log:
             f"{RESULTS}/logs/cracks/figures.log",
         script:
-            "../scripts/figures_cracks.py"
+            "../scripts/figures.py"

@@ -17,15 +17,19 @@ if "chapter_2" in STUDIES:
             monte_carlo_thesis=[
                 f"{RESULTS}/chapter_2/monte_carlo/thesis/{file_name(case)}.nc" for case in STUDIES["chapter_2"].cases
             ],
-            published=f"{REFERENCE}/full_spectrum.csv",
-            code=code("figures_chapter_2.py"),
+            published=PUBLISHED,
+            code=code("figures.py", "rotorstudy.studies.config.load_study", "rotorstudy.presentation.chapter_2.figures"),
         output:
             png=captioned("chapter_2"),
             svg=pictures("chapter_2", "svg"),
+        params:
+            load="rotorstudy.studies.config.load_study",
+            function="rotorstudy.presentation.chapter_2.figures",
+            given={"reference": REFERENCE},
         log:
             f"{RESULTS}/logs/chapter_2/figures.log",
         script:
-            "../scripts/figures_chapter_2.py"
+            "../scripts/figures.py"
 
 
 if "chapter_4" in STUDIES:
@@ -43,15 +47,19 @@ if "chapter_4" in STUDIES:
             identifiability=f"{RESULTS}/chapter_4/identifiability.nc",
             monte_carlo=f"{RESULTS}/chapter_4/monte_carlo/physical/20_to_50_Hz.nc",
             monte_carlo_thesis=f"{RESULTS}/chapter_4/monte_carlo/thesis/20_to_50_Hz.nc",
-            published=f"{REFERENCE}/full_spectrum.csv",
-            code=code("figures_chapter_4.py"),
+            published=PUBLISHED,
+            code=code("figures.py", "rotorstudy.studies.config.load_study", "rotorstudy.presentation.chapter_4.figures"),
         output:
             png=captioned("chapter_4"),
             svg=pictures("chapter_4", "svg"),
+        params:
+            load="rotorstudy.studies.config.load_study",
+            function="rotorstudy.presentation.chapter_4.figures",
+            given={"reference": REFERENCE},
         log:
             f"{RESULTS}/logs/chapter_4/figures.log",
         script:
-            "../scripts/figures_chapter_4.py"
+            "../scripts/figures.py"
 
 
 if "chapter_6" in STUDIES:
@@ -72,15 +80,19 @@ if "chapter_6" in STUDIES:
             monte_carlo=[
                 f"{RESULTS}/chapter_6/monte_carlo/physical/{file_name(case)}.nc" for case in STUDIES["chapter_6"].cases
             ],
-            published=f"{REFERENCE}/full_spectrum.csv",
-            code=code("figures_chapter_6.py"),
+            published=PUBLISHED,
+            code=code("figures.py", "rotorstudy.studies.config.load_study", "rotorstudy.presentation.chapter_6.figures"),
         output:
             png=captioned("chapter_6"),
             svg=pictures("chapter_6", "svg"),
+        params:
+            load="rotorstudy.studies.config.load_study",
+            function="rotorstudy.presentation.chapter_6.figures",
+            given={"reference": REFERENCE},
         log:
             f"{RESULTS}/logs/chapter_6/figures.log",
         script:
-            "../scripts/figures_chapter_6.py"
+            "../scripts/figures.py"
 
 
 for name in REPLAYS:
@@ -93,13 +105,16 @@ for name in REPLAYS:
             records=f"{RESULTS}/{name}/records.nc",
             spectra=f"{RESULTS}/{name}/spectra.nc",
             identification=f"{RESULTS}/{name}/identification.nc",
-            checks=f"{RESULTS}/{name}/tables/physical_checks.csv",
-            published=f"{REFERENCE}/identified_parameters.csv",
-            code=code("figures_replay.py"),
+            published=PUBLISHED,
+            code=code("figures.py", "rotorstudy.thesis.config.load_replay", "rotorstudy.presentation.replay_figures.figures"),
         output:
             png=captioned(name),
             svg=pictures(name, "svg"),
+        params:
+            load="rotorstudy.thesis.config.load_replay",
+            function="rotorstudy.presentation.replay_figures.figures",
+            given={"reference": REFERENCE},
         log:
             f"{RESULTS}/logs/{name}/figures.log",
         script:
-            "../scripts/figures_replay.py"
+            "../scripts/figures.py"

@@ -2,42 +2,51 @@
 rule replay_records:
     input:
         config=replay_config,
-        published=f"{REFERENCE}/full_spectrum.csv",
-        code=code("replay_records.py"),
+        published=PUBLISHED,
+        code=code("replay.py", "rotorstudy.thesis.replay.records"),
     output:
         f"{RESULTS}/{{replay}}/records.nc",
+    params:
+        function="rotorstudy.thesis.replay.records",
+        given={"reference": REFERENCE},
     log:
         f"{RESULTS}/logs/{{replay}}/records.log",
     script:
-        "../scripts/replay_records.py"
+        "../scripts/replay.py"
 
 
 rule replay_spectra:
     input:
         config=replay_config,
         records=rules.replay_records.output[0],
-        code=code("replay_spectra.py"),
+        code=code("replay.py", "rotorstudy.thesis.replay.spectra"),
         plugins=lambda wildcards: plugin_files([], replay_methods(wildcards)["spectrum"].values()),
     output:
         f"{RESULTS}/{{replay}}/spectra.nc",
+    params:
+        function="rotorstudy.thesis.replay.spectra",
+        given={},
     log:
         f"{RESULTS}/logs/{{replay}}/spectra.log",
     script:
-        "../scripts/replay_spectra.py"
+        "../scripts/replay.py"
 
 
 rule replay_identify:
     input:
         config=replay_config,
-        published=f"{REFERENCE}/full_spectrum.csv",
+        published=PUBLISHED,
         spectra=rules.replay_spectra.output[0],
-        code=code("replay_identify.py"),
+        code=code("replay.py", "rotorstudy.thesis.replay.identify"),
         plugins=lambda wildcards: plugin_files(
             [REPLAYS[wildcards.replay].rig], replay_methods(wildcards)["estimator"].values()
         ),
     output:
         f"{RESULTS}/{{replay}}/identification.nc",
+    params:
+        function="rotorstudy.thesis.replay.identify",
+        given={"reference": REFERENCE},
     log:
         f"{RESULTS}/logs/{{replay}}/identification.log",
     script:
-        "../scripts/replay_identify.py"
+        "../scripts/replay.py"

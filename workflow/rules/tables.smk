@@ -10,17 +10,21 @@ if "chapter_2" in STUDIES:
             monte_carlo=[
                 f"{RESULTS}/chapter_2/monte_carlo/thesis/{file_name(case)}.nc" for case in STUDIES["chapter_2"].cases
             ],
-            published=f"{REFERENCE}/identified_parameters.csv",
+            published=PUBLISHED,
             reasons=f"{REFERENCE}/reasons.yaml",
-            code=code("tables_chapter_2.py"),
+            code=code("tables.py", "rotorstudy.studies.config.load_study", "rotorstudy.thesis.chapter_2.tables"),
         output:
             scored=f"{RESULTS}/chapter_2/scored.csv",
             csv=table_sheets("chapter_2"),
             html=table_pages("chapter_2"),
+        params:
+            load="rotorstudy.studies.config.load_study",
+            function="rotorstudy.thesis.chapter_2.tables",
+            given={"reference": REFERENCE},
         log:
             f"{RESULTS}/logs/chapter_2/tables.log",
         script:
-            "../scripts/tables_chapter_2.py"
+            "../scripts/tables.py"
 
 
 if "chapter_4" in STUDIES:
@@ -31,17 +35,21 @@ if "chapter_4" in STUDIES:
             spectra=f"{RESULTS}/chapter_4/spectra/thesis.nc",
             identification=f"{RESULTS}/chapter_4/identification/thesis.nc",
             monte_carlo=f"{RESULTS}/chapter_4/monte_carlo/thesis/20_to_50_Hz.nc",
-            published=f"{REFERENCE}/identified_parameters.csv",
+            published=PUBLISHED,
             reasons=f"{REFERENCE}/reasons.yaml",
-            code=code("tables_chapter_4.py"),
+            code=code("tables.py", "rotorstudy.studies.config.load_study", "rotorstudy.thesis.chapter_4.tables"),
         output:
             scored=f"{RESULTS}/chapter_4/scored.csv",
             csv=table_sheets("chapter_4"),
             html=table_pages("chapter_4"),
+        params:
+            load="rotorstudy.studies.config.load_study",
+            function="rotorstudy.thesis.chapter_4.tables",
+            given={"reference": REFERENCE},
         log:
             f"{RESULTS}/logs/chapter_4/tables.log",
         script:
-            "../scripts/tables_chapter_4.py"
+            "../scripts/tables.py"
 
 
 if "chapter_6" in STUDIES:
@@ -51,17 +59,21 @@ if "chapter_6" in STUDIES:
             config=str(ROOT / settings.studies["chapter_6"]),
             spectra=f"{RESULTS}/chapter_6/spectra/thesis.nc",
             variants=f"{RESULTS}/chapter_6/variants.nc",
-            published=f"{REFERENCE}/identified_parameters.csv",
+            published=PUBLISHED,
             reasons=f"{REFERENCE}/reasons.yaml",
-            code=code("tables_chapter_6.py"),
+            code=code("tables.py", "rotorstudy.studies.config.load_study", "rotorstudy.thesis.chapter_6.tables"),
         output:
             scored=f"{RESULTS}/chapter_6/scored.csv",
             csv=table_sheets("chapter_6"),
             html=table_pages("chapter_6"),
+        params:
+            load="rotorstudy.studies.config.load_study",
+            function="rotorstudy.thesis.chapter_6.tables",
+            given={"reference": REFERENCE},
         log:
             f"{RESULTS}/logs/chapter_6/tables.log",
         script:
-            "../scripts/tables_chapter_6.py"
+            "../scripts/tables.py"
 
 
 for name in REPLAYS:
@@ -73,17 +85,21 @@ for name in REPLAYS:
             config=str(ROOT / settings.replays[name]),
             spectra=f"{RESULTS}/{name}/spectra.nc",
             identification=f"{RESULTS}/{name}/identification.nc",
-            published=[f"{REFERENCE}/full_spectrum.csv", f"{REFERENCE}/identified_parameters.csv"],
+            published=PUBLISHED,
             reasons=f"{REFERENCE}/reasons.yaml",
-            code=code("tables_replay.py"),
+            code=code("tables.py", "rotorstudy.thesis.config.load_replay", "rotorstudy.thesis.replay_tables.tables"),
         output:
             scored=f"{RESULTS}/{name}/scored.csv",
             csv=table_sheets(name),
             html=table_pages(name),
+        params:
+            load="rotorstudy.thesis.config.load_replay",
+            function="rotorstudy.thesis.replay_tables.tables",
+            given={"reference": REFERENCE},
         log:
             f"{RESULTS}/logs/{name}/tables.log",
         script:
-            "../scripts/tables_replay.py"
+            "../scripts/tables.py"
 
 
 rule scoreboard:
@@ -104,16 +120,18 @@ if PAGES:
     rule errata:
         input:
             errata=f"{REFERENCE}/errata.yaml",
-            published=[f"{REFERENCE}/full_spectrum.csv", f"{REFERENCE}/identified_parameters.csv"],
+            published=PUBLISHED,
             chapter_2=str(ROOT / settings.studies["chapter_2"]),
             chapter_3=str(ROOT / settings.replays["chapter_3"]),
             chapter_4=str(ROOT / settings.studies["chapter_4"]),
             chapter_5=str(ROOT / settings.replays["chapter_5"]),
+            chapter_6=str(ROOT / settings.studies["chapter_6"]),
             thesis_spectra=f"{RESULTS}/chapter_4/spectra/thesis.nc",
             weight_dominance=f"{RESULTS}/chapter_4/weight_dominance.nc",
             monte_carlo=f"{RESULTS}/chapter_4/monte_carlo/thesis/20_to_50_Hz.nc",
             spectra=f"{RESULTS}/chapter_5/spectra.nc",
             identification=f"{RESULTS}/chapter_5/identification.nc",
+            variants=f"{RESULTS}/chapter_6/variants.nc",
             code=code("errata.py"),
         output:
             csv=f"{RESULTS}/errata.csv",
@@ -128,7 +146,7 @@ if PAGES:
             configs=[str(ROOT / settings.replays[name]) for name in ("chapter_3", "chapter_5")],
             identification=[f"{RESULTS}/{name}/identification.nc" for name in ("chapter_3", "chapter_5")],
             spectra=[f"{RESULTS}/{name}/spectra.nc" for name in ("chapter_3", "chapter_5")],
-            published=f"{REFERENCE}/identified_parameters.csv",
+            published=PUBLISHED,
             code=code("compare_rigs.py"),
         output:
             csv=f"{RESULTS}/rigs/comparison.csv",

@@ -1,9 +1,10 @@
-from rotorstudy.studies.job import job
+from rotorstudy.studies.workflow import job
 
 with job(snakemake):
+    from rotorstudy.presentation.bearing_figures import plot_bearing_coefficients
     from rotorstudy.presentation.plots import save_figure
     from rotorstudy.store import provenance, save
-    from rotorstudy.studies.bearings import all_bearings, bearing_coefficients, plot_bearing_coefficients
+    from rotorstudy.studies.bearings import all_bearings, bearing_coefficients
 
     plugins = all_bearings()
     data = bearing_coefficients(plugins)

@@ -1,4 +1,4 @@
-from rotorstudy.studies.job import job
+from rotorstudy.studies.workflow import job
 
 if __name__ == "__main__":  # processes that it starts read this file again
     with job(snakemake):

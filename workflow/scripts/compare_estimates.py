@@ -1,12 +1,14 @@
-from rotorstudy.studies.job import job
+from rotorstudy.studies.workflow import job
 
 with job(snakemake):
     from pathlib import Path
 
     from rotorstudy.model.registry import registry
     from rotorstudy.store import load, provenance, save
-    from rotorstudy.studies.compare import bias, estimates, load_comparison, load_rotor
+    from rotorstudy.studies.comparison.config import load_comparison
+    from rotorstudy.studies.comparison.estimates import bias, estimates
     from rotorstudy.studies.config import file_name, load_study
+    from rotorstudy.thesis.compared import load_rotor
 
     config = load_comparison(snakemake.input.config)
     estimator = registry().get("estimator", snakemake.wildcards.estimator)

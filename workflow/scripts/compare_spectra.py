@@ -1,9 +1,11 @@
-from rotorstudy.studies.job import job
+from rotorstudy.studies.workflow import job
 
 with job(snakemake):
     from rotorstudy.model.registry import registry
     from rotorstudy.store import provenance, save
-    from rotorstudy.studies.compare import load_comparison, load_rotor, spectra
+    from rotorstudy.studies.comparison.config import load_comparison
+    from rotorstudy.studies.comparison.trials import spectra
+    from rotorstudy.thesis.compared import load_rotor
 
     config = load_comparison(snakemake.input.config)
     method = registry().get("spectrum", snakemake.wildcards.method)

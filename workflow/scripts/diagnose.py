@@ -1,9 +1,9 @@
-from rotorstudy.studies.job import job
+from rotorstudy.studies.workflow import job
 
 with job(snakemake):
     from pathlib import Path
 
-    from rotorstudy.presentation.diagnosis_report import report
+    from rotorstudy.presentation.diagnosis_files import diagnose_files
 
-    verdict = report(list(snakemake.input.records), snakemake.input.rig, Path(snakemake.output.verdict).parent)
-    print(verdict["summary"])
+    out = Path(snakemake.output.verdict).parent
+    print(diagnose_files(list(snakemake.input.records), snakemake.input.rig, out).summary)

@@ -1,16 +1,15 @@
-from rotorstudy.studies.job import job
+from rotorstudy.studies.workflow import job
 
 with job(snakemake):
     from pathlib import Path
 
-    import pandas as pd
     import yaml
 
     from rotorstudy.presentation.tables import write_csv, write_html
     from rotorstudy.store import load
     from rotorstudy.studies.config import load_study
     from rotorstudy.thesis import errata
-    from rotorstudy.thesis.replay import load_replay
+    from rotorstudy.thesis.config import load_replay
 
     given = snakemake.input
     reference = Path(given.errata).parent
@@ -24,13 +23,12 @@ with job(snakemake):
         load(given.monte_carlo),
     )
     numbers |= errata.chapter_5(load_replay(given.chapter_5), load(given.spectra), load(given.identification))
-    entries = yaml.safe_load(Path(given.errata).read_text())
-    table = pd.DataFrame([{key: text.format(**numbers) for key, text in entry.items()} for entry in entries])
-    table = table.apply(lambda column: column.str.split().str.join(" "))
+    numbers |= errata.chapter_6(load_study(given.chapter_6), reference, load(given.variants))
+    table = errata.filled(yaml.safe_load(Path(given.errata).read_text()), numbers)
     write_csv(table, snakemake.output.csv)
     write_html(
         snakemake.output.html,
-        "Errata of the thesis, Chapters 2 to 5",
+        "Errata of the thesis, Chapters 2 to 6",
         "Each with evidence computed by this workflow: what comes back, or what changes, if the printed form is used.",
         {"": table},
     )

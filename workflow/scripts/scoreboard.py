@@ -1,10 +1,11 @@
-from rotorstudy.studies.job import job
+from rotorstudy.studies.workflow import job
 
 with job(snakemake):
     import pandas as pd
 
-    from rotorstudy.presentation.tables import in_table_order, write_csv, write_html
+    from rotorstudy.presentation.tables import write_csv, write_html
     from rotorstudy.thesis.scoreboard import COLUMNS, STATUSES
+    from rotorstudy.thesis.tables import in_table_order
 
     scored = pd.concat([pd.read_csv(path, dtype={"table": str, "item": str}) for path in snakemake.input.scored])
     scored = in_table_order(scored[COLUMNS])

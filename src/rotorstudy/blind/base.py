@@ -1,4 +1,4 @@
-"""What of a change the base parameters and the calibration of the probes could take over, and what is left of it."""
+"""The part of a change that the base parameters and the calibration of the probes cannot take over."""
 
 import numpy as np
 
@@ -10,7 +10,8 @@ from rotorstudy.response.harmonic import measured_response_and_jacobian
 def left_by_base(change, spectrum, model, stated):
     """Rms of what is left of a change (speed, sensor, harmonic), in standard deviations of the measured spectrum.
 
-    Base parameters and calibration move to where the change and their stated deviations cost least, by first order.
+    Base parameters and calibration move to where the change and their stated standard deviations cost least, to first
+    order.
 
     spectrum : Spectrum as measured, for its noise;  model : Model of the rig file
     stated   : "uncertainty" with its default share, "nuisance" kind -> standard deviation

@@ -82,7 +82,7 @@ def judge(rows: "DataFrame") -> list[Criterion]:
     held = named[named.gain.notna()]
     return [
         _share("clean_called_clean", "clean records called clean", clean, clean.verdict == "nothing", (0.99, 1)),
-        *_by_size(rows, "size", "", "s"),
+        *_by_size(rows, "size", "", "change over noise"),
         *(
             _share(f"stated_set_at_{level:g}_percent", f"truth inside the stated set of causes at {level:g} % noise",
                    part, part.inside, (0.95, 1), "coverage")
@@ -97,7 +97,7 @@ def judge(rows: "DataFrame") -> list[Criterion]:
         _share("held_out_worse", "error on held-out speeds made worse", held, held.gain > 1, (0, 0.01)),
         _share("known_called_unknown", "effects of the library called unknown", known, known.verdict == "unknown",
                None),
-        *_by_size(rows, "beyond", "_beyond_base", "s beyond the base"),
+        *_by_size(rows, "beyond", "_beyond_base", "change over noise beyond the base"),
     ]  # fmt: skip
 
 

@@ -1,7 +1,7 @@
 """The rotor behind a blind measurement, in real coordinates: x of all degrees of freedom, then y of all.
 
-This is the other road: the diagnosis solves complex harmonics of tables of effects; here are mass, damping and
-stiffness of a finer mesh, forces along x and y, and marching in time for what is not linear or not constant.
+It shares nothing with the diagnosis, which solves complex harmonics of tables of effects: here are mass, damping and
+stiffness of a finer mesh, forces along x and y, and time integration for what is not linear or not constant.
 Positions count from the line of the unloaded shaft, weight included; `Plant.rest` is where the machine hangs.
 """
 
@@ -11,9 +11,9 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError
 
-STEPS = 128  # of a revolution when marching; the harmonics up to 5 are then right to better than 1e-3 of the effect
-MOST_TURNS = 60  # marched until the motion repeats
-REPEATS = 1e-7  # relative change from turn to turn at which it does
+STEPS = 128  # of a revolution in time integration: harmonics up to 5 are then right to better than 1e-3 of the effect
+MOST_REVOLUTIONS = 60  # integrated until the motion repeats
+REPEATS = 1e-7  # relative change from one revolution to the next at which it does
 
 
 @dataclass
@@ -85,7 +85,7 @@ def build_plant(structure, nominal, place, speed):
     both = [np.block([[part, zero], [zero, part]]) for part in (structure.mass, structure.stiffness)]
     mass, stiffness = (np.repeat(part[None], len(speed), axis=0) for part in both)
     plant = Plant(speed, mass, np.zeros_like(mass), stiffness, structure, nominal, place)
-    # a disc that turns with w answers a tilt rate along x by a moment along y
+    # a disc that rotates at w answers a tilt rate along x by a moment along y
     plant.couple(plant.damping, structure.gyroscopic, xy=speed, yx=-speed)
     plant.push(structure.static_load, 0, 1.0)
     return plant
@@ -119,7 +119,7 @@ def critical_speeds(plant):
 def steady_motion(plant, harmonics):
     """Harmonics of z = x + j y from where the machine hangs: (speed, harmonic, dof) complex.
 
-    raises : RotorstudyError if the motion does not repeat from turn to turn
+    raises : RotorstudyError if the motion does not repeat from one revolution to the next
     """
     if growth(plant).max() >= 0:
         raise RotorstudyError("the machine is unstable at one of the speeds")
@@ -151,10 +151,11 @@ def _forced(plant, n):
 
 
 def _march(plant, linear):
-    """(step, speed, dof) complex motion that the moving forces add over one turn, once it repeats.
+    """(step, speed, dof) complex motion that the moving forces add over one revolution, once it repeats.
 
-    The linear part is stepped exactly, the moving force taken as straight between steps. The start of a turn is
-    corrected by what the linear machine would need to close it, with Anderson's memory of the earlier turns.
+    The linear part is stepped exactly, the moving force taken as linear between steps. The start of a
+    revolution is corrected by what the linear machine would need to close it, with Anderson acceleration from the
+    earlier ones.
     """
     from scipy.linalg import expm
 
@@ -178,7 +179,7 @@ def _march(plant, linear):
         position, velocity = given[k] + state[:, :size], moving[k] + state[:, size:]
         return sum(one(angles[k], middle, position, velocity) for one in plant.moving)
 
-    def turn(state):
+    def revolution(state):
         track = [state]
         for k in range(STEPS):
             middle = angles[k] + np.pi / STEPS
@@ -191,9 +192,9 @@ def _march(plant, linear):
 
     scale = np.concatenate([np.ones((speeds, size)), np.ones((speeds, size)) / plant.speed[:, None]], axis=1)
     start, starts, gaps = np.zeros((speeds, 2 * size)), [], []
-    for _ in range(MOST_TURNS):
+    for _ in range(MOST_REVOLUTIONS):
         with np.errstate(over="ignore", invalid="ignore"):
-            end, track = turn(start)
+            end, track = revolution(start)
         if not np.isfinite(end).all():
             break
         gap = (closing @ (end - start)[..., None])[..., 0]
@@ -202,7 +203,7 @@ def _march(plant, linear):
             return motion[..., : size // 2] + 1j * motion[..., size // 2 : size]
         starts, gaps = [*starts[-9:], start], [*gaps[-9:], gap]
         start = _next_start(starts, gaps, scale)
-    raise RotorstudyError("the motion does not repeat from turn to turn")
+    raise RotorstudyError("the motion does not repeat from one revolution to the next")
 
 
 def _next_start(starts, gaps, scale):

@@ -178,8 +178,8 @@ def breathing_crack_weight(plant, values, where):
     force = (_is_open(angle) * np.exp(1j * angle))[:, None] * (along @ lost)
     for n in range(-CRACK_HARMONICS, CRACK_HARMONICS + 1):
         amplitude = np.mean(np.exp(-1j * n * angle)[:, None] * force, axis=0)
-        for part, turn in ((amplitude.real, 1), (amplitude.imag, 1j)):
-            plant.push(part, n, turn)
+        for part, factor in ((amplitude.real, 1), (amplitude.imag, 1j)):
+            plant.push(part, n, factor)
 
 
 def _local(plant, where, force):
@@ -253,5 +253,5 @@ def quadratic_damping(plant, values, where):
 def gear_mesh(plant, values, where):
     """A force that keeps to one direction, at four times the speed: a pinion of four teeth."""
     force, direction = values["mesh_force_N"], where["direction_rad"]
-    for n, turn in ((4, where["phase_rad"]), (-4, -where["phase_rad"])):
-        plant.push(_here(plant, where), n, force / 2 * np.exp(1j * (direction + turn)))
+    for n, phase in ((4, where["phase_rad"]), (-4, -where["phase_rad"])):
+        plant.push(_here(plant, where), n, force / 2 * np.exp(1j * (direction + phase)))

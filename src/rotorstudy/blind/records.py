@@ -14,8 +14,7 @@ def write_records(case, folder):
     paths = []
     for i, record in enumerate(case.records):
         shown = np.stack([record.displacement.real, record.displacement.imag], axis=1)[None]
-        turn = 2 * np.pi / record.speed
-        marks = np.arange(0, record.time[-1], turn)
+        marks = np.arange(0, record.time[-1], 2 * np.pi / record.speed)
         variables = {
             "displacement": (("speed", "node", "direction", "time"), shown, "m", "displacement of the shaft"),
             "phase_mark_time": (("speed", "revolution"), marks[None], "s", "instants at which the phase mark passes"),

@@ -23,13 +23,14 @@ def diagnosed(spectrum, model, stated):
     from rotorstudy.response.harmonic import measured_response
 
     found = investigate(spectrum, model, settings=stated)
+    verdict = json.loads(found.verdict.model_dump_json())
     held = found.held_out
     if held is None:
-        return found.verdict, None
+        return verdict, None
     before, after = (
         measured_response(fit.model, held.speed, held.harmonics, fit.theta) for fit in (found.search.base, found.best)
     )
-    return found.verdict, {"speed": held.speed.tolist(), "before": before, "after": after}
+    return verdict, {"speed": held.speed.tolist(), "before": before, "after": after}
 
 
 def run_blind(config, out, *, cases=None, seed=None, cores=1, answer=diagnosed):

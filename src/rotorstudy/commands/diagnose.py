@@ -20,19 +20,23 @@ def add(commands):
         type=float,
         nargs="+",
         metavar="RAD_S",
-        help="measured speeds in rad/s that no fit sees (default: those of the rig file, else about a quarter)",
+        help="measured speeds in rad/s held out of every fit (default: those of the rig file, else about a quarter)",
     )
     parser.set_defaults(func=run)
 
 
 def run(given):
     """Write verdict, data, extended rig, figures and page into a folder."""
-    from rotorstudy.presentation.diagnosis_report import report
+    from rotorstudy.model.registry import registry
+    from rotorstudy.presentation.diagnosis_files import diagnose_files
 
     check_folder(given.out, given.rig, *given.records)
-    verdict = report(given.records, given.rig, given.out, given.hold_out)
-    for finding in verdict["findings"]:
-        print("{severity}: {where}: {name}: {text}".format(**finding), file=sys.stderr)
-    print(verdict["summary"])
+    verdict = diagnose_files(given.records, given.rig, given.out, given.hold_out)
+    for finding in verdict.findings:
+        print(finding, file=sys.stderr)
+    for broken in verdict.broken_plugins:
+        if broken not in registry().failures:  # those were printed before
+            print(f"warning: {broken}", file=sys.stderr)
+    print(verdict.summary)
     print(f"wrote {Path(given.out) / 'index.html'}")
     return 0

@@ -5,51 +5,96 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rotorstudy.diagnosis.result import (
+    Cause,
+    DetectionLimit,
+    Gain,
+    Identifiability,
+    MovedParameter,
+    ParameterEstimate,
+    Place,
+    PValues,
+    SeparatingMeasurement,
+    Tradeoff,
+    Unexplained,
+    Verdict,
+)
 from rotorstudy.diagnosis.search import ACCUSES, Search, search
 from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.diagnosis.words import place, readable, summary
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.inference.fit import Fit
 from rotorstudy.inference.prediction import predicted, whitened_prediction, with_model_error
 from rotorstudy.inference.problem import magnitude_and_phase
+from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.model.model import Model
+from rotorstudy.model.registry import registry
+from rotorstudy.units import quantity
 
-STATED_SET = 0.99  # confidence that the causes named together hold the true one
+STATED_SET = 0.99  # posterior probability that the causes named together hold the true one
 LEFT_OVER = 0.1  # of the excess rms before, above which a significant rest means that the cause is not the right one
-SEEN = 0.5  # of its prior's deviation: an amplitude that the data narrow less has no detection limit
-POWER = 1.645  # deviations above the price at which 95 % of effects of that size are found
+SEEN = 0.5  # of its prior's standard deviation: an amplitude that the data narrow less has no detection limit
+POWER = 1.645  # standard deviations above the price at which 95 % of effects of that size are found
+MOVED = 2.0  # stated standard deviations from which a parameter is listed as moved
+CONTRADICTED = 5.0  # stated standard deviations from which the records contradict the rig
+PARTS = ("real", "imaginary")
+TRADED_OFF = 0.95  # correlation above which two parameters can hardly be separated
 
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """Everything behind a verdict.
+    """A verdict and everything behind it.
 
-    verdict : dict, the content of verdict.json
-    spectrum, held_out : Spectrum fitted (its covariance with the model error), and the one no fit has seen, or None
-    search  : Search;  best : Fit of the extended model, the base fit if nothing was added
+    verdict            : Verdict, the content of verdict.json
+    spectrum, held_out : Spectrum fitted (its covariance with the model error); the one held out, or None
+    search             : Search;  best : Fit of the extended model, the base fit if nothing was added
+    alternatives       : names (`Candidate.cause`) of the other causes that cannot be ruled out
+    labels             : readable name of each parameter of the extended model
     """
 
-    verdict: dict
+    verdict: Verdict
     spectrum: Spectrum
     held_out: Spectrum | None
     search: Search
     best: Fit
     settings: Settings
+    alternatives: frozenset[str]
+    labels: dict[str, str]
 
 
-def diagnose(spectrum, model, *, hold_out=None, settings=None):
-    """The verdict (dict) on what a model lacks to explain a spectrum, see `investigate`."""
-    return investigate(spectrum, model, hold_out=hold_out, settings=settings).verdict
+def diagnose(spectrum: Spectrum, model: Model, *, hold_out=None, settings=None, findings=()) -> Verdict:
+    """The verdict on what a model lacks to explain a spectrum, see `investigate`."""
+    return investigate(spectrum, model, hold_out=hold_out, settings=settings, findings=findings).verdict
 
 
-def investigate(spectrum, model, *, hold_out=None, settings=None):
+def investigate(
+    spectrum: Spectrum,
+    model: Model,
+    *,
+    hold_out: list[float] | None = None,
+    settings: Settings | dict | None = None,
+    findings: tuple[Finding, ...] = (),
+) -> Diagnosis:
     """What a model lacks to explain a spectrum.
 
-    spectrum : Spectrum of measured harmonics with their covariance, of the model's sensors
-    model    : Model with values for all its parameters
-    hold_out : speeds (rad/s) no fit shall see; by default about a quarter, from the middle
-    settings : Settings, or a dict of some
-    returns  : Diagnosis
-    raises   : RotorstudyError for sensors that do not match, speeds that do not exist, a model without values
+    Parameters
+    ----------
+    spectrum
+        Measured harmonics (speed, harmonic, sensor), m, with their covariance, of the sensors of the model.
+    model
+        A model with values for all its parameters.
+    hold_out
+        Speeds held out of every fit, rad/s; by default about a quarter, from the middle.
+    settings
+        Settings, or a dict of some of them.
+    findings
+        What was found about the quality of the records; it goes into the verdict.
+
+    Raises
+    ------
+    RotorstudyError
+        For sensors that do not match, speeds that were not measured, a model without values.
     """
     settings = Settings(**settings) if isinstance(settings, dict) else settings or Settings()
     if tuple(spectrum.sensors) != tuple(model.sensors):
@@ -59,44 +104,54 @@ def investigate(spectrum, model, *, hold_out=None, settings=None):
     held = None if held is None else with_model_error(held, settings)
     found = search(model, fitted, settings)
     found = replace(found, upheld=_is_upheld(found, held))
-    best = found.best
-    gain = _gain(found.base, best.fit, held)
+    base, best = found.base, found.best
     rows = 2 * fitted.amplitude.size
-    unlikely_before, unlikely_after = _tail(found.base.cost, rows), _tail(best.fit.cost, rows)
-    bent = _tail(best.fit.penalty, len(best.fit.names))
-    left = _residual_share(found.base.cost, best.fit.cost, rows)
-    fits = unlikely_after >= settings.significance or left <= LEFT_OVER
+    p_values = PValues(before=_p_value(base.cost, rows), after=_p_value(best.fit.cost, rows))
+    p_parameters = _p_value(best.fit.penalty, len(best.fit.names))
+    left = _residual_share(base.cost, best.fit.cost, rows)
     weights = found.posterior()
-    sure = {name: sum(w for e, w in weights if name in e.named) for e, _ in weights for name in e.named}
+    probability = {name: sum(w for e, w in weights if name in e.named) for e, _ in weights for name in e.named}
     stated = _stated(weights, best)
     if not best.causes:
-        verdict = "nothing" if min(unlikely_before, bent) >= settings.significance else "unknown"
-    elif not fits or bent < settings.significance or _is_worse(found.base, best.fit, held, settings):
-        verdict = "unknown"
-    elif stated or min(sure[name] for name in best.named) < settings.naming_probability:
-        verdict = "ambiguous"
+        kind = "nothing" if min(p_values.before, p_parameters) >= settings.significance else "unknown"
+    elif (
+        (p_values.after < settings.significance and left > LEFT_OVER)
+        or p_parameters < settings.significance
+        or _is_worse(base, best.fit, held, settings)
+    ):
+        kind = "unknown"
+    elif stated or min(probability[name] for name in best.named) < settings.naming_probability:
+        kind = "ambiguous"
     else:
-        verdict = "cause"
-    causes = [_cause(c, best.fit, sure[c.cause]) for c in best.causes]
-    others = [_cause(c, e.fit, sure[c.cause]) for c, e in stated]
-    result = {
-        "verdict": verdict,
-        "causes": causes,
-        "ambiguous_with": others,
-        "separating_measurement": _separating(best, [c for c, _ in stated]),
-        "unexplained": _unexplained(best.fit, fitted, settings) if verdict == "unknown" or best.causes else [],
-        "residual_p_value": {"before": unlikely_before, "after": unlikely_after},
-        "score": max((2 * e.log_posterior_odds for e in found.explanations if e.causes), default=None),
-        "parameter_p_value": bent,
-        "residual_share": left,
-        "detection_limit": _detection_limits(found),
-        "gain": gain,
-        "base_parameters": _moved(best.fit, found.prior.by_name),
-        "identifiability": _identifiability(best.fit, found.prior.by_name),
-        "settings": settings.model_dump(),
-        "candidates": len(found.candidates),
-    }
-    return Diagnosis(result, fitted, held, found, best.fit, settings)
+        kind = "cause"
+    labels = _parameter_labels(best.fit.model, best.causes)
+    moved = _moved(best.fit, found.prior.by_name)
+    if kind != "nothing":
+        findings = [*findings, *_far_from_the_rig(found, spectrum, moved, labels, settings)]
+    odds = [e.log_posterior_odds for e in found.explanations if e.causes]
+    verdict = Verdict(
+        verdict=kind,
+        causes=[_cause(c, best.fit, probability[c.cause]) for c in best.causes],
+        ambiguous_with=[_cause(c, e.fit, probability[c.cause]) for c, e in stated],
+        separating_measurement=_separating(best.causes, [c for c, _ in stated]),
+        not_considered=_not_considered(best.causes, settings, {term.kind for term in model.terms}),
+        broken_plugins=[*registry().failures, *found.broken],
+        unexplained=_unexplained(best.fit, fitted, settings) if kind == "unknown" or best.causes else [],
+        residual_p_value=p_values,
+        residual_share=left,
+        log_posterior_odds=max(odds, default=None),
+        parameter_p_value=p_parameters,
+        detection_limit=_detection_limits(found),
+        gain=_gain(base, best.fit, held),
+        base_parameters=moved,
+        identifiability=_identifiability(best.fit, found.prior.by_name),
+        candidates=len(found.candidates),
+        settings=settings,
+        findings=worst_first(findings),
+    )
+    verdict = verdict.model_copy(update={"summary": summary(verdict)})
+    alternatives = frozenset(c.cause for c, _ in stated)
+    return Diagnosis(verdict, fitted, held, found, best.fit, settings, alternatives, labels)
 
 
 def _split(spectrum, hold_out):
@@ -118,7 +173,8 @@ def _split(spectrum, hold_out):
     return spectrum.at_speeds(~mask), spectrum.at_speeds(mask) if mask.any() else None
 
 
-def _tail(cost, freedom):
+def _p_value(cost, freedom):
+    """Probability of a cost this large by chance alone."""
     from scipy.stats import chi2
 
     return float(max(chi2.sf(cost, freedom), np.finfo(float).tiny))
@@ -145,26 +201,27 @@ def _stated(weights, best):
     return found
 
 
-def _cause(candidate, fitted, sure):
-    """A cause for verdict.json: effect, place, parameters with value, std and unit, confidence."""
+def _cause(candidate, fitted, probability):
+    """A Cause: its parameters as fitted, complex ones by magnitude and phase, then the shape it was found with."""
     place = [fitted.names.index(name) for name in candidate.names]
     theta, covariance = fitted.free[place], fitted.covariance[np.ix_(place, place)]
-    names, theta, covariance = magnitude_and_phase(candidate.names, theta, covariance)
-    units = {}
-    for p in candidate.term.parameters:
-        units[candidate.term.full_name(p)] = p.unit
+    _, theta, covariance = magnitude_and_phase(candidate.names, theta, covariance)
+    estimates = zip(theta, np.sqrt(np.diag(covariance)), strict=True)
     parameters = {}
-    for name, value, variance in zip(names, theta, np.diag(covariance), strict=True):
-        short = name.replace(f"[{candidate.term.label}]", "")
-        unit = "rad" if name not in units and name.endswith("_phase") else units[name]
-        parameters[short] = {"value": float(value), "std": float(np.sqrt(variance)), "unit": unit}
-    shape = {name: {"value": value, "std": None, "unit": "shape"} for name, value in candidate.shape.items()}
-    return {"effect": candidate.effect, "where": candidate.where, "parameters": parameters | shape,
-            "posterior_probability": float(sure)}  # fmt: skip
+    for p in candidate.term.parameters:
+        parts = {p.name: (p.unit, "magnitude"), f"{p.name}_phase": ("rad", "phase")}
+        for name, (unit, part) in parts.items() if p.is_complex else [(p.name, (p.unit, "amplitude"))]:
+            value, std = next(estimates)
+            parameters[name] = ParameterEstimate(value=value, std=std, unit=unit, part=part)
+    for name, value in candidate.shape.items():
+        parameters[name] = ParameterEstimate(value=value, std=None, unit="", part="shape")
+    return Cause(
+        effect=candidate.effect, where=candidate.where, parameters=parameters, posterior_probability=probability
+    )
 
 
 def _gain(base, best, held):
-    """Error on speeds no fit has seen, before and after the extension, in m rms and in standard deviations."""
+    """The Gain of the extension at the held-out speeds; None if there are none."""
     if held is None:
         return None
 
@@ -174,14 +231,8 @@ def _gain(base, best, held):
         return float(np.sqrt(np.mean(np.abs(off) ** 2))), float(np.sqrt(np.mean(held.whitened(off) ** 2)))
 
     (before_m, before_sigma), (after_m, after_sigma) = error(base), error(best)
-    return {
-        "speeds": [float(w) for w in held.speed],
-        "before_m": before_m,
-        "after_m": after_m,
-        "ratio": after_m / before_m if before_m else 1.0,
-        "before_sigma": before_sigma,
-        "after_sigma": after_sigma,
-    }
+    ratio, sigma = after_m / before_m if before_m else 1.0, {"before_sigma": before_sigma, "after_sigma": after_sigma}
+    return Gain(speeds=held.speed, before_m=before_m, after_m=after_m, ratio=ratio, **sigma)
 
 
 def _is_upheld(found, held):
@@ -189,7 +240,7 @@ def _is_upheld(found, held):
     best = found.best
     if held is None or not best.causes:
         return True
-    before, after = (_surprise(fitted, held).chance for fitted in (found.base, best.fit))
+    before, after = (_surprise(fitted, held).log_likelihood for fitted in (found.base, best.fit))
     return best.log_posterior_odds + after - before > ACCUSES
 
 
@@ -198,15 +249,15 @@ def _is_worse(base, best, held, settings):
     if held is None:
         return False
     before, after = (_surprise(fitted, held) for fitted in (base, best))
-    return after.tail < settings.significance and after.misfit > before.misfit
+    return after.p_value < settings.significance and after.misfit > before.misfit
 
 
 class Surprise(NamedTuple):
-    """Of held-out speeds: misfit, the probability of one as large, the logarithm of their chance less a constant."""
+    """Of held-out speeds: misfit, the probability of one as large, and their log-likelihood less a constant."""
 
     misfit: float
-    tail: float
-    chance: float
+    p_value: float
+    log_likelihood: float
 
 
 def _surprise(fitted, held):
@@ -215,7 +266,7 @@ def _surprise(fitted, held):
     off = held.whitened(held.amplitude) - shown
     spread = np.eye(len(off)) + columns @ fitted.covariance @ columns.T
     misfit = float(off @ np.linalg.solve(spread, off))
-    return Surprise(misfit, _tail(misfit, len(off)), -0.5 * (misfit + np.linalg.slogdet(spread)[1]))
+    return Surprise(misfit, _p_value(misfit, len(off)), -0.5 * (misfit + np.linalg.slogdet(spread)[1]))
 
 
 def residual_map(fitted, spectrum):
@@ -226,7 +277,7 @@ def residual_map(fitted, spectrum):
 
 
 def _unexplained(fitted, spectrum, settings):
-    """Harmonics and nodes whose residual noise does not explain: share of the whole, and how many deviations."""
+    """Harmonics and nodes whose residual noise does not explain, the largest share first."""
     from scipy.stats import chi2
 
     square = residual_map(fitted, spectrum) ** 2
@@ -236,39 +287,39 @@ def _unexplained(fitted, spectrum, settings):
         for s, node in enumerate(spectrum.sensors):
             part = 2 * square[:, h, s].sum()
             if chi2.sf(part, 2 * speeds) * square[0].size < settings.significance:
-                found.append({
-                    "harmonic": int(n), "node": int(node), "share": float(part / (2 * total)),
-                    "sigma": float(np.sqrt(part / (2 * speeds))),
-                })  # fmt: skip
-    return sorted(found, key=lambda row: -row["share"])
+                share, sigma = part / (2 * total), np.sqrt(part / (2 * speeds))
+                found.append(Unexplained(harmonic=int(n), node=int(node), share=share, sigma=sigma))
+    return sorted(found, key=lambda row: -row.share)
+
+
+def _parts(term):
+    """(parameter, part, unknown) of each real amplitude of a term."""
+    parts = [(p, part) for p in term.parameters for part in (PARTS if p.is_complex else ("amplitude",))]
+    return [(p, part, unknown) for (p, part), unknown in zip(parts, term.unknowns, strict=True)]
 
 
 def _detection_limits(found):
     """Smallest amplitude of each candidate found in 95 of 100 such records, the most sensitive first."""
     limits = []
     for c, screened in zip(found.candidates, found.screened, strict=True):
-        unknowns = c.term.unknowns
         needed = np.sqrt(2 * ACCUSES + found.even_odds_gain(c)) + POWER
-        for unknown, one in zip(unknowns, screened.detection, strict=True):
+        for (p, part, unknown), one in zip(_parts(c.term), screened.detection, strict=True):
             if one < SEEN * c.prior[unknown.name][1]:
-                name = unknown.name.replace(f"[{c.term.label}]", "")
-                limits.append({"effect": c.effect, "where": c.where, "parameter": name,
-                               "amplitude": float(needed * one), "unit": unknown.unit,
-                               "of_typical": float(needed * one / unknown.typical)})  # fmt: skip
-    return sorted(limits, key=lambda row: row["of_typical"])
+                size = {"amplitude": needed * one, "unit": p.unit, "of_typical": needed * one / unknown.typical}
+                limits.append(DetectionLimit(effect=c.effect, where=c.where, parameter=p.name, part=part, **size))
+    return sorted(limits, key=lambda row: row.of_typical)
 
 
 def _moved(fitted, prior):
-    """Base parameters that a fit moved by more than two of their stated deviations."""
-    found = []
+    """Base parameters that a fit moved by more than two of their stated standard deviations."""
     value = dict(zip(fitted.names, fitted.free, strict=True))
     std = dict(zip(fitted.names, np.sqrt(np.diag(fitted.covariance)), strict=True))
+    units = dict(zip(fitted.model.names, fitted.model.units, strict=True))
+    rows = []
     for name, (mean, given) in prior.items():
-        moved = (value[name] - mean) / given
-        if abs(moved) > 2:
-            found.append({"name": name, "stated": mean, "stated_std": given, "value": float(value[name]),
-                          "std": float(std[name]), "moved_sigma": float(moved)})  # fmt: skip
-    return found
+        found = {"stated": mean, "stated_std": given, "value": value[name], "std": std[name]}
+        rows.append(MovedParameter(name=name, unit=units[name], moved_sigma=(value[name] - mean) / given, **found))
+    return [row for row in rows if abs(row.moved_sigma) > MOVED]
 
 
 def _identifiability(fitted, prior):
@@ -276,29 +327,84 @@ def _identifiability(fitted, prior):
     std = np.sqrt(np.diag(fitted.covariance))
     seen = np.linalg.norm(fitted.jacobian, axis=0)
     correlation = fitted.covariance / np.outer(std, std)
-    dead = [n for n, size in zip(fitted.names, seen, strict=True) if size == 0]
-    by_prior = [n for n, s in zip(fitted.names, std, strict=True) if n in prior and s > 0.9 * prior[n][1]]
-    traded = []
-    for i, j in zip(*np.triu_indices(len(std), 1), strict=True):
-        if abs(correlation[i, j]) > 0.95:
-            traded.append({"pair": [fitted.names[i], fitted.names[j]], "correlation": float(correlation[i, j])})
-    return {"dead": dead, "known_by_prior_alone": by_prior, "traded_off": traded}
+    names = fitted.names
+    return Identifiability(
+        dead=[n for n, size in zip(names, seen, strict=True) if size == 0],
+        known_by_prior_alone=[n for n, s in zip(names, std, strict=True) if n in prior and s > 0.9 * prior[n][1]],
+        traded_off=[
+            Tradeoff(pair=(names[i], names[j]), correlation=correlation[i, j])
+            for i, j in zip(*np.triu_indices(len(std), 1), strict=True)
+            if abs(correlation[i, j]) > TRADED_OFF
+        ],
+    )
 
 
-def _separating(best, others):
+def _separating(causes, others):
     """What would tell the causes apart: what the plugins say of their confounders, else what helps in general."""
-    from rotorstudy.model.registry import registry
-
-    if not others or not best.causes:
-        return ""
     effects = registry().plugins["effect"]
-    said = []
-    for a in best.causes:
+    found = []
+    for a in causes:
         for b in others:
-            text = dict(effects[a.effect].confounders).get(b.effect) or dict(effects[b.effect].confounders).get(
-                a.effect
-            )
+            told = (dict(effects[x.effect].confounders).get(y.effect) for x, y in ((a, b), (b, a)))
+            text = next(filter(None, told), "other speeds, nearer to and beyond resonance")
             if a.effect == b.effect:
                 text = "a probe nearer to one of the places, or a speed near a mode that moves them differently"
-            said.append(f"{a.cause} or {b.cause}: {text or 'other speeds, nearer to and beyond resonance'}")
-    return "; ".join(dict.fromkeys(said))
+            pair = tuple(Place(effect=c.effect, where=c.where) for c in (a, b))
+            found.append(SeparatingMeasurement(causes=pair, measurement=text))
+    return list({(one.measurement, *map(place, one.causes)): one for one in found}.values())
+
+
+def _not_considered(causes, settings, known):
+    """Effects that look like a cause by what they declare, but are no candidates; known : those of the rig."""
+    effects = registry().plugins["effect"]
+    alike = dict.fromkeys(name for cause in causes for name, _ in effects[cause.effect].confounders)
+    return [
+        name
+        for name in alike
+        if name in effects and name not in known and (name in settings.leave_out or not effects[name].candidate)
+    ]
+
+
+def _parameter_labels(model, causes):
+    """{name: readable name} of the parameters of the extended model: those of causes with their place."""
+    labels, of_cause = {}, {id(cause.term): cause for cause in causes}
+    for term in model.terms:
+        cause, label = of_cause.get(id(term)), f" ({term.label})" if term.label else ""
+        for p, part, unknown in _parts(term):
+            text = f"{readable(p.name)}{label}"
+            if cause:
+                text = place(cause) if p.name == cause.effect else f"{readable(p.name)} of {place(cause)}"
+            labels[unknown.name] = f"{text}, {part} part" if part in PARTS else text
+    return labels
+
+
+def _far_from_the_rig(found, spectrum, moved, labels, settings):
+    """A warning if records and rig hardly belong together: another machine, other units, other speeds.
+
+    Signs of it: the rig's own values are contradicted, or what was found is beyond `prior_width` of its usual sizes.
+    """
+    said = [
+        f"{labels[row.name]} moved by {abs(row.moved_sigma):.0f} stated standard deviations"
+        for row in moved
+        if abs(row.moved_sigma) > CONTRADICTED
+    ]
+    fitted = found.best.fit
+    theta = dict(zip(fitted.model.names, fitted.theta, strict=True))
+    said += [
+        f"{labels[unknown.name]} would be {quantity(theta[unknown.name], unknown.unit)}"
+        for cause in found.best.causes
+        for unknown in cause.term.unknowns
+        if not cause.fixed and abs(theta[unknown.name]) > settings.prior_width * unknown.typical
+    ]
+    if not said:
+        return []
+    moving = spectrum.harmonics != 0
+    off = spectrum.amplitude - predicted(found.base.model, spectrum, found.base.theta)
+    measured = np.linalg.norm(spectrum.amplitude[:, moving])
+    missed = np.linalg.norm(off[:, moving]) / measured if measured else 0.0
+    text = (
+        f"{'; '.join(said)}; after the fit the rig misses {100 * missed:.0f} % of the vibration. Are these records of "
+        "this rig, at these speeds, in these units? If so, check the sizes of the causes before relying on them, and "
+        "the values and the 'uncertainty' that the rig states"
+    )
+    return [Finding("warning", "far from the rig", "records and rig", text)]

@@ -8,10 +8,8 @@ from annotated_types import Ge, Gt, Lt
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.response.harmonic import check_harmonics
+from rotorstudy.units import METRES, RAD_PER_S
 
-METRES = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "mil": 2.54e-5}
-RAD_PER_S = {"rad/s": 1.0, "Hz": 2 * np.pi, "rpm": np.pi / 30}
-SECONDS = {"s": 1.0, "ms": 1e-3}
 HARMONICS = [0, 1, -1, 2, -2, 3, -3, 4, -4, 5, -5]
 
 

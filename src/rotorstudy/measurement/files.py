@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError, unknown_name
-from rotorstudy.measurement.conventions import RAD_PER_S, SECONDS, Conventions, Probe, combine
+from rotorstudy.measurement.conventions import Conventions, Probe, combine
+from rotorstudy.units import RAD_PER_S, SECONDS
 
 LEAST_ANGLE_RAD = 0.05  # between the probes of a node, below which they cannot tell two directions
 SUFFIXES = {

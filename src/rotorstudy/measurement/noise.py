@@ -1,8 +1,35 @@
 """Noise for Monte Carlo studies: seeded by trial, so that chunks and cores cannot change a result."""
 
+from typing import NamedTuple
+
 import numpy as np
 
-MODELS = ("per harmonic", "per harmonic, same at all speeds", "white in time")
+from rotorstudy.errors import unknown_name
+
+
+class NoiseModel(NamedTuple):
+    """What a noise model does.
+
+    own_size : each harmonic has noise in proportion to its own size; else all have that of white noise in time
+    one_draw : one draw is used at every speed, so that the noise at different speeds is not independent
+    """
+
+    own_size: bool
+    one_draw: bool = False
+
+
+MODELS = {
+    "per harmonic": NoiseModel(own_size=True),
+    "per harmonic, same at all speeds": NoiseModel(own_size=True, one_draw=True),
+    "white in time": NoiseModel(own_size=False),
+}
+
+
+def noise_model(name):
+    """The NoiseModel of a name; an unknown one is a RotorstudyError."""
+    if name not in MODELS:
+        raise unknown_name("noise model", name, MODELS)
+    return MODELS[name]
 
 
 def standard_normal(seed, study, trials, shape, first=0):
@@ -25,7 +52,7 @@ def noise_std(spectrum, level, model, samples):
     returns  : (speed, harmonic, sensor) m
     """
     size = np.abs(spectrum.amplitude)
-    if model.startswith("per harmonic"):
+    if noise_model(model).own_size:
         return level * size / np.sqrt(2)
     fluctuating = (spectrum.harmonics != 0)[:, None]
     rms = np.sqrt(np.sum(size**2 * fluctuating, axis=1, keepdims=True) / 2)
@@ -34,6 +61,6 @@ def noise_std(spectrum, level, model, samples):
 
 def noisy(amplitude, std, numbers, model):
     """(trial, speed, harmonic, sensor) harmonics with noise; numbers (trial, 2, speed, harmonic, sensor)."""
-    if model.endswith("same at all speeds"):
+    if noise_model(model).one_draw:
         numbers = numbers[:, :, :1]
     return amplitude + std * (numbers[:, 0] + 1j * numbers[:, 1])

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from rotorstudy.measurement.conventions import METRES
 from rotorstudy.measurement.findings import Finding
 from rotorstudy.measurement.harmonics import FEWEST_BLOCKS, fit_basis, trend_probability
 from rotorstudy.measurement.keyphasor import LONGEST_PULSE
 from rotorstudy.response.series import rotating_basis
+from rotorstudy.units import METRES, um
 
 LABEL_OFF = 0.02  # of the speed: the issue's own limit
 DRIFT = (0.005, 0.05)  # of the speed over the record: warning, error
@@ -22,11 +22,6 @@ SCALE = 20.0  # times, or part of, the motion the rig expects; mil taken as µm 
 APART = 3.0  # times what the shaft moves and hangs through: a mean further off than this is hardly the shaft's
 STEADY = 1e-4  # chance below which a change over the blocks is real
 CHANGE = 0.01  # of the largest fluctuating harmonic: a smaller change over the record does not matter
-
-
-def um(metres, digits=2):
-    """A length as people read it: 55 µm."""
-    return f"{float(f'{1e6 * metres:.{digits}g}'):.12g} µm"
 
 
 def check_pulses(pulses, turning, asked_polarity, where):

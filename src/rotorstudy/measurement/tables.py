@@ -5,8 +5,8 @@ import re
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError, unknown_name
-from rotorstudy.measurement.conventions import METRES, RAD_PER_S
 from rotorstudy.measurement.findings import Finding
+from rotorstudy.units import METRES, RAD_PER_S
 
 SPEEDS = {"speed_rad_per_s": "rad/s", "speed_Hz": "Hz", "speed_rpm": "rpm"}
 ANGLES = {"rad": 1.0, "deg": np.pi / 180}

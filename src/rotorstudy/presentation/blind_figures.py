@@ -52,7 +52,7 @@ def curves(data):
     found = data.sel(criterion="right_large")
     low, high = (100 * float(found[f"criterion_{end}"]) for end in ("low", "high"))
     said = f"{_percent(float(found.criterion_reached))} ({low:.0f} to {high:.0f}, {int(found.criterion_cases)} cases)"
-    axes.set_title(f"Right where the change is three times the noise and more: {said}")
+    picture.suptitle(f"Right at three times the noise and more: {said}", fontsize=8)
     axes.legend(loc="lower right")
     return picture
 
@@ -117,7 +117,7 @@ def coverage(data):
     axes.set_yticks(range(len(value)), [str(what) for what in part.criterion_what.values])
     axes.set_ylim(-0.6, len(value) - 0.4)
     axes.set_xlabel("share, 95 % bounds (dotted: 0.95)")
-    axes.set_title("Coverage of the stated sets of causes and of the 95 % intervals")
+    picture.suptitle("Coverage of the stated sets of causes and of the 95 % intervals", fontsize=8)
     return picture
 
 
@@ -136,7 +136,7 @@ def detection_limits(data):
     axes.set_xscale("log")
     axes.set_xlabel("change over noise at which half are found, 95 % bounds")
     sure = int((high <= LARGE).sum())
-    axes.set_title(f"{sure} of {len(half)} effects are found below three times the noise with 95 % confidence")
+    picture.suptitle(f"{sure} of {len(half)} effects are found below three times the noise (95 % bounds)", fontsize=8)
     return picture
 
 
@@ -158,5 +158,5 @@ def gain(data):
     axes.legend(loc="lower right", fontsize=6)
     found = data.sel(criterion="gain")
     left = f"{float(found.criterion_reached):.2g} of the error in the median" if found.criterion_cases else "no case"
-    axes.set_title(f"What the extended model leaves: {left}")
+    picture.suptitle(f"What the extended model leaves: {left}", fontsize=8)
     return picture

@@ -26,8 +26,8 @@ CAPTIONS = {
     "three times the noise and more. Dotted: a tenth; right of the solid line the extension makes it worse.",
 }
 NOTES = (
-    "s is the change of the measured harmonics by the effect over their noise, both rms. 's beyond the base' counts "
-    "only the part that base parameters and calibration cannot take over.",
+    "Change over noise: the change of the measured harmonics by the effect over their noise, both rms. Beyond the base "
+    "counts only the part that base parameters and calibration cannot take over.",
     "low and high are 95 % bounds: of Clopper and Pearson for shares, by order statistics for medians, by bootstrap "
     "over the cases for the calibration error. A criterion is reached, or not reached, if both bounds lie on that "
     "side; otherwise it is undecided.",

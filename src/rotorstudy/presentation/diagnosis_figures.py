@@ -1,10 +1,10 @@
-"""Pictures of a diagnosis: what the simulation gets wrong, causes ranked, before and after, gain on held-out speeds."""
+"""Figures of a diagnosis: what the simulation gets wrong, causes ranked, before and after, gain on held-out speeds."""
 
 from textwrap import shorten
 
 import numpy as np
 
-from rotorstudy.presentation.plots import COLOURS, figure, harmonic_axis, plot_orbit, save_figure
+from rotorstudy.presentation.plots import COLOURS, figure, harmonic_axis, plot_orbit
 from rotorstudy.response.series import synthesize
 from rotorstudy.store import as_complex
 
@@ -13,24 +13,23 @@ MOST_COMPARED = 3  # nodes of the spectra
 MOST_CAUSES = 15
 MOST_TICKS = 12
 BASE, EXTENDED, MEASURED = COLOURS[1], COLOURS[0], COLOURS[6]
-FIGURES = {
-    "what_is_wrong": "What the simulation gets wrong",
-    "causes": "What was tried as the cause",
-    "before_and_after": "Spectra and orbits",
-    "gain": "What adding the causes gains",
-}
 
 
-def draw(diagnosis, data, folder):
-    """Every figure as PNG and SVG in a folder; data : the Dataset of verdict.nc."""
-    pictures = {
+def diagnosis_figures(verdict, data):
+    """Every figure of a diagnosis by name.
+
+    Parameters
+    ----------
+    verdict : Verdict
+    data : xarray.Dataset
+        The content of verdict.nc.
+    """
+    return {
         "what_is_wrong": what_is_wrong(data),
-        "causes": causes(data, diagnosis.settings.naming_probability, diagnosis.verdict["verdict"]),
+        "causes": causes(data, verdict.settings.naming_probability, verdict.verdict),
         "before_and_after": before_and_after(data),
         "gain": gain(data),
     }
-    for name, picture in pictures.items():
-        save_figure(picture, folder / f"{name}.png", folder / f"{name}.svg")
 
 
 def worst_nodes(data, count):
@@ -80,10 +79,10 @@ def _map_axes(ax, data, order):
     ax.set_yticks(np.arange(len(speeds))[::step] + 0.5, labels[::step])
 
 
-def causes(data, sure, verdict):
-    """Explanations ranked by score: the error each leaves, rms in standard deviations, and the confidence in it.
+def causes(data, naming_probability, verdict):
+    """Explanations, the most probable first: the error each leaves, rms in standard deviations, and its probability.
 
-    verdict : if it is "unknown" none of them is believed, so no confidence is shown
+    verdict : "unknown" means that none of them holds, so no probability is shown
     """
     count = min(MOST_CAUSES, data.sizes["explanation"])
     part = data.isel(explanation=slice(0, count))
@@ -92,18 +91,18 @@ def causes(data, sure, verdict):
     ax, place = axes[0, 0], np.arange(count)
     left = np.sqrt(part.cost.values / components)
     start = 0.8 * min(1.0, left.min())
-    for best, confounder, colour, label in (
-        (1, 0, EXTENDED, "comes nearest" if verdict == "unknown" else "the verdict"),
+    for best, alternative, colour, label in (
+        (1, 0, EXTENDED, "closest explanation" if verdict == "unknown" else "the verdict"),
         (0, 1, COLOURS[4], "cannot be ruled out"),
         (0, 0, "#BBBBBB", "less likely"),
     ):
-        chosen = (part.is_best.values == best) & (part.is_alternative.values == confounder)
+        chosen = (part.is_best.values == best) & (part.is_alternative.values == alternative)
         if chosen.any():
-            hatch = "//" if confounder else None
+            hatch = "//" if alternative else None
             ax.barh(place[chosen], left[chosen] - start, 0.7, start, color=colour, label=label, hatch=hatch)
-    for y, value, belief in zip(place, left, part.posterior_probability.values, strict=True):
-        if belief >= 0.001 and verdict != "unknown":
-            ax.text(value, y, f" confidence {belief:.1%}", va="center", fontsize=7)
+    for y, value, probability in zip(place, left, part.posterior_probability.values, strict=True):
+        if probability >= 0.001 and verdict != "unknown":
+            ax.text(value, y, f" {probability:.1%}", va="center", fontsize=7)
     ax.axvline(1, color="k", linewidth=0.8, linestyle=":")
     ax.set_xscale("log")
     ax.set_xlim(start, max(3 * left.max(), 3.0))
@@ -111,7 +110,7 @@ def causes(data, sure, verdict):
     ax.set_yticks(place, [shorten(label, 70, placeholder=" ...") for label in labels])
     ax.invert_yaxis()
     ax.set_xlabel("error left (standard deviations); dotted: noise alone")
-    ax.set_title(f"a cause is named alone from {sure:.0%} confidence")
+    ax.set_title(f"in %: posterior probability; a cause is named alone from {naming_probability:.0%} on")
     picture.legend(loc="outside upper center", ncols=3)
     return picture
 
@@ -155,7 +154,7 @@ def before_and_after(data):
             signal = synthesize(np.where(harmonics == 0, 0, values[:, node]), w, harmonics, time)
             plot_orbit(signal, orbit, index=index, label=name, linestyle=line)
         if row == 0:
-            seen = "held out of every fit" if data.held_out.values[speed] else "seen by the fits"
+            seen = "held out of every fit" if data.held_out.values[speed] else "fitted"
             ax.set_title(f"{w:.4g} rad/s, {seen}")
             orbit.set_title("orbits, each about its mean")
             ax.legend(loc="best")
@@ -186,6 +185,6 @@ def gain(data):
         ax.set_xlim(-1.5, max(len(labels), 4) - 0.5)
     axes[0, 1].axhline(1, color="k", linewidth=0.8, linestyle=":")
     axes[0, 0].legend()
-    axes[0, 0].set_title("speeds no fit has seen" if held.any() else "no speed was held out: speeds that were fitted")
+    axes[0, 0].set_title("held-out speeds" if held.any() else "no speed was held out: fitted speeds")
     axes[0, 1].set_title("1: noise and stated model error alone")
     return picture

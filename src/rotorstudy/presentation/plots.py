@@ -1,4 +1,4 @@
-"""Pictures: one style, and the few kinds of plot that rotordynamics asks for."""
+"""Figures: one style, and the few kinds of plot that rotordynamics asks for."""
 
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
@@ -8,6 +8,9 @@ from numpy.typing import ArrayLike
 
 if TYPE_CHECKING:  # importing it takes a second
     from matplotlib.axes import Axes
+
+from rotorstudy.presentation.named_files import files_by_name
+from rotorstudy.store import atomic
 
 # Okabe and Ito: told apart by colour-blind readers and in grey print
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
@@ -47,14 +50,43 @@ def save_figure(picture, *paths):
     """Write a figure to every path given (PNG, SVG, PDF), atomically, without the date: rebuilds are identical."""
     import matplotlib.pyplot as plt
 
-    from rotorstudy.store import atomic
-
     without_date = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
     for path in paths:
         with atomic(path) as temporary:
             picture.savefig(temporary, metadata=without_date[temporary.suffix])
         picture.set_layout_engine("none")  # the layout found for the first holds for all
     plt.close(picture)
+
+
+def png_bytes(picture, dpi=80):
+    """A figure as the content of a PNG file; the figure is closed."""
+    import io
+
+    import matplotlib.pyplot as plt
+
+    stream = io.BytesIO()
+    picture.savefig(stream, format="png", dpi=dpi, metadata={"Software": None})
+    plt.close(picture)
+    return stream.getvalue()
+
+
+def save_figures(figures, paths):
+    """Write every figure to the files that bear its name.
+
+    Parameters
+    ----------
+    figures : dict
+        name -> matplotlib figure.
+    paths : iterable of path
+        Files to be written (PNG, SVG, PDF): figure_2_4.png holds the figure "figure_2_4".
+
+    Raises
+    ------
+    RotorstudyError
+        Names of figures and of files differ; nothing is written then.
+    """
+    for name, files in files_by_name("figure", figures, paths).items():
+        save_figure(figures[name], *files)
 
 
 def harmonic_axis(axes, harmonics):

@@ -6,12 +6,10 @@ from rotorstudy.authoring.invariants.bench import bench_structure, typical_term
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.bearings import dynamic_stiffness
 from rotorstudy.model.registry import registry
-from rotorstudy.presentation.plots import COLOURS, figure
 from rotorstudy.store import dataset
 
 SPEEDS = np.linspace(50.0, 400.0, 71)  # rad/s, 8 to 64 Hz: slow roll to past the first critical speed of a rig
 DIRECTIONS = ("xx", "xy", "yx", "yy")
-LINES = ("-", "-.", ":", "--")  # told apart where they cover each other
 
 
 def all_bearings():
@@ -44,23 +42,3 @@ def _at(plugin, speed):
         return dynamic_stiffness(typical_term(plugin, bench_structure()), [speed], [1])[0, 0]
     except RotorstudyError:
         return np.full((2, 2), np.nan)
-
-
-def plot_bearing_coefficients(data):
-    """A row for each bearing: stiffness in MN/m and damping in kN s/m over speed; returns the picture."""
-    names = data.bearing.values
-    picture, axes = figure(rows=len(names), columns=2, height=1.6, sharex=True)
-    for row, name in zip(axes, names, strict=True):
-        for panel, (quantity, scale, unit) in zip(
-            row, (("stiffness", 1e-6, "MN/m"), ("damping", 1e-3, "kN s/m")), strict=True
-        ):
-            for d, direction in enumerate(DIRECTIONS):
-                values = data[quantity].sel(bearing=name, direction=direction) * scale
-                panel.plot(data.speed, values, LINES[d], color=COLOURS[d], label=direction)
-            panel.set(ylabel=f"{quantity} ({unit})", title=name.replace("_", " "))
-    for panel in axes[-1]:
-        panel.set_xlabel("spin speed (rad/s)")
-    picture.align_ylabels()
-    lines = axes[0, 0].get_legend_handles_labels()
-    picture.legend(*lines, loc="outside lower center", ncols=4, title="force along, motion along; x down, at 1X")
-    return picture

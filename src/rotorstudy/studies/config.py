@@ -1,4 +1,4 @@
-"""Configuration of a simulated study, and what its stages share."""
+"""Configuration of a simulated study."""
 
 import re
 from typing import Annotated, Literal
@@ -7,15 +7,13 @@ import numpy as np
 from pydantic import Field
 
 from rotorstudy.errors import RotorstudyError, unknown_name
-from rotorstudy.inference.problem import magnitude_and_phase
 from rotorstudy.measurement.noise import MODELS
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.registry import registry
-from rotorstudy.model.rig import build_model, named_plugins
-from rotorstudy.response.harmonic import check_harmonics, measured_response
-from rotorstudy.response.stability import check_stable
-from rotorstudy.store import provenance, read_yaml
+from rotorstudy.model.rig import build_model
+from rotorstudy.response.harmonic import check_harmonics
+from rotorstudy.store import read_yaml
+from rotorstudy.studies.probes import output_rows
 
 PositiveNumber = Annotated[float, Field(gt=0)]
 
@@ -83,7 +81,7 @@ class MonteCarloRig(Strict):
     """
 
     estimators: list[str] = Field(min_length=1)
-    models: list[Literal[MODELS]] = Field(min_length=1)
+    models: list[Literal[tuple(MODELS)]] = Field(min_length=1)
     records: list[str] = []
     condensed: bool = False
 
@@ -136,7 +134,7 @@ class StudyConfig(Strict):
     """A simulated study.
 
     rigs : name -> rig (see `rotorstudy.model.rig`);  harmonics, shown speeds, cases (name -> speeds) and unknowns
-    spectra, estimators : the methods this study shows; all of the zoo are compared by `studies.compare`
+    spectra, estimators : the methods this study shows; all of the zoo are compared by `studies.comparison`
     """
 
     name: str
@@ -225,8 +223,6 @@ class StudyConfig(Strict):
                 )
 
     def _check_measurements(self):
-        from rotorstudy.studies.identifiability import output_rows
-
         model = self.rig(self.main_rig)
         for name, extra in self.extra_measurements.items():
             try:
@@ -247,9 +243,9 @@ class StudyConfig(Strict):
                 f"chapter are of {count}; give {count}"
             )
 
-    def case_of(self, slug):
-        """The case a file name stands for."""
-        return next(case for case in self.cases if file_name(case) == slug)
+    def case_of(self, name):
+        """The case a file name stands for, or the case of that very name."""
+        return next(case for case in self.cases if file_name(case) == file_name(name))
 
 
 def changed(options, key, percent, where="the rotor"):
@@ -284,57 +280,3 @@ def named_methods(spectra, estimators, where):
 def load_study(path):
     """A StudyConfig from a YAML file; unknown and missing keys are one-line errors."""
     return check_config(StudyConfig, read_yaml(path), str(path))
-
-
-SPEED = ("rad/s", "spin speed")
-
-
-def rig_coordinates(config, model, speeds=None):
-    """Coordinates every stage shares: harmonic, node and, if given, speed."""
-    found = {
-        "harmonic": (np.array(config.harmonics), "1", "harmonic of the spin speed, positive forward"),
-        "node": (np.array(model.sensors), "1", "node where the displacement is measured"),
-    }
-    return found if speeds is None else {**found, "speed": (np.asarray(speeds, float), *SPEED)}
-
-
-def reported(problem, estimate):
-    """Estimate with complex amplitudes as magnitude and phase: names, theta, std."""
-    names, theta, covariance = magnitude_and_phase(problem.names, estimate.theta, estimate.covariance)
-    return names, theta, np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1))
-
-
-def reported_names(config):
-    """The unknowns of a study as they are reported, complex ones as magnitude and phase."""
-    count = len(config.unknowns)
-    return magnitude_and_phase(config.unknowns, np.ones(count), np.eye(count))[0]
-
-
-def parameter_coordinates(names):
-    return {"parameter": (list(names), "1", "identified parameter, SI units; phases in rad")}
-
-
-def true_values(config, model):
-    """(parameter,) the values assumed for the unknowns, complex ones as magnitude and phase."""
-    theta = model.theta[model.position(config.unknowns)]
-    return magnitude_and_phase(config.unknowns, theta, np.eye(len(theta)))[1]
-
-
-def clean_spectrum(config, model, speeds):
-    """The steady-state harmonics of a model as a Spectrum without noise."""
-    check_stable(model, speeds)
-    amplitude = measured_response(model, speeds, config.harmonics)
-    covariance = independent_covariance(np.zeros(amplitude.shape))
-    return Spectrum(amplitude, np.asarray(speeds, float), np.array(config.harmonics), model.sensors, covariance)
-
-
-def relative_error(names, theta, true):
-    """(parameter,) relative errors; of phases the difference in rad."""
-    return np.array([t - x if n.endswith("_phase") else t / x - 1 for n, t, x in zip(names, theta, true, strict=True)])
-
-
-def study_provenance(config, seed=None):
-    """Provenance attributes of a stage: configuration and every plugin its rigs and comparisons use."""
-    used = [plugin for rig in config.rigs.values() for plugin in named_plugins(rig)]
-    used += [plugin for plugins in config.methods.values() for plugin in plugins.values()]
-    return provenance(config.model_dump(), used, seed)

@@ -8,7 +8,9 @@ from rotorstudy.inference.problem import magnitude_and_phase
 from rotorstudy.measurement.spectrum import components
 from rotorstudy.response.harmonic import harmonic_response_and_jacobian, measured_response
 from rotorstudy.store import dataset
-from rotorstudy.studies.config import ExtraMeasurement, parameter_coordinates
+from rotorstudy.studies.common import is_phase, parameter_coordinates
+from rotorstudy.studies.config import ExtraMeasurement
+from rotorstudy.studies.probes import output_rows
 
 AS_IT_IS = "as it is"
 NOISE = 0.01  # white in time, of the rms vibration at the study's own speeds: one number for all probes and all speeds
@@ -18,22 +20,6 @@ def probe_noise(config, model, speeds):
     """Standard deviation of a sample of any probe, m."""
     shown = measured_response(model, speeds, config.harmonics)[:, np.array(config.harmonics) != 0]
     return NOISE * np.sqrt(np.mean(np.sum(np.abs(shown) ** 2, axis=1)) / 2)
-
-
-def output_rows(structure, sensors, extra):
-    """(output, dof) what each probe shows, the disturbance of each output over that of a probe, (output,).
-
-    Translations at the sensors, tilts as the difference of two probes over their distance, translations at stations.
-    """
-    rows = [structure.unit(node) for node in sensors]
-    rows += [structure.unit(node, "tilt") for node in extra.tilts]
-    for position in extra.stations_m:
-        if structure.shape_at is None:
-            raise RotorstudyError(f"no probe can stand at {position:g} m: this rotor does not tell the shaft's shape")
-        rows.append(structure.shape_at(position))
-    relative = np.ones(len(rows))
-    relative[len(sensors) : len(sensors) + len(extra.tilts)] = np.sqrt(2) / extra.tilt_arm_m
-    return np.array(rows), relative
 
 
 def information(config, model, speeds, harmonics, rows, std):
@@ -47,14 +33,15 @@ def information(config, model, speeds, harmonics, rows, std):
     return columns.T @ columns
 
 
-def identifiability(config, rig):
+def identifiability(config):
     """Cramer-Rao bounds with the same white noise on all probes, what correlates, what further measurement gains.
 
+    All of it for the main rig.
     returns : noise (case) m of a sample; correlation (case, parameter, other_parameter) of the estimates; bound (case,
               measurement, parameter) relative, of phases in rad; inflation (case, parameter), the bound over the one
               with all others known
     """
-    model, options = config.rig(rig), {AS_IT_IS: ExtraMeasurement(), **config.extra_measurements}
+    model, options = config.rig(config.main_rig), {AS_IT_IS: ExtraMeasurement(), **config.extra_measurements}
     bounds, correlations, inflations = [], [], []
     noise = [probe_noise(config, model, case.speeds) for case in config.cases.values()]
     for case, level in zip(config.cases.values(), noise, strict=True):
@@ -67,8 +54,7 @@ def identifiability(config, rig):
             theta = model.theta[model.position(config.unknowns)]
             names, values, turned = magnitude_and_phase(config.unknowns, theta, covariance)
             std = np.sqrt(np.diag(turned))
-            is_phase = np.array([n.endswith("_phase") for n in names])
-            bounds.append(std / np.where(is_phase, 1, np.abs(values)))
+            bounds.append(std / np.where(is_phase(config, names), 1, np.abs(values)))
             if name == AS_IT_IS:
                 correlations.append(turned / np.outer(std, std))
                 inflations.append(np.sqrt(np.diag(np.linalg.inv(correlations[-1]))))
@@ -100,4 +86,4 @@ def identifiability(config, rig):
             "bound over the bound with all other parameters known",
         ),
     }
-    return dataset(variables, coordinates, title=f"{config.title}: identifiability, rig {rig}")
+    return dataset(variables, coordinates, title=f"{config.title}: identifiability, rig {config.main_rig}")

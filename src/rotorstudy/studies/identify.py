@@ -8,20 +8,21 @@ import numpy as np
 from rotorstudy.errors import NoConvergenceError, NoSteadyState
 from rotorstudy.inference.bounds import cramer_rao_bound
 from rotorstudy.inference.problem import Problem, estimate_by, magnitude_and_phase
-from rotorstudy.measurement.noise import noise_std, noisy, standard_normal
+from rotorstudy.measurement.noise import MODELS, noise_std, noisy, standard_normal
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
 from rotorstudy.store import dataset
-from rotorstudy.studies.config import (
-    changed,
+from rotorstudy.studies.common import (
     clean_spectrum,
+    is_phase,
     parameter_coordinates,
     relative_error,
     reported,
     reported_names,
     true_values,
 )
+from rotorstudy.studies.config import changed
 from rotorstudy.studies.simulate import PHASES, case_records, kind_spectrum
 
 
@@ -91,13 +92,14 @@ def _estimate(name, problem):
 def monte_carlo(config, rig, case):
     """Estimates of one case under noise: every record kind, noise model, level, and estimator asked for this rig.
 
+    case    : its name, or the file name that stands for it
     White noise in time is drawn as its exact image in the spectrum, independent circular noise on each harmonic.
     returns : estimate (record, noise_model, noise, estimator, trial, parameter), stated_std (record, noise_model,
               noise, estimator, parameter; median over trials), coverage (share of trials whose stated 95 % interval
               holds the truth), cramer_rao (record, noise_model, noise, parameter; NaN for noise that is not
               independent), without_noise (record, estimator, parameter), true (parameter)
     """
-    settings = config.monte_carlo
+    settings, case = config.monte_carlo, config.case_of(case)
     model, speeds = config.rig(rig), config.cases[case].speeds
     kinds = settings.rigs[rig].records or [STEADY]
     study = list(config.cases).index(case)
@@ -126,8 +128,8 @@ def monte_carlo(config, rig, case):
                 replace(problem, spectrum=replace(spectrum, amplitude=clean.amplitude)), theta_true
             )
             names, true, bound = magnitude_and_phase(problem.names, theta_true, bound)
-            independent = not noise_model.endswith("same at all speeds")
-            bounds.append(np.sqrt(np.diag(bound)) if independent else np.full(len(names), np.nan))
+            one_draw = MODELS[noise_model].one_draw
+            bounds.append(np.full(len(names), np.nan) if one_draw else np.sqrt(np.diag(bound)))
             for name in names_used:
                 _, theta, std_stated = _estimate(name, problem)
                 std_stated = np.broadcast_to(std_stated, theta.shape)
@@ -177,18 +179,20 @@ def monte_carlo(config, rig, case):
         ),
         "true": (("parameter",), true, "SI", "value assumed"),
     }
-    return dataset(variables, coordinates, title=f"{config.title}: {case}, rig {rig}, under noise")
+    return dataset(variables, coordinates, title=f"{config.title}: {case}, rig {rig}, under noise", seed=settings.seed)
 
 
-def bias(config, rig):
-    """Error of the estimates when what is held known about the rotor is wrong by some percent.
+def bias(config):
+    """Error of the estimates of the main rig when what is held known about the rotor is wrong by some percent.
 
     returns : relative_error (known, percent, case, estimator, parameter); phases as a difference in rad
     """
+    rig = config.main_rig
     model, estimators = config.rig(rig), [registry().get("estimator", name) for name in config.estimators]
     settings = config.bias
     true, rows = true_values(config, model), []
     names = reported_names(config)
+    phase = is_phase(config, names)
     for key in settings.keys:
         for percent in settings.percent:
             rotor = config.rigs[rig]["rotor"]
@@ -203,7 +207,7 @@ def bias(config, rig):
                         theta = reported(problem, estimate_by(estimator, problem))[1]
                     except (NoConvergenceError, NoSteadyState):
                         theta = np.full(len(names), np.nan)
-                    rows.append(relative_error(names, theta, true))
+                    rows.append(relative_error(phase, theta, true))
     shape = (len(settings.keys), len(settings.percent), len(config.cases), len(estimators), len(names))
     coordinates = {
         "known": (settings.keys, "1", "quantity held wrong"),

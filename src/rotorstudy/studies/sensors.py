@@ -13,15 +13,15 @@ from rotorstudy.measurement.noise import noise_std, noisy, standard_normal
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.model.rig import build_model
 from rotorstudy.store import dataset
-from rotorstudy.studies.config import clean_spectrum, parameter_coordinates, reported_names, true_values
+from rotorstudy.studies.common import clean_spectrum, is_phase, parameter_coordinates, reported_names, true_values
 
 NOISE = 0.01  # white in time, of each sensor's own rms
 STARTS = 10
 START_OFF = 0.3  # each amplitude is off by this much, up or down
 
 
-def sensors(config, rig):
-    """Fits of the response from every set of sensors and case.
+def sensors(config):
+    """Fits of the response of the main rig from every set of sensors and case.
 
     From exact data fits begin far off, at amplitudes 30 % too large or too small; under noise, at the best these found.
     returns : bound (sensors, case, parameter) relative, at 1 % white noise, of phases in rad; NaN if not identifiable
@@ -29,10 +29,11 @@ def sensors(config, rig):
               scatter (sensors, case, parameter) rms error under that noise, as the bound; fitted (sensors, case) share
               of the noisy fits that converged
     """
+    rig = config.main_rig
     model, names = config.rig(rig), reported_names(config)
     theta_true = model.theta[model.position(config.unknowns)]
     true = true_values(config, model)
-    scale = np.where([name.endswith("_phase") for name in names], 1, np.abs(true))
+    scale = np.where(is_phase(config, names), 1, np.abs(true))
     shape = (len(config.sensor_sets), len(config.cases))
     bound, scatter = np.full((2, *shape, len(names)), np.nan)
     start_error, fitted = np.full((*shape, STARTS), np.nan), np.full(shape, np.nan)
@@ -79,4 +80,4 @@ def sensors(config, rig):
         "fitted": (("sensors", "case"), fitted, "1", "share of the noisy fits that converged"),
         "true": (("parameter",), true, "SI", "value assumed"),
     }
-    return dataset(variables, coordinates, title=f"{config.title}: few sensors")
+    return dataset(variables, coordinates, title=f"{config.title}: few sensors", seed=seed)

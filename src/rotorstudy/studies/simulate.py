@@ -6,7 +6,7 @@ from rotorstudy.measurement.records import Record, full_spectrum, keyphasor_sign
 from rotorstudy.model.registry import registry
 from rotorstudy.response.integration import time_response, transient_response
 from rotorstudy.store import as_complex, dataset
-from rotorstudy.studies.config import SPEED
+from rotorstudy.studies.common import SPEED
 
 PHASES = ("none", "reference", "keyphasor")
 
@@ -82,7 +82,7 @@ def kind_spectrum(config, kind, records, name, phase):
     return spectrum.with_amplitude(spectrum.amplitude * turn[..., None])
 
 
-def spectra(config, simulation):
+def spectra(config, records):
     """Full spectra of the records of `simulate`, of every kind, by every spectrum method and phase reference.
 
     A record that is late by a fraction of a sample is the given one shifted; of a whole sample, rolled.
@@ -90,10 +90,10 @@ def spectra(config, simulation):
               reference_phase (record, spectrum_method, speed, harmonic) rad
     """
     methods, kinds = config.spectra, config.record.kinds
-    displacement = as_complex(simulation.displacement)  # (source, speed, node, time)
-    speeds, sensors = simulation.speed.values, tuple(int(n) for n in simulation.node.values)
+    displacement = as_complex(records.displacement)  # (source, speed, node, time)
+    speeds, sensors = records.speed.values, tuple(int(n) for n in records.node.values)
     coordinates = {
-        "source": (simulation.source.values, "1", "how the record was made"),
+        "source": (records.source.values, "1", "how the record was made"),
         "record": (list(kinds), "1", "how the record was taken"),
         "spectrum_method": (methods, "1", "spectrum method"),
         "phase_reference": (list(PHASES), "1", "what the phase is compensated by"),

@@ -8,7 +8,14 @@ from rotorstudy.inference.linear import solve_equations, solve_linear
 from rotorstudy.inference.problem import Problem, magnitude_and_phase
 from rotorstudy.response.statics import static_deflection
 from rotorstudy.store import dataset
-from rotorstudy.studies.config import clean_spectrum, parameter_coordinates, relative_error, reported_names, true_values
+from rotorstudy.studies.common import (
+    clean_spectrum,
+    is_phase,
+    parameter_coordinates,
+    relative_error,
+    reported_names,
+    true_values,
+)
 
 
 def held_model(model, speeds, percent):
@@ -24,7 +31,8 @@ def variants(config):
 
     returns : estimate, relative_error (variant, case, parameter), of phases the difference in rad; true (parameter)
     """
-    estimates, errors = [], []
+    estimates, errors, names = [], [], reported_names(config)
+    phase = is_phase(config, names)
     for variant in config.variants.values():
         source, model = config.rig(variant.simulated), config.rig(variant.identified)
         true = true_values(config, source)
@@ -35,13 +43,13 @@ def variants(config):
             problem = Problem(used, spectrum, tuple(config.unknowns), condensation=variant.condensation)
             exact = variant.condensation == "exact"
             theta = solve_equations(problem) if exact else solve_linear(*problem.equations(), problem.names)
-            names, theta, _ = magnitude_and_phase(config.unknowns, theta, np.eye(len(theta)))
+            _, theta, _ = magnitude_and_phase(config.unknowns, theta, np.eye(len(theta)))
             estimates.append(theta)
-            errors.append(relative_error(names, theta, true))
+            errors.append(relative_error(phase, theta, true))
     coordinates = {
         "variant": (list(config.variants), "1", "how the equations are solved"),
         "case": (list(config.cases), "1", "speeds used together"),
-        **parameter_coordinates(reported_names(config)),
+        **parameter_coordinates(names),
     }
     shape = [len(values) for values, *_ in coordinates.values()]
     true = true_values(config, config.rig(config.main_rig))

@@ -7,8 +7,9 @@ from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
 from rotorstudy.response.harmonic import measured_response
 from rotorstudy.store import dataset
-from rotorstudy.studies.config import (
+from rotorstudy.studies.common import (
     clean_spectrum,
+    is_phase,
     parameter_coordinates,
     relative_error,
     reported,
@@ -17,18 +18,26 @@ from rotorstudy.studies.config import (
 )
 
 
-def weight_dominance(config, rig):
-    """What weight dominance costs: a crack acting on the static deflection only, against the full time-periodic one.
+def first_crack(config, rig):
+    """The Term of the first crack of a rig."""
+    kind = config.rigs[rig]["cracks"][0]["kind"]
+    return next(term for term in config.rig(rig).terms if term.kind == kind)
+
+
+def weight_dominance(config):
+    """What weight dominance costs the main rig: a crack acting on the static deflection only, against the full one.
 
     The stiffness losses of the rig's first crack are scaled by `config.crack_scales`.
     returns : displacement (crack, crack_scale, speed, harmonic, part) at the shown speeds, middle sensor;
               error (crack_scale, case, parameter) of least squares with the weight-dominant model on full-crack data
     """
+    rig = config.main_rig
     scales, crack = np.array(config.crack_scales), config.rigs[rig]["cracks"][0]
+    term = first_crack(config, rig)
     found, errors = [], []
     least_squares = registry().get("estimator", "least_squares").function
     for scale in scales:
-        loss = {key: scale * value for key, value in crack.items() if key.startswith("stiffness_loss")}
+        loss = {loss.key: scale * term.values[loss.name] for loss in term.parameters}
         models = []
         for dominance in (True, False):
             scaled = {**config.rigs[rig], "cracks": [{**crack, **loss, "weight_dominance": dominance}]}
@@ -43,7 +52,7 @@ def weight_dominance(config, rig):
         for case in config.cases.values():
             problem = Problem(models[0], clean_spectrum(config, models[1], case.speeds), tuple(config.unknowns))
             names, theta, _ = reported(problem, least_squares(problem))
-            errors.append(relative_error(names, theta, true))
+            errors.append(relative_error(is_phase(config, names), theta, true))
     found = np.moveaxis(np.array(found), 0, 1)
     coordinates = {
         "crack": (["weight dominant", "full"], "1", "what the crack's stiffness loss acts on"),

@@ -5,7 +5,7 @@ import numpy as np
 from rotorstudy.response.stability import eigenvalues
 from rotorstudy.response.whirl import critical_speeds, time_invariant, without_damping
 from rotorstudy.store import dataset
-from rotorstudy.studies.config import SPEED
+from rotorstudy.studies.common import SPEED
 
 ORDERS = (1, 2, 3, -1)
 

@@ -1,8 +1,20 @@
-"""Configuration of the whole workflow."""
+"""What the workflow needs: its configuration, and for each job a log, inputs, the function to call, and its code."""
+
+import ast
+import functools
+import sys
+import traceback
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from importlib import import_module
+from pathlib import Path
 
 from pydantic import Field
 
+from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.configuration import Strict
+from rotorstudy.model.registry import blamed
+from rotorstudy.model.rig import named_plugins
+from rotorstudy.store import load
 
 
 class DiagnosisItem(Strict):
@@ -31,3 +43,104 @@ class WorkflowConfig(Strict):
     compare: str | None = None
     diagnoses: dict[str, DiagnosisItem] = {}
     cracks: str = ""
+
+
+@contextmanager
+def job(snakemake):
+    """Send what a script prints to the rule's log; a mistake of the user ends the job with one line."""
+    path = Path(snakemake.log[0])
+    path.parent.mkdir(parents=True, exist_ok=True)
+    screen = sys.stderr
+    with path.open("w") as log, redirect_stdout(log), redirect_stderr(log):
+        try:
+            yield
+        except Exception as error:
+            message = error if isinstance(error, RotorstudyError) else blamed(error)
+            if not message:
+                raise
+            if not isinstance(error, RotorstudyError):
+                traceback.print_exc(file=log)
+            print(f"error: {message}", file=log)
+            print(f"error: {message}", file=screen)
+            sys.exit(1)
+
+
+def opened(inputs):
+    """The results among the inputs of a rule.
+
+    Parameters
+    ----------
+    inputs : mapping
+        Name of an input -> path, or several.
+
+    Returns
+    -------
+    dict
+        Name -> Dataset of a NetCDF file; of several, name of the file without its ending -> Dataset. Others are left
+        out.
+    """
+    found = {}
+    for name, given in inputs.items():
+        paths = [Path(path) for path in ([given] if isinstance(given, str) else given)]
+        if paths and all(path.suffix == ".nc" for path in paths):
+            data = {path.stem: load(path) for path in paths}
+            found[name] = data[paths[0].stem] if isinstance(given, str) else data
+    return found
+
+
+def named_function(name):
+    """The function of a name with its module, as a rule gives it: "rotorstudy.studies.whirl.whirl"."""
+    module, _, attribute = name.rpartition(".")
+    return getattr(import_module(module), attribute)
+
+
+@functools.cache
+def _imports(file):
+    """Files of this package that one file imports, also inside functions. Kept: every script shares most of them."""
+    modules = []
+    for node in ast.walk(ast.parse(file.read_text())):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            modules += [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
+        elif isinstance(node, ast.Import):
+            modules += [alias.name for alias in node.names]
+    return _module_files(modules)
+
+
+def _module_files(modules):
+    """Those of some modules that are files of this package."""
+    home = Path(__file__).parents[1]
+    bases = [
+        home.joinpath(*parts[1:]) for parts in (module.split(".") for module in modules) if parts[0] == "rotorstudy"
+    ]
+    return {path for base in bases for path in (base.with_suffix(".py"), base / "__init__.py") if path.is_file()}
+
+
+def imported_files(script, *functions):
+    """Files of this package a job depends on: Snakemake sees a change of a script but not of the modules behind it.
+
+    Parameters
+    ----------
+    script : path
+        What the job runs.
+    functions : str
+        Functions the script is given by name, see `named_function`.
+
+    Returns
+    -------
+    list of str
+        What the script and the modules of the functions import, directly or through others (also inside functions),
+        these modules, and the page templates beside them; the script is not included.
+    """
+    seen = _module_files(function.rpartition(".")[0] for function in functions)
+    waiting = [Path(script), *seen]
+    while waiting:
+        new = _imports(waiting.pop()) - seen
+        seen |= new
+        waiting += new
+    templates = {page for file in seen for page in file.parent.glob("templates/*.html")}
+    return sorted(map(str, seen | templates))
+
+
+def plugin_files(rigs, plugins=()):
+    """Files of the plugins that rigs name, and of further ones."""
+    return sorted({plugin.file for plugin in [*plugins, *(p for rig in rigs for p in named_plugins(rig))]})

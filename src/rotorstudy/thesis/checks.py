@@ -104,14 +104,14 @@ def physical_checks(config, estimates, bow):
         f"the stiffness loss is at most {bound['stiffness loss']:.0f} N/m by the impact tests ({max(frequencies):g} "
         f"and {min(frequencies):g} Hz, each within {resolution:g} Hz), times the largest p_n of any opening"
     )
-    rows = []
+    harmonic, rows = {name: n for n, name in config.losses.items()}, []
     for row in estimates.itertuples():
         unit, highest, why, outside = "N s/m", bound["damping"], damping, "impossible"
         low, high = row.low, row.high
         if row.parameter == "eccentricity":
             unit, highest, why, outside = "m", bow, eccentricity, "implausible"
-        elif row.parameter.startswith("stiffness_loss"):
-            n = int(row.parameter.partition("_p")[2])
+        elif row.parameter in harmonic:
+            n = harmonic[row.parameter]
             unit, highest, why = "N/m", bound["stiffness loss"] * largest_participation(n), loss
             ends = sorted((abs(row.low), abs(row.high)))
             low, high = (0.0 if row.low * row.high < 0 else ends[0]), ends[1]

@@ -6,6 +6,7 @@ Every function returns numbers by name; the errata page quotes them as {name}.
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 
 from rotorstudy.inference.bounds import cramer_rao_bound
 from rotorstudy.inference.equation_error import regression
@@ -19,11 +20,14 @@ from rotorstudy.response.harmonic import forced_harmonics, measured_response
 from rotorstudy.response.stability import eigenvalues
 from rotorstudy.response.whirl import critical_speeds, time_invariant
 from rotorstudy.store import as_complex
-from rotorstudy.studies.config import clean_spectrum
+from rotorstudy.studies.common import clean_spectrum
+from rotorstudy.thesis import chapter_6 as chapter_6_tables
 from rotorstudy.thesis.replay import printed_values, remove_slow_roll, replay_problem, rounding_draws
 from rotorstudy.thesis.scoreboard import published
 
 DAMPINGS = ("internal_damping", "external_damping")
+LEAST = 1e-7  # m, amplitude of the smallest harmonic compared in Chapter 6
+CHAPTER_6_NODES = {f"100 rad/s, node {n}": n - 1 for n in chapter_6_tables.NODES}  # case as printed -> sensor
 GRAVITY = 9.81  # m/s^2, as in the thesis
 HARMONICS = (0, 1, 2, 3, 5, 7, -1, -3, -5)  # in the order in which the thesis writes its equations
 
@@ -73,10 +77,10 @@ def _case_problem(config, rig, case):
     return Problem(model, clean_spectrum(config, model, config.cases[case].speeds), tuple(config.unknowns))
 
 
-def _negated(config, rig, start):
-    """(parameter,) the amplitudes of a rig, those whose name starts so with reversed sign."""
+def _negated(config, rig, unit):
+    """(parameter,) the amplitudes of a rig, those of a unit with reversed sign."""
     model = config.rig(rig)
-    return np.where([name.startswith(start) for name in model.names], -1, 1) * model.theta
+    return np.where([own == unit for own in model.units], -1, 1) * model.theta
 
 
 def chapter_2(config, folder):
@@ -84,7 +88,7 @@ def chapter_2(config, folder):
     printed = published(folder, ["2.2", "2.3", "2.5"])
     spectra = printed[printed.method == "regression"]
     thesis, speeds = config.rig("thesis"), {"88 rad/s": 88.0}
-    right = _negated(config, "thesis", "stiffness_loss")
+    right = _negated(config, "thesis", "N/m")
     first = np.abs(measured_response(thesis, [88.0], [1], np.stack([thesis.theta, right]))[:, 0, 0, 0])
     physical = measured_response(config.rig("physical"), [88.0], HARMONICS)[0, :, 0]
     cut = measured_response(thesis, [88.0], HARMONICS, right)[0, :, 0]
@@ -134,9 +138,9 @@ def chapter_4(config, folder, spectra, dominance, noisy):
     spectra, noisy : of the thesis's rig, noisy its Monte Carlo;  dominance : of the study
     """
     printed = published(folder, ["4.2", "4.3", "4.4", "4.5", "4.7"])
-    whole = printed[(printed.method == "regression") & printed.case.str.endswith(", complete cycles")]
-    whole = whole[whole.quantity != "reference phase"]
     speeds = dict(zip(("20 Hz, complete cycles", "50 Hz, complete cycles"), config.shown_speeds_rad_s, strict=True))
+    whole = printed[(printed.method == "regression") & printed.case.isin(speeds)]
+    whole = whole[whole.quantity != "reference phase"]
     thesis = config.rig("thesis")
     turned = {**config.rigs["thesis"], "rotor": {**config.rigs["thesis"]["rotor"], "gyroscopic_sign": 1}}
     right = build_model(turned, "the thesis's rig with the right gyroscopic sign")
@@ -231,3 +235,75 @@ def chapter_5(replay, spectra, identification):
         "right_5_c_H": float(ours.sel(parameter="internal_damping")),
         "right_5_c_E": float(ours.sel(parameter="external_damping")),
     }
+
+
+def deviations(model, printed):
+    """How far printed harmonics at the nodes of Chapter 6 are from the steady state of a model at 100 rad/s.
+
+    printed : rows of `published`, Tables 6.2 to 6.7
+    returns : DataFrame with table, item, computed (m or rad) and deviation, of amplitudes relative and of phases in
+              rad, of the harmonics above 0.1 um
+    """
+    harmonics = sorted({int(n) for n in printed.item})
+    response = measured_response(model, [100.0], harmonics)[0]
+    rows = []
+    for row in printed.itertuples():
+        value = response[harmonics.index(int(row.item)), CHAPTER_6_NODES[row.case]]
+        if abs(value) < LEAST:
+            continue
+        if row.quantity == "amplitude":
+            computed, deviation = abs(value), abs(abs(value) / row.published - 1)
+        else:
+            computed, deviation = np.angle(value), abs(np.angle(value * np.exp(-1j * row.published)))
+        rows.append({"table": row.table, "item": row.item, "computed": computed, "deviation": deviation})
+    return pd.DataFrame(rows)
+
+
+def chapter_6(config, folder, variants):
+    """Gyroscopic sign and mass matrix behind the spectra, phases of unbalance, and the signs of Tables 6.8 and 6.9.
+
+    variants : Dataset of `studies.variants.variants`
+    """
+    printed = published(folder, [f"6.{n}" for n in range(2, 8)])
+    printed = printed[printed.method == "regression"]
+    rig = config.rigs["thesis"]
+    effects = [{**item} for item in rig["effects"]]
+    unbalances = [item for item in effects if "eccentricity_phase_rad" in item]
+    phases = [item["eccentricity_phase_rad"] for item in unbalances]
+    for item, phase in zip(unbalances, reversed(phases), strict=True):
+        item["eccentricity_phase_rad"] = phase
+    read = {
+        "thesis": rig,
+        "right_sign": {**rig, "rotor": {**rig["rotor"], "gyroscopic_sign": 1}},
+        "right_mass": {**rig, "effects": rig["effects"][:-1]},
+        "printed_phases": {**rig, "effects": effects},
+    }
+    found = {name: deviations(build_model(own, f"Chapter 6, {name}"), printed) for name, own in read.items()}
+    misprint = (found["thesis"].table == "6.4") & (found["thesis"].item == "-2")
+    worst = {name: table.deviation[~misprint].max() * 100 for name, table in found.items()}
+    one = published(folder, ["6.8"])
+    one = one[one.noise_percent == 0].set_index("item").published
+    names = ("e_1", "e_2", "phi_1", "phi_2")
+
+    def off(variant):
+        """Largest deviation of our eccentricities and phases from the printed ones, per cent."""
+        here = variants.estimate.sel(variant=variant, case=chapter_6_tables.CASES["6.8"])
+        ours = {name: chapter_6_tables.PARAMETERS[name] for name in names}
+        return max(abs(float(here.sel(parameter=p)) * factor / one[n] - 1) for n, (p, factor) in ours.items()) * 100
+
+    true = {name: float(variants.true.sel(parameter=chapter_6_tables.PARAMETERS[name][0])) for name in names[:2]}
+    return {
+        **{f"reading_{name}_percent": value for name, value in worst.items()},
+        "minus_2X_um": float(found["thesis"][misprint].computed.iloc[0]) * 1e6,
+        "phi_1_deg": one["phi_1"],
+        "e_1_off_percent": (one["e_1"] / true["e_1"] - 1) * 100,
+        "e_2_off_percent": (one["e_2"] / true["e_2"] - 1) * 100,
+        "opposite_signs_percent": off(chapter_6_tables.VARIANT),
+        "consistent_signs_percent": off("the thesis with consistent signs"),
+    }
+
+
+def filled(entries, numbers):
+    """The errata as a DataFrame, every {name} in their texts replaced by its number."""
+    table = pd.DataFrame([{key: text.format(**numbers) for key, text in entry.items()} for entry in entries])
+    return table.apply(lambda column: column.str.split().str.join(" "))

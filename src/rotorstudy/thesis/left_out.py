@@ -1,23 +1,64 @@
 """What a diagnosis gains at each speed when that speed is left out, and what it says of a thesis's own model."""
 
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
 import numpy as np
 
+from rotorstudy.diagnosis.result import Verdict
 from rotorstudy.diagnosis.search import base_model
-from rotorstudy.diagnosis.verdict import investigate
+from rotorstudy.diagnosis.settings import read_settings
+from rotorstudy.diagnosis.verdict import diagnose
+from rotorstudy.diagnosis.words import gain_in_words, place, readable
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import predicted, with_model_error
 from rotorstudy.inference.problem import magnitude_and_phase
 from rotorstudy.measurement.measurement import measured_spectrum
+from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import read_rig
-from rotorstudy.presentation.diagnosis_page import chance, gain_in_words, place
-from rotorstudy.presentation.diagnosis_report import read_settings
 from rotorstudy.response.harmonic import measured_response
-from rotorstudy.store import as_complex
+from rotorstudy.store import as_complex, load
 from rotorstudy.thesis.checks import shown_name
+from rotorstudy.thesis.config import load_replay
 from rotorstudy.thesis.replay import thesis_estimates
+from rotorstudy.units import number, p_value, shown_unit
 
 UNLIMITED = 1e3  # times the stated uncertainty: as the thesis fits, with no limit on any parameter
 WORST = 4  # harmonics named in a sentence
+SHEETS = {
+    "harmonics": "Harmonics",
+    "left_out": "Each speed left out, rms over the harmonics",
+    "parameters": "The thesis's estimates",
+}
+
+
+@dataclass(frozen=True)
+class Compared:
+    """A parameter of the thesis's model by three fits, lengths in µm.
+
+    is_phase    : of a complex parameter
+    is_positive : it cannot be negative: a passive part has none such
+    on_weight   : it acts on the static deflection alone, as the crack forces do
+    thesis      : its estimate;  base, extended : value and standard deviation without and with the causes found
+    """
+
+    rig: str
+    parameter: str
+    unit: str
+    is_phase: bool
+    is_positive: bool
+    on_weight: bool
+    thesis: float
+    base: tuple[float, float]
+    extended: tuple[float, float]
+
+    def row(self):
+        """As a table shows it."""
+        found = {"rig": self.rig, "parameter": self.parameter, "unit": self.unit, "thesis": self.thesis}
+        for name, (value, std) in (("base", self.base), ("extended", self.extended)):
+            found |= {name: value, f"{name} ±": std}
+        return found
 
 
 def leave_one_out(records, rig_path):
@@ -32,15 +73,14 @@ def leave_one_out(records, rig_path):
     free = settings.model_copy(update={"uncertainty": {k: UNLIMITED * v for k, v in settings.uncertainty.items()}})
     rows = []
     for i, speed in enumerate(spectrum.speed):
-        verdict = investigate(spectrum, model, hold_out=[speed], settings=settings).verdict
+        verdict = diagnose(spectrum, model, hold_out=[speed], settings=settings)
         seen = np.arange(len(spectrum.speed)) != i
         whole, prior = base_model(model, free)
         fitted = fit(whole, with_model_error(spectrum.at_speeds(seen), settings), prior)
         off = spectrum.amplitude[i] - predicted(whole, spectrum.at_speeds([i]), fitted.theta)[0]
-        gain = verdict["gain"]
         rows.append({
-            "speed": float(speed), "verdict": verdict["verdict"], "causes": sorted(map(place, verdict["causes"])),
-            "base": gain["before_m"], "extended": gain["after_m"],
+            "speed": float(speed), "verdict": verdict.verdict, "causes": sorted(map(place, verdict.causes)),
+            "base": verdict.gain.before_m, "extended": verdict.gain.after_m,
             "without_limits": float(np.sqrt(np.mean(np.abs(off) ** 2))), "summary": gain_in_words(verdict),
         })  # fmt: skip
     return rows
@@ -71,39 +111,51 @@ def harmonic_rows(config, data, folder):
         for name, when in (("base", "before"), ("extended", "after"))
     }
     return [
-        {"rig": config.name.replace("_", " "), "harmonic": f"{n}X", **{k: float(v[i]) for k, v in columns.items()}}
+        {"rig": readable(config.name), "harmonic": f"{n}X", **{k: float(v[i]) for k, v in columns.items()}}
         for columns in [microns | sigma]
         for i, n in enumerate(harmonics)
     ]
 
 
-def parameter_rows(config, data, folder):
-    """A row a parameter of the thesis: its estimate, and ours within the limits, before and after the causes."""
-    printed = dict(zip(config.model.names, thesis_estimates(config, folder, config.all_speeds), strict=True))
-    chosen = data.sel(parameter=list(printed))
+def compared_parameters(config, data, folder):
+    """Compared for each parameter of the thesis's model: its estimate, and ours before and after the causes.
+
+    config : ReplayConfig;  data : Dataset of verdict.nc;  folder : of the published values
+    """
+    names = list(config.model.names)
+    printed = thesis_estimates(config, folder, config.all_speeds)
+    chosen = data.sel(parameter=names)
+    fits = {"thesis": (printed, np.ones(len(names)))}
+    for source, prefix in (("base", "base_"), ("extended", "")):
+        fits[source] = (chosen[f"{prefix}estimate"].values, chosen[f"{prefix}std"].values)
     found = {}
-    for source in ("base_", ""):
-        theta, std = chosen[f"{source}estimate"].values, chosen[f"{source}std"].values
-        names, theta, covariance = magnitude_and_phase(list(printed), theta, np.diag(std**2))
-        found[source] = dict(zip(names, zip(theta, np.sqrt(np.diag(covariance)), strict=True), strict=True))
-    thesis = magnitude_and_phase(list(printed), np.array(list(printed.values())), np.eye(len(printed)))
-    rows = []
-    for name, value in zip(thesis[0], thesis[1], strict=True):
-        (unit,) = config.model.reported_units([name])
-        small = 1e6 if unit == "m" else 1.0
-        columns = {"thesis": value * small}
-        for label, source in (("base", "base_"), ("extended", "")):
-            columns |= {label: found[source][name][0] * small, f"{label} ±": found[source][name][1] * small}
-        unit = "µm" if unit == "m" else unit
-        rows.append({"rig": config.name.replace("_", " "), "parameter": shown_name(name), "unit": unit, **columns})
-    return rows
+    for source, (theta, std) in fits.items():
+        shown, theta, covariance = magnitude_and_phase(names, theta, np.diag(std**2))
+        found[source] = dict(zip(shown, zip(theta, np.sqrt(np.diag(covariance)), strict=True), strict=True))
+    compared = []
+    for term in config.model.terms:
+        effect = registry().plugins["effect"].get(term.kind)
+        for p in term.parameters:
+            full = term.full_name(p)
+            for name, unit in ((full, p.unit), (f"{full}_phase", "rad")) if p.is_complex else ((full, p.unit),):
+                unit, factor = shown_unit(unit) if unit == "m" else (unit, 1.0)
+                (value, _), *fitted = (found[source][name] for source in fits)
+                base, extended = ((one * factor, std * factor) for one, std in fitted)
+                kind = {
+                    "is_phase": name != full,
+                    "is_positive": bool(effect and effect.positive),
+                    "on_weight": {entry.on for entry in p.entries} == {"static"},
+                }
+                fits_of = {"thesis": value * factor, "base": base, "extended": extended}
+                compared.append(Compared(readable(config.name), shown_name(name), unit, **kind, **fits_of))
+    return compared
 
 
 def left_out_rows(config, rows):
     """Rows of `leave_one_out` as a page shows them, µm."""
     return [
         {
-            "rig": config.name.replace("_", " "),
+            "rig": readable(config.name),
             "speed left out (Hz)": row["speed"] / (2 * np.pi),
             "verdict": row["verdict"],
             "causes": "; ".join(row["causes"]),
@@ -118,12 +170,12 @@ def notes_on(config, verdict, harmonics, left_out):
 
     harmonics, left_out : from `harmonic_rows`, `leave_one_out`
     """
-    rig = config.name.replace("_", " ").capitalize()
+    rig = readable(config.name).capitalize()
     wrong = sorted(harmonics, key=lambda row: -row["base (σ)"])[:WORST]
     where = ", ".join(
         f"{row['harmonic']} by {row['base, left (µm)']:.3g} µm ({row['base (σ)']:.2g} σ)" for row in wrong
     )
-    before, after = (chance(verdict["residual_p_value"][when]) for when in ("before", "after"))
+    before, after = (p_value(p) for p in (verdict.residual_p_value.before, verdict.residual_p_value.after))
     always = set.intersection(*(set(row["causes"]) for row in left_out))
     gained = "; ".join(
         f"{row['speed'] / (2 * np.pi):.3g} Hz: {1e6 * row['base']:.3g} to {1e6 * row['extended']:.3g} µm "
@@ -132,98 +184,132 @@ def notes_on(config, verdict, harmonics, left_out):
     )
     better = sum(row["extended"] < row["base"] for row in left_out)
     return [
-        f"{rig}, what is wrong: drawn to what its own other measurements allow, the thesis's model misses most at "
-        f"{where}; chance of that by noise: {before}.",
-        f"{rig}, which cause: {_explained(verdict)} Chance of what is left by noise: {after}.",
-        f"{rig}, what adding causes gains at a speed left out: {better} of {len(left_out)} speeds are foretold better; "
-        f"{gained}; in brackets the thesis's model with every parameter free. Named whichever speed is left out: "
-        f"{', '.join(sorted(always)) or 'no cause, so none of them is established'}.",
+        f"{rig}, what is wrong: fitted within what its own other measurements allow, the thesis's model misses most at "
+        f"{where}; such a residual by noise alone: {before}.",
+        f"{rig}, which cause: {_explained(verdict)} What is left, by noise alone: {after}.",
+        f"{rig}, what adding causes gains at a speed left out: {better} of {len(left_out)} speeds are predicted "
+        f"better; {gained}; in brackets the thesis's model with every parameter free. Named whichever speed is left "
+        f"out: {', '.join(sorted(always)) or 'no cause, so none of them is established'}.",
     ]
 
 
 def _explained(verdict):
     """A sentence on what explains a rig's residual, without sizes that the records do not fix."""
-    causes = " together with ".join(map(place, verdict["causes"]))
-    others = ", ".join(dict.fromkeys(map(place, verdict["ambiguous_with"])))
-    removed = 100 * (1 - verdict["residual_share"])
+    causes = " together with ".join(map(place, verdict.causes))
+    others = ", ".join(dict.fromkeys(map(place, verdict.ambiguous_with)))
+    removed = 100 * (1 - verdict.residual_share)
     return {
         "nothing": "nothing is missing.",
         "cause": f"{causes}; it removes {removed:.3g} % of the excess error (rms).",
         "ambiguous": f"{causes}, or {others or 'another'}; it removes {removed:.3g} % of the excess error (rms).",
-        "unknown": "no effect of the library explains it (verdict: unknown). What comes nearest, "
+        "unknown": "no effect of the library explains it (verdict: unknown). The closest explanation, "
         f"{causes or 'nothing'}, removes {removed:.3g} % of the excess error (rms); it is no finding.",
-    }[verdict["verdict"]]
+    }[verdict.verdict]
 
 
-def changed_estimates(rows):
-    """Sentences, one a rig, on the thesis's estimates that the extended model contradicts by more than two deviations.
+def changed_estimates(compared):
+    """Sentences, one a rig, on the thesis's estimates that the extended model contradicts.
 
-    rows : from `parameter_rows`
+    That is by more than two standard deviations;  compared : from `compared_parameters`, of all rigs
     """
     found = []
-    for rig in dict.fromkeys(row["rig"] for row in rows):
-        own = [row for row in rows if row["rig"] == rig and not row["parameter"].endswith("phase")]
-        changed = [row for row in own if abs(row["extended"] - row["thesis"]) > 2 * row["extended ±"]]
-        named = [row for row in changed if not row["parameter"].startswith("dk")]
-        forces = [row for row in own if row["parameter"].startswith("dk")]
-        gone = sum(abs(row["extended"]) < 2 * row["extended ±"] for row in forces)
-        other = sum(row in changed for row in forces)
+    for rig in dict.fromkeys(one.rig for one in compared):
+        own = [one for one in compared if one.rig == rig and not one.is_phase]
+        forces = [one for one in own if one.on_weight]
+        changed = [one for one in own if abs(one.extended[0] - one.thesis) > 2 * one.extended[1]]
+        gone = sum(abs(one.extended[0]) < 2 * one.extended[1] for one in forces)
+        other = sum(one in changed for one in forces)
         said = ", ".join(
-            f"{row['parameter']} from {_round(row['thesis'])} to {_round(row['extended'])} ± {row['extended ±']:.2g} "
-            f"{row['unit']}"
-            for row in named
+            f"{one.parameter} from {number(one.thesis)} to {number(one.extended[0])} ± {one.extended[1]:.2g} {one.unit}"
+            for one in changed
+            if one not in forces
         )
         found.append(
             f"{rig.capitalize()}, which of the thesis's estimates change: {said or 'none of damping and unbalance'}; "
-            f"{other} of {len(forces)} crack forces dk p_n differ from the thesis's by more than two deviations, and "
-            f"{gone} are zero within two, once other causes may explain their harmonic (table below)."
+            f"{other} of {len(forces)} crack forces dk p_n differ from the thesis's by more than two standard "
+            f"deviations, and {gone} are zero within two, once other causes may explain their harmonic (table below)."
         )
     return found
-
-
-def _round(value):
-    """Three digits without an exponent: 1140, not 1.14e+03."""
-    return f"{float(f'{value:.3g}'):g}"
 
 
 def in_short(verdicts, harmonics):
     """The answer of the page in two sentences.
 
-    verdicts : name -> verdict.json;  harmonics : from `harmonic_rows`, of all rigs
+    verdicts : name -> Verdict;  harmonics : from `harmonic_rows`, of all rigs
     """
     worst = {}
     for row in harmonics:
         if row["base (σ)"] > worst.get(row["rig"], row)["base (σ)"] or row["rig"] not in worst:
             worst[row["rig"]] = row
     where = "; ".join(f"{rig}: {row['harmonic']}, {row['base, left (µm)']:.3g} µm" for rig, row in worst.items())
-    told = "; ".join(f"{name.replace('_', ' ')}: {v['verdict']}" for name, v in verdicts.items())
+    told = "; ".join(f"{readable(name)}: {v.verdict}" for name, v in verdicts.items())
     return f"In short: the thesis's model misses most at these harmonics ({where}). Verdicts on the cause: {told}."
 
 
-def impossible_dampings(rows):
-    """Sentences on dampings below zero by more than two deviations; rows : from `parameter_rows`."""
+def impossible_values(compared):
+    """Sentences on what is negative by more than two standard deviations and cannot be; compared : of all rigs."""
     return [
-        f"{row['rig'].capitalize()}, what speaks against it: the {model} model needs {row['parameter']} "
-        f"{row[model]:.3g} ± {row[f'{model} ±']:.2g} {row['unit']}. No passive part has that, so what it adds is not "
-        "the explanation."
-        for row in rows
-        for model in ("base", "extended")
-        if row["parameter"].endswith("damping") and row[model] < -2 * row[f"{model} ±"]
+        f"{one.rig.capitalize()}, what speaks against it: the {model} model needs {one.parameter} {value:.3g} ± "
+        f"{std:.2g} {one.unit}. No passive part has that, so what it adds is not the explanation."
+        for one in compared
+        for model, (value, std) in (("base", one.base), ("extended", one.extended))
+        if one.is_positive and value < -2 * std
     ]
 
 
 def shared_causes(verdicts):
-    """A sentence on what is a cause, or cannot be ruled out, in every rig; verdicts : name -> verdict.json."""
-    named = [{place(cause) for cause in v["causes"] + v["ambiguous_with"]} for v in verdicts.values()]
+    """A sentence on what is a cause, or cannot be ruled out, in every rig; verdicts : name -> Verdict."""
+    named = [{place(cause) for cause in v.causes + v.ambiguous_with} for v in verdicts.values()]
     shared = ", ".join(sorted(set.intersection(*named)))
-    kinds = {v["verdict"] for v in verdicts.values()}
-    doubt = " As no rig is explained by it, that is a hint where to look, not a cause." if kinds == {"unknown"} else ""
+    kinds = {v.verdict for v in verdicts.values()}
+    doubt = " As it explains no rig, that is a hint where to look, not a cause." if kinds == {"unknown"} else ""
     return f"In every rig, among what is named or cannot be ruled out: {shared or 'nothing'}.{doubt if shared else ''}"
+
+
+def replays_page(configs, folders, reference):
+    """Tables and notes of the page on the diagnoses of the replayed experiments.
+
+    Parameters
+    ----------
+    configs : list
+        Paths of the replay configurations.
+    folders : list
+        Of each the folder with verdict.json, verdict.nc and left_out.json.
+    reference : str or Path
+        Folder of the published values.
+
+    Returns
+    -------
+    tables : dict
+        Rows (list of dicts) of each sheet of `SHEETS`.
+    notes : list of str
+        The answer in short first.
+    """
+    harmonics, left_out, compared, notes, verdicts = [], [], [], [], {}
+    for path, folder in zip(configs, map(Path, folders), strict=True):
+        config, data = load_replay(path), load(folder / "verdict.nc")
+        verdict = verdicts[config.name] = Verdict.model_validate_json((folder / "verdict.json").read_text())
+        rows, wrong = json.loads((folder / "left_out.json").read_text()), harmonic_rows(config, data, reference)
+        harmonics += wrong
+        left_out += left_out_rows(config, rows)
+        compared += compared_parameters(config, data, reference)
+        notes += notes_on(config, verdict, wrong, rows)
+    notes = [
+        in_short(verdicts, harmonics),
+        LEGEND,
+        *notes,
+        shared_causes(verdicts),
+        *impossible_values(compared),
+        *changed_estimates(compared),
+        UNDECIDED[0],
+        *(f"Not decided either: {text}" for text in UNDECIDED[1:]),
+    ]
+    return {"harmonics": harmonics, "left_out": left_out, "parameters": [one.row() for one in compared]}, notes
 
 
 LEGEND = (
     "Thesis: its own estimates from all speeds, 0X and 1X of the slow roll taken off as in Eq. (3.1). Base: its model, "
-    "its dampings, crack and disc drawn to what its impact tests and a lathe allow. Without limits: its model, every "
+    "its dampings, crack and disc within what its impact tests and a lathe allow. Without limits: its model, every "
     "parameter free. Extended: base and the causes found."
 )
 UNDECIDED = (

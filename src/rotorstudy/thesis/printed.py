@@ -52,18 +52,18 @@ def joint_share(printed, without_noise, trials):
     return float((size <= own @ inverse @ own).mean())
 
 
-def noise_rows(printed, trials_of, parameters, models, mean_of):
+def noise_rows(printed, noisy, parameters, models, mean_of):
     """Rows of estimates under noise: one unknown realisation was printed; say where it falls among our trials.
 
     printed   : rows of `published` with a noise level above zero
-    trials_of : function of a printed case that gives its Monte Carlo Dataset, one record kind
+    noisy     : printed case -> its Monte Carlo Dataset, one record kind
     models    : short name -> noise model;  mean_of : the model whose mean is taken as ours
     returns   : dicts with KEYS, `computed`, and for each model percentile_, std_, distance_ from the mean (in standard
                 deviations), and share_, that of trials nearer to the noise-free estimate in all parameters together
     """
     rows, shares = [], {}
     for (case, level), group in printed.groupby(["case", "noise_percent"]):
-        data = trials_of(case).sel(noise=level, estimator="least_squares")
+        data = noisy[case].sel(noise=level, estimator="least_squares")
         names = [parameters[item][0] for item in group["item"]]
         factors = np.array([parameters[item][1] for item in group["item"]])
         exact = data.without_noise.sel(parameter=names).values * factors
@@ -72,9 +72,7 @@ def noise_rows(printed, trials_of, parameters, models, mean_of):
             shares[case, level, short] = joint_share(group["published"].to_numpy(), exact, trials * factors)
     for row in printed.to_dict("records"):
         ours, factor = parameters[row["item"]]
-        trials = trials_of(row["case"]).estimate.sel(
-            noise=row["noise_percent"], estimator="least_squares", parameter=ours
-        )
+        trials = noisy[row["case"]].estimate.sel(noise=row["noise_percent"], estimator="least_squares", parameter=ours)
         found = {"computed": float(trials.sel(noise_model=mean_of).mean()) * factor}
         for short, model in models.items():
             values = trials.sel(noise_model=model).values * factor

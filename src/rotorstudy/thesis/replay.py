@@ -4,214 +4,21 @@ The printed digits are the only noise there is: every value is known to half a u
 uncertainty is carried by drawing printed values from within it.
 """
 
-from itertools import product
-from typing import Annotated, Literal
-
 import numpy as np
-from pydantic import Field
 
-from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.inference.problem import Problem, magnitude_and_phase
 from rotorstudy.measurement.records import Record, full_spectrum, keyphasor_signal
 from rotorstudy.measurement.spectrum import Spectrum, components, independent_covariance
-from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.registry import registry
-from rotorstudy.model.rig import build_model
 from rotorstudy.response.harmonic import measured_response
 from rotorstudy.response.series import synthesize
-from rotorstudy.store import as_complex, dataset, read_yaml
-from rotorstudy.studies.config import SPEED, named_methods, parameter_coordinates
+from rotorstudy.store import as_complex, dataset
+from rotorstudy.studies.common import SPEED, parameter_coordinates
+from rotorstudy.thesis.config import QUANTITIES
 from rotorstudy.thesis.scoreboard import published
-
-QUANTITIES = ("amplitude", "phase", "reference phase")
-
 
 COLUMN = "fft"  # the printed column that pages and figures show
 DAMPINGS, BOTH_DAMPINGS = ("external_damping", "internal_damping"), "both_dampings"
-NEEDED = {  # of a picture by its kind
-    "record": ("case",),
-    "spectra": ("case",),
-    "without slow roll": ("case",),
-    "orbits": ("case",),
-    "model": ("case", "group"),
-    "checks": ("group",),
-}
-COMPARED = {"data_sets": ("regression", "fft"), "estimators": ("least_squares", "maximum_likelihood")}  # on every page
-
-
-class Correction(Strict):
-    """A misprint of the source: which value, what was printed, what is used, and why."""
-
-    case: str
-    item: int
-    quantity: str
-    printed: float
-    used: float
-    reason: str
-
-
-class Sheet(Strict):
-    """How a printed table is shown: its title, what to note, and which keys go across (the harmonics go down)."""
-
-    title: str
-    note: str
-    across: list[Literal["case", "quantity", "method"]]
-
-
-class Picture(Strict):
-    """A figure: what it shows, of which published speed, with the estimates of which group of the thesis."""
-
-    kind: Literal[
-        "record", "spectra", "without slow roll", "orbits", "model", "crack force", "bow magnification", "checks"
-    ]
-    case: str = ""
-    group: str = ""
-
-
-class ReplayConfig(Strict):
-    """A replayed experiment.
-
-    tables : of the published spectra;  estimates_table : of the thesis's estimates
-    cases  : name of each published speed -> rad/s, the slow roll first
-    groups : name of each group of estimates -> published cases used for it here, the one with most speeds last
-    thesis_groups : group as the thesis names it -> the group here; those not listed have the same name
-    thesis_deflection_m : static deflection of the thesis's own simulation, if it contradicts its rig
-    sheets, figures : printed tables and pictures by name
-    """
-
-    name: str
-    title: str
-    tables: list[str]
-    estimates_table: str
-    data_sets: list[str]
-    cases: dict[str, float]
-    slow_roll: str
-    corrections: list[Correction] = []
-    harmonics: list[int]
-    sampling_rate_Hz: float = Field(gt=0)
-    duration_s: float = Field(gt=0)
-    rig: dict
-    spectra: list[str] = Field(min_length=1)
-    estimators: list[str]
-    groups: dict[str, Annotated[list[str], Field(min_length=1)]] = Field(min_length=1)
-    thesis_groups: dict[str, str] = {}
-    thesis_deflection_m: float | None = None
-    sheets: dict[str, Sheet]
-    figures: dict[str, Picture]
-    trials: int = Field(ge=2)
-    seed: int
-    model_error: float = Field(ge=0)  # of each harmonic, slow roll removed: what the model is not trusted to explain
-    natural_frequency_Hz: dict[str, float]
-    frequency_resolution_Hz: float = Field(gt=0)
-    undamped_frequency_uncertainty: float = Field(ge=0)  # relative
-
-    @property
-    def model(self):
-        return build_model(self.rig, where=f"replay {self.name}, rig")
-
-    @property
-    def all_speeds(self):
-        """The group of estimates with most speeds."""
-        return list(self.groups)[-1]
-
-    @property
-    def thesis_names(self):
-        """Name of a parameter in the thesis -> (name here, factor to its unit)."""
-        (loss,) = {name.split("_p")[0] for name in self.model.names if "stiffness_loss" in name}
-        names = {"c_E": ("external_damping", 1.0), "c_H": ("internal_damping", 1.0), "e": ("eccentricity", 1.0)}
-        names["phi"] = ("eccentricity_phase", 180 / np.pi)
-        return names | {f"dk p_{n}": (f"{loss}_p{n}", 1.0) for n in self.harmonics}
-
-    @property
-    def time(self):
-        return np.arange(round(self.sampling_rate_Hz * self.duration_s)) / self.sampling_rate_Hz
-
-    @property
-    def speeds(self):
-        return np.array(list(self.cases.values()))
-
-
-def load_replay(path):
-    """A ReplayConfig from a YAML file; unknown and missing keys are one-line errors."""
-    return check_config(ReplayConfig, read_yaml(path), str(path))
-
-
-def check_replay(config, folder):
-    """Build the rig and find every name the replay uses, so that mistakes show before anything runs.
-
-    folder : holds the printed values
-    """
-    config.model.position(())
-    where = f"replay {config.name}"
-    known = {"case": config.cases, "group": {**config.groups, **config.thesis_groups}}
-    named = [("case", config.slow_roll), *(("case", case) for cases in config.groups.values() for case in cases)]
-    named += [("group", group) for group in config.thesis_groups.values()]
-    named += [(key, getattr(p, key)) for p in config.figures.values() for key in known if getattr(p, key)]
-    for key, name in named:
-        if name not in known[key]:
-            raise unknown_name(key, name, known[key], where)
-    for name, cases in config.groups.items():
-        if config.slow_roll in cases:
-            raise RotorstudyError(
-                f"{where}: group '{name}' holds the slow roll '{config.slow_roll}', which is zero after subtraction; "
-                "take it out"
-            )
-    named_methods(config.spectra, config.estimators, where)
-    _check_figures(config, where)
-    _check_printed(config, folder, where)
-
-
-def _check_figures(config, where):
-    """Every picture says what its kind needs."""
-    for name, picture in config.figures.items():
-        for key in NEEDED.get(picture.kind, ()):
-            if not getattr(picture, key):
-                raise RotorstudyError(f"{where}, figure '{name}': kind '{picture.kind}' needs '{key}:'")
-        if picture.kind == "model" and picture.case == config.slow_roll:
-            raise RotorstudyError(
-                f"{where}, figure '{name}': there is no model of the slow roll '{config.slow_roll}'; name another case"
-            )
-    kinds = {picture.kind for picture in config.figures.values()}
-    if "crack force" in kinds and "model" not in kinds:
-        raise RotorstudyError(
-            f"{where}: a figure of kind 'crack force' shows the groups of kind 'model'; give one of those"
-        )
-
-
-def _check_printed(config, folder, where):
-    """Every table is printed, and holds what the replay takes from it."""
-    try:
-        sheets = published(folder, [*config.sheets, config.estimates_table])
-        spectra = published(folder, config.tables)
-    except RotorstudyError as error:
-        raise RotorstudyError(f"{where}: {error}") from None
-    for data_set in config.data_sets:
-        if data_set not in set(spectra.method):
-            raise unknown_name("data set", data_set, spectra.method.unique(), where)
-    for key, names in COMPARED.items():
-        for name in names:
-            if name not in getattr(config, key):
-                raise RotorstudyError(f"{where}: {key} must list '{name}', which the pages compare with the others")
-    found = set(spectra[["case", "item", "quantity", "method"]].itertuples(index=False, name=None))
-    for case, n, quantity, data_set in product(config.cases, config.harmonics, QUANTITIES, config.data_sets):
-        if (case, str(n), quantity, data_set) not in found:
-            raise RotorstudyError(
-                f"{where}: tables {', '.join(config.tables)} print no {quantity} of {n}X for case '{case}', column "
-                f"'{data_set}' (cases printed: {', '.join(spectra.case.unique())})"
-            )
-    if config.estimates_table not in config.sheets:
-        raise unknown_name("estimates_table", config.estimates_table, config.sheets, f"{where}, sheets")
-    estimates = sheets[sheets.table == config.estimates_table]
-    place = f"{where}, Table {config.estimates_table}"
-    for group, part in estimates.groupby("case", sort=False):
-        if config.thesis_groups.get(group, group) not in config.groups:
-            raise unknown_name("group", group, {**config.groups, **config.thesis_groups}, place)
-        for name in config.thesis_names:
-            if name not in set(part.item):
-                raise unknown_name("parameter", name, part.item, f"{place}, '{group}'")
-    for group in (config.all_speeds, *(p.group for p in config.figures.values() if p.kind == "model")):
-        if group not in set(estimates.case):
-            raise unknown_name("group", group, estimates.case.unique(), place)
 
 
 def thesis_estimates(config, folder, group):
@@ -228,7 +35,7 @@ def thesis_estimates(config, folder, group):
     theta = np.array([known[name] for name in model.names])
     if config.thesis_deflection_m:
         ratio = config.thesis_deflection_m / model.structure.static_deflection[model.measured[0]].real
-        theta[[name.startswith("stiffness_loss") for name in model.names]] *= ratio
+        theta[model.position(list(config.losses.values()))] *= ratio
     return theta
 
 
@@ -252,7 +59,7 @@ def printed_values(config, folder, *, corrected):
     return found
 
 
-def records(config, folder):
+def records(config, reference):
     """The published spectra as time records, as printed and with the misprints corrected.
 
     returns : displacement (version, data_set, case, time, part) m; reference (version, data_set, case, time), of unit
@@ -262,7 +69,7 @@ def records(config, folder):
     forward = harmonics >= 0
     displacement, reference = [], []
     for corrected in (False, True):
-        values = {q: v for q, (v, _) in printed_values(config, folder, corrected=corrected).items()}
+        values = {q: v for q, (v, _) in printed_values(config, reference, corrected=corrected).items()}
         amplitude = values["amplitude"] * np.exp(1j * values["phase"])
         mark = np.exp(1j * values["reference phase"][..., forward])  # a real signal: -n is the conjugate of +n
         for signals, size, order in ((displacement, amplitude, harmonics), (reference, mark, harmonics[forward])):
@@ -283,14 +90,14 @@ def records(config, folder):
     return dataset(variables, coordinates, title=f"{config.title}: replayed records")
 
 
-def spectra(config, replay):
+def spectra(config, records):
     """Full spectra of replayed records by every method, as they come, compensated, and without bow and sensor gap.
 
     returns : displacement, compensated, corrected (version, data_set, spectrum_method, case, harmonic, part) m;
               reference_phase (version, data_set, spectrum_method, case, harmonic) rad
     """
     methods = {name: registry().get("spectrum", name) for name in config.spectra}
-    signals, references = as_complex(replay.displacement), replay.reference.values
+    signals, references = as_complex(records.displacement), records.reference.values
     shape = (*signals.shape[:2], len(methods), len(config.cases), len(config.harmonics))
     plain, compensated = np.zeros(shape, complex), np.zeros(shape, complex)
     for v, d in np.ndindex(*signals.shape[:2]):
@@ -302,7 +109,7 @@ def spectra(config, replay):
             plain[v, d, m] = full_spectrum(taken, config.harmonics, method, "none").amplitude[..., 0]
             compensated[v, d, m] = full_spectrum(taken, config.harmonics, method, "reference").amplitude[..., 0]
     coordinates = {
-        "version": (replay.version.values, "1", "with the misprints or without"),
+        "version": (records.version.values, "1", "with the misprints or without"),
         "data_set": (config.data_sets, "1", "column of the tables"),
         "spectrum_method": (list(methods), "1", "spectrum method"),
         "case": (list(config.cases), "1", "published speed"),
@@ -359,7 +166,7 @@ def replay_problem(config, cases, compensated, draws):
     return Problem(model, spectrum, model.names)
 
 
-def identify(config, folder, spectra_data):
+def identify(config, reference, spectra):
     """Estimates of every estimator, data set and group, with 95 % intervals.
 
     Intervals of least squares come from estimates with printed values drawn from within their last digit; those of
@@ -369,15 +176,15 @@ def identify(config, folder, spectra_data):
               misfit (estimator, data_set, group);
               simulated (estimator, data_set, group, case, harmonic, part) m, what the identified model predicts
     """
-    compensated = as_complex(spectra_data.compensated.sel(version="corrected"))
-    method = list(spectra_data.spectrum_method.values).index("regression")
+    compensated = as_complex(spectra.compensated.sel(version="corrected"))
+    method = list(spectra.spectrum_method.values).index("regression")
     higher = [case for case in config.cases if case != config.slow_roll]
     speeds = [config.cases[case] for case in higher]
     estimates, misfits, simulated = [], [], []
     for name in config.estimators:
         estimator = registry().get("estimator", name).function
         for d, data_set in enumerate(config.data_sets):
-            draws = rounding_draws(config, folder, data_set)
+            draws = rounding_draws(config, reference, data_set)
             for cases in config.groups.values():
                 problem = replay_problem(config, cases, compensated[d, method], draws)
                 found = estimator(problem)
@@ -389,7 +196,7 @@ def identify(config, folder, spectra_data):
                 else:
                     drawn = estimator(replay_problem(config, cases, draws, draws))
                     drawn = _reported(problem.names, drawn.theta, drawn.covariance)[1]
-                    low, high = np.percentile(_unwrapped(names, drawn, theta), [2.5, 97.5], axis=0)
+                    low, high = np.percentile(_unwrapped(config, names, drawn, theta), [2.5, 97.5], axis=0)
                 estimates.append((theta, low, high))
                 misfits.append(found.misfit / freedom)
                 simulated.append(measured_response(problem.model, speeds, config.harmonics, found.theta)[..., 0])
@@ -421,7 +228,7 @@ def identify(config, folder, spectra_data):
             "response of the identified model, slow roll removed",
         ),
     }
-    return dataset(variables, coordinates, title=f"{config.title}: identification")
+    return dataset(variables, coordinates, title=f"{config.title}: identification", seed=config.seed)
 
 
 def _reported(names, theta, covariance):
@@ -436,8 +243,8 @@ def _reported(names, theta, covariance):
     return names, theta @ turn.T, turn @ covariance @ turn.T
 
 
-def _unwrapped(names, drawn, theta):
+def _unwrapped(config, names, drawn, theta):
     """Drawn phases within half a turn of the estimate, so that an interval makes sense."""
-    is_phase = np.array([n.endswith("_phase") for n in names])
+    is_phase = np.array([unit == "rad" for unit in config.model.reported_units(names)])
     near = theta + np.angle(np.exp(1j * (drawn - theta)))
     return np.where(is_phase, near, drawn)

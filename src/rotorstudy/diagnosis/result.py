@@ -1,0 +1,148 @@
+"""What a diagnosis says, as data: the content of verdict.json, from which pages, texts and figures are made.
+
+Values are in SI; `std` is one standard deviation. docs/diagnosis.md explains every key.
+"""
+
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, BeforeValidator, ConfigDict
+
+from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.measurement.findings import Finding
+
+FORMAT_VERSION = 2  # of verdict.json and verdict.nc
+
+
+class Result(BaseModel):
+    """Frozen data; numbers that are not finite become null in JSON."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+def _without_numpy(where):
+    return {key: value.item() if isinstance(value, np.generic) else value for key, value in where.items()}
+
+
+class Place(Result):
+    """An effect of the library at a place; where : options of the place, like {"node": 2}."""
+
+    effect: str
+    where: Annotated[dict[str, Any], BeforeValidator(_without_numpy)]
+
+
+class ParameterEstimate(Result):
+    """A parameter of a cause.
+
+    part : of what it is the value: an "amplitude", the "magnitude" or "phase" of a complex one, or an option of the
+           "shape" of a nonlinear force, which has its unit in its name and no standard deviation
+    """
+
+    value: float | None
+    std: float | None
+    unit: str
+    part: Literal["amplitude", "magnitude", "phase", "shape"]
+
+
+class Cause(Place):
+    """A possible cause; parameters : by name, those of a complex amplitude `x` as `x` and `x_phase`."""
+
+    parameters: dict[str, ParameterEstimate]
+    posterior_probability: float
+
+
+class SeparatingMeasurement(Result):
+    """A measurement that tells two causes apart."""
+
+    causes: tuple[Place, Place]
+    measurement: str
+
+
+class Unexplained(Result):
+    """A harmonic at a node that stands out of what is left; share : of its square, sigma : its rms."""
+
+    harmonic: int
+    node: int
+    share: float
+    sigma: float
+
+
+class PValues(Result):
+    """Probability of a residual this large by noise alone, of the base model and with the causes added."""
+
+    before: float
+    after: float
+
+
+class Gain(Result):
+    """Error (rms) at the held-out speeds (rad/s), in m and in standard deviations; ratio : of the errors in m."""
+
+    speeds: tuple[float, ...]
+    before_m: float
+    after_m: float
+    ratio: float
+    before_sigma: float
+    after_sigma: float
+
+
+class DetectionLimit(Place):
+    """The smallest amplitude detected with a probability of 95 %; part : of a complex parameter."""
+
+    parameter: str
+    part: Literal["amplitude", "real", "imaginary"]
+    amplitude: float | None
+    unit: str
+    of_typical: float | None
+
+
+class MovedParameter(Result):
+    """A parameter of the rig that the fit moved by more than two of its stated standard deviations."""
+
+    name: str
+    unit: str
+    stated: float
+    stated_std: float
+    value: float
+    std: float | None
+    moved_sigma: float
+
+
+class Tradeoff(Result):
+    """Two parameters that the data can hardly separate."""
+
+    pair: tuple[str, str]
+    correlation: float
+
+
+class Identifiability(Result):
+    """What the data say of each parameter: nothing (dead, or known by its prior alone), or only in a combination."""
+
+    dead: tuple[str, ...]
+    known_by_prior_alone: tuple[str, ...]
+    traded_off: tuple[Tradeoff, ...]
+
+
+class Verdict(Result):
+    """The content of verdict.json, in the order of the file."""
+
+    format_version: Literal[2] = FORMAT_VERSION
+    verdict: Literal["nothing", "cause", "ambiguous", "unknown"]
+    summary: str = ""
+    causes: tuple[Cause, ...]
+    ambiguous_with: tuple[Cause, ...]
+    separating_measurement: tuple[SeparatingMeasurement, ...]
+    not_considered: tuple[str, ...]
+    broken_plugins: tuple[str, ...]
+    unexplained: tuple[Unexplained, ...]
+    residual_p_value: PValues
+    residual_share: float
+    log_posterior_odds: float | None
+    parameter_p_value: float
+    detection_limit: tuple[DetectionLimit, ...]
+    gain: Gain | None
+    base_parameters: tuple[MovedParameter, ...]
+    identifiability: Identifiability
+    candidates: int
+    settings: Settings
+    findings: tuple[Finding, ...] = ()
+    provenance: dict[str, str] = {}

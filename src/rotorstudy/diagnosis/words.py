@@ -1,0 +1,177 @@
+"""A verdict in sentences. ± is one standard deviation."""
+
+import numpy as np
+
+from rotorstudy.model.registry import registry
+from rotorstudy.units import interval, p_value, percent, probability, quantity
+
+FEW = 3  # detection limits, or harmonics left over, in a sentence
+HARDLY = 3.0  # standard deviations, rms, below which a longer record helps to tell causes apart
+
+
+def readable(name):
+    """A name without underscores."""
+    return name.replace("_", " ")
+
+
+def place(named):
+    """'unbalance at node 2' for a Place, Cause, DetectionLimit or Candidate."""
+    at = "of the probes at node" if registry().get("effect", named.effect).acts_on == "output" else "at node"
+    where = " ".join(f"{at} {value}" if key == "node" else f"({key} {value})" for key, value in named.where.items())
+    return f"{readable(named.effect)} {where}".strip()
+
+
+def _direction(cause):
+    """The word before the angle of a cause, and how often that angle goes into the phase of its amplitude."""
+    fold = registry().get("effect", cause.effect).fold
+    return ("at" if fold == 1 else "along"), fold
+
+
+def _angle(phase, fold):
+    """Value and standard deviation of the direction that a phase stands for."""
+    return phase.value / fold, None if phase.std is None else phase.std / fold
+
+
+def cause_in_words(cause):
+    """'unbalance at node 2 (eccentricity 12.00 ± 0.10 µm at 30.0 ± 1.0 °)'."""
+    texts, (word, fold) = [], _direction(cause)
+    for name, one in cause.parameters.items():
+        if one.part == "phase":
+            value, std = _angle(one, fold)
+            texts[-1] += f" {word} {quantity(value, one.unit, std)}"
+        else:
+            label = "" if name == cause.effect else f"{readable(name)} "
+            texts.append(label + quantity(one.value, one.unit, one.std))
+    return f"{place(cause)} ({', '.join(texts)})"
+
+
+def sizes(cause):
+    """Parameters of a cause with their 95 % intervals, as {label: text}; an angle is that of the direction."""
+    found, stem, (_, fold) = {}, "", _direction(cause)
+    for name, one in cause.parameters.items():
+        value, std, label = one.value, one.std, "size"
+        if one.part == "phase":
+            value, std = _angle(one, fold)
+            label = "phase" if fold == 1 else "stiff direction"
+        else:
+            stem = name
+        if stem != cause.effect:
+            label = f"{readable(stem)}, {label}" if one.part == "phase" else readable(stem)
+        text = quantity(value, one.unit, std)
+        known = std is not None and np.isfinite(std) and std > 0
+        found[label] = f"{text} (95 %: {interval(value, one.unit, std)})" if known else text
+    return found
+
+
+def summary(verdict):
+    """The verdict as a few plain sentences."""
+    said = [_said(verdict)]
+    if verdict.not_considered:
+        alike = ", ".join(map(readable, verdict.not_considered))
+        said.append(f"Not considered, although it would look alike: {alike}.")
+    if verdict.broken_plugins:
+        said.append(f"Broken plugins, not or not fully considered: {len(verdict.broken_plugins)}.")
+    doubts = _doubts(verdict)
+    if doubts:
+        said.append(f"Check the records first: {doubts}.")
+    return " ".join(said)
+
+
+def _doubts(verdict):
+    return ", ".join(dict.fromkeys(f.name for f in verdict.findings if f.severity == "warning"))
+
+
+def _said(verdict):
+    residual = f"residual: {p_value(verdict.residual_p_value.before)}"
+    if verdict.verdict == "nothing":
+        text = f"Nothing is missing: noise and the stated model error explain the residual ({residual})."
+        found = smallest_detected(verdict)
+        return f"{text} Detected with a probability of 95 % from these sizes on: {', '.join(found)}." if found else text
+    implausible = ""
+    if verdict.verdict == "unknown" and verdict.parameter_p_value < verdict.settings.significance:
+        implausible = f"parameters that far from their stated values: {p_value(verdict.parameter_p_value)}"
+    if not verdict.causes:
+        return f"Something is missing, and no effect of the library explains it ({implausible or residual})."
+    named = " together with ".join(map(cause_in_words, verdict.causes))
+    likely = f"posterior probability {probability(min(c.posterior_probability for c in verdict.causes))}"
+    if verdict.verdict == "cause":
+        text = f"Something is missing, and it is most likely {named}; {likely}."
+    elif verdict.verdict == "ambiguous":
+        text = f"Something is missing. It may be {named} ({likely})"
+        rest = ", ".join(dict.fromkeys(map(place, verdict.ambiguous_with)))
+        text += f", but these cannot be ruled out: {rest}." if rest else ", but that is not certain."
+    else:
+        near = " together with ".join(map(place, verdict.causes))  # sizes of what is not the cause would mislead
+        text = f"Something is missing that no effect of the library explains. The closest explanation is {near}, which "
+        text += f"leaves {percent(verdict.residual_share)} of the excess error (rms)"
+        text += f" and needs {implausible}." if implausible else "."
+    return f"{text} {gain_in_words(verdict)}"
+
+
+def gain_in_words(verdict):
+    """What adding the causes gains at the held-out speeds, as a sentence."""
+    gain, it = verdict.gain, "it" if len(verdict.causes) == 1 else "them"
+    if gain is None:
+        return f"No speed was held out, so the gain from adding {it} is not known."
+    speeds = " and ".join(f"{w:.4g}" for w in gain.speeds)
+    change = "lowers" if gain.ratio < 1 else "raises"
+    return (
+        f"Adding {it} {change} the error at {speeds} rad/s, held out of every fit, from {quantity(gain.before_m, 'm')} "
+        f"to {quantity(gain.after_m, 'm')} rms ({gain.before_sigma:.3g} to {gain.after_sigma:.3g} standard deviations)."
+    )
+
+
+def detection_limits(verdict):
+    """Detection limits, the most sensitive first; of real and imaginary part the larger one."""
+    largest = {(place(row), row.parameter): row for row in verdict.detection_limit}  # sorted: the last is the larger
+    return sorted(largest.values(), key=lambda row: row.of_typical)
+
+
+def smallest_detected(verdict):
+    """The most sensitive detection limits, one a place, as short texts."""
+    limits = {place(row): row for row in reversed(detection_limits(verdict))}
+    return [f"{name} {quantity(row.amplitude, row.unit)}" for name, row in reversed(limits.items())][:FEW]
+
+
+def separated(verdict):
+    """{measurement: ["a or b", ...]}: what to measure, and the causes that this tells apart."""
+    groups = {}
+    for one in verdict.separating_measurement:
+        text = one.measurement[:1].upper() + one.measurement[1:]
+        groups.setdefault(text, []).append(" or ".join(map(place, one.causes)))
+    return groups
+
+
+def next_steps(verdict):
+    """What to do or measure next, as plain sentences."""
+    kind, steps = verdict.verdict, []
+    doubts = _doubts(verdict)
+    if doubts:
+        steps.append(f"Check the records first: {doubts} (see below).")
+    if verdict.broken_plugins:
+        steps.append("Repair the broken plugins (see below): what they hold is not or not fully considered.")
+    if kind == "nothing":
+        steps.append(
+            "Nothing, unless something below the detection limits matters: longer records, or speeds nearer to "
+            "resonance, lower them."
+        )
+    if kind == "ambiguous":
+        steps += [f"{text.rstrip('.')}." for text in separated(verdict)]
+        if verdict.gain and verdict.gain.before_sigma < HARDLY:
+            steps.append("What is missing is hardly above the noise: take longer records, or more of them.")
+    if kind == "unknown":
+        rest = ", ".join(f"{row.harmonic}X at node {row.node}" for row in verdict.unexplained[:FEW])
+        steps.append(
+            (f"Look where the rest is: {rest}. " if rest else "")
+            + "Physics that the library lacks can be added as an effect (docs/adding_a_model.md)."
+        )
+    for name in verdict.not_considered:
+        hints = (dict(registry().plugins["effect"][cause.effect].confounders).get(name) for cause in verdict.causes)
+        steps.append(f"Rule out {readable(name)}, which was not considered: {next(filter(None, hints))}.")
+    if kind == "cause":
+        steps.append(
+            "Measure one more speed and compare: 'rotorstudy simulate extended_rig.yaml --speeds ...' predicts it."
+        )
+    if verdict.gain is None and kind != "nothing":
+        steps.append("Hold out a speed ('--hold-out'), so that the gain is known.")
+    return steps

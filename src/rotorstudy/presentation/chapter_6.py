@@ -1,0 +1,243 @@
+"""Figures of Chapter 6: the rotor with two discs on anisotropic bearings."""
+
+import numpy as np
+
+from rotorstudy.presentation import estimate_figures, whirl_figures
+from rotorstudy.presentation.plots import (
+    COLOURS,
+    MARKERS,
+    figure,
+    harmonic_axis,
+    plot_full_spectrum,
+    plot_orbit,
+    plot_phase,
+)
+from rotorstudy.response.harmonic import measured_response
+from rotorstudy.response.statics import static_deflection
+from rotorstudy.response.whirl import time_invariant, whirl_modes, without_damping
+from rotorstudy.store import as_complex
+from rotorstudy.studies.common import parameter_units
+from rotorstudy.studies.config import file_name
+from rotorstudy.thesis.chapter_6 import NODES, spectrum_table
+from rotorstudy.thesis.scoreboard import published
+
+PLACES = {1: "left bearing", 2: "disc 1", 3: "crack", 4: "disc 2", 5: "right bearing"}
+DIRECTIONS = {"figure_6_6": (np.real, "vertical x"), "figure_6_7": (np.imag, "horizontal y")}
+QUANTITIES = {"figure_6_9": "amplitude", "figure_6_10": "phase"}
+
+
+def positions(config):
+    """(position,) along the shaft of the main rig, m."""
+    length = sum(part["length_m"] for part in config.rigs[config.main_rig]["rotor"]["elements"])
+    return np.linspace(0, length, 201)
+
+
+def static_line(model, position, speed):
+    """Figure 6.5: deflection and slope at rest; position : (position,) m."""
+    structure = model.structure
+    deflection = static_deflection(model, [speed], model.theta[: len(model.rotor_unknowns)]).value[0].real
+    line = np.array([structure.shape_at(s) for s in position]) @ deflection
+    at = np.linspace(0, position[-1], len(structure.nodes))
+    picture, axes = figure(1, 2, height=2.4)
+    axes[0, 0].plot(position, line * 1e6)
+    axes[0, 0].plot(at, [deflection[structure.index(n)] * 1e6 for n in structure.nodes], "ko", label="nodes")
+    axes[0, 0].set(xlabel="position along the shaft (m)", ylabel="static deflection (µm)", title="Deflection")
+    axes[0, 0].invert_yaxis()
+    axes[0, 0].legend()
+    axes[0, 1].plot(position, np.gradient(line, position) * 1e6)
+    axes[0, 1].plot(at, [deflection[structure.index(n, "tilt")] * 1e6 for n in structure.nodes], "ko")
+    axes[0, 1].set(xlabel="position along the shaft (m)", ylabel="slope (µrad)", title="Slope")
+    bearings = deflection[structure.index(1)] / deflection[structure.index(3)]
+    picture.suptitle(f"Static line: bearings take {bearings:.0%} of the deflection at the crack", fontsize=9)
+    return picture
+
+
+def motion(records, speed):
+    """Three revolutions at every node: time (time,) ms, and node -> (time,) complex, um."""
+    here = records.sel(speed=speed, method="nearest").sel(source="from rest")
+    shown = here.time.values < 3 * 2 * np.pi / speed
+    signals = {n: as_complex(here.displacement.sel(node=n))[shown] * 1e6 for n in PLACES}
+    return here.time.values[shown] * 1e3, signals
+
+
+def records_figure(time, signals, speed, part, text):
+    """Figures 6.6 and 6.7: one direction of the motion of every node; time, signals : of `motion`."""
+    picture, axes = figure(len(PLACES), 1, height=1.2, width=4.5, sharex=True)
+    for panel, (n, place) in zip(axes[:, 0], PLACES.items(), strict=True):
+        panel.plot(time, part(signals[n]))
+        panel.set_title(f"node {n}: {place}")
+    axes[2, 0].set_ylabel(f"{text} (µm)")
+    axes[-1, 0].set_xlabel("time (ms)")
+    picture.suptitle(f"Three turns at {speed:g} rad/s, from the static deflection", fontsize=9)
+    return picture
+
+
+def orbits_figure(signals, speed):
+    """Figure 6.8: orbits of every node; signals : of `motion`."""
+    picture, axes = figure(1, len(PLACES), height=2.4, width=2.0)
+    for panel, (n, place) in zip(axes[0], PLACES.items(), strict=True):
+        plot_orbit(signals[n] * 1e-6, panel)
+        panel.set_title(f"node {n}: {place}")
+    picture.suptitle(f"Orbits at {speed:g} rad/s: the shaft moves as a whole on its soft bearings", fontsize=9)
+    return picture
+
+
+def spectra_figure(config, rows, speed, quantity, printed):
+    """Figures 6.9 and 6.10: amplitude or phase of the full spectra of every node.
+
+    rows : label -> spectra Dataset;  printed : rows of `published`
+    """
+    seen = {"source": "from rest", "record": "complete cycles", "spectrum_method": "regression"}
+    picture, axes = figure(len(PLACES), 1, height=1.7, width=4.8)
+    for panel, (n, place) in zip(axes[:, 0], PLACES.items(), strict=True):
+        for i, (name, found) in enumerate(rows.items()):
+            where = found.displacement.sel(**seen, phase_reference="reference", node=n)
+            values = as_complex(where.sel(speed=speed, method="nearest"))
+            if quantity == "amplitude":
+                plot_full_spectrum(config.harmonics, values, panel, label=name, index=i, count=2)
+            else:
+                plot_phase(config.harmonics, values, panel, label=name, index=i)
+        if n in NODES:
+            table = printed[(printed.table == spectrum_table(quantity, n)) & (printed.method == "regression")]
+            scale = 1e6 if quantity == "amplitude" else 1.0
+            panel.plot(table.item.astype(int), table.published * scale, "kx", label="printed in the thesis")
+        panel.set_title(f"node {n}: {place}")
+        panel.set_xlabel("")
+    harmonic_axis(axes[-1, 0], config.harmonics)
+    picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    picture.suptitle(f"Full spectrum at {speed:g} rad/s, {quantity}", fontsize=9)
+    return picture
+
+
+def modes_and_unbalance(model, position, speed):
+    """Lowest whirl modes without damping, and the response to unbalance over speed; position : (position,) m."""
+    uncracked = time_invariant(model)
+    values, shapes = whirl_modes(uncracked, speed, without_damping(uncracked))
+    lowest = np.flatnonzero(values.imag > 0)[:4]
+    interpolated = np.array([model.structure.shape_at(s) for s in position])
+    picture, axes = figure(1, 2, height=2.6)
+    for i, mode in enumerate(lowest):
+        both = interpolated @ shapes[mode].reshape(2, -1).T  # motion each way round; vertical is their sum
+        vertical, horizontal = np.abs(both.sum(axis=1)), np.abs(both[:, 0] - both[:, 1])
+        main, way = (vertical, "x") if vertical.max() > horizontal.max() else (horizontal, "y")
+        frequency = values[mode].imag / (2 * np.pi)
+        axes[0, 0].plot(position, main / main.max(), color=COLOURS[i], label=f"{frequency:.1f} Hz, mostly {way}")
+    axes[0, 0].set(xlabel="position along the shaft (m)", ylabel="size (1)", title="Lowest whirl modes")
+    axes[0, 0].legend(fontsize=6)
+    sweep = np.linspace(20.0, 600.0, 400)
+    response = np.abs(measured_response(uncracked, sweep, [1])[:, 0]) * 1e6
+    for i, n in enumerate(model.sensors):
+        axes[0, 1].semilogy(sweep, response[:, i], color=COLOURS[i], label=f"node {n}")
+    axes[0, 1].set(xlabel="spin speed (rad/s)", ylabel="1X forward (µm)", title="Response to unbalance")
+    axes[0, 1].legend(fontsize=6)
+    first = np.sort(np.abs(values[lowest].imag))[:2]
+    picture.suptitle(f"First whirl at {first[0]:.0f} and {first[1]:.0f} rad/s; the thesis prints 415.99", fontsize=9)
+    return picture
+
+
+def _by_parameter(config, names):
+    """A figure with a panel a case and the parameters going down."""
+    picture, axes = figure(1, len(config.cases), height=3.6, width=4.0, sharey=True)
+    axes[0, 0].set_yticks(range(len(names)), [estimate_figures.label(name) for name in names])
+    return picture, axes
+
+
+def sensors_figure(config, few):
+    """Errors and bounds with few sensors; few : of `studies.sensors.sensors`."""
+    picture, axes = _by_parameter(config, few.parameter.values)
+    place = range(few.sizes["parameter"])
+    for panel, case in zip(axes[0], config.cases, strict=True):
+        for i, (name, nodes) in enumerate(config.sensor_sets.items()):
+            right = int((few.start_error.sel(sensors=name, case=case) < 1e-6).sum())
+            text = f"nodes {', '.join(map(str, nodes))} ({right} of {few.sizes['start']} far starts)"
+            style = {"color": COLOURS[i], "label": text}
+            bound = few.bound.sel(sensors=name, case=case) * 100
+            panel.plot(bound, place, "|", markersize=9, color=COLOURS[i])
+            scatter = few.scatter.sel(sensors=name, case=case) * 100
+            panel.plot(scatter, place, MARKERS[i], fillstyle="none", **style)
+        panel.set_xscale("log")
+        panel.set(xlabel="error at 1 % noise (%, phases 0.01 rad)", title=case)
+        panel.legend(fontsize=5)
+    axes[0, 0].invert_yaxis()
+    picture.suptitle("Two sensors are enough for all parameters (dashes: Cramér-Rao bound)", fontsize=9)
+    return picture
+
+
+def variants_figure(config, variants):
+    """What wrong equations cost without any noise; variants : of `studies.variants.variants`."""
+    picture, axes = _by_parameter(config, variants.parameter.values)
+    place = range(variants.sizes["parameter"])
+    for panel, case in zip(axes[0], config.cases, strict=True):
+        for i, name in enumerate(variants.variant.values):
+            error = np.maximum(np.abs(variants.relative_error.sel(variant=name, case=case)) * 100, 1e-12)
+            panel.plot(error, place, MARKERS[i], color=COLOURS[i], fillstyle="none", label=str(name))
+        panel.set_xscale("log")
+        panel.set(xlabel="error without noise (%, phases 0.01 rad)", title=case)
+    axes[0, 0].invert_yaxis()
+    picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    picture.suptitle("Errors of eccentricity: the gyroscopic sign, not condensation", fontsize=9)
+    return picture
+
+
+def figures(
+    config,
+    reference,
+    records,
+    spectra,
+    thesis_spectra,
+    bias,
+    weight_dominance,
+    stability,
+    whirl,
+    identifiability,
+    sensors,
+    variants,
+    monte_carlo,
+):
+    """The figures of Chapter 6.
+
+    Parameters
+    ----------
+    config : StudyConfig
+    reference : path
+        Folder of the printed values.
+    records, spectra, thesis_spectra, bias, weight_dominance, stability, whirl, identifiability, sensors, variants
+        : Dataset
+        Of the stages of these names; of the main rig, or of the rig "thesis".
+    monte_carlo : dict
+        File name of a case -> Dataset.
+
+    Returns
+    -------
+    dict
+        name -> matplotlib figure.
+    """
+    printed = published(reference, [f"6.{n}" for n in range(2, 8)])
+    model, speed, position = config.rig(config.main_rig), config.shown_speeds_rad_s[0], positions(config)
+    units, (single, combined) = parameter_units(config), list(config.cases)[:2]
+    time, signals = motion(records, speed)
+    found = {"figure_6_5": static_line(model, position, speed)}
+    for name, (part, text) in DIRECTIONS.items():
+        found[name] = records_figure(time, signals, speed, part, text)
+    found["figure_6_8"] = orbits_figure(signals, speed)
+    rows = {"physical": spectra, "the thesis's reading": thesis_spectra}
+    for name, quantity in QUANTITIES.items():
+        found[name] = spectra_figure(config, rows, speed, quantity, printed)
+    found["modes_and_unbalance"] = modes_and_unbalance(model, position, speed)
+    best = {case: monte_carlo[file_name(case)].sel(record="steady state") for case in config.cases}
+    title = "Maximum likelihood sits on the bound; least squares does not"
+    found["error_against_noise"] = estimate_figures.error_against_noise(best, units, title)
+    found["sensors"] = sensors_figure(config, sensors)
+    found["variants"] = variants_figure(config, variants)
+    title = "What trades off at a single speed"
+    found["collinearity"] = estimate_figures.collinearity(identifiability, single, title)
+    rigs = {"physical": "right gyroscopic sign", "thesis": "the thesis's sign and mass"}
+    found["campbell"] = whirl_figures.campbell(whirl, rigs, "Whirl on anisotropic bearings")
+    title = "What a wrong modulus or disc mass costs"
+    found["bias"] = estimate_figures.bias(bias, {combined: combined}, units, title)
+    title = "What weight dominance costs on this rotor"
+    found["weight_dominance"] = estimate_figures.weight_dominance(
+        config, weight_dominance, combined, combined, units, title
+    )
+    found["stability"] = whirl_figures.stability(stability)
+    return found

@@ -1,0 +1,230 @@
+"""Figures of the comparison of spectrum methods and estimators."""
+
+import textwrap
+
+import numpy as np
+
+from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, plain_log
+from rotorstudy.studies.comparison.ranking import VALID
+
+PAGE_WIDTH = 7.0  # inches, two columns of a journal; text keeps its size in print
+ROW = 3  # panels side by side
+NEAR = 1.25  # times the Cramer-Rao bound
+PLAIN = "regression"  # the spectrum method that estimators are compared with
+
+
+def comparison_figures(whole, harmonic_errors, biased):
+    """The figures of a comparison.
+
+    Parameters
+    ----------
+    whole : xarray.Dataset
+        As `studies.comparison.estimates.comparison` returns it.
+    harmonic_errors : dict
+        (rotor, spectrum method) -> DataArray (fault, noise), rms error of the harmonics over the rms of the vibration.
+    biased : list of (rotor, estimator, xarray.Dataset)
+        What wrong known quantities cost, as `studies.comparison.estimates.bias` returns it.
+
+    Returns
+    -------
+    dict
+        Name of a file, without its suffix -> matplotlib Figure.
+    """
+    level = 1.0 if 1.0 in whole.noise else float(whole.noise.max())
+    return {
+        "estimators": error_against_noise(whole),
+        "spectra": error_of_harmonics(whole, harmonic_errors, level),
+        "faults": error_with_faults(whole, level),
+        "coverage": coverage_with_faults(whole, level),
+        "bias": bias_of_known_quantities(biased),
+    }
+
+
+def error_against_noise(whole):
+    """Error over the Cramer-Rao bound against noise: a panel for each rotor, a curve for each estimator."""
+    drawn = whole.sel(spectrum_method=PLAIN, fault=whole.fault[0], noise=whole.noise > 0)
+    over = _geometric_mean(drawn.efficiency**-0.5)
+    picture, axes, spare = _panels(len(whole.rotor), 1.9, sharey=True)
+    for a, rotor in zip(axes, over.rotor.values, strict=True):
+        for i, estimator in enumerate(over.estimator.values):
+            there = over.sel(rotor=rotor, estimator=estimator).dropna("noise")
+            a.loglog(there.noise, there, **_style(i, over.sizes["estimator"]), label=estimator)
+        a.axhline(1, color="0.5", linewidth=0.8, linestyle=":")
+        a.set_title(rotor)
+        plain_log(a, [float(n) for n in over.noise])
+        a.yaxis.set_major_formatter("{x:g}")
+    axes[0].set_ylim(0.7 * min(1, float(over.min())), 1.4 * float(over.max()))
+    picture.supxlabel("white noise (% of rms)", fontsize=8)
+    picture.supylabel("error / Cramér-Rao bound", fontsize=8)
+    spare.legend(*axes[0].get_legend_handles_labels(), loc="center", fontsize=7, frameon=False)
+    most = over.max(["rotor", "noise"])
+    near = int((most < NEAR).sum())
+    picture.suptitle(
+        f"{near} of {len(most)} estimators stay within {NEAR:g} times the Cramér-Rao bound on all rotors; "
+        f"the largest error is {_shown(float(most.max()))} times\n(whole revolutions, plain regression)",
+        fontsize=8,
+    )
+    return picture
+
+
+def error_of_harmonics(whole, harmonic_errors, level):
+    """Error of the harmonics: a group for each fault, a point for each spectrum method."""
+    methods = whole.spectrum_method.values
+    errors = [[harmonic_errors[rotor, m].sel(noise=level) for m in methods] for rotor in whole.rotor.values]
+    cost = _geometric_mean(_stacked(errors, rotor=whole.rotor.values, spectrum_method=methods), "rotor")
+    cost = cost.transpose("fault", "spectrum_method")
+    picture, axes = figure(1, 1, height=3.4)
+    axes = axes[0, 0]
+    groups = np.arange(cost.sizes["fault"])
+    for i, method in enumerate(methods):
+        place = groups + 0.7 * (i / (len(methods) - 1 or 1) - 0.5)
+        values = cost.sel(spectrum_method=method)
+        axes.semilogy(place, values, MARKERS[i % len(MARKERS)], color=COLOURS[i % len(COLOURS)], label=method)
+    axes.set_xticks(groups, [textwrap.fill(str(f), 11) for f in cost.fault.values], fontsize=6)
+    axes.set_xticks(groups[1:] - 0.5, minor=True)
+    axes.tick_params(axis="x", which="both", length=0)
+    axes.grid(False, axis="x")
+    axes.grid(True, axis="x", which="minor")  # lines between the groups
+    axes.set_ylabel("error of harmonics / rms of vibration")
+    picture.legend(loc="outside lower center", ncols=3, fontsize=6, frameon=False, columnspacing=1, handletextpad=0.2)
+    axes.set_title(f"{best_by_worst(cost)[0]} has the smallest error in its worst fault\n({level:g} % noise)")
+    return picture
+
+
+def error_with_faults(whole, level):
+    """Error over the Cramer-Rao bound of every pair of spectrum method and estimator, a panel for each fault."""
+    from matplotlib.colors import LogNorm
+
+    over = _geometric_mean(whole.sel(noise=level).efficiency ** -0.5, ["parameter", "rotor"])
+    over = over.transpose("fault", "spectrum_method", "estimator")
+    method, estimator = best_by_worst(over)
+    told = f"{method} with {estimator} has the smallest error in its worst fault ({level:g} % noise); dark is good"
+    return _by_fault(over, LogNorm(1, 100, clip=True), "error / Cramér-Rao bound\n(mean of all rotors)", told)
+
+
+def coverage_with_faults(whole, level):
+    """Share of the stated 95 % intervals that hold the truth, of every pair, a panel for each fault."""
+    from matplotlib.colors import Normalize
+
+    covered = whole.sel(noise=level).coverage.mean(["parameter", "rotor"])
+    covered = covered.transpose("fault", "spectrum_method", "estimator")
+    valid = ((covered >= VALID[0]) & (covered <= VALID[1])).all("fault")
+    told = f"{int(valid.sum())} of {valid.size} pairs state valid 95 % intervals with every fault ({level:g} % noise)"
+    return _by_fault(covered, Normalize(0, 1), "share of intervals that hold\nthe truth; 0.95 is right", told)
+
+
+def bias_of_known_quantities(biased):
+    """Median error of the parameters against the error of a quantity held known, a panel for each rotor."""
+    rotors = list(dict.fromkeys(rotor for rotor, *_ in biased))
+    picture, axes = figure(1, len(rotors), height=3.0, width=PAGE_WIDTH / max(2, len(rotors)), sharey=True)
+    costs = []
+    for a, rotor in zip(axes[0], rotors, strict=True):
+        own = [part for part in biased if part[0] == rotor]
+        for i, (_, estimator, data) in enumerate(own):
+            # NaN where the estimator found nothing for one of the known quantities: a gap, not the error of the others
+            error = abs(data.relative_error).isel(case=-1, estimator=0).max("known", skipna=False)
+            error = 100 * error.median("parameter", skipna=False)
+            a.plot(data.percent, error, **_style(i, len(own)), label=estimator)
+            lost = data.percent[np.isnan(error)]
+            place = 0.97 - 0.05 * i  # of the height of the panel, a row an estimator
+            a.plot(lost, np.full(len(lost), place), "x", color=COLOURS[i % len(COLOURS)],
+                   transform=a.get_xaxis_transform())  # fmt: skip
+            costs.append(error.where(abs(data.percent) == 1, drop=True))
+        a.set_yscale("symlog", linthresh=1)
+        a.yaxis.set_major_formatter("{x:g}")
+        a.set_title(rotor)
+        a.set_xlabel("error of the known quantity (%)")
+    axes[0, 0].set_ylim(0, 300)
+    axes[0, 0].set_ylabel("median error of the parameters (%)")
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    handles.append(axes[0, 0].plot([], [], "x", color="0.4")[0])
+    picture.legend(handles, [*labels, "no estimate"], loc="outside lower center", ncols=4, fontsize=7, frameon=False)
+    costs = np.concatenate([c.values.ravel() for c in costs])
+    wrong = "A mass or stiffness held wrong"
+    if np.isfinite(costs).any():
+        wrong += f" by 1 % moves the parameters by {np.nanmin(costs):.1g} to {np.nanmax(costs):.1g} %"
+    picture.suptitle(f"{wrong} (worst known quantity, no noise)", fontsize=8)
+    return picture
+
+
+def best_by_worst(values):
+    """Labels of the smallest of the largest values over the faults: (spectrum method, estimator) or (spectrum method,).
+
+    One that fails somewhere is none of the best.
+    """
+    worst = values.max("fault", skipna=False).fillna(np.inf)
+    place = worst.argmin(...)
+    return [str(worst[dim][int(index)].values) for dim, index in place.items()]
+
+
+def _geometric_mean(values, dims="parameter"):
+    return np.exp(np.log(values).mean(dims))
+
+
+def _stacked(arrays, **labels):
+    """Nested lists of DataArrays as one array with the labels of each level of nesting as dimensions."""
+    import xarray as xr
+
+    (dim, values), *inner = labels.items()
+    arrays = [_stacked(part, **dict(inner)) for part in arrays] if inner else arrays
+    return xr.concat(arrays, xr.Variable(dim, values))
+
+
+def _panels(count, height, **options):
+    """A page-wide figure of `count` panels and a spare one for what explains them: figure, axes (count,), spare."""
+    columns = min(ROW, count + 1)
+    rows = -(-(count + 1) // columns)
+    picture, axes = figure(rows, columns, height=height, width=PAGE_WIDTH / columns, **options)
+    axes = axes.flatten()
+    for unused in axes[count:]:
+        unused.axis("off")
+    return picture, axes[:count], axes[count]
+
+
+def _style(i, count):
+    """Colour, line and marker of curve i; later ones are smaller, so that equal curves show one inside the other."""
+    return {
+        "color": COLOURS[i % len(COLOURS)],
+        "marker": MARKERS[i % len(MARKERS)],
+        "linestyle": ("-", "--", ":")[i // len(COLOURS) % 3],
+        "markersize": 7 - 4 * i / max(count - 1, 1),
+        "fillstyle": "none",
+        "linewidth": 0.9,
+    }
+
+
+def _by_fault(values, norm, label, told):
+    """A panel of numbers and colours for each fault; values (fault, spectrum_method, estimator)."""
+    picture, axes, spare = _panels(values.sizes["fault"], 2.0)
+    for i, (a, fault) in enumerate(zip(axes, values.fault.values, strict=True)):
+        image = _table(values.sel(fault=fault).transpose("estimator", "spectrum_method"), a, norm)
+        a.set_title(fault)
+        a.tick_params(labelbottom=i + ROW > len(axes), labelleft=i % ROW == 0)
+    spare.set_xlim(axes[0].get_xlim())
+    for j, method in enumerate(values.spectrum_method.values):  # the columns of the panel above the spare one
+        spare.text(j, 1.0, method, rotation=90, ha="center", va="top", fontsize=6.5,
+                   transform=spare.get_xaxis_transform())  # fmt: skip
+    scale = spare.inset_axes([0.0, 0.1, 1.0, 0.08])
+    picture.colorbar(image, cax=scale, label=label, orientation="horizontal", format="{x:g}")
+    scale.minorticks_off()
+    picture.suptitle(told, fontsize=8)
+    return picture
+
+
+def _table(values, axes, norm):
+    """Numbers and colours over estimator and spectrum method; values (estimator, spectrum_method)."""
+    image = axes.imshow(values, cmap="cividis", norm=norm, aspect="auto")
+    for (i, j), value in np.ndenumerate(values.values):
+        bright = norm(value) > 0.5
+        axes.text(j, i, _shown(value), ha="center", va="center", fontsize=5.5, color="black" if bright else "white")
+    axes.set_xticks(range(values.sizes["spectrum_method"]), values.spectrum_method.values, rotation=90, fontsize=6.5)
+    axes.set_yticks(range(values.sizes["estimator"]), values.estimator.values, fontsize=6.5)
+    axes.grid(False)
+    return image
+
+
+def _shown(value):
+    """A number of a table: two digits, or one and a power of ten."""
+    if np.isnan(value):
+        return "fails"
+    return f"{value:.2g}" if value < 99.5 else f"{value:.0f}" if value < 999.5 else f"{value:.0e}".replace("e+0", "e")

@@ -1,0 +1,47 @@
+"""Tables of the comparison of spectrum methods and estimators: the ranking, and what to use."""
+
+from rotorstudy.presentation.tables import write_csv, write_html, write_table
+from rotorstudy.studies.comparison.ranking import AS_GOOD, SELDOM, VALID, advice
+
+BEST = 7  # pairs that the page shows of each rotor, fault and noise; the CSV file has all
+
+
+def write_ranking(ranked, trials, csv, html):
+    """Write the ranking: all of it as CSV, the best pairs of each rotor, fault and noise level as a page.
+
+    Parameters
+    ----------
+    ranked : pandas.DataFrame
+        As `studies.comparison.ranking.ranking` returns it.
+    trials : int
+        Trials behind each row.
+    csv, html : str or Path
+    """
+    write_csv(ranked, csv)
+    best = ranked.groupby(["rotor", "fault", "noise"], sort=False).head(BEST).rename(columns={"noise": "noise (%)"})
+    parts = best.groupby(["rotor", "fault"], sort=False)
+    write_html(
+        html,
+        "Which estimator on which data",
+        f"{trials} trials each. Error over the Cramér-Rao bound of white noise: geometric mean over the parameters, "
+        "and the worst parameter; coverage of the stated 95 % intervals; share of trials that failed. The "
+        f"{BEST} best pairs of each noise level, for each rotor and fault of the record; ranking.csv has all.",
+        {f"{rotor}, {fault}": part.drop(columns=["rotor", "fault"]) for (rotor, fault), part in parts},
+        3,
+    )
+
+
+def write_advice(ranked, csv, html):
+    """Write which spectrum method and estimator to use for which fault, as CSV and as a page."""
+    write_table(
+        advice(ranked),
+        csv,
+        html,
+        "What to use",
+        "For each fault of a record, and for one that is not known: the three spectrum methods with the smallest "
+        "error in their worst rotor and noise level, each with the estimator to use and those whose error is within "
+        f"{100 * (AS_GOOD - 1):.0f} % of it. Pairs that fail in more than {100 * SELDOM:.0f} % of the trials are left "
+        "out. An error of 1 is the Cramér-Rao bound. Intervals are valid if everywhere between "
+        f"{100 * VALID[0]:.0f} and {100 * VALID[1]:.0f} % of the stated 95 % intervals hold the truth.",
+        3,
+    )

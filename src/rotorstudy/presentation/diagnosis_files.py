@@ -1,0 +1,96 @@
+"""From record files and a rig file to a folder: verdict, data, extended rig, figures and a page."""
+
+import os
+import shutil
+from contextlib import contextmanager
+from pathlib import Path
+
+from rotorstudy.diagnosis.dataset import verdict_dataset
+from rotorstudy.diagnosis.extend import extended_rig
+from rotorstudy.diagnosis.result import Verdict
+from rotorstudy.diagnosis.settings import check_names, read_settings
+from rotorstudy.diagnosis.verdict import investigate
+from rotorstudy.measurement.measurement import measured_spectrum
+from rotorstudy.model.estimated_rig import write_rig
+from rotorstudy.model.registry import registry
+from rotorstudy.model.rig import named_plugins, read_rig
+from rotorstudy.presentation.diagnosis_figures import diagnosis_figures
+from rotorstudy.presentation.diagnosis_page import diagnosis_page
+from rotorstudy.presentation.plots import save_figure
+from rotorstudy.store import provenance, save, write_text
+
+
+def diagnose_files(
+    records: list[str | Path], rig_path: str | Path, out: str | Path, hold_out: list[float] | None = None
+) -> Verdict:
+    """Diagnose records and write everything into the folder `out`.
+
+    Parameters
+    ----------
+    records
+        Paths of record files and tables of harmonics, or of one spectrum that `rotorstudy import` wrote.
+    rig_path
+        The rig file.
+    out
+        Folder for verdict.json, verdict.nc, extended_rig.yaml, index.html and figures.
+    hold_out
+        Speeds held out of every fit, rad/s; by default those of the rig file, else about a quarter.
+
+    Raises
+    ------
+    RotorstudyError
+        For files that cannot be read, and for findings that are errors; then nothing is written.
+    """
+    rig_file = read_rig(rig_path)
+    rig = rig_file.given
+    settings = read_settings(rig, str(rig_path))
+    spectrum, model, findings = measured_spectrum(records, rig_file)
+    check_names(settings, model, f"{rig_path}, diagnosis")
+    diagnosis = investigate(spectrum, model, hold_out=hold_out, settings=settings, findings=findings)
+    added = [registry().get("effect", cause.effect) for cause in diagnosis.verdict.causes]
+    origin = provenance(rig, [*named_plugins(rig), *added])
+    origin |= {"records": ", ".join(map(str, records)), "rig": str(rig_path)}
+    verdict = diagnosis.verdict.model_copy(update={"provenance": origin})
+    data = verdict_dataset(diagnosis, spectrum).assign_attrs(origin)
+    write_diagnosis(verdict, data, extended_rig(rig, diagnosis), out)
+    return verdict
+
+
+def write_diagnosis(verdict, data, rig, out):
+    """Write a diagnosis into the folder `out`, all of it or nothing.
+
+    Parameters
+    ----------
+    verdict : Verdict
+        With its provenance.
+    data : xarray.Dataset
+        From `verdict_dataset`.
+    rig : dict
+        The extended rig.
+    out : str or Path
+    """
+    given = verdict.provenance["rig"]
+    with whole_folder(out) as folder:
+        for name, picture in diagnosis_figures(verdict, data).items():
+            save_figure(picture, *(folder / "figures" / f"{name}.{kind}" for kind in ("png", "svg")))
+        save(data, folder / "verdict.nc")
+        write_rig(rig, folder / "extended_rig.yaml", f"{given} after a diagnosis of its records\n{verdict.summary}")
+        png = {path.stem: path for path in (folder / "figures").glob("*.png")}
+        write_text(folder / "index.html", diagnosis_page(verdict, data, png, Path(given).stem))
+        write_text(folder / "verdict.json", verdict.model_dump_json(indent=1) + "\n")
+
+
+@contextmanager
+def whole_folder(path):
+    """A temporary folder, whose files come into the folder `path` only when the block ends without an error."""
+    path = Path(path)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.partial")
+    temporary.mkdir(parents=True)
+    try:
+        yield temporary
+        for file in sorted(file for file in temporary.rglob("*") if file.is_file()):
+            place = path / file.relative_to(temporary)
+            place.parent.mkdir(parents=True, exist_ok=True)
+            os.replace(file, place)
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)

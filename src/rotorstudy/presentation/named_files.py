@@ -1,0 +1,40 @@
+"""Figures and tables go to the files that bear their names, never by their position in a list."""
+
+from pathlib import Path
+
+from rotorstudy.errors import RotorstudyError
+
+
+def files_by_name(kind, made, paths):
+    """Sort the files to be written by the thing each is named after.
+
+    Parameters
+    ----------
+    kind : str
+        What was made, for the message: "figure" or "table".
+    made : iterable of str
+        Names of what was made.
+    paths : iterable of path
+        Files to be written; the name of each without its ending is the name of what it will hold.
+
+    Returns
+    -------
+    dict
+        name -> its paths, in the given order.
+
+    Raises
+    ------
+    RotorstudyError
+        A file for which nothing was made, or something for which there is no file; the message lists them.
+    """
+    found = {name: [] for name in made}
+    missing = []
+    for path in map(Path, paths):
+        found.get(path.stem, missing).append(path)
+    if missing:
+        names = ", ".join(dict.fromkeys(path.stem for path in missing))
+        raise RotorstudyError(f"no {kind} was made for: {names} (made: {', '.join(found)})")
+    extra = [name for name, files in found.items() if not files]
+    if extra:
+        raise RotorstudyError(f"no file is named for the {kind}: {', '.join(extra)}; add it to the rule's outputs")
+    return found

@@ -1,0 +1,306 @@
+"""Figures of a replayed experiment, and of both test rigs side by side."""
+
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from rotorstudy.presentation.plots import (
+    COLOURS,
+    MARKERS,
+    figure,
+    harmonic_axis,
+    plot_full_spectrum,
+    plot_orbit,
+    plot_phase,
+)
+from rotorstudy.response.harmonic import measured_response
+from rotorstudy.response.series import synthesize
+from rotorstudy.store import as_complex
+from rotorstudy.thesis.checks import bow_magnification, higher_cases, percent, shown_name
+from rotorstudy.thesis.config import ReplayConfig
+from rotorstudy.thesis.replay import COLUMN, thesis_estimates
+from rotorstudy.thesis.replay_tables import estimate_checks
+from rotorstudy.thesis.rigs import slow_roll_parts
+
+MOSTLY = 0.7  # share of -1X at slow roll from which on it is called the slow roll's
+
+
+class Replayed(NamedTuple):
+    """A replay and its results; reference : folder of the printed values."""
+
+    config: ReplayConfig
+    reference: str
+    records: xr.Dataset
+    spectra: xr.Dataset
+    identification: xr.Dataset
+
+    @property
+    def here(self):
+        """The spectra with the misprints corrected."""
+        return self.spectra.sel(version="corrected")
+
+    def measured(self, case):
+        """(harmonic,) of the column that figures show, slow roll removed, m."""
+        return as_complex(self.here.corrected.sel(data_set=COLUMN, spectrum_method=COLUMN, case=case))
+
+    def recorded(self, case, revolutions):
+        """Time (time,) s, displacement (time,) m, and reference (time,) of the first revolutions of a record."""
+        shown = self.records.time.values < revolutions * 2 * np.pi / self.config.cases[case]
+        found = self.records.sel(version="corrected", data_set=COLUMN, case=case).isel(time=shown)
+        return found.time.values, as_complex(found.displacement), found.reference.values
+
+    def estimates_for(self, group):
+        """Estimates of a group as the thesis names it."""
+        return self.identification.sel(data_set=COLUMN, group=self.config.thesis_groups.get(group, group))
+
+
+def _in_time(axes, time, rows):
+    for panel, (label, values) in zip(axes, rows.items(), strict=True):
+        panel.plot(time * 1e3, values)
+        panel.set_ylabel(label)
+    axes[-1].set_xlabel("time (ms)")
+
+
+def record_figure(replayed, case, group):
+    """A record in time as the sensors show it."""
+    time, z, mark = replayed.recorded(case, 3)
+    picture, axes = figure(4, 1, height=1.8, width=4.5)
+    rows = {"reference (1)": mark, "vertical x (mm)": z.real * 1e3, "horizontal y (mm)": z.imag * 1e3}
+    _in_time(axes[:3, 0], time, rows)
+    plot_orbit(z, axes[3, 0])
+    axes[0, 0].set_title(f"{case}: three turns, bow and sensor gap in them")
+    return picture
+
+
+def spectra_figure(replayed, case, group):
+    """Full spectra of displacement and reference, both columns of the thesis."""
+    harmonics = replayed.config.harmonics
+    picture, axes = figure(3, 1, height=2.2, width=4.5)
+    for i, data_set in enumerate(replayed.config.data_sets):
+        part = replayed.here.sel(data_set=data_set, spectrum_method=data_set, case=case)
+        plot_full_spectrum(harmonics, as_complex(part.displacement), axes[0, 0], label=data_set, index=i, count=2)
+        plot_phase(harmonics, as_complex(part.displacement), axes[1, 0], label=data_set, index=i)
+        plot_phase(harmonics, np.exp(1j * part.reference_phase.values), axes[2, 0], label=data_set, index=i)
+    for panel, title in enumerate(
+        ("Amplitude of the displacement", "Phase of the displacement", "Phase of the reference signal")
+    ):
+        axes[panel, 0].set_title(f"{title}, {case}")
+    axes[0, 0].legend(title="column of the thesis")
+    return picture
+
+
+def without_slow_roll_figure(replayed, case, group):
+    """Time signals without bow and sensor gap."""
+    config = replayed.config
+    time = np.linspace(0, 3 * 2 * np.pi / config.cases[case], 1500)
+    z = synthesize(replayed.measured(case), config.cases[case], config.harmonics, time) * 1e6
+    picture, axes = figure(2, 1, height=1.8, width=4.5, sharex=True)
+    _in_time(axes[:, 0], time, {"vertical x (µm)": z.real, "horizontal y (µm)": z.imag})
+    axes[0, 0].set_title(f"{case}: slow roll (mean and 1X) taken off, three turns")
+    return picture
+
+
+def orbits_figure(replayed, case, group):
+    """Orbits before and after the slow roll is taken off."""
+    config = replayed.config
+    raw = replayed.recorded(case, 1)[1]
+    time = np.linspace(0, 2 * np.pi / config.cases[case], 800)
+    clean = synthesize(replayed.measured(case), config.cases[case], config.harmonics, time)
+    picture, axes = figure(1, 2, height=3.0)
+    plot_orbit(raw, axes[0, 0])
+    plot_orbit(clean, axes[0, 1], index=1)
+    axes[0, 0].set_title(f"{case}: as measured, bow and sensor gap in it")
+    size = np.ptp(clean.real) / np.ptp(raw.real)
+    axes[0, 1].set_title(f"slow roll taken off: {percent(size)} of the height, not a circle")
+    return picture
+
+
+def model_figure(replayed, case, group):
+    """Measured against simulated with identified parameters."""
+    config = replayed.config
+    best = replayed.estimates_for(group).sel(case=case)
+    theta = thesis_estimates(config, replayed.reference, group)
+    rows = {
+        "measured": replayed.measured(case),
+        "least squares": as_complex(best.simulated.sel(estimator="least_squares")),
+        "maximum likelihood": as_complex(best.simulated.sel(estimator="maximum_likelihood")),
+        f"the thesis's Table {config.estimates_table}": measured_response(
+            config.model, [config.cases[case]], config.harmonics, theta
+        )[0, :, 0],
+    }
+    picture, axes = figure(2, 1, height=2.4, width=5.0)
+    for i, (label, values) in enumerate(rows.items()):
+        plot_full_spectrum(config.harmonics, values, axes[0, 0], label=label, index=i, count=len(rows))
+        plot_phase(config.harmonics, values, axes[1, 0], label=label, index=i)
+    errors = np.abs(rows["least squares"] - rows["measured"]) / np.abs(rows["measured"])
+    axes[0, 0].set_title(
+        f"{case}: least squares meets {np.sum(errors < 0.2)} of {len(errors)} harmonics within 20 % as vectors "
+        "(amplitude and phase)",
+        fontsize=7,
+    )
+    picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    return picture
+
+
+def crack_force_figure(replayed, case, group):
+    """Crack force at each harmonic from the estimated stiffness losses, ours and the thesis's."""
+    config, model = replayed.config, replayed.config.model
+    static = model.structure.static_deflection[model.measured[0]].real
+    free = [config.thesis_names[f"dk p_{n}"][0] for n in config.harmonics]
+    models = [p for p in config.figures.values() if p.kind == "model"]
+    shown = {p.group: [q.case for q in models if q.group == p.group] for p in models}
+    picture, axes = figure(1, len(shown), width=2.8 if len(shown) > 1 else 4.0, sharey=True)
+    for panel, (of_group, of_cases) in zip(axes[0], shown.items(), strict=True):
+        estimate = replayed.estimates_for(of_group).estimate
+        ours = estimate.sel(estimator="least_squares", parameter=free).values * static
+        theirs = thesis_estimates(config, replayed.reference, of_group)[model.position(free)] * static
+        for i, (label, force) in enumerate((("here", ours), ("thesis", theirs))):
+            at = np.array(config.harmonics) + (i - 0.5) * 0.4
+            panel.bar(at, np.abs(force), 0.4, color=COLOURS[i], label=label)
+        harmonic_axis(panel, config.harmonics)
+        panel.set_xlabel("harmonic")
+        panel.set_title(f"{' and '.join(of_cases)} (estimates of {of_group})", fontsize=7)
+    axes[0, 0].set_ylabel("crack force (N)")
+    axes[0, 0].legend()
+    picture.suptitle("Crack force from the estimated stiffness losses", fontsize=8)
+    return picture
+
+
+def bow_magnification_figure(replayed, case, group):
+    """What the slow roll leaves behind."""
+    config = replayed.config
+    frequency = config.speeds[higher_cases(config)] / (2 * np.pi)
+    picture, axes = figure(height=2.6, width=4.0)
+    for i, data_set in enumerate(config.data_sets):
+        compensated = as_complex(replayed.here.compensated.sel(data_set=data_set, spectrum_method=data_set))
+        change, magnified = bow_magnification(config, compensated)
+        if data_set == COLUMN:
+            share = 1 - np.abs(change - magnified) / np.abs(change)
+            axes[0, 0].plot(frequency, np.abs(magnified) * 1e6, "k--", label="a bow's own magnification")
+        style = {"color": COLOURS[i], "fillstyle": "none", "label": f"measured, {data_set}"}
+        axes[0, 0].plot(frequency, np.abs(change) * 1e6, MARKERS[i], **style)
+    axes[0, 0].set(xlabel="spin speed (Hz)", ylabel="change of 1X from slow roll (µm)")
+    if share.min() > 0.5:
+        title = f"The bow, magnified, explains {percent(share.min())} to {percent(share.max())} of the 'unbalance'"
+    else:
+        title = "A bow alone would make 1X grow more than it does"
+    axes[0, 0].set_title(title)
+    axes[0, 0].set_ylim(bottom=0)
+    axes[0, 0].legend()
+    return picture
+
+
+def has_sign(config):
+    """Names on pages of the parameters that are judged by size alone: they may be of either sign."""
+    return [shown_name(name) for name in config.losses.values()]
+
+
+def checks_figure(replayed, case, group):
+    """Estimates against what is possible."""
+    checks = estimate_checks(replayed.config, replayed.reference, replayed.spectra, replayed.identification)
+    checks = checks[checks.group == group]
+    names = list(dict.fromkeys(checks.parameter))
+    picture, axes = figure(height=4.2, width=5.5)
+    for s, source in enumerate(dict.fromkeys(checks.source)):
+        for row in checks[checks.source == source].itertuples():
+            low, high, at = (v / row.largest_possible for v in (row.low, row.high, row.estimate))
+            axes[0, 0].errorbar(
+                at,
+                names.index(row.parameter) + (s - 1) * 0.27,
+                xerr=[[at - low], [high - at]],
+                fmt=MARKERS[s],
+                color=COLOURS[s],
+                fillstyle="full" if row.verdict in ("impossible", "implausible") else "none",
+                capsize=2,
+                label=source if row.parameter == names[0] else None,
+            )
+    sides = np.where(np.isin(names, has_sign(replayed.config)), -1, 0)
+    place = np.arange(len(names))
+    axes[0, 0].barh(place, sides, 1.0, color=COLOURS[2], alpha=0.12, linewidth=0, label="possible in size")
+    axes[0, 0].axvspan(0, 1, color=COLOURS[2], alpha=0.25, label="possible")
+    axes[0, 0].set_yticks(range(len(names)), names)
+    axes[0, 0].set_xscale("symlog", linthresh=1)
+    axes[0, 0].set(
+        xlabel="estimate / largest possible value (1)",
+        title=f"Filled: not possible by the rig's own data ({group})",
+    )
+    picture.legend(loc="outside lower center", ncols=2)
+    return picture
+
+
+KINDS = {
+    "record": record_figure,
+    "spectra": spectra_figure,
+    "without slow roll": without_slow_roll_figure,
+    "orbits": orbits_figure,
+    "model": model_figure,
+    "crack force": crack_force_figure,
+    "bow magnification": bow_magnification_figure,
+    "checks": checks_figure,
+}
+
+
+def figures(config, reference, records, spectra, identification):
+    """The figures that a replay's configuration asks for.
+
+    Parameters
+    ----------
+    config : ReplayConfig
+    reference : path
+        Folder of the printed values.
+    records, spectra, identification : Dataset
+        Of `thesis.replay.records`, `spectra` and `identify`.
+
+    Returns
+    -------
+    dict
+        name -> matplotlib figure.
+    """
+    replayed = Replayed(config, reference, records, spectra, identification)
+    return {name: KINDS[item.kind](replayed, item.case, item.group) for name, item in config.figures.items()}
+
+
+def rigs_figure(replays, table):
+    """Parameters found for several rigs, against what is possible.
+
+    Parameters
+    ----------
+    replays : list
+        (ReplayConfig, identification, spectra) of each.
+    table : DataFrame
+        Rows of `thesis.rigs.rigs_table`.
+
+    Returns
+    -------
+    Figure
+    """
+    parameters = list(dict.fromkeys(table.parameter))
+    picture, axes = figure(height=4.2, width=5.0)
+    narrower = table.groupby("parameter")["largest possible"].min()[parameters]
+    both_signs = np.isin(parameters, [name for config, _, _ in replays for name in has_sign(config)])
+    for part, sides, alpha in (("possible", 1, 0.25), ("possible in size", np.where(both_signs, -1, 0), 0.12)):
+        place = np.arange(len(parameters))
+        axes[0, 0].barh(place, sides * narrower, 0.8, color=COLOURS[2], alpha=alpha, label=part)
+    for r, rig in enumerate(dict.fromkeys(table.rig)):
+        part = table[table.rig == rig].set_index("parameter").loc[parameters]
+        for s, (source, column) in enumerate((("thesis", "thesis"), ("least squares", "least squares, estimate"))):
+            axes[0, 0].plot(
+                part[column],
+                np.arange(len(parameters)) + 0.3 * (r - 0.5),
+                MARKERS[r],
+                color=COLOURS[s],
+                fillstyle=("none", "full")[s],
+                label=f"{rig}, {source}",
+            )
+    axes[0, 0].axvline(0, color="k", linewidth=0.8)
+    axes[0, 0].set_xscale("symlog", linthresh=0.1)
+    axes[0, 0].set_yticks(range(len(parameters)), parameters)
+    axes[0, 0].invert_yaxis()
+    if min(slow_roll_parts(config, spectra)[-1].min() for config, _, spectra in replays) > MOSTLY:
+        title = "Both rigs: -1X of the slow roll is taken for a crack"
+    else:
+        title = "Parameters found for both rigs"
+    axes[0, 0].set(xlabel=f"estimate, made dimensionless (1); all speeds, column '{COLUMN}'", title=title)
+    picture.legend(loc="outside lower center", ncols=2)
+    return picture

@@ -1,0 +1,69 @@
+"""Figures of stability and whirl. Each function takes results and returns a matplotlib figure."""
+
+import numpy as np
+
+from rotorstudy.presentation.plots import COLOURS, MARKERS, figure
+
+
+def stability(stable, closed_form=None):
+    """Growth rate over speed, and the threshold; closed_form: (label, function of the damping ratio) to compare."""
+    picture, axes = figure(1, 2, height=2.6)
+    natural = float(stable.natural_frequency)
+    for i, damping in enumerate(stable.damping_ratio.values):
+        growth = stable.growth_rate.sel(damping_ratio=damping)
+        axes[0, 0].plot(stable.relative_speed, growth, color=COLOURS[i], label=f"c_E / c_H = {damping:g}")
+    axes[0, 0].axhline(0, color="k", linewidth=0.8)
+    axes[0, 0].set(xlabel="speed / natural frequency (1)", ylabel="growth rate (1/s)", title="Unstable above zero")
+    axes[0, 0].legend()
+    line = np.linspace(0, float(stable.damping_ratio.max()), 50)
+    if closed_form:
+        text, function = closed_form
+        axes[0, 1].plot(line, function(line), "k--", label=text)
+    axes[0, 1].plot(stable.damping_ratio, stable.threshold / natural, MARKERS[0], color=COLOURS[0], label="eigenvalues")
+    axes[0, 1].set(xlabel="external / internal damping (1)", ylabel="threshold / natural frequency (1)")
+    axes[0, 1].set_title("Threshold of stability")
+    axes[0, 1].legend()
+    return picture
+
+
+def campbell(whirl, rigs, title):
+    """Whirl frequency over speed with the lines of 1X, 2X, 3X and -1X; rigs: name in the data -> name shown."""
+    picture, axes = figure(1, len(rigs), height=3.2, sharey=True)
+    speed = whirl.speed.values / (2 * np.pi)
+    for panel, (rig, shown) in zip(axes[0], rigs.items(), strict=True):
+        here = whirl.sel(rig=rig)
+        frequency = here.frequency.values / (2 * np.pi)
+        highest = min(np.abs(frequency).max() * 1.05, 4 * speed[-1])
+        for mode in range(frequency.shape[1]):
+            forward = np.median(frequency[:, mode]) > 0
+            text = ("forward whirl" if forward else "backward whirl") if mode in (0, frequency.shape[1] - 1) else None
+            if (frequency > 0).all():  # anisotropic
+                text = "whirl, forward and backward mixed" if mode == 0 else None
+            panel.plot(
+                speed,
+                np.abs(frequency[:, mode]),
+                "-" if forward else "--",
+                color=COLOURS[0 if forward else 1],
+                label=text,
+            )
+        for i, order in enumerate(whirl.order.values):
+            if order > 0:
+                panel.plot(speed, order * speed, ":", color="0.5", linewidth=0.9)
+                top = min(speed[-1], highest / order)
+                panel.annotate(f"{order}X", (top, order * top), fontsize=7, ha="right", va="top")
+            marks = here.critical_speed.sel(order=order).values / (2 * np.pi)
+            marks = marks[np.isfinite(marks)]
+            panel.plot(
+                marks,
+                abs(order) * marks,
+                MARKERS[i],
+                color="k",
+                fillstyle="none",
+                label=f"meets {order}X",
+                linestyle="",
+            )
+        panel.set(xlabel="spin speed (Hz)", title=shown, xlim=(0, speed[-1]), ylim=(0, highest))
+    axes[0, 0].set_ylabel("whirl frequency (Hz)")
+    picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    picture.suptitle(title, fontsize=9)
+    return picture

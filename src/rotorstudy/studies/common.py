@@ -1,0 +1,78 @@
+"""What the stages of a study share: parameters as they are reported, coordinates, the spectrum without noise."""
+
+import numpy as np
+
+from rotorstudy.inference.problem import magnitude_and_phase
+from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+from rotorstudy.model.rig import named_plugins
+from rotorstudy.response.harmonic import measured_response
+from rotorstudy.response.stability import check_stable
+from rotorstudy.store import provenance
+
+SPEED = ("rad/s", "spin speed")
+
+
+def rig_coordinates(config, model, speeds=None):
+    """Coordinates every stage shares: harmonic, node and, if given, speed."""
+    found = {
+        "harmonic": (np.array(config.harmonics), "1", "harmonic of the spin speed, positive forward"),
+        "node": (np.array(model.sensors), "1", "node where the displacement is measured"),
+    }
+    return found if speeds is None else {**found, "speed": (np.asarray(speeds, float), *SPEED)}
+
+
+def reported(problem, estimate):
+    """Estimate with complex amplitudes as magnitude and phase: names, theta, std."""
+    names, theta, covariance = magnitude_and_phase(problem.names, estimate.theta, estimate.covariance)
+    return names, theta, np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1))
+
+
+def reported_names(config):
+    """The unknowns of a study as they are reported, complex ones as magnitude and phase."""
+    count = len(config.unknowns)
+    return magnitude_and_phase(config.unknowns, np.ones(count), np.eye(count))[0]
+
+
+def parameter_coordinates(names):
+    return {"parameter": (list(names), "1", "identified parameter, SI units; phases in rad")}
+
+
+def true_values(config, model):
+    """(parameter,) the values assumed for the unknowns, complex ones as magnitude and phase."""
+    theta = model.theta[model.position(config.unknowns)]
+    return magnitude_and_phase(config.unknowns, theta, np.eye(len(theta)))[1]
+
+
+def clean_spectrum(config, model, speeds):
+    """The steady-state harmonics of a model as a Spectrum without noise."""
+    check_stable(model, speeds)
+    amplitude = measured_response(model, speeds, config.harmonics)
+    covariance = independent_covariance(np.zeros(amplitude.shape))
+    return Spectrum(amplitude, np.asarray(speeds, float), np.array(config.harmonics), model.sensors, covariance)
+
+
+def parameter_units(config):
+    """Reported name of an unknown -> its unit, "rad" of a phase."""
+    names = reported_names(config)
+    return dict(zip(names, config.rig(config.main_rig).reported_units(names), strict=True))
+
+
+def is_phase(config, names):
+    """(parameter,) whether a reported parameter is a phase, whose error is a difference in rad."""
+    units = parameter_units(config)
+    return np.array([units[name] == "rad" for name in names])
+
+
+def relative_error(phase, theta, true):
+    """(parameter,) relative errors; of phases the difference in rad.
+
+    phase : (parameter,) of `is_phase`;  theta, true : (parameter,)
+    """
+    return np.where(phase, theta - true, theta / true - 1)
+
+
+def study_provenance(config):
+    """Provenance attributes of a stage: configuration and every plugin its rigs and comparisons use."""
+    used = [plugin for rig in config.rigs.values() for plugin in named_plugins(rig)]
+    used += [plugin for plugins in config.methods.values() for plugin in plugins.values()]
+    return provenance(config.model_dump(), used)

@@ -1,0 +1,125 @@
+"""What is compared: faults of a record, rotors, levels of noise."""
+
+from types import SimpleNamespace
+from typing import NamedTuple
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.model.configuration import Strict, check_config
+from rotorstudy.model.model import Model
+from rotorstudy.model.options import NonNegative, Positive
+from rotorstudy.response.harmonic import check_harmonics
+from rotorstudy.store import read_yaml
+from rotorstudy.studies.common import clean_spectrum
+
+
+class Fault(Strict):
+    """What is wrong with a record; the default is nothing.
+
+    revolutions : that it holds;  speed_error : of its label, relative
+    keyphasor_jitter_rad : standard deviation of each pulse
+    outlier_share : of the samples;  outlier_size : of an outlier, in rms of the vibration
+    """
+
+    revolutions: float = Field(default=12.0, ge=2)
+    speed_error: float = Field(default=0.0, gt=-0.05, lt=0.05)
+    keyphasor_jitter_rad: float = Field(default=0.0, ge=0)
+    outlier_share: float = Field(default=0.0, ge=0, lt=0.5)
+    outlier_size: float = Field(default=0.0, ge=0)
+
+
+class Compared(Strict):
+    """A rotor to compare on: the main rig of a study, or that of a replay, with the parameters identified there.
+
+    speeds_rad_s : needed for a study; of a replay, its own
+    harmonics : identified from, if not all of the study's; a spectrum method is asked for all of those
+    levels_percent : instead of the comparison's own
+    """
+
+    study: str | None = None
+    replay: str | None = None
+    speeds_rad_s: list[Positive] = []
+    harmonics: list[int] | None = None
+    levels_percent: list[float] | None = None
+
+    @model_validator(mode="after")
+    def _one_source(self):
+        if (self.study is None) == (self.replay is None):
+            raise ValueError("give either 'study' or 'replay'")
+        if self.study and not self.speeds_rad_s:
+            raise ValueError("a study needs speeds_rad_s")
+        return self
+
+
+class CompareConfig(Strict):
+    """trials : of each cell with noise; trials_without_noise : of those without, where only a fault draws numbers"""
+
+    title: str
+    trials: int = Field(ge=2)
+    trials_without_noise: int = Field(ge=2)
+    samples: int = Field(ge=64)
+    levels_percent: list[NonNegative] = Field(min_length=1)
+    faults: dict[str, Fault] = Field(min_length=1)
+    rotors: dict[str, Compared] = Field(min_length=1)
+    seed: int
+
+    def levels(self, rotor):
+        own = self.rotors[rotor].levels_percent
+        return self.levels_percent if own is None else own
+
+    def check(self, studies, replays):
+        """Raise for a name that no study or replay has, a level that makes no sense."""
+        for name, compared in self.rotors.items():
+            known = studies if compared.study else replays
+            wanted = compared.study or compared.replay
+            if wanted not in known:
+                raise unknown_name("study or replay", wanted, known, f"compare, rotor '{name}'")
+            if compared.harmonics is not None:
+                try:
+                    check_harmonics(compared.harmonics)
+                except RotorstudyError as error:
+                    raise RotorstudyError(f"compare, rotor '{name}': {error}") from None
+            if any(level not in self.levels_percent for level in self.levels(name)) or not self.levels(name):
+                raise RotorstudyError(
+                    f"compare, rotor '{name}': levels_percent = {self.levels(name)} must be some of "
+                    f"{self.levels_percent}"
+                )
+
+
+def load_comparison(path):
+    """A CompareConfig from a YAML file; unknown and missing keys are one-line errors."""
+    return check_config(CompareConfig, read_yaml(path), str(path))
+
+
+class Rotor(NamedTuple):
+    """A rotor to compare on: model with true values, unknowns, speeds (speed,) rad/s.
+
+    measured, harmonics : (harmonic,) what a spectrum method is asked for, and those of it that an estimator gets
+    """
+
+    model: Model
+    unknowns: tuple
+    measured: list
+    harmonics: list
+    speeds: np.ndarray
+
+
+def make_rotor(compared, model, unknowns, harmonics, speeds):
+    """The Rotor of a Compared; harmonics : those its source measures."""
+    used = compared.harmonics or harmonics
+    measured = [*harmonics, *(n for n in used if n not in harmonics)]
+    return Rotor(model, unknowns, measured, used, np.array(speeds))
+
+
+def study_rotor(compared, study):
+    """The main rig of a study."""
+    return make_rotor(
+        compared, study.rig(study.main_rig), tuple(study.unknowns), study.harmonics, compared.speeds_rad_s
+    )
+
+
+def measured_without_noise(rotor):
+    """The steady-state spectrum of a rotor without noise, at the harmonics that a spectrum method is asked for."""
+    return clean_spectrum(SimpleNamespace(harmonics=rotor.measured), rotor.model, rotor.speeds)

@@ -1,0 +1,139 @@
+"""How well estimators do on the harmonics of every spectrum method."""
+
+from dataclasses import replace
+from itertools import product
+from time import perf_counter
+from types import SimpleNamespace
+
+import numpy as np
+
+from rotorstudy.errors import PluginError, RotorstudyError, UnidentifiableError
+from rotorstudy.inference.bounds import cramer_rao_bound
+from rotorstudy.inference.problem import Problem, estimate_by, magnitude_and_phase
+from rotorstudy.measurement.noise import noise_std
+from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.store import as_complex, dataset
+from rotorstudy.studies import identify
+from rotorstudy.studies.common import parameter_coordinates
+from rotorstudy.studies.comparison.config import measured_without_noise
+
+INTERVAL = 1.959964  # standard deviations of a 95 % interval
+BY_PARAMETER = {
+    "bias": ("SI", "mean error"),
+    "scatter": ("SI", "standard deviation over trials"),
+    "rmse": ("SI", "root mean square error"),
+    "efficiency": ("1", "Cramer-Rao variance over mean square error"),
+    "coverage": ("1", "share of stated 95 % intervals that hold the truth"),
+}
+BY_CELL = {
+    "failed": ("1", "share of trials without an estimate"),
+    "seconds": ("s", "time for one estimate; differs from run to run"),
+}
+
+
+def estimates(config, name, rotor, by_method, estimator):
+    """How well an estimator does on the harmonics of every spectrum method.
+
+    by_method : name of a spectrum method -> Dataset of `spectra`
+    returns   : bias, scatter, rmse (SI; of phases rad), efficiency (Cramer-Rao variance of whole revolutions over mean
+                square error), coverage (of 95 % intervals), all (spectrum_method, fault, noise, parameter);
+                failed (share of trials), seconds (an estimate) (spectrum_method, fault, noise); true (parameter)
+    """
+    faults, levels = list(config.faults), config.levels(name)
+    model, unknowns = rotor.model, rotor.unknowns
+    theta_true = model.theta[model.position(unknowns)]
+    names, true, _ = magnitude_and_phase(unknowns, theta_true, np.eye(len(unknowns)))
+    is_angle = np.array(model.reported_units(names)) == "rad"
+    shape = (len(by_method), len(faults), len(levels))
+    found = {key: np.full((*shape, len(names)), np.nan) for key in BY_PARAMETER}
+    found |= {key: np.full(shape, np.nan) for key in BY_CELL}
+    bounds = _bounds(config, name, rotor, theta_true)
+    asked = without_values(model, unknowns)
+    for (m, data), (f, fault), (n, level) in product(
+        enumerate(by_method.values()), enumerate(faults), enumerate(levels)
+    ):
+        cell = data.sel(fault=fault, noise=level)
+        amplitude = as_complex(cell.amplitude)
+        amplitude = amplitude[np.isfinite(amplitude[:, 0, 0, 0])]
+        spectrum = Spectrum(amplitude, rotor.speeds, np.array(rotor.measured), model.sensors, cell.covariance.values)
+        spectrum = spectrum.at_harmonics(rotor.harmonics)
+        start = perf_counter()
+        try:
+            result = estimate_by(estimator, Problem(asked, spectrum, unknowns))
+        except PluginError:
+            raise  # a mistake in the estimator is not a failed estimate
+        except (RotorstudyError, UnidentifiableError, np.linalg.LinAlgError):
+            found["failed"][m, f, n] = 1.0
+            continue
+        found["seconds"][m, f, n] = (perf_counter() - start) / len(amplitude)
+        _, theta, full = magnitude_and_phase(unknowns, result.theta, result.covariance)
+        std = np.broadcast_to(np.sqrt(np.diagonal(full, axis1=-2, axis2=-1)), theta.shape)
+        off = theta - true
+        off = np.where(is_angle, np.angle(np.exp(1j * off)), off)
+        good = np.isfinite(off).all(axis=-1)
+        found["failed"][m, f, n] = 1 - good.mean()
+        if not good.any():
+            continue
+        off, std = off[good], std[good]
+        found["bias"][m, f, n] = off.mean(axis=0)
+        found["scatter"][m, f, n] = off.std(axis=0)
+        found["rmse"][m, f, n] = np.sqrt(np.mean(off**2, axis=0))
+        found["coverage"][m, f, n] = np.mean(np.abs(off) <= INTERVAL * std, axis=0)
+        if level:
+            found["efficiency"][m, f, n] = (bounds[level] / found["rmse"][m, f, n]) ** 2
+    dims = ("spectrum_method", "fault", "noise", "parameter")
+    variables = {key: (dims[: values.ndim], values, *(BY_PARAMETER | BY_CELL)[key]) for key, values in found.items()}
+    variables["true"] = (("parameter",), true, "SI", "value assumed")
+    coordinates = {
+        "spectrum_method": (list(by_method), "1", "spectrum method"),
+        "fault": (faults, "1", "what is wrong with the record"),
+        "noise": (np.array(levels, float), "percent", "white noise on each sample, of the rms of the vibration"),
+        **parameter_coordinates(names),
+    }
+    return dataset(variables, coordinates, title=f"{config.title}: {name}, {estimator.name}")
+
+
+def without_values(model, unknowns):
+    """The model with its unknowns not given a value: a start or a prior must not know the truth."""
+    terms = []
+    for term in model.terms:
+        sought = {p.name for p in term.parameters if {term.full_name(p), f"{term.full_name(p)}_real"} & {*unknowns}}
+        terms.append(replace(term, values={name: v for name, v in term.values.items() if name not in sought}))
+    return replace(model, terms=tuple(terms))
+
+
+def _bounds(config, name, rotor, theta):
+    """Level -> (parameter,) Cramer-Rao standard deviations for whole revolutions with white noise."""
+    clean = measured_without_noise(rotor)
+    found = {}
+    for level in config.levels(name):
+        if not level:
+            continue
+        std = noise_std(clean, level / 100, "white in time", config.samples)
+        both = np.concatenate([std, std], axis=1) ** 2
+        covariance = np.moveaxis(both, -1, 1)[..., None] * np.eye(both.shape[1])
+        used = replace(clean, covariance=covariance).at_harmonics(rotor.harmonics)
+        bound = cramer_rao_bound(Problem(rotor.model, used, rotor.unknowns), theta)
+        found[level] = np.sqrt(np.diag(magnitude_and_phase(rotor.unknowns, theta, bound)[2]))
+    return found
+
+
+def bias(study, rotor, estimator):
+    """What wrong known quantities of its study cost an estimator, at the speeds compared on; see `identify.bias`."""
+    cases = {"speeds compared": SimpleNamespace(speeds=rotor.speeds)}
+    settings = {"cases": cases, "harmonics": list(rotor.harmonics), "estimators": [estimator.name]}
+    return identify.bias(study.model_copy(update=settings))
+
+
+def comparison(parts):
+    """One array over everything: {(rotor, estimator): Dataset of `estimates`} -> Dataset with both as dimensions."""
+    import xarray as xr
+
+    rotors = list(dict.fromkeys(rotor for rotor, _ in parts))
+    estimators = list(dict.fromkeys(estimator for _, estimator in parts))
+    along, equal = xr.Variable("estimator", estimators), {"compat": "equals"}
+    by_rotor = [xr.concat([parts[r, e] for e in estimators], dim=along, data_vars="different", **equal) for r in rotors]
+    whole = xr.concat(by_rotor, dim=xr.Variable("rotor", rotors), data_vars="all", join="outer", **equal)
+    whole["rotor"].attrs = {"units": "1", "long_name": "rotor compared on"}
+    whole["estimator"].attrs = {"units": "1", "long_name": "parameter estimator"}
+    return whole

@@ -1,0 +1,85 @@
+"""Which spectrum method and estimator to use for which fault of a record."""
+
+import numpy as np
+
+VALID = (0.90, 0.99)  # mean coverage of valid 95 % intervals: 200 trials give it to within 1.5 % for a parameter
+SELDOM = 0.02  # share of trials in which a pair may fail and still be advised: a failure is seen, another is taken
+AS_GOOD = 1.05  # errors within this factor are equal: 200 trials give an error to within 5 %
+ANY_FAULT = "not known which"
+
+
+def ranking(whole):
+    """How the pairs of spectrum method and estimator rank, by rotor, fault and noise.
+
+    returns : DataFrame with the error over the Cramer-Rao bound (geometric mean over the parameters), the error of
+              the worst parameter, coverage, failures and time, best first
+    """
+    import xarray as xr
+
+    whole = whole.sel(noise=whole.noise > 0)
+    over = np.sqrt(1 / whole.efficiency)
+    columns = {
+        "error over bound": np.exp(np.log(over).mean("parameter")),
+        "worst parameter": over.max("parameter"),
+        "coverage": whole.coverage.mean("parameter"),
+        "failed": whole.failed,
+        "ms an estimate": 1e3 * whole.seconds,
+    }
+    table = xr.Dataset(columns).to_dataframe().reset_index()
+    table = table[table["error over bound"].notna() | (table.failed == 1)]
+    keys = ["rotor", "fault", "noise"]
+    table = table[[*keys, "spectrum_method", "estimator", *columns]]
+    return table.sort_values([*keys, "error over bound"]).reset_index(drop=True)
+
+
+def advice(ranked):
+    """Which spectrum method and estimator for which fault: the smallest error in the worst rotor and noise level.
+
+    Of the pairs that seldom fail, each spectrum method's best estimator; of equals one with valid intervals, then one
+    that never fails.
+    returns : DataFrame (fault, three best spectrum methods): estimator, its equals, the error over the bound in the
+              worst cell, which cell that is, the median, coverage; last the same for a fault that is not known
+    """
+    import pandas as pd
+
+    every = pd.concat([ranked, ranked.assign(fault=ANY_FAULT)], ignore_index=True)
+    keys = ["fault", "spectrum_method", "estimator"]
+    every = every[every.groupby(keys).failed.transform("max") <= SELDOM]
+    groups, error = every.groupby(keys, sort=False), "error over bound"
+    table = groups.agg(
+        worst=(error, "max"),
+        typical=(error, "median"),
+        lowest_coverage=("coverage", "min"),
+        highest_coverage=("coverage", "max"),
+        failed=("failed", "max"),
+        ms=("ms an estimate", "median"),
+    ).reset_index()
+    cells = every.loc[groups[error].idxmax()]
+    table["worst_in"] = [f"{rotor}, {noise:g} %" for rotor, noise in zip(cells.rotor, cells.noise, strict=True)]
+    table["intervals"] = [
+        "valid" if VALID[0] <= low and high <= VALID[1] else "too narrow" if low < VALID[0] else "too wide"
+        for low, high in zip(table.lowest_coverage, table.highest_coverage, strict=True)
+    ]
+    rows = []
+    for _, same in table.groupby(keys[:2], sort=False):
+        good = same[same.worst <= AS_GOOD * same.worst.min()]
+        good = good.assign(invalid=good.intervals != "valid", fails=good.failed > 0)
+        good = good.sort_values(["invalid", "fails", "worst"], kind="stable")
+        rows.append({**good.iloc[0], "as_good": ", ".join(good.estimator[1:]) or "none"})
+    best = pd.DataFrame(rows, columns=[*table.columns, "as_good"])
+    best["last"] = best.fault == ANY_FAULT
+    best["step"] = np.round(np.log(best.worst.astype(float)) / np.log(AS_GOOD))  # equals: by the median
+    best = best.sort_values(["last", "fault", "step", "typical"], kind="stable").groupby("fault", sort=False).head(3)
+    shown = {
+        **{key: key for key in keys},
+        "as_good": "estimators as good",
+        "worst": "error over bound, worst rotor and noise",
+        "worst_in": "where that is",
+        "typical": "error over bound, median",
+        "intervals": "intervals",
+        "lowest_coverage": "lowest coverage",
+        "highest_coverage": "highest coverage",
+        "failed": "failed, largest share",
+        "ms": "ms an estimate",
+    }
+    return best[list(shown)].rename(columns=shown).reset_index(drop=True)

@@ -1,0 +1,128 @@
+"""Records with noise and faults, and what a spectrum method makes of them."""
+
+from itertools import product
+from time import perf_counter
+from typing import NamedTuple
+
+import numpy as np
+
+from rotorstudy.measurement.keyphasor import phase_from_keyphasor
+from rotorstudy.measurement.noise import standard_normal
+from rotorstudy.measurement.records import (
+    Record,
+    compensate,
+    full_spectrum,
+    keyphasor_signal,
+    simulate_records,
+)
+from rotorstudy.store import dataset
+from rotorstudy.studies.common import SPEED
+from rotorstudy.studies.comparison.config import measured_without_noise
+
+
+class Trials(NamedTuple):
+    """Records of one speed with one fault: time (time,) s, label rad/s, signal (trial, sensor, time) complex m,
+    keyphasor (trial or 1, time) V."""
+
+    time: np.ndarray
+    label: float
+    signal: np.ndarray
+    keyphasor: np.ndarray
+
+
+def make_trials(config, rotor_index, rotor, fault_name, place, level, count):
+    """Trials of one speed (by its place in rotor.speeds): steady state, noise, and what the fault does."""
+    fault, speed = config.faults[fault_name], float(rotor.speeds[place])
+    stream = (rotor_index * len(config.faults) + list(config.faults).index(fault_name)) * 1000 + place
+    time = np.arange(config.samples) * fault.revolutions * 2 * np.pi / speed / config.samples
+    clean = simulate_records(rotor.model, [speed], rotor.measured, time)[0].displacement
+    moving = clean - clean.mean(axis=-1, keepdims=True)
+    rms = np.sqrt(np.mean(np.abs(moving) ** 2, axis=-1, keepdims=True) / 2)
+    x, y = np.moveaxis(standard_normal(config.seed, stream, count, (2, *clean.shape)), 1, 0)
+    signal = clean + level / 100 * rms * (x + 1j * y)
+    others = [
+        np.random.default_rng(np.random.SeedSequence(config.seed, spawn_key=(stream, 1, t))) for t in range(count)
+    ]
+    if fault.outlier_share:
+        drawn = np.array([rng.uniform(size=(2, *clean.shape)) for rng in others])
+        hit, angle = drawn[:, 0] < fault.outlier_share, 2 * np.pi * drawn[:, 1]
+        signal = signal + hit * fault.outlier_size * rms * np.exp(1j * angle)
+    keyphasor = keyphasor_signal(speed, time)[None]
+    if fault.keyphasor_jitter_rad:
+        revolution = np.rint(speed * time / (2 * np.pi)).astype(int)  # each pulse is early or late as a whole
+        late = [fault.keyphasor_jitter_rad * rng.normal(size=revolution.max() + 1)[revolution] for rng in others]
+        keyphasor = np.array([keyphasor_signal(speed, time - shift / speed) for shift in late])
+    return Trials(time, speed * (1 + fault.speed_error), signal, keyphasor)
+
+
+def trial_spectra(method, trials, harmonics):
+    """Harmonics (trial, harmonic, sensor) and the mean of their stated covariance (sensor, component, component).
+
+    Trials that share their keyphasor go to the method in one call.
+    """
+    count, sensors, _ = trials.signal.shape
+
+    def spectrum(signal, keyphasor, phase):
+        record = Record(trials.time, signal, trials.label, tuple(range(len(signal))), keyphasor=keyphasor)
+        found = full_spectrum([record], harmonics, method, phase)
+        return found.amplitude[0].T, found.covariance[0]  # (signal, harmonic), (signal, component, component)
+
+    if len(trials.keyphasor) == 1 or not method.uses_marks:
+        phase = "keyphasor" if len(trials.keyphasor) == 1 else "none"
+        amplitude, covariance = spectrum(trials.signal.reshape(-1, len(trials.time)), trials.keyphasor[0], phase)
+        amplitude = amplitude.reshape(count, sensors, -1)
+        covariance = covariance.reshape(count, sensors, *covariance.shape[1:])
+    if len(trials.keyphasor) > 1:
+        turned = []
+        for t, keyphasor in enumerate(trials.keyphasor):
+            if method.uses_marks:
+                turned.append(spectrum(trials.signal[t], keyphasor, "keyphasor"))
+            else:
+                record = Record(trials.time, trials.signal[t], trials.label, tuple(range(sensors)), keyphasor=keyphasor)
+                psi = phase_from_keyphasor(record, harmonics)
+                turned.append(compensate(amplitude[t], covariance[t], *psi))
+        amplitude, covariance = (np.array(part) for part in zip(*turned, strict=True))
+    return np.swapaxes(amplitude, 1, 2), covariance.mean(axis=0)
+
+
+def spectra(config, name, rotor, method):
+    """What a spectrum method makes of all records of a rotor.
+
+    returns : amplitude (fault, noise, trial, speed, harmonic, node, part) m, NaN beyond the trials of a cell;
+              covariance (fault, noise, speed, node, component, component_2) m^2, as stated, mean over trials;
+              harmonic_error (fault, noise), rms over trials and harmonics over the rms of the vibration;
+              seconds (fault, noise) a record
+    """
+    faults, levels = list(config.faults), config.levels(name)
+    model, harmonics = rotor.model, rotor.measured
+    shape = (len(faults), len(levels), config.trials, len(rotor.speeds), len(harmonics), len(model.sensors))
+    amplitude = np.full(shape, np.nan, complex)
+    size = 2 * len(harmonics)
+    covariance = np.full((len(faults), len(levels), len(rotor.speeds), len(model.sensors), size, size), np.nan)
+    error, seconds = np.zeros(shape[:2]), np.zeros(shape[:2])
+    true = measured_without_noise(rotor).amplitude
+    vibration = np.sqrt(np.sum(np.abs(true[:, np.array(harmonics) != 0]) ** 2, axis=1, keepdims=True))
+    for (f, fault), (n, level) in product(enumerate(faults), enumerate(levels)):
+        count = config.trials if level else min(config.trials, config.trials_without_noise)
+        for s in range(len(rotor.speeds)):
+            trials = make_trials(config, list(config.rotors).index(name), rotor, fault, s, level, count)
+            start = perf_counter()
+            amplitude[f, n, :count, s], covariance[f, n, s] = trial_spectra(method, trials, harmonics)
+            seconds[f, n] += (perf_counter() - start) / count / len(rotor.speeds)
+        error[f, n] = np.sqrt(np.mean(np.abs((amplitude[f, n, :count] - true) / vibration) ** 2))
+    coordinates = {
+        "fault": (faults, "1", "what is wrong with the record"),
+        "noise": (np.array(levels, float), "percent", "white noise on each sample, of the rms of the vibration"),
+        "speed": (rotor.speeds, *SPEED),
+        "harmonic": (np.array(harmonics), "1", "harmonic of the spin speed, positive forward"),
+        "node": (np.array(model.sensors), "1", "node where the displacement is measured"),
+    }
+    dims = ("fault", "noise", "trial", "speed", "harmonic", "node")
+    stated = ("fault", "noise", "speed", "node", "component", "component_2")
+    variables = {
+        "amplitude": (dims, amplitude, "m", "full spectrum"),
+        "covariance": (stated, covariance, "m^2", "stated covariance: real parts, then imaginary parts"),
+        "harmonic_error": (dims[:2], error, "1", "rms error of the harmonics over the rms of the vibration"),
+        "seconds": (dims[:2], seconds, "s", "time for one record; differs from run to run"),
+    }
+    return dataset(variables, coordinates, title=f"{config.title}: {name}, {method.name}")

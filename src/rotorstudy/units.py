@@ -1,0 +1,78 @@
+"""Units: factors to SI for what files state, and SI values as text for people.
+
+In every text `±` is one standard deviation; an interval says its coverage (95 %).
+"""
+
+import numpy as np
+
+METRES = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "mil": 2.54e-5}
+RAD_PER_S = {"rad/s": 1.0, "Hz": 2 * np.pi, "rpm": np.pi / 30}
+SECONDS = {"s": 1.0, "ms": 1e-3}
+SHOWN = {"m": ("µm", 1e6), "rad": ("°", 180 / np.pi), "s": ("ms", 1e3), "1": ("", 1.0)}
+LONG = 1e7  # from here on numbers are written with an exponent
+
+
+def shown_unit(unit: str) -> tuple[str, float]:
+    """The unit in which people read values of an SI unit, and the factor to it."""
+    return SHOWN.get(unit, (unit, 1.0))
+
+
+def number(value: float, digits: int = 3) -> str:
+    """A number with some significant digits, and without an exponent unless it is very large: 1140, not 1.14e+03."""
+    text = f"{value:.{digits}g}"
+    return text if not abs(value) < LONG else f"{float(text):.12g}"
+
+
+def quantity(value: float, unit: str, std: float | None = None, digits: int = 3) -> str:
+    """A value with its unit as an engineer writes it.
+
+    Parameters
+    ----------
+    value, unit
+        In SI; lengths are written in µm, angles in degrees, times in ms.
+    std
+        Standard deviation, in SI. If it is known both numbers have the digits that it leaves: 12.00 ± 0.10 µm.
+    digits
+        Significant digits if it is not.
+    """
+    unit, factor = shown_unit(unit)
+    if std is None or not np.isfinite(std):
+        return f"{number(value * factor, digits)} {unit}".strip()
+    return f"{as_certain_as(value * factor, std * factor)} ± {as_certain_as(std * factor, std * factor)} {unit}".strip()
+
+
+def um(metres: float, digits: int = 2) -> str:
+    """A length in µm: 55 µm."""
+    return quantity(metres, "m", digits=digits)
+
+
+def as_certain_as(value: float, std: float) -> str:
+    """A number with the two digits that a standard deviation leaves it."""
+    last = int(np.floor(np.log10(std))) - 1 if std > 0 else -3
+    if abs(value) >= LONG or last < -7:
+        return f"{value:.2g}" if value == std else f"{value:.4g}"
+    return f"{round(value, -last):.{max(0, -last)}f}"
+
+
+def interval(value: float, unit: str, std: float) -> str:
+    """The 95 % interval of a normally distributed value: 11.80 to 12.20 µm."""
+    from scipy.stats import norm
+
+    unit, factor = shown_unit(unit)
+    ends = norm.interval(0.95, value * factor, std * factor)
+    return f"{' to '.join(as_certain_as(end, std * factor) for end in ends)} {unit}".strip()
+
+
+def percent(share: float, digits: int = 3) -> str:
+    """A share in percent: 12.3 %."""
+    return f"{number(100 * share, digits)} %"
+
+
+def probability(value: float) -> str:
+    """A posterior probability in percent; the last tenth is not resolved."""
+    return "above 99.9 %" if value > 0.999 else percent(value)
+
+
+def p_value(value: float) -> str:
+    """A p-value: p = 0.012, or p < 1e-6."""
+    return "p < 1e-6" if value < 1e-6 else f"p = {value:.2g}"

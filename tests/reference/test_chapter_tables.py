@@ -1,0 +1,94 @@
+"""Tables and figures of the chapters without any computation: what they are made of covers what is printed."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from rotorstudy.measurement.noise import MODELS, noise_model, noise_std, noisy
+from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+from rotorstudy.presentation.replay_figures import KINDS
+from rotorstudy.studies.common import is_phase, parameter_units
+from rotorstudy.studies.config import load_study
+from rotorstudy.studies.stability import damping_along_x
+from rotorstudy.thesis import chapter_2, chapter_4, chapter_6
+from rotorstudy.thesis.config import Picture, load_replay
+from rotorstudy.thesis.scoreboard import published
+from rotorstudy.thesis.tables import scored_tables, table_name
+
+ROOT = Path(__file__).parents[2]
+REFERENCE = ROOT / "workflow" / "reference"
+
+
+def study(number):
+    return load_study(ROOT / "workflow" / "config" / f"chapter_{number}.yaml")
+
+
+def columns(number):
+    if number == 6:
+        return chapter_6.spectrum_columns()
+    return {2: chapter_2, 4: chapter_4}[number].spectrum_columns(study(number))
+
+
+def described(number):
+    return chapter_6.described() if number == 6 else {2: chapter_2, 4: chapter_4}[number].DESCRIBED
+
+
+@pytest.mark.parametrize("number", [2, 4, 6])
+def test_every_printed_spectrum_has_a_column_here_and_every_column_a_printed_one(number):
+    printed = published(REFERENCE, list(described(number)))
+    spectra = printed[printed.quantity != "estimate"]
+    keys = zip(spectra.table, spectra.case, spectra.quantity, spectra.method, strict=True)
+    assert set(keys) == set(columns(number))
+
+
+@pytest.mark.parametrize("number", [2, 4, 6])
+def test_every_printed_estimate_has_a_parameter_of_the_study(number):
+    module = {2: chapter_2, 4: chapter_4, 6: chapter_6}[number]
+    printed = published(REFERENCE, list(described(number)))
+    assert set(printed[printed.quantity == "estimate"].item) <= set(module.PARAMETERS)
+    assert {ours for ours, _ in module.PARAMETERS.values()} <= set(parameter_units(study(number)))
+
+
+def test_phases_and_dampings_are_told_by_unit_and_table():
+    config = study(6)
+    names = ["eccentricity[1]", "eccentricity[1]_phase", "internal_damping", "bearing_stiffness_xx[1]"]
+    assert list(is_phase(config, names)) == [False, True, False, False]
+    found = {u.name: damping_along_x(u) for u in config.rig("physical").rotor_unknowns}
+    shown = ("bearing_damping_xx[1]", "bearing_damping_yy[1]", "bearing_stiffness_xx[1]", "internal_damping")
+    assert [found[name] for name in shown] == [1, 0, 0, 1]
+
+
+def test_a_noise_model_is_its_attributes():
+    amplitude = np.array([[[1.0], [3.0]], [[2.0], [4.0]]]) + 0j  # (speed, harmonic, sensor)
+    covariance = independent_covariance(np.zeros(amplitude.shape))
+    spectrum = Spectrum(amplitude, np.array([50.0, 60.0]), np.array([1, 2]), (1,), covariance)
+    numbers = np.random.default_rng(1).standard_normal((1, 2, *amplitude.shape))
+    for name, model in MODELS.items():
+        std = noise_std(spectrum, 0.01, name, 100)
+        assert np.allclose(std[:, 0], std[:, 1]) != model.own_size
+        drawn = (noisy(amplitude, std, numbers, name) - amplitude)[0] / std
+        assert np.allclose(drawn[0], drawn[1]) == model.one_draw
+    with pytest.raises(Exception, match="unknown noise model 'white'"):
+        noise_model("white")
+
+
+def test_every_kind_of_picture_can_be_drawn():
+    kinds = Picture.model_fields["kind"].annotation.__args__
+    assert set(kinds) == set(KINDS)
+
+
+def test_the_stiffness_losses_of_a_replay_are_those_of_its_rig():
+    for name in ("chapter_3", "chapter_5"):
+        config = load_replay(ROOT / "workflow" / "config" / f"{name}.yaml")
+        assert set(config.losses.values()) == {n for n in config.model.names if "stiffness_loss" in n}
+        assert config.thesis_names["dk p_-1"] == (config.losses[-1], 1.0)
+
+
+def test_scored_tables_are_named_as_their_files():
+    row = {"table": "2.10", "case": "a", "item": "1", "unit": "m", "published": 1e-6, "computed": 2e-6, "status": "s"}
+    found = scored_tables(pd.DataFrame([row]), {"2.10": ("Title", "Note.", ["item"], ["case"])})
+    assert list(found) == [table_name("2.10")] == ["table_2_10"]
+    assert found["table_2_10"].title == "Table 2.10: Title"
+    assert found["table_2_10"].rows["a (um): here"].item() == 2.0

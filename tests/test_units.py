@@ -1,0 +1,41 @@
+"""Numbers as people read them, and the factors of what they write."""
+
+import numpy as np
+import pytest
+
+from rotorstudy.units import METRES, RAD_PER_S, interval, number, p_value, percent, probability, quantity, um
+
+
+def test_numbers_are_written_with_the_digits_that_are_known():
+    assert quantity(1.2345678e-5, "m", 1.04e-7) == "12.35 ± 0.10 µm"
+    assert quantity(24980.3, "N/m", 35.8) == "24980 ± 36 N/m"
+    assert quantity(0.0300064, "1", 6.8e-5) == "0.030006 ± 0.000068"
+    assert quantity(0.6, "1", None) == "0.6" and quantity(5.0, "N", 120.0) == "0 ± 120 N"
+    assert quantity(0.5, "rad", np.nan) == "28.6 °" and quantity(2e-3, "s") == "2 ms"
+
+
+def test_numbers_have_no_exponent_unless_they_are_very_large():
+    assert [number(x) for x in (1140.4, 760000.0, 3.14159, 2.5e9, np.inf)] == [
+        "1140",
+        "760000",
+        "3.14",
+        "2.5e+09",
+        "inf",
+    ]
+    assert [um(5.55e-5), um(0.0123), quantity(1.23456e-4, "m", digits=4)] == ["56 µm", "12000 µm", "123.5 µm"]
+
+
+def test_probabilities_and_p_values_say_what_they_do_not_resolve():
+    assert [p_value(p) for p in (1.0, 0.4, 0.0123, 1e-9)] == ["p = 1", "p = 0.4", "p = 0.012", "p < 1e-6"]
+    assert [probability(p) for p in (0.5, 0.9989, 0.9999)] == ["50 %", "99.9 %", "above 99.9 %"]
+    assert percent(1.234, 2) == "120 %"
+
+
+def test_an_interval_holds_95_percent():
+    assert interval(1.2e-5, "m", 1e-7) == "11.80 to 12.20 µm"
+    low, high = (float(end) for end in interval(10.0, "1", 1.0).split(" to "))
+    assert (low, high) == pytest.approx((10 - 1.96, 10 + 1.96), abs=0.05)
+
+
+def test_factors_are_those_of_their_units():
+    assert METRES["mil"] == pytest.approx(0.0254e-3) and RAD_PER_S["rpm"] * 60 == pytest.approx(RAD_PER_S["Hz"])

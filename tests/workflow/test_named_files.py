@@ -1,0 +1,73 @@
+"""What binds a job to its files: figures and tables by name, results by name, and the code that a function needs."""
+
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.presentation.plots import figure, save_figures
+from rotorstudy.presentation.tables import write_tables
+from rotorstudy.store import dataset, save
+from rotorstudy.studies.workflow import imported_files, named_function, opened
+from rotorstudy.thesis.tables import Table
+
+SCRIPT = Path(__file__).parents[2] / "workflow" / "scripts" / "study.py"
+
+
+def files(folder, *names):
+    return [folder / f"{name}.{kind}" for kind in ("png", "svg") for name in names]
+
+
+def test_a_figure_goes_to_the_files_of_its_name_whatever_their_order(tmp_path):
+    wide, narrow = figure(width=5)[0], figure(width=2)[0]
+    save_figures({"wide": wide, "narrow": narrow}, files(tmp_path, "narrow", "wide"))
+    sizes = {name: (tmp_path / f"{name}.svg").read_text().partition('width="')[2][:3] for name in ("wide", "narrow")}
+    assert sizes == {"wide": "360", "narrow": "144"}
+    assert all(path.is_file() for path in files(tmp_path, "wide", "narrow"))
+
+
+def test_a_missing_or_an_extra_figure_is_named_and_nothing_is_written(tmp_path):
+    one = {"figure_2_4": figure()[0]}
+    with pytest.raises(RotorstudyError, match=r"no figure was made for: figure_2_6 \(made: figure_2_4\)"):
+        save_figures(one, files(tmp_path, "figure_2_4", "figure_2_6"))
+    with pytest.raises(RotorstudyError, match="no file is named for the figure: figure_2_4"):
+        save_figures(one, [])
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_table_goes_to_the_files_of_its_name_and_a_missing_one_is_named(tmp_path):
+    tables = {name: Table(pd.DataFrame({"a": [name]}), name, "A note.") for name in ("table_2_1", "variants")}
+    paths = [tmp_path / f"{name}.{kind}" for kind in ("csv", "html") for name in ("variants", "table_2_1")]
+    write_tables(tables, paths)
+    for name in tables:
+        assert (tmp_path / f"{name}.csv").read_text() == f"a\n{name}\n"
+        assert f"<h1>{name}</h1>" in (tmp_path / f"{name}.html").read_text()
+    with pytest.raises(RotorstudyError, match="no table was made for: table_2_2"):
+        write_tables(tables, [*paths, tmp_path / "table_2_2.csv"])
+
+
+def test_results_among_the_inputs_are_opened_by_name(tmp_path):
+    for name in ("one", "two"):
+        save(dataset({"x": ((), 1.0, "1", name)}, {}), tmp_path / f"{name}.nc")
+    paths = [str(tmp_path / f"{name}.nc") for name in ("one", "two")]
+    found = opened({"bias": paths[0], "monte_carlo": paths, "config": "a.yaml", "code": ["a.py"], "plugins": []})
+    assert found["bias"].x.long_name == "one"
+    assert {name: data.x.long_name for name, data in found["monte_carlo"].items()} == {"one": "one", "two": "two"}
+    assert set(found) == {"bias", "monte_carlo"}
+
+
+def test_a_job_depends_on_the_module_of_its_function_and_on_no_other_stage():
+    def stages(function):
+        files = map(Path, imported_files(SCRIPT, function))
+        return {f"{file.parent.name}/{file.stem}" for file in files}
+
+    assert callable(named_function("rotorstudy.studies.whirl.whirl"))
+    whirl, bias = stages("rotorstudy.studies.whirl.whirl"), stages("rotorstudy.studies.identify.bias")
+    assert {"studies/whirl", "studies/common", "response/whirl"} <= whirl
+    assert {"studies/identify", "studies/simulate"} <= bias
+    others = {f"studies/{name}" for name in ("sensors", "variants", "stability", "weight_dominance", "cracks")}
+    for needed in (whirl, bias):
+        assert not needed & others
+        assert not {name for name in needed if name.partition("/")[0] in ("thesis", "presentation")}
+    assert not whirl & {"studies/identify", "studies/simulate"}

@@ -1,9 +1,0 @@
-from rotorstudy.studies.job import job
-
-with job(snakemake):
-    from rotorstudy.store import save
-    from rotorstudy.studies.config import load_study, study_provenance
-    from rotorstudy.studies.identifiability import identifiability
-
-    config = load_study(snakemake.input.config)
-    save(identifiability(config, config.main_rig).assign_attrs(study_provenance(config)), snakemake.output[0])
