@@ -15,21 +15,24 @@ SOURCE = ROOT / "src" / "rotorstudy"
 MACHINE = sorted(SOURCE.rglob("*.py"))
 PLUGINS = sorted((ROOT / "plugins").rglob("*.py"))
 TEMPLATES = sorted((SOURCE / "authoring" / "templates").glob("*.py"))
-GENERAL = sorted(path for path in MACHINE if path.relative_to(SOURCE).parts[0] not in ("thesis", "blind"))
-# thesis/ is about the models of Chapters 2 to 6; blind/ writes the answers that a diagnosis must give, which are names
+GENERAL = sorted(
+    path
+    for path in MACHINE
+    if path.relative_to(SOURCE).parts[0] not in ("thesis", "blind")
+    and not path.name.startswith(("chapter_", "replay_"))
+)
+# thesis/ and the figures of its chapters and replays are about the models of Chapters 2 to 6; blind/ writes the answers
+# that a diagnosis must give, which are names
 
 NAMED = {  # words of other rooms that are the name of a plugin too, and why each may stand there
     "phase_reference": ("a dimension of datasets", {"studies/identify.py", "studies/simulate.py"}),
-    "internal_damping": ("a parameter of the rigs", {"studies/stability.py", "presentation/study_figures.py"}),
-    "external_damping": ("a parameter of the rigs", {"presentation/study_figures.py"}),
+    "internal_damping": ("a parameter of the rigs", {"studies/stability.py", "presentation/estimate_figures.py"}),
+    "external_damping": ("a parameter of the rigs", {"presentation/estimate_figures.py"}),
     "regression": (
-        "the method that studies without noise and the replayed rotors are defined by",
-        {"studies/compare.py", "studies/identify.py"},
+        "the method that studies without noise are defined by, and beside which the comparison draws the others",
+        {"presentation/comparison_figures.py", "studies/identify.py"},
     ),
-    "maximum_likelihood": (
-        "a default of the command line, and the estimate that replayed rotors get",
-        {"commands/identify.py", "studies/compare.py"},
-    ),
+    "maximum_likelihood": ("a default of the command line", {"commands/identify.py"}),
     "least_squares": (
         "the thesis's method, whose bias two studies measure",
         {"studies/identify.py", "studies/weight_dominance.py"},

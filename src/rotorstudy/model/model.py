@@ -33,7 +33,7 @@ class Model:
             object.__setattr__(self, "sensors", self.structure.nodes)
         for node in self.sensors:
             self.structure.index(node)
-        ordered = sorted(self.terms, key=lambda term: term.acts_on == "output")
+        ordered = sorted(self.terms, key=lambda term: term.acts_on_output)
         object.__setattr__(self, "terms", tuple(ordered))
         doubled = [name for name in self.names if self.names.count(name) > 1]
         if doubled:
@@ -83,7 +83,7 @@ class Model:
     @cached_property
     def rotor_unknowns(self) -> tuple[Unknown, ...]:
         """Amplitudes of the terms that act on the rotor, first in `theta`."""
-        return tuple(u for term in self.terms if term.acts_on == "rotor" for u in term.unknowns)
+        return tuple(u for term in self.terms if not term.acts_on_output for u in term.unknowns)
 
     @cached_property
     def nonlinear_forces(self) -> tuple[tuple[int, NonlinearForce], ...]:
@@ -93,7 +93,7 @@ class Model:
     @cached_property
     def output_unknowns(self) -> tuple[Unknown, ...]:
         """Amplitudes of the terms that act on the measured output, last in `theta`."""
-        return tuple(u for term in self.terms if term.acts_on == "output" for u in term.unknowns)
+        return tuple(u for term in self.terms if term.acts_on_output for u in term.unknowns)
 
     @cached_property
     def measured(self) -> np.ndarray:
@@ -129,7 +129,12 @@ class Model:
         structure = self.structure
         if self.is_carried or self.held_deflection is not None or structure.is_supported:
             return np.zeros(len(structure.dofs))
-        springs = (e for u in self.rotor_unknowns for e in u.entries if e.on == "z" and not (e.order or e.shift))
+        springs = (
+            e
+            for u in self.rotor_unknowns
+            for e in u.entries
+            if e.reads_motion and not (e.is_conjugate or e.order or e.shift)
+        )
         if structure.static_load.any() and not any(springs):
             raise RotorstudyError("nothing carries the rotor against its weight; add bearings, or support it rigidly")
         return structure.static_load

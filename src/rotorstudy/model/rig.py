@@ -279,7 +279,7 @@ def _check_shapes(parameters, size, plugin, where):
                 f"it must be real, act on the rotor, and have no entries and a matrix (coordinate, {size}) here"
             )
         for i, entry in enumerate(parameter.entries):
-            needed = (size,) if entry.on == "one" else (size, size)
+            needed = (size,) if entry.is_constant else (size, size)
             if np.shape(entry.matrix) != needed:
                 raise PluginError(
                     f"plugin '{plugin.name}' ({plugin.file}) in {where}: entry {i} of '{parameter.name}' has a matrix "

@@ -46,6 +46,30 @@ class Entry:
         """Whether the force moves with the motion; otherwise it is given."""
         return self.on in ("z", "conj")
 
+    @property
+    def is_constant(self) -> bool:
+        """Whether the force is given by the matrix alone; otherwise it needs the motion or the static deflection."""
+        return self.on == "one"
+
+    @property
+    def is_conjugate(self) -> bool:
+        """Whether it acts on the conjugate, of the motion or of the static deflection."""
+        return self.on.endswith("conj")
+
+    def seen_by(self, harmonic: int) -> int:
+        """Harmonic of the motion that a harmonic of the force moves with.
+
+        Parameters
+        ----------
+        harmonic : int
+            Of the force.
+
+        Returns
+        -------
+        int
+        """
+        return (harmonic - self.shift) * (-1 if self.is_conjugate else 1)
+
     @cached_property
     def places(self) -> list[tuple[int, int, complex]]:
         """(row, column, value) of what is in the matrix: most effects act at one node."""
@@ -209,6 +233,11 @@ class Term:
     label: str = ""
     carries: bool = False
 
+    @property
+    def acts_on_output(self) -> bool:
+        """Whether it changes the measured displacement; otherwise it acts on the rotor."""
+        return self.acts_on == "output"
+
     def full_name(self, parameter: Parameter) -> str:
         """Name of a parameter with the label of the term, if it has one: `eccentricity[left]`.
 
@@ -283,11 +312,11 @@ def apply_entries(entries, amplitudes, speed, harmonics, reference=None):
     force = np.zeros((*lead, rows), complex)
     moving = any(entry.reads_motion for entry in entries) and np.any(amplitudes)
     for entry in entries:
-        if entry.on == "one":
+        if entry.is_constant:
             if entry.shift in where:
                 force[..., where[entry.shift], :] += _gain(entry, speed[:, None], entry.shift) * entry.matrix
             continue
-        mirrored = entry.on.endswith("conj")
+        mirrored = entry.is_conjugate
         if reference is not None and entry.order == 0 and entry.shift in where:
             constant = np.conj(reference) if mirrored else reference
             gain = _gain(entry, speed[:, None], entry.shift)

@@ -62,7 +62,7 @@ def check_harmonics(harmonics):
 def layout(model, harmonics, order=COUPLED_ORDER):
     """Find the blocks of harmonics that the model couples."""
     links = [
-        frozenset((e.on, e.shift) for u in unknowns for e in u.entries if e.reads_motion)
+        frozenset((e.is_conjugate, e.shift) for u in unknowns for e in u.entries if e.reads_motion)
         for unknowns in (model.rotor_unknowns, model.output_unknowns)
     ]
     return _layout(*links, bool(model.nonlinear_forces), tuple(int(n) for n in harmonics), order)
@@ -70,10 +70,10 @@ def layout(model, harmonics, order=COUPLED_ORDER):
 
 @lru_cache(maxsize=256)
 def _layout(rotor, output, has_local_forces, harmonics, order):
-    """The layout of entries of the rotor and of the output, each (on, shift)."""
+    """The layout of entries of the rotor and of the output, each (conjugate, shift)."""
     harmonics = np.asarray(harmonics, int)
-    doubled = any(on == "conj" for on, _ in rotor)
-    read = [(harmonics - shift) * (1 if on == "z" else -1) for on, shift in output]  # harmonics the sensors mix in
+    doubled = any(mirrored for mirrored, _ in rotor)
+    read = [(harmonics - shift) * (-1 if mirrored else 1) for mirrored, shift in output]  # harmonics the sensors mix in
     needed = np.unique(np.concatenate([harmonics, *read]))
     if has_local_forces:
         reach = max(order, np.abs(needed).max())
@@ -85,14 +85,14 @@ def _layout(rotor, output, has_local_forces, harmonics, order):
         carried = np.unique(np.concatenate([needed, -needed]))
     else:
         carried = needed
-    if not any(shift or on == "conj" for on, shift in rotor):
+    if not any(shift or mirrored for mirrored, shift in rotor):
         return Layout(carried, (np.arange(len(carried))[:, None],), False, (False,))
 
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
     size = len(carried) * (2 if doubled else 1)
-    linked = [_links(on, shift, tuple(carried.tolist()), doubled)[:2] for on, shift in sorted(rotor)]
+    linked = [_links(*link, tuple(carried.tolist()), doubled)[:2] for link in sorted(rotor)]
     row, column = np.concatenate(linked, axis=1)
     _, block = connected_components(coo_array((np.ones(len(row)), (row, column)), (size, size)), directed=False)
     wanted = np.isin(carried, needed)
@@ -124,14 +124,14 @@ def own_harmonic(unknown, carried):
 
 
 @lru_cache(maxsize=4096)
-def _links(on, shift, carried, doubled):
+def _links(mirrored, shift, carried, doubled):
     """Unknowns (row, column) an entry connects, and the harmonic of the equation each pair belongs to."""
     count = len(carried)
     index = {n: i for i, n in enumerate(carried)}
     links = []
     for copy in (0, 1) if doubled else (0,):
         sign = 1 if copy == 0 else -1
-        other = copy if on == "z" else 1 - copy
+        other = 1 - copy if mirrored else copy
         for i, n in enumerate(carried):
             source = n - sign * shift
             if source in index:
@@ -148,13 +148,13 @@ def forced_harmonics(model, order=COUPLED_ORDER):
         vibrating = set(range(-order, order + 1))
     else:
         vibrating = {0} | {e.shift for e in entries}
-        vibrating |= {-n for n in vibrating} if any(e.on == "conj" for e in entries) else set()
+        vibrating |= {-n for n in vibrating} if any(e.reads_motion and e.is_conjugate for e in entries) else set()
     shown = set(vibrating)
     for entry in (e for u in model.output_unknowns for e in u.entries):
         if not entry.reads_motion:
             shown.add(entry.shift)
         else:
-            shown |= {n + entry.shift if entry.on == "z" else entry.shift - n for n in vibrating}
+            shown |= {entry.shift + (-n if entry.is_conjugate else n) for n in vibrating}
     return np.array(sorted(shown))
 
 
@@ -189,7 +189,7 @@ def operator(model, theta, speed, blocks, kept=None):
             i, j, value = (np.array(part) for part in zip(*entry.places, strict=True))
             i, j = ([at[k] for k in part.tolist()] for part in (i, j))
             for full, (n, is_w, block, row, column) in zip(
-                result, _linked_members(blocks, entry.on, entry.shift), strict=True
+                result, _linked_members(blocks, entry.is_conjugate, entry.shift), strict=True
             ):
                 if not len(n):
                     continue
@@ -201,13 +201,13 @@ def operator(model, theta, speed, blocks, kept=None):
 
 
 @lru_cache(maxsize=4096)
-def _linked_members(blocks, on, shift):
+def _linked_members(blocks, mirrored, shift):
     """For each group, what an entry links: harmonic of the equation, whether it is of w, block, row and column member.
 
     The last three are columns, to be set against the places in the matrix.
     """
     count = len(blocks.harmonics)
-    row, column, n = _links(on, shift, tuple(blocks.harmonics.tolist()), blocks.doubled)
+    row, column, n = _links(mirrored, shift, tuple(blocks.harmonics.tolist()), blocks.doubled)
     found = []
     for group in blocks.groups:
         block, member = np.full(2 * count, -1), np.zeros(2 * count, int)
@@ -479,7 +479,7 @@ def _moved_force(model, theta, speed, carried, change):
     rest = np.zeros((len(speed), len(carried), len(model.structure.dofs)), complex)
     force = np.zeros((), complex)
     for p, unknown in enumerate(model.rotor_unknowns):
-        acting = tuple(e for e in unknown.entries if e.order == 0 and e.on != "one")
+        acting = tuple(e for e in unknown.entries if e.order == 0 and not e.is_constant)
         if acting and not unknown.carries:
             force = force + theta[..., p, None, None, None] * apply_entries(acting, rest, speed, carried, change)
     return force

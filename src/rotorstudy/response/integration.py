@@ -29,13 +29,13 @@ def force_in_time(entries, speed, time, displacement, velocity=None, acceleratio
         if entry.frequency_only:
             raise RotorstudyError("an effect of this model exists in frequency only; it has no force in time")
         turning = (np.exp(1j * entry.shift * speed * time) * entry.gain_at(speed, 0))[:, None]
-        if entry.on == "one":
+        if entry.is_constant:
             total = total + turning * entry.matrix
         elif not entry.reads_motion:
-            still = deflection if entry.on == "static" else np.conj(deflection)
+            still = np.conj(deflection) if entry.is_conjugate else deflection
             total = total + turning * (np.asarray(entry.matrix) @ still)
         else:
-            source = motion[entry.order] if entry.on == "z" else motion[entry.order].conj()
+            source = motion[entry.order].conj() if entry.is_conjugate else motion[entry.order]
             total = total + turning * (source @ np.asarray(entry.matrix).T)
     return total
 
@@ -169,14 +169,13 @@ def _time_matrices(model, theta, speed, deflection):
             if entry.frequency_only:
                 raise RotorstudyError(f"{unknown.name!r} exists in frequency only; it cannot be integrated in time")
             amount = value * entry.gain_at(speed, 0) * np.asarray(entry.matrix)
-            if entry.on.startswith("static"):
+            if not entry.reads_motion:
                 target = constant
-                amount = amount @ (deflection if entry.on == "static" else np.conj(deflection))
-            elif entry.on == "one":
-                target = constant
+                if not entry.is_constant:
+                    amount = amount @ (np.conj(deflection) if entry.is_conjugate else deflection)
             elif entry.order < 2:
                 target = (stiffness, damping)[entry.order][entry.on]
-            elif entry.on == "z" and entry.shift == 0:
+            elif not (entry.is_conjugate or entry.shift):
                 mass = mass - amount
                 continue
             else:

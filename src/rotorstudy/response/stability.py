@@ -34,7 +34,7 @@ def state_matrix(model, speed, theta=None):
                 raise RotorstudyError(
                     f"{unknown.name!r} makes the model vary in time or with frequency; it has no eigenvalues"
                 )
-            target = on_z if entry.on == "z" else on_conj
+            target = on_conj if entry.is_conjugate else on_z
             target[entry.order] -= value * entry.gain_at(speed, 0)[:, None, None] * entry.matrix
     if any(np.any(part) for part in on_conj.values()):
         k, c, m = (
