@@ -22,6 +22,8 @@ _HOME = {
     "hookimpl": "model.kinds",
     "harmonic_response": "response.harmonic",
     "measured_response": "response.harmonic",
+    "harmonic_response_and_jacobian": "response.harmonic",
+    "measured_response_and_jacobian": "response.harmonic",
     "time_response": "response.integration",
     "eigenvalues": "response.stability",
     "stability_threshold": "response.stability",

@@ -15,23 +15,22 @@ SOURCE = ROOT / "src" / "rotorstudy"
 MACHINE = sorted(SOURCE.rglob("*.py"))
 PLUGINS = sorted((ROOT / "plugins").rglob("*.py"))
 TEMPLATES = sorted((SOURCE / "authoring" / "templates").glob("*.py"))
-CHAPTERS = {f"presentation/{name}.py" for name in ("chapter_2", "chapter_4", "chapter_6", "replay_figures")}
 GENERAL = sorted(
     path
     for path in MACHINE
     if path.relative_to(SOURCE).parts[0] not in ("thesis", "blind")
-    and path.relative_to(SOURCE).as_posix() not in CHAPTERS
+    and not path.name.startswith(("chapter_", "replay_"))
 )
-# thesis/ and the figures of its chapters are about the models of Chapters 2 to 6; blind/ writes the answers that a
-# diagnosis must give, which are names
+# thesis/ and the figures of its chapters and replays are about the models of Chapters 2 to 6; blind/ writes the answers
+# that a diagnosis must give, which are names
 
 NAMED = {  # words of other rooms that are the name of a plugin too, and why each may stand there
     "phase_reference": ("a dimension of datasets", {"studies/identify.py", "studies/simulate.py"}),
     "internal_damping": ("a parameter of the rigs", {"studies/stability.py", "presentation/estimate_figures.py"}),
     "external_damping": ("a parameter of the rigs", {"presentation/estimate_figures.py"}),
     "regression": (
-        "the method that a study without noise is defined by, and whose estimators one figure compares",
-        {"studies/identify.py", "presentation/comparison_figures.py"},
+        "the method that studies without noise are defined by, and beside which the comparison draws the others",
+        {"presentation/comparison_figures.py", "studies/identify.py"},
     ),
     "maximum_likelihood": ("a default of the command line", {"commands/identify.py"}),
     "least_squares": (
@@ -79,7 +78,7 @@ def test_the_contracts_see_imports_inside_functions(tmp_path):
         'type = "layers"\nlayers = ["response", "commands"]\ncontainers = ["rotorstudy"]\n'
     )
     status, said = contracts(config)
-    assert status == 1 and "rotorstudy.commands.identify -> rotorstudy.response" in said
+    assert status == 1 and "rotorstudy.commands.simulate -> rotorstudy.response" in said
 
 
 def test_the_door_opens_on_the_rooms_that_plugins_need():

@@ -112,7 +112,7 @@ def test_a_wrong_plugin_fails_its_check_with_file_and_shapes(wrong_plugin, capsy
 @pytest.mark.parametrize(("kind", "body", "words"), WRONG)
 def test_a_wrong_plugin_in_use_is_named_with_file_and_shapes(wrong_plugin, tmp_path, capsys, kind, body, words):
     rig, records = tmp_path / "rig.yaml", tmp_path / "records.nc"
-    short = ["--duration", "0.2", "--rate", "3000"]
+    short = ["--duration", "0.6", "--rate", "3000"]
     rig.write_text(RIG[kind])
     if kind in ("spectrum", "estimator"):
         assert main(["simulate", str(rig), "--speeds", "88", "199", *short, "--out", str(records)]) == 0

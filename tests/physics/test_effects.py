@@ -5,7 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rotorstudy import Model, build_model, harmonic_response, make_term, measured_response, registry, simulate_records
+from rotorstudy import (
+    Model,
+    build_model,
+    harmonic_response,
+    harmonic_response_and_jacobian,
+    make_term,
+    measured_response,
+    registry,
+    simulate_records,
+)
 from rotorstudy.measurement.records import full_spectrum
 from rotorstudy.response.stability import growth_rate
 
@@ -162,7 +171,7 @@ def test_speed_error_is_the_derivative_by_the_speed():
     step = 1e-5
     up, down = (whirl(TILTING, push, harmonics=[1, 2, -1], speeds=SPEEDS * (1 + e)) for e in (step, -step))
     model = model_of(TILTING, push, {"kind": "speed_error", "speed_error": 0.0})
-    _, change = harmonic_response(model, SPEEDS, [1, 2, -1], jacobian=True)
+    _, change = harmonic_response_and_jacobian(model, SPEEDS, [1, 2, -1])
     assert same(change[..., -1], (up - down) / (2 * step), 1e-6)
 
 

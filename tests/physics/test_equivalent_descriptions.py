@@ -11,7 +11,15 @@ from collocation import four_coordinates
 from conftest import HARMONICS, jeffcott
 from random_rotor import random_model
 
-from rotorstudy import Entry, Model, Parameter, Term, harmonic_response, measured_response
+from rotorstudy import (
+    Entry,
+    Model,
+    Parameter,
+    Term,
+    harmonic_response,
+    measured_response,
+    measured_response_and_jacobian,
+)
 from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 
@@ -104,7 +112,7 @@ def in_frequency(entry):
 def test_a_derivative_is_a_gain_of_the_harmonic(model):
     same = rewritten(model, in_frequency)
     assert differs(response(same), response(model)) < ROUND_OFF
-    found, expected = (measured_response(m, [SPEED], SHOWN, jacobian=True)[1] for m in (same, model))
+    found, expected = (measured_response_and_jacobian(m, [SPEED], SHOWN)[1] for m in (same, model))
     for p, name in enumerate(model.names):
         assert differs(found[..., p], expected[..., p]) < 100 * ROUND_OFF, name  # a derivative adds a second solve
 
@@ -156,9 +164,9 @@ def test_coupling_of_zero_strength_changes_nothing_in_a_rotor_of_many_coordinate
 
 def test_trials_at_once_equal_trials_one_by_one_in_a_coupled_rotor(model):
     theta = model.theta * (1 + 0.05 * np.random.default_rng(3).standard_normal((2, 3, len(model.theta))))
-    together, slopes = measured_response(model, [80.0, SPEED], SHOWN, theta, jacobian=True)
+    together, slopes = measured_response_and_jacobian(model, [80.0, SPEED], SHOWN, theta)
     for trial in np.ndindex(2, 3):
-        one, slope = measured_response(model, [80.0, SPEED], SHOWN, theta[trial], jacobian=True)
+        one, slope = measured_response_and_jacobian(model, [80.0, SPEED], SHOWN, theta[trial])
         assert differs(together[trial], one) < ROUND_OFF
         assert differs(slopes[trial] * model.typical, slope * model.typical) < ROUND_OFF
     assert differs(together[0, 0], together[1, 2]) > 1e-3  # negative control: trials differ

@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 from conftest import HARMONICS, jeffcott
 
-from rotorstudy import Entry, Parameter, Term, build_model, measured_response, time_response
+from rotorstudy import (
+    Entry,
+    Parameter,
+    Term,
+    build_model,
+    measured_response,
+    measured_response_and_jacobian,
+    time_response,
+)
 from rotorstudy.response.integration import transient_response
 from rotorstudy.response.statics import static_deflection
 
@@ -23,7 +31,7 @@ def chain(sensors):
 
 def worst(model, speeds, harmonics, jacobian=None):
     """Largest relative difference of the analytic from the numerical derivative, over the parameters."""
-    shown, analytic = measured_response(model, speeds, harmonics, jacobian=True)
+    shown, analytic = measured_response_and_jacobian(model, speeds, harmonics)
     analytic = analytic if jacobian is None else jacobian(analytic)
     assert shown == pytest.approx(measured_response(model, speeds, harmonics), rel=1e-12)
     found = []
@@ -83,8 +91,8 @@ def test_holding_the_deflection_costs_the_derivative_by_the_bearings_its_static_
     model = carried()
     deflection = static_deflection(model, [60.0], model.theta).value
     held = replace(model, held_deflection=deflection)
-    shown, free = measured_response(model, [60.0], range(-3, 5), jacobian=True)
-    same, fixed = measured_response(held, [60.0], range(-3, 5), jacobian=True)
+    shown, free = measured_response_and_jacobian(model, [60.0], range(-3, 5))
+    same, fixed = measured_response_and_jacobian(held, [60.0], range(-3, 5))
     assert shown == pytest.approx(same, rel=1e-12)
     stiffness = model.position(["bearing_stiffness_xx[1]"])[0]
     assert np.abs(free - fixed)[..., stiffness].max() > 0.05 * np.abs(free)[..., stiffness].max()

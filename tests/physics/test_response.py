@@ -7,7 +7,14 @@ import numpy as np
 import pytest
 from conftest import HARMONICS, jeffcott
 
-from rotorstudy import Entry, Parameter, RotorstudyError, Term, harmonic_response, measured_response
+from rotorstudy import (
+    Entry,
+    Parameter,
+    RotorstudyError,
+    Term,
+    harmonic_response,
+    measured_response_and_jacobian,
+)
 from rotorstudy.response.integration import time_response
 
 M, K, C_E, C_H, DK, E, G = 2.0, 7.6e5, 100.0, 20.0, 2.5e5, 5e-6 * np.exp(1j * np.pi / 6), 9.81
@@ -183,8 +190,8 @@ def test_speeds_taken_in_parts_give_the_same(machine, monkeypatch):
     from rotorstudy.response import harmonic as response
 
     speeds, harmonics = np.linspace(50.0, 150.0, 7), range(-4, 5)
-    whole = measured_response(machine, speeds, harmonics, jacobian=True)
+    whole = measured_response_and_jacobian(machine, speeds, harmonics)
     monkeypatch.setattr(response, "NUMBERS_AT_ONCE", 10.0)
-    parts = measured_response(machine, speeds, harmonics, jacobian=True)
+    parts = measured_response_and_jacobian(machine, speeds, harmonics)
     for one, other in zip(whole, parts, strict=True):
         assert one == pytest.approx(other, rel=1e-12)

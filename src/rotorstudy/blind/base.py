@@ -4,7 +4,7 @@ import numpy as np
 
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import make_term
-from rotorstudy.response.harmonic import measured_response
+from rotorstudy.response.harmonic import measured_response_and_jacobian
 
 
 def left_by_base(change, spectrum, model, stated):
@@ -30,7 +30,7 @@ def left_by_base(change, spectrum, model, stated):
     std |= {u.name: stated["nuisance"][term.kind] for term in calibration for u in term.unknowns}
     whole = model.plus(*calibration)
     theta = np.nan_to_num(np.concatenate([term.theta for term in whole.terms]))
-    _, columns = measured_response(whole, spectrum.speed, spectrum.harmonics, theta, jacobian=True)
+    _, columns = measured_response_and_jacobian(whole, spectrum.speed, spectrum.harmonics, theta)
     columns = columns * np.array([std[name] for name in whole.names])
     change = spectrum.whitened(np.swapaxes(change, 1, 2))
     columns = spectrum.whitened(np.moveaxis(columns, -1, 0)).T

@@ -22,7 +22,7 @@ def is_chain(effect: str) -> bool:
     if effect in ACTS:
         return ACTS[effect].on != "rotor"
     plugin = registry().plugins["effect"].get(effect)
-    return plugin is not None and plugin.acts_on == "output"
+    return plugin is not None and plugin.acts_on_output
 
 
 def same_cause(true, named):

@@ -209,8 +209,8 @@ def screen(fitted: Fit, spectrum: Spectrum, chosen: list[Candidate]) -> list[Scr
     -------
     list of Screened
     """
-    on_rotor = [u for c in chosen if c.term.acts_on == "rotor" for u in c.term.unknowns]
-    on_output = [u for c in chosen if c.term.acts_on == "output" for u in c.term.unknowns]
+    on_rotor = [u for c in chosen if not c.term.acts_on_output for u in c.term.unknowns]
+    on_output = [u for c in chosen if c.term.acts_on_output for u in c.term.unknowns]
     columns = sensitivities(
         fitted.model,
         spectrum.speed,

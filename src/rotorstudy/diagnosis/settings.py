@@ -64,7 +64,7 @@ def check_names(settings, model, where):
         if share < 0:
             raise RotorstudyError(f"uncertainty of {name} = {share:g} in {where}: must not be negative; 0 holds it")
     for name, std in settings.nuisance.items():
-        if registry().get("effect", name, f"{where}.nuisance").acts_on != "output":
+        if not registry().get("effect", name, f"{where}.nuisance").acts_on_output:
             raise RotorstudyError(f"nuisance '{name}' in {where}: must be an effect of the measuring chain")
         if not std > 0:
             raise RotorstudyError(f"nuisance {name} = {std:g} in {where}: must be positive; leave it out to have none")

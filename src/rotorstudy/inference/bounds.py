@@ -13,13 +13,14 @@ def cramer_rao_bound(problem: Problem, theta: np.ndarray) -> np.ndarray:
     Parameters
     ----------
     problem : Problem
-    theta : ndarray (parameter,)
-        The true amplitudes.
+        Model, spectrum and unknowns.
+    theta : array (parameter,)
+        The true amplitudes in the units of the parameters.
 
     Returns
     -------
-    ndarray (parameter, parameter)
-        Covariance.
+    array (parameter, parameter)
+        Covariance in the units of the parameters.
 
     Raises
     ------

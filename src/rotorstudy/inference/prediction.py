@@ -8,7 +8,7 @@ import numpy as np
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.model import Model
-from rotorstudy.response.harmonic import measured_response
+from rotorstudy.response.harmonic import measured_response, measured_response_and_jacobian
 
 BEYOND = 4  # harmonics carried beyond the highest measured one where a model couples them
 
@@ -75,7 +75,7 @@ def whitened_prediction(
         missing = [model.names[p] for p in np.flatnonzero(np.isnan(full).reshape(-1, full.shape[-1]).any(axis=0))]
         raise RotorstudyError(f"{', '.join(missing)}: neither among the unknowns nor given a value")
     order = carried_order(spectrum) if order is None else order
-    shown, change = measured_response(model, spectrum.speed, spectrum.harmonics, full, order=order, jacobian=True)
+    shown, change = measured_response_and_jacobian(model, spectrum.speed, spectrum.harmonics, full, order=order)
     found = spectrum.whitened(np.stack([shown, *np.moveaxis(change[..., position], -1, 0)]))
     return found[0], np.moveaxis(found[1:], 0, -1)
 

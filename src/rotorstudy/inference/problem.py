@@ -66,7 +66,13 @@ class Problem:
                 raise RotorstudyError(f"the {name} of the spectrum has NaN or infinite values; leave those out")
 
     def equations(self) -> tuple[np.ndarray, np.ndarray]:
-        """Real linear system A (..., row, parameter), b (..., row) of the equation error, in newtons."""
+        """Real linear system A theta = b of the equation error.
+
+        Returns
+        -------
+        two arrays
+            A (..., row, parameter) in N per unit of each parameter, b (..., row) in N.
+        """
         if self.condensation != "exact":
             return condensed_regression(self.model, self.spectrum, self.names).real_system()
         return regression(self.model, self.spectrum, self.names, order=self.order).real_system()
@@ -76,7 +82,8 @@ class Problem:
 
         Parameters
         ----------
-        theta : ndarray (..., parameter)
+        theta : array (..., parameter)
+            Estimate in the units of the parameters.
 
         Returns
         -------
@@ -118,13 +125,15 @@ class Problem:
 
         Parameters
         ----------
-        theta : ndarray (..., parameter)
-        weights : ndarray (speed, row, row), optional
-            W of each speed; the unit matrix by default.
+        theta : array (..., parameter)
+            Estimate in the units of the parameters.
+        weights : array (speed, row, row), optional
+            W of each speed, of unit 1/N; one if None.
 
         Returns
         -------
-        ndarray (parameter, parameter)
+        array (parameter, parameter)
+            In the units of the parameters.
         """
         mean, theta = self.mean(theta)
         held = mean.holding(theta)
@@ -146,7 +155,18 @@ class Problem:
         return np.einsum("psd,qsd->pq", spread, spread)
 
     def mean(self, theta: np.ndarray) -> tuple["Problem", np.ndarray]:
-        """The problem with the mean spectrum of all trials, and their mean estimate (parameter,)."""
+        """The problem with the mean spectrum of all trials, and their mean estimate.
+
+        Parameters
+        ----------
+        theta : array (..., parameter)
+            Estimate in the units of the parameters.
+
+        Returns
+        -------
+        Problem and array (parameter,)
+            The mean estimate in the units of the parameters.
+        """
         mean = self.spectrum.amplitude.reshape(-1, *self.spectrum.amplitude.shape[-3:]).mean(axis=0)
         theta = np.asarray(theta).reshape(-1, len(self.names)).mean(axis=0)
         return replace(self, spectrum=self.spectrum.with_amplitude(mean)), theta
@@ -159,12 +179,13 @@ class Problem:
 
         Parameters
         ----------
-        theta : ndarray (..., parameter)
-            The current estimate.
+        theta : array (..., parameter)
+            Estimate in the units of the parameters.
 
         Returns
         -------
-        ndarray (..., speed, row, row)
+        array (..., speed, row, row)
+            W, 1/N.
         """
         mean, at = self.mean(theta)
         held = mean.holding(at) or mean
@@ -178,7 +199,12 @@ class Problem:
         return replace(self.spectrum, covariance=self.spectrum.whitener).full_covariance()
 
     def chunks(self) -> Iterator["Problem"]:
-        """The problem itself, or for many trials at once a few at a time; bounds the memory."""
+        """The problem itself, or for many trials at once a few at a time; bounds the memory.
+
+        Yields
+        ------
+        Problem
+        """
         amplitude = self.spectrum.amplitude
         if amplitude.ndim == 3:
             yield self
@@ -209,7 +235,7 @@ class Estimate:
 
     @property
     def std(self) -> np.ndarray:
-        """(..., parameter) standard deviations."""
+        """Standard deviations (..., parameter) in the units of the parameters."""
         return np.sqrt(np.diagonal(self.covariance, axis1=-2, axis2=-1))
 
 
@@ -267,18 +293,21 @@ def linear_estimate(problem: Problem, theta: np.ndarray, covariance: np.ndarray)
 def magnitude_and_phase(
     names: Sequence[str], theta: np.ndarray, covariance: np.ndarray
 ) -> tuple[tuple[str, ...], np.ndarray, np.ndarray]:
-    """Complex amplitudes as magnitude and phase: x_real, x_imag become x, x_phase.
+    """Complex amplitudes as engineers read them: real and imaginary parts turned into magnitude and phase.
 
     Parameters
     ----------
-    names : sequence of str
-    theta : ndarray (..., parameter)
-    covariance : ndarray (..., parameter, parameter)
+    names : names (parameter,)
+        Of real amplitudes; x_real, x_imag become x, x_phase.
+    theta : array (..., parameter)
+        In the units of the parameters.
+    covariance : array (..., parameter, parameter)
+        In the units of the parameters.
 
     Returns
     -------
-    tuple of str, ndarray (..., parameter), ndarray (..., parameter, parameter)
-        The covariance to first order.
+    names, theta, covariance
+        As given, (..., parameter) and (..., parameter, parameter), phases in rad.
     """
     names, theta = list(names), np.array(theta, float)
     slope = np.broadcast_to(np.eye(len(names)), (*theta.shape[:-1], len(names), len(names))).copy()

@@ -1,5 +1,6 @@
 """From files and a rig file to a spectrum with covariance, clean records, facts and findings."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -16,8 +17,9 @@ from rotorstudy.measurement.records import Record, full_spectrum
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.measurement.spectrum_file import is_spectrum, load_imported
 from rotorstudy.measurement.tables import read_table
+from rotorstudy.model.kinds import SpectrumMethod
 from rotorstudy.model.model import Model
-from rotorstudy.model.rig import read_rig
+from rotorstudy.model.rig import RigFile, read_rig
 from rotorstudy.response.harmonic import measured_response
 
 
@@ -44,7 +46,9 @@ class Measurement:
         return [finding for finding in self.findings if finding.severity == "error"]
 
 
-def measured_spectrum(paths, rig, method=None):
+def measured_spectrum(
+    paths: Sequence[str | Path], rig: str | Path | RigFile, method: SpectrumMethod | None = None
+) -> tuple[Spectrum, Model, list[Finding]]:
     """The spectrum that a fit is made to, of record files, tables of harmonics, or of one imported spectrum.
 
     Parameters
@@ -52,15 +56,14 @@ def measured_spectrum(paths, rig, method=None):
     paths : list of paths
         Files of records, tables of harmonics, or one spectrum that `rotorstudy import` wrote.
     rig : path or RigFile
+        Its section `measurement:` says how the files are to be read.
     method : SpectrumMethod, optional
         Taken to the clean records instead of the fit of harmonics and block covariance that `rotorstudy import` makes.
 
     Returns
     -------
-    spectrum : Spectrum
-    model : Model
-        With the measured nodes as sensors.
-    findings : list of Finding
+    Spectrum, Model, list of Finding
+        The model has the measured nodes as sensors.
 
     Raises
     ------
@@ -136,7 +139,7 @@ def _spectrum_by(method, measurement):
     return replace(measurement.spectrum, **together)
 
 
-def read_measurement(paths, rig):
+def read_measurement(paths: Sequence[str | Path], rig: str | Path | RigFile) -> Measurement:
     """The Measurement in some files, as the section `measurement:` of a rig file says they are to be read.
 
     Parameters
@@ -144,10 +147,12 @@ def read_measurement(paths, rig):
     paths : list of paths
         Files of records (NetCDF, CSV, MATLAB, UFF) or tables of harmonics (CSV), in any order.
     rig : path or RigFile
+        Its section `measurement:` says how the files are to be read.
 
     Returns
     -------
     Measurement
+        Spectrum, facts and findings.
 
     Raises
     ------

@@ -1,13 +1,17 @@
 """Records in time: made from harmonics, checked, written to disk, turned into full spectra with a phase reference."""
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
 from rotorstudy.measurement import quality
 from rotorstudy.measurement.keyphasor import mark_times, phase_at_start, phase_from_keyphasor
 from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.model.kinds import SpectrumMethod
+from rotorstudy.model.model import Model
 from rotorstudy.response.harmonic import check_harmonics, forced_harmonics, measured_response
 from rotorstudy.response.series import synthesize
 from rotorstudy.response.stability import check_stable
@@ -182,15 +186,38 @@ def harmonics_by(method, signal, time, speed, harmonics, marks=None):
     return found
 
 
-def full_spectrum(records, harmonics, method, phase="reference", *, whole_revolutions=True):
-    """The full spectrum of records, one a speed.
+def full_spectrum(
+    records: Sequence[Record],
+    harmonics: Iterable[int],
+    method: SpectrumMethod,
+    phase: str = "reference",
+    *,
+    whole_revolutions: bool = True,
+) -> Spectrum:
+    """The full spectrum of records.
 
-    records   : list of Record, of the same sensors
-    harmonics : (harmonic,) int
-    method    : SpectrumMethod plugin
-    phase     : "reference" (multi-harmonic reference signal), "keyphasor", or "none": counted from the first sample
-    whole_revolutions : leave the last incomplete revolution out; False takes the record as it is, with its leakage
-    returns   : Spectrum with amplitude (speed, harmonic, sensor)
+    Parameters
+    ----------
+    records : list of Record
+        One a speed, of the same sensors.
+    harmonics : ints (harmonic,)
+        Harmonics to be found.
+    method : SpectrumMethod
+        The plugin.
+    phase : str, optional
+        "reference" (multi-harmonic reference signal), "keyphasor", or "none": counted from the first sample.
+    whole_revolutions : bool, optional
+        Leave the last incomplete revolution out; False takes the record as it is, with its leakage.
+
+    Returns
+    -------
+    Spectrum
+        Amplitude (speed, harmonic, sensor) in m, with covariance.
+
+    Raises
+    ------
+    RotorstudyError
+        For an unknown phase, no records, or a record that cannot give these harmonics.
     """
     if phase not in ("reference", "keyphasor", "none"):
         raise unknown_name("phase", phase, ("reference", "keyphasor", "none"))
@@ -229,13 +256,44 @@ def full_spectrum(records, harmonics, method, phase="reference", *, whole_revolu
     )
 
 
-def simulate_records(model, speeds, harmonics, time, *, theta=None, start_angle_rad=0.0, keyphasor_wanted=True):
-    """Records of the steady state of a model, one a speed, with reference signal and keyphasor.
+def simulate_records(
+    model: Model,
+    speeds: ArrayLike,
+    harmonics: Iterable[int],
+    time: ArrayLike,
+    *,
+    theta: ArrayLike | None = None,
+    start_angle_rad: ArrayLike = 0.0,
+    keyphasor_wanted: bool = True,
+) -> list[Record]:
+    """Records of the steady state of a model with reference signal and keyphasor.
 
-    speeds          : (speed,) rad/s;  time : (time,) s
-    harmonics       : (harmonic,) of the reference signal; the displacement has all that the model vibrates at
-    start_angle_rad : angle of the phase mark at the first sample; a record that starts late has it above zero
-    returns         : list of Record
+    Parameters
+    ----------
+    model : Model
+        Rotor with its terms.
+    speeds : array (speed,)
+        Spin speeds in rad/s.
+    harmonics : ints (harmonic,)
+        Of the reference signal; the displacement has all that the model vibrates at.
+    time : array (time,)
+        In s.
+    theta : array (parameter,), optional
+        Amplitudes in the units of `model.units`; the model's own by default.
+    start_angle_rad : array (speed,) or float, optional
+        Angle of the phase mark at the first sample, rad; a record that starts late has it above zero.
+    keyphasor_wanted : bool, optional
+        Whether the records have a keyphasor signal.
+
+    Returns
+    -------
+    list of Record
+        One a speed.
+
+    Raises
+    ------
+    NoSteadyState
+        If a whirl mode grows at a speed.
     """
     if theta is None:
         check_stable(model, speeds)

@@ -1,9 +1,11 @@
 """A measured full spectrum: harmonics of the displacement with their covariance."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 RELATIVE_FLOOR = 1e-13  # of the largest harmonic: round-off of a spectrum, so that exact data have a finite weight
 CORRELATION_FLOOR = 1e-9  # keeps a covariance of fully correlated harmonics (one phase mark for all) invertible
@@ -27,8 +29,14 @@ class Spectrum:
     sensors: tuple
     covariance: np.ndarray
 
-    def full_covariance(self):
-        """(speed, component * sensor, component * sensor), components of all sensors together."""
+    def full_covariance(self) -> np.ndarray:
+        """Covariance of the components of all sensors together.
+
+        Returns
+        -------
+        array (speed, component * sensor, component * sensor)
+            Variance of unit m^2.
+        """
         speeds, sensors, size, _ = self.covariance.shape
         full = np.zeros((speeds, size, sensors, size, sensors))
         for s in range(sensors):
@@ -36,8 +44,8 @@ class Spectrum:
         return full.reshape(speeds, size * sensors, size * sensors)
 
     @cached_property
-    def whitener(self):
-        """(speed, sensor, component, component) W with W C W^T = 1.
+    def whitener(self) -> np.ndarray:
+        """W (speed, sensor, component, component), 1/m, unit of a standard deviation: W C W^T = 1.
 
         The symmetric root of the correlation: whitened components stay those of their harmonics, in any order of these.
         """
@@ -48,13 +56,34 @@ class Spectrum:
         variance, turn = np.linalg.eigh(correlation)
         return (turn / np.sqrt(variance)[..., None, :]) @ np.swapaxes(turn, -1, -2) / size[..., None, :]
 
-    def whitened(self, amplitude):
-        """(..., component) of harmonics (..., speed, harmonic, sensor), of all speeds, in their standard deviations."""
+    def whitened(self, amplitude: ArrayLike) -> np.ndarray:
+        """Harmonics as real components in their standard deviations.
+
+        Parameters
+        ----------
+        amplitude : array (..., speed, harmonic, sensor)
+            Complex, m.
+
+        Returns
+        -------
+        array (..., component)
+            Of all speeds, in standard deviations, unit 1.
+        """
         found = shared_product(self.whitener, np.swapaxes(components(amplitude), -1, -2))
         return found.reshape(*found.shape[:-3], -1)
 
-    def at_speeds(self, chosen):
-        """The spectrum at some of its speeds (index array or mask)."""
+    def at_speeds(self, chosen: ArrayLike) -> "Spectrum":
+        """The spectrum at some of its speeds.
+
+        Parameters
+        ----------
+        chosen : array (speed,)
+            Positions (int) or mask of speeds.
+
+        Returns
+        -------
+        Spectrum
+        """
         return replace(
             self,
             amplitude=self.amplitude[..., chosen, :, :],
@@ -62,14 +91,36 @@ class Spectrum:
             covariance=self.covariance[chosen],
         )
 
-    def at_harmonics(self, wanted):
-        """The spectrum at some of its harmonics, in the order wanted."""
+    def at_harmonics(self, wanted: Iterable[int]) -> "Spectrum":
+        """The spectrum at some of its harmonics.
+
+        Parameters
+        ----------
+        wanted : ints (harmonic,)
+            Harmonics of the spectrum.
+
+        Returns
+        -------
+        Spectrum
+            In the order wanted.
+        """
         place = np.array([list(self.harmonics).index(n) for n in wanted])
         both = np.concatenate([place, place + len(self.harmonics)])
         covariance = self.covariance[..., both, :][..., both]
         return replace(self, amplitude=self.amplitude[..., place, :], harmonics=np.array(wanted), covariance=covariance)
 
-    def with_amplitude(self, amplitude):
+    def with_amplitude(self, amplitude: ArrayLike) -> "Spectrum":
+        """The same speeds, harmonics, sensors and covariance with other amplitudes.
+
+        Parameters
+        ----------
+        amplitude : array (..., speed, harmonic, sensor)
+            Complex, m.
+
+        Returns
+        -------
+        Spectrum
+        """
         return replace(self, amplitude=amplitude)
 
 

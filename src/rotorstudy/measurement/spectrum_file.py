@@ -1,5 +1,7 @@
 """A measured spectrum on disk: what `rotorstudy import` writes, and `identify` and `diagnose` read."""
 
+from pathlib import Path
+
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
@@ -60,8 +62,17 @@ def is_spectrum(path):
         return "amplitude" in data and "displacement" not in data
 
 
-def load_spectrum(path):
+def load_spectrum(path: str | Path) -> Spectrum:
     """The Spectrum in a file that `rotorstudy import` wrote.
+
+    Parameters
+    ----------
+    path : path
+        NetCDF file.
+
+    Returns
+    -------
+    Spectrum
 
     Raises
     ------

@@ -118,10 +118,15 @@ class Effect(Plugin):
         if self.places is None:
             object.__setattr__(self, "places", self._usual_places)
 
+    @property
+    def acts_on_output(self):
+        """Whether it changes the measured displacement; otherwise it acts on the rotor."""
+        return self.acts_on == "output"
+
     def _usual_places(self, structure, sensors):
         if "node" not in option_names(self.function):
             return [{}]
-        return [{"node": node} for node in (sensors if self.acts_on == "output" else structure.nodes)]
+        return [{"node": node} for node in (sensors if self.acts_on_output else structure.nodes)]
 
 
 @dataclass(frozen=True)

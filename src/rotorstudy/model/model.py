@@ -1,5 +1,6 @@
 """A model: base structure + terms + output terms, with the values of its amplitudes."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -7,7 +8,7 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.structure import Structure
-from rotorstudy.model.terms import Term
+from rotorstudy.model.terms import NonlinearForce, Term, Unknown
 from rotorstudy.model.uncertainty import Uncertainty
 
 
@@ -32,7 +33,7 @@ class Model:
             object.__setattr__(self, "sensors", self.structure.nodes)
         for node in self.sensors:
             self.structure.index(node)
-        ordered = sorted(self.terms, key=lambda term: term.acts_on == "output")
+        ordered = sorted(self.terms, key=lambda term: term.acts_on_output)
         object.__setattr__(self, "terms", tuple(ordered))
         doubled = [name for name in self.names if self.names.count(name) > 1]
         if doubled:
@@ -41,56 +42,67 @@ class Model:
             )
 
     @cached_property
-    def unknowns(self):
+    def unknowns(self) -> tuple[Unknown, ...]:
         """Real amplitudes of all terms, in the order of `theta`."""
         return tuple(unknown for term in self.terms for unknown in term.unknowns)
 
     @cached_property
-    def names(self):
+    def names(self) -> tuple[str, ...]:
+        """Names of the amplitudes, in the order of `theta`."""
         return tuple(unknown.name for unknown in self.unknowns)
 
     @cached_property
-    def units(self):
+    def units(self) -> tuple[str, ...]:
+        """Units of the amplitudes, in the order of `theta`."""
         return tuple(unknown.unit for unknown in self.unknowns)
 
     @cached_property
-    def typical(self):
+    def typical(self) -> np.ndarray:
+        """Usual sizes (parameter,) of the amplitudes, in their units."""
         return np.array([unknown.typical for unknown in self.unknowns])
 
     @cached_property
-    def theta(self):
-        """(parameter,) the values given; an amplitude without one is an error that names it."""
+    def theta(self) -> np.ndarray:
+        """Values (parameter,) of the amplitudes in their units; one without a value is an error that names it."""
         self.require_values()
         return np.concatenate([term.theta for term in self.terms]) if self.terms else np.zeros(0)
 
-    def require_values(self):
-        """Raise for amplitudes that have no value, and name them."""
+    def require_values(self) -> None:
+        """Raise if an amplitude has no value.
+
+        Raises
+        ------
+        RotorstudyError
+            Naming the amplitudes without a value.
+        """
         theta = np.concatenate([term.theta for term in self.terms]) if self.terms else ()
         missing = [name for name, value in zip(self.names, theta, strict=True) if np.isnan(value)]
         if missing:
             raise RotorstudyError(f"no value for {', '.join(missing)}; give one in the rig file to simulate")
 
     @cached_property
-    def rotor_unknowns(self):
-        return tuple(u for term in self.terms if term.acts_on == "rotor" for u in term.unknowns)
+    def rotor_unknowns(self) -> tuple[Unknown, ...]:
+        """Amplitudes of the terms that act on the rotor, first in `theta`."""
+        return tuple(u for term in self.terms if not term.acts_on_output for u in term.unknowns)
 
     @cached_property
-    def nonlinear_forces(self):
+    def nonlinear_forces(self) -> tuple[tuple[int, NonlinearForce], ...]:
         """(position in `rotor_unknowns`, NonlinearForce) of the amplitudes that multiply a force in time."""
         return tuple((p, u.force) for p, u in enumerate(self.rotor_unknowns) if u.force)
 
     @cached_property
-    def output_unknowns(self):
-        return tuple(u for term in self.terms if term.acts_on == "output" for u in term.unknowns)
+    def output_unknowns(self) -> tuple[Unknown, ...]:
+        """Amplitudes of the terms that act on the measured output, last in `theta`."""
+        return tuple(u for term in self.terms if term.acts_on_output for u in term.unknowns)
 
     @cached_property
-    def measured(self):
-        """(sensor,) positions of the measured translations among the coordinates."""
+    def measured(self) -> np.ndarray:
+        """Positions (sensor,), int, of the measured translations among the coordinates."""
         return np.array([self.structure.index(node) for node in self.sensors])
 
     @cached_property
-    def involved(self):
-        """(coordinate,) positions of those that are measured, read or acted on by a term; the rest pass forces on."""
+    def involved(self) -> np.ndarray:
+        """Positions (coordinate,), int, of those measured, read or acted on by a term; the rest pass forces on."""
         seen = np.zeros(len(self.structure.dofs), bool)
         seen[self.measured] = True
         for entry in (e for u in self.rotor_unknowns for e in u.entries):
@@ -101,32 +113,73 @@ class Model:
         return np.flatnonzero(seen | (self.static_residual != 0))
 
     @cached_property
-    def is_carried(self):
+    def is_carried(self) -> bool:
         """Whether bearings carry the static load, alone or beside the shaft's own supports."""
         return any(unknown.carries for unknown in self.rotor_unknowns)
 
     @cached_property
-    def static_residual(self):
-        """(dof,) static load that the static deflection does not carry, N; an error if nothing carries it."""
+    def static_residual(self) -> np.ndarray:
+        """Static load (dof,) that the static deflection does not carry, N.
+
+        Raises
+        ------
+        RotorstudyError
+            If nothing carries it.
+        """
         structure = self.structure
         if self.is_carried or self.held_deflection is not None or structure.is_supported:
             return np.zeros(len(structure.dofs))
-        springs = (e for u in self.rotor_unknowns for e in u.entries if e.on == "z" and not (e.order or e.shift))
+        springs = (
+            e
+            for u in self.rotor_unknowns
+            for e in u.entries
+            if e.reads_motion and not (e.is_conjugate or e.order or e.shift)
+        )
         if structure.static_load.any() and not any(springs):
             raise RotorstudyError("nothing carries the rotor against its weight; add bearings, or support it rigidly")
         return structure.static_load
 
-    def position(self, names):
-        """Positions of amplitudes by name in `theta`."""
+    def position(self, names: Iterable[str]) -> np.ndarray:
+        """Positions of amplitudes in `theta`.
+
+        Parameters
+        ----------
+        names : names (name,)
+            Of amplitudes.
+
+        Returns
+        -------
+        array (name,)
+            Positions, int.
+
+        Raises
+        ------
+        RotorstudyError
+            For an unknown name, with the near miss.
+        """
         for name in names:
             if name not in self.names:
                 raise unknown_name("parameter", name, self.names, "this model")
         return np.array([self.names.index(name) for name in names], int)
 
-    def unknown_names(self, wanted=None):
-        """Names of the real amplitudes to estimate: those wanted, or those without a value.
+    def unknown_names(self, wanted: Iterable[str] | None = None) -> tuple[str, ...]:
+        """Names of the real amplitudes to estimate.
 
         A complex amplitude can be named as a whole: eccentricity stands for its real and imaginary part.
+
+        Parameters
+        ----------
+        wanted : names, optional
+            Those to estimate; those without a value by default.
+
+        Returns
+        -------
+        tuple[str, ...]
+
+        Raises
+        ------
+        RotorstudyError
+            If there is nothing to estimate, or a name is unknown or given twice.
         """
         if wanted is None:
             given = np.concatenate([term.theta for term in self.terms]) if self.terms else np.zeros(0)
@@ -147,15 +200,45 @@ class Model:
             raise RotorstudyError(f"unknowns {list(wanted)}: a parameter is named twice")
         return tuple(found)
 
-    def reported_units(self, names):
-        """Units of amplitudes as reported: of a magnitude its own, of a phase rad."""
+    def reported_units(self, names: Iterable[str]) -> list[str]:
+        """Units of amplitudes as reported: of a magnitude its own, of a phase rad.
+
+        Parameters
+        ----------
+        names : names
+            As `magnitude_and_phase` gives them.
+
+        Returns
+        -------
+        list[str]
+        """
         known = dict(zip(self.names, self.units, strict=True))
         return ["rad" if n.endswith("_phase") else known.get(n, known.get(f"{n}_real")) for n in names]
 
-    def without(self, kinds):
-        """The model with the terms of some kinds taken out."""
+    def without(self, kinds: Iterable[str]) -> "Model":
+        """The model with the terms of some kinds taken out.
+
+        Parameters
+        ----------
+        kinds : names
+            Of plugins.
+
+        Returns
+        -------
+        Model
+        """
         return replace(self, terms=tuple(term for term in self.terms if term.kind not in kinds))
 
-    def plus(self, *terms):
-        """The model extended by terms."""
+    def plus(self, *terms: Term) -> "Model":
+        """The model extended by terms.
+
+        Parameters
+        ----------
+        *terms : Term
+            To be added.
+
+        Returns
+        -------
+        Model
+        """
         return replace(self, terms=self.terms + terms)

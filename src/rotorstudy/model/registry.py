@@ -178,8 +178,19 @@ def _registry(folders):
 _CURRENT = ContextVar("registry", default=None)
 
 
-def registry():
-    """The zoo of this process, loaded once."""
+def registry() -> Registry:
+    """The zoo of this process, loaded once.
+
+    Returns
+    -------
+    Registry
+        Plugins by kind and name.
+
+    Raises
+    ------
+    PluginError
+        If a plugin folder does not exist, or two plugins of a kind have one name.
+    """
     return _CURRENT.get() or _registry(plugin_folders())
 
 

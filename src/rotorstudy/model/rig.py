@@ -46,21 +46,67 @@ class RigFile:
         return build_model({**self.given, "sensors": list(sensors)}, str(self.path))
 
 
-def read_rig(rig):
-    """The RigFile at a path; a RigFile that was read before is given back."""
+def read_rig(rig: "str | Path | RigFile") -> "RigFile":
+    """The RigFile at a path; a RigFile that was read before is given back.
+
+    Parameters
+    ----------
+    rig : path or RigFile
+        A rig file, or one that was read before.
+
+    Returns
+    -------
+    RigFile
+
+    Raises
+    ------
+    RotorstudyError
+        If the file cannot be read.
+    """
     return rig if isinstance(rig, RigFile) else RigFile(Path(rig), read_yaml(rig))
 
 
-def load_rig(path):
-    """The Model a rig file describes."""
+def load_rig(path: str | Path) -> Model:
+    """The Model a rig file describes.
+
+    Parameters
+    ----------
+    path : path
+        YAML file; numbers have their unit in the key.
+
+    Returns
+    -------
+    Model
+
+    Raises
+    ------
+    RotorstudyError
+        If the file cannot be read, and as `build_model`.
+    """
     return read_rig(path).model
 
 
-def build_model(rig, where="the rig"):
+def build_model(rig: dict, where: str = "the rig") -> Model:
     """The Model a rig dict describes.
 
-    rig : {"rotor": {"kind": ..., options}, "cracks": [...], "bearings": [...], "effects": [...], "sensors": [nodes],
-          "static_deflection_m": {node: held value, real}, "prior": see `uncertainty`}
+    Parameters
+    ----------
+    rig : dict
+        {"rotor": {"kind": ..., options}, "cracks": [...], "bearings": [...], "effects": [...], "sensors": [nodes],
+        "static_deflection_m": {node: held value, real}, "prior": see `uncertainty`}
+    where : str, optional
+        What error messages call it.
+
+    Returns
+    -------
+    Model
+
+    Raises
+    ------
+    RotorstudyError
+        For an unknown or missing key, with place and near miss, or a value that is not allowed.
+    PluginError
+        If a plugin gives something of a wrong type or shape.
     """
     if not isinstance(rig, dict):
         raise RotorstudyError(f"{where}: expected sections {', '.join(SECTIONS)}, found {type(rig).__name__}")
@@ -128,13 +174,36 @@ def named_plugins(rig):
     return found + [registry().get("depth", depth["kind"], "depth") for depth in depths]
 
 
-def make_term(section, item, structure, sensors, where="the term"):
-    """A Term from a plugin kind and its configuration: kind, label, options, and values of its parameters.
+def make_term(
+    section: str, item: dict, structure: Structure, sensors: tuple[int, ...], where: str = "the term"
+) -> Term:
+    """A Term from a plugin and its configuration: kind, label, options, and values of its parameters.
 
     The stiffness loss of a crack can also follow from its depth, {"depth": {"kind": ..., "depth_ratio": ..., ...}}.
 
-    section : "crack", "bearing" or "effect"
-    item    : {"kind": name, options..., parameter_unit: value, ...}; a complex parameter also has parameter_phase_rad
+    Parameters
+    ----------
+    section : str
+        "crack", "bearing" or "effect".
+    item : dict
+        {"kind": name, options..., parameter_unit: value, ...}; a complex parameter also has parameter_phase_rad.
+    structure : Structure
+        The rotor it acts on.
+    sensors : ints (sensor,)
+        Nodes with a sensor.
+    where : str, optional
+        What error messages call it.
+
+    Returns
+    -------
+    Term
+
+    Raises
+    ------
+    RotorstudyError
+        For an unknown key or a value that is not allowed.
+    PluginError
+        If the plugin gives something of a wrong type or shape.
     """
     plugin = registry().get(section, _kind(item, where), where)
     given = _rest(item)
@@ -210,7 +279,7 @@ def _check_shapes(parameters, size, plugin, where):
                 f"it must be real, act on the rotor, and have no entries and a matrix (coordinate, {size}) here"
             )
         for i, entry in enumerate(parameter.entries):
-            needed = (size,) if entry.on == "one" else (size, size)
+            needed = (size,) if entry.is_constant else (size, size)
             if np.shape(entry.matrix) != needed:
                 raise PluginError(
                     f"plugin '{plugin.name}' ({plugin.file}) in {where}: entry {i} of '{parameter.name}' has a matrix "

@@ -30,12 +30,30 @@ class Structure:
     shape_at: Callable | None = None
 
     @property
-    def nodes(self):
+    def nodes(self) -> tuple[int, ...]:
         """Nodes that can move; one that a rigid support holds only tilts."""
         return tuple(sorted({node for node, motion in self.dofs if motion == "translation"}))
 
-    def index(self, node, motion="translation"):
-        """Position of a coordinate; an unknown node is an error that lists the nodes there are."""
+    def index(self, node: int | None, motion: str = "translation") -> int:
+        """Position of a coordinate.
+
+        Parameters
+        ----------
+        node : int or None
+            Node of the rotor.
+        motion : str
+            "translation" or "tilt".
+
+        Returns
+        -------
+        int
+            Position among `dofs`.
+
+        Raises
+        ------
+        CannotAct
+            If no node is given, or one without that motion; it lists those that have it.
+        """
         if node is None:
             raise CannotAct(
                 f"no node is given; say which of {list(self.nodes)} with 'node:' (a plugin takes the only one there is "
@@ -47,20 +65,69 @@ class Structure:
             )
         return self.dofs.index((node, motion))
 
-    def unit(self, node, motion="translation"):
-        """(dof,) vector with a one at a coordinate."""
+    def unit(self, node: int | None, motion: str = "translation") -> np.ndarray:
+        """Vector with a one at a coordinate.
+
+        Parameters
+        ----------
+        node : int or None
+            Node of the rotor.
+        motion : str
+            "translation" or "tilt".
+
+        Returns
+        -------
+        array (dof,)
+            Of unit 1.
+
+        Raises
+        ------
+        CannotAct
+            If no node is given, or one without that motion.
+        """
         return np.eye(len(self.dofs))[self.index(node, motion)]
 
-    def default_node(self):
-        """The only node, or an error asking for one: effects that act at a node call this."""
+    def default_node(self) -> int:
+        """The only node: effects that act at a node call this where none is given.
+
+        Returns
+        -------
+        int
+
+        Raises
+        ------
+        CannotAct
+            If the rotor has several nodes, asking for one.
+        """
         if len(self.nodes) > 1:
             raise CannotAct(f"this rotor has nodes {list(self.nodes)}; say which with 'node:'")
         return self.nodes[0]
 
-    def stiffness_loss_at(self, node=None, element=None):
-        """Stiffness losses, name -> (pattern, unit, typical), of a crack at a node or in an element.
+    def stiffness_loss_at(
+        self, node: int | None = None, element: int | None = None
+    ) -> dict[str, tuple[np.ndarray, str, float]]:
+        """Stiffness losses of a crack at a node or in an element.
 
-        A rotor that can crack at one place only needs no place; the others raise where none, or two, are given.
+        A rotor that can crack at one place only needs no place.
+
+        Parameters
+        ----------
+        node : int, optional
+            Node of the crack.
+        element : int, optional
+            Element of the crack.
+
+        Returns
+        -------
+        dict
+            Name -> pattern (dof, dof) of unit 1, unit of the loss, typical size.
+
+        Raises
+        ------
+        RotorstudyError
+            If no place or two are given where the rotor can crack at several, or one where it cannot crack.
+        CannotAct
+            If the rotor cannot crack at that place.
         """
         if callable(self.stiffness_loss):
             if (node is None) == (element is None):
@@ -73,8 +140,14 @@ class Structure:
             raise CannotAct(f"this rotor cannot crack at {place}; it has one place for a crack: leave it out")
         return self.stiffness_loss
 
-    def crack_places(self):
-        """Options that say where a crack can be: one place without options, or each element of the shaft."""
+    def crack_places(self) -> list[dict]:
+        """Options that say where a crack can be: one place without options, or each element of the shaft.
+
+        Returns
+        -------
+        list[dict]
+            Options of a crack, one for each place.
+        """
         if not callable(self.stiffness_loss):
             return [{}] if self.stiffness_loss else []
         found = []
@@ -87,14 +160,14 @@ class Structure:
         return found
 
     @cached_property
-    def is_supported(self):
+    def is_supported(self) -> bool:
         """Whether the shaft alone carries a load; otherwise bearings do, which are terms."""
         scale = np.sqrt(np.abs(np.diag(self.stiffness)))  # translations and tilts have different units
         return bool(scale.all() and np.linalg.cond(self.stiffness / np.outer(scale, scale)) < 1e14)
 
     @cached_property
-    def static_deflection(self):
-        """(dof,) deflection under the static load, from the bearing line; zeros if the shaft is not supported."""
+    def static_deflection(self) -> np.ndarray:
+        """Deflection (dof,) under the static load from the bearing line, m (rad); zeros if not supported."""
         if not np.any(self.static_load) or not self.is_supported:
             return np.zeros(len(self.dofs))
         return np.linalg.solve(self.stiffness, self.static_load)

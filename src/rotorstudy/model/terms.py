@@ -18,6 +18,7 @@ from functools import cached_property, lru_cache
 from typing import Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from rotorstudy.errors import PluginError
 
@@ -41,18 +42,60 @@ class Entry:
     frequency_only: bool = False
 
     @property
-    def reads_motion(self):
+    def reads_motion(self) -> bool:
         """Whether the force moves with the motion; otherwise it is given."""
         return self.on in ("z", "conj")
 
+    @property
+    def is_constant(self) -> bool:
+        """Whether the force is given by the matrix alone; otherwise it needs the motion or the static deflection."""
+        return self.on == "one"
+
+    @property
+    def is_conjugate(self) -> bool:
+        """Whether it acts on the conjugate, of the motion or of the static deflection."""
+        return self.on.endswith("conj")
+
+    def seen_by(self, harmonic: int) -> int:
+        """Harmonic of the motion that a harmonic of the force moves with.
+
+        Parameters
+        ----------
+        harmonic : int
+            Of the force.
+
+        Returns
+        -------
+        int
+        """
+        return (harmonic - self.shift) * (-1 if self.is_conjugate else 1)
+
     @cached_property
-    def places(self):
+    def places(self) -> list[tuple[int, int, complex]]:
         """(row, column, value) of what is in the matrix: most effects act at one node."""
         matrix = np.asarray(self.matrix)
         return [(int(i), int(j), matrix[i, j]) for i, j in zip(*np.nonzero(matrix), strict=True)]
 
-    def gain_at(self, speed, harmonic):
-        """Gain, broadcast over `speed` (rad/s) and `harmonic`."""
+    def gain_at(self, speed: ArrayLike, harmonic: ArrayLike) -> np.ndarray:
+        """Gain at speeds and harmonics.
+
+        Parameters
+        ----------
+        speed : array (...)
+            Spin speeds in rad/s.
+        harmonic : array (...)
+            Harmonics, int, to be broadcast with the speeds.
+
+        Returns
+        -------
+        array (...)
+            Gain in the unit that the entry's matrix lacks.
+
+        Raises
+        ------
+        PluginError
+            If the gain has another shape than the speeds, or is not finite.
+        """
         if self.gain is None:
             return np.ones(np.broadcast_shapes(np.shape(speed), np.shape(harmonic)))
         speed, harmonic = np.broadcast_arrays(np.asarray(speed, float), np.asarray(harmonic))
@@ -72,8 +115,18 @@ class Entry:
         at = ", ".join(f"{w:g}" for w in np.unique(speed[~np.isfinite(found)])[:3])
         raise PluginError(f"{who} is not finite at {at} rad/s")
 
-    def times(self, factor):
-        """The same entry with its matrix multiplied by `factor`."""
+    def times(self, factor: complex) -> "Entry":
+        """The same entry with its matrix multiplied by `factor`.
+
+        Parameters
+        ----------
+        factor : complex
+            What the matrix is multiplied by.
+
+        Returns
+        -------
+        Entry
+        """
         return replace(self, matrix=factor * np.asarray(self.matrix))
 
 
@@ -89,8 +142,28 @@ class NonlinearForce:
     matrix: np.ndarray
     function: Callable
 
-    def at(self, displacement, velocity, deflection):
-        """The force (..., time, coordinate), N; a wrong shape, or NaN for a finite motion, is a PluginError."""
+    def at(self, displacement: ArrayLike, velocity: ArrayLike, deflection: ArrayLike) -> np.ndarray:
+        """The force at a motion.
+
+        Parameters
+        ----------
+        displacement : array (..., time, coordinate)
+            From the bearing line, static deflection included, m.
+        velocity : array (..., time, coordinate)
+            In m/s, for unit time in s.
+        deflection : array (..., 1, coordinate)
+            Static deflection, m.
+
+        Returns
+        -------
+        array (..., time, coordinate)
+            In N.
+
+        Raises
+        ------
+        PluginError
+            If the plugin gives another shape, or NaN for a finite motion.
+        """
         found = self.function(displacement, velocity, deflection)
         shape = np.shape(displacement)
         if np.shape(found) == shape and not (np.isnan(found).any() and np.isfinite(displacement).all()):
@@ -121,12 +194,13 @@ class Parameter:
     force: NonlinearForce | None = None
 
     @property
-    def key(self):
+    def key(self) -> str:
         """Its configuration key, with the unit in the name if it has one: `internal_damping_N_s_per_m`."""
         return self.name if self.unit == "1" else f"{self.name}_{unit_suffix(self.unit)}"
 
     @property
-    def phase_key(self):
+    def phase_key(self) -> str:
+        """Configuration key of the phase of a complex parameter, rad."""
         return f"{self.name}_phase_rad"
 
 
@@ -159,11 +233,27 @@ class Term:
     label: str = ""
     carries: bool = False
 
-    def full_name(self, parameter):
+    @property
+    def acts_on_output(self) -> bool:
+        """Whether it changes the measured displacement; otherwise it acts on the rotor."""
+        return self.acts_on == "output"
+
+    def full_name(self, parameter: Parameter) -> str:
+        """Name of a parameter with the label of the term, if it has one: `eccentricity[left]`.
+
+        Parameters
+        ----------
+        parameter : Parameter
+            One of the term's.
+
+        Returns
+        -------
+        str
+        """
         return f"{parameter.name}[{self.label}]" if self.label else parameter.name
 
     @cached_property
-    def unknowns(self):
+    def unknowns(self) -> tuple[Unknown, ...]:
         """The real amplitudes of this term, in order; a complex parameter gives two."""
         found = []
         for p in self.parameters:
@@ -176,8 +266,8 @@ class Term:
         return tuple(found)
 
     @property
-    def theta(self):
-        """Their values as given, NaN where none was; (unknown,)."""
+    def theta(self) -> np.ndarray:
+        """Values of the unknowns (unknown,) in the units of the parameters, NaN where none was given."""
         found = []
         for parameter in self.parameters:
             value = self.values.get(parameter.name, complex(np.nan, np.nan) if parameter.is_complex else np.nan)
@@ -222,11 +312,11 @@ def apply_entries(entries, amplitudes, speed, harmonics, reference=None):
     force = np.zeros((*lead, rows), complex)
     moving = any(entry.reads_motion for entry in entries) and np.any(amplitudes)
     for entry in entries:
-        if entry.on == "one":
+        if entry.is_constant:
             if entry.shift in where:
                 force[..., where[entry.shift], :] += _gain(entry, speed[:, None], entry.shift) * entry.matrix
             continue
-        mirrored = entry.on.endswith("conj")
+        mirrored = entry.is_conjugate
         if reference is not None and entry.order == 0 and entry.shift in where:
             constant = np.conj(reference) if mirrored else reference
             gain = _gain(entry, speed[:, None], entry.shift)

@@ -1,6 +1,13 @@
 """Figures: one style, and the few kinds of plot that rotordynamics asks for."""
 
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
 import numpy as np
+from numpy.typing import ArrayLike
+
+if TYPE_CHECKING:  # importing it takes a second
+    from matplotlib.axes import Axes
 
 from rotorstudy.presentation.named_files import files_by_name
 from rotorstudy.store import atomic
@@ -101,10 +108,38 @@ def plain_log(axes, ticks):
     axes.yaxis.set_minor_formatter(NullFormatter())
 
 
-def plot_full_spectrum(harmonics, amplitude, axes=None, *, label=None, index=0, count=1, logarithmic=True):
-    """Bars of |R_n| in micrometres over the harmonics; several spectra side by side with `index` of `count`.
+def plot_full_spectrum(
+    harmonics: Iterable[int],
+    amplitude: ArrayLike,
+    axes: "Axes | None" = None,
+    *,
+    label: str | None = None,
+    index: int = 0,
+    count: int = 1,
+    logarithmic: bool = True,
+) -> "Axes":
+    """Bars of |R_n| in micrometres over the harmonics.
 
-    amplitude : (harmonic,) complex, m;  returns the axes
+    Parameters
+    ----------
+    harmonics : ints (harmonic,)
+        Harmonics n > 0 forward, n < 0 backward.
+    amplitude : array (harmonic,)
+        Complex, m.
+    axes : Axes, optional
+        Where to draw; a new figure by default.
+    label : str, optional
+        In the legend.
+    index : int, optional
+        Which of `count` spectra side by side.
+    count : int, optional
+        How many stand side by side.
+    logarithmic : bool, optional
+        Scale of the amplitude.
+
+    Returns
+    -------
+    Axes
     """
     if axes is None:
         axes = figure()[1][0, 0]

@@ -6,12 +6,16 @@ blocks that really are connected are solved together. All speeds, harmonics and 
 nonlinear forces, which are not linear, are then added speed by speed (see `alternating`).
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from rotorstudy.errors import NoSteadyState, RotorstudyError
+from rotorstudy.model.model import Model
 from rotorstudy.model.terms import apply_entries
 from rotorstudy.response.alternating import nonlinear_column, seen_coordinates, steady_state
 from rotorstudy.response.statics import static_deflection
@@ -58,7 +62,7 @@ def check_harmonics(harmonics):
 def layout(model, harmonics, order=COUPLED_ORDER):
     """Find the blocks of harmonics that the model couples."""
     links = [
-        frozenset((e.on, e.shift) for u in unknowns for e in u.entries if e.reads_motion)
+        frozenset((e.is_conjugate, e.shift) for u in unknowns for e in u.entries if e.reads_motion)
         for unknowns in (model.rotor_unknowns, model.output_unknowns)
     ]
     return _layout(*links, bool(model.nonlinear_forces), tuple(int(n) for n in harmonics), order)
@@ -66,10 +70,10 @@ def layout(model, harmonics, order=COUPLED_ORDER):
 
 @lru_cache(maxsize=256)
 def _layout(rotor, output, has_local_forces, harmonics, order):
-    """The layout of entries of the rotor and of the output, each (on, shift)."""
+    """The layout of entries of the rotor and of the output, each (conjugate, shift)."""
     harmonics = np.asarray(harmonics, int)
-    doubled = any(on == "conj" for on, _ in rotor)
-    read = [(harmonics - shift) * (1 if on == "z" else -1) for on, shift in output]  # harmonics the sensors mix in
+    doubled = any(mirrored for mirrored, _ in rotor)
+    read = [(harmonics - shift) * (-1 if mirrored else 1) for mirrored, shift in output]  # harmonics the sensors mix in
     needed = np.unique(np.concatenate([harmonics, *read]))
     if has_local_forces:
         reach = max(order, np.abs(needed).max())
@@ -81,14 +85,14 @@ def _layout(rotor, output, has_local_forces, harmonics, order):
         carried = np.unique(np.concatenate([needed, -needed]))
     else:
         carried = needed
-    if not any(shift or on == "conj" for on, shift in rotor):
+    if not any(shift or mirrored for mirrored, shift in rotor):
         return Layout(carried, (np.arange(len(carried))[:, None],), False, (False,))
 
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
     size = len(carried) * (2 if doubled else 1)
-    linked = [_links(on, shift, tuple(carried.tolist()), doubled)[:2] for on, shift in sorted(rotor)]
+    linked = [_links(*link, tuple(carried.tolist()), doubled)[:2] for link in sorted(rotor)]
     row, column = np.concatenate(linked, axis=1)
     _, block = connected_components(coo_array((np.ones(len(row)), (row, column)), (size, size)), directed=False)
     wanted = np.isin(carried, needed)
@@ -120,14 +124,14 @@ def own_harmonic(unknown, carried):
 
 
 @lru_cache(maxsize=4096)
-def _links(on, shift, carried, doubled):
+def _links(mirrored, shift, carried, doubled):
     """Unknowns (row, column) an entry connects, and the harmonic of the equation each pair belongs to."""
     count = len(carried)
     index = {n: i for i, n in enumerate(carried)}
     links = []
     for copy in (0, 1) if doubled else (0,):
         sign = 1 if copy == 0 else -1
-        other = copy if on == "z" else 1 - copy
+        other = 1 - copy if mirrored else copy
         for i, n in enumerate(carried):
             source = n - sign * shift
             if source in index:
@@ -144,13 +148,13 @@ def forced_harmonics(model, order=COUPLED_ORDER):
         vibrating = set(range(-order, order + 1))
     else:
         vibrating = {0} | {e.shift for e in entries}
-        vibrating |= {-n for n in vibrating} if any(e.on == "conj" for e in entries) else set()
+        vibrating |= {-n for n in vibrating} if any(e.reads_motion and e.is_conjugate for e in entries) else set()
     shown = set(vibrating)
     for entry in (e for u in model.output_unknowns for e in u.entries):
         if not entry.reads_motion:
             shown.add(entry.shift)
         else:
-            shown |= {n + entry.shift if entry.on == "z" else entry.shift - n for n in vibrating}
+            shown |= {entry.shift + (-n if entry.is_conjugate else n) for n in vibrating}
     return np.array(sorted(shown))
 
 
@@ -185,7 +189,7 @@ def operator(model, theta, speed, blocks, kept=None):
             i, j, value = (np.array(part) for part in zip(*entry.places, strict=True))
             i, j = ([at[k] for k in part.tolist()] for part in (i, j))
             for full, (n, is_w, block, row, column) in zip(
-                result, _linked_members(blocks, entry.on, entry.shift), strict=True
+                result, _linked_members(blocks, entry.is_conjugate, entry.shift), strict=True
             ):
                 if not len(n):
                     continue
@@ -197,13 +201,13 @@ def operator(model, theta, speed, blocks, kept=None):
 
 
 @lru_cache(maxsize=4096)
-def _linked_members(blocks, on, shift):
+def _linked_members(blocks, mirrored, shift):
     """For each group, what an entry links: harmonic of the equation, whether it is of w, block, row and column member.
 
     The last three are columns, to be set against the places in the matrix.
     """
     count = len(blocks.harmonics)
-    row, column, n = _links(on, shift, tuple(blocks.harmonics.tolist()), blocks.doubled)
+    row, column, n = _links(mirrored, shift, tuple(blocks.harmonics.tolist()), blocks.doubled)
     found = []
     for group in blocks.groups:
         block, member = np.full(2 * count, -1), np.zeros(2 * count, int)
@@ -293,24 +297,108 @@ def _solve_groups(matrices, force, blocks):
     return result
 
 
-def harmonic_response(model, speed, harmonics, theta=None, *, order=COUPLED_ORDER, jacobian=False):
+class Linearised(NamedTuple):
+    """A response and its derivatives by the amplitudes.
+
+    response : (..., speed, harmonic, dof or sensor) complex, m (rad for tilts)
+    jacobian : (..., speed, harmonic, dof or sensor, parameter) complex, m per unit of each amplitude
+    """
+
+    response: np.ndarray
+    jacobian: np.ndarray
+
+
+def harmonic_response(
+    model: Model,
+    speed: ArrayLike,
+    harmonics: Iterable[int],
+    theta: ArrayLike | None = None,
+    *,
+    order: int = COUPLED_ORDER,
+) -> np.ndarray:
     """Displacement harmonics of the coordinates, from the static deflection.
 
-    speed     : (speed,) rad/s
-    harmonics : (harmonic,) int, n > 0 forward, n < 0 backward
-    theta     : (..., parameter) amplitudes in the order of `model.names`; the model's own by default
-    order     : harmonics -order..order are carried where the model couples harmonics
-    returns   : (..., speed, harmonic, dof) complex, m for translations, rad for tilts; with `jacobian` also its
-                derivatives (..., speed, harmonic, dof, parameter)
+    Parameters
+    ----------
+    model : Model
+        Rotor with its terms.
+    speed : array (speed,)
+        Spin speeds in rad/s.
+    harmonics : ints (harmonic,)
+        Harmonics n of e^{jnwt}, n > 0 forward, n < 0 backward.
+    theta : array (..., parameter), optional
+        Amplitudes in the units of `model.units`, in the order of `model.names`; the model's own by default.
+    order : int, optional
+        Harmonics -order..order are carried where the model couples harmonics.
+
+    Returns
+    -------
+    array (..., speed, harmonic, dof)
+        Complex, m for translations, rad for tilts.
+
+    Raises
+    ------
+    RotorstudyError
+        For a speed that is not positive, harmonics that are not whole numbers, or an amplitude without a value.
+    NoSteadyState
+        If there is no steady state at a speed.
     """
+    speed, harmonics, theta, blocks = _asked(model, speed, harmonics, theta, order)
+    found, _ = _carried_response(model, speed, theta, blocks, False)
+    return found[..., _places(harmonics, blocks), :]
+
+
+def harmonic_response_and_jacobian(
+    model: Model,
+    speed: ArrayLike,
+    harmonics: Iterable[int],
+    theta: ArrayLike | None = None,
+    *,
+    order: int = COUPLED_ORDER,
+) -> Linearised:
+    """Displacement harmonics of the coordinates, and their derivatives by the amplitudes.
+
+    Parameters
+    ----------
+    model : Model
+        Rotor with its terms.
+    speed : array (speed,)
+        Spin speeds in rad/s.
+    harmonics : ints (harmonic,)
+        Harmonics n of e^{jnwt}, n > 0 forward, n < 0 backward.
+    theta : array (..., parameter), optional
+        Amplitudes in the units of `model.units`, in the order of `model.names`; the model's own by default.
+    order : int, optional
+        Harmonics -order..order are carried where the model couples harmonics.
+
+    Returns
+    -------
+    Linearised
+        Response (..., speed, harmonic, dof) in m or rad and its derivatives (..., speed, harmonic, dof, parameter) per
+        unit of each amplitude.
+
+    Raises
+    ------
+    RotorstudyError
+        For a speed that is not positive, harmonics that are not whole numbers, or an amplitude without a value.
+    NoSteadyState
+        If there is no steady state at a speed.
+    """
+    speed, harmonics, theta, blocks = _asked(model, speed, harmonics, theta, order)
+    found, derivatives = _carried_response(model, speed, theta, blocks, True)
+    chosen = _places(harmonics, blocks)
+    return Linearised(found[..., chosen, :], derivatives[..., chosen, :, :])
+
+
+def _asked(model, speed, harmonics, theta, order):
+    """Speeds, harmonics and amplitudes as arrays, and the Layout that they need."""
     speed, harmonics = check_speed(speed), check_harmonics(harmonics)
     theta = np.asarray(model.theta if theta is None else theta, float)
-    blocks = layout(model, harmonics, order)
-    found, derivatives = _carried_response(model, speed, theta, blocks, jacobian)
-    chosen = [int(np.flatnonzero(blocks.harmonics == n)[0]) for n in harmonics]
-    if not jacobian:
-        return found[..., chosen, :]
-    return found[..., chosen, :], derivatives[..., chosen, :, :]
+    return speed, harmonics, theta, layout(model, harmonics, order)
+
+
+def _places(harmonics, blocks):
+    return [int(np.flatnonzero(blocks.harmonics == n)[0]) for n in harmonics]
 
 
 def _carried_response(model, speed, theta, blocks, jacobian, kept=None):
@@ -391,41 +479,108 @@ def _moved_force(model, theta, speed, carried, change):
     rest = np.zeros((len(speed), len(carried), len(model.structure.dofs)), complex)
     force = np.zeros((), complex)
     for p, unknown in enumerate(model.rotor_unknowns):
-        acting = tuple(e for e in unknown.entries if e.order == 0 and e.on != "one")
+        acting = tuple(e for e in unknown.entries if e.order == 0 and not e.is_constant)
         if acting and not unknown.carries:
             force = force + theta[..., p, None, None, None] * apply_entries(acting, rest, speed, carried, change)
     return force
 
 
-def measured_response(model, speed, harmonics, theta=None, *, order=COUPLED_ORDER, jacobian=False):
+def measured_response(
+    model: Model,
+    speed: ArrayLike,
+    harmonics: Iterable[int],
+    theta: ArrayLike | None = None,
+    *,
+    order: int = COUPLED_ORDER,
+) -> np.ndarray:
     """What the sensors show: the translations at `model.sensors` changed by the output terms.
 
-    returns : (..., speed, harmonic, sensor) complex in m; with `jacobian` also its derivatives, one dimension more
+    Parameters
+    ----------
+    model : Model
+        Rotor with its terms.
+    speed : array (speed,)
+        Spin speeds in rad/s.
+    harmonics : ints (harmonic,)
+        Harmonics n of e^{jnwt}, n > 0 forward, n < 0 backward.
+    theta : array (..., parameter), optional
+        Amplitudes in the units of `model.units`, in the order of `model.names`; the model's own by default.
+    order : int, optional
+        Harmonics -order..order are carried where the model couples harmonics.
+
+    Returns
+    -------
+    array (..., speed, harmonic, sensor)
+        Complex, m.
+
+    Raises
+    ------
+    RotorstudyError
+        For a speed that is not positive, harmonics that are not whole numbers, or an amplitude without a value.
+    NoSteadyState
+        If there is no steady state at a speed.
     """
-    speed, harmonics = check_speed(speed), check_harmonics(harmonics)
-    theta = np.asarray(model.theta if theta is None else theta, float)
-    blocks = layout(model, harmonics, order)
-    found, derivatives = _carried_response(model, speed, theta, blocks, jacobian, model.involved)
+    speed, harmonics, theta, blocks = _asked(model, speed, harmonics, theta, order)
+    found, _ = _carried_response(model, speed, theta, blocks, False, model.involved)
     true = found[..., model.measured]
-    shown, first = true.copy(), len(model.rotor_unknowns)
-    if jacobian:
-        derivatives = derivatives[..., model.measured, :]
-        shown_derivatives = derivatives.copy()
+    shown = true.copy()
+    for p, unknown in enumerate(model.output_unknowns, start=len(model.rotor_unknowns)):
+        shown += theta[..., p, None, None, None] * apply_entries(unknown.entries, true, speed, blocks.harmonics)
+    return shown[..., _places(harmonics, blocks), :]
+
+
+def measured_response_and_jacobian(
+    model: Model,
+    speed: ArrayLike,
+    harmonics: Iterable[int],
+    theta: ArrayLike | None = None,
+    *,
+    order: int = COUPLED_ORDER,
+) -> Linearised:
+    """What the sensors show, and its derivatives by the amplitudes.
+
+    Parameters
+    ----------
+    model : Model
+        Rotor with its terms.
+    speed : array (speed,)
+        Spin speeds in rad/s.
+    harmonics : ints (harmonic,)
+        Harmonics n of e^{jnwt}, n > 0 forward, n < 0 backward.
+    theta : array (..., parameter), optional
+        Amplitudes in the units of `model.units`, in the order of `model.names`; the model's own by default.
+    order : int, optional
+        Harmonics -order..order are carried where the model couples harmonics.
+
+    Returns
+    -------
+    Linearised
+        Response (..., speed, harmonic, sensor) in m and its derivatives (..., speed, harmonic, sensor, parameter) per
+        unit of each amplitude.
+
+    Raises
+    ------
+    RotorstudyError
+        For a speed that is not positive, harmonics that are not whole numbers, or an amplitude without a value.
+    NoSteadyState
+        If there is no steady state at a speed.
+    """
+    speed, harmonics, theta, blocks = _asked(model, speed, harmonics, theta, order)
+    found, derivatives = _carried_response(model, speed, theta, blocks, True, model.involved)
+    true, derivatives = found[..., model.measured], derivatives[..., model.measured, :]
+    shown, change, first = true.copy(), derivatives.copy(), len(model.rotor_unknowns)
     for p, unknown in enumerate(model.output_unknowns, start=first):
         amplitude = theta[..., p, None, None, None]
-        change = apply_entries(unknown.entries, true, speed, blocks.harmonics)
-        shown += amplitude * change
-        if jacobian:
-            moving = tuple(e for e in unknown.entries if e.reads_motion)
-            if moving and first:
-                each = np.moveaxis(derivatives[..., :first], -1, 0)
-                through = apply_entries(moving, each, speed, blocks.harmonics)
-                shown_derivatives[..., :first] += np.moveaxis(amplitude * through, 0, -1)
-            shown_derivatives[..., p] += change
-    chosen = [int(np.flatnonzero(blocks.harmonics == n)[0]) for n in harmonics]
-    if not jacobian:
-        return shown[..., chosen, :]
-    return shown[..., chosen, :], shown_derivatives[..., chosen, :, :]
+        column = apply_entries(unknown.entries, true, speed, blocks.harmonics)
+        shown += amplitude * column
+        moving = tuple(e for e in unknown.entries if e.reads_motion)
+        if moving and first:
+            each = np.moveaxis(derivatives[..., :first], -1, 0)
+            through = apply_entries(moving, each, speed, blocks.harmonics)
+            change[..., :first] += np.moveaxis(amplitude * through, 0, -1)
+        change[..., p] += column
+    chosen = _places(harmonics, blocks)
+    return Linearised(shown[..., chosen, :], change[..., chosen, :, :])
 
 
 def sensitivities(model, speed, harmonics, unknowns, theta=None, *, order=COUPLED_ORDER):
@@ -456,5 +611,4 @@ def sensitivities(model, speed, harmonics, unknowns, theta=None, *, order=COUPLE
     true = found[..., model.measured]
     for p, unknown in enumerate(output, start=len(rotor)):
         shown[..., p] = apply_entries(unknown.entries, true, speed, blocks.harmonics)
-    chosen = [int(np.flatnonzero(blocks.harmonics == n)[0]) for n in harmonics]
-    return shown[:, chosen]
+    return shown[:, _places(harmonics, blocks)]

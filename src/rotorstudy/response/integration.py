@@ -1,8 +1,10 @@
 """The same model in time: force of a term, and direct integration of the equations of motion."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.model.model import Model
 from rotorstudy.response.harmonic import check_speed, forced_harmonics, harmonic_response
 from rotorstudy.response.series import rotating_basis
 from rotorstudy.response.stability import state_matrix
@@ -27,34 +29,55 @@ def force_in_time(entries, speed, time, displacement, velocity=None, acceleratio
         if entry.frequency_only:
             raise RotorstudyError("an effect of this model exists in frequency only; it has no force in time")
         turning = (np.exp(1j * entry.shift * speed * time) * entry.gain_at(speed, 0))[:, None]
-        if entry.on == "one":
+        if entry.is_constant:
             total = total + turning * entry.matrix
         elif not entry.reads_motion:
-            still = deflection if entry.on == "static" else np.conj(deflection)
+            still = np.conj(deflection) if entry.is_conjugate else deflection
             total = total + turning * (np.asarray(entry.matrix) @ still)
         else:
-            source = motion[entry.order] if entry.on == "z" else motion[entry.order].conj()
+            source = motion[entry.order].conj() if entry.is_conjugate else motion[entry.order]
             total = total + turning * (source @ np.asarray(entry.matrix).T)
     return total
 
 
 def time_response(
-    model,
-    speed,
-    time,
-    theta=None,
+    model: Model,
+    speed: float,
+    time: ArrayLike,
+    theta: ArrayLike | None = None,
     *,
-    start=None,
-    relative_tolerance=RELATIVE_TOLERANCE,
-    absolute_tolerance=ABSOLUTE_TOLERANCE,
-):
+    start: tuple[ArrayLike, ArrayLike] | None = None,
+    relative_tolerance: float = RELATIVE_TOLERANCE,
+    absolute_tolerance: float = ABSOLUTE_TOLERANCE,
+) -> np.ndarray:
     """Integrate the equations of motion from rest at the static deflection, or from `start`.
 
-    speed   : rad/s
-    time    : (time,) s, increasing; integration starts at time 0 with the transient, samples are given at `time`
-    start   : (displacement (dof,), velocity (dof,)) at time 0
-    returns : (time, dof) complex displacement from the static deflection, m (rad for tilts)
-    raises  : RotorstudyError for an effect without a form in time, or if the integration fails
+    Parameters
+    ----------
+    model : Model
+        Rotor with its terms.
+    speed : float
+        Spin speed in rad/s.
+    time : array (time,)
+        In s, increasing; integration starts at time 0 with the transient.
+    theta : array (parameter,), optional
+        Amplitudes in the units of `model.units`; the model's own by default.
+    start : two arrays (dof,), optional
+        Displacement in m (rad) from the static deflection, and velocity in m/s (rad/s), at time 0.
+    relative_tolerance : float, optional
+        Of the integrator.
+    absolute_tolerance : float, optional
+        Of the integrator, m and m/s.
+
+    Returns
+    -------
+    array (time, dof)
+        Complex displacement from the static deflection, m (rad for tilts).
+
+    Raises
+    ------
+    RotorstudyError
+        For an effect without a form in time, a held static deflection, or if the integration fails.
     """
     from scipy.integrate import solve_ivp
 
@@ -146,14 +169,13 @@ def _time_matrices(model, theta, speed, deflection):
             if entry.frequency_only:
                 raise RotorstudyError(f"{unknown.name!r} exists in frequency only; it cannot be integrated in time")
             amount = value * entry.gain_at(speed, 0) * np.asarray(entry.matrix)
-            if entry.on.startswith("static"):
+            if not entry.reads_motion:
                 target = constant
-                amount = amount @ (deflection if entry.on == "static" else np.conj(deflection))
-            elif entry.on == "one":
-                target = constant
+                if not entry.is_constant:
+                    amount = amount @ (np.conj(deflection) if entry.is_conjugate else deflection)
             elif entry.order < 2:
                 target = (stiffness, damping)[entry.order][entry.on]
-            elif entry.on == "z" and entry.shift == 0:
+            elif not (entry.is_conjugate or entry.shift):
                 mass = mass - amount
                 continue
             else:

@@ -1,8 +1,10 @@
 """Eigenvalues of the rotor at speed, and the speed above which internal damping makes it unstable."""
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.model.model import Model
 from rotorstudy.response.harmonic import check_speed
 
 ROUND_OFF = 1e-12  # of the largest eigenvalue: real part that round-off may give a mode without damping
@@ -32,7 +34,7 @@ def state_matrix(model, speed, theta=None):
                 raise RotorstudyError(
                     f"{unknown.name!r} makes the model vary in time or with frequency; it has no eigenvalues"
                 )
-            target = on_z if entry.on == "z" else on_conj
+            target = on_conj if entry.is_conjugate else on_z
             target[entry.order] -= value * entry.gain_at(speed, 0)[:, None, None] * entry.matrix
     if any(np.any(part) for part in on_conj.values()):
         k, c, m = (
@@ -52,13 +54,28 @@ def state_matrix(model, speed, theta=None):
     return np.concatenate([np.concatenate([np.zeros_like(k), identity], axis=-1), lower], axis=-2)
 
 
-def eigenvalues(model, speed, theta=None):
+def eigenvalues(model: Model, speed: ArrayLike, theta: ArrayLike | None = None) -> np.ndarray:
     """Eigenvalues of the time-invariant model.
 
-    speed   : (speed,) rad/s
-    returns : (speed, mode) complex, 1/s, sorted by imaginary part; positive imaginary part is forward whirl.
-              With entries on conj(z) both mirror images of each mode appear.
-    raises  : as `state_matrix`
+    Parameters
+    ----------
+    model : Model
+        Rotor with its terms.
+    speed : array (speed,)
+        Spin speeds in rad/s.
+    theta : array (parameter,), optional
+        Amplitudes in the units of `model.units`; the model's own by default.
+
+    Returns
+    -------
+    array (speed, mode)
+        Complex, 1/s, sorted by imaginary part; a positive one is forward whirl. With entries on conj(z) both mirror
+        images of each mode appear.
+
+    Raises
+    ------
+    RotorstudyError
+        If the model varies in time at speed (an open or breathing crack), with frequency, or is not linear.
     """
     values = np.linalg.eigvals(state_matrix(model, speed, theta))
     return np.take_along_axis(values, np.argsort(values.imag, axis=-1), axis=-1)
@@ -70,13 +87,38 @@ def growth_rate(model, speed, theta=None):
     return values.real.max(axis=-1) - ROUND_OFF * np.abs(values).max(axis=-1)
 
 
-def stability_threshold(model, up_to, theta=None, *, lowest=None):
-    """Lowest speed in rad/s at which a whirl mode stops decaying, or None if there is none up to `up_to`.
+def stability_threshold(
+    model: Model, up_to: float, theta: ArrayLike | None = None, *, lowest: float | None = None
+) -> float | None:
+    """Lowest speed at which a whirl mode stops decaying.
 
-    lowest : rad/s where the search starts, a millionth of `up_to` by default; bearings tabulated over speed, or whose
-             journal does not float at a crawl, need it higher
+    For the Jeffcott rotor with viscous dampings this is w_n (1 + c_E / c_H).
 
-    For the Jeffcott rotor with viscous dampings this is w_n (1 + c_E / c_H) (Gasch, Nordmann, Pfuetzner, Rotordynamik).
+    Parameters
+    ----------
+    model : Model
+        Rotor with its terms.
+    up_to : float
+        Highest speed looked at, rad/s.
+    theta : array (parameter,), optional
+        Amplitudes in the units of `model.units`; the model's own by default.
+    lowest : float, optional
+        Where the search starts, rad/s; a millionth of `up_to` by default. Bearings tabulated over speed, or whose
+        journal does not float at a crawl, need it higher.
+
+    Returns
+    -------
+    float | None
+        Speed in rad/s, None if there is none up to `up_to`.
+
+    Raises
+    ------
+    RotorstudyError
+        For an impossible range of speeds, and as `eigenvalues`.
+
+    References
+    ----------
+    Gasch, Nordmann, Pfuetzner, Rotordynamik.
     """
     from scipy.optimize import brentq
 

@@ -6,7 +6,7 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.inference.linear import check_identifiable, invert
 from rotorstudy.inference.problem import magnitude_and_phase
 from rotorstudy.measurement.spectrum import components
-from rotorstudy.response.harmonic import harmonic_response, measured_response
+from rotorstudy.response.harmonic import harmonic_response_and_jacobian, measured_response
 from rotorstudy.store import dataset
 from rotorstudy.studies.common import is_phase, parameter_coordinates
 from rotorstudy.studies.config import ExtraMeasurement
@@ -26,7 +26,7 @@ def information(config, model, speeds, harmonics, rows, std):
     """Normal matrix J^T C^-1 J (parameter, parameter) of the unknowns; std (output,) of each harmonic's parts."""
     if any(name in {u.name for u in model.output_unknowns} for name in config.unknowns):
         raise RotorstudyError("identifiability is computed for amplitudes of the rotor, not of its sensors")
-    _, change = harmonic_response(model, speeds, harmonics, jacobian=True)
+    _, change = harmonic_response_and_jacobian(model, speeds, harmonics)
     weighted = np.einsum("od,shdp->shop", rows / std[:, None], change)[..., model.position(config.unknowns)]
     columns = np.stack([components(weighted[..., p]).ravel() for p in range(weighted.shape[-1])], axis=-1)
     check_identifiable(columns, config.unknowns)

@@ -9,7 +9,7 @@ from rotorstudy.inference.linear import check_identifiable
 from rotorstudy.measurement.spectrum import components
 from rotorstudy.model.model import Model
 from rotorstudy.model.rig import make_term
-from rotorstudy.response.harmonic import harmonic_response, measured_response
+from rotorstudy.response.harmonic import harmonic_response, measured_response_and_jacobian
 from rotorstudy.response.stability import eigenvalues
 from rotorstudy.store import as_complex
 from rotorstudy.thesis.replay import BOTH_DAMPINGS, DAMPINGS
@@ -165,7 +165,7 @@ def bow_magnification(config, compensated):
 def bow_confounders(config):
     """The message that a bow and a free crack force at 1X cannot be told apart, or an empty string if they can."""
     model = config.model.plus(_bow(config))
-    _, change = measured_response(model, config.speeds, config.harmonics, model.typical, jacobian=True)
+    _, change = measured_response_and_jacobian(model, config.speeds, config.harmonics, model.typical)
     columns = np.stack([components(change[..., p]).ravel() for p in range(len(model.names))], axis=-1)
     try:
         check_identifiable(columns, model.names)

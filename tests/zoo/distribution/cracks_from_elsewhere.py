@@ -22,4 +22,5 @@ def rotorstudy_crack():
         source="a test",
         checked="its closed-form series, three coefficients",
         series=series,
+        symmetric=True,
     )

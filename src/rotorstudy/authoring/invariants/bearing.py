@@ -7,6 +7,7 @@ import numpy as np
 from rotorstudy.authoring.invariants.base import ROUND_OFF, SPEEDS, BrokenInvariant, claimed, require
 from rotorstudy.authoring.invariants.bench import bench_structure, typical_term
 from rotorstudy.authoring.invariants.effect import TERM_CHECKS
+from rotorstudy.errors import NoSteadyState
 from rotorstudy.model.bearings import dynamic_stiffness
 from rotorstudy.model.model import Model
 from rotorstudy.response.statics import static_deflection
@@ -37,7 +38,7 @@ def check_carries(term, structure):
     model = Model(structure, (term,))
     try:
         deflection = static_deflection(model, SPEEDS, model.theta).value
-    except np.linalg.LinAlgError:
+    except NoSteadyState:
         raise BrokenInvariant("it has no stiffness at rest: the shaft falls through") from None
     down = np.real(deflection @ structure.static_load)
     require(np.isfinite(down).all(), "it has no stiffness at rest: the shaft falls through")

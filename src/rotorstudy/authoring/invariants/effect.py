@@ -67,7 +67,7 @@ def term_is_one_table(plugin):
     if any(unknown.force for unknown in term.unknowns):
         check_steady_state(term, structure)
     else:
-        check_table(term, len(structure.nodes if term.acts_on == "output" else structure.dofs))
+        check_table(term, len(structure.nodes if term.acts_on_output else structure.dofs))
 
 
 def check_steady_state(term, structure):
