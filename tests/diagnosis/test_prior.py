@@ -8,6 +8,7 @@ import yaml
 
 from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.extend import extended_rig
+from rotorstudy.diagnosis.result import Verdict
 from rotorstudy.diagnosis.search import base_model
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict import investigate
@@ -18,6 +19,7 @@ from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.estimated_rig import rig_with_estimate
 from rotorstudy.model.rig import build_model, load_rig
+from rotorstudy.model.uncertainty import uncertainty_section
 from rotorstudy.response.harmonic import measured_response
 from rotorstudy.store import load
 
@@ -156,6 +158,7 @@ GOOD = {"parameters": ["external_damping", "internal_damping"], "standard_deviat
         ({"correlations": [[1.0, 0.5], [0.4, 1.0]]}, "symmetric"),
         ({"correlations": [[1.0], [0.5, 2.0]]}, "diagonal"),
         ({"correlations": [[1.0], [1.5, 1.0]]}, "positive definite"),
+        ({"correlations": [[1.0], [1.0 - 2e-16, 1.0]]}, "positive definite"),
         ({"correlations": [[1.0], [float("inf"), 1.0]]}, "correlations"),
         ({"correlation": [[1.0], [0.5, 1.0]]}, "did you mean 'correlations'"),
     ],
@@ -164,6 +167,24 @@ def test_a_prior_that_cannot_be_is_refused_at_the_door(change, words):
     assert build_model({**RIG, "prior": GOOD}).uncertainty.covariance == pytest.approx(np.diag([4.0, 1.0]))
     with pytest.raises(RotorstudyError, match=words):
         build_model({**RIG, "prior": {**GOOD, **change}})
+
+
+@pytest.mark.parametrize("off", [0.0, 1e-5, 1e-3])
+def test_a_covariance_that_is_singular_or_indefinite_by_round_off_is_written_so_that_it_can_be_read(off):
+    correlation = np.array([[1, 1, 0.5], [1, 1, 0.5 - off], [0.5, 0.5 - off, 1]])
+    std = np.array([2.0, 1e-7, 1e-7])
+    section = uncertainty_section(KNOWN, correlation * np.outer(std, std))
+    prior = prior_of(from_file({**RIG, "prior": section}), {"default": 0.0})
+    assert np.isfinite(prior.whitener).all()
+    found = prior.covariance / np.outer(prior.std, prior.std)
+    assert found == pytest.approx(correlation[np.ix_(*[[KNOWN.index(n) for n in prior.names]] * 2)], abs=1e-8 + off)
+
+
+def test_a_rig_whose_values_are_all_held_has_a_verdict_that_can_be_read_back():
+    settings = Settings(uncertainty={"default": 0.0}, nuisance={}, most_causes=1)
+    verdict = investigate(noisy(MODEL, [300.0, 590.0], 1), MODEL, settings=settings).verdict
+    assert verdict.verdict == "nothing" and verdict.parameter_p_value == 1.0
+    assert Verdict.model_validate_json(verdict.model_dump_json()) == verdict
 
 
 def test_a_prior_needs_values_and_says_whose():

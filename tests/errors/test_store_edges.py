@@ -2,7 +2,10 @@
 
 import hashlib
 import json
+import os
 import re
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -48,6 +51,16 @@ def test_a_block_that_writes_nothing_is_an_error_and_keeps_the_old_file(tmp_path
     with pytest.raises(FileNotFoundError), atomic(tmp_path / "a.txt"):
         pass
     assert (tmp_path / "a.txt").read_text() == "old" and names(tmp_path) == ["a.txt"]
+
+
+def test_text_is_written_in_utf_8_whatever_the_locale(tmp_path):
+    code = "import sys, locale; from rotorstudy.store import write_text, read_yaml; print(locale.getpreferredencoding())"
+    code += "; write_text(sys.argv[1], 'name: 12 \\u00b5m \\u03c3\\n'); assert read_yaml(sys.argv[1])"
+    environment = {**os.environ, "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "LC_ALL": "C"}
+    run = [sys.executable, "-c", code, str(tmp_path / "a.yaml")]
+    told = subprocess.run(run, env=environment, capture_output=True, text=True, check=True).stdout
+    assert "UTF-8" not in told.upper()
+    assert (tmp_path / "a.yaml").read_bytes() == "name: 12 \u00b5m \u03c3\n".encode()
 
 
 def test_complex_values_come_back_bit_for_bit_and_real_ones_stay_real(tmp_path):

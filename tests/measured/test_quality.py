@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 import yaml
 from machine import HARMONICS, TIME, channels, model, records, section, write, write_rig
 
@@ -268,7 +269,7 @@ def test_import_from_the_command_line(tmp_path, capsys):
     assert "3 speed(s)" in printed.out and printed.err == ""
     assert load_spectrum(out).amplitude.shape == (3, len(HARMONICS), 2)
     page = (tmp_path / "quality.html").read_text()
-    assert page.count("data:image/png") == 3 and "nothing wrong was seen" in page and len(page) < 500_000
+    assert page.count("data:image/png") == 3 and "No problem was found" in page and len(page) < 500_000
     out.unlink()
 
     bad = str(write("csv", tmp_path, records(speeds=[SPEED])[0], name="bad", **clipped(0.8)))
@@ -290,4 +291,8 @@ def test_a_spectrum_file_that_is_none_is_named(tmp_path):
     save(records_dataset(records(speeds=[SPEED])), tmp_path / "records.nc")
     with pytest.raises(RotorstudyError, match="rotorstudy import"):
         load_spectrum(tmp_path / "records.nc")
+    made = {name: ("speed", np.ones(2)) for name in ("amplitude", "covariance")}
+    xr.Dataset(made).to_netcdf(tmp_path / "other.nc")
+    with pytest.raises(RotorstudyError, match=r"amplitude has dimensions \('speed',\).* needed are \('speed', 'harmonic'"):
+        load_spectrum(tmp_path / "other.nc")
     assert model().sensors == (2, 4)

@@ -24,7 +24,7 @@ with job(snakemake):
     )
     numbers |= errata.chapter_5(load_replay(given.chapter_5), load(given.spectra), load(given.identification))
     numbers |= errata.chapter_6(load_study(given.chapter_6), reference, load(given.variants))
-    table = errata.filled(yaml.safe_load(Path(given.errata).read_text()), numbers)
+    table = errata.filled(yaml.safe_load(Path(given.errata).read_text(encoding="utf-8")), numbers)
     write_csv(table, snakemake.output.csv)
     write_html(
         snakemake.output.html,

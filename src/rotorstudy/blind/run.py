@@ -55,7 +55,7 @@ def run_blind(config, out, *, cases=None, seed=None, cores=1, answer=diagnosed):
         truths = [json.dumps({"truth": case.truth, "salt": salt}) for case, salt in zip(hidden, salts, strict=True)]
         shown = [(case.spectrum, case.rig, case.stated) for case in hidden]  # what the diagnosis may see, no more
         answers = list(mapped(partial(_answer, answer), shown))
-    published = json.loads((out / "seals.json").read_text())["sha256"]
+    published = json.loads((out / "seals.json").read_text(encoding="utf-8"))["sha256"]
     opened = []
     for i, (text, sealed) in enumerate(zip(truths, published, strict=True)):
         found = json.loads(text)

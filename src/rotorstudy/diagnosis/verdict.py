@@ -174,10 +174,10 @@ def _split(spectrum, hold_out):
 
 
 def _p_value(cost, freedom):
-    """Probability of a cost this large by chance alone."""
+    """Probability of a cost this large by noise alone; 1 if nothing is free."""
     from scipy.stats import chi2
 
-    return float(max(chi2.sf(cost, freedom), np.finfo(float).tiny))
+    return float(max(chi2.sf(cost, freedom), np.finfo(float).tiny)) if freedom else 1.0
 
 
 def _residual_share(before, after, rows):

@@ -11,6 +11,11 @@ from rotorstudy.measurement.findings import Finding
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.store import as_complex, dataset
 
+DIMENSIONS = {
+    "amplitude": ("speed", "harmonic", "node", "part"),
+    "covariance": ("speed", "node", "component", "other_component"),
+}
+
 
 def measurement_dataset(measurement):
     """The Measurement as a Dataset: spectrum, covariance, facts and findings.
@@ -30,10 +35,14 @@ def measurement_dataset(measurement):
     if spectrum is None:
         raise RotorstudyError("no record could be used; see the findings")
     components = [f"{part} {n}X" for part in ("real", "imag") for n in spectrum.harmonics]
-    square = ("speed", "node", "component", "other_component")
     variables = {
         "amplitude": (("speed", "harmonic", "node"), spectrum.amplitude, "m", "harmonics of the displacement x + j y"),
-        "covariance": (square, spectrum.covariance, "m2", "covariance of real and imaginary parts of the harmonics"),
+        "covariance": (
+            DIMENSIONS["covariance"],
+            spectrum.covariance,
+            "m2",
+            "covariance of real and imaginary parts of the harmonics",
+        ),
         "where": (("record",), np.array([one.where for one in facts], object), "1", "file and speed"),
     }
     for name, unit, long_name in facts_of(RecordFacts):
@@ -86,15 +95,20 @@ def load_imported(path):
     """The Spectrum in a file that `rotorstudy import` wrote, and its Findings."""
     with netcdf(path) as opened:
         data = opened.load()
-    lacking = [name for name in ("amplitude", "covariance") if name not in data]
-    if lacking:
-        raise RotorstudyError(f"{path}: no variable '{lacking[0]}'; write it by 'rotorstudy import'")
+    for name, dims in DIMENSIONS.items():
+        if name not in data:
+            raise RotorstudyError(f"{path}: no variable '{name}'; write the file with 'rotorstudy import'")
+        if set(data[name].dims) != set(dims) or not {"speed", "harmonic", "node"} <= set(data.coords):
+            raise RotorstudyError(
+                f"{path}: {name} has dimensions {data[name].dims} and coordinates {list(data.coords)}; needed are "
+                f"{dims} with coordinates speed, harmonic and node. Write the file with 'rotorstudy import'"
+            )
     spectrum = Spectrum(
-        as_complex(data.amplitude.transpose("speed", "harmonic", "node", "part")),
+        as_complex(data.amplitude.transpose(*DIMENSIONS["amplitude"])),
         data.speed.values,
         data.harmonic.values,
         tuple(int(node) for node in data.node.values),
-        data.covariance.transpose("speed", "node", "component", "other_component").values,
+        data.covariance.transpose(*DIMENSIONS["covariance"]).values,
     )
     if "finding_name" not in data:
         return spectrum, []

@@ -21,7 +21,8 @@ from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.configuration import Strict, check_config
 
 ROUND_OFF = 1e-9  # of a correlation: a written matrix may differ from its transpose by as much
-REGULAR = 1e-9  # added to the diagonal of correlations that are singular to round-off, where they are written
+REGULAR = 1e-9  # least eigenvalue of correlations that are written: smaller ones are round-off of a singular fit
+SINGULAR = 1e-12  # eigenvalue of correlations up to which their Cholesky factor would be round-off
 
 
 class Uncertainty(NamedTuple):
@@ -99,7 +100,7 @@ def _correlation(rows, count, where):
         found = np.tril(found) + np.tril(found, -1).T
     if np.abs(found - found.T).max(initial=0) > ROUND_OFF or np.abs(np.diag(found) - 1).max(initial=0) > ROUND_OFF:
         raise RotorstudyError(f"correlations in {where} must be symmetric, with ones on the diagonal")
-    if count and np.linalg.eigvalsh(found)[0] <= 0:
+    if count and np.linalg.eigvalsh(found)[0] <= SINGULAR:
         raise RotorstudyError(
             f"correlations in {where} are not positive definite: no parameters can be correlated like that; give them "
             "with all their digits"
@@ -122,8 +123,10 @@ def uncertainty_section(names: Sequence[str], covariance: np.ndarray) -> dict:
     std = np.sqrt(np.diag(covariance))
     correlation = np.asarray(covariance) / np.outer(std, std)
     correlation = (correlation + correlation.T) / 2
-    if len(names) and np.linalg.eigvalsh(correlation)[0] < REGULAR:
-        correlation = (correlation + REGULAR * np.eye(len(names))) / (1 + REGULAR)
+    size, vectors = np.linalg.eigh(correlation)
+    if len(names) and size[0] < REGULAR:
+        correlation = vectors * np.maximum(size, REGULAR) @ vectors.T
+        correlation /= np.sqrt(np.outer(np.diag(correlation), np.diag(correlation)))
     np.fill_diagonal(correlation, 1.0)
     return {
         "parameters": list(names),

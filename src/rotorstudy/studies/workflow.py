@@ -51,7 +51,7 @@ def job(snakemake):
     path = Path(snakemake.log[0])
     path.parent.mkdir(parents=True, exist_ok=True)
     screen = sys.stderr
-    with path.open("w") as log, redirect_stdout(log), redirect_stderr(log):
+    with path.open("w", encoding="utf-8") as log, redirect_stdout(log), redirect_stderr(log):
         try:
             yield
         except Exception as error:
@@ -109,7 +109,7 @@ def called(snakemake, config, **given):
 def _imports(file):
     """Files of this package that one file imports, also inside functions. Kept: every script shares most of them."""
     modules = []
-    for node in ast.walk(ast.parse(file.read_text())):
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom) and node.module:
             modules += [node.module, *(f"{node.module}.{alias.name}" for alias in node.names)]
         elif isinstance(node, ast.Import):

@@ -82,7 +82,7 @@ def load_reasons(path):
     """Reasons from a YAML list; a status that does not exist is an error."""
     import yaml
 
-    reasons = yaml.safe_load(Path(path).read_text())
+    reasons = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
     for rule in reasons:
         if rule.get("status") not in STATUSES[1:]:
             raise RotorstudyError(
