@@ -1,4 +1,4 @@
-"""Files: whole or not at all, with units and provenance. Complex numbers are a last dimension part = real, imag."""
+"""Files, written atomically with units and provenance. Complex values have a last dimension part = real, imag."""
 
 import os
 from contextlib import contextmanager
@@ -25,7 +25,7 @@ def atomic(path):
 
 
 def write_text(path, text):
-    """Write a text file atomically."""
+    """Write a text file atomically, in UTF-8 whatever the locale."""
     with atomic(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
 
@@ -37,7 +37,7 @@ def complex_variable(dims, values, unit, long_name):
 
 
 def as_complex(array):
-    """The complex values of a variable with a last dimension `part`, as a numpy array."""
+    """Complex numpy array of a variable with a dimension `part`, which is removed."""
     values = array.transpose(..., "part").values
     return values[..., 0] + 1j * values[..., 1]
 
@@ -64,7 +64,7 @@ def dataset(variables, coordinates, **attributes):
 
 
 def provenance(configuration, plugins=(), seed=None):
-    """Attributes that say where a file comes from.
+    """Attributes that state the origin of a file.
 
     configuration : dict, hashed;  plugins : Plugin objects;  seed : of the random numbers in the file, if any
     """
@@ -109,7 +109,7 @@ def load(path):
 
 
 def read_yaml(path):
-    """A YAML file as a dict; what is wrong with it is said in one line."""
+    """A YAML file as a dict; RotorstudyError in one line if it is not one."""
     import yaml
 
     path = Path(path)
@@ -128,7 +128,7 @@ def read_yaml(path):
 
 
 def _unique_key_loader():
-    """YAML's safe loader, but a key given twice is an error instead of the last one winning."""
+    """YAML's safe loader, but with an error for a key given twice."""
     import yaml
 
     class Loader(yaml.SafeLoader):

@@ -1,6 +1,6 @@
-"""Units: factors to SI for what files state, and SI values as text for people.
+"""Units: factors to SI for units in files, and SI values as text.
 
-In every text `±` is one standard deviation; an interval says its coverage (95 %).
+In every text `±` is one standard deviation; intervals state their coverage (95 %).
 """
 
 import numpy as np
@@ -9,11 +9,11 @@ METRES = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "mil": 2.54e-5}
 RAD_PER_S = {"rad/s": 1.0, "Hz": 2 * np.pi, "rpm": np.pi / 30}
 SECONDS = {"s": 1.0, "ms": 1e-3}
 SHOWN = {"m": ("µm", 1e6), "rad": ("°", 180 / np.pi), "s": ("ms", 1e3), "1": ("", 1.0)}
-LONG = 1e7  # from here on numbers are written with an exponent
+LONG = 1e7  # numbers from this size are written with an exponent
 
 
 def shown_unit(unit: str) -> tuple[str, float]:
-    """The unit in which people read values of an SI unit, and the factor to it."""
+    """The display unit of an SI unit, and the factor to it."""
     return SHOWN.get(unit, (unit, 1.0))
 
 
@@ -31,9 +31,9 @@ def quantity(value: float, unit: str, std: float | None = None, digits: int = 3)
     value, unit
         In SI; lengths are written in µm, angles in degrees, times in ms.
     std
-        Standard deviation, in SI. If it is known both numbers have the digits that it leaves: 12.00 ± 0.10 µm.
+        Standard deviation, in SI; it determines the digits of both numbers: 12.00 ± 0.10 µm.
     digits
-        Significant digits if it is not.
+        Significant digits without a standard deviation.
     """
     unit, factor = shown_unit(unit)
     if std is None or not np.isfinite(std):
@@ -47,7 +47,7 @@ def um(metres: float, digits: int = 2) -> str:
 
 
 def as_certain_as(value: float, std: float) -> str:
-    """A number with the two digits that a standard deviation leaves it."""
+    """A number rounded to two significant digits of its standard deviation."""
     last = int(np.floor(np.log10(std))) - 1 if std > 0 else -3
     if abs(value) >= LONG or last < -7:
         return f"{value:.2g}" if value == std else f"{value:.4g}"

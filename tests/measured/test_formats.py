@@ -229,8 +229,8 @@ def test_files_that_cannot_be_read_are_named(tmp_path):
     for name, text, words in (
         ("a.xlsx", "", ["unknown kind of record file '.xlsx'", ".csv"]),
         ("a.csv", "time,key\n0,1\n1,x\n", ["disc 1 left"]),
-        ("a.nc", "none", ["not a NetCDF file"]),
-        ("a.mat", "none", ["not a MATLAB file"]),
+        ("a.nc", "none", ["not a readable NetCDF file"]),
+        ("a.mat", "none", ["not a readable MATLAB file"]),
     ):
         (tmp_path / name).write_text(text)
         with pytest.raises(RotorstudyError) as error:
@@ -254,5 +254,5 @@ def test_records_of_different_nodes_do_not_mix(tmp_path):
         _common_nodes([RecordFacts("a", {1: NodeFacts()}), RecordFacts("b", {2: NodeFacts()})])
     rig = write_rig(tmp_path / "rig.yaml")
     rig.write_text(rig.read_text().replace("sensors:\n- 2\n- 4", "sensors: [1, 2]"))
-    with pytest.raises(RotorstudyError, match="sensors has node 1"):
+    with pytest.raises(RotorstudyError, match=".sensors. has node 1"):
         read_measurement(write("csv", tmp_path, replace(records(speeds=[80.0])[0])), rig)

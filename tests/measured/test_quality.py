@@ -277,7 +277,7 @@ def test_import_from_the_command_line(tmp_path, capsys):
     assert main(arguments) == 1
     printed = capsys.readouterr()
     assert not out.exists() and "clipping" in printed.err and "no spectrum was written" in printed.err
-    assert "clipped by the range" in (tmp_path / "q.html").read_text()
+    assert "clipped by the probe" in (tmp_path / "q.html").read_text()
     assert main(["import", bad, "--rig", str(rig), "--out", bad]) == 1
     assert "would overwrite an input" in capsys.readouterr().err
 
@@ -293,6 +293,8 @@ def test_a_spectrum_file_that_is_none_is_named(tmp_path):
         load_spectrum(tmp_path / "records.nc")
     made = {name: ("speed", np.ones(2)) for name in ("amplitude", "covariance")}
     xr.Dataset(made).to_netcdf(tmp_path / "other.nc")
-    with pytest.raises(RotorstudyError, match=r"amplitude has dimensions \('speed',\).* needed are \('speed', 'harmonic'"):
+    with pytest.raises(
+        RotorstudyError, match=r"amplitude has dimensions \('speed',\).* needed are \('speed', 'harmonic'"
+    ):
         load_spectrum(tmp_path / "other.nc")
     assert model().sensors == (2, 4)

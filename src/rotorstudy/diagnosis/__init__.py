@@ -1,4 +1,4 @@
-"""Measured data in, the missing cause out: what a model gets wrong, why, and what repairing it gains."""
+"""Diagnosis: what a model lacks to explain measured vibration, the cause, and the gain of adding it."""
 
 from rotorstudy.diagnosis.result import Verdict as Verdict
 from rotorstudy.diagnosis.settings import Settings as Settings

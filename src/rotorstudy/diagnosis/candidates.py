@@ -17,8 +17,8 @@ from rotorstudy.model.terms import Term
 from rotorstudy.response.harmonic import sensitivities
 
 SHAPES_TRIED = 9  # values of a shape option, before the best is refined
-SCALES = 10.0 ** (-0.5 * np.arange(7))  # widths of the prior over the widest: every order of magnitude is as likely
-FIXED = 0.02  # standard deviation of an amplitude that is 0 or 1: what the calibration of a probe leaves open
+SCALES = 10.0 ** (-0.5 * np.arange(7))  # widths of the prior over the widest one, equally likely by order of magnitude
+FIXED = 0.02  # standard deviation of an amplitude that is 0 or 1: what the uncertainty of the probe calibration
 
 
 class Candidate(NamedTuple):
@@ -26,7 +26,7 @@ class Candidate(NamedTuple):
 
     prior    : unknown name -> (mean, std) of its amplitude before anything is measured
     positive : names of unknowns that cannot be negative: the prior is the upper half of that normal distribution
-    fixed    : its amplitude is known if it is there at all; the width of its prior is not searched
+    fixed    : its amplitude is known where the effect is present; the width of its prior is not varied
     shape    : options inside a nonlinear force (a clearance), at one of the values tried
     """
 
@@ -40,15 +40,17 @@ class Candidate(NamedTuple):
 
     @property
     def cause(self):
-        """What a verdict names: the effect and its place, whatever its shape."""
+        """Name in a verdict: the effect and its place, without the shape."""
         return self.effect + "".join(f", {key} {value}" for key, value in self.where.items())
 
     @property
     def label(self):
+        """The cause with its shape: unique among the candidates."""
         return self.cause + "".join(f", {key} {value:.4g}" for key, value in self.shape.items())
 
     @property
     def names(self):
+        """(unknown,) names of its amplitudes."""
         return tuple(unknown.name for unknown in self.term.unknowns)
 
 
@@ -93,7 +95,7 @@ def candidate(
 
 
 def _shapes(plugin):
-    """Values of the first shape option to try, all over its range; {} for an effect without."""
+    """Values of the first shape option over its range; [{}] for an effect without one."""
     if not plugin.shape:
         return [{}]
     (name, (low, high)), *_ = plugin.shape.items()
@@ -121,7 +123,7 @@ def candidates(model: Model, settings: Settings) -> tuple[list[Candidate], dict[
             continue
         try:
             found += _candidates_of(plugin, model, settings, len(found))
-        except Exception as error:  # any mistake of a plugin; the rest of the library is still searched
+        except Exception as error:  # of the plugin; the rest of the library is still searched
             broken[name] = blamed(error) or f"effect '{name}' ({plugin.file}): {type(error).__name__}: {error}"
     return found, broken
 
@@ -134,7 +136,7 @@ def _candidates_of(plugin, model, settings, first):
             label = f"cause {first + len(found)}"
             try:
                 found.append(candidate(model, plugin.name, place, shape, label, settings.prior_width))
-            except CannotAct:  # it offers a place that this rig's other options rule out
+            except CannotAct:  # a place that other options of this rig exclude
                 continue
     return found
 
@@ -142,7 +144,7 @@ def _candidates_of(plugin, model, settings, first):
 class Screened(NamedTuple):
     """A candidate judged by its linearised columns.
 
-    explained : fall of the cost if it alone is added and the free parameters are fitted again
+    explained : decrease of the cost if it alone is added and the free parameters are fitted again
     evidence  : logarithm of its Bayes factor against the model without it
     start     : (unknown,) its amplitudes there
     detection : (unknown,) standard deviation of each amplitude if it alone is fitted
@@ -197,7 +199,7 @@ def log_possible(mean: np.ndarray, std: np.ndarray) -> np.ndarray:
 def screen(fitted: Fit, spectrum: Spectrum, chosen: list[Candidate]) -> list[Screened]:
     """Judge candidates by the linearised columns of their amplitudes at a fit.
 
-    The free parameters of the fit are projected out with their priors: what they can explain is not a new cause.
+    The free parameters of the fit are projected out with their priors: what they explain is not a new cause.
 
     Parameters
     ----------

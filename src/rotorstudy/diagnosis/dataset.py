@@ -9,7 +9,7 @@ from rotorstudy.store import dataset
 
 
 def verdict_dataset(diagnosis, spectrum):
-    """What verdict.nc holds: spectra, residual maps, equivalent residual force, parameters and explanations.
+    """The content of verdict.nc: spectra, residual maps, equivalent residual force, parameters and explanations.
 
     Parameters
     ----------

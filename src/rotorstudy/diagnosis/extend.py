@@ -1,4 +1,4 @@
-"""The rig extended by what was found: base parameters as fitted, causes as effects, and the covariance of all."""
+"""The extended rig: fitted base parameters, the causes as effects, and the covariance of both."""
 
 import numpy as np
 
@@ -7,9 +7,9 @@ from rotorstudy.model.rig import build_model
 
 
 def extended_rig(given, diagnosis):
-    """The rig with base parameters at their fitted values and every cause of the best explanation as an effect.
+    """The rig with its fitted parameters and every cause of the best explanation as an effect.
 
-    Its section `prior` holds the covariance of the fit. What calibrates the measuring chain stays out.
+    Its section `prior` has the covariance of the fit. The calibration of the measuring chain is left out.
 
     Parameters
     ----------

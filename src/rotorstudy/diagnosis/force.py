@@ -1,4 +1,4 @@
-"""Equivalent residual force: the force at the measured nodes that makes the simulation show what was measured."""
+"""Equivalent residual force: the force at the measured nodes that would cause the residual displacement."""
 
 import numpy as np
 
@@ -10,9 +10,8 @@ from rotorstudy.response.harmonic import sensitivities
 def equivalent_residual_force(model, theta, speed, harmonics, residual):
     """Residual displacement times the inverse receptance at the measured nodes.
 
-    Harmonics that the model couples are solved together. Where not every coordinate is measured it is the force at the
-    measured nodes alone that would make the same residual, wherever the true one acts; a fault of the measuring chain
-    shows as a force too. Of forces that are not linear in the motion the receptance is left out.
+    Coupled harmonics are solved together. The force acts at the measured nodes, wherever the true one acts; an effect
+    of the measuring chain appears as a force too. The receptance of nonlinear forces is neglected.
 
     theta    : (parameter,) of the model
     residual : (speed, harmonic, sensor) complex, measured minus simulated, m

@@ -1,4 +1,4 @@
-"""What a diagnosis says, as data: the content of verdict.json, from which pages, texts and figures are made.
+"""The result of a diagnosis as data: the content of verdict.json, from which pages, texts and figures are made.
 
 Values are in SI; `std` is one standard deviation. docs/diagnosis.md explains every key.
 """
@@ -34,8 +34,8 @@ class Place(Result):
 class ParameterEstimate(Result):
     """A parameter of a cause.
 
-    part : of what it is the value: an "amplitude", the "magnitude" or "phase" of a complex one, or an option of the
-           "shape" of a nonlinear force, which has its unit in its name and no standard deviation
+    part : an "amplitude", the "magnitude" or "phase" of a complex one, or an option of the "shape" of a nonlinear
+           force, which has its unit in its name and no standard deviation
     """
 
     value: float | None
@@ -45,7 +45,7 @@ class ParameterEstimate(Result):
 
 
 class Cause(Place):
-    """A possible cause; parameters : by name, those of a complex amplitude `x` as `x` and `x_phase`."""
+    """A possible cause; parameters : by name, a complex amplitude `x` as `x` and `x_phase`."""
 
     parameters: dict[str, ParameterEstimate]
     posterior_probability: float
@@ -59,7 +59,7 @@ class SeparatingMeasurement(Result):
 
 
 class Unexplained(Result):
-    """A harmonic at a node that stands out of what is left; share : of its square, sigma : its rms."""
+    """A harmonic at a node with a significant residual; share : of the mean square, sigma : rms residual."""
 
     harmonic: int
     node: int
@@ -115,7 +115,7 @@ class Tradeoff(Result):
 
 
 class Identifiability(Result):
-    """What the data say of each parameter: nothing (dead, or known by its prior alone), or only in a combination."""
+    """Parameters that the data do not determine (dead, or known by the prior alone), or only in combination."""
 
     dead: tuple[str, ...]
     known_by_prior_alone: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""The search for causes: screen every candidate, fit the promising ones, weigh them, add, swap, drop."""
+"""The search for causes: screen all candidates, fit the promising ones, compare their odds, add, swap, drop."""
 
 from dataclasses import dataclass, field, replace
 
@@ -25,17 +25,17 @@ from rotorstudy.model.model import Model
 from rotorstudy.model.registry import blamed, registry
 from rotorstudy.model.rig import make_term
 
-TRIAL_STEPS = 5  # of a fit, after which it is known whether it is worth finishing
-FITTED_FULLY = 4  # explanations a round at least, however poor
-CLOSE = 15.0  # above the cost of the best of a round: likelihood ratio e^-7.5, beyond which a fit is not finished
+TRIAL_STEPS = 5  # of a fit, after which it is decided whether to finish it
+FITTED_FULLY = 4  # least number of explanations per round that are fitted to convergence
+CLOSE = 15.0  # excess over the lowest cost of a round (likelihood ratio e^-7.5) beyond which a fit is not finished
 STRAINED = 3.0  # mean square distance of the base parameters from their priors; 1 is expected
-ACCUSES = 2.0  # log posterior odds an explanation needs: seven to one that something is missing at all
-WORTH_FITTING = 0.1  # of what the best candidate explains by its columns, which a large effect invalidates
-THRESHOLD_STEPS = 20  # of a fixed-point iteration that contracts quickly
-LEAST_LOG_PROBABILITY = -700.0  # so that no posterior probability becomes zero by underflow
+ACCUSES = 2.0  # log posterior odds that an explanation needs: seven to one that something is missing
+WORTH_FITTING = 0.1  # of what the best candidate explains when linearised, which is inaccurate for large effects
+THRESHOLD_STEPS = 20  # of a fixed-point iteration that converges quickly
+LEAST_LOG_PROBABILITY = -700.0  # keeps posterior probabilities from underflow to zero
 SHAPE_STEPS = 8  # of the shape options of a cause
 SHAPE_DIFFERENCE = 1e-4  # of the range of a shape option, for its derivative
-SHAPE_GAIN = 0.25  # of the log posterior odds, below which the shape has converged
+SHAPE_GAIN = 0.25  # convergence tolerance of the shape, in log posterior odds
 SHARES_OF_STEP = (1.0, 0.3, 0.1)
 
 
@@ -49,7 +49,7 @@ class Explanation:
 
     @property
     def named(self):
-        """The causes as a verdict names them, shapes apart."""
+        """Names of the causes in a verdict, without their shapes."""
         return frozenset(cause.cause for cause in self.causes)
 
 
@@ -62,11 +62,11 @@ class Search:
     """A search under way, and its outcome.
 
     model, spectrum : with the nuisance terms; with the model error
-    prior           : Prior of all that is free in every fit;  base : Fit of it alone
-    candidates      : every one;  screened : of each, by the columns at the base fit
-    found           : labels -> Explanation, every one fitted
-    faults          : effect -> one line with file and place, of plugins that failed; the rest was searched
-    upheld          : whether the best of them also predicts the held-out speeds better than the base
+    prior           : Prior of the parameters that are free in every fit;  base : Fit of these alone
+    candidates      : list of Candidate;  screened : Screened of each, at the base fit
+    found           : labels of the causes -> Explanation, for every one fitted
+    faults          : effect -> one line with file and place, for plugins that failed; the rest was searched
+    upheld          : whether the best explanation keeps its odds with the held-out speeds
     """
 
     model: Model
@@ -87,24 +87,25 @@ class Search:
 
     @property
     def explanations(self):
+        """Every Explanation that was fitted."""
         return list(self.found.values())
 
     @property
     def best(self):
-        """The explanation with the highest posterior odds; no cause if the base alone is nearly as probable."""
+        """The explanation with the highest posterior odds; that without causes if they are too low or not upheld."""
         best = max(self.explanations, key=_odds)
         return best if best.log_posterior_odds > ACCUSES and self.upheld else self.found[frozenset()]
 
     def prior_odds(self, cause: Candidate) -> float:
-        """Prior odds of a cause: every effect of the library has the same, divided among its places and shapes."""
+        """Prior odds of a cause: equal for all effects of the library, divided among the places and shapes of each."""
         effects = len({c.effect for c in self.candidates})
         return 1 / (effects * sum(c.effect == cause.effect for c in self.candidates))
 
     def even_odds_gain(self, cause: Candidate) -> float:
-        """Fall of the cost at which a cause has even posterior odds: it pays for the prior odds, width and sign.
+        """Decrease of the cost at which a cause has even posterior odds: it offsets prior odds and Occam factor.
 
-        Under the width that serves an amplitude best, which is the amplitude itself, the Occam factor depends on the
-        fall of the cost; hence the fixed point.
+        With the prior width of highest evidence, which is about the amplitude itself, the Occam factor depends on the
+        decrease of the cost; hence the fixed-point iteration.
         """
         given = -2 * np.log(self.prior_odds(cause)) + (0 if cause.fixed else 2 * np.log(len(SCALES)))
         count, gain = len(cause.names) * (not cause.fixed), given
@@ -125,7 +126,7 @@ class Search:
 
 
 def base_model(model: Model, settings: Settings) -> tuple[Model, Prior]:
-    """The model with its nuisance terms, and the Prior of all that is free in every fit.
+    """The model with its nuisance terms, and the Prior of the parameters that are free in every fit.
 
     Parameters
     ----------
@@ -181,7 +182,9 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     work.screened.extend(_screen(work, base, every))
     current = work.found[frozenset()] = Explanation((), base, 0.0)
     screenings = [work.screened]
-    if base.penalty > STRAINED * len(prior.names):  # parameters were moved to imitate what is missing: screen unmoved
+    if base.penalty > STRAINED * len(
+        prior.names
+    ):  # the parameters imitate what is missing: screen at the stated ones too
         screenings.append(_screen(work, fit(whole, spectrum, prior, steps=0), every))
     while len(current.causes) < settings.most_causes:
         tried = _add(work, current, screenings if not current.causes else None)
@@ -195,10 +198,10 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
 
 
 def _screen(work, fitted, chosen):
-    """`screen`; a candidate whose plugin fails is noted as broken, and explains nothing."""
+    """`screen`; a candidate whose plugin fails is recorded as broken and explains nothing."""
     try:
         return screen(fitted, work.spectrum, chosen)
-    except Exception:  # of any plugin: which one, is found by screening them one at a time
+    except Exception:  # of some plugin; screening one at a time shows of which
         return [_screen_alone(work, fitted, one) for one in chosen]
 
 
@@ -213,7 +216,7 @@ def _screen_alone(work, fitted, one):
 
 
 def _note_broken(work, causes, error):
-    """Note the plugin that an exception came out of; one that came out of no plugin is raised again."""
+    """Record the plugin that raised an exception; an exception from elsewhere is raised again."""
     line = blamed(error) or (str(error) if isinstance(error, PluginError) else "")
     if not line:
         raise error
@@ -222,7 +225,7 @@ def _note_broken(work, causes, error):
 
 
 def _to_refine(tried):
-    """The best of explanations; if it leaves more than noise, also the best whose last cause has a shape."""
+    """The best explanation; if it leaves more than noise, also the best whose last cause has a shape."""
     if not tried:
         return []
     best = max(tried, key=_odds)
@@ -234,8 +237,8 @@ def _to_refine(tried):
 def _explain(work, causes, starts=None):
     """The Explanation by some causes; None if no fit succeeds.
 
-    starts : list of (parameter,) of the extended model, by default the stated values; the later ones are tried only if
-             the earlier leave more than noise
+    starts : list of (parameter,) of the extended model, by default the stated values; tried in turn until a fit leaves
+             no more than noise
     """
     key = frozenset(c.label for c in causes)
     if key not in work.found:
@@ -253,7 +256,7 @@ def _explain(work, causes, starts=None):
 
 
 def _log_posterior_odds(work, causes, fitted):
-    """Of some causes, fitted, against the base alone: Bayes factor times prior odds."""
+    """Log posterior odds of fitted causes against the base alone: Bayes factor times prior odds."""
     odds = fitted.evidence - work.base.evidence
     for cause in causes:
         place = [fitted.names.index(name) for name in cause.names]
@@ -268,7 +271,7 @@ def _log_posterior_odds(work, causes, fitted):
 
 
 def _trial_fit(work, causes):
-    """Fit of an explanation after a few steps, None if there is none."""
+    """Fit of an explanation after a few steps, None if it fails."""
     found = work.found.get(frozenset(c.label for c in causes))
     return found.fit if found else _fit(work, causes, *_extension(work, causes), steps=TRIAL_STEPS)
 
@@ -277,7 +280,7 @@ def _extension(work, causes):
     """Extended model, Prior of its free parameters, and a start at the stated values."""
     extended = work.model.plus(*(c.term for c in causes))
     known = work.prior.plus(Prior.independent({name: prior for c in causes for name, prior in c.prior.items()}))
-    before = _before(work, causes)  # causes before keep their size; the base starts where stated, not where it strained
+    before = _before(work, causes)  # earlier causes start at their fit, the base at its stated values
     values = dict(zip(known.names, known.mean, strict=True))
     values |= {
         name: value
@@ -305,7 +308,7 @@ def _fit(work, causes, extended, known, start, steps=HYPOTHESIS.steps):
 
 
 def _promising(work, chosen, screenings, most):
-    """Candidates worth a fit, {index: Screened}: of each screening the first, in turn, each cause in its best shape."""
+    """Candidates worth a fit, {index: Screened}: the best of each screening in turn, each cause in its best shape."""
     lists = []
     for screened in screenings:
         odds = [one.evidence + np.log(work.prior_odds(cause)) for one, cause in zip(screened, chosen, strict=True)]
@@ -323,7 +326,7 @@ def _promising(work, chosen, screenings, most):
 
 
 def _add(work, current, screenings=None, most=None):
-    """Explanations with one cause more, those worth a fit."""
+    """Explanations with one more cause, of the candidates worth a fit."""
     named = current.named
     chosen = [c for c in work.candidates if c.cause not in named]
     screenings = screenings or [_screen(work, current.fit, chosen)]
@@ -340,7 +343,7 @@ def _add(work, current, screenings=None, most=None):
 
 
 def _swap(work, current):
-    """Drop each cause, and put the best other one in its place, while that is more probable."""
+    """Try to drop each cause, and to replace it by the best other one; the most probable result."""
     for cause in current.causes:
         less = _explain(work, tuple(c for c in current.causes if c.label != cause.label))
         if less is None:
@@ -352,7 +355,7 @@ def _swap(work, current):
 
 
 def _refine(work, model, explanation):
-    """The explanation with the best shape of its last cause; as it is where that shape cannot be moved."""
+    """The explanation with the best shape of its last cause; unchanged if that shape cannot be varied."""
     try:
         return _best_of_all_shapes(work, model, explanation)
     except NoSteadyState:
@@ -363,10 +366,10 @@ def _refine(work, model, explanation):
 
 
 def _best_of_all_shapes(work, model, explanation):
-    """Shape options of the last cause moved to where the fit is best, by Gauss-Newton steps.
+    """The explanation with the shape options of its last cause optimised by Gauss-Newton steps.
 
-    They count in units of their range, logarithmic where it does not begin at zero. The columns of a contact depend
-    strongly on its shape and may choose the wrong one: where more than noise is left, all shapes are looked at first.
+    Options are scaled to their range, logarithmic unless it begins at zero. The linearised columns of a contact depend
+    strongly on its shape and may select a wrong one: where more than noise is left, all shapes are tried first.
     """
     explanation = _best_shape(work, explanation)
     *rest, last = explanation.causes
@@ -399,7 +402,7 @@ def _best_of_all_shapes(work, model, explanation):
             break
     best = max(best, explanation, key=_odds)
     last = best.causes[-1]
-    if ranges and set(ranges) == set(last.shape):  # the amplitude is known only as well as the shape
+    if ranges and set(ranges) == set(last.shape):  # the amplitude is correlated with the shape
         place = [_place(last.shape[name], *ranges[name]) for name in ranges]
         normal, _ = _shape_equations(work, model, best, place, ranges)
         free = len(best.fit.names)
@@ -423,7 +426,7 @@ def _best_shape(work, explanation):
 
 
 def _place(value, low, high):
-    """Where in its range (0 to 1) the value of a shape option lies."""
+    """Position (0 to 1) of the value of a shape option in its range."""
     return np.log(value / low) / np.log(high / low) if low > 0 else value / high
 
 
@@ -432,7 +435,7 @@ def _value(place, low, high):
 
 
 def _shape_equations(work, model, explanation, place, ranges):
-    """Normal matrix and right side, of first order, for the parameters and then the shape options in their range."""
+    """Normal matrix and right side of a Gauss-Newton step: parameters, then shape options scaled to their range."""
     *rest, last = explanation.causes
     fitted, columns = explanation.fit, []
     for i, name in enumerate(ranges):
@@ -445,7 +448,7 @@ def _shape_equations(work, model, explanation, place, ranges):
         columns.append((fitted.residual - left) / off)
     data = np.column_stack([fitted.jacobian, *columns])
     free, count = len(fitted.names), len(data.T)
-    rows, distance = np.eye(count), np.zeros(count)  # of the priors; a shape lies about the middle of its range
+    rows, distance = np.eye(count), np.zeros(count)  # of the priors; that of a shape is centred in its range
     rows[:free, :free] = fitted.prior.whitener
     distance[:free] = fitted.prior.whitener @ (fitted.prior.mean - fitted.free)
     distance[free:] = 0.5 - np.array(place)
@@ -453,7 +456,7 @@ def _shape_equations(work, model, explanation, place, ranges):
 
 
 def _theta(extended, names, values, start=None):
-    """(parameter,) of an extended model: values known by name, and a start for the rest."""
+    """(parameter,) of an extended model: known values by name, and a start for the others."""
     known = dict(zip(names, values, strict=True))
     theta = np.array([known.get(name, 0.0) for name in extended.names])
     if start is not None:

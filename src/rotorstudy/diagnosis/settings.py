@@ -1,4 +1,4 @@
-"""What a diagnosis assumes, stated: priors, model error, and from which probability on a cause is named."""
+"""The assumptions of a diagnosis: priors, model error and thresholds."""
 
 from pydantic import Field
 
@@ -8,7 +8,7 @@ from rotorstudy.model.registry import registry
 
 
 def stated_nuisance():
-    """Effect -> standard deviation of its amplitude, of those that say they are in every measuring chain."""
+    """Effect -> standard deviation of its amplitude, for effects that are part of every measuring chain."""
     return {name: effect.nuisance for name, effect in registry().plugins["effect"].items() if effect.nuisance}
 
 
@@ -17,17 +17,16 @@ class Settings(Strict):
 
     uncertainty          : of base parameters, standard deviation relative to their value, by name; "default" for the
                            others
-    model_error          : share of each harmonic within which the model is trusted (a coarse mesh, a short series)
-    model_floor          : the same as a share of the rms vibration at a sensor and a speed: a harmonic that is nearly
-                           zero is not known to a share of itself
-    covariance_error     : share by which the stated variances may be too small: they come from a few blocks of a record
-    nuisance             : effects of the measuring chain, never quite zero -> standard deviation of each amplitude
+    model_error          : standard deviation of the model error as a fraction of each harmonic
+    model_floor          : the same as a fraction of the rms vibration at a sensor and a speed, for harmonics near zero
+    covariance_error     : fraction by which the stated variances, which come from a few blocks, may be too small
+    nuisance             : effects always present in the measuring chain -> standard deviation of each amplitude
     prior_width          : standard deviation of the amplitude of a cause before anything is measured, in typical sizes
     hold_out_rad_s       : speeds held out of every fit; None: about a quarter of them, from the middle
     significance         : p-value of the residual below which something is missing
-    naming_probability   : posterior probability from which a cause is named alone
-    most_causes          : at once
-    candidates_per_round : candidates fitted fully a round
+    naming_probability   : least posterior probability of a cause that is named alone
+    most_causes          : largest number of simultaneous causes
+    candidates_per_round : candidates fitted in each round of the search
     leave_out            : effects that are not considered
     """
 
@@ -46,7 +45,7 @@ class Settings(Strict):
 
 
 def read_settings(rig, where):
-    """The Settings in the section `diagnosis:` of a rig dict; unknown keys are errors with the near miss."""
+    """The Settings in the section `diagnosis:` of a rig dict; RotorstudyError for unknown keys and bad values."""
     given = rig.get("diagnosis") or {}
     if not isinstance(given, dict):
         raise RotorstudyError(f"{where}, diagnosis: expected keys and values, found {type(given).__name__}")
@@ -54,7 +53,7 @@ def read_settings(rig, where):
 
 
 def check_names(settings, model, where):
-    """Every name the settings use exists; an unknown one is an error with the near miss."""
+    """Raise RotorstudyError unless every parameter and effect that the settings name exists."""
     known = {"default"}
     for term in model.terms:
         known |= {name for p in term.parameters for name in (p.name, term.full_name(p))}
@@ -62,7 +61,9 @@ def check_names(settings, model, where):
         if name not in known:
             raise unknown_name("parameter", name, known, f"{where}.uncertainty")
         if share < 0:
-            raise RotorstudyError(f"uncertainty of {name} = {share:g} in {where}: must not be negative; 0 holds it")
+            raise RotorstudyError(
+                f"uncertainty of {name} = {share:g} in {where}: must not be negative; 0 holds it fixed"
+            )
     for name, std in settings.nuisance.items():
         if not registry().get("effect", name, f"{where}.nuisance").acts_on_output:
             raise RotorstudyError(f"nuisance '{name}' in {where}: must be an effect of the measuring chain")

@@ -32,19 +32,19 @@ from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
 from rotorstudy.units import quantity
 
-STATED_SET = 0.99  # posterior probability that the causes named together hold the true one
-LEFT_OVER = 0.1  # of the excess rms before, above which a significant rest means that the cause is not the right one
-SEEN = 0.5  # of its prior's standard deviation: an amplitude that the data narrow less has no detection limit
-POWER = 1.645  # standard deviations above the price at which 95 % of effects of that size are found
-MOVED = 2.0  # stated standard deviations from which a parameter is listed as moved
-CONTRADICTED = 5.0  # stated standard deviations from which the records contradict the rig
+STATED_SET = 0.99  # posterior probability that the causes named contain the true one
+LEFT_OVER = 0.1  # of the excess rms: if more is left, and it is significant, the cause is rejected
+SEEN = 0.5  # of the prior standard deviation: an amplitude known no better from the data has no detection limit
+POWER = 1.645  # standard deviations above the threshold for a detection probability of 95 %
+MOVED = 2.0  # stated standard deviations beyond which a parameter is listed as moved
+CONTRADICTED = 5.0  # stated standard deviations beyond which the records contradict the rig
 PARTS = ("real", "imaginary")
 TRADED_OFF = 0.95  # correlation above which two parameters can hardly be separated
 
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """A verdict and everything behind it.
+    """A verdict and the data it is based on.
 
     verdict            : Verdict, the content of verdict.json
     spectrum, held_out : Spectrum fitted (its covariance with the model error); the one held out, or None
@@ -64,7 +64,7 @@ class Diagnosis:
 
 
 def diagnose(spectrum: Spectrum, model: Model, *, hold_out=None, settings=None, findings=()) -> Verdict:
-    """The verdict on what a model lacks to explain a spectrum, see `investigate`."""
+    """The Verdict on what a model lacks to explain a spectrum; see `investigate`."""
     return investigate(spectrum, model, hold_out=hold_out, settings=settings, findings=findings).verdict
 
 
@@ -89,7 +89,7 @@ def investigate(
     settings
         Settings, or a dict of some of them.
     findings
-        What was found about the quality of the records; it goes into the verdict.
+        Findings on the records, to be included in the verdict.
 
     Raises
     ------
@@ -181,12 +181,12 @@ def _p_value(cost, freedom):
 
 
 def _residual_share(before, after, rows):
-    """Share of the excess that is left, as rms: 0 if all is explained, 1 if nothing."""
+    """Remaining share of the excess error (rms): 0 if all is explained, 1 if nothing."""
     return float(np.sqrt(max(after - rows, 0) / max(before - rows, 1e-300))) if before > rows else 0.0
 
 
 def _stated(weights, best):
-    """(candidate, explanation) of other causes that must be named too, for the set to hold the truth surely."""
+    """(candidate, explanation) of the other causes needed for a credible set of probability `STATED_SET`."""
     total, found, seen = 0.0, [], set(best.named)
     for explanation, weight in weights:
         if total >= STATED_SET:
@@ -202,7 +202,7 @@ def _stated(weights, best):
 
 
 def _cause(candidate, fitted, probability):
-    """A Cause: its parameters as fitted, complex ones by magnitude and phase, then the shape it was found with."""
+    """The Cause of a candidate: fitted parameters, complex ones by magnitude and phase, then its shape."""
     place = [fitted.names.index(name) for name in candidate.names]
     theta, covariance = fitted.free[place], fitted.covariance[np.ix_(place, place)]
     _, theta, covariance = magnitude_and_phase(candidate.names, theta, covariance)
@@ -236,7 +236,7 @@ def _gain(base, best, held):
 
 
 def _is_upheld(found, held):
-    """Whether the best explanation is still likelier than the base alone once the held-out speeds are counted too."""
+    """Whether the posterior odds of the best explanation suffice with the held-out speeds included."""
     best = found.best
     if held is None or not best.causes:
         return True
@@ -245,7 +245,7 @@ def _is_upheld(found, held):
 
 
 def _is_worse(base, best, held, settings):
-    """Whether held-out speeds speak against the extension: they contradict what it predicts, and the base less so."""
+    """Whether the held-out speeds contradict the prediction of the extended model, and that of the base less."""
     if held is None:
         return False
     before, after = (_surprise(fitted, held) for fitted in (base, best))
@@ -253,7 +253,7 @@ def _is_worse(base, best, held, settings):
 
 
 class Surprise(NamedTuple):
-    """Of held-out speeds: misfit, the probability of one as large, and their log-likelihood less a constant."""
+    """Held-out speeds against their prediction: misfit, its p-value, and log-likelihood less a constant."""
 
     misfit: float
     p_value: float
@@ -261,7 +261,7 @@ class Surprise(NamedTuple):
 
 
 def _surprise(fitted, held):
-    """Surprise of held-out speeds, noise and what the fit leaves open of its parameters counted."""
+    """Surprise of held-out speeds, given their noise and the posterior covariance of the parameters."""
     shown, columns = whitened_prediction(fitted.model, held, fitted.names, fitted.free)
     off = held.whitened(held.amplitude) - shown
     spread = np.eye(len(off)) + columns @ fitted.covariance @ columns.T
@@ -277,7 +277,7 @@ def residual_map(fitted, spectrum):
 
 
 def _unexplained(fitted, spectrum, settings):
-    """Harmonics and nodes whose residual noise does not explain, the largest share first."""
+    """Harmonics and nodes with a significant residual, the largest share first."""
     from scipy.stats import chi2
 
     square = residual_map(fitted, spectrum) ** 2
@@ -299,7 +299,7 @@ def _parts(term):
 
 
 def _detection_limits(found):
-    """Smallest amplitude of each candidate found in 95 of 100 such records, the most sensitive first."""
+    """Amplitude of each candidate detected with a probability of 95 %, the most sensitive first."""
     limits = []
     for c, screened in zip(found.candidates, found.screened, strict=True):
         needed = np.sqrt(2 * ACCUSES + found.even_odds_gain(c)) + POWER
@@ -323,7 +323,7 @@ def _moved(fitted, prior):
 
 
 def _identifiability(fitted, prior):
-    """What the data say of each parameter: dead, pinned by its prior alone, or traded off against another."""
+    """Parameters that are dead, known by their prior alone, or traded off against another."""
     std = np.sqrt(np.diag(fitted.covariance))
     seen = np.linalg.norm(fitted.jacobian, axis=0)
     correlation = fitted.covariance / np.outer(std, std)
@@ -340,7 +340,7 @@ def _identifiability(fitted, prior):
 
 
 def _separating(causes, others):
-    """What would tell the causes apart: what the plugins say of their confounders, else what helps in general."""
+    """Measurements that separate the causes: those that the plugins state for their confounders, else general ones."""
     effects = registry().plugins["effect"]
     found = []
     for a in causes:
@@ -355,7 +355,7 @@ def _separating(causes, others):
 
 
 def _not_considered(causes, settings, known):
-    """Effects that look like a cause by what they declare, but are no candidates; known : those of the rig."""
+    """Declared confounders of the causes that are not candidates; known : effects of the rig."""
     effects = registry().plugins["effect"]
     alike = dict.fromkeys(name for cause in causes for name, _ in effects[cause.effect].confounders)
     return [
@@ -379,9 +379,9 @@ def _parameter_labels(model, causes):
 
 
 def _far_from_the_rig(found, spectrum, moved, labels, settings):
-    """A warning if records and rig hardly belong together: another machine, other units, other speeds.
+    """A warning if the records may not be of this rig: another machine, other units, other speeds.
 
-    Signs of it: the rig's own values are contradicted, or what was found is beyond `prior_width` of its usual sizes.
+    Then the rig's own values are contradicted, or an amplitude is beyond `prior_width` typical sizes.
     """
     said = [
         f"{labels[row.name]} moved by {abs(row.moved_sigma):.0f} stated standard deviations"
@@ -403,8 +403,8 @@ def _far_from_the_rig(found, spectrum, moved, labels, settings):
     measured = np.linalg.norm(spectrum.amplitude[:, moving])
     missed = np.linalg.norm(off[:, moving]) / measured if measured else 0.0
     text = (
-        f"{'; '.join(said)}; after the fit the rig misses {100 * missed:.0f} % of the vibration. Are these records of "
-        "this rig, at these speeds, in these units? If so, check the sizes of the causes before relying on them, and "
-        "the values and the 'uncertainty' that the rig states"
+        f"{'; '.join(said)}; the fitted rig does not explain {100 * missed:.0f} % of the vibration. Are these records "
+        "of this rig, at these speeds, in these units? If so, check the sizes of the causes before relying on them, "
+        "and the values and the 'uncertainty' in the rig file"
     )
     return [Finding("warning", "far from the rig", "records and rig", text)]

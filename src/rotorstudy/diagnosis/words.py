@@ -5,8 +5,8 @@ import numpy as np
 from rotorstudy.model.registry import registry
 from rotorstudy.units import interval, p_value, percent, probability, quantity
 
-FEW = 3  # detection limits, or harmonics left over, in a sentence
-HARDLY = 3.0  # standard deviations, rms, below which a longer record helps to tell causes apart
+FEW = 3  # detection limits, or unexplained harmonics, in a sentence
+HARDLY = 3.0  # standard deviations (rms) below which a longer record helps to separate causes
 
 
 def readable(name):
@@ -22,13 +22,13 @@ def place(named):
 
 
 def _direction(cause):
-    """The word before the angle of a cause, and how often that angle goes into the phase of its amplitude."""
+    """The preposition of the angle of a cause, and the multiple of that angle that is the phase of its amplitude."""
     fold = registry().get("effect", cause.effect).fold
     return ("at" if fold == 1 else "along"), fold
 
 
 def _angle(phase, fold):
-    """Value and standard deviation of the direction that a phase stands for."""
+    """Value and standard deviation of the direction of a phase, rad."""
     return phase.value / fold, None if phase.std is None else phase.std / fold
 
 
@@ -46,7 +46,7 @@ def cause_in_words(cause):
 
 
 def sizes(cause):
-    """Parameters of a cause with their 95 % intervals, as {label: text}; an angle is that of the direction."""
+    """{label: text} of the parameters of a cause with their 95 % intervals; angles are those of the direction."""
     found, stem, (_, fold) = {}, "", _direction(cause)
     for name, one in cause.parameters.items():
         value, std, label = one.value, one.std, "size"
@@ -68,7 +68,7 @@ def summary(verdict):
     said = [_said(verdict)]
     if verdict.not_considered:
         alike = ", ".join(map(readable, verdict.not_considered))
-        said.append(f"Not considered, although it would look alike: {alike}.")
+        said.append(f"Not considered, although it would look similar: {alike}.")
     if verdict.broken_plugins:
         said.append(f"Broken plugins, not or not fully considered: {len(verdict.broken_plugins)}.")
     doubts = _doubts(verdict)
@@ -86,7 +86,7 @@ def _said(verdict):
     if verdict.verdict == "nothing":
         text = f"Nothing is missing: noise and the stated model error explain the residual ({residual})."
         found = smallest_detected(verdict)
-        return f"{text} Detected with a probability of 95 % from these sizes on: {', '.join(found)}." if found else text
+        return f"{text} Smallest sizes detected with a probability of 95 %: {', '.join(found)}." if found else text
     implausible = ""
     if verdict.verdict == "unknown" and verdict.parameter_p_value < verdict.settings.significance:
         implausible = f"parameters implausibly far from their stated values ({p_value(verdict.parameter_p_value)})"
@@ -102,7 +102,7 @@ def _said(verdict):
         rest = ", ".join(dict.fromkeys(map(place, verdict.ambiguous_with)))
         text += f", but these cannot be ruled out: {rest}." if rest else ", but that is not certain."
     else:
-        near = " together with ".join(map(place, verdict.causes))  # sizes of what is not the cause would mislead
+        near = " together with ".join(map(place, verdict.causes))  # its sizes would mislead
         text = f"Something is missing that no effect of the library explains. The closest explanation is {near}, which "
         text += f"leaves {percent(verdict.residual_share)} of the excess error (rms)"
         text += f" and needs {implausible}." if implausible else "."
@@ -123,19 +123,21 @@ def gain_in_words(verdict):
 
 
 def detection_limits(verdict):
-    """Detection limits, the most sensitive first; of real and imaginary part the larger one."""
-    largest = {(place(row), row.parameter): row for row in verdict.detection_limit}  # sorted: the last is the larger
+    """Detection limits, the most sensitive first; the larger one of real and imaginary part."""
+    largest = {
+        (place(row), row.parameter): row for row in verdict.detection_limit
+    }  # sorted, so that the larger one comes last
     return sorted(largest.values(), key=lambda row: row.of_typical)
 
 
 def smallest_detected(verdict):
-    """The most sensitive detection limits, one a place, as short texts."""
+    """The most sensitive detection limits as short texts, one for each effect and place."""
     limits = {place(row): row for row in reversed(detection_limits(verdict))}
     return [f"{name} {quantity(row.amplitude, row.unit)}" for name, row in reversed(limits.items())][:FEW]
 
 
 def separated(verdict):
-    """{measurement: ["a or b", ...]}: what to measure, and the causes that this tells apart."""
+    """{measurement: ["a or b", ...]}: what to measure, and the causes that it separates."""
     groups = {}
     for one in verdict.separating_measurement:
         text = one.measurement[:1].upper() + one.measurement[1:]
@@ -144,26 +146,26 @@ def separated(verdict):
 
 
 def next_steps(verdict):
-    """What to do or measure next, as plain sentences."""
+    """Recommended actions and measurements, as sentences."""
     kind, steps = verdict.verdict, []
     doubts = _doubts(verdict)
     if doubts:
         steps.append(f"Check the records first: {doubts} (see below).")
     if verdict.broken_plugins:
-        steps.append("Repair the broken plugins (see below): what they hold is not or not fully considered.")
+        steps.append("Repair the broken plugins (see below): they were not, or not fully, considered.")
     if kind == "nothing":
         steps.append(
-            "Nothing, unless something below the detection limits matters: longer records, or speeds nearer to "
-            "resonance, lower them."
+            "None, unless effects below the detection limits matter: longer records, or speeds nearer to resonance, "
+            "lower the limits."
         )
     if kind == "ambiguous":
         steps += [f"{text.rstrip('.')}." for text in separated(verdict)]
         if verdict.gain and verdict.gain.before_sigma < HARDLY:
-            steps.append("What is missing is hardly above the noise: take longer records, or more of them.")
+            steps.append("What is missing hardly exceeds the noise: take longer records, or more of them.")
     if kind == "unknown":
         rest = ", ".join(f"{row.harmonic}X at node {row.node}" for row in verdict.unexplained[:FEW])
         steps.append(
-            (f"Look where the rest is: {rest}. " if rest else "")
+            (f"Examine the remaining residual: {rest}. " if rest else "")
             + "Physics that the library lacks can be added as an effect (docs/adding_a_model.md)."
         )
     for name in verdict.not_considered:
@@ -174,5 +176,5 @@ def next_steps(verdict):
             "Measure one more speed and compare: 'rotorstudy simulate extended_rig.yaml --speeds ...' predicts it."
         )
     if verdict.gain is None and kind != "nothing":
-        steps.append("Hold out a speed ('--hold-out'), so that the gain is known.")
+        steps.append("Hold out a speed ('--hold-out') to measure the gain.")
     return steps

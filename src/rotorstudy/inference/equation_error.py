@@ -100,7 +100,9 @@ def regression(model: Model, spectrum: Spectrum, names: Sequence[str], *, order:
     left, right, keys = [], [], []
     matrices = operator(model, known, speed, blocks)
     for matrix, group, mirror in zip(matrices, blocks.groups, blocks.mirrors, strict=True):
-        coordinate = (group[..., None] * dof + np.arange(dof)).reshape(len(group), -1)  # unknown and dof in one number
+        coordinate = (group[..., None] * dof + np.arange(dof)).reshape(
+            len(group), -1
+        )  # unknown and degree of freedom in one number
         measured = (np.isin(own_harmonic(group[0], carried), harmonics)[:, None] & is_sensor).ravel()
         direct = coordinate[0][measured] < count * dof
         kept = direct | mirror  # the equation of w_n is the conjugate of that of q_{-n}
@@ -233,7 +235,7 @@ def _rotor_unknown(model, name):
     for unknown in model.rotor_unknowns:
         if unknown.name == name:
             return unknown
-    raise RotorstudyError(f"{name!r} acts on the sensor, not on the rotor: no equation of motion contains it; "
+    raise RotorstudyError(f"{name!r} acts on the sensors, not on the rotor: the equations of motion do not contain it; "
                           "use the estimator 'maximum_likelihood'")  # fmt: skip
 
 
@@ -242,7 +244,7 @@ def _known_amplitudes(model, names):
     values = np.concatenate([term.theta for term in model.terms])[: len(model.rotor_unknowns)]
     for p, unknown in enumerate(model.rotor_unknowns):
         if unknown.force and (unknown.name in names or values[p]):
-            raise RotorstudyError(f"{unknown.name!r} multiplies a force in time, which moves with the whole motion; "
+            raise RotorstudyError(f"{unknown.name!r} multiplies a nonlinear force, which depends on the whole motion; "
                                   "use the estimator 'maximum_likelihood'")  # fmt: skip
         if unknown.name in names:
             values[p] = 0
@@ -252,13 +254,13 @@ def _known_amplitudes(model, names):
 
 
 def _nominal_amplitudes(model):
-    """(rotor parameter,) values given, typical ones for those that were not: where the static deflection is taken."""
+    """(rotor parameter,) values given, typical where none is: the static deflection is taken there."""
     values = np.concatenate([term.theta for term in model.terms])[: len(model.rotor_unknowns)]
     return np.where(np.isnan(values), model.typical[: len(values)], values)
 
 
 def _check_reads_measured(model, unknown, harmonics, involved):
-    """Every harmonic and coordinate an unknown acts on must be measured, in the equations that are eliminated too."""
+    """Raise unless all harmonics and coordinates that an unknown acts on are measured, also in eliminated equations."""
     unmeasured = set(involved.tolist()) - set(harmonics.tolist())
     for entry in (e for e in unknown.entries if e.reads_motion):
         read = np.flatnonzero(np.any(entry.matrix, axis=0))
@@ -272,12 +274,12 @@ def _check_reads_measured(model, unknown, harmonics, involved):
 
 
 def _without_output(model, spectrum):
-    """Spectrum with the known constant output terms taken off; (..., speed, harmonic, sensor)."""
+    """Amplitudes (..., speed, harmonic, sensor) m less the known constant output terms."""
     amplitude = spectrum.amplitude
     values = np.concatenate([term.theta for term in model.terms])[len(model.rotor_unknowns) :]
     for value, unknown in zip(values, model.output_unknowns, strict=True):
         if np.isnan(value) or (value and any(e.reads_motion for e in unknown.entries)):
-            raise RotorstudyError(f"the sensor term {unknown.name!r} cannot be taken off the spectrum; "
+            raise RotorstudyError(f"the sensor term {unknown.name!r} cannot be subtracted from the spectrum; "
                                   "give it a value, or use the estimator 'maximum_likelihood'")  # fmt: skip
         if value:
             zeros = np.zeros(amplitude.shape, complex)

@@ -14,24 +14,24 @@ from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 
 FIRST_DAMPING = 1e-6  # of the normal matrix with a unit diagonal: nearly a Gauss-Newton step
-LEAST_DAMPING = 1e-12  # below round-off it would only delay the recovery after a step that failed
-ROUND_OFF = 1e-12  # of the cost: a step that raises it by less has reached its accuracy
+LEAST_DAMPING = 1e-12  # a smaller one has no effect, and delays the recovery after a rejected step
+ROUND_OFF = 1e-12  # relative increase of the cost that is accepted as round-off
 
 
 @dataclass(frozen=True)
 class Convergence:
-    """When a fit has converged: whichever of the three tolerances is met first.
+    """Convergence tolerances of a fit; the first one that is met ends it.
 
     Parameters
     ----------
     step_in_sigma : float
-        Length of the step in the standard deviations that the fit itself leaves, enlarged by the misfit.
+        Length of a step in standard deviations of the fit, scaled by the root of the reduced misfit where above one.
     step_relative : float
-        Of each amplitude, for data without noise.
+        Step of each amplitude relative to it, for data without noise.
     gain_relative : float
-        Fall of the cost by a step, relative to the cost.
+        Decrease of the cost relative to the cost.
     steps : int
-        At most.
+        Largest number of steps.
     """
 
     step_in_sigma: float
@@ -40,27 +40,27 @@ class Convergence:
     steps: int
 
 
-# an estimate is reported: of a misfit of some hundred, a gain of 1e-6 is a hundredth of a standard deviation
+# for estimates: at a misfit of a few hundred, a gain of 1e-6 is about a hundredth of a standard deviation
 ESTIMATE = Convergence(step_in_sigma=1e-4, step_relative=1e-12, gain_relative=1e-6, steps=200)
-# hypotheses are compared by their evidence, in hundreds of fits: a wrong one need not be fitted closely
+# for hypotheses, compared by their evidence in hundreds of fits: a wrong one need not be fitted closely
 HYPOTHESIS = Convergence(step_in_sigma=1e-3, step_relative=0.0, gain_relative=1e-4, steps=40)
 
 
 @dataclass(frozen=True)
 class Minimum:
-    """Where a fit ended, for each trial.
+    """End of a fit, for each trial.
 
     Parameters
     ----------
     theta : ndarray (trial, parameter)
     cost : ndarray (trial,)
-        Loss of the data plus squares of the prior.
+        Loss of the data plus the squared distance from the prior mean.
     residual : ndarray (trial, row)
         Whitened measured minus predicted; with a prior its rows follow those of the data.
     jacobian : ndarray (trial, row, parameter)
         Derivatives of the prediction.
     normal : ndarray (trial, parameter, parameter)
-        Weighted J^T J that the last step was taken with.
+        Weighted J^T J of the last step.
     converged : ndarray (trial,)
     """
 
@@ -82,10 +82,10 @@ def levenberg_marquardt(
     clip: float = np.inf,
     convergence: Convergence = ESTIMATE,
 ) -> Minimum:
-    """Minimise the squares, or Huber's loss, of the whitened residual and of the distance from a prior.
+    """Minimise the sum of squares (or Huber's loss) of the whitened residual, plus the squared distance from a prior.
 
-    All trials are fitted at once. A step to where the model has no steady state is refused like one that raises the
-    cost. A prior is whitened by its Cholesky factor and joins the data as rows.
+    All trials are fitted at once. A step without a steady state is rejected like one that raises the cost. The prior is
+    whitened by its Cholesky factor and appended to the data as rows.
 
     Parameters
     ----------
@@ -97,9 +97,9 @@ def levenberg_marquardt(
     names : sequence of str
         The parameters.
     prior : Prior, optional
-        Of these parameters; without one the data must tell them apart.
+        Of these parameters; without it the data must identify them.
     clip : float
-        Standard deviations beyond which a residual counts by its size, not its square (Huber); data only.
+        Standard deviations beyond which the loss is linear (Huber); data only.
     convergence : Convergence
 
     Returns
@@ -153,9 +153,8 @@ def levenberg_marquardt(
         weighted = np.swapaxes(jacobian[trials] * weight[trials][..., None], -1, -2)
         normal[trials] = weighted @ jacobian[trials]
         scale = np.sqrt(np.diagonal(normal[trials], axis1=-2, axis2=-1))
-        seen = (np.isfinite(scale) & (scale > 0)).all(
-            axis=-1
-        )  # else a parameter went where the data do not depend on it
+        # trials are given up in which the data no longer depend on a parameter
+        seen = (np.isfinite(scale) & (scale > 0)).all(axis=-1)
         trials, weighted, scale = trials[seen], weighted[seen], scale[seen]
         if not len(trials):
             break
@@ -183,13 +182,13 @@ def levenberg_marquardt(
 
 
 def _loss(residual, clip):
-    """Huber's loss (...) of residuals (..., row), squares up to `clip`, and the weights that give its slope."""
+    """Huber's loss (...) of residuals (..., row), quadratic up to `clip`, and its weights (..., row)."""
     weight = np.minimum(1, clip / np.maximum(np.abs(residual), np.finfo(float).tiny))
     return np.sum(weight * (2 - weight) * residual**2, axis=-1), weight
 
 
 def start_values(problem: Problem) -> np.ndarray:
-    """(..., parameter) where a fit starts: equation-error least squares weighted once, else values given or typical."""
+    """(..., parameter) start of a fit: equation-error least squares weighted once, else given or typical values."""
     given = np.concatenate([term.theta for term in problem.model.terms])
     nominal = np.where(np.isnan(given), problem.model.typical, given)[problem.model.position(problem.names)]
     linear = [n for n in problem.names if n in {u.name for u in problem.model.rotor_unknowns}]
@@ -210,23 +209,23 @@ def start_values(problem: Problem) -> np.ndarray:
 def output_error_fit(
     problem: Problem, start: np.ndarray | None = None, iterations: int = ESTIMATE.steps, clip: float = np.inf
 ) -> Estimate:
-    """Estimate by the data alone: the predicted harmonics fitted to the measured ones, weighted by their covariance.
+    """Output-error estimate from the data alone: predicted harmonics fitted to measured ones, weighted by covariance.
 
     Parameters
     ----------
     problem : Problem
-        Its spectrum may hold many trials.
+        Its spectrum may have many trials.
     start : ndarray (..., parameter), optional
         See `start_values`.
     iterations : int
-        Steps, at most.
+        Largest number of steps.
     clip : float
         See `levenberg_marquardt`.
 
     Returns
     -------
     Estimate
-        With covariance (J^T J)^-1, and the misfit. Of many trials, those that do not converge are NaN.
+        With covariance (J^T J)^-1 and the misfit. Trials that do not converge are NaN, unless none converges.
 
     Raises
     ------
@@ -314,7 +313,7 @@ class Fit:
 def fit(
     model: Model, spectrum: Spectrum, prior: Prior, start: np.ndarray | None = None, steps: int = HYPOTHESIS.steps
 ) -> Fit:
-    """The Fit of a model to a spectrum within a prior: where it ends after the steps allowed.
+    """Fit a model to a spectrum within a prior, whether or not the steps allowed suffice to converge.
 
     Parameters
     ----------
@@ -326,7 +325,7 @@ def fit(
     start : ndarray (parameter,), optional
         In the order of `model.names`; the prior mean by default.
     steps : int
-        At most; 0 evaluates the start itself.
+        Largest number of steps; 0 evaluates the start.
 
     Returns
     -------

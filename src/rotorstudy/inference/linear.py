@@ -1,4 +1,4 @@
-"""Linear least squares, batched: what tells the unknowns apart, and the solvers of the equations of motion."""
+"""Batched linear least squares: identifiability of the unknowns, and solvers of the equations of motion."""
 
 from collections.abc import Callable, Sequence
 
@@ -7,11 +7,11 @@ import numpy as np
 from rotorstudy.errors import NoConvergenceError, UnidentifiableError
 from rotorstudy.inference.equation_error import equation_sensitivity
 
-RANK_TOLERANCE = 1e-9  # smallest over largest singular value of unit-length columns; round-off is near 1e-15
-DEFLECTION_RELATIVE = 1e-9  # change of the unknowns still to come that ends the iteration of the static deflection
-ROUND_OFF_RELATIVE = 1e-6  # or a change that no longer falls: weights of exact data differ by up to 1e15
-DEFLECTION_STEPS = 40  # of the static deflection; two are enough if the bearings' nodes are measured
-WEIGHTED_STEPS = 2  # of weights taken at the estimate they lead to; the second already changes less than the noise
+RANK_TOLERANCE = 1e-9  # smallest over largest singular value of unit-length columns; round-off is about 1e-15
+DEFLECTION_RELATIVE = 1e-9  # expected remaining change of the unknowns that ends the iteration of the deflection
+ROUND_OFF_RELATIVE = 1e-6  # or a change that stopped decreasing: weights of exact data differ by up to 1e15
+DEFLECTION_STEPS = 40  # of the static deflection; two suffice if the bearings' nodes are measured
+WEIGHTED_STEPS = 2  # updates of the weights; the second changes the estimate by less than the noise
 
 
 def invert(normal: np.ndarray) -> np.ndarray:
@@ -50,7 +50,7 @@ def by_speed(weights: np.ndarray, rows: np.ndarray) -> np.ndarray:
 
 
 def undetermined(columns: np.ndarray, names: Sequence[str]) -> list[str]:
-    """Names of the unknowns that the equations leave open: without effect, or traded off against others.
+    """Names of the unknowns that the equations do not determine: without effect, or traded off against others.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def undetermined(columns: np.ndarray, names: Sequence[str]) -> list[str]:
 
 
 def check_identifiable(columns: np.ndarray, names: Sequence[str]) -> None:
-    """Refuse equations that cannot tell the unknowns apart.
+    """Raise unless the equations determine all unknowns.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def check_identifiable(columns: np.ndarray, names: Sequence[str]) -> None:
     Raises
     ------
     UnidentifiableError
-        It names the unknowns that trade off, or that the data do not depend on.
+        With the names of the unknowns that trade off, or that the data do not depend on.
     """
     if columns.shape[0] < columns.shape[1]:
         raise UnidentifiableError(
@@ -119,14 +119,14 @@ def solve_linear(columns: np.ndarray, right_side: np.ndarray, names: Sequence[st
     Raises
     ------
     UnidentifiableError
-        If the unknowns of the first trial cannot be told apart.
+        If the first trial does not determine the unknowns.
     """
     check_identifiable(columns.reshape(-1, *columns.shape[-2:])[0], names)
     return solve_full_rank(columns, right_side)
 
 
 def solve_full_rank(columns: np.ndarray, right_side: np.ndarray) -> np.ndarray:
-    """Least squares of columns that are known to be independent; shapes as in `solve_linear`."""
+    """Least squares of linearly independent columns; shapes as in `solve_linear`."""
     length = np.linalg.norm(columns, axis=-2, keepdims=True)
     q, r = np.linalg.qr(columns / length)
     scaled = np.linalg.solve(r, np.swapaxes(q, -1, -2) @ right_side[..., None])[..., 0]
@@ -134,7 +134,7 @@ def solve_full_rank(columns: np.ndarray, right_side: np.ndarray) -> np.ndarray:
 
 
 def solve_truncated(columns: np.ndarray, right_side: np.ndarray, names: Sequence[str]) -> np.ndarray:
-    """Least squares of unit-length columns without their zero singular values; shapes as in `solve_linear`."""
+    """Minimum-norm least squares of unit-length columns by truncated SVD; shapes as in `solve_linear`."""
     length = np.linalg.norm(columns, axis=-2, keepdims=True)
     length = np.where(length, length, 1)
     inverse = np.linalg.pinv(columns / length, RANK_TOLERANCE)
@@ -146,8 +146,8 @@ def solve_equations(
 ) -> np.ndarray:
     """Solve the equations of motion for the unknowns.
 
-    Where unknown bearings carry the weight, the static deflection that the crack and internal damping act on is found
-    with them: it is held, the equations are solved, and the deflection is taken anew, until both have converged.
+    Where unknown bearings carry the weight, the static deflection, on which crack and internal damping act, depends on
+    the unknowns: the equations are solved with the deflection held, which is then updated, until both have converged.
 
     Parameters
     ----------
@@ -157,7 +157,7 @@ def solve_equations(
     start : ndarray (..., parameter), optional
         For the first deflection.
     settled : bool
-        Whether to go on until both have converged; False solves the equations once.
+        Whether to iterate until both have converged; False solves the equations once.
 
     Returns
     -------
@@ -177,11 +177,13 @@ def solve_equations(
             return theta
         before, theta = theta, solve(*held.equations(), problem.names)
         change = np.max(np.abs(theta - before) / np.maximum(np.abs(theta), np.finfo(float).tiny))
-        left = change * min(1.0, change / last)  # as much smaller as this change was than the one before
+        left = change * min(1.0, change / last)  # extrapolated from the last two changes
         if left <= DEFLECTION_RELATIVE or last <= change <= ROUND_OFF_RELATIVE:
             return theta
         last = change
-    raise NoConvergenceError("the static deflection and the bearings that carry it were not found together")
+    raise NoConvergenceError(
+        "the static deflection and the bearing parameters that determine it did not converge together"
+    )
 
 
 def whitened(weights: np.ndarray, solve: Callable = solve_linear) -> Callable:
@@ -190,15 +192,15 @@ def whitened(weights: np.ndarray, solve: Callable = solve_linear) -> Callable:
 
 
 def solve_weighted(problem, solve: Callable = solve_linear, start: Callable = solve_linear) -> np.ndarray:
-    """Solve the equations of motion, whitened by the noise that the spectrum makes in them.
+    """Solve the equations of motion, whitened by the covariance that the noise of the spectrum gives them.
 
-    The weights depend on the unknowns, so they are taken anew at each estimate.
+    The weights depend on the unknowns and are updated at each estimate.
 
     Parameters
     ----------
     problem : Problem
     solve, start : callable
-        Of whitened equations; of plain ones, for the first estimate.
+        Of the whitened equations; of the unweighted ones, for the first estimate.
 
     Returns
     -------
@@ -212,7 +214,7 @@ def solve_weighted(problem, solve: Callable = solve_linear, start: Callable = so
 
 
 def in_chunks(problem, solve: Callable) -> np.ndarray:
-    """Solve many trials a few at a time, which bounds the memory.
+    """Solve many trials in chunks of limited memory.
 
     Parameters
     ----------
@@ -229,13 +231,13 @@ def in_chunks(problem, solve: Callable) -> np.ndarray:
 
 
 def noise_in_equations(problem, theta: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Covariance of the equations (A, b) by the noise of the spectrum, summed over whitened rows.
+    """Covariance of the equations (A, b) due to the noise of the spectrum, summed over whitened rows.
 
     Parameters
     ----------
     problem : Problem
     theta : ndarray (..., parameter)
-        Fixes the static deflection where bearings are unknown.
+        Determines the static deflection where bearings are unknown.
     weights : ndarray (..., speed, row, row)
 
     Returns

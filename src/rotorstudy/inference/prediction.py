@@ -1,4 +1,4 @@
-"""What a model predicts of a spectrum, with derivatives, and how far the prediction is trusted."""
+"""Prediction of a spectrum by a model, its derivatives, and its model error."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -19,7 +19,7 @@ def carried_order(spectrum: Spectrum) -> int:
 
 
 def predicted(model: Model, spectrum: Spectrum, theta: np.ndarray) -> np.ndarray:
-    """Harmonics that the sensors show at the speeds and harmonics of a spectrum.
+    """Predicted displacement at the sensors, at the speeds and harmonics of a spectrum.
 
     Parameters
     ----------
@@ -86,14 +86,14 @@ def predicted_derivatives(problem, theta: np.ndarray) -> tuple[np.ndarray, np.nd
 
 
 def with_model_error(spectrum: Spectrum, settings) -> Spectrum:
-    """The spectrum with its covariance widened by the error that the model itself is expected to have.
+    """The spectrum with its covariance enlarged by the model error.
 
     Parameters
     ----------
     spectrum : Spectrum
     settings : Settings
         `model_error` is a fraction of each harmonic, `model_floor` one of the rms vibration at a sensor and a speed
-        (all harmonics but 0X, which may be a gap), `covariance_error` one of the stated variances.
+        (all harmonics but 0X, which may be a probe gap), `covariance_error` one of the stated variances.
 
     Returns
     -------

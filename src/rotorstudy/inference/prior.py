@@ -1,4 +1,4 @@
-"""What is known of the amplitudes before the data: normal distributions with a full covariance."""
+"""Prior of the amplitudes: a normal distribution with a full covariance."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -41,7 +41,7 @@ class Prior:
     def factor(self) -> np.ndarray:
         """(parameter, parameter) Cholesky factor L, lower triangular, L L^T = covariance.
 
-        That of the correlations is taken: amplitudes differ by many orders of magnitude.
+        Computed from the correlations, as amplitudes differ by many orders of magnitude.
         """
         return self.std[:, None] * np.linalg.cholesky(self.covariance / np.outer(self.std, self.std))
 
@@ -58,7 +58,7 @@ class Prior:
         return dict(zip(self.names, zip(self.mean.tolist(), self.std.tolist(), strict=True), strict=True))
 
     def plus(self, other: "Prior") -> "Prior":
-        """The Prior of both, independent of each other."""
+        """The joint Prior of two independent ones."""
         from scipy.linalg import block_diag
 
         return Prior(
@@ -71,8 +71,8 @@ class Prior:
 def prior_of(model: Model, uncertainty: dict[str, float]) -> Prior:
     """The Prior of a model's amplitudes about the values it gives.
 
-    The uncertainty that the rig states with its covariance (section `prior`) comes first; every other amplitude is
-    independent, with a standard deviation relative to its value.
+    Amplitudes in the section `prior` of the rig have the covariance stated there; every other amplitude is independent,
+    with a standard deviation relative to its value.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def prior_of(model: Model, uncertainty: dict[str, float]) -> Prior:
     prior = Prior.independent(known)
     if stated is None:
         return prior
-    chosen = [i for i, name in enumerate(stated.names) if name in known]  # a term may have been taken out
+    chosen = [i for i, name in enumerate(stated.names) if name in known]  # a term may have been removed
     place = [prior.names.index(stated.names[i]) for i in chosen]
     prior.covariance[place] = 0
     prior.covariance[:, place] = 0
@@ -115,7 +115,7 @@ def prior_of(model: Model, uncertainty: dict[str, float]) -> Prior:
 
 
 def log_narrowing(jacobian: np.ndarray, factor: np.ndarray) -> float:
-    """ln det (posterior precision / prior precision): how much narrower the data make the distribution.
+    """ln det (posterior precision / prior precision), the Occam factor of Laplace's approximation.
 
     Parameters
     ----------

@@ -1,8 +1,7 @@
-"""What an estimator is given and what it returns.
+"""Input and output of an estimator plugin: a Problem and an Estimate.
 
-An estimator plugin gets a Problem and returns an Estimate. Two errors can be minimised: that of the equations of
-motion (linear in the unknowns, fast, but the measured harmonics and their noise stand in the columns) and that of the
-output (the predicted harmonics against the measured ones: with their covariance, maximum likelihood).
+Two errors can be minimised: that of the equations of motion (linear in the unknowns and fast, but with noisy columns)
+and that of the output (predicted minus measured harmonics; weighted by their covariance, maximum likelihood).
 """
 
 from collections.abc import Iterator, Sequence
@@ -19,19 +18,19 @@ from rotorstudy.model.model import Model
 from rotorstudy.response.harmonic import COUPLED_ORDER
 from rotorstudy.response.statics import static_deflection
 
-TRIALS_AT_ONCE = 200  # bounds the memory of a Monte Carlo
+TRIALS_AT_ONCE = 200  # limits the memory of a Monte Carlo study
 
 
 @dataclass(frozen=True)
 class Problem:
-    """Which amplitudes of which model are sought, from which spectrum.
+    """A model, a spectrum, and the amplitudes to be estimated.
 
     Parameters
     ----------
     model : Model
         Gives the values of all other amplitudes.
     spectrum : Spectrum
-        Of the model's sensors; its amplitude may hold many trials.
+        Of the model's sensors; its amplitude may have many trials.
     names : tuple of str
         The unknowns.
     order : int
@@ -78,7 +77,7 @@ class Problem:
         return regression(self.model, self.spectrum, self.names, order=self.order).real_system()
 
     def holding(self, theta: np.ndarray) -> "Problem | None":
-        """The problem with the static deflection held that unknown bearings of given stiffness lead to.
+        """The problem with the static deflection held at that of an estimate.
 
         Parameters
         ----------
@@ -172,7 +171,7 @@ class Problem:
         return replace(self, spectrum=self.spectrum.with_amplitude(mean)), theta
 
     def equation_weights(self, theta: np.ndarray) -> np.ndarray:
-        """Weights W that whiten the noise which the spectrum makes in the equations.
+        """Weights W that whiten the noise of the equations.
 
         The derivative of the residual by the spectrum is a square matrix S, so W = (whitener of the spectrum) S^-1:
         weighted rows are errors of the harmonics again, in standard deviations.
@@ -199,7 +198,7 @@ class Problem:
         return replace(self.spectrum, covariance=self.spectrum.whitener).full_covariance()
 
     def chunks(self) -> Iterator["Problem"]:
-        """The problem itself, or for many trials at once a few at a time; bounds the memory.
+        """The problem itself, or with many trials its parts of limited memory.
 
         Yields
         ------
@@ -240,9 +239,9 @@ class Estimate:
 
 
 def estimate_by(estimator: Estimator, problem: Problem) -> Estimate:
-    """The Estimate that an Estimator plugin gives, with its shapes checked.
+    """The Estimate of an Estimator plugin, with its shapes checked.
 
-    Of many trials those without an estimate are NaN; of one spectrum only unknowns that are left open may be.
+    Trials without an estimate are NaN; for a single spectrum only unknowns that the data do not determine may be.
 
     Parameters
     ----------
@@ -293,7 +292,7 @@ def linear_estimate(problem: Problem, theta: np.ndarray, covariance: np.ndarray)
 def magnitude_and_phase(
     names: Sequence[str], theta: np.ndarray, covariance: np.ndarray
 ) -> tuple[tuple[str, ...], np.ndarray, np.ndarray]:
-    """Complex amplitudes as engineers read them: real and imaginary parts turned into magnitude and phase.
+    """Convert real and imaginary parts of complex amplitudes to magnitude and phase, with their covariance.
 
     Parameters
     ----------

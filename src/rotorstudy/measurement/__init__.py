@@ -2,7 +2,7 @@
 
     from rotorstudy import read_measurement
 
-Inside the package all is in the project's convention: z = x + j y with x along gravity and y where x turns to, angles
-in rad, time zero when the shaft's reference line points along x. What a file has instead is said in the section
-`measurement:` of the rig file (docs/measured_records.md) and undone on reading.
+Inside the package one convention holds: z = x + j y with x along gravity and y a quarter revolution ahead of x in the
+sense of rotation, angles in rad, time zero when the shaft's reference line points along x. The conventions of a file
+are stated in the section `measurement:` of the rig file (docs/measured_records.md) and converted on reading.
 """

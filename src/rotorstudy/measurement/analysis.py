@@ -13,12 +13,12 @@ from rotorstudy.measurement.keyphasor import count_revolutions, find_pulses, ste
 from rotorstudy.measurement.records import Record, compensate, phase_from_reference, reference_signal
 from rotorstudy.response.series import rotating_basis
 
-WHOLE_REVOLUTION = 0.01  # revolutions short of whole that a record may be, as its marks are not exact
+WHOLE_REVOLUTION = 0.01  # revolutions by which a record may fall short of a whole number: its marks are not exact
 
 
 @dataclass(frozen=True)
 class Analysed:
-    """What one raw record or one speed of a table tells.
+    """Result of one raw record, or of one speed of a table.
 
     harmonics : {node: (amplitude (harmonic,) complex m, covariance (component, component) m^2)}, None after an error
     """
@@ -31,7 +31,11 @@ class Analysed:
 
 
 def analyse(raw):
-    """Harmonics of one RawRecord, with everything that is to be said about it.
+    """Harmonics of one RawRecord with their covariance, the clean record, facts and findings.
+
+    Parameters
+    ----------
+    raw : RawRecord
 
     Returns
     -------
@@ -55,7 +59,7 @@ def analyse(raw):
     whole = angle - angle[0] < 2 * np.pi * revolutions - 1e-9
     time, angle, signals = raw.time[whole], angle[whole], raw.displacement[:, whole]
     speed = float(turning.speed(time).mean())
-    _tell(facts, turning, time, speed, revolutions, len(raw.time) / held, float(np.mean(~np.isfinite(signals))))
+    _fill_in(facts, turning, time, speed, revolutions, len(raw.time) / held, float(np.mean(~np.isfinite(signals))))
     findings += quality.check_drift(facts.speed_drift, where)
     findings += quality.check_gaps(facts.missing_samples, float(np.max(np.diff(raw.time))) / step, where)
     if facts.missing_samples > quality.GAP[1]:
@@ -97,18 +101,18 @@ def analyse(raw):
 
 
 def _turning(raw):
-    """How the shaft turned, a Turning or None if nothing told, and findings."""
+    """The Turning of a raw record, None if the record does not determine it, and findings."""
     where, settings = raw.where, raw.conventions.keyphasor
     if raw.keyphasor is None and raw.marks is None:
         if raw.reference is not None and raw.label is not None:
             return steady_turning(raw.label, raw.time), []
-        text = "neither keyphasor nor phase mark times; without them no harmonic has a phase. Record one of them"
+        text = "neither keyphasor nor phase mark times; the phase of the harmonics is undetermined. Record one of them"
         return None, [Finding("error", "no phase reference", where, text)]
     pulses, marks = None, raw.marks
     if marks is None:
         pulses = find_pulses(raw.keyphasor, raw.time, settings)
         if pulses is None:
-            text = "no pulse stands out of the keyphasor signal; is it connected, and the right channel?"
+            text = "the keyphasor signal has no pulse above its noise; check the connection and the channel name"
             return None, [Finding("error", "dead keyphasor", where, text)]
         marks = pulses.time
     turning = count_revolutions(np.asarray(marks, float), 0.0 if pulses is None else pulses.resolution)
@@ -120,8 +124,8 @@ def _turning(raw):
     return turning, findings
 
 
-def _tell(facts, turning, time, speed, revolutions, samples_per_revolution, missing_samples):
-    """Fill in the RecordFacts that follow from how the shaft turned."""
+def _fill_in(facts, turning, time, speed, revolutions, samples_per_revolution, missing_samples):
+    """Fill in the RecordFacts that follow from the Turning."""
     first, last = turning.speed(time[[0, -1]])
     facts.measured_speed = speed
     facts.revolutions = revolutions
@@ -143,6 +147,7 @@ def _reference_phase(raw, whole, angle, harmonics):
 
 
 def _check_channels(raw, whole, angle, harmonics):
+    """Findings on each probe."""
     findings = []
     for node in raw.nodes:
         of_node = [(name, values[whole]) for name, at, values in raw.channels if at == node]
@@ -153,6 +158,7 @@ def _check_channels(raw, whole, angle, harmonics):
 
 
 def _check_harmonics(amplitude, covariance, blocks, harmonics, where):
+    """Findings on the noise of the harmonics and on their change over the record."""
     std, moving = np.sqrt(np.diag(covariance).reshape(2, -1).sum(axis=0)), harmonics != 0
     noisy = quality.check_noise(amplitude[moving], std[moving], where)
     return noisy + quality.check_steadiness(blocks, harmonics, where)

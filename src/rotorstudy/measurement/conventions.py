@@ -1,4 +1,4 @@
-"""The section `measurement:` of a rig file: which channel is what, in which unit, pointing where."""
+"""The section `measurement:` of a rig file: channels, their units and the directions of the probes."""
 
 from typing import Annotated, Literal
 
@@ -17,9 +17,9 @@ class Probe(Strict):
     """A displacement probe.
 
     channel   : name in the file; in NetCDF the direction
-    node      : of the rig; left out in NetCDF if all nodes have such a probe
-    angle_deg : where the probe sits, in the sense of angles the user chose
-    unit      : of the channel; V needs sensitivity_V_per_m; left out where a NetCDF file states it
+    node      : of the rig; optional in NetCDF if all nodes have such a probe
+    angle_deg : position of the probe in the user's angles
+    unit      : of the channel; V needs sensitivity_V_per_m; optional where a NetCDF file states it
     sign      : 1 if the reading grows when the shaft moves towards the probe's angle, -1 if it falls
     """
 
@@ -31,11 +31,11 @@ class Probe(Strict):
     sign: Literal[1, -1] = 1
 
     def metres(self, stated, where):
-        """Factor from the channel to m; `stated` is the unit the file gives, or None."""
+        """Signed factor from the channel to m; `stated` is the unit that the file gives, or None."""
         if self.unit and stated and self.unit != stated:
             raise RotorstudyError(
-                f"{where}: the file gives '{stated}', the rig file '{self.unit}' for channel '{self.channel}'; "
-                "correct the one that is wrong"
+                f"{where}: the file states the unit '{stated}' for channel '{self.channel}', the rig '{self.unit}'; "
+                "correct the wrong one"
             )
         unit = self.unit or stated
         if unit == "V":
@@ -43,12 +43,14 @@ class Probe(Strict):
                 raise RotorstudyError(f"{where}: channel '{self.channel}' is in V; give sensitivity_V_per_m")
             return self.sign / self.sensitivity_V_per_m
         if unit not in METRES:
-            told = f"has unit '{unit}'" if unit else "has no unit"
+            found = f"has unit '{unit}'" if unit else "has no unit"
             raise RotorstudyError(
-                f"{where}: channel '{self.channel}' {told}; state 'unit:' in the rig file ({', '.join(METRES)}, V)"
+                f"{where}: channel '{self.channel}' {found}; state 'unit:' in the rig file ({', '.join(METRES)}, V)"
             )
         if self.sensitivity_V_per_m is not None:
-            raise RotorstudyError(f"{where}: channel '{self.channel}' is in {unit}, so it has no sensitivity_V_per_m")
+            raise RotorstudyError(
+                f"{where}: channel '{self.channel}' is in {unit}; remove sensitivity_V_per_m, which is for V"
+            )
         return self.sign * METRES[unit]
 
 
@@ -56,10 +58,10 @@ class Keyphasor(Strict):
     """The phase mark and its sensor.
 
     channel          : name in the file
-    sensor_angle_deg : where the sensor sits;  mark_angle_deg : of the mark from the shaft's reference line; both in the
-                       user's sense of angles
-    edge             : instant of the pulse that counts;  polarity : of the pulse
-    threshold_V      : level of the edge, half height by default;  hysteresis : part of the pulse height
+    sensor_angle_deg : position of the sensor;  mark_angle_deg : of the mark from the shaft's reference line; both in
+                       the user's angles
+    edge             : instant of the pulse that is the mark;  polarity : of the pulse
+    threshold_V      : level of the edge, half height by default;  hysteresis : fraction of the pulse height
     """
 
     channel: str = "keyphasor"
@@ -72,7 +74,7 @@ class Keyphasor(Strict):
 
 
 class CsvLayout(Strict):
-    """How a CSV file is written."""
+    """Layout of a CSV file."""
 
     separator: str = ","
     decimal: Literal[".", ","] = "."
@@ -101,21 +103,21 @@ class Conventions(Strict):
 
     @property
     def sense(self):
-        """1 if the shaft turns as the user's angles grow, else -1."""
+        """1 if the shaft turns in the direction of the user's angles, else -1."""
         return 1 if self.rotation == "with_angles" else -1
 
     def direction_rad(self, angle_deg):
-        """Angle from x, in the sense of rotation, of a direction given in the user's angles."""
+        """Angle in rad from x, in the sense of rotation, of a direction in the user's angles (degrees)."""
         return self.sense * np.deg2rad(np.asarray(angle_deg) - self.gravity_angle_deg)
 
     @property
     def mark_rad(self):
-        """Angle of the shaft's reference line from x when the mark passes its sensor."""
+        """Angle (rad) of the shaft's reference line from x when the mark passes its sensor."""
         mark = self.sense * np.deg2rad(self.keyphasor.mark_angle_deg)
         return float(self.direction_rad(self.keyphasor.sensor_angle_deg) - mark)
 
     def label_rad_per_s(self, name):
-        """The speed stated for a file, or None."""
+        """The speed stated for a file in rad/s, or None."""
         for given, unit in ((self.speeds_rad_per_s, "rad/s"), (self.speeds_Hz, "Hz"), (self.speeds_rpm, "rpm")):
             if name in given:
                 return given[name] * RAD_PER_S[unit]
@@ -143,7 +145,9 @@ def read_conventions(rig, where):
         ]
     found = check_config(Conventions, built, f"{where}, measurement")
     if 1 not in check_harmonics(found.harmonics):
-        raise RotorstudyError(f"measurement.harmonics in {where}: harmonic 1 is missing; every check looks at it")
+        raise RotorstudyError(
+            f"measurement.harmonics in {where}: harmonic 1 is missing, which the checks of the record need"
+        )
     named = [*found.speeds_rad_per_s, *found.speeds_Hz, *found.speeds_rpm]
     twice = sorted({name for name in named if named.count(name) > 1})
     if twice:
@@ -157,7 +161,7 @@ def _check_dict(given, where):
 
 
 def combine(directions_rad, readings):
-    """z = x + j y (time,) of a node from its probes.
+    """z = x + j y (time,) in m of a node, by least squares from its probes.
 
     directions_rad : (probe,) from x in the sense of rotation;  readings : (probe, time) m
     """

@@ -1,4 +1,4 @@
-"""Facts about a record: what the quality page lists and what a spectrum file keeps beside the spectrum."""
+"""Facts about a record, for the quality page and the spectrum file."""
 
 from dataclasses import dataclass, field, fields
 
@@ -11,32 +11,32 @@ def _fact(unit, long_name):
 
 @dataclass
 class NodeFacts:
-    """Of one node in one record; NaN where a table cannot tell."""
+    """Facts about one node in one record; NaN for what a table does not contain."""
 
     forward_1x: float = _fact("m", "amplitude of harmonic 1")
     backward_1x: float = _fact("m", "amplitude of harmonic -1")
-    noise_std: float = _fact("m", "noise of a sample of x or y")
-    variance_shrinkage: float = _fact("1", "weight of equal variances in the covariance")
-    correlation_shrinkage: float = _fact("1", "weight of no correlation in the covariance")
+    noise_std: float = _fact("m", "standard deviation of the noise of a sample of x or y")
+    variance_shrinkage: float = _fact("1", "weight of the common variance in the covariance")
+    correlation_shrinkage: float = _fact("1", "weight of zero correlation in the covariance")
 
 
 @dataclass
 class RecordFacts:
-    """Of one record or one speed of a table; NaN where it is not known. nodes : {node: NodeFacts}."""
+    """Facts about one record or one speed of a table; NaN where unknown. nodes : {node: NodeFacts}."""
 
     where: str
     nodes: dict[int, NodeFacts]
-    label: float = _fact("rad/s", "speed as labelled")
+    label: float = _fact("rad/s", "stated speed")
     measured_speed: float = _fact("rad/s", "mean speed from the phase marks")
     revolutions: float = _fact("1", "whole revolutions used")
-    blocks: float = _fact("1", "repeat blocks for the covariance")
-    samples_per_revolution: float = _fact("1", "samples a revolution")
-    speed_drift: float = _fact("1", "change of speed over the record, relative")
-    jitter: float = _fact("rad", "scatter of the phase marks")
-    mark_resolution: float = _fact("rad", "resolution of the phase marks by the sampling")
-    missing_pulses: float = _fact("1", "keyphasor pulses that did not come")
-    doubled_pulses: float = _fact("1", "keyphasor pulses beside the marks")
-    missing_samples: float = _fact("1", "part of the samples that is missing")
+    blocks: float = _fact("1", "repeat blocks used for the covariance")
+    samples_per_revolution: float = _fact("1", "samples per revolution")
+    speed_drift: float = _fact("1", "relative change of speed over the record")
+    jitter: float = _fact("rad", "standard deviation of the phase marks")
+    mark_resolution: float = _fact("rad", "resolution of the phase marks, limited by the sampling")
+    missing_pulses: float = _fact("1", "missing keyphasor pulses")
+    doubled_pulses: float = _fact("1", "extra keyphasor pulses")
+    missing_samples: float = _fact("1", "fraction of missing samples")
 
 
 def facts_of(kind):
@@ -45,6 +45,6 @@ def facts_of(kind):
 
 
 def node_facts(amplitude, harmonics, noise_std=np.nan, shrinkage=(np.nan, np.nan)):
-    """NodeFacts of harmonics (harmonic,), m."""
+    """NodeFacts of the amplitudes (harmonic,) of a node, m."""
     size = dict(zip((int(n) for n in harmonics), np.abs(amplitude), strict=True))
     return NodeFacts(size.get(1, np.nan), size.get(-1, np.nan), noise_std, *shrinkage)

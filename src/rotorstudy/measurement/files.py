@@ -1,4 +1,4 @@
-"""Readers: every format gives the same raw record, in metres, in the project's axes."""
+"""Readers of record files: every format gives the same raw record, in metres and in the project's axes."""
 
 import re
 from contextlib import contextmanager
@@ -11,7 +11,7 @@ from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.measurement.conventions import Conventions, Probe, combine
 from rotorstudy.units import RAD_PER_S, SECONDS
 
-LEAST_ANGLE_RAD = 0.05  # between the probes of a node, below which they cannot tell two directions
+LEAST_ANGLE_RAD = 0.05  # between the probes of a node: nearly parallel ones do not determine the orbit
 SUFFIXES = {
     ".nc": "netcdf",
     ".nc4": "netcdf",
@@ -26,16 +26,16 @@ UNITS = {"metre": "m", "meter": "m", "µm": "um", "μm": "um", "mils": "mil", "m
 
 @dataclass(frozen=True)
 class RawRecord:
-    """What a file holds of one speed.
+    """The signals of one speed in a file.
 
     time         : (time,) s
     displacement : (node, time) complex x + j y in the project's axes, m; NaN where a sample is missing
     nodes        : (node,) of the rig
-    channels     : (name, node, readings (time,) m), one a probe
-    label        : rad/s that the file or the rig file states, or None
+    channels     : (name, node, readings (time,) m) of each probe
+    label        : speed in rad/s that the file or the rig file states, or None
     keyphasor    : (time,) V; marks (mark,) s when the phase mark passed; reference (time,): each may be None
-    where        : file and, if it holds several, which speed
-    conventions  : those it was read by: the rig file's, or the project's own for a simulated record
+    where        : file and, if it holds several speeds, which one
+    conventions  : used to read it: the rig file's, or the project's own for a simulated record
     """
 
     time: np.ndarray
@@ -51,10 +51,10 @@ class RawRecord:
 
 
 def read_file(path, conventions, nodes):
-    """Raw records of a file, one a speed.
+    """Raw records of a file, one for each speed.
 
-    nodes  : of the rig, so that a wrong one is named
-    raises : RotorstudyError for a file that cannot be read or lacks what the rig file says it has
+    nodes  : (node,) of the rig
+    raises : RotorstudyError for a file that cannot be read, or that contradicts the rig file
     """
     path = _existing(path)
     kind = SUFFIXES.get(path.suffix.lower())
@@ -69,7 +69,7 @@ def read_file(path, conventions, nodes):
 def _existing(path):
     path = Path(path)
     if path.is_dir():
-        raise RotorstudyError(f"record file '{path}' is a folder; name the files in it")
+        raise RotorstudyError(f"record file '{path}' is a folder; give the files in it")
     if not path.is_file():
         raise RotorstudyError(f"record file '{path}' does not exist")
     return path
@@ -77,7 +77,7 @@ def _existing(path):
 
 @contextmanager
 def netcdf(path):
-    """A NetCDF file as an open Dataset; one that cannot be read is an error in one line."""
+    """Context manager: a NetCDF file as an open Dataset; RotorstudyError if it cannot be read."""
     import xarray as xr
 
     path = _existing(path)
@@ -85,7 +85,7 @@ def netcdf(path):
         with xr.open_dataset(path, engine="netcdf4", decode_times=False) as opened:
             yield opened
     except (OSError, ValueError) as error:
-        raise RotorstudyError(f"{path}: not a NetCDF file that can be read ({str(error).splitlines()[0]})") from None
+        raise RotorstudyError(f"{path}: not a readable NetCDF file ({str(error).splitlines()[0]})") from None
 
 
 def is_table(path, conventions):
@@ -112,9 +112,7 @@ def _from_channels(path, conventions, nodes, names, channel):
     readings = []
     for probe in conventions.probes:
         if probe.node is None:
-            raise RotorstudyError(
-                f"probe '{probe.channel}' has no 'node:'; only NetCDF files name the nodes themselves"
-            )
+            raise RotorstudyError(f"probe '{probe.channel}' has no 'node:', which is optional for NetCDF files only")
         factor = probe.metres(None, str(path))
         readings.append((probe, probe.node, factor * wanted(probe.channel, "probe")))
     length = len(readings[0][2])
@@ -129,13 +127,13 @@ def _from_channels(path, conventions, nodes, names, channel):
     label = conventions.label_rad_per_s(path.name)
     if conventions.speed_channel is not None:
         speed = wanted(conventions.speed_channel, "speed")
-        speed = speed[np.isfinite(speed)]  # a row cut short has none
+        speed = speed[np.isfinite(speed)]  # an incomplete row has no speed
         label = float(np.mean(speed)) * RAD_PER_S[conventions.speed_unit] if len(speed) else None
     for name, values in [("time", time), ("keyphasor", keyphasor), *((p.channel, r) for p, _, r in readings)]:
         if values is not None and len(values) != length:
             raise RotorstudyError(
                 f"{path}: channel '{name}' has {len(values)} samples, '{readings[0][0].channel}' has {length}; "
-                "all channels must be sampled together"
+                "all channels must have the same samples"
             )
     return _assemble(readings, conventions, nodes, time, label, keyphasor, None, None, str(path))
 
@@ -144,9 +142,9 @@ def _assemble(readings, conventions, nodes, time, label, keyphasor, marks, refer
     """A RawRecord from readings [(probe, node, (time,) m)]."""
     time = np.asarray(time, float)
     if len(time) < 3:
-        raise RotorstudyError(f"{where}: {len(time)} samples; the file is empty or cut short")
+        raise RotorstudyError(f"{where}: {len(time)} samples; the file is empty or incomplete")
     if not (np.diff(time) > 0).all():
-        raise RotorstudyError(f"{where}: time does not increase from sample to sample; check the time channel")
+        raise RotorstudyError(f"{where}: time does not increase strictly; check the time channel")
     measured = sorted({node for _, node, _ in readings})
     displacement = []
     for node in measured:
@@ -158,7 +156,7 @@ def _assemble(readings, conventions, nodes, time, label, keyphasor, marks, refer
         if len(angles) < 2 or spread[-1] < LEAST_ANGLE_RAD:
             listed = ", ".join(f"'{probe.channel}' at {probe.angle_deg:g} degrees" for probe, _ in of_node)
             raise RotorstudyError(
-                f"{where}: node {node} is seen in one direction only ({listed}); an orbit needs two probes apart"
+                f"{where}: node {node} is measured in one direction only ({listed}); an orbit needs two probes at different angles"
             )
         displacement.append(combine(angles, [values for _, values in of_node]))
     channels = [(probe.channel, node, values) for probe, node, values in readings]
@@ -168,7 +166,7 @@ def _assemble(readings, conventions, nodes, time, label, keyphasor, marks, refer
 
 
 def _read_netcdf(path, conventions, nodes):
-    """Raw records of displacement (speed, node, direction, time) with what the rig file adds."""
+    """Raw records of a NetCDF file: displacement (speed, node, direction, time), read by the conventions."""
     with netcdf(path) as opened:
         data = opened.load()
     if "displacement" not in data:
@@ -179,7 +177,7 @@ def _read_netcdf(path, conventions, nodes):
     if set(data.displacement.dims) != set(wanted) or not set(wanted[1:]) <= set(data.coords):
         raise RotorstudyError(
             f"{path}: displacement has dimensions {data.displacement.dims} and coordinates {list(data.coords)}; "
-            f"needed are {wanted}, each but speed with its coordinate"
+            f"needed are the dimensions {wanted}, with coordinates for all but speed"
         )
     values = data.displacement.transpose(*wanted).values
     stated = data.displacement.attrs.get("units")
@@ -188,15 +186,18 @@ def _read_netcdf(path, conventions, nodes):
     probes, x_and_y = conventions.probes, [Probe(channel="x", angle_deg=0.0), Probe(channel="y", angle_deg=90.0)]
     as_read = axes = conventions
     simulated = "rotorstudy_version" in data.attrs and "reference" in data and sorted(directions) == ["x", "y"]
-    if simulated and not {probe.channel for probe in probes} & {"x", "y"}:  # in the project's axes, not the user's
+    if simulated and not {probe.channel for probe in probes} & {
+        "x",
+        "y",
+    }:  # simulated records are in the project's axes
         probes, axes = x_and_y, Conventions(harmonics=conventions.harmonics)
         as_read = axes
-    elif not probes:  # the file's own x and y, which are the project's, whatever the user's angles
+    elif not probes:  # x and y of the file are those of the project, whatever the user's angles
         probes = x_and_y
         axes = conventions.model_copy(update={"rotation": "with_angles", "gravity_angle_deg": 0.0})
     time = _scaled(data.time, {**SECONDS, "seconds": 1.0}, "s", path)
     if not len(values):
-        raise RotorstudyError(f"{path}: holds no record; its dimension 'speed' is empty")
+        raise RotorstudyError(f"{path}: no record; the dimension 'speed' is empty")
     speeds = _scaled(data.speed, RAD_PER_S, "rad/s", path) if "speed" in data.coords else [None] * len(values)
     records = []
     for i, speed in enumerate(speeds):
@@ -205,14 +206,16 @@ def _read_netcdf(path, conventions, nodes):
         readings = []
         for probe in probes:
             if probe.channel not in directions:
-                raise unknown_name("direction", probe.channel, directions, f"{path}; each probe names one")
+                raise unknown_name(
+                    "direction", probe.channel, directions, f"{path}; the channel of a probe is a direction"
+                )
             factor, d = probe.metres(stated, str(path)), directions.index(probe.channel)
             for k, node in enumerate(data.node.values):
                 if probe.node in (None, int(node)):
                     readings.append((probe, int(node), factor * values[i, k, d]))
         if not readings:
             held = ", ".join(str(int(node)) for node in data.node.values)
-            raise RotorstudyError(f"{where}: no probe of the rig file sits at a node of this file (nodes {held})")
+            raise RotorstudyError(f"{where}: no probe of the rig file is at a node of this file (nodes {held})")
         signals = {}
         for name in ("keyphasor", "reference"):
             signals[name] = data[name].transpose("speed", "time").values[i] if name in data else None
@@ -242,7 +245,7 @@ def _open_csv(path, conventions):
             path, sep=layout.separator, decimal=layout.decimal, skiprows=layout.skip_rows, encoding="utf-8-sig"
         )
     except (ValueError, UnicodeDecodeError) as error:
-        raise RotorstudyError(f"{path}: not a table that can be read ({str(error).splitlines()[0]})") from None
+        raise RotorstudyError(f"{path}: not a readable table ({str(error).splitlines()[0]})") from None
     table.columns = [str(name).strip() for name in table.columns]
 
     def channel(name):
@@ -252,7 +255,7 @@ def _open_csv(path, conventions):
         if bad.any():
             row = int(np.flatnonzero(bad)[0])
             raise RotorstudyError(
-                f"{path}: column '{name}' has '{column.iloc[row]}' in data row {row + 1}, which is no number; "
+                f"{path}: column '{name}' has '{column.iloc[row]}' in data row {row + 1}, which is not a number; "
                 "check 'csv: separator, decimal, skip_rows' in the rig file"
             )
         return numbers.to_numpy(float)
@@ -267,10 +270,10 @@ def _open_matlab(path, conventions):
 
     try:
         found = loadmat(path, squeeze_me=True, struct_as_record=False)
-    except NotImplementedError:  # scipy's word for a file of MATLAB 7.3, which is HDF5
-        raise RotorstudyError(f"{path}: a MATLAB 7.3 file; save it with '-v7' and read that") from None
+    except NotImplementedError:  # scipy's error for MATLAB 7.3, which is HDF5
+        raise RotorstudyError(f"{path}: a MATLAB 7.3 file, which is not supported; save it with '-v7'") from None
     except (ValueError, TypeError, OSError, MatReadError) as error:
-        raise RotorstudyError(f"{path}: not a MATLAB file that can be read ({str(error).splitlines()[0]})") from None
+        raise RotorstudyError(f"{path}: not a readable MATLAB file ({str(error).splitlines()[0]})") from None
     vectors = {}
 
     def collect(name, value):
@@ -299,7 +302,7 @@ def _open_uff(path, conventions):
         kinds = [int(kind) for kind in np.atleast_1d(opened.get_set_types())]
         sets = [opened.read_sets(i) for i, kind in enumerate(kinds) if kind == 58]
     except Exception as error:  # pyuff raises plain Exception
-        raise RotorstudyError(f"{path}: not a UFF file that can be read ({error})") from None
+        raise RotorstudyError(f"{path}: not a readable UFF file ({error})") from None
     if not sets:
         raise RotorstudyError(f"{path}: no data set 58 (found: {sorted(set(kinds))}); export time signals")
     letters = {1: "x", 2: "y", 3: "z"}
@@ -316,8 +319,8 @@ def _open_uff(path, conventions):
     def channel(name):
         if len(names[name]) > 1:
             raise RotorstudyError(
-                f"{path}: {len(names[name])} data sets are named '{name}'; name the channel otherwise (node and "
-                "direction, or first text line), or keep one speed a file"
+                f"{path}: {len(names[name])} data sets are named '{name}'; use the channel's other name (node "
+                "and direction, or first text line), or write one speed per file"
             )
         return np.asarray(names[name][0]["x" if name == "time" else "data"], float)
 

@@ -1,4 +1,4 @@
-"""Findings: what is wrong with a record, where, and what to do. Nothing is repaired without one."""
+"""Findings: what is wrong with a record, where, and what to do. Every repair is reported as one."""
 
 from dataclasses import dataclass
 
@@ -9,8 +9,8 @@ SEVERITIES = ("error", "warning", "note")
 class Finding:
     """One thing worth knowing about a record.
 
-    severity : "error" (this record cannot be used), "warning" (used, but look) or "note"
-    name     : short name of the kind of finding, the same for every record
+    severity : "error" (the record cannot be used), "warning" (used, but to be checked) or "note"
+    name     : short name of the kind of finding
     where    : file, speed, node or channel
     text     : what was found, with the value and what is allowed, and what to do
     """

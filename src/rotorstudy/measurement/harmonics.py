@@ -7,7 +7,7 @@ import numpy as np
 from rotorstudy.response.series import rotating_basis
 
 MOST_BLOCKS = 32
-FEWEST_BLOCKS = 6  # fewer say too little of their own scatter; the noise floor is taken instead
+FEWEST_BLOCKS = 6  # with fewer their scatter is too uncertain; the noise floor is used instead
 
 
 def spectral_lines(time, speed, harmonics):
@@ -22,7 +22,7 @@ def fit_basis(signal, basis, window=1.0):
     Returns
     -------
     amplitude : (..., harmonic) complex, in the unit of the signal
-    residual : (..., time), what the fit leaves of the signal
+    residual : (..., time), signal minus fit
     inverse : (..., harmonic, harmonic), of the normal matrix
     """
     weighted = basis.conj() * window
@@ -35,14 +35,14 @@ def fit_basis(signal, basis, window=1.0):
 
 
 def noise_power(residual, lines, window=1.0):
-    """(...) m^2 variance of white noise in a record, from the noise floor of what a fit leaves.
+    """(...) m^2 variance of white noise in a record, from the noise floor of the residual of a fit.
 
-    The floor is the median of the residual's periodogram, so that lines nobody asked for (other harmonics, hum) do not
+    The floor is the median of the residual's periodogram, so that other lines (harmonics not fitted, mains hum) do not
     count as noise.
 
     residual : (..., time) complex or real, m
-    lines    : (harmonic,) lines of the harmonics asked for, which are signal or emptied by the fit, not noise
-    window   : (time,) weights that the samples were fitted with
+    lines    : (harmonic,) spectral lines of the fitted harmonics, which are left out
+    window   : (time,) weights of the samples in the fit
     """
     samples = residual.shape[-1]
     rest = np.delete(np.fft.fft(residual * window, axis=-1), lines, axis=-1)
@@ -56,7 +56,7 @@ def circular_covariance(hermitian):
 
 
 def white_noise_covariance(residual, inverse_normal, lines, window=1.0):
-    """Covariance of harmonics fitted to a record, with noise taken as white and circular; see `noise_power`.
+    """Covariance of harmonics fitted to a record, for white circular noise; see `noise_power`.
 
     inverse_normal : (harmonic, harmonic) inverse of basis^H basis
     returns        : (..., component, component) m^2, real parts then imaginary parts
@@ -65,10 +65,10 @@ def white_noise_covariance(residual, inverse_normal, lines, window=1.0):
 
 
 def shared_error_covariance(change, covariance):
-    """Covariance of harmonics through quantities that were estimated with them: speed, or the shaft angle.
+    """Covariance of harmonics due to the error of quantities they depend on: speed, or the shaft angle.
 
     change     : (..., harmonic, quantity) complex derivative;  covariance (..., quantity, quantity)
-    returns    : (..., component, component)
+    returns    : (..., component, component) m^2
     """
     slope = np.concatenate([change.real, change.imag], axis=-2)
     return slope @ covariance @ np.swapaxes(slope, -1, -2)
@@ -81,8 +81,8 @@ class Harmonics:
     amplitude  : (harmonic,) complex, m
     covariance : (component, component) m^2, real parts then imaginary parts
     blocks     : (block, harmonic) complex, m; empty if there were too few revolutions
-    noise_std  : of a sample of x or y, m, from what the harmonics leave
-    shrinkage  : weight of the white-noise form in the variances and in the correlations, 0 to 1
+    noise_std  : standard deviation of a sample of x or y, m, from the residual
+    shrinkage  : weights (0 to 1) of the common variance, and of zero correlation
     """
 
     amplitude: np.ndarray
@@ -93,7 +93,7 @@ class Harmonics:
 
 
 def block_edges(revolutions):
-    """Whole revolutions a block, and the number of blocks: as many as there are revolutions, at most MOST_BLOCKS."""
+    """Whole revolutions per block, and number of blocks: one per revolution, at most MOST_BLOCKS."""
     length = max(1, int(np.ceil(revolutions / MOST_BLOCKS)))
     return length, revolutions // length
 
@@ -101,9 +101,10 @@ def block_edges(revolutions):
 def estimate(signal, angle, revolutions, harmonics):
     """Harmonics of a record of whole revolutions.
 
-    signal : (time,) complex, m; NaN where missing;  angle : (time,) rad, rising from any value
-    The mean is a harmonic like the others. The covariance is the scatter of blocks of whole revolutions, shrunk
-    (`shrunk_covariance`), and divided by the number of blocks the record holds.
+    The mean is harmonic 0. The covariance is that of the blocks of whole revolutions, shrunk (`shrunk_covariance`),
+    divided by the number of blocks in the record.
+
+    signal : (time,) complex, m; NaN where missing;  angle : (time,) rad, increasing;  harmonics : (harmonic,)
     """
     harmonics = np.asarray(harmonics)
     usable = np.isfinite(signal)
@@ -128,20 +129,19 @@ def estimate(signal, angle, revolutions, harmonics):
     blocks = np.array([fit_basis(signal[c], basis[:, c])[0] for c in (usable & (block == b) for b in full)])
     parts = np.concatenate([blocks.real, blocks.imag], axis=1)
     covariance, shrinkage = shrunk_covariance(parts)
-    share = sizes[full].mean() / usable.sum()  # of a block in the record: the variance of the whole fit is that smaller
+    share = sizes[full].mean() / usable.sum()  # of a block in the record, by which the variance of the whole is smaller
     return Harmonics(amplitude, covariance * share, blocks, noise_std, shrinkage)
 
 
 def shrunk_covariance(draws):
     """Covariance of draws (draw, component), shrunk towards white noise: equal variances, no correlation.
 
-    With few draws the sample covariance is singular, and its small variances are too small by chance. Variances are
-    taken as draws from a common distribution whose width is what is left of their spread after that of chance
-    (`shrunk_variances`). Correlations are pulled to zero as far as their own scatter between draws says (Schäfer and
-    Strimmer 2005): by the sum of their sampling variances over the sum of their squares. White noise is pulled all the
-    way; noise that clearly differs between harmonics, or is correlated, hardly.
+    The sample covariance of few draws is singular, and its smallest variances are biased low. The variances are shrunk
+    towards a common value (`shrunk_variances`), the correlations towards zero with the weight of Schäfer and Strimmer
+    (2005): the sum of their sampling variances over the sum of their squares. The weight is 1 for white noise, and
+    small for noise that clearly differs between harmonics or is correlated.
 
-    returns : (component, component), (weight of the target in the variances, in the correlations)
+    returns : (component, component) in the squared unit of the draws; weights of common variance and zero correlation
     """
     count, size = draws.shape
     freedom = count - 1
@@ -164,10 +164,10 @@ def shrunk_covariance(draws):
 
 
 def shrunk_variances(variance, freedom):
-    """Variances (component,) of `freedom` degrees of freedom each, pulled to what they have in common.
+    """Sample variances (component,) with `freedom` degrees of freedom each, shrunk towards a common value.
 
-    Empirical Bayes (Smyth 2004): true variances are taken as scaled inverse chi-square with d0 degrees of freedom; d0
-    follows from the spread of the logarithms, of which chance makes trigamma(freedom / 2).
+    Empirical Bayes (Smyth 2004): the true variances have a scaled inverse chi-square distribution with d0 degrees of
+    freedom; d0 follows from the variance of the logarithms less their sampling variance trigamma(freedom / 2).
 
     returns : (component,), weight d0 / (d0 + freedom) of the common value
     """
@@ -186,14 +186,17 @@ def shrunk_variances(variance, freedom):
 
 
 def with_phase_noise(amplitude, covariance, harmonics, variance):
-    """Covariance plus that of a phase mark known to `variance` rad^2, which turns harmonic n by n times its error."""
+    """Covariance (component, component) m^2 with the error of the phase mark added.
+
+    amplitude : (harmonic,) complex, m;  variance : of the mark, rad^2, whose error turns harmonic n by n times as much
+    """
     turned = 1j * np.asarray(harmonics) * amplitude
     slope = np.concatenate([turned.real, turned.imag])
     return covariance + variance * np.outer(slope, slope)
 
 
 def trend_probability(blocks):
-    """p-value of steady vibration: how often it shows so large a trend over its blocks (block, harmonic), m."""
+    """p-value of the largest linear trend over the blocks (block, harmonic) of a steady vibration."""
     from scipy.stats import f
 
     parts = np.concatenate([blocks.real, blocks.imag], axis=1)
@@ -205,4 +208,4 @@ def trend_probability(blocks):
     freedom = len(parts) - 2
     ratio = explained / np.maximum(left / freedom, 1e-300)
     lowest = f.sf(ratio, 1, freedom).min()
-    return float(min(1.0, lowest * len(ratio)))  # the largest of so many components
+    return float(min(1.0, lowest * len(ratio)))  # Bonferroni: the largest of all components

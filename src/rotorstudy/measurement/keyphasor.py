@@ -1,4 +1,4 @@
-"""Keyphasor pulses: found with hysteresis, checked, counted, and turned into the angle of the shaft.
+"""Keyphasor pulses: detected with hysteresis, checked, counted, and converted to the angle of the shaft.
 
 Two models of the angle: `count_revolutions` fits a parabola, for a record that is taken as steady and whose irregular
 pulses are repaired and reported; `shaft_angle` fits a spline, for order tracking.
@@ -11,18 +11,21 @@ import numpy as np
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.conventions import Keyphasor
 
-PULSE_OVER_NOISE = 8.0  # height of a pulse over the scatter of the rest, below which there is none
-NEAR = 0.15  # revolutions a pulse may be off where the pulses before it say
-LONGEST_PULSE = 0.4  # of a revolution: beyond, which of the two levels is the pulse is a guess
-MARK_TOLERANCE = 0.05  # revolutions a pulse may be off the others where none is repaired: jitter is far less
-LABEL_TOLERANCE = 0.1  # of the speed a record states, against its pulses, for methods that do not rely on the label
-PIECE_REVOLUTIONS = 10  # of the spline through the marks: it follows slower drift, and averages the jitter of so many
+PULSE_OVER_NOISE = 8.0  # least height of a pulse, in standard deviations of the rest of the signal
+NEAR = 0.15  # revolutions by which a mark may differ from the prediction of the marks before it
+LONGEST_PULSE = 0.4  # of a revolution: beyond it the pulse cannot be told from the gap
+MARK_TOLERANCE = 0.05  # revolutions by which a pulse may differ from the others where none is repaired
+LABEL_TOLERANCE = 0.1  # relative, of the stated speed, for methods that take the speed from the pulses
+PIECE_REVOLUTIONS = 10  # between knots of the spline: slower drift is followed, jitter is averaged
 
 
 @dataclass(frozen=True)
 class Pulses:
-    """Pulses of a keyphasor: instants (pulse,) s, polarity 1 or -1, the part of the time they last, and how well the
-    sampling tells an instant, s: an error that may be the same for all, where the speed fits the sampling rate."""
+    """Pulses of a keyphasor.
+
+    time       : (pulse,) s;  polarity : 1 or -1;  duty : fraction of the time that they last
+    resolution : standard error of an instant by the sampling, s; common to all if the speed divides the sampling rate
+    """
 
     time: np.ndarray
     polarity: int
@@ -33,8 +36,10 @@ class Pulses:
 def find_pulses(signal, time, settings):
     """Pulses of a keyphasor signal (time,) V, or None if it has none.
 
-    settings : `conventions.Keyphasor`.  A pulse begins where the signal passes the threshold on its way beyond
-    threshold + hysteresis, and ends where it passes it on its way back beyond threshold - hysteresis.
+    A pulse begins where the signal crosses the threshold on its way above threshold + hysteresis, and ends where it
+    crosses it on its way back below threshold - hysteresis.
+
+    signal, time : (time,) V, s;  settings : `conventions.Keyphasor`
     """
     usable = np.isfinite(signal)
     signal, time = np.asarray(signal, float)[usable], np.asarray(time, float)[usable]
@@ -59,7 +64,7 @@ def find_pulses(signal, time, settings):
     ends, down = _crossings(-shown, time, before[state[before] > 0])
     steps = np.concatenate([up, down]) / height
     duty = float(np.mean(shown > 0))
-    # an edge within one sample may be anywhere in it; one over several samples is found between them ever better
+    # an edge within one sample has a uniform error; one over several samples is interpolated the better
     part = min(1.0, float(np.median(steps))) if len(steps) else 1.0
     resolution = float(part**3 * np.median(np.diff(time)) / np.sqrt(12))
     if settings.edge == "rising":  # of the voltage, whatever the polarity
@@ -73,7 +78,7 @@ def find_pulses(signal, time, settings):
 
 
 def _crossings(signal, time, after):
-    """When a signal first rises through zero after each of some samples, and its step there."""
+    """Times at which a signal first rises through zero after each of some samples, and its steps there."""
     rises = np.flatnonzero((signal[:-1] <= 0) & (signal[1:] > 0))
     at = rises[np.searchsorted(rises, after)]
     step = signal[at + 1] - signal[at]
@@ -82,13 +87,13 @@ def _crossings(signal, time, after):
 
 @dataclass(frozen=True)
 class Turning:
-    """How the shaft turned: its angle as a polynomial of time.
+    """Angle of the shaft as a polynomial of time.
 
     coefficients  : of the angle in revolutions since the first mark, over time minus `middle`, highest power first
     marks, counts : (mark,) s and the revolution each begins
-    missing, doubled : pulses that did not come, or came beside
-    jitter_rad    : standard deviation of the marks from the polynomial
-    resolution_s  : of a mark by the sampling
+    missing, doubled : numbers of missing and of extra pulses
+    jitter_rad    : standard deviation of the marks about the polynomial
+    resolution_s  : of a mark, limited by the sampling
     """
 
     coefficients: np.ndarray
@@ -110,17 +115,17 @@ class Turning:
 
     @property
     def whole_marks(self):
-        """(revolution,) s when the mark passed, those that did not come between their neighbours."""
+        """(revolution,) s when the mark passed, missing ones interpolated."""
         return np.interp(np.arange(self.counts[0], self.counts[-1] + 1), self.counts, self.marks)
 
 
 def count_revolutions(pulses, resolution_s=0.0):
-    """The Turning told by pulses (pulse,) s, one a revolution but for missing and doubled ones; None if they tell none.
+    """The Turning from pulses (pulse,) s, one a revolution but for missing and extra ones; None without two marks.
 
-    Marks are followed one by one from a start among the first few: a pulse near a whole number of revolutions after the
-    last is a mark (pulses that did not come leave the number above one), any other is beside. The start that explains
-    most pulses is taken. The angle is a parabola in time through all marks (a line through fewer than six), so that a
-    steady change of speed is followed and jitter is averaged.
+    Marks are followed one by one from one of the first pulses: a pulse near a whole number of revolutions after the
+    last mark is a mark (more than one revolution if pulses are missing), any other is an extra pulse. The start with
+    the most marks is taken. The angle is a least-squares parabola in time (a line for fewer than six marks), which
+    follows a steady change of speed and averages jitter.
     """
     if len(pulses) < 2:
         return None
@@ -141,7 +146,7 @@ def count_revolutions(pulses, resolution_s=0.0):
 
 
 def _follow(pulses, start, period):
-    """Positions of the pulses that follow `start` one by one, and the revolution each begins."""
+    """Positions of the marks from pulse `start` on, and the revolution that each begins."""
     kept, counts = [start], [0]
     for i in range(start + 1, len(pulses)):
         passed = (pulses[i] - pulses[kept[-1]]) / period
@@ -163,7 +168,7 @@ def steady_turning(speed, time):
 
 
 def mark_times(record, drifting=False):
-    """When the phase mark of a Record passed: its own marks, or the centres of its keyphasor's pulses.
+    """Times at which the phase mark of a Record passed: its own marks, or the centres of its keyphasor pulses.
 
     Parameters
     ----------
@@ -178,7 +183,7 @@ def mark_times(record, drifting=False):
     Raises
     ------
     RotorstudyError
-        If there is no keyphasor, or if its pulses are not about one a revolution.
+        If there is no keyphasor, or if its pulses are not one a revolution.
     """
     if record.marks is None and record.keyphasor is None:
         raise RotorstudyError(f"{record.where}: no keyphasor; record one, or use a reference signal")
@@ -203,16 +208,16 @@ def _check_steady(record, found):
     off = np.abs(np.angle(angle * np.conj(usual))) / (2 * np.pi)
     if off.max() > MARK_TOLERANCE:
         raise RotorstudyError(
-            f"{record.where}: the keyphasor pulse at {found[off.argmax()]:g} s comes {off.max():.2f} revolutions off "
+            f"{record.where}: the keyphasor pulse at {found[off.argmax()]:g} s is {off.max():.2f} revolutions off "
             f"the others at {record.speed:g} rad/s; remove spurious pulses, or correct the speed"
         )
 
 
 def _check_drifting(record, found):
-    """Raise unless each pulse comes half way between its neighbours, at about the stated speed."""
+    """Raise unless each pulse is midway between its neighbours, at about the stated speed."""
     if len(found) < 2:
         raise RotorstudyError(
-            f"{record.where}: {len(found)} whole keyphasor pulses; the shaft angle needs at least two, so take a "
+            f"{record.where}: {len(found)} whole keyphasor pulses; the shaft angle needs at least two. Take a "
             "record of three revolutions or more, or use a method that relies on the stated speed"
         )
     period = np.median(np.diff(found))
@@ -220,15 +225,15 @@ def _check_drifting(record, found):
     if len(uneven) and uneven.max() > 2 * MARK_TOLERANCE:
         worst = int(uneven.argmax())
         raise RotorstudyError(
-            f"{record.where}: the keyphasor pulse at {found[worst + 1]:g} s comes {uneven[worst] / 2:.2f} revolutions "
-            f"off the middle of its neighbours, allowed is {MARK_TOLERANCE:g}; remove spurious pulses, restore missing "
-            "ones"
+            f"{record.where}: the keyphasor pulse at {found[worst + 1]:g} s is {uneven[worst] / 2:.2f} revolutions "
+            f"off the midpoint of its neighbours (allowed: {MARK_TOLERANCE:g}); remove spurious pulses, restore "
+            "missing ones"
         )
     measured = 2 * np.pi / period
     if abs(measured / record.speed - 1) > LABEL_TOLERANCE:
         raise RotorstudyError(
-            f"{record.where}: the keyphasor turns at {measured:g} rad/s, the record states {record.speed:g} rad/s; "
-            "correct the speed, there must be one pulse a revolution"
+            f"{record.where}: the keyphasor gives {measured:g} rad/s, the record states {record.speed:g} rad/s; "
+            "correct the speed; there must be one pulse a revolution"
         )
     for place, gap in (("start", found[0] - record.time[0]), ("end", record.time[-1] - found[-1])):
         if gap > (1 + 2 * MARK_TOLERANCE) * period:
@@ -239,13 +244,13 @@ def _check_drifting(record, found):
 
 
 def shaft_angle(marks, time):
-    """Angle of the shaft through its phase marks: a cubic spline of pieces of ten revolutions, by least squares.
+    """Angle of the shaft from its phase marks: a least-squares cubic spline with knots every ten revolutions.
 
-    Least squares rather than interpolation: what the marks scatter about a slow drift is jitter, and it is stated.
+    It is fitted rather than interpolated, because the scatter of the marks about a slow drift is jitter.
 
     marks   : (revolution,) s;  time : (time,) s
-    returns : angle (time,) rad, slope (time, coefficient) by the spline's coefficients, their covariance
-    source  : Fyfe and Munck 1997 (computed order tracking), with a fit for their interpolation
+    returns : angle (time,) rad, derivatives (time, coefficient) by the spline's coefficients, their covariance
+    source  : Fyfe and Munck 1997 (computed order tracking), with a fit instead of their interpolation
     """
     from scipy.interpolate import BSpline
 
@@ -267,17 +272,17 @@ def shaft_angle(marks, time):
 
 
 def phase_at_start(marks, start, harmonics):
-    """Phase psi_n = n * angle of the shaft at the first sample (harmonic,), and its covariance, whatever the label."""
+    """Phases psi_n = n * shaft angle at time `start` (harmonic,) rad, and their covariance, from the marks alone."""
     angle, slope, covariance = shaft_angle(marks, np.array([start]))
     n = np.asarray(harmonics)
     return np.angle(np.exp(1j * n * angle[0])), (slope @ covariance @ slope.T)[0, 0] * np.outer(n, n)
 
 
 def phase_from_keyphasor(record, harmonics):
-    """Phase psi_n = -n w t_mark (harmonic,) that the mark passing at t_mark gives each harmonic, and its covariance."""
+    """Phases psi_n = -n w t_mark (harmonic,) rad of a mark that passes at t_mark, and their covariance."""
     marks = mark_times(record) - record.time[0]
-    turns = np.rint((marks - marks[0]) * record.speed / (2 * np.pi))
-    offsets = marks - turns * 2 * np.pi / record.speed
+    revolutions = np.rint((marks - marks[0]) * record.speed / (2 * np.pi))
+    offsets = marks - revolutions * 2 * np.pi / record.speed
     variance = offsets.var(ddof=1) / len(offsets) if len(offsets) > 1 else 0.0
     rate = -np.asarray(harmonics) * record.speed
     return np.angle(np.exp(1j * rate * offsets.mean())), variance * np.outer(rate, rate)

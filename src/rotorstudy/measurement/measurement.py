@@ -25,12 +25,12 @@ from rotorstudy.response.harmonic import measured_response
 
 @dataclass(frozen=True)
 class Measurement:
-    """What was measured.
+    """Result of reading record files.
 
-    spectrum : Spectrum over all speeds that could be used, or None if none could
+    spectrum : Spectrum over all usable speeds, or None if there is none
     records  : list of Record, clean: whole revolutions, project's axes, time zero at the shaft's reference line, with a
-               reference signal; none from tables
-    facts    : list of RecordFacts, one a record or speed of a table
+               reference signal; tables of harmonics give none
+    facts    : list of RecordFacts, one for each record or speed of a table
     findings : list of Finding, worst first
     rig      : Model with the measured nodes as sensors
     """
@@ -43,22 +43,23 @@ class Measurement:
 
     @property
     def errors(self):
+        """Findings that are errors."""
         return [finding for finding in self.findings if finding.severity == "error"]
 
 
 def measured_spectrum(
     paths: Sequence[str | Path], rig: str | Path | RigFile, method: SpectrumMethod | None = None
 ) -> tuple[Spectrum, Model, list[Finding]]:
-    """The spectrum that a fit is made to, of record files, tables of harmonics, or of one imported spectrum.
+    """The spectrum to be fitted, from record files, tables of harmonics, or one imported spectrum.
 
     Parameters
     ----------
     paths : list of paths
         Files of records, tables of harmonics, or one spectrum that `rotorstudy import` wrote.
     rig : path or RigFile
-        Its section `measurement:` says how the files are to be read.
+        Its section `measurement:` states the conventions of the files.
     method : SpectrumMethod, optional
-        Taken to the clean records instead of the fit of harmonics and block covariance that `rotorstudy import` makes.
+        Applied to the clean records, instead of the fit and the block covariance of `rotorstudy import`.
 
     Returns
     -------
@@ -68,14 +69,14 @@ def measured_spectrum(
     Raises
     ------
     RotorstudyError
-        For files that cannot be read, and for findings that are errors, which it lists.
+        For files that cannot be read, and for findings that are errors, which are listed.
     """
     rig = read_rig(rig)
     paths = _listed(paths)
     imported = [path for path in paths if is_spectrum(path)]
     if imported:
         if len(paths) > 1:
-            raise RotorstudyError(f"{imported[0]} is a spectrum over all speeds; give it alone, or the records instead")
+            raise RotorstudyError(f"{imported[0]} is a spectrum over all speeds; give it alone, or give the records")
         if method is not None:
             raise _no_record_for(method, imported[0], "is a spectrum")
         spectrum, findings = load_imported(imported[0])
@@ -86,7 +87,7 @@ def measured_spectrum(
         if measurement.errors or spectrum is None:
             said = "; ".join(f"{f.where}: {f.name}: {f.text}" for f in measurement.errors)
             raise RotorstudyError(
-                f"{said}. Correct these records or leave them out ('rotorstudy import' draws a page of their quality)"
+                f"{said}. Correct these records or leave them out ('rotorstudy import' writes a page on their quality)"
             )
         if method is not None:
             spectrum = _spectrum_by(method, measurement)
@@ -95,7 +96,7 @@ def measured_spectrum(
 
 
 def check_spectrum(spectrum, where):
-    """Raise RotorstudyError unless a spectrum can be trusted: finite, its covariance too, each speed once."""
+    """Raise RotorstudyError unless a spectrum and its covariance are finite and each speed occurs once."""
     if not (np.isfinite(spectrum.amplitude).all() and np.isfinite(spectrum.covariance).all()):
         raise RotorstudyError(f"{where}: harmonics or their covariance are missing or not finite (NaN); import again")
     variance = np.diagonal(spectrum.covariance, axis1=-2, axis2=-1)
@@ -103,10 +104,11 @@ def check_spectrum(spectrum, where):
         raise RotorstudyError(f"{where}: variances are negative or all zero; a fit needs the noise of each harmonic")
     twice = sorted({float(w) for w in spectrum.speed if np.sum(np.isclose(spectrum.speed, w, rtol=1e-6)) > 1})
     if twice:
-        raise RotorstudyError(f"{where}: speed {twice[0]:g} rad/s is there twice; give each record once")
+        raise RotorstudyError(f"{where}: speed {twice[0]:g} rad/s occurs twice; give each record once")
 
 
 def _listed(paths):
+    """Paths as a list; none is an error."""
     paths = [Path(path) for path in ([paths] if isinstance(paths, (str, Path)) else paths)]
     if not paths:
         raise RotorstudyError("no record files; give at least one")
@@ -114,13 +116,14 @@ def _listed(paths):
 
 
 def _no_record_for(method, where, what):
+    """The error of a SpectrumMethod without records in time."""
     return RotorstudyError(
         f"spectrum '{method.name}' needs records in time, and {where} {what}; leave the method out, or give the records"
     )
 
 
 def _spectrum_by(method, measurement):
-    """Spectrum of clean records by a SpectrumMethod, its phase from the marks, or from the reference without any."""
+    """Spectrum of clean records by a SpectrumMethod, with the phase of the marks, or of the reference without marks."""
     if len(measurement.records) < len(measurement.spectrum.speed):
         speeds = {record.speed for record in measurement.records}
         table = next(one.where for one in measurement.facts if one.measured_speed not in speeds)
@@ -131,7 +134,7 @@ def _spectrum_by(method, measurement):
             measurement.spectrum.harmonics,
             method,
             "reference" if record.marks is None else "keyphasor",
-            whole_revolutions=False,  # they are whole
+            whole_revolutions=False,  # already cut
         )
         for record in measurement.records
     ]
@@ -140,25 +143,25 @@ def _spectrum_by(method, measurement):
 
 
 def read_measurement(paths: Sequence[str | Path], rig: str | Path | RigFile) -> Measurement:
-    """The Measurement in some files, as the section `measurement:` of a rig file says they are to be read.
+    """Read record files by the conventions of a rig file.
 
     Parameters
     ----------
     paths : list of paths
         Files of records (NetCDF, CSV, MATLAB, UFF) or tables of harmonics (CSV), in any order.
     rig : path or RigFile
-        Its section `measurement:` says how the files are to be read.
+        Its section `measurement:` states the conventions of the files.
 
     Returns
     -------
     Measurement
-        Spectrum, facts and findings.
+        Spectrum, clean records, facts and findings.
 
     Raises
     ------
     RotorstudyError
-        For a file that cannot be read or does not fit the rig file. What is wrong with the signals themselves is a
-        finding; a record with an error is left out of the spectrum.
+        For a file that cannot be read or contradicts the rig file. Faults of the signals themselves are findings; a
+        record with an error is left out of the spectrum.
     """
     rig, paths = read_rig(rig), _listed(paths)
     conventions = read_conventions(rig.given, str(rig.path))
@@ -191,12 +194,13 @@ def read_measurement(paths: Sequence[str | Path], rig: str | Path | RigFile) -> 
 
 
 def _of_table(path, speed, of_node, conventions):
+    """Analysed of one speed of a table."""
     nodes = {node: node_facts(amplitude, conventions.harmonics) for node, (amplitude, _) in of_node.items()}
     return Analysed(RecordFacts(f"{path}, {speed:.6g} rad/s", nodes, speed), [], speed, of_node)
 
 
 def _common_nodes(facts):
-    """Nodes of all records; different ones are an error that says where."""
+    """Nodes of all records; RotorstudyError if they differ."""
     first = set(facts[0].nodes)
     for one in facts:
         if set(one.nodes) != first:
@@ -208,23 +212,24 @@ def _common_nodes(facts):
 
 
 def _sensors(rig, measured):
-    """Sensors for the rig: those the rig file names, if they were measured, or all that were."""
+    """Sensors of the rig: those in the rig file, which must have been measured, or all measured nodes."""
     wanted = rig.given.get("sensors") or sorted(measured)
     for node in wanted:
         if node not in measured:
             raise RotorstudyError(
-                f"{rig.path}: sensors has node {node}, but the records are of nodes {sorted(measured)}; leave it out"
+                f"{rig.path}: 'sensors' has node {node}, but the records have nodes {sorted(measured)}; leave it out"
             )
     return wanted
 
 
 def _with_sensors(record, sensors):
+    """The Record with some of its sensors, in their order."""
     chosen = [record.sensors.index(node) for node in sensors]
     return replace(record, displacement=record.displacement[chosen], sensors=tuple(sensors))
 
 
 def _check_together(spectrum, rig, where):
-    """Findings that need all speeds: sense of rotation, and units against what the rig is expected to do."""
+    """Findings that need all speeds: units, mean and sense of rotation, against the prediction of the rig."""
     harmonics = list(spectrum.harmonics)
     fluctuating = spectrum.amplitude[:, np.array(harmonics) != 0]
     rms = np.sqrt(np.sum(np.abs(fluctuating) ** 2, axis=1))
@@ -239,9 +244,9 @@ def _check_together(spectrum, rig, where):
 
 
 def _expected(rig, speeds):
-    """By the rig's own values: size of the vibration, m or None; (sensor,) whether it whirls backward; 0X there, m.
+    """Prediction by the rig's own values: largest amplitude (m) or None; (sensor,) whether backward; 0X there, m.
 
-    Without values for all parameters the size is the static deflection, and the rig is taken to whirl forward.
+    Without values for all parameters the amplitude is the static deflection, and the whirl is forward.
     """
     try:
         shown = measured_response(rig, speeds, [1, -1, 0])

@@ -1,4 +1,4 @@
-"""Noise for Monte Carlo studies: seeded by trial, so that chunks and cores cannot change a result."""
+"""Noise for Monte Carlo studies, seeded by trial: results do not depend on chunks and cores."""
 
 from typing import NamedTuple
 
@@ -8,10 +8,10 @@ from rotorstudy.errors import unknown_name
 
 
 class NoiseModel(NamedTuple):
-    """What a noise model does.
+    """Properties of a noise model.
 
-    own_size : each harmonic has noise in proportion to its own size; else all have that of white noise in time
-    one_draw : one draw is used at every speed, so that the noise at different speeds is not independent
+    own_size : the noise of each harmonic is proportional to its size; else it is white noise in time
+    one_draw : the same draw is used at every speed, so that the noise of different speeds is fully correlated
     """
 
     own_size: bool
@@ -26,7 +26,7 @@ MODELS = {
 
 
 def noise_model(name):
-    """The NoiseModel of a name; an unknown one is a RotorstudyError."""
+    """The NoiseModel of a name; RotorstudyError for an unknown one."""
     if name not in MODELS:
         raise unknown_name("noise model", name, MODELS)
     return MODELS[name]
@@ -35,7 +35,7 @@ def noise_model(name):
 def standard_normal(seed, study, trials, shape, first=0):
     """(trial, *shape) standard normal numbers; trial t has its own stream (seed, study, t).
 
-    study : int, keeps the streams of different studies apart
+    study : int, gives each study its own streams;  first : number of the first trial
     """
     streams = (np.random.SeedSequence(seed, spawn_key=(study, first + t)) for t in range(trials))
     return np.array([np.random.default_rng(stream).standard_normal(shape) for stream in streams])
@@ -48,7 +48,7 @@ def noise_std(spectrum, level, model, samples):
     model    : "per harmonic": `level` times the size of that harmonic, circular; "per harmonic, same at all speeds":
                the same, but with one draw used at every speed;
                "white in time": white noise on each sample of x and of y, its std `level` times the rms of the
-               fluctuating part of the signal (mean of x and y), seen through whole revolutions of `samples` samples
+               fluctuating part of the signal (mean of x and y), in a record of whole revolutions with `samples` samples
     returns  : (speed, harmonic, sensor) m
     """
     size = np.abs(spectrum.amplitude)
@@ -60,7 +60,7 @@ def noise_std(spectrum, level, model, samples):
 
 
 def noisy(amplitude, std, numbers, model):
-    """(trial, speed, harmonic, sensor) harmonics with noise; numbers (trial, 2, speed, harmonic, sensor)."""
+    """Noisy harmonics (trial, speed, harmonic, sensor), m; std (speed, harmonic, sensor), numbers (trial, 2, *std)."""
     if noise_model(model).one_draw:
         numbers = numbers[:, :, :1]
     return amplitude + std * (numbers[:, 0] + 1j * numbers[:, 1])

@@ -1,4 +1,4 @@
-"""Is this record what it says? Each check gives findings; a good record gives none."""
+"""Checks of a record. Each returns findings; a good record has none."""
 
 import numpy as np
 
@@ -8,27 +8,27 @@ from rotorstudy.measurement.keyphasor import LONGEST_PULSE
 from rotorstudy.response.series import rotating_basis
 from rotorstudy.units import METRES, um
 
-LABEL_OFF = 0.02  # of the speed: the issue's own limit
-DRIFT = (0.005, 0.05)  # of the speed over the record: warning, error
-IRREGULAR = 0.2  # part of the pulses that may be missing or beside and still be repaired
+LABEL_OFF = 0.02  # relative error of a stated speed
+DRIFT = (0.005, 0.05)  # relative change of the speed over the record: warning, error
+IRREGULAR = 0.2  # fraction of missing or extra pulses up to which they are repaired
 JITTER_RAD = 0.05  # 3 degrees, 15 at 5X
-GAP = (0.0, 0.05)  # part of the samples missing: warning, error
+GAP = (0.0, 0.05)  # fraction of missing samples: warning, error
 LOUD = 15.0  # power of a harmonic over its expectation in pure noise; p-value 3e-7
-FLAT_SAMPLES, FLAT_RATIO = 6, 4.0  # at the top: samples, and times those one step below it
-WEAK = 0.01  # of the motion the other probes of the node see
-BACKWARD = 2.0  # times the forward 1X
-HUGE_M, TINY_M = 5e-3, 1e-9  # no shaft vibrates more between its bearings, no probe sees less
-SCALE = 20.0  # times, or part of, the motion the rig expects; mil taken as µm is 25
-APART = 3.0  # times what the shaft moves and hangs through: a mean further off than this is hardly the shaft's
-STEADY = 1e-4  # p-value below which a change over the blocks is real
+FLAT_SAMPLES, FLAT_RATIO = 6, 4.0  # samples at the top, and their ratio to those one step below
+WEAK = 0.01  # of the motion at the other probes of the node
+BACKWARD = 2.0  # ratio of backward to forward 1X
+HUGE_M, TINY_M = 5e-3, 1e-9  # more than a shaft can vibrate, less than a probe resolves
+SCALE = 20.0  # ratio to the predicted vibration, either way; mil taken as µm gives 25
+APART = 3.0  # times the sag plus the rms vibration: a mean further from the predicted one is a probe gap
+STEADY = 1e-4  # p-value below which a trend over the blocks is significant
 CHANGE = 0.01  # of the largest fluctuating harmonic: a smaller change over the record does not matter
 
 
 def check_pulses(pulses, turning, asked_polarity, where):
-    """Findings on how regular the keyphasor is. pulses : Pulses or None if the file gave the mark times."""
+    """Findings on the regularity of the keyphasor. pulses : Pulses, or None if the file has the mark times."""
     found = []
     if pulses is not None and pulses.duty > LONGEST_PULSE:
-        said = "" if asked_polarity == "auto" else f" if they are {asked_polarity}, as the rig file says"
+        said = "" if asked_polarity == "auto" else f" if they are {asked_polarity}, as in the rig file"
         text = (
             f"pulses last {100 * pulses.duty:.0f} % of the time{said}; the polarity is reversed, or threshold_V is "
             "wrong. Correct 'keyphasor: polarity' or 'threshold_V': the phase is off by up to half a revolution"
@@ -37,25 +37,25 @@ def check_pulses(pulses, turning, asked_polarity, where):
         found.append(Finding(severity, "keyphasor polarity", where, text))
     marks = len(turning.marks)
     for count, name, what in (
-        (turning.missing, "missing pulses", "did not come; the revolutions were counted without them"),
-        (turning.doubled, "doubled pulses", "came beside the marks; they were left out"),
+        (turning.missing, "missing pulses", "pulses are missing; the revolutions were counted without them"),
+        (turning.doubled, "doubled pulses", "pulses are extra; they were left out"),
     ):
         if count > IRREGULAR * marks:
-            text = f"{count} pulses beside {marks} good ones; too many to tell which are marks. Check threshold_V"
+            text = f"{count} for {marks} regular pulses, too many to identify the marks. Check threshold_V"
             found.append(Finding("error", name, where, text))
         elif count:
             found.append(Finding("warning", name, where, f"{count} of {marks + turning.missing} {what}"))
     if turning.jitter_rad > JITTER_RAD:
         text = (
-            f"the marks scatter by {np.rad2deg(turning.jitter_rad):.2g} degrees about steady turning (up to "
-            f"{np.rad2deg(JITTER_RAD):.2g} is usual); harmonic n scatters n times as much. The covariance has it"
+            f"the marks scatter by {np.rad2deg(turning.jitter_rad):.2g} degrees about steady rotation (up to "
+            f"{np.rad2deg(JITTER_RAD):.2g} is usual), harmonic n by n times as much. The covariance includes it"
         )
         found.append(Finding("warning", "keyphasor jitter", where, text))
     return found
 
 
 def check_speed_label(label, speed, where):
-    """A speed label more than 2 % off the marks, with what would explain it."""
+    """Whether the stated speed is within 2 % of that of the marks (rad/s), with a likely reason."""
     if label is None or abs(label / speed - 1) <= LABEL_OFF:
         return []
     hint = "correct the label"
@@ -75,28 +75,28 @@ def check_speed_label(label, speed, where):
 
 
 def check_drift(drift, where):
-    """drift : change of speed over the record, relative."""
+    """Whether the speed is steady. drift : its relative change over the record."""
     if abs(drift) <= DRIFT[0]:
         return []
     severity = "error" if abs(drift) > DRIFT[1] else "warning"
     text = (
         f"the speed changes by {100 * drift:+.2g} % over the record (up to {100 * DRIFT[0]:g} % is steady); the "
-        "harmonics are means over these speeds. Take a shorter record, or cut it into pieces"
+        "harmonics are averages over these speeds. Take a shorter record, or cut it into pieces"
     )
     return [Finding(severity, "speed drift", where, text)]
 
 
 def check_gaps(part, irregular, where):
-    """part : of the samples that are NaN;  irregular : longest step of time over the usual one."""
+    """Whether samples are missing. part : fraction that is NaN;  irregular : longest over median time step."""
     found = []
     if part > GAP[0]:
         severity = "error" if part > GAP[1] else "warning"
         text = (
-            f"{100 * part:.2g} % of the samples are missing (up to {100 * GAP[1]:g} % are left out); repair the record"
+            f"{100 * part:.2g} % of the samples are missing (up to {100 * GAP[1]:g} % are tolerated); repair the record"
         )
         found.append(Finding(severity, "gaps", where, text))
     if irregular > 1.5:
-        text = f"time jumps by {irregular:.3g} samples; the angle still follows the marks. Check the recorder"
+        text = f"time jumps by {irregular:.3g} samples; the shaft angle is not affected. Check the recorder"
         found.append(Finding("warning", "time steps", where, text))
     return found
 
@@ -120,47 +120,49 @@ def check_channel(name, node, readings, angle, harmonics, largest, where):
     moving = float(np.sqrt(2 * np.sum(np.abs(amplitude[1 : 1 + len(orders)]) ** 2)))  # rms of the harmonics
     found = []
     if np.max(np.abs(amplitude[1 : 1 + len(orders)]) ** 2) < LOUD * power:
-        text = "noise only, no harmonic stands out: the probe does not see the shaft, or the shaft does not move"
+        text = "no harmonic exceeds the noise: the probe does not detect the shaft, or the shaft does not vibrate"
         found.append(Finding("error", "dead probe", place, text))
     elif moving < WEAK * largest:
         text = (
-            f"{um(moving)} rms where another probe of this node sees {um(largest)}: check sensitivity and unit, or "
-            "whether the probe sees the shaft"
+            f"{um(moving)} rms where another probe of this node has {um(largest)}: check sensitivity and unit, and "
+            "whether the probe detects the shaft"
         )
         found.append(Finding("warning", "weak probe", place, text))
     for side, values in (("top", readings), ("bottom", -readings)):
         if flat_top(values):
-            text = f"the signal is flat at its {side}, {um(values.max(), 4)}: clipped by the range of probe or recorder"
+            text = f"the signal is flat at its {side}, {um(values.max(), 4)}: clipped by the probe or the recorder"
             found.append(Finding("error", "clipping", place, text))
     return found
 
 
 def flat_top(values):
-    """Whether a signal stays at its largest value as no vibration does, not even one of few digits."""
+    """Whether a signal (time,) stays at its maximum longer than an unclipped vibration, rounded or not, would."""
     swing = np.ptp(values)
     at_top = values >= values.max() - 1e-9 * swing
     if at_top.sum() < FLAT_SAMPLES:
         return False
     levels = np.unique(values)
     steps = np.diff(levels)
-    digit = steps[steps > 1e-9 * swing].min()  # of the recorder; tiny if values are not rounded
+    digit = steps[steps > 1e-9 * swing].min()  # resolution of the recorder; tiny if values are not rounded
     below = (values < values.max() - 0.5 * digit) & (values > values.max() - 1.5 * digit)
     return bool(at_top.sum() > FLAT_RATIO * below.sum())
 
 
 def check_sampling(samples, revolutions, harmonics, where):
-    """Whether a record of so many samples and revolutions holds these harmonics: an error, or none."""
+    """Whether samples and revolutions suffice for the harmonics: an error, or no finding."""
     needed, highest = 2 * len(harmonics) + 1, max(abs(int(n)) for n in harmonics)
     per_revolution = samples / revolutions
     if samples < needed:
         text = f"{samples} samples are too few for {len(harmonics)} harmonics; at least {needed} are needed"
         return [Finding("error", "too few samples", where, text)]
     if revolutions < 1:
-        text = f"{revolutions:.2f} revolutions; at least one is needed, and six for a covariance. Take a longer record"
+        text = (
+            f"{revolutions:.2f} revolutions; at least one is needed, six for a block covariance. Take a longer record"
+        )
         return [Finding("error", "too few revolutions", where, text)]
     if per_revolution <= 2 * highest * (1 + 1e-9):
         text = (
-            f"harmonic {highest} lies above the Nyquist frequency: it needs more than {2 * highest} samples a "
+            f"harmonic {highest} lies above the Nyquist frequency: it needs more than {2 * highest} samples per "
             f"revolution, and there are {per_revolution:.3g}, enough for harmonics up to "
             f"{max(0, int(np.ceil(per_revolution / 2 - 1e-9)) - 1)}. Sample faster, or leave the highest harmonics out"
         )
@@ -169,17 +171,18 @@ def check_sampling(samples, revolutions, harmonics, where):
 
 
 def check_length(revolutions, blocks, where):
+    """Whether a record has enough blocks of whole revolutions for its covariance."""
     if blocks >= FEWEST_BLOCKS:
         return []
     text = (
         f"{revolutions} whole revolutions; the scatter of repeat blocks needs {FEWEST_BLOCKS}, so the covariance is "
-        "that of the noise floor, taken as white. Take a longer record"
+        "that of white noise at the noise floor. Take a longer record"
     )
     return [Finding("warning", "few revolutions", where, text)]
 
 
 def check_steadiness(blocks, harmonics, where):
-    """Whether the vibration changes over the record: (block, harmonic) complex, m."""
+    """Whether the vibration changes over the record. blocks : (block, harmonic) complex, m."""
     if len(blocks) < FEWEST_BLOCKS:
         return []
     place = np.arange(len(blocks)) - (len(blocks) - 1) / 2
@@ -189,23 +192,23 @@ def check_steadiness(blocks, harmonics, where):
         return []
     n = int(np.asarray(harmonics)[change.argmax()])
     text = (
-        f"harmonic {n} changes steadily by {um(change.max())} over the record; the stated covariance is that of the "
-        "scatter about a constant. Wait for a steady state, or cut the record"
+        f"harmonic {n} changes steadily by {um(change.max())} over the record; the covariance assumes "
+        "a constant. Wait for a steady state, or shorten the record"
     )
     return [Finding("warning", "not steady", where, text)]
 
 
 def check_sense(forward, backward, expected_backward, nodes, where):
-    """Backward 1X larger than forward, contrary to what a rotor does.
+    """Whether backward 1X exceeds forward where the rig does not predict it.
 
-    forward, backward : (speed, node) |R_1|, |R_-1|, m;  expected_backward : (node,) bool, what the rig's model says
+    forward, backward : (speed, node) |R_1|, |R_-1|, m;  expected_backward : (node,) bool, predicted by the rig
     """
     size = np.sqrt(np.sum(forward**2, axis=0)), np.sqrt(np.sum(backward**2, axis=0))
     reversed_nodes = (size[1] > BACKWARD * size[0]) & ~expected_backward
     ratio = size[1] / np.maximum(size[0], 1e-300)
     remedy = (
         "If the shaft does whirl backward here (between the two critical speeds of anisotropic bearings), give the rig "
-        "its bearing values, so that this is expected"
+        "the values of its bearings, so that it predicts this"
     )
     if reversed_nodes.all():
         text = (
@@ -227,18 +230,18 @@ def check_sense(forward, backward, expected_backward, nodes, where):
 
 
 def check_units(fluctuating, expected, where):
-    """Whether amplitudes are of the size of a shaft's vibration.
+    """Whether the amplitudes are plausible for a shaft.
 
-    fluctuating : (speed, node) rms of the harmonics without the mean, m;  expected : the rig's own size, m, or None
+    fluctuating : (speed, node) rms of the harmonics without the mean, m;  expected : predicted amplitude, m, or None
     """
     largest = float(np.max(fluctuating))
     if largest > HUGE_M or largest < TINY_M:
-        what = "more than any shaft moves" if largest > HUGE_M else "less than any probe sees"
+        what = "more than a shaft can move" if largest > HUGE_M else "less than a probe can resolve"
         text = f"vibration of {um(largest, 3)} rms is {what}; check the units ({_fitting(largest, expected)})"
         return [Finding("error", "units", where, text)]
     if expected and not expected / SCALE < largest < expected * SCALE:
         text = (
-            f"vibration of {um(largest, 3)} rms where the rig is expected to move by {um(expected)}; check the units "
+            f"vibration of {um(largest, 3)} rms where the rig predicts {um(expected)}; check the units "
             f"({_fitting(largest, expected)})"
         )
         return [Finding("warning", "units", where, text)]
@@ -246,9 +249,9 @@ def check_units(fluctuating, expected, where):
 
 
 def check_mean(mean, expected, fluctuating, nodes, where):
-    """Whether 0X is where the shaft can be: most proximity probes show their gap as well.
+    """Whether 0X is near the predicted static position: the reading of most proximity probes includes their gap.
 
-    mean, expected : (speed, node) complex, m, measured and of the rig;  fluctuating : (speed, node) rms of the rest, m
+    mean, expected : (speed, node) complex, m, measured and predicted;  fluctuating : (speed, node) rms of the rest, m
     """
     off = np.median(np.abs(mean - expected), axis=0)
     allowed = APART * (np.abs(np.atleast_2d(expected)).max(axis=0) + fluctuating.max(axis=0))
@@ -257,10 +260,10 @@ def check_mean(mean, expected, fluctuating, nodes, where):
             "warning",
             "probe gap",
             f"{where}, node {node}",
-            f"the mean is {um(off[i])} from where the rig says the shaft hangs, but the shaft vibrates by "
-            f"{um(fluctuating[:, i].max())} rms: the gap of the probes? It would be taken for a preload. Zero the "
-            "probes with the shaft at rest, leave 0 out of 'measurement: harmonics:', or give the rig the effect "
-            "sensor_gap",
+            f"the mean is {um(off[i])} from the static position that the rig predicts, while the shaft vibrates by "
+            f"{um(fluctuating[:, i].max())} rms. Does it include the gap of the probes? It would be taken for a "
+            "preload. Zero the probes with the shaft at rest, leave 0 out of 'measurement: harmonics:', or give the "
+            "rig the effect sensor_gap",
         )
         for i, node in enumerate(nodes)
         if off[i] > allowed[i]
@@ -268,7 +271,7 @@ def check_mean(mean, expected, fluctuating, nodes, where):
 
 
 def _fitting(size, expected):
-    """Which unit mistaken for another would bring a size nearest to what is expected."""
+    """The confusion of units that would bring an amplitude (m) nearest to the expected one."""
     pairs = {(a, b): METRES[a] / METRES[b] for a in METRES for b in METRES if a != b}
     off = {pair: abs(np.log(size * factor / (expected or 5e-5))) for pair, factor in pairs.items()}
     nearest = [f"{a} taken as {b}?" for (a, b), one in off.items() if one < min(off.values()) + 1e-6]
@@ -276,8 +279,8 @@ def _fitting(size, expected):
 
 
 def check_noise(amplitude, std, where):
-    """Whether anything but the mean stands out of the noise. amplitude, std : (harmonic,) without the mean, m"""
+    """Whether any harmonic exceeds the noise. amplitude, std : (harmonic,) without the mean, m."""
     if np.max(np.abs(amplitude) / np.maximum(std, 1e-300)) > 5:
         return []
-    text = "no harmonic but the mean exceeds five times its standard deviation; take a longer record or a faster speed"
+    text = "no harmonic but the mean exceeds five times its standard deviation; take a longer record or another speed"
     return [Finding("warning", "noise floor", where, text)]

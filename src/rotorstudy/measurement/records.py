@@ -1,4 +1,4 @@
-"""Records in time: made from harmonics, checked, written to disk, turned into full spectra with a phase reference."""
+"""Records in time: simulated, checked, written to disk, and converted to full spectra with a phase reference."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -20,7 +20,7 @@ from rotorstudy.store import dataset
 
 @dataclass(frozen=True)
 class Record:
-    """Displacement at one speed with what is needed to give it a phase.
+    """Displacement at one speed with its phase reference.
 
     time         : (time,) s, evenly spaced
     displacement : (sensor, time) complex x + j y, m
@@ -29,7 +29,7 @@ class Record:
     reference    : (time,) multi-harmonic reference signal, or None
     keyphasor    : (time,) voltage with a pulse each time the phase mark passes, or None
     where        : a name for error messages
-    marks        : (revolution,) s when the phase mark passed, where known without the keyphasor; or None
+    marks        : (revolution,) s when the phase mark passed, if known without the keyphasor, or None
     """
 
     time: np.ndarray
@@ -43,12 +43,12 @@ class Record:
 
 
 def reference_signal(speed, harmonics, time):
-    """(time,) the thesis's phase reference (Fig. 2.5): the real part of a unit cosine at every harmonic."""
+    """(time,) the thesis's phase reference (Fig. 2.5), 1: a sum of unit cosines, one at every harmonic; time in s."""
     return synthesize(np.ones(len(harmonics)), speed, harmonics, time).real
 
 
 def keyphasor_signal(speed, time, width_rad=0.1):
-    """(time,) V, one smooth pulse a revolution, centred where the phase mark is at angle zero."""
+    """(time,) V, one smooth pulse a revolution, centred where the phase mark is at angle zero; time in s."""
     angle = np.angle(np.exp(1j * speed * time))
     return np.exp(-0.5 * (angle / width_rad) ** 2)
 
@@ -78,7 +78,7 @@ def records_dataset(records):
 
 
 def check_record(record, harmonics):
-    """Raise RotorstudyError for a Record from which a spectrum method cannot take these harmonics."""
+    """Raise RotorstudyError for a Record that does not determine these harmonics (harmonic,)."""
     where, time = record.where, np.asarray(record.time)
     if np.ndim(record.displacement) != 2 or len(record.displacement) != len(record.sensors):
         raise RotorstudyError(
@@ -86,7 +86,7 @@ def check_record(record, harmonics):
             f"the sensors {tuple(record.sensors)}"
         )
     if not (np.isfinite(record.speed) and record.speed > 0):
-        raise RotorstudyError(f"{where}: speed {record.speed:g} rad/s; harmonics need a rotor that turns, so speed > 0")
+        raise RotorstudyError(f"{where}: speed {record.speed:g} rad/s; harmonics need a rotating shaft, speed > 0")
     for name in ("displacement", "reference", "keyphasor"):
         signal = getattr(record, name)
         if signal is None:
@@ -107,13 +107,13 @@ def check_record(record, harmonics):
 
 
 def phase_from_reference(where, harmonics, amplitude, covariance):
-    """Phase psi_n (harmonic,) of the harmonics of the reference signal, and its covariance."""
+    """Phases psi_n (harmonic,) rad of a reference signal with this amplitude and covariance, and their covariance."""
     size = np.abs(amplitude)
     silent = size <= 1e-9 * size.max()
     if silent.any():
         lost = [int(n) for n in np.asarray(harmonics)[silent]]
-        raise RotorstudyError(f"{where}: the reference signal has no harmonic {lost}; use the keyphasor for these")
-    # the signal is real: its noise turns n and -n by opposite angles, and its mean not at all
+        raise RotorstudyError(f"{where}: the reference signal has no harmonic {lost}; use the keyphasor")
+    # the signal is real: its noise turns n and -n by opposite angles and does not turn the mean
     count, n = len(size), np.asarray(harmonics)
     power = np.diag(covariance)[:count] + np.diag(covariance)[count:]
     std = np.where(n == 0, 0, np.sqrt(power / 2) / size)
@@ -122,9 +122,9 @@ def phase_from_reference(where, harmonics, amplitude, covariance):
 
 
 def compensate(amplitude, covariance, phase, phase_covariance):
-    """R_n e^{-j psi_n} with the covariance that rotation and phase noise leave (thesis Eq. 2.30).
+    """R_n e^{-j psi_n} with its covariance, phase noise included (thesis Eq. 2.30).
 
-    amplitude : (sensor, harmonic); covariance (sensor, component, component); phase (harmonic,) rad
+    amplitude : (sensor, harmonic) m; covariance (sensor, component, component) m^2; phase (harmonic,) rad
     """
     turned = amplitude * np.exp(-1j * phase)
     count = len(phase)
@@ -138,11 +138,11 @@ def compensate(amplitude, covariance, phase, phase_covariance):
     return turned, moved + slope @ phase_covariance @ np.swapaxes(slope, -1, -2)
 
 
-def cut_to_whole_turns(record):
-    """The record without its last incomplete revolution: then harmonics nobody asked for do not leak into others."""
+def cut_to_whole_revolutions(record):
+    """The record without its last incomplete revolution, so that other harmonics do not leak into those fitted."""
     step = (record.time[-1] - record.time[0]) / (len(record.time) - 1)
-    turns = np.floor(record.speed * step * len(record.time) / (2 * np.pi) + 1e-6)
-    samples = round(turns * 2 * np.pi / (record.speed * step))
+    revolutions = np.floor(record.speed * step * len(record.time) / (2 * np.pi) + 1e-6)
+    samples = round(revolutions * 2 * np.pi / (record.speed * step))
     signals = {
         name: None if getattr(record, name) is None else getattr(record, name)[:samples]
         for name in ("reference", "keyphasor")
@@ -151,21 +151,21 @@ def cut_to_whole_turns(record):
 
 
 def _no_reference(record, harmonics):
-    """What to do without a reference signal, and what error to expect from going on without any phase mark."""
+    """What to do without a reference signal, and which error to expect without any phase reference."""
     step = np.rad2deg(record.speed * (record.time[1] - record.time[0]))
     highest = max(abs(int(n)) for n in harmonics)
     return (
         f"{record.where}: no reference signal; record one, or use the keyphasor. Without either (phase 'none') the "
-        "angle of the first sample is unknown, and harmonic n turns by n times its error: each missing sample is "
+        "angle of the first sample is unknown, and its error turns harmonic n n times as far: each missing sample is "
         f"{step:.2g} degrees at 1X and {highest * step:.2g} at {highest}X. A fit takes that for damping: in the rotor "
-        "of thesis Table 4.10, 100 missing samples of 65536 give 7 for 27 N s/m, and 200 give -22"
+        "of thesis Table 4.10, 100 missing samples of 65536 change 27 N s/m to 7, and 200 to -22"
     )
 
 
 def harmonics_by(method, signal, time, speed, harmonics, marks=None):
-    """Amplitude (..., harmonic) and covariance (..., component, component) that a SpectrumMethod gives, or PluginError.
+    """Amplitude (..., harmonic) and covariance (..., component, component) by a SpectrumMethod, or PluginError.
 
-    marks : (revolution,) s, handed to methods that use them
+    signal : (..., time);  time : (time,) s;  speed : rad/s;  marks : (revolution,) s, for methods that use them
     """
     found = method.function(signal, time, speed, harmonics, *([marks] if method.uses_marks else []))
     size, lead, who = len(harmonics), np.shape(signal)[:-1], f"spectrum '{method.name}' ({method.file})"
@@ -199,15 +199,14 @@ def full_spectrum(
     Parameters
     ----------
     records : list of Record
-        One a speed, of the same sensors.
+        One for each speed, of the same sensors.
     harmonics : ints (harmonic,)
-        Harmonics to be found.
     method : SpectrumMethod
         The plugin.
     phase : str, optional
-        "reference" (multi-harmonic reference signal), "keyphasor", or "none": counted from the first sample.
+        "reference" (multi-harmonic reference signal), "keyphasor", or "none": relative to the first sample.
     whole_revolutions : bool, optional
-        Leave the last incomplete revolution out; False takes the record as it is, with its leakage.
+        Leave the last incomplete revolution out; False uses the whole record, with its leakage.
 
     Returns
     -------
@@ -217,7 +216,7 @@ def full_spectrum(
     Raises
     ------
     RotorstudyError
-        For an unknown phase, no records, or a record that cannot give these harmonics.
+        For an unknown phase, no records, or a record that does not determine these harmonics.
     """
     if phase not in ("reference", "keyphasor", "none"):
         raise unknown_name("phase", phase, ("reference", "keyphasor", "none"))
@@ -227,8 +226,8 @@ def full_spectrum(
     amplitudes, covariances = [], []
     for record in records:
         check_record(record, harmonics)
-        whole = record  # pulses of the last incomplete revolution count too
-        record = cut_to_whole_turns(record) if whole_revolutions else record
+        whole = record  # with the pulses of the last incomplete revolution
+        record = cut_to_whole_revolutions(record) if whole_revolutions else record
         signals = np.asarray(record.displacement)
         if phase == "reference":
             if record.reference is None:
@@ -275,13 +274,13 @@ def simulate_records(
     speeds : array (speed,)
         Spin speeds in rad/s.
     harmonics : ints (harmonic,)
-        Of the reference signal; the displacement has all that the model vibrates at.
+        Of the reference signal; the displacement has all harmonics of the model.
     time : array (time,)
         In s.
     theta : array (parameter,), optional
         Amplitudes in the units of `model.units`; the model's own by default.
     start_angle_rad : array (speed,) or float, optional
-        Angle of the phase mark at the first sample, rad; a record that starts late has it above zero.
+        Angle of the phase mark at the first sample, rad; above zero for a record that starts late.
     keyphasor_wanted : bool, optional
         Whether the records have a keyphasor signal.
 

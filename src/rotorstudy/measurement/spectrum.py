@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-RELATIVE_FLOOR = 1e-13  # of the largest harmonic: round-off of a spectrum, so that exact data have a finite weight
+RELATIVE_FLOOR = 1e-13  # of the largest harmonic: round-off, so that exact data have a finite weight
 CORRELATION_FLOOR = 1e-9  # keeps a covariance of fully correlated harmonics (one phase mark for all) invertible
 
 
@@ -20,7 +20,7 @@ class Spectrum:
     harmonics  : (harmonic,) int, n > 0 forward, n < 0 backward
     sensors    : (sensor,) nodes
     covariance : (speed, sensor, component, component) m^2; components are the real parts of all harmonics, then the
-                 imaginary parts. Noise of different sensors is taken as independent.
+                 imaginary parts. The noise of different sensors is independent.
     """
 
     amplitude: np.ndarray
@@ -35,7 +35,7 @@ class Spectrum:
         Returns
         -------
         array (speed, component * sensor, component * sensor)
-            Variance of unit m^2.
+            In m^2.
         """
         speeds, sensors, size, _ = self.covariance.shape
         full = np.zeros((speeds, size, sensors, size, sensors))
@@ -45,9 +45,9 @@ class Spectrum:
 
     @cached_property
     def whitener(self) -> np.ndarray:
-        """W (speed, sensor, component, component), 1/m, unit of a standard deviation: W C W^T = 1.
+        """W (speed, sensor, component, component) in 1/m with W C W^T = 1.
 
-        The symmetric root of the correlation: whitened components stay those of their harmonics, in any order of these.
+        The symmetric root of the correlation is taken, so that a whitened component belongs to its harmonic.
         """
         floor = (RELATIVE_FLOOR * np.abs(self.amplitude).max()) ** 2
         size = np.sqrt(np.diagonal(self.covariance, axis1=-2, axis2=-1) + floor)
@@ -57,7 +57,7 @@ class Spectrum:
         return (turn / np.sqrt(variance)[..., None, :]) @ np.swapaxes(turn, -1, -2) / size[..., None, :]
 
     def whitened(self, amplitude: ArrayLike) -> np.ndarray:
-        """Harmonics as real components in their standard deviations.
+        """Harmonics as real components in standard deviations.
 
         Parameters
         ----------
@@ -67,7 +67,7 @@ class Spectrum:
         Returns
         -------
         array (..., component)
-            Of all speeds, in standard deviations, unit 1.
+            Of all speeds, in standard deviations.
         """
         found = shared_product(self.whitener, np.swapaxes(components(amplitude), -1, -2))
         return found.reshape(*found.shape[:-3], -1)
@@ -132,7 +132,7 @@ def components(amplitude):
 def shared_product(matrix, vectors):
     """Matrices (speed, block, row, column), the same for all trials, times vectors (..., speed, block, column)."""
     lead, last = vectors.shape[:-3], vectors.shape[-3:]
-    columns = np.moveaxis(vectors.reshape(-1, *last), 0, -1)  # trials side by side: one product for each matrix
+    columns = np.moveaxis(vectors.reshape(-1, *last), 0, -1)  # one product for each matrix, all trials as its columns
     return np.moveaxis(matrix @ columns, -1, 0).reshape(*lead, *matrix.shape[:-1])
 
 

@@ -1,4 +1,4 @@
-"""A measured spectrum on disk: what `rotorstudy import` writes, and `identify` and `diagnose` read."""
+"""A measured spectrum on disk: written by `rotorstudy import`, read by `identify` and `diagnose`."""
 
 from pathlib import Path
 
@@ -18,7 +18,7 @@ DIMENSIONS = {
 
 
 def measurement_dataset(measurement):
-    """The Measurement as a Dataset: spectrum, covariance, facts and findings.
+    """A Measurement as a Dataset: spectrum, covariance, facts and findings.
 
     Returns
     -------
@@ -29,11 +29,11 @@ def measurement_dataset(measurement):
     Raises
     ------
     RotorstudyError
-        If no record could be used.
+        If no record is usable.
     """
     spectrum, facts, findings = measurement.spectrum, measurement.facts, measurement.findings
     if spectrum is None:
-        raise RotorstudyError("no record could be used; see the findings")
+        raise RotorstudyError("no record is usable; see the findings")
     components = [f"{part} {n}X" for part in ("real", "imag") for n in spectrum.harmonics]
     variables = {
         "amplitude": (("speed", "harmonic", "node"), spectrum.amplitude, "m", "harmonics of the displacement x + j y"),
@@ -57,8 +57,8 @@ def measurement_dataset(measurement):
         "speed": (spectrum.speed, "rad/s", "spin speed"),
         "harmonic": (spectrum.harmonics, "1", "harmonic, n > 0 forward, n < 0 backward"),
         "node": (np.array(spectrum.sensors), "1", "node"),
-        "component": (components, "1", "part of which harmonic"),
-        "other_component": (components, "1", "part of which harmonic"),
+        "component": (components, "1", "part and harmonic"),
+        "other_component": (components, "1", "part and harmonic"),
     }
     return dataset(variables, coordinates, title="measured spectrum")
 

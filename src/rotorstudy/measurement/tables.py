@@ -1,4 +1,4 @@
-"""Tables of harmonics: amplitude, phase and phase of the reference, whose only known noise is their rounding."""
+"""Tables of harmonics: amplitude, phase and reference phase; their only known noise is the rounding."""
 
 import re
 
@@ -18,12 +18,12 @@ QUANTITIES = {
 
 
 def read_table(path, conventions, nodes):
-    """Spectra of a table of harmonics, one row a harmonic.
+    """Spectra of a table of harmonics, one harmonic per row.
 
     columns : one of speed_rad_per_s, speed_Hz, speed_rpm; node (or `table_node` in the rig file); harmonic;
               amplitude_m (_mm, _um, _mil); phase_rad or phase_deg; reference_phase_rad or _deg (zero if left out);
               amplitude_last_digit, phase_last_digit, reference_phase_last_digit (one unit of the last printed digit, in
-              the unit of the quantity; if left out, by the digits of each cell)
+              the unit of the quantity; by default from the digits of each cell)
     returns : list of (speed rad/s, {node: (amplitude (harmonic,) complex m, covariance (component, component))},
               harmonics), and findings
     """
@@ -33,7 +33,7 @@ def read_table(path, conventions, nodes):
     speed = _numbers(text, speed_column, path) * RAD_PER_S[SPEEDS[speed_column]]
     harmonic, node = _whole(text, "harmonic", path), _nodes(text, conventions, nodes, path)
     values, steps, inferred = _quantities(text, path)
-    steps["reference_phase"] = np.where(harmonic == 0, 0, steps["reference_phase"])  # the mean has no phase to refer
+    steps["reference_phase"] = np.where(harmonic == 0, 0, steps["reference_phase"])  # the mean has no reference phase
     amplitude = values["amplitude"] * np.exp(1j * (values["phase"] - values["reference_phase"]))
     noise = conventions.table_noise_m**2
     along = steps["amplitude"] ** 2 / 12 + noise
@@ -65,7 +65,7 @@ def _open(path, layout):
             encoding="utf-8-sig",
         )
     except (ValueError, UnicodeDecodeError) as error:
-        raise RotorstudyError(f"{path}: not a table that can be read ({str(error).splitlines()[0]})") from None
+        raise RotorstudyError(f"{path}: not a readable table ({str(error).splitlines()[0]})") from None
     text.columns = [name.strip() for name in text.columns]
     return text.apply(lambda column: column.str.strip().str.replace(layout.decimal, "."))
 
@@ -87,7 +87,7 @@ def _nodes(text, conventions, nodes, path):
 
 
 def _quantities(text, path):
-    """{quantity: (row,) values} and {quantity: (row,) one unit of the last digit}, SI; whether a digit was inferred."""
+    """{quantity: (row,) values} and {quantity: (row,) unit of the last digit}, SI; whether a digit was inferred."""
     values, steps, inferred = {}, {}, False
     for quantity, units in QUANTITIES.items():
         columns = {f"{quantity}_{unit}": factor for unit, factor in units.items()}
@@ -104,17 +104,17 @@ def _quantities(text, path):
 
 
 def _notes(noise, inferred, where):
-    """Findings on what the covariance of a table is."""
+    """Findings on the covariance of a table."""
     findings = []
     if not noise:
         text = (
-            "the covariance is that of the rounding of the printed digits; the noise of the measurement itself is not "
-            "in a table, so intervals are too narrow by as much as it exceeds the rounding. State 'measurement: "
+            "the covariance is that of the rounding of the printed digits. A table does not contain the noise of the "
+            "measurement; where that exceeds the rounding, intervals are too narrow. State 'measurement: "
             "table_noise_m:' if it is known"
         )
         findings.append(Finding("note", "rounding only", where, text))
     if inferred:
-        text = "last digits were read off the cells as printed; give columns '..._last_digit' if zeros were dropped"
+        text = "the last digits are those of the cells as printed; give columns '..._last_digit' if zeros were dropped"
         findings.append(Finding("note", "last digits", where, text))
     return findings
 
@@ -127,10 +127,10 @@ def last_digit(cell):
 
 
 def _into_project_axes(conventions, harmonic, amplitude):
-    """Harmonics in the project's axes and counted from the shaft's reference line.
+    """Harmonics in the project's axes, with phases relative to the shaft's reference line.
 
-    The user's plane is turned to gravity; if the shaft turns against the user's angles it is mirrored, so that harmonic
-    n becomes -n and conjugate; the phase mark passes when the reference line is at `mark_rad`.
+    The user's plane is rotated to gravity. If the shaft turns against the user's angles it is mirrored: harmonic n
+    becomes -n and is conjugated. The phase mark passes when the reference line is at `mark_rad`.
     """
     turned = amplitude * np.exp(-1j * np.deg2rad(conventions.gravity_angle_deg))
     if conventions.sense < 0:
@@ -139,14 +139,14 @@ def _into_project_axes(conventions, harmonic, amplitude):
 
 
 def _in_order(rows, harmonic, amplitude, along, across, wanted, where):
-    """Amplitude and covariance of some rows in the order of the harmonics wanted."""
+    """Amplitude (harmonic,) and covariance of some rows, in the order of the harmonics wanted."""
     order = []
     for n in wanted:
         found = rows[harmonic[rows] == n]
         if len(found) != 1:
             raise RotorstudyError(
-                f"{where}: harmonic {n} is there {len(found)} times; once is needed for each of {list(wanted)}. "
-                "State those the table has under 'measurement: harmonics:' in the rig file"
+                f"{where}: harmonic {n} occurs {len(found)} times; each of {list(wanted)} must occur once. "
+                "State the harmonics of the table under 'measurement: harmonics:' in the rig file"
             )
         order.append(found[0])
     size, phase = np.abs(amplitude[order]), np.angle(amplitude[order])
@@ -184,7 +184,7 @@ def _numbers(text, column, path):
         try:
             numbers.append(float(cell))
         except ValueError:
-            raise RotorstudyError(f"{path}: '{cell}' in column '{column}', data row {i + 1}, is no number") from None
+            raise RotorstudyError(f"{path}: '{cell}' in column '{column}', data row {i + 1}, is not a number") from None
     if not np.isfinite(numbers).all():
         raise RotorstudyError(f"{path}: column '{column}' has values that are not finite")
     return np.array(numbers)
