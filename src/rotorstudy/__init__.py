@@ -5,7 +5,7 @@
 The names below are imported when first used, so that `import rotorstudy` stays fast.
 """
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 _HOME = {
     "Entry": "model.terms",
