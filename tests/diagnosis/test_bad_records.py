@@ -215,7 +215,12 @@ def test_a_shaft_that_turns_the_other_way_is_refused(record, tmp_path, capsys):
 
 @pytest.mark.parametrize(
     ("kind", "words"),
-    [("csv", "not a readable table"), ("mat", "not a readable MATLAB file"), ("uff", "no data set 58"), ("nc", "not a readable NetCDF file")],
+    [
+        ("csv", "not a readable table"),
+        ("mat", "not a readable MATLAB file"),
+        ("uff", "no data set 58"),
+        ("nc", "not a readable NetCDF file"),
+    ],
 )
 def test_an_empty_or_truncated_file_is_refused(kind, words, record, tmp_path, capsys):
     found, _ = record

@@ -254,5 +254,5 @@ def test_records_of_different_nodes_do_not_mix(tmp_path):
         _common_nodes([RecordFacts("a", {1: NodeFacts()}), RecordFacts("b", {2: NodeFacts()})])
     rig = write_rig(tmp_path / "rig.yaml")
     rig.write_text(rig.read_text().replace("sensors:\n- 2\n- 4", "sensors: [1, 2]"))
-    with pytest.raises(RotorstudyError, match=".sensors. has node 1"):
+    with pytest.raises(RotorstudyError, match=r".sensors. has node 1"):
         read_measurement(write("csv", tmp_path, replace(records(speeds=[80.0])[0])), rig)

@@ -168,9 +168,9 @@ def log_scales(mean: np.ndarray, covariance: np.ndarray) -> float:
     -------
     float
     """
-    narrow, turn = np.linalg.eigh(covariance)
+    narrow, vectors = np.linalg.eigh(covariance)
     narrow = np.clip(narrow, 1e-30, 1)
-    pull = (turn.T @ mean / narrow) ** 2
+    pull = (vectors.T @ mean / narrow) ** 2
     data = 1 / narrow - 1  # precision that the data give
     square = SCALES[:, None] ** 2
     value = 0.5 * np.sum(pull * square / (1 + data * square) - np.log1p(data * square), axis=1)

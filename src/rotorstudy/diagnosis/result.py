@@ -52,7 +52,7 @@ class Cause(Place):
 
 
 class SeparatingMeasurement(Result):
-    """A measurement that tells two causes apart."""
+    """A measurement that separates two causes."""
 
     causes: tuple[Place, Place]
     measurement: str

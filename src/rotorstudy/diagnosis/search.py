@@ -29,7 +29,7 @@ TRIAL_STEPS = 5  # of a fit, after which it is decided whether to finish it
 FITTED_FULLY = 4  # least number of explanations per round that are fitted to convergence
 CLOSE = 15.0  # excess over the lowest cost of a round (likelihood ratio e^-7.5) beyond which a fit is not finished
 STRAINED = 3.0  # mean square distance of the base parameters from their priors; 1 is expected
-ACCUSES = 2.0  # log posterior odds that an explanation needs: seven to one that something is missing
+LEAST_LOG_ODDS = 2.0  # log posterior odds that an explanation needs: seven to one that something is missing
 WORTH_FITTING = 0.1  # of what the best candidate explains when linearised, which is inaccurate for large effects
 THRESHOLD_STEPS = 20  # of a fixed-point iteration that converges quickly
 LEAST_LOG_PROBABILITY = -700.0  # keeps posterior probabilities from underflow to zero
@@ -94,7 +94,7 @@ class Search:
     def best(self):
         """The explanation with the highest posterior odds; that without causes if they are too low or not upheld."""
         best = max(self.explanations, key=_odds)
-        return best if best.log_posterior_odds > ACCUSES and self.upheld else self.found[frozenset()]
+        return best if best.log_posterior_odds > LEAST_LOG_ODDS and self.upheld else self.found[frozenset()]
 
     def prior_odds(self, cause: Candidate) -> float:
         """Prior odds of a cause: equal for all effects of the library, divided among the places and shapes of each."""

@@ -19,7 +19,7 @@ from rotorstudy.diagnosis.result import (
     Unexplained,
     Verdict,
 )
-from rotorstudy.diagnosis.search import ACCUSES, Search, search
+from rotorstudy.diagnosis.search import LEAST_LOG_ODDS, Search, search
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.words import place, readable, summary
 from rotorstudy.errors import RotorstudyError
@@ -240,19 +240,19 @@ def _is_upheld(found, held):
     best = found.best
     if held is None or not best.causes:
         return True
-    before, after = (_surprise(fitted, held).log_likelihood for fitted in (found.base, best.fit))
-    return best.log_posterior_odds + after - before > ACCUSES
+    before, after = (_held_out_misfit(fitted, held).log_likelihood for fitted in (found.base, best.fit))
+    return best.log_posterior_odds + after - before > LEAST_LOG_ODDS
 
 
 def _is_worse(base, best, held, settings):
     """Whether the held-out speeds contradict the prediction of the extended model, and that of the base less."""
     if held is None:
         return False
-    before, after = (_surprise(fitted, held) for fitted in (base, best))
+    before, after = (_held_out_misfit(fitted, held) for fitted in (base, best))
     return after.p_value < settings.significance and after.misfit > before.misfit
 
 
-class Surprise(NamedTuple):
+class HeldOutMisfit(NamedTuple):
     """Held-out speeds against their prediction: misfit, its p-value, and log-likelihood less a constant."""
 
     misfit: float
@@ -260,13 +260,13 @@ class Surprise(NamedTuple):
     log_likelihood: float
 
 
-def _surprise(fitted, held):
-    """Surprise of held-out speeds, given their noise and the posterior covariance of the parameters."""
+def _held_out_misfit(fitted, held):
+    """Misfit of the held-out speeds, given their noise and the posterior covariance of the parameters."""
     shown, columns = whitened_prediction(fitted.model, held, fitted.names, fitted.free)
     off = held.whitened(held.amplitude) - shown
     spread = np.eye(len(off)) + columns @ fitted.covariance @ columns.T
     misfit = float(off @ np.linalg.solve(spread, off))
-    return Surprise(misfit, _p_value(misfit, len(off)), -0.5 * (misfit + np.linalg.slogdet(spread)[1]))
+    return HeldOutMisfit(misfit, _p_value(misfit, len(off)), -0.5 * (misfit + np.linalg.slogdet(spread)[1]))
 
 
 def residual_map(fitted, spectrum):
@@ -302,7 +302,7 @@ def _detection_limits(found):
     """Amplitude of each candidate detected with a probability of 95 %, the most sensitive first."""
     limits = []
     for c, screened in zip(found.candidates, found.screened, strict=True):
-        needed = np.sqrt(2 * ACCUSES + found.even_odds_gain(c)) + POWER
+        needed = np.sqrt(2 * LEAST_LOG_ODDS + found.even_odds_gain(c)) + POWER
         for (p, part, unknown), one in zip(_parts(c.term), screened.detection, strict=True):
             if one < SEEN * c.prior[unknown.name][1]:
                 size = {"amplitude": needed * one, "unit": p.unit, "of_typical": needed * one / unknown.typical}

@@ -124,9 +124,8 @@ def gain_in_words(verdict):
 
 def detection_limits(verdict):
     """Detection limits, the most sensitive first; the larger one of real and imaginary part."""
-    largest = {
-        (place(row), row.parameter): row for row in verdict.detection_limit
-    }  # sorted, so that the larger one comes last
+    # sorted, so that the larger one comes last
+    largest = {(place(row), row.parameter): row for row in verdict.detection_limit}
     return sorted(largest.values(), key=lambda row: row.of_typical)
 
 

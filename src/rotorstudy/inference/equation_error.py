@@ -100,9 +100,8 @@ def regression(model: Model, spectrum: Spectrum, names: Sequence[str], *, order:
     left, right, keys = [], [], []
     matrices = operator(model, known, speed, blocks)
     for matrix, group, mirror in zip(matrices, blocks.groups, blocks.mirrors, strict=True):
-        coordinate = (group[..., None] * dof + np.arange(dof)).reshape(
-            len(group), -1
-        )  # unknown and degree of freedom in one number
+        # unknown and degree of freedom in one number
+        coordinate = (group[..., None] * dof + np.arange(dof)).reshape(len(group), -1)
         measured = (np.isin(own_harmonic(group[0], carried), harmonics)[:, None] & is_sensor).ravel()
         direct = coordinate[0][measured] < count * dof
         kept = direct | mirror  # the equation of w_n is the conjugate of that of q_{-n}

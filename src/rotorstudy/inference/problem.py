@@ -148,8 +148,8 @@ class Problem:
         sensitivity = residual_sensitivity(problem.model, problem.spectrum, self.names, theta, order=self.order)
         gain = gain.reshape(len(self.names), len(self.spectrum.speed), -1)
         through = np.einsum("psr,src->psc", gain, sensitivity)
-        variance, turn = np.linalg.eigh(self.spectrum.full_covariance())
-        root = turn * np.sqrt(np.maximum(variance, 0))[:, None, :]  # so that round-off leaves no negative variance
+        variance, vectors = np.linalg.eigh(self.spectrum.full_covariance())
+        root = vectors * np.sqrt(np.maximum(variance, 0))[:, None, :]  # so that round-off leaves no negative variance
         spread = np.einsum("psc,scd->psd", through, root)
         return np.einsum("psd,qsd->pq", spread, spread)
 

@@ -20,7 +20,7 @@ class Probe(Strict):
     node      : of the rig; optional in NetCDF if all nodes have such a probe
     angle_deg : position of the probe in the user's angles
     unit      : of the channel; V needs sensitivity_V_per_m; optional where a NetCDF file states it
-    sign      : 1 if the reading grows when the shaft moves towards the probe's angle, -1 if it falls
+    sign      : 1 if the reading increases as the shaft moves towards the probe's angle, -1 if it decreases
     """
 
     channel: str

@@ -156,7 +156,8 @@ def _assemble(readings, conventions, nodes, time, label, keyphasor, marks, refer
         if len(angles) < 2 or spread[-1] < LEAST_ANGLE_RAD:
             listed = ", ".join(f"'{probe.channel}' at {probe.angle_deg:g} degrees" for probe, _ in of_node)
             raise RotorstudyError(
-                f"{where}: node {node} is measured in one direction only ({listed}); an orbit needs two probes at different angles"
+                f"{where}: node {node} is measured in one direction only ({listed}); an orbit needs two probes at "
+                "different angles"
             )
         displacement.append(combine(angles, [values for _, values in of_node]))
     channels = [(probe.channel, node, values) for probe, node, values in readings]

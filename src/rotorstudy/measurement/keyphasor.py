@@ -13,7 +13,7 @@ from rotorstudy.measurement.conventions import Keyphasor
 
 PULSE_OVER_NOISE = 8.0  # least height of a pulse, in standard deviations of the rest of the signal
 NEAR = 0.15  # revolutions by which a mark may differ from the prediction of the marks before it
-LONGEST_PULSE = 0.4  # of a revolution: beyond it the pulse cannot be told from the gap
+LONGEST_PULSE = 0.4  # of a revolution: beyond it the pulse cannot be distinguished from the gap
 MARK_TOLERANCE = 0.05  # revolutions by which a pulse may differ from the others where none is repaired
 LABEL_TOLERANCE = 0.1  # relative, of the stated speed, for methods that take the speed from the pulses
 PIECE_REVOLUTIONS = 10  # between knots of the spline: slower drift is followed, jitter is averaged

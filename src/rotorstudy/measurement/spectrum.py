@@ -53,8 +53,8 @@ class Spectrum:
         size = np.sqrt(np.diagonal(self.covariance, axis1=-2, axis2=-1) + floor)
         correlation = self.covariance / (size[..., :, None] * size[..., None, :])
         correlation = correlation + CORRELATION_FLOOR * np.eye(size.shape[-1])
-        variance, turn = np.linalg.eigh(correlation)
-        return (turn / np.sqrt(variance)[..., None, :]) @ np.swapaxes(turn, -1, -2) / size[..., None, :]
+        variance, vectors = np.linalg.eigh(correlation)
+        return (vectors / np.sqrt(variance)[..., None, :]) @ np.swapaxes(vectors, -1, -2) / size[..., None, :]
 
     def whitened(self, amplitude: ArrayLike) -> np.ndarray:
         """Harmonics as real components in standard deviations.

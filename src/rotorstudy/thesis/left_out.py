@@ -288,13 +288,8 @@ def replays_page(configs, folders, reference):
     harmonics, left_out, compared, notes, verdicts = [], [], [], [], {}
     for path, folder in zip(configs, map(Path, folders), strict=True):
         config, data = load_replay(path), load(folder / "verdict.nc")
-        verdict = verdicts[config.name] = Verdict.model_validate_json(
-            (folder / "verdict.json").read_text(encoding="utf-8")
-        )
-        rows, wrong = (
-            json.loads((folder / "left_out.json").read_text(encoding="utf-8")),
-            harmonic_rows(config, data, reference),
-        )
+        verdict = verdicts[config.name] = Verdict.model_validate_json((folder / "verdict.json").read_bytes())
+        rows, wrong = json.loads((folder / "left_out.json").read_bytes()), harmonic_rows(config, data, reference)
         harmonics += wrong
         left_out += left_out_rows(config, rows)
         compared += compared_parameters(config, data, reference)
