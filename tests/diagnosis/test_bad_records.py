@@ -234,7 +234,7 @@ def test_an_empty_or_truncated_file_is_refused(kind, words, record, tmp_path, ca
         whole = write(kind, tmp_path, found, name="whole")
     content = whole.read_bytes()
     cut.write_bytes(content[: content.index(b"\n") + 1] if kind == "csv" else content[: int(0.6 * len(content))])
-    refused(capsys, tmp_path, rig, cut, f"cut.{kind}", *(["empty or cut short"] if kind == "csv" else []))
+    refused(capsys, tmp_path, rig, cut, f"cut.{kind}", *(["empty or incomplete"] if kind == "csv" else []))
 
 
 def test_a_last_row_cut_short_does_no_harm(record, tmp_path):

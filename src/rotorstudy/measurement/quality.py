@@ -36,15 +36,15 @@ def check_pulses(pulses, turning, asked_polarity, where):
         severity = "warning" if asked_polarity == "auto" else "error"
         found.append(Finding(severity, "keyphasor polarity", where, text))
     marks = len(turning.marks)
-    for count, name, what in (
-        (turning.missing, "missing pulses", "pulses are missing; the revolutions were counted without them"),
-        (turning.doubled, "doubled pulses", "pulses are extra; they were left out"),
+    for count, name, repair in (
+        (turning.missing, "missing pulses", f"{turning.missing} of {marks + turning.missing}; counted without them"),
+        (turning.doubled, "doubled pulses", f"{turning.doubled} extra pulses beside {marks} marks; left out"),
     ):
         if count > IRREGULAR * marks:
             text = f"{count} for {marks} regular pulses, too many to identify the marks. Check threshold_V"
             found.append(Finding("error", name, where, text))
         elif count:
-            found.append(Finding("warning", name, where, f"{count} of {marks + turning.missing} {what}"))
+            found.append(Finding("warning", name, where, repair))
     if turning.jitter_rad > JITTER_RAD:
         text = (
             f"the marks scatter by {np.rad2deg(turning.jitter_rad):.2g} degrees about steady rotation (up to "

@@ -201,6 +201,7 @@ def full_spectrum(
     records : list of Record
         One for each speed, of the same sensors.
     harmonics : ints (harmonic,)
+        Harmonics of the spectrum.
     method : SpectrumMethod
         The plugin.
     phase : str, optional

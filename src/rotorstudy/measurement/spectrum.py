@@ -67,7 +67,7 @@ class Spectrum:
         Returns
         -------
         array (..., component)
-            Of all speeds, in standard deviations.
+            Of all speeds, in units of their standard deviation.
         """
         found = shared_product(self.whitener, np.swapaxes(components(amplitude), -1, -2))
         return found.reshape(*found.shape[:-3], -1)
