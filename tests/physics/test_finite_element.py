@@ -8,7 +8,7 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq
 
 from rotorstudy import Model, RotorstudyError, build_model, eigenvalues, harmonic_response, make_term, time_response
-from rotorstudy.response.harmonic import forced_harmonics
+from rotorstudy.response.coupling import forced_harmonics
 from rotorstudy.response.statics import static_deflection
 
 E, NU, RHO, LENGTH, D = 2.1e11, 0.3, 7850.0, 1.0, 0.05

@@ -7,8 +7,8 @@ from rotorstudy import Model, Problem, RotorstudyError, Spectrum, build_model, e
 from rotorstudy.inference.fit import output_error_fit
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.model.terms import apply_entries
-from rotorstudy.response.harmonic import measured_response
 from rotorstudy.response.integration import force_in_time
+from rotorstudy.response.measured import measured_response
 
 PLAIN = {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5}
 SHAFT = {

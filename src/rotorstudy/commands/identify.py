@@ -89,7 +89,7 @@ def run(given):
 
 def _chosen(spectrum, harmonics):
     """The spectrum at the harmonics asked for, all of them by default."""
-    from rotorstudy.response.harmonic import check_harmonics
+    from rotorstudy.response.coupling import check_harmonics
 
     if harmonics is None:
         return spectrum

@@ -29,7 +29,7 @@ def run(given):
     from rotorstudy.measurement.noise import standard_normal
     from rotorstudy.measurement.records import check_record, records_dataset, simulate_records
     from rotorstudy.model.rig import read_rig
-    from rotorstudy.response.harmonic import check_speed
+    from rotorstudy.response.coupling import check_speed
     from rotorstudy.store import provenance, save
 
     for name, value in (("--duration", given.duration), ("--rate", given.rate)):

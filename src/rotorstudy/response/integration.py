@@ -5,7 +5,8 @@ from numpy.typing import ArrayLike
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.model import Model
-from rotorstudy.response.harmonic import check_speed, forced_harmonics, harmonic_response
+from rotorstudy.response.coupling import check_speed, forced_harmonics
+from rotorstudy.response.harmonic import harmonic_response
 from rotorstudy.response.series import rotating_basis
 from rotorstudy.response.stability import state_matrix
 from rotorstudy.response.statics import static_deflection

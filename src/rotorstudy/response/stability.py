@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.model import Model
-from rotorstudy.response.harmonic import check_speed
+from rotorstudy.response.coupling import check_speed
 
 ROUND_OFF = 1e-12  # of the largest eigenvalue: real part that round-off may give a mode without damping
 

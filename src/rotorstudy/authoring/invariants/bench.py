@@ -15,7 +15,7 @@ from rotorstudy.model.model import Model
 from rotorstudy.model.rig import make_term
 from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import Entry, Parameter, Term
-from rotorstudy.response.harmonic import measured_response
+from rotorstudy.response.measured import measured_response
 
 SERIES_ORDER = 15
 

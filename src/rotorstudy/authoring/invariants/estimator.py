@@ -11,7 +11,7 @@ from rotorstudy.inference.problem import Problem, estimate_by
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.model.model import Model
 from rotorstudy.model.terms import Entry, Parameter, Term
-from rotorstudy.response.harmonic import measured_response
+from rotorstudy.response.measured import measured_response
 
 
 def _bench_problem():
