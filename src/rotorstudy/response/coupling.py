@@ -162,7 +162,7 @@ def gather(amplitudes, group, count, harmonics):
 
 
 def forced_harmonics(model, order=COUPLED_ORDER):
-    """Harmonics (harmonic,) that the sensors show: of the forces (-order..order if coupled), shifted by output terms."""
+    """Harmonics (harmonic,) that the sensors show: of the forces (-order..order if coupled), shifted by the sensors."""
     entries = [e for u in model.rotor_unknowns for e in u.entries]
     if model.nonlinear_forces or any(e.shift and e.reads_motion for e in entries):
         vibrating = set(range(-order, order + 1))

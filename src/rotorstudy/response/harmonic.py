@@ -171,7 +171,7 @@ def operator(model, theta, speed, blocks, kept=None):
 
 
 def _condensed(matrix, kept, stiffness):
-    """Dynamic stiffness (..., kept, kept), the other coordinates condensed; `stiffness` (dof,) is the static diagonal."""
+    """Dynamic stiffness (..., kept, kept), the others condensed; `stiffness` (dof,) is its static diagonal."""
     if len(kept) == matrix.shape[-1]:
         return matrix
     gone = np.setdiff1d(np.arange(matrix.shape[-1]), kept)
@@ -201,7 +201,7 @@ def static_force(model, theta, speed, carried, deflection):
 
 
 def carried_response(model, speed, theta, blocks, jacobian, kept=None):
-    """Harmonics (..., speed, harmonic, dof) and derivatives, None unless asked for; zero except at coordinates `kept`."""
+    """Harmonics (..., speed, harmonic, dof) and derivatives (None unless asked for), zero except at those `kept`."""
     dof = len(model.structure.dofs)
     kept = np.arange(dof) if kept is None or model.nonlinear_forces else kept
     trials, links = np.prod(theta.shape[:-1]), sum(g.size * g.shape[1] for g in blocks.groups)
