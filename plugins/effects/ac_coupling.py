@@ -28,9 +28,6 @@ def rotorstudy_effect():
         checked="0X gone to 1e-12, -3 dB and 45 degrees of lead at the corner",
         confounders=(
             ("sensor_gap", "AC coupling removes the entire mean of every sensor"),
-            (
-                "delay",
-                "a high pass leads most at low speeds and removes 0X; a delay lags most at high speeds",
-            ),
+            ("delay", "a high pass leads most at low speeds and removes 0X; a delay lags most at high speeds"),
         ),
     )

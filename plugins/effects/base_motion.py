@@ -27,9 +27,6 @@ def rotorstudy_effect():
         places=usual_harmonics,
         checked="motion solved in the frame at rest to 1e-9",
         confounders=(
-            (
-                "unbalance",
-                "base motion accelerates all masses alike; equal on a rotor of one mass: measure the base",
-            ),
+            ("unbalance", "base motion accelerates all masses alike; equal on a rotor of one mass: measure the base"),
         ),
     )

@@ -36,10 +36,7 @@ def rotorstudy_effect():
         places=between_the_ends,
         checked="whirl b / |1 - eta^2| of a Jeffcott rotor to 1e-12",
         confounders=(
-            (
-                "unbalance",
-                "an unbalance grows with the square of the speed and vanishes at slow roll, a bow does not",
-            ),
+            ("unbalance", "an unbalance grows with the square of the speed and vanishes at slow roll, a bow does not"),
             ("runout", "equal at slow roll; a bow is amplified at the critical speed, a runout is not"),
             (
                 "parallel_misalignment",

@@ -18,10 +18,7 @@ def rotorstudy_effect():
         positive=True,
         checked="-c dz/dt in time to 1e-12",
         confounders=(
-            (
-                "internal_damping",
-                "internal damping has no force at +1X and gives a static cross force at 0X",
-            ),
+            ("internal_damping", "internal damping has no force at +1X and gives a static cross force at 0X"),
             ("shaft_damping", "shaft damping has no force at +1X and gives a static cross force at 0X"),
             (
                 "phase_reference",

@@ -20,10 +20,7 @@ def rotorstudy_effect():
         positive=True,
         checked="-c (dz/dt - j w z) in time to 1e-12; onset at w_n (1 + c_e / c_i) in tests/physics/test_stability.py",
         confounders=(
-            (
-                "external_damping",
-                "internal damping has no force at +1X and gives a static cross force at 0X",
-            ),
+            ("external_damping", "internal damping has no force at +1X and gives a static cross force at 0X"),
             ("shaft_damping", "equal on a rotor of one coordinate; internal damping acts at one node"),
             (
                 "cross_coupling",

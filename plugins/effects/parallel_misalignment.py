@@ -25,10 +25,7 @@ def rotorstudy_effect():
         checked="whirl F_n / |k - m n^2 w^2| of a Jeffcott rotor to 1e-12",
         confounders=(
             ("unbalance", "a misaligned coupling does not grow with the square of the speed, and has 2X"),
-            (
-                "bow",
-                "equal at 1X on a rotor of one coordinate; a misaligned coupling has 2X and acts at its own node",
-            ),
+            ("bow", "equal at 1X on a rotor of one coordinate; a misaligned coupling has 2X and acts at its own node"),
             ("runout", "a runout is not amplified where harmonic n meets a natural frequency"),
             (
                 "shaft_asymmetry",

@@ -22,10 +22,7 @@ def rotorstudy_effect():
         nuisance=5e-3,
         checked="harmonics of a record without phase reference that starts at 1e-4 rad, to 1e-6",
         confounders=(
-            (
-                "unbalance",
-                "a wrong mark shifts the phase of harmonic n by n times its angle: compare 1X with 2X",
-            ),
+            ("unbalance", "a wrong mark shifts the phase of harmonic n by n times its angle: compare 1X with 2X"),
             (
                 "external_damping",
                 "a wrong mark also shifts the phase far from resonance, where damping has little influence",

@@ -27,15 +27,9 @@ def rotorstudy_effect():
                 "couple_unbalance",
                 "a couple tilts the rotor: two measuring planes, or the mode at the critical speed, separate them",
             ),
-            (
-                "base_motion",
-                "base motion accelerates all masses alike; equal on a rotor of one mass: measure the base",
-            ),
+            ("base_motion", "base motion accelerates all masses alike; equal on a rotor of one mass: measure the base"),
             ("parallel_misalignment", "a misaligned coupling does not grow with the square of the speed, and has 2X"),
-            (
-                "phase_reference",
-                "a wrong mark shifts the phase of harmonic n by n times its angle: compare 1X with 2X",
-            ),
+            ("phase_reference", "a wrong mark shifts the phase of harmonic n by n times its angle: compare 1X with 2X"),
             ("probe_gain", "a wrong gain scales every harmonic, an unbalance only 1X"),
         ),
     )

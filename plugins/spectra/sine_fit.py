@@ -25,10 +25,10 @@ def sine_fit(signal, time, speed, harmonics):
     """
     t = time - time[0]
     flat = np.reshape(signal, (-1, len(t)))
-    whole, turns, w = False, 2, float(speed)
+    whole, revolutions, w = False, 2, float(speed)
     while not whole:
-        samples = max(int(turns * 2 * np.pi / speed / t[1]), 4 * len(harmonics))
-        whole, turns = samples >= len(t), 2 * turns
+        samples = max(int(revolutions * 2 * np.pi / speed / t[1]), 4 * len(harmonics))
+        whole, revolutions = samples >= len(t), 2 * revolutions
         for _ in range(STEPS):
             _, _, _, score, information, _ = _derivatives(flat[:, :samples], t[:samples], w, harmonics)
             w = _limited(w + _ratio(score.sum(), information.sum()), speed)
