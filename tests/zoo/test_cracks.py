@@ -428,7 +428,7 @@ def test_depth_on_a_rotor_with_more_coordinates_is_refused():
 
 
 def test_a_loss_beyond_the_deepest_crack_has_no_depth():
-    with pytest.raises(RotorstudyError, match="no crack of 'strip_integration'"):
+    with pytest.raises(RotorstudyError, match="outside the range of 'strip_integration'"):
         depth_ratio_of(STRIPS, 7e5, 7.6e5, SHAFT["span_m"], diameter_m=SHAFT["diameter_m"])
 
 

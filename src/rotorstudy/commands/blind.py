@@ -11,13 +11,7 @@ def add(commands):
     parser.add_argument("--config", help="configuration of the cases (default: the project's own)")
     parser.add_argument("--cases", type=int, metavar="N", help="number of cases (default: the configuration's)")
     parser.add_argument("--seed", type=int, metavar="S", help="random seed (default: the configuration's)")
-    parser.add_argument(
-        "--cores",
-        type=int,
-        default=1,
-        metavar="K",
-        help="number of processes, without influence on the results (default 1)",
-    )
+    parser.add_argument("--cores", type=int, default=1, metavar="K", help="number of processes (default 1)")
     parser.add_argument("--out", required=True, help="output folder")
     parser.set_defaults(func=run)
 

@@ -8,16 +8,12 @@ from rotorstudy.commands.outputs import check_folder
 
 def add(commands):
     """Add the command and its arguments to the subparsers."""
-    parser = commands.add_parser(
-        "diagnose", help="find the cause of the differences between a simulated rig and its records"
-    )
+    parser = commands.add_parser("diagnose", help="find the cause of differences between simulation and records")
     parser.add_argument(
         "records", nargs="+", help="record files, tables of harmonics, or one spectrum written by `import`"
     )
     parser.add_argument(
-        "--rig",
-        required=True,
-        help="rig file with a value for every parameter and, optionally, settings in its section 'diagnosis:'",
+        "--rig", required=True, help="rig file with a value for every parameter; settings in its section 'diagnosis:'"
     )
     parser.add_argument("--out", required=True, metavar="DIR", help="output folder for verdict, figures and page")
     parser.add_argument(

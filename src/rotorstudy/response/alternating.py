@@ -50,10 +50,8 @@ def nonlinear_column(force, amplitudes, speed, harmonics, deflection):
     amplitudes : (..., speed, harmonic, dof) complex, m, about the deflection (dof,) or (..., speed, dof)
     returns    : (..., speed, harmonic, dof) complex, N; harmonics not listed are taken as zero
     """
-    basis, rate = (
-        one_revolution(harmonics),
-        1j * np.asarray(harmonics)[:, None] * np.asarray(speed, float)[:, None, None],
-    )
+    basis = one_revolution(harmonics)
+    rate = 1j * np.asarray(harmonics)[:, None] * np.asarray(speed, float)[:, None, None]
     seen, still = amplitudes @ force.matrix.T, (np.asarray(deflection) @ force.matrix.T)[..., None, :]
     given = force.at(basis @ seen + still, basis @ (rate * seen), still)
     return basis.conj().T @ given / len(basis) @ force.matrix

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from rotorstudy.model.model import Model
 from rotorstudy.model.terms import apply_entries
 from rotorstudy.response.alternating import nonlinear_column
-from rotorstudy.response.coupling import COUPLED_ORDER, check_harmonics, check_speed, layout
+from rotorstudy.response.coupling import COUPLED_ORDER, layout
 from rotorstudy.response.harmonic import (
     Linearised,
     carried_response,
@@ -116,10 +116,8 @@ def sensitivities(model, speed, harmonics, unknowns, theta=None, *, order=COUPLE
     returns  : (speed, harmonic, sensor, unknown) complex, m per unit
     """
     rotor, output = unknowns
-    speed, harmonics = check_speed(speed), check_harmonics(harmonics)
-    theta = np.asarray(model.theta if theta is None else theta, float)
-    carried = np.union1d(np.arange(-order, order + 1), harmonics)
-    blocks = layout(model, carried, order)
+    speed, harmonics, theta, _ = response_inputs(model, speed, harmonics, theta, order)
+    blocks = layout(model, np.union1d(np.arange(-order, order + 1), harmonics), order)
     own = theta[: len(model.rotor_unknowns)]
     deflection = static_deflection(model, speed, own).value
     found, _ = carried_response(model, speed, theta, blocks, False)
