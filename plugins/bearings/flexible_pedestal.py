@@ -15,14 +15,14 @@ from rotorstudy.plugins import (
 
 
 class Stiffness(TypedDict):
-    """Along x and y; y is as x where it is left out."""
+    """Along x and y; by default yy = xx."""
 
     xx: Positive
     yy: NotRequired[Positive]
 
 
 class NonNegativeNumber(TypedDict):
-    """Along x and y; y is as x where it is left out."""
+    """Along x and y; by default yy = xx."""
 
     xx: NonNegative
     yy: NotRequired[NonNegative]
@@ -40,8 +40,8 @@ def flexible_pedestal(
     """Linear bearing on a pedestal with stiffness, damping and mass in x and y, times the amplitude bearing_scale.
 
     The pedestal's motion is eliminated exactly at every harmonic: S = b p / (b + p) with b = k_b + j v c_b and
-    p = k_p + j v c_p - v^2 m_p at the frequency v = n w. Hence it exists in frequency only. Displacements count from
-    where the pedestal rests under its own weight.
+    p = k_p + j v c_p - v^2 m_p at the frequency v = n w. It is therefore defined in the frequency domain only.
+    Displacements are measured from the pedestal's own static deflection.
     """
     node = structure.default_node() if node is None else node
     here, entries = np.outer(structure.unit(node), structure.unit(node)), []
@@ -69,7 +69,7 @@ def series(bearing_stiffness, bearing_damping, pedestal_stiffness, pedestal_damp
         if np.any(resonant):
             raise RotorstudyError(
                 f"speed {speed[resonant].flat[0]:g} rad/s, harmonic {harmonic[resonant].flat[0]}: the undamped "
-                f"pedestal at node {node} is in resonance; give it damping or leave that speed out"
+                f"pedestal at node {node} is in resonance; add damping or leave that speed out"
             )
         return bearing * pedestal / (bearing + pedestal)
 

@@ -10,8 +10,8 @@ DIRECTIONS = {"isotropic": (), "anisotropic": ("xx", "yy"), "full": ("xx", "xy",
 def linear(structure, node: int | None = None, coefficients: Literal["isotropic", "anisotropic", "full"] = "isotropic"):
     """Spring and damper between a node and the ground: force -(K r + C dr/dt), r = (x, y).
 
-    coefficients: isotropic, one stiffness and one damping; anisotropic, of x and of y; full, cross-coupled too
-    (k_xy is the force along x by a displacement along y).
+    coefficients: isotropic has one stiffness and one damping; anisotropic has them for x and for y; full also has
+    cross-coupling (k_xy is the force along x due to a displacement along y).
     """
     here = structure.unit(structure.default_node() if node is None else node)
     here, parameters = np.outer(here, here), []
@@ -30,7 +30,7 @@ def rotorstudy_bearing():
         "linear",
         linear,
         source="Nelson and McVaugh 1976; thesis Chapter 6",
-        checked="force on an elliptic orbit by hand; unbalance response and whirl threshold of one mass in closed form",
+        checked="closed forms: force on an elliptic orbit, unbalance response and whirl threshold of one mass",
         positive_damping=True,
         symmetric=True,
     )

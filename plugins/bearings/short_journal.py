@@ -4,8 +4,8 @@ import numpy as np
 
 from rotorstudy.plugins import Bearing, Parameter, Positive, RotorstudyError, hookimpl, planar_entries
 
-LONGEST = 1.0  # length over diameter; the theory neglects the flow around the journal, good up to about one half
-ECCENTRICITY = (1e-6, 1 - 1e-6)  # what is searched; outside, the film is no film or carries nothing
+LONGEST = 1.0  # length over diameter; neglecting the circumferential flow is accurate up to about 0.5
+ECCENTRICITY = (1e-6, 1 - 1e-6)  # search range; outside, there is no film or it carries no load
 
 
 def short_journal(
@@ -19,15 +19,15 @@ def short_journal(
 ):
     """Oil film of a short plain journal bearing (Ocvirk, half film) about its running position, times bearing_scale.
 
-    load_N is the share of the static load that this bearing carries, along gravity. Displacements count from the
-    running position, which the film gives the journal at each speed: eccentric by (0, 1) radial clearances, turned
-    from the load with the spin. That offset is not part of the displacements, nor does the static deflection, which
-    the stiffness here gives, follow it; the shaft's bending is right where the two supports share the load as stated.
+    load_N is the static load on this bearing, along gravity. Displacements are measured from the equilibrium position
+    of the journal at each speed. This offset, of 0 to 1 radial clearances, is part neither of the displacements nor of
+    the static deflection, which follows from the stiffness; the bending of the shaft is correct if the bearings share
+    the load as stated.
     """
     if length_m > LONGEST * diameter_m:
         raise RotorstudyError(
-            f"short_journal: length_m / diameter_m = {length_m / diameter_m:g}; the theory of short bearings ends at "
-            f"{LONGEST:g} (and is good up to 0.5); tabulate the coefficients of a longer bearing over speed instead"
+            f"short_journal: length_m / diameter_m = {length_m / diameter_m:g}; the short-bearing theory is limited "
+            f"to {LONGEST:g} (accurate up to 0.5); for a longer bearing tabulate the coefficients over speed"
         )
     node = structure.default_node() if node is None else node
     here, entries = np.outer(structure.unit(node), structure.unit(node)), []
@@ -38,7 +38,7 @@ def short_journal(
         """Both matrices at one speed, N/m and N s/m."""
         if not speed > 0:
             raise RotorstudyError(
-                f"speed {speed:g} rad/s: the journal at node {node} needs to turn to float; give speeds > 0 rad/s"
+                f"speed {speed:g} rad/s: the journal at node {node} must rotate to have a film; give speeds > 0"
             )
         eccentricity = eccentricity_ratio(film * speed, f"at {speed:g} rad/s the journal at node {node}")
         stiffness, damping = coefficients(eccentricity)
@@ -56,7 +56,7 @@ def short_journal(
 def eccentricity_ratio(ocvirk, where="the journal"):
     """Eccentricity over clearance at an Ocvirk number D speed viscosity L^3 / (8 load c^2).
 
-    (1 - e^2)^2 / (e sqrt(16 e^2 + pi^2 (1 - e^2))) falls from infinity to 0 while e goes from 0 to 1.
+    It solves (1 - e^2)^2 / (e sqrt(16 e^2 + pi^2 (1 - e^2))) = ocvirk, falling from infinity to 0.
     """
     from scipy.optimize import brentq
 
@@ -75,9 +75,9 @@ def eccentricity_ratio(ocvirk, where="the journal"):
 
 
 def coefficients(e):
-    """Stiffness times clearance over load, damping times clearance and speed over load: each (2, 2), x along the load.
+    """Dimensionless K c / load and C c w / load at eccentricity ratio e, each (2, 2), x along the load.
 
-    u = y is across the load, v = -x against it, as in the book; both pairs of axes turn the same way as the shaft.
+    As in the book, u = y is across the load and v = -x against it.
     """
     pi2, e2 = np.pi**2, e * e
     rest = 1 - e2
@@ -106,6 +106,6 @@ def rotorstudy_bearing():
             "radial_clearance_m": 1e-4,
             "viscosity_Pa_s": 0.1,
         },
-        checked="Friswell et al. 2010, Example 5.5.1; the Reynolds film integrated and differenced; Lund's threshold",
+        checked="Friswell et al. 2010, Example 5.5.1; numerical Reynolds film; Lund's threshold",
         positive_damping=True,
     )

@@ -6,7 +6,7 @@ from rotorstudy.plugins import AtLeastOne, Bearing, Parameter, RotorstudyError, 
 
 
 class Table(TypedDict):
-    """One value a speed; a direction that is left out is zero."""
+    """One value per speed; an omitted direction is zero."""
 
     xx: NotRequired[list[float]]
     xy: NotRequired[list[float]]
@@ -21,10 +21,10 @@ def speed_tabulated(
     damping_N_s_per_m: Table | None = None,
     node: int | None = None,
 ):
-    """Bearing whose coefficients are tabulated over speed, linear in between, times the amplitude bearing_scale."""
+    """Bearing coefficients tabulated over speed, linearly interpolated, times the amplitude bearing_scale."""
     speeds = np.array(speeds_rad_per_s)
     if (np.diff(speeds) <= 0).any():
-        raise RotorstudyError(f"speed_tabulated: speeds_rad_per_s = {speeds_rad_per_s} must rise from one to the next")
+        raise RotorstudyError(f"speed_tabulated: speeds_rad_per_s = {speeds_rad_per_s} must be strictly increasing")
     node = structure.default_node() if node is None else node
     here, entries = np.outer(structure.unit(node), structure.unit(node)), []
     tables = (("stiffness_N_per_m", stiffness_N_per_m, 0), ("damping_N_s_per_m", damping_N_s_per_m or {}, 1))
@@ -33,7 +33,7 @@ def speed_tabulated(
             if len(values) != len(speeds):
                 raise RotorstudyError(
                     f"speed_tabulated: {name}.{direction} has {len(values)} values for {len(speeds)} speeds; "
-                    "give one for each"
+                    "give one per speed"
                 )
             entries += planar_entries(direction, -here, order, interpolation(speeds, np.array(values), node))
     if not entries:
@@ -42,7 +42,7 @@ def speed_tabulated(
 
 
 def interpolation(speeds, values, node):
-    """The gain of one coefficient, or an error outside the table: nothing is known there."""
+    """The gain of one coefficient by linear interpolation; a speed outside the table is an error."""
 
     def gain(speed):
         outside = (speed < speeds[0]) | (speed > speeds[-1])

@@ -15,13 +15,13 @@ def squeeze_film(
     film: Literal["pi", "2pi"] = "pi",
     node: int | None = None,
 ):
-    """Short squeeze-film damper with open ends on a circular centred orbit of given size, and its centring spring.
+    """Short open-ended squeeze-film damper with centring spring, for a circular centred orbit of given radius.
 
-    film: pi, it cavitates and covers half the circle; 2pi, it is supplied with enough pressure to stay whole.
-    Amplitudes: bearing_scale of the film, centring_stiffness of the spring that holds the journal in the middle. The
-    film's stiffness is that of a whirl, proportional to its frequency |n| w: a film at rest carries nothing, so the
-    half film exists in frequency only. Each harmonic is taken as the only one; the orbit of the main one has the size
-    eccentricity_ratio times the clearance, which the user compares with the response.
+    film: pi, cavitated, covers half the circumference; 2pi, the supply pressure prevents cavitation.
+    Amplitudes: bearing_scale of the film, and centring_stiffness of the spring. The film stiffness is proportional to
+    the whirl frequency |n| w and carries no static load, so the half film is defined in the frequency domain only. Each
+    harmonic is treated as if alone. The orbit radius of the dominant one is eccentricity_ratio times the clearance; the
+    user must compare it with the response.
     """
     here = structure.unit(structure.default_node() if node is None else node)
     here = np.outer(here, here)
@@ -38,7 +38,7 @@ def squeeze_film(
 
 
 def coefficients(e, film):
-    """Stiffness over whirl speed, and damping, in units of viscosity radius (length / clearance)^3."""
+    """Stiffness over whirl frequency, and damping, in units of viscosity radius (length / clearance)^3."""
     half = np.pi / 2 * (1 - e * e) ** -1.5
     return (2 * e / (1 - e * e) ** 2, half) if film == "pi" else (0.0, 2 * half)
 
@@ -56,7 +56,7 @@ def rotorstudy_bearing():
             "viscosity_Pa_s": 0.01,
             "eccentricity_ratio": 0.4,
         },
-        checked="the Reynolds film of an orbit integrated numerically, both films",
+        checked="numerical integration of the Reynolds film pressure of an orbit, both films",
         positive_damping=True,
         symmetric=True,
     )

@@ -4,9 +4,9 @@ from rotorstudy.plugins import Crack, Share, hookimpl
 
 
 def breathing(angle, eta_share: Share = 0.0):
-    """Opens and shuts gradually, along xi and eta alike: sigma = (1 + cos(angle)) / 2.
+    """Crack that opens and closes gradually: sigma = (1 + cos(angle)) / 2.
 
-    eta_share: loss along eta over that along xi.
+    eta_share: ratio of the loss along eta to that along xi.
     """
     breathing = (1 + np.cos(angle)) / 2
     return np.stack([breathing, eta_share * breathing, 0 * breathing])

@@ -4,9 +4,9 @@ from rotorstudy.plugins import Crack, Share, hookimpl
 
 
 def always_open(angle, eta_share: Share = 0.0):
-    """Never shuts, a notch or a shaft of unequal stiffness: sigma = 1.
+    """Crack that never closes, such as a notch: sigma = 1.
 
-    eta_share: loss along eta over that along xi.
+    eta_share: ratio of the loss along eta to that along xi.
     """
     return np.stack([np.full(np.shape(angle), share) for share in (1.0, eta_share, 0.0)])
 

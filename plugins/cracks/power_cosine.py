@@ -6,9 +6,9 @@ from rotorstudy.plugins import Crack, Even, Share, hookimpl
 
 
 def power_cosine(angle, exponent: Even = 4, eta_share: Share = 0.0):
-    """Opens for a smaller part of the turn the higher the exponent: sigma = cos(angle / 2)^exponent.
+    """Crack open for a smaller part of the revolution, the higher the exponent: sigma = cos(angle / 2)^exponent.
 
-    exponent: even; 2 is the cosine of Mayes and Davies.  eta_share: loss along eta over that along xi.
+    exponent: even; 2 is the cosine of Mayes and Davies.  eta_share: ratio of the loss along eta to that along xi.
     """
     breathing = np.cos(angle / 2) ** exponent
     return np.stack([breathing, eta_share * breathing, 0 * breathing])

@@ -2,21 +2,21 @@ import numpy as np
 
 from rotorstudy.plugins import Crack, DepthRatio, hookimpl
 
-GAUSS = np.polynomial.legendre.leggauss(10)  # of sines and cosines up to order 5 over a quarter turn: to round-off
+GAUSS = np.polynomial.legendre.leggauss(10)  # integrates sines and cosines up to order 5 over 90 degrees to round-off
 
 
 def section_geometry(angle, depth_ratio: DepthRatio = 0.25):
-    """Straight-edged crack, open where the weight pulls: loss of the area moments of a round section.
+    """Straight-edged crack, open where bending by the weight causes tension: loss of area moments of a round section.
 
-    The crack is open below a neutral axis that is horizontal and goes through the centroid of what carries, the section
-    without the open part of the crack. Shares are losses of central area moments over that of the open crack in xi;
-    radius 1, crack depth 2 * depth_ratio.
+    The crack is open below the neutral axis, which is horizontal and passes through the centroid of the section without
+    the open part of the crack. Shares are losses of central area moments over the loss of the open crack in xi; the
+    radius is 1, the crack depth 2 * depth_ratio.
     """
     angle = np.asarray(angle, float)
-    turned = np.abs(np.angle(np.exp(1j * angle)))  # 0 crack down, pi crack up; the other half turn mirrors eta
-    half = np.arccos(1 - 2 * depth_ratio)  # the crack edge spans the angles -half to half about xi
+    turned = np.abs(np.angle(np.exp(1j * angle)))  # 0 crack down, pi crack up; the other half revolution mirrors eta
+    half = np.arccos(1 - 2 * depth_ratio)  # the crack extends over the angles -half to half about xi
     neutral = np.zeros_like(turned)
-    for _ in range(30):  # Newton from the convex side: first moment of what carries about the neutral axis is zero
+    for _ in range(30):  # Newton: zero first moment of the uncracked area about the neutral axis
         area, first, _ = _open_part(turned, neutral, half)
         down = first[0] * np.cos(turned) - first[1] * np.sin(turned)
         step = (np.pi * neutral + down - area * neutral) / (np.pi - area)
@@ -29,7 +29,7 @@ def section_geometry(angle, depth_ratio: DepthRatio = 0.25):
 
 
 def _open_part(turned, neutral, half):
-    """Area, first moments (xi, eta) and second (xi xi, eta eta, xi eta) of the crack below the neutral axis.
+    """Area, first moments (xi, eta) and second moments (xi xi, eta eta, xi eta) of the crack below the neutral axis.
 
     A point of the crack lies at xi cos(turned) - eta sin(turned) below the axis of the shaft. Strips across
     xi = cos(phi) are integrated in closed form, over phi between the angles where the neutral axis meets the circle.
@@ -53,7 +53,7 @@ def _open_part(turned, neutral, half):
 
 
 def _loss(area, first, second):
-    """What the section loses of its central area moments xi xi, eta eta and xi eta."""
+    """Loss of the central area moments xi xi, eta eta and xi eta of the section."""
     carrying = np.pi - area
     return second + np.array([first[0] ** 2, first[1] ** 2, first[0] * first[1]]) / carrying
 
@@ -65,5 +65,5 @@ def rotorstudy_crack():
         section_geometry,
         source="after Al-Shudeifat and Butcher 2011; neutral axis through the centroid at each angle",
         symmetric=True,
-        checked="closed forms: area moments of the open crack, angles where it begins and ends to shut; squares",
+        checked="closed forms: area moments of the open crack, angles where closing begins and ends; square sections",
     )

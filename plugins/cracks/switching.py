@@ -4,9 +4,9 @@ from rotorstudy.plugins import Crack, Whole, hookimpl
 
 
 def switching(angle, terms: Whole | None = None):
-    """Hinge that opens and shuts at once: sigma = 1 while cos(angle) > 0, else 0.
+    """Crack that opens and closes suddenly (hinge model): sigma = 1 while cos(angle) > 0, else 0.
 
-    terms: of the cosine series that are kept; cut short, it overshoots by 9 to 14 % of the loss.
+    terms: number of terms of the cosine series to keep; a truncated series overshoots by 9 to 14 % of the loss.
     """
     if terms:
         return sum(np.real(s * np.exp(1j * k * angle)) for k, s in series(2 * terms - 1).items())

@@ -11,14 +11,14 @@ def strip_integration(
     youngs_modulus_Pa: Positive = 2.1e11,
     poissons_ratio: PoissonsRatio = 0.3,
 ):
-    """Straight-edged crack in a round shaft, cut into strips with the stress intensity of a strip under load.
+    """Straight-edged crack in a round shaft, from the stress intensity factors of parallel strips.
 
-    In xi each strip is bent (F2), in eta pulled (F1), with the stress that the sound shaft would have at its edge:
+    In xi each strip is in bending (F2), in eta in tension (F1), with the stress of the uncracked shaft at its edge:
     c = 64 (1 - nu^2) / (pi E R^3) * integral of y (1 - x^2) F2^2 (xi) or y x^2 F1^2 (eta) over half the crack, R = 1.
-    In eta the paper counts the half in tension alone, 32 instead of 64; here the weight holds both halves open.
+    In eta the paper includes only the half in tension, 32 instead of 64; here the weight keeps both halves open.
     """
     edge = 1 - 2 * depth_ratio
-    x, across = _points(0, np.arcsin(np.sqrt(1 - edge**2)))  # x = sin(angle): the strips end at the circle
+    x, across = _points(0, np.arcsin(np.sqrt(1 - edge**2)))  # x = sin(angle); the strips end at the circle
     height = 2 * np.cos(x)
     t, deep = _points(0, (np.cos(x) - edge)[:, None] / height[:, None])  # y over the height of the strip
     common = t * np.tan(np.pi * t / 2) / (np.pi * t / 2) / np.cos(np.pi * t / 2) ** 2 if depth_ratio else 0 * t
@@ -30,7 +30,7 @@ def strip_integration(
 
 
 def _points(low, high):
-    """Gauss points and weights between low and high, (...,) or with points along the last axis of (..., 1)."""
+    """Gauss points and weights (..., point) between `low` and `high`."""
     half = (high - low) / 2
     return low + half * (1 + GAUSS[0]), half * GAUSS[1]
 

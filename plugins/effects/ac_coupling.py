@@ -4,9 +4,9 @@ from rotorstudy.plugins import Effect, Entry, Parameter, Positive, hookimpl
 
 
 def ac_coupling(sensors, corner_rad_per_s: Positive = 3.0):
-    """First-order high pass in all channels, which takes the mean: harmonic n shows j n w / (j n w + w_c) of itself.
+    """First-order high pass in all channels, which removes the mean: gain j n w / (j n w + w_c) of harmonic n.
 
-    The amplitude is 1 where the channels are AC coupled, 0 where not; the corner is a shape parameter.
+    The amplitude is 1 if the channels are AC coupled, else 0; the corner frequency is a shape parameter.
     """
 
     def lost(speed, harmonic):
@@ -27,7 +27,7 @@ def rotorstudy_effect():
         shape={"corner_rad_per_s": (0.05, 60.0)},
         checked="0X gone to 1e-12, -3 dB and 45 degrees of lead at the corner",
         confounders=(
-            ("sensor_gap", "AC coupling takes the whole mean of every sensor away, whatever it was"),
-            ("delay", "a high pass leads most at low speeds and loses 0X, a delay lags most at high speeds"),
+            ("sensor_gap", "AC coupling removes the entire mean of every sensor"),
+            ("delay", "a high pass leads most at low speeds and removes 0X; a delay lags most at high speeds"),
         ),
     )

@@ -18,10 +18,10 @@ class Place(TypedDict):
 def added_mass(
     structure, node: int | None = None, places: AtLeastOne[Place] | None = None, plane: Literal["both", "y"] = "both"
 ):
-    """Mass the rotor has beyond its own: force -m W d2q/dt2, at a node, or wherever `places` puts it.
+    """Additional mass: force -m W d2q/dt2, at a node or at given `places` of the mass matrix.
 
-    places: rows and columns of W that couple a translation with a tilt, at a lever;
-    plane y: horizontal motion only, as a misprinted mass matrix of one plane has it.
+    places: rows and columns of W, with a lever where a translation is coupled with a tilt;
+    plane y: horizontal motion only, as for a misprinted mass matrix of one plane.
     """
     if places is None:
         here = structure.unit(structure.default_node() if node is None else node)
@@ -46,10 +46,10 @@ def rotorstudy_effect():
         source="Newton; plane y for thesis Tables 6.2 to 6.7",
         checked="response equal to that of a rotor built with M + m to 1e-11; thesis Tables 6.2 to 6.7 with plane y",
         confounders=(
-            ("stiffness_error", "stiffness shows below the critical speed and at 0X, mass above it"),
+            ("stiffness_error", "stiffness dominates below the critical speed and at 0X, mass above it"),
             (
                 "speed_error",
-                "equal if all masses are wrong alike and nothing tilts; a second tachometer tells",
+                "equal if all masses have the same relative error and nothing tilts; use a second tachometer",
             ),
             (
                 "gyroscopic_error",

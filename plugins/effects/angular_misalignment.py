@@ -4,10 +4,9 @@ HARMONICS = (1, 2)
 
 
 def angular_misalignment(structure, node: int | None = None, harmonics: AtLeastOne[int] = HARMONICS):
-    """Shafts at an angle in a coupling: a moment at its node at 1X and 2X that does not grow with the speed.
+    """Angular misalignment of a coupling: a moment at its node at 1X and 2X, independent of the speed.
 
-    Free amplitude and phase for each harmonic; the axial motion at 1X, which probes on the shaft do not see, is not
-    modelled.
+    Each harmonic has its own amplitude and phase; the axial motion at 1X, invisible to radial probes, is not modelled.
     """
     node = structure.default_node() if node is None else node
     tilt = structure.unit(node, "tilt")
@@ -33,8 +32,8 @@ def rotorstudy_effect():
         confounders=(
             (
                 "couple_unbalance",
-                "a couple grows with the square of the speed; a coupling's moment does not, and has 2X",
+                "a couple grows with the square of the speed; the moment of a coupling does not, and has 2X",
             ),
-            ("parallel_misalignment", "a force against a moment at the same node: a second plane tells them apart"),
+            ("parallel_misalignment", "a force and a moment at the same node: a second measuring plane separates them"),
         ),
     )

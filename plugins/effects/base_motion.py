@@ -4,9 +4,9 @@ from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
 
 
 def base_motion(structure, harmonic: int = 1):
-    """Foundation that moves by z_b at a harmonic, with the probes on it: force m n^2 w^2 z_b on every mass.
+    """Foundation that carries the probes and moves by z_b at a harmonic: force m n^2 w^2 z_b on every mass.
 
-    Displacements count from the base, whose amplitude is the same at all speeds.
+    Displacements are relative to the base, whose amplitude is the same at all speeds.
     """
     along = np.array([float(motion == "translation") for _, motion in structure.dofs])
     entry = Entry(structure.mass @ along, on="one", shift=harmonic, gain=lambda speed: (harmonic * speed) ** 2)
@@ -14,7 +14,7 @@ def base_motion(structure, harmonic: int = 1):
 
 
 def usual_harmonics(structure, sensors):
-    """Twice a turn forward and backward, and once backward: what shakes a base from next door."""
+    """1X and 2X, forward and backward."""
     return [{"harmonic": n} for n in (1, -1, 2, -2)]
 
 
@@ -27,9 +27,6 @@ def rotorstudy_effect():
         places=usual_harmonics,
         checked="motion solved in the frame at rest to 1e-9",
         confounders=(
-            (
-                "unbalance",
-                "base motion shakes all masses alike; equal on a rotor of one mass: measure the base",
-            ),
+            ("unbalance", "base motion accelerates all masses alike; equal on a rotor of one mass: measure the base"),
         ),
     )

@@ -2,9 +2,9 @@ from rotorstudy.plugins import Effect, crack_parameters, hookimpl, registry
 
 
 def breathing_crack(structure, crack: str = "switching", node: int | None = None, element: int | None = None):
-    """Crack that weight opens and closes: its stiffness loss acts on the whole motion, so it varies in time.
+    """Crack opened and closed by the weight, whose stiffness loss acts on the total motion (time-varying).
 
-    crack: which breathing function of the plugin library.
+    crack: name of a crack plugin, which gives the breathing function.
     """
     return crack_parameters(
         registry().get("crack", crack, "breathing_crack"), structure, False, node=node, element=element
@@ -12,7 +12,7 @@ def breathing_crack(structure, crack: str = "switching", node: int | None = None
 
 
 def where_it_cracks(structure, sensors):
-    """Places where the rotor says it can crack."""
+    """Places where the rotor can crack."""
     return structure.crack_places()
 
 
@@ -26,10 +26,10 @@ def rotorstudy_effect():
         positive=True,
         checked="force in time is sigma dk times the motion along the crack, to 1e-12",
         confounders=(
-            ("shaft_asymmetry", "an open asymmetry has 2X from gravity alone; a crack that breathes has 1X and 3X too"),
+            ("shaft_asymmetry", "under gravity a constant asymmetry gives 2X only, a breathing crack 1X and 3X too"),
             (
                 "breathing_crack_weight",
-                "equal while the motion is small against the static deflection: change the unbalance",
+                "equal if the vibration is small compared with the static deflection: change the unbalance",
             ),
         ),
     )

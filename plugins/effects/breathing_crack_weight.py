@@ -2,9 +2,9 @@ from rotorstudy.plugins import Effect, crack_parameters, hookimpl, registry
 
 
 def breathing_crack_weight(structure, crack: str = "switching", node: int | None = None, element: int | None = None):
-    """Crack that weight opens and closes: its stiffness loss acts on the static deflection alone.
+    """Crack opened and closed by the weight, whose stiffness loss acts on the static deflection only.
 
-    crack: which breathing function of the plugin library.
+    crack: name of a crack plugin, which gives the breathing function.
     """
     return crack_parameters(
         registry().get("crack", crack, "breathing_crack_weight"), structure, True, node=node, element=element
@@ -12,7 +12,7 @@ def breathing_crack_weight(structure, crack: str = "switching", node: int | None
 
 
 def where_it_cracks(structure, sensors):
-    """Places where the rotor says it can crack."""
+    """Places where the rotor can crack."""
     return structure.crack_places()
 
 
@@ -26,16 +26,16 @@ def rotorstudy_effect():
         positive=True,
         checked="force in time is sigma dk u_x along the crack to 1e-12, with and without tilt",
         confounders=(
-            ("shaft_asymmetry", "an open asymmetry has 2X from gravity alone; a crack that breathes has 1X and 3X too"),
+            ("shaft_asymmetry", "under gravity a constant asymmetry gives 2X only, a breathing crack 1X and 3X too"),
             (
                 "breathing_crack",
-                "equal while the motion is small against the static deflection: change the unbalance",
+                "equal if the vibration is small compared with the static deflection: change the unbalance",
             ),
-            ("crack_force", "a crack has one stiffness loss for all harmonics, free forces have one each"),
+            ("crack_force", "a crack has one stiffness loss for all harmonics, free forces have one amplitude each"),
             (
                 "parallel_misalignment",
-                "a misaligned coupling has its own node and no 0X tied to 2X; an uncoupled run tells",
+                "a misaligned coupling acts at its own node and has no 0X related to 2X; run the rotor uncoupled",
             ),
-            ("looseness", "a loose support depends on the size of the motion: change the unbalance"),
+            ("looseness", "the force of a loose support depends on the amplitude: change the unbalance"),
         ),
     )

@@ -2,9 +2,9 @@ from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
 
 
 def couple_unbalance(structure, node: int | None = None):
-    """Principal axis of a disc tilted by tau against the shaft: moment (I_d - I_p) tau w^2 e^{j(wt + beta)}.
+    """Principal axis of a disc inclined by tau to the shaft: moment (I_d - I_p) tau w^2 e^{j(wt + beta)}.
 
-    The amplitude is (I_d - I_p) tau, as a balancing machine gives it; the moment acts on the tilt of the node.
+    The amplitude is (I_d - I_p) tau, as measured by a balancing machine; the moment acts on the tilt of the node.
     """
     node = structure.default_node() if node is None else node
     entry = Entry(structure.unit(node, "tilt"), on="one", shift=1, gain=lambda speed: speed**2)
@@ -25,10 +25,13 @@ def rotorstudy_effect():
         places=tilting_nodes,
         checked="equal to two opposite unbalances l apart with moment m e l to 5e-3",
         confounders=(
-            ("unbalance", "a couple tilts: two measuring planes, or the mode of the critical speed, tell them apart"),
+            (
+                "unbalance",
+                "a couple tilts the rotor: two measuring planes, or the mode at the critical speed, separate them",
+            ),
             (
                 "angular_misalignment",
-                "a couple grows with the square of the speed; a coupling's moment does not, and has 2X",
+                "a couple grows with the square of the speed; the moment of a coupling does not, and has 2X",
             ),
         ),
     )

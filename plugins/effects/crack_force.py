@@ -13,7 +13,7 @@ def crack_force(
 ):
     """Weight-dominant crack force dk p_n u_0 e^{jnwt}, with p_n given, or with dk p_n free at each harmonic.
 
-    losses: which of the stiffness losses of the rotor take part; all by default.
+    losses: names of the stiffness losses of the rotor to use; all by default.
     """
     parameters = []
     possible = structure.stiffness_loss_at(node, element)
@@ -39,8 +39,11 @@ def rotorstudy_effect():
         crack_force,
         source="thesis Eqs. (2.19), (2.20), (3.2)",
         candidate=False,
-        checked="with the factors of a crack that crack to 1e-12",
+        checked="equal to a crack plugin with the same participation factors to 1e-12",
         confounders=(
-            ("breathing_crack_weight", "a crack has one stiffness loss for all harmonics, free forces have one each"),
+            (
+                "breathing_crack_weight",
+                "a crack has one stiffness loss for all harmonics, free forces have one amplitude each",
+            ),
         ),
     )

@@ -4,7 +4,7 @@ from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
 
 
 def cross_coupling(structure, node: int | None = None):
-    """Fluid that swirls with the shaft pushes across the motion: force +j k z, F_x = -k y and F_y = k x.
+    """Cross-coupled stiffness of a fluid that swirls with the shaft: force +j k z, F_x = -k y and F_y = k x.
 
     Positive k drives forward whirl.
     """
@@ -19,11 +19,11 @@ def rotorstudy_effect():
         cross_coupling,
         source="Alford 1965; Childs 1993, Turbomachinery Rotordynamics",
         positive=True,
-        checked="unstable from k = c w_n on a Jeffcott rotor: growth rate crosses zero there to 1e-6 of k",
+        checked="stability limit k = c w_n of a Jeffcott rotor: growth rate zero there to 1e-6 of k",
         confounders=(
             (
                 "internal_damping",
-                "cross-coupling does not grow with speed, and acts at +1X where internal damping is silent",
+                "cross-coupling does not grow with the speed and acts at +1X, where internal damping has no force",
             ),
         ),
     )

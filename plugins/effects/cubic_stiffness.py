@@ -4,7 +4,7 @@ from rotorstudy.plugins import Effect, NonlinearForce, Parameter, hookimpl
 
 
 def cubic_stiffness(structure, node: int | None = None):
-    """Support that stiffens with the square of its deflection: force -k |r|^2 r, r from the line of the bearings."""
+    """Support whose stiffness grows with the square of its deflection: force -k |r|^2 r, r from the bearing line."""
     here = structure.unit(structure.default_node() if node is None else node)[None]
 
     def stiffening(displacement, velocity, deflection):
@@ -20,10 +20,10 @@ def rotorstudy_effect():
         cubic_stiffness,
         source="Duffing 1918; Yamamoto and Ishida 2001, Linear and Nonlinear Rotordynamics",
         positive=True,
-        checked="circular whirl without weight: k r^2 of stiffness to 1e-10; weight gives 2X; in time to 1e-6",
+        checked="circular whirl without weight: stiffness k r^2 to 1e-10; 2X due to weight; time integration to 1e-6",
         confounders=(
-            ("support_stiffness", "cubic stiffness grows with the motion: change the unbalance"),
-            ("rub", "a rub starts at its clearance and has friction; cubic stiffness is always there"),
-            ("looseness", "looseness softens and pulls one way, cubic stiffness stiffens all ways"),
+            ("support_stiffness", "cubic stiffness depends on the amplitude: change the unbalance"),
+            ("rub", "a rub begins at its clearance and has friction; cubic stiffness always acts"),
+            ("looseness", "looseness softens in one direction, cubic stiffness stiffens in all directions"),
         ),
     )

@@ -4,9 +4,9 @@ from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, sensor_unit
 
 
 def delay(sensors, node: int | None = None):
-    """Signal that comes late by tau, all sensors or that of a node: z shows z - tau dz/dt.
+    """Signal delayed by tau, of all sensors or of one node: z is measured as z - tau dz/dt.
 
-    Linear in tau: (n w tau)^2 / 2 of harmonic n is lost.
+    Linear in tau: the relative error of harmonic n is (n w tau)^2 / 2.
     """
     late = np.eye(len(sensors)) if node is None else np.diag(sensor_unit(sensors, node))
     return [Parameter("delay", "s", (Entry(-late, order=1),), typical=1e-4)]
@@ -28,11 +28,14 @@ def rotorstudy_effect():
         positive=True,
         checked="z(t - tau) at w tau = 1e-4, in time, to 1e-7",
         confounders=(
-            ("external_damping", "a delay turns the harmonics far from resonance too, where damping does little"),
+            (
+                "external_damping",
+                "a delay also shifts the phase far from resonance, where damping has little influence",
+            ),
             (
                 "phase_reference",
-                "the angle of a wrong mark is the same at all speeds, that of a delay grows with the speed",
+                "the phase error of a wrong mark is the same at all speeds, that of a delay grows with the speed",
             ),
-            ("ac_coupling", "a high pass leads most at low speeds and loses 0X, a delay lags most at high speeds"),
+            ("ac_coupling", "a high pass leads most at low speeds and removes 0X; a delay lags most at high speeds"),
         ),
     )

@@ -2,15 +2,15 @@ from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
 
 
 def gravity_direction(structure):
-    """Weight off the x axis by an angle alpha towards y: static force j alpha f, linear in alpha (1 % at 8 degrees).
+    """Weight inclined from the x axis by alpha towards y: static force j alpha f, linear (1 % error at 8 degrees).
 
-    A crack driven by the modelled weight keeps its direction; to turn everything, turn the probes.
+    The direction of a weight-dominant crack force does not change; to rotate everything, rotate the probes.
     """
     return [Parameter("gravity_direction", "rad", (Entry(1j * structure.static_load, on="one"),), typical=0.03)]
 
 
 def where_it_weighs(structure, sensors):
-    """One place, on a rotor with weight that its shaft carries."""
+    """One place, on a rotor with weight."""
     return [{}] if structure.static_load.any() else []
 
 
@@ -25,8 +25,11 @@ def rotorstudy_effect():
         confounders=(
             (
                 "static_preload",
-                "equal on a rotor of one coordinate; a turned gravity pulls every mass, a preload one node",
+                "equal on a rotor of one coordinate; inclined gravity acts on every mass, a preload on one node",
             ),
-            ("probe_angle", "turned probes turn every harmonic, a turned weight 0X and what it drives"),
+            (
+                "probe_angle",
+                "rotated probes rotate every harmonic, inclined gravity only 0X and the harmonics caused by the weight",
+            ),
         ),
     )

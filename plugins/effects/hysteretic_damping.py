@@ -4,7 +4,7 @@ from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
 
 
 def hysteretic_damping(structure):
-    """Damping of the shaft's material that does not know how fast it bends: force -j eta sign(n - 1) K q_n."""
+    """Rate-independent material damping of the shaft: force -j eta sign(n - 1) K q_n."""
 
     def gain(speed, harmonic):
         return np.sign(harmonic - 1) + 0 * speed
@@ -24,7 +24,7 @@ def rotorstudy_effect():
         confounders=(
             (
                 "shaft_damping",
-                "equal at one harmonic of one speed; viscous grows with the speed, hysteretic does not",
+                "equal at one harmonic of one speed; viscous damping grows with the speed, hysteretic damping does not",
             ),
         ),
     )

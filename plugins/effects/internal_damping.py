@@ -4,7 +4,7 @@ from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
 
 
 def internal_damping(structure, node: int | None = None):
-    """Viscous damping in the turning shaft: force -c (dz/dt - j w z), so j (n - 1) w c on harmonic n."""
+    """Viscous damping in the rotating shaft: force -c (dz/dt - j w z), that is -j (n - 1) w c z_n on harmonic n."""
     here = structure.unit(structure.default_node() if node is None else node)
     here = np.outer(here, here)
     entries = (Entry(-here, order=1), Entry(1j * here, gain=lambda speed: speed))
@@ -20,18 +20,15 @@ def rotorstudy_effect():
         positive=True,
         checked="-c (dz/dt - j w z) in time to 1e-12; onset at w_n (1 + c_e / c_i) in tests/physics/test_stability.py",
         confounders=(
-            (
-                "external_damping",
-                "internal damping is silent at +1X and gives a static side force at 0X",
-            ),
-            ("shaft_damping", "internal damping acts at one node; equal on a rotor of one coordinate"),
+            ("external_damping", "internal damping has no force at +1X and gives a static cross force at 0X"),
+            ("shaft_damping", "equal on a rotor of one coordinate; internal damping acts at one node"),
             (
                 "cross_coupling",
-                "cross-coupling does not grow with speed, and acts at +1X where internal damping is silent",
+                "cross-coupling does not grow with the speed and acts at +1X, where internal damping has no force",
             ),
             (
                 "phase_reference",
-                "a wrong mark turns the harmonics far from resonance too, where damping does little",
+                "a wrong mark also shifts the phase far from resonance, where damping has little influence",
             ),
         ),
     )

@@ -4,9 +4,9 @@ from rotorstudy.plugins import Effect, NonlinearForce, NonNegative, Parameter, h
 
 
 def looseness(structure, node: int | None = None, lift_m: NonNegative = 5e-6):
-    """Support that lifts off: beyond a lift l up from its rest it no longer holds back, force -k (-x - l) along x.
+    """Support that lifts off: above a lift l from the static deflection it loses stiffness, force -k (-x - l) along x.
 
-    k is the part of the modelled stiffness that is lost in the air; gravity points along +x.
+    k is the part of the modelled stiffness that is lost; gravity points along +x.
     """
     here = structure.unit(structure.default_node() if node is None else node)[None]
 
@@ -25,11 +25,11 @@ def rotorstudy_effect():
         shape={"lift_m": (0.0, 1e-4)},
         example={"lift_m": 0.0},
         positive=True,
-        checked="as integrated in time to 2e-3 of what it does; nothing below the lift to 1e-12; mean goes up",
+        checked="time integration to 2e-3 of its effect; no force below the lift to 1e-12; the mean rises",
         confounders=(
-            ("support_stiffness", "looseness gives harmonics of 1X and depends on the size of the motion"),
-            ("breathing_crack_weight", "a loose support depends on the size of the motion: change the unbalance"),
-            ("rub", "a rub stiffens when the motion is large, looseness softens"),
-            ("cubic_stiffness", "looseness softens and pulls one way, cubic stiffness stiffens all ways"),
+            ("support_stiffness", "looseness gives multiples of 1X and depends on the amplitude"),
+            ("breathing_crack_weight", "the force of a loose support depends on the amplitude: change the unbalance"),
+            ("rub", "at large amplitudes a rub stiffens, looseness softens"),
+            ("cubic_stiffness", "looseness softens in one direction, cubic stiffness stiffens in all directions"),
         ),
     )

@@ -4,10 +4,10 @@ HARMONICS = (2, 1, 3)
 
 
 def parallel_misalignment(structure, node: int | None = None, harmonics: AtLeastOne[int] = HARMONICS):
-    """Offset shafts in a coupling: a force at its node at 2X, 1X and 3X that does not grow with the speed.
+    """Parallel misalignment of a coupling: a force at its node at 2X, 1X and 3X, independent of the speed.
 
-    Free amplitude and phase for each harmonic, since couplings differ: 2X leads, 1X and 3X follow. A force that keeps
-    to one direction has the backward harmonics too: list them.
+    Each harmonic has its own amplitude and phase, since couplings differ; 2X usually dominates. A force of fixed
+    direction has backward harmonics too: list them.
     """
     here = structure.unit(structure.default_node() if node is None else node)
     return [
@@ -25,19 +25,16 @@ def rotorstudy_effect():
         checked="whirl F_n / |k - m n^2 w^2| of a Jeffcott rotor to 1e-12",
         confounders=(
             ("unbalance", "a misaligned coupling does not grow with the square of the speed, and has 2X"),
-            (
-                "bow",
-                "equal at 1X on a rotor of one coordinate; a misaligned coupling has 2X, and its own place",
-            ),
-            ("runout", "a runout does not resonate where harmonic n meets a natural frequency"),
+            ("bow", "equal at 1X on a rotor of one coordinate; a misaligned coupling has 2X and acts at its own node"),
+            ("runout", "a runout is not amplified where harmonic n meets a natural frequency"),
             (
                 "shaft_asymmetry",
-                "2X of an asymmetric shaft follows gravity and stays when the shaft is uncoupled",
+                "the 2X of an asymmetric shaft is caused by gravity and remains when the shaft is uncoupled",
             ),
             (
                 "breathing_crack_weight",
-                "a misaligned coupling has its own node and no 0X tied to 2X; an uncoupled run tells",
+                "a misaligned coupling acts at its own node and has no 0X related to 2X; run the rotor uncoupled",
             ),
-            ("angular_misalignment", "a force against a moment at the same node: a second plane tells them apart"),
+            ("angular_misalignment", "a force and a moment at the same node: a second measuring plane separates them"),
         ),
     )

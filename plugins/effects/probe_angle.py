@@ -4,9 +4,9 @@ from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, sensor_unit
 
 
 def probe_angle(sensors, node: int | None = None):
-    """Probes turned by rho, y by sigma more: z shows z - j rho z - j sigma (z + conj z) / 2.
+    """Probes rotated by rho, y by sigma more: z is measured as z - j rho z - j sigma (z + conj z) / 2.
 
-    Linear in both angles: 1 % of them is lost at 8 degrees.
+    Linear in both angles: 1 % error at 8 degrees.
     """
     here = np.diag(sensor_unit(sensors, node))
     return [
@@ -22,21 +22,24 @@ def rotorstudy_effect():
         probe_angle,
         source="API 670 (probes 90 degrees apart within 5)",
         acts_on="output",
-        checked="exactly turned and skewed axes at 1e-4 rad, in time, to 1e-7",
+        checked="exactly rotated and skewed axes at 1e-4 rad, in time, to 1e-7",
         confounders=(
             (
                 "support_anisotropy",
-                "a skewed probe mirrors the same share of everything; anisotropy resonates at backward whirl",
+                "a skewed probe mirrors the same share of every harmonic; anisotropy excites backward whirl modes",
             ),
-            ("gravity_direction", "turned probes turn every harmonic, a turned weight 0X and what it drives"),
+            (
+                "gravity_direction",
+                "rotated probes rotate every harmonic, inclined gravity only 0X and the harmonics caused by the weight",
+            ),
             (
                 "probe_gain",
-                "a gain scales, an angle turns; mismatch and skew mirror a quarter turn apart",
+                "a gain scales, an angle rotates; the mirrored parts of mismatch and skew are 90 degrees apart",
             ),
             (
                 "phase_reference",
-                "turned probes turn all harmonics alike, a wrong mark turns harmonic n by n times the angle",
+                "rotated probes shift all phases by the same angle, a wrong mark that of harmonic n by n times it",
             ),
-            ("swapped_probes", "swapped probes mirror the whole signal, a skew a few per cent"),
+            ("swapped_probes", "swapped probes mirror the entire signal, a skew a few per cent of it"),
         ),
     )

@@ -4,9 +4,9 @@ from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, sensor_unit
 
 
 def probe_gain(sensors, node: int | None = None):
-    """Probes that show too much: x by g + m and y by g - m, so z shows (1 + g) z + m conj(z).
+    """Gain errors of the probes, g + m of x and g - m of y: z is measured as (1 + g) z + m conj(z).
 
-    The static deflection, from which displacements count, is not multiplied.
+    The static deflection, about which displacements are measured, is not multiplied.
     """
     here = np.diag(sensor_unit(sensors, node))
     return [
@@ -25,15 +25,15 @@ def rotorstudy_effect():
         nuisance=5e-3,
         checked="x (1 + g + m) and y (1 + g - m) in time to 1e-12",
         confounders=(
-            ("unbalance", "a wrong gain scales every harmonic, an unbalance 1X alone"),
+            ("unbalance", "a wrong gain scales every harmonic, an unbalance only 1X"),
             (
                 "support_anisotropy",
-                "a mismatch mirrors the same share of everything; anisotropy resonates at backward whirl",
+                "a mismatch mirrors the same share of every harmonic; anisotropy excites backward whirl modes",
             ),
             (
                 "probe_angle",
-                "a gain scales, an angle turns; mismatch and skew mirror a quarter turn apart",
+                "a gain scales, an angle rotates; the mirrored parts of mismatch and skew are 90 degrees apart",
             ),
-            ("reversed_probe", "a reversed probe mirrors the whole signal, a mismatch a few per cent"),
+            ("reversed_probe", "a reversed probe mirrors the entire signal, a gain mismatch a few per cent of it"),
         ),
     )

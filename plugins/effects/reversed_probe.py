@@ -6,7 +6,7 @@ from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, sensor_unit
 
 
 def reversed_probe(sensors, node: int | None = None, probe: Literal["x", "y"] = "x"):
-    """One probe, or its cable, with the wrong sign: z shows -conj(z) for x, conj(z) for y; 1 is reversed, 0 is not."""
+    """One probe with the wrong sign: z is measured as -conj(z) for x, as conj(z) for y; 1 is reversed, 0 is not."""
     here = np.diag(sensor_unit(sensors, node))
     mirrored = -here if probe == "x" else here
     return [Parameter(f"reversed_probe_{probe}", "1", (Entry(-here), Entry(mirrored, on="conj")), typical=1.0)]
@@ -28,10 +28,10 @@ def rotorstudy_effect():
         places=both_probes,
         checked="with 1, x or y negative in time to 1e-12",
         confounders=(
-            ("probe_gain", "a reversed probe mirrors the whole signal, a mismatch a few per cent"),
+            ("probe_gain", "a reversed probe mirrors the entire signal, a gain mismatch a few per cent of it"),
             (
                 "swapped_probes",
-                "they differ by a quarter turn, which weight-driven harmonics or a tap on the shaft tell",
+                "they differ by 90 degrees: harmonics caused by the weight, or a tap on the shaft, separate them",
             ),
         ),
     )

@@ -4,9 +4,9 @@ from rotorstudy.plugins import Effect, NonlinearForce, NonNegative, Parameter, P
 
 
 def rub(structure, node: int | None = None, clearance_m: Positive = 1e-4, friction_ratio: NonNegative = 0.1):
-    """Shaft that hits a ring around its rest: force -k (|r| - c) (1 + j mu) r / |r| while it is beyond the clearance c.
+    """Contact with a ring of clearance c: force -k (|r| - c) (1 + j mu) r / |r| where |r| > c.
 
-    r counts from the static deflection; the shaft turns forward and slips, so that friction pushes backward.
+    r is measured from the static deflection; the shaft slips, so that friction acts against its rotation.
     """
     here = structure.unit(structure.default_node() if node is None else node)[None]
 
@@ -28,9 +28,9 @@ def rotorstudy_effect():
         shape={"clearance_m": (1e-6, 1e-3), "friction_ratio": (0.0, 0.5)},
         example={"clearance_m": 2e-6},
         positive=True,
-        checked="circular full annular rub to closed form to 1e-9; partial rub as in time to 2e-3 of what it does",
+        checked="full annular rub in closed form to 1e-9; partial rub by time integration to 2e-3 of its effect",
         confounders=(
-            ("cubic_stiffness", "a rub starts at its clearance and has friction; cubic stiffness is always there"),
-            ("looseness", "a rub stiffens when the motion is large, looseness softens"),
+            ("cubic_stiffness", "a rub begins at its clearance and has friction; cubic stiffness always acts"),
+            ("looseness", "at large amplitudes a rub stiffens, looseness softens"),
         ),
     )

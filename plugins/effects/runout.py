@@ -2,7 +2,7 @@ from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, sensor_unit
 
 
 def runout(sensors, node: int | None = None, harmonic: int = 1):
-    """Surface the probes see as motion: the same harmonic added at all speeds."""
+    """Shaft surface measured as motion: the same harmonic is added at all speeds."""
     entry = Entry(sensor_unit(sensors, node), on="one", shift=harmonic)
     return [Parameter(f"runout_{harmonic}X", "m", (entry,), typical=1e-6, is_complex=True)]
 
@@ -22,12 +22,12 @@ def rotorstudy_effect():
         places=usual_harmonics,
         checked="the same harmonic at every speed to 1e-12",
         confounders=(
-            ("unbalance", "a runout is the same at all speeds and does not resonate"),
-            ("bow", "equal at slow roll; a bow resonates at the critical speed, a runout does not"),
+            ("unbalance", "a runout is the same at all speeds, also at the critical speed"),
+            ("bow", "equal at slow roll; a bow is amplified at the critical speed, a runout is not"),
             (
                 "surface_profile",
-                "both probes see a profile, y a quarter turn later, which ties backward to forward harmonics",
+                "both probes see a profile, y a quarter revolution later, which relates backward to forward harmonics",
             ),
-            ("parallel_misalignment", "a runout does not resonate where harmonic n meets a natural frequency"),
+            ("parallel_misalignment", "a runout is not amplified where harmonic n meets a natural frequency"),
         ),
     )

@@ -2,7 +2,7 @@ from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, sensor_unit
 
 
 def sensor_gap(sensors, node: int | None = None):
-    """Distance of the probes from the shaft at rest: a constant added to the displacement they show."""
+    """Gap between probes and shaft: a constant added to the measured displacement."""
     entry = Entry(sensor_unit(sensors, node), on="one")
     return [Parameter("sensor_gap", "m", (entry,), typical=1e-3, is_complex=True)]
 
@@ -19,8 +19,8 @@ def rotorstudy_effect():
         confounders=(
             (
                 "static_preload",
-                "a preload bends the shaft at all sensors in a known shape, a gap is free at each",
+                "a preload deflects the shaft at all sensors in a known shape, a gap is independent at each",
             ),
-            ("ac_coupling", "AC coupling takes the whole mean of every sensor away, whatever it was"),
+            ("ac_coupling", "AC coupling removes the entire mean of every sensor"),
         ),
     )

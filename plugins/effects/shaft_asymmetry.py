@@ -4,8 +4,8 @@ from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
 def shaft_asymmetry(structure):
     """Shaft with two bending stiffnesses (keyway, flat, open crack): force -epsilon K e^{2jwt} conj(q).
 
-    Stiffer by the share epsilon in a direction that turns with the shaft, softer across; the phase of the amplitude is
-    twice its angle. Gravity bends it twice a turn.
+    Stiffer by the share epsilon in a direction that rotates with the shaft, softer across; the phase of the amplitude
+    is twice its angle. Gravity causes 2X.
     """
     entry = Entry(-structure.stiffness, on="conj", shift=2)
     return [Parameter("shaft_asymmetry", "1", (entry,), typical=0.02, is_complex=True)]
@@ -20,15 +20,15 @@ def rotorstudy_effect():
         fold=2,
         checked="0X and 2X from gravity to closed form to 1e-12; no 1X without unbalance",
         confounders=(
-            ("support_anisotropy", "anisotropy that stands still mirrors n to -n, one that turns mirrors n to 2 - n"),
-            ("breathing_crack", "an open asymmetry has 2X from gravity alone; a crack that breathes has 1X and 3X too"),
+            ("support_anisotropy", "fixed anisotropy couples n with -n, rotating asymmetry n with 2 - n"),
+            ("breathing_crack", "under gravity a constant asymmetry gives 2X only, a breathing crack 1X and 3X too"),
             (
                 "breathing_crack_weight",
-                "an open asymmetry has 2X from gravity alone; a crack that breathes has 1X and 3X too",
+                "under gravity a constant asymmetry gives 2X only, a breathing crack 1X and 3X too",
             ),
             (
                 "parallel_misalignment",
-                "2X of an asymmetric shaft follows gravity and stays when the shaft is uncoupled",
+                "the 2X of an asymmetric shaft is caused by gravity and remains when the shaft is uncoupled",
             ),
         ),
     )

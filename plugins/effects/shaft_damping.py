@@ -2,7 +2,7 @@ from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
 
 
 def shaft_damping(structure):
-    """Viscous damping all along the turning shaft, in proportion to its stiffness: force -beta K (q' - j w q)."""
+    """Viscous damping of the rotating shaft, proportional to its stiffness: force -beta K (q' - j w q)."""
     shaft = structure.stiffness
     entries = (Entry(-shaft, order=1), Entry(1j * shaft, gain=lambda speed: speed))
     return [Parameter("shaft_damping", "s", entries, typical=3e-5)]
@@ -15,13 +15,13 @@ def rotorstudy_effect():
         shaft_damping,
         source="Zorzi and Nelson 1977",
         positive=True,
-        checked="-beta K (dq/dt - j w q) in time to 1e-12; silent at +1X (tests/zoo/test_shaft_damping.py)",
+        checked="-beta K (dq/dt - j w q) in time to 1e-12; no force at +1X (tests/zoo/test_shaft_damping.py)",
         confounders=(
-            ("external_damping", "shaft damping is silent at +1X and gives a static side force at 0X"),
-            ("internal_damping", "internal damping acts at one node; equal on a rotor of one coordinate"),
+            ("external_damping", "shaft damping has no force at +1X and gives a static cross force at 0X"),
+            ("internal_damping", "equal on a rotor of one coordinate; internal damping acts at one node"),
             (
                 "hysteretic_damping",
-                "equal at one harmonic of one speed; viscous grows with the speed, hysteretic does not",
+                "equal at one harmonic of one speed; viscous damping grows with the speed, hysteretic damping does not",
             ),
         ),
     )

@@ -2,7 +2,7 @@ from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
 
 
 def static_preload(structure, node: int | None = None):
-    """Force that stands still (belt, gear mesh, misaligned bearing line): a deflection at 0X."""
+    """Constant force (belt, gear mesh, misaligned bearing line): a deflection at 0X."""
     here = structure.unit(structure.default_node() if node is None else node)
     return [Parameter("static_preload", "N", (Entry(here, on="one"),), typical=5.0, is_complex=True)]
 
@@ -13,15 +13,15 @@ def rotorstudy_effect():
         "static_preload",
         static_preload,
         source="Newton",
-        checked="0X of a Jeffcott rotor is F / k to 1e-12, no other harmonic moves",
+        checked="0X of a Jeffcott rotor is F / k to 1e-12, no other harmonic changes",
         confounders=(
             (
                 "gravity_direction",
-                "equal on a rotor of one coordinate; a turned gravity pulls every mass, a preload one node",
+                "equal on a rotor of one coordinate; inclined gravity acts on every mass, a preload on one node",
             ),
             (
                 "sensor_gap",
-                "a preload bends the shaft at all sensors in a known shape, a gap is free at each",
+                "a preload deflects the shaft at all sensors in a known shape, a gap is independent at each",
             ),
         ),
     )

@@ -4,7 +4,7 @@ from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
 
 
 def support_anisotropy(structure, node: int | None = None):
-    """Support stiffer along one direction and softer across: force -k e^{2j alpha} conj(z), stiffer along alpha by k.
+    """Support stiffer by k along the angle alpha and softer by k across: force -k e^{2j alpha} conj(z).
 
     The phase of the amplitude is twice the angle alpha of the stiff direction.
     """
@@ -24,12 +24,12 @@ def rotorstudy_effect():
         confounders=(
             (
                 "probe_gain",
-                "a mismatch mirrors the same share of everything; anisotropy resonates at backward whirl",
+                "a mismatch mirrors the same share of every harmonic; anisotropy excites backward whirl modes",
             ),
             (
                 "probe_angle",
-                "a skewed probe mirrors the same share of everything; anisotropy resonates at backward whirl",
+                "a skewed probe mirrors the same share of every harmonic; anisotropy excites backward whirl modes",
             ),
-            ("shaft_asymmetry", "anisotropy that stands still mirrors n to -n, one that turns mirrors n to 2 - n"),
+            ("shaft_asymmetry", "fixed anisotropy couples n with -n, rotating asymmetry n with 2 - n"),
         ),
     )

@@ -4,10 +4,10 @@ from rotorstudy.plugins import Effect, Entry, Parameter, Whole, hookimpl, sensor
 
 
 def surface_profile(sensors, node: int | None = None, order: Whole = 2):
-    """Shape of the surface under two probes: y shows what x showed a quarter turn before.
+    """Surface profile under two probes: y shows what x showed a quarter revolution before.
 
-    x shows Re(c e^{jkwt}), so z shows c (1 + j e^{-jk pi/2}) / 2 at k and its mirror at -k: order 1 is forward alone,
-    order 3 backward alone, order 2 both. Amplitudes are the cosine and sine part of the profile under x.
+    x shows Re(c e^{jkwt}), so z shows c (1 + j e^{-jk pi/2}) / 2 at k and the mirrored term at -k: order 1 is only
+    forward, order 3 only backward, order 2 both. Amplitudes are the cosine and sine part of the profile under x.
     """
     here = sensor_unit(sensors, node)
     forward, backward = (1 + 1j * (-1j) ** order) / 2, (1 + 1j * 1j**order) / 2
@@ -20,7 +20,7 @@ def surface_profile(sensors, node: int | None = None, order: Whole = 2):
 
 
 def orders(structure, sensors):
-    """Orders that runout of the forward or backward kind does not already describe."""
+    """Even orders; forward or backward runout already describes the odd ones."""
     return [{"node": node, "order": order} for node in sensors for order in (2, 4)]
 
 
@@ -36,7 +36,7 @@ def rotorstudy_effect():
         confounders=(
             (
                 "runout",
-                "both probes see a profile, y a quarter turn later, which ties backward to forward harmonics",
+                "both probes see a profile, y a quarter revolution later, which relates backward to forward harmonics",
             ),
         ),
     )

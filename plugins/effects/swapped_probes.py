@@ -4,7 +4,7 @@ from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, sensor_unit
 
 
 def swapped_probes(sensors, node: int | None = None):
-    """Cables of x and y exchanged: z shows j conj(z), so forward looks backward; 1 is swapped, 0 is not."""
+    """Cables of x and y swapped: z is measured as j conj(z), forward as backward; 1 is swapped, 0 is not."""
     here = np.diag(sensor_unit(sensors, node))
     return [Parameter("swapped_probes", "1", (Entry(-here), Entry(1j * here, on="conj")), typical=1.0)]
 
@@ -19,10 +19,10 @@ def rotorstudy_effect():
         fixed=True,
         checked="with 1, x and y exchanged in time to 1e-12",
         confounders=(
-            ("probe_angle", "swapped probes mirror the whole signal, a skew a few per cent"),
+            ("probe_angle", "swapped probes mirror the entire signal, a skew a few per cent of it"),
             (
                 "reversed_probe",
-                "they differ by a quarter turn, which weight-driven harmonics or a tap on the shaft tell",
+                "they differ by 90 degrees: harmonics caused by the weight, or a tap on the shaft, separate them",
             ),
         ),
     )

@@ -2,7 +2,10 @@ from rotorstudy.plugins import Effect, Entry, Parameter, Positive, hookimpl
 
 
 def unbalance(structure, node: int | None = None, mass_kg: Positive | None = None):
-    """Mass centre off the shaft centre by e at angle phi from the crack edge: force m e w^2 e^{j(wt + phi)}."""
+    """Mass centre at a distance e from the shaft centre, at angle phi: force m e w^2 e^{j(wt + phi)}.
+
+    mass_kg: by default that of the node; phi is measured from the crack edge.
+    """
     node = structure.default_node() if node is None else node
     here = structure.unit(node)
     mass = here @ structure.mass @ here if mass_kg is None else mass_kg
@@ -18,21 +21,15 @@ def rotorstudy_effect():
         source="thesis Eq. (2.7)",
         checked="whirl e eta^2 / |1 - eta^2| of a Jeffcott rotor to 1e-12",
         confounders=(
-            ("bow", "an unbalance grows with the square of the speed and vanishes at slow roll, where the bow stays"),
-            ("runout", "a runout is the same at all speeds and does not resonate"),
+            ("bow", "an unbalance grows with the square of the speed and vanishes at slow roll, a bow does not"),
+            ("runout", "a runout is the same at all speeds, also at the critical speed"),
             (
                 "couple_unbalance",
-                "a couple tilts: two measuring planes, or the mode of the critical speed, tell them apart",
+                "a couple tilts the rotor: two measuring planes, or the mode at the critical speed, separate them",
             ),
-            (
-                "base_motion",
-                "base motion shakes all masses alike; equal on a rotor of one mass: measure the base",
-            ),
+            ("base_motion", "base motion accelerates all masses alike; equal on a rotor of one mass: measure the base"),
             ("parallel_misalignment", "a misaligned coupling does not grow with the square of the speed, and has 2X"),
-            (
-                "phase_reference",
-                "a wrong mark turns harmonic n by n times its angle: 1X alone cannot tell, 2X can",
-            ),
-            ("probe_gain", "a wrong gain scales every harmonic, an unbalance 1X alone"),
+            ("phase_reference", "a wrong mark shifts the phase of harmonic n by n times its angle: compare 1X with 2X"),
+            ("probe_gain", "a wrong gain scales every harmonic, an unbalance only 1X"),
         ),
     )

@@ -12,10 +12,10 @@ from rotorstudy.plugins import (
 
 
 def column_scaled_least_squares(problem):
-    """Least squares that gives what is determined and leaves the rest open: NaN, of infinite variance.
+    """Least squares by SVD that estimates the determined parameters; the others are NaN with infinite variance.
 
-    Columns are scaled to unit length and zero singular values left out. With full rank it is `least_squares`; where two
-    unknowns trade off, that refuses and this still gives the others.
+    Columns are scaled to unit length and zero singular values are omitted. With full rank it equals `least_squares`,
+    which raises an error if two unknowns are not separable.
     """
     theta = in_chunks(problem, lambda part: solve_equations(part, solve_truncated))
     covariance = problem.equation_error_covariance(theta)

@@ -16,10 +16,10 @@ PRIOR_WIDTH = 10.0  # standard deviation of the prior, in typical sizes of the u
 
 
 def ridge(problem):
-    """Weighted least squares with a weak normal prior: the most probable values after the data, and their covariance.
+    """Weighted least squares with a weak normal prior: posterior mode and covariance.
 
-    Prior: each unknown by itself has the mean given in the model, or zero if none is given, and a standard deviation
-    of ten times its typical size. What the data leave open keeps the prior.
+    Prior: the unknowns are independent; the mean is the value in the model, else zero, and the standard deviation is
+    ten times the typical size. Parameters that the data do not determine keep their prior.
     """
     mean, std = _prior(problem)
     rows = np.diag(1 / std)

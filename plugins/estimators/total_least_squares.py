@@ -18,10 +18,10 @@ STEPS = 50
 
 
 def total_least_squares(problem):
-    """Least squares with noise in the columns too: smallest |A theta - b|^2 over the noise it has at theta.
+    """Least squares that accounts for noise in the columns: minimises |A theta - b|^2 over its variance at theta.
 
-    With v = (theta, -1), rows whitened, and N the covariance of (A, b) summed over rows, |(A, b) v|^2 / (v' N v) is
-    minimised, so that the noise in the columns causes no bias. Columns without noise are exact in N.
+    With v = (theta, -1), whitened rows, and N the covariance of (A, b) summed over rows, |(A, b) v|^2 / (v' N v) is
+    minimised, so that noise in the columns causes no bias. Columns without noise are zero in N.
     """
     theta = in_chunks(problem, _solve)
     weights = problem.equation_weights(problem.mean(theta)[1])
@@ -43,7 +43,7 @@ def _compensated(columns, right_side, names, noise):
         v = np.concatenate([theta, -np.ones((*theta.shape[:-1], 1))], axis=-1)
         misfit = np.sum(((columns @ theta[..., None])[..., 0] - right_side) ** 2, axis=-1)
         ratio = misfit / np.einsum("...p,...pq,...q->...", v, noise, v)
-        # a correction of least squares, small like the square of the noise
+        # a correction of least squares of the order of the squared noise
         slope = np.eye(theta.shape[-1]) - ratio[..., None, None] * (inverse @ noise[..., :-1, :-1])
         cross = ratio[..., None, None] * (inverse @ noise[..., :-1, -1:])
         before, theta = theta, np.linalg.solve(slope, plain[..., None] - cross)[..., 0]

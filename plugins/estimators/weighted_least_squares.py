@@ -2,10 +2,9 @@ from rotorstudy.plugins import Estimator, hookimpl, in_chunks, linear_estimate, 
 
 
 def weighted_least_squares(problem):
-    """Least squares of the equations of motion, whitened by the noise that the spectrum's covariance makes in them.
+    """Least squares of the equations of motion, weighted by the inverse covariance of the equation error.
 
-    As good as maximum likelihood while the noise is small; the noise in the columns still biases the estimate by its
-    square.
+    Equivalent to maximum likelihood for small noise; the noise in the columns causes a bias of second order.
     """
     theta = in_chunks(problem, solve_weighted)
     weights = problem.equation_weights(problem.mean(theta)[1])

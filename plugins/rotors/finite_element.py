@@ -17,11 +17,11 @@ from rotorstudy.plugins import (
     unknown_name,
 )
 
-GAUSS = np.polynomial.legendre.leggauss(4)  # exact up to degree 7; the mass has degree 6
+GAUSS = np.polynomial.legendre.leggauss(4)  # exact up to degree 7; the mass integrand has degree 6
 
 
 class Stretch(TypedDict):
-    """A cylindrical stretch of shaft in `count` equal elements; what it does not give is taken from the rotor."""
+    """A cylindrical section of shaft in `count` equal elements; omitted values are those of the rotor."""
 
     length_m: Positive
     count: NotRequired[Whole]
@@ -62,9 +62,9 @@ def finite_element(
 ):
     """Shaft of beam elements with rigid discs: at each node z = u_x + j u_y and the tilt of the section.
 
-    Nodes count from 1 at the end where s = 0, elements alike. Bearings carry the shaft, or rigid supports: pinned_nodes
-    hold the translation, clamped_nodes the tilt too. shaft_inertia "rotary" leaves out the gyroscopic moments of the
-    shaft, "translation" its rotary inertia too. gyroscopic_sign -1 is the reversed sign of the thesis.
+    Nodes and elements are numbered from 1 at the end s = 0. The shaft is carried by bearings or by rigid supports:
+    pinned_nodes fix the translation, clamped_nodes the tilt too. shaft_inertia "rotary" omits the gyroscopic moments of
+    the shaft, "translation" also its rotary inertia. gyroscopic_sign -1 is the reversed sign of the thesis.
     """
     common = {
         "outer_diameter_m": outer_diameter_m,
@@ -106,13 +106,13 @@ def finite_element(
     free = [i for i, place in enumerate(every) if place not in held]
     dofs = tuple(every[i] for i in free)
     if not any(motion == "translation" for _, motion in dofs):
-        raise RotorstudyError("finite_element: pinned_nodes and clamped_nodes hold every node; leave one free")
+        raise RotorstudyError("finite_element: pinned_nodes and clamped_nodes fix every node; leave one free")
     square = np.ix_(free, free)
     length = sum(element["length_m"] for element in shaft)
     rigidity = length / sum(element["length_m"] / _rigidity(element) for element in shaft)
 
     def stiffness_loss(node, element):
-        """Of an element, a part of its stiffness; at a node, as in the thesis, of its deflection and of its tilt."""
+        """A share of the stiffness of an element, or at a node that of its translation and of its tilt (thesis)."""
         if element is not None:
             if element not in range(1, len(shaft) + 1):
                 raise unknown_name("element", element, range(1, len(shaft) + 1), "the finite_element rotor", CannotAct)
@@ -129,7 +129,7 @@ def finite_element(
         return losses
 
     def shape_at(position):
-        """Interpolation of the element that a position from node 1 lies in."""
+        """Shape functions (dof,) at a position (m) from node 1."""
         if not 0 <= position <= length * (1 + 1e-12):
             raise RotorstudyError(f"finite_element: position {position:g} m is not on the shaft of 0 to {length:g} m")
         ends = np.cumsum([element["length_m"] for element in shaft])
@@ -151,7 +151,7 @@ def finite_element(
 
 
 def _cut(stretch):
-    """The equal elements of a stretch, or an error for a section that no shaft has."""
+    """The equal elements of a section; impossible diameters are errors."""
     outer, inner, count = stretch["outer_diameter_m"], stretch["inner_diameter_m"], stretch.pop("count", 1)
     if outer is None:
         raise RotorstudyError("finite_element: give outer_diameter_m of the rotor, or of each of the elements")
@@ -179,7 +179,7 @@ def _shear(element, shear):
 
 
 def _deflection(x, length, phi):
-    """(4, point) translation at parts x of an element by z, tilt, z, tilt of its ends."""
+    """Translation (4, point) at relative positions x of an element, due to z, tilt, z, tilt of its ends."""
     shapes = [
         1 - 3 * x**2 + 2 * x**3 + phi * (1 - x),
         length * (x - 2 * x**2 + x**3 + phi / 2 * (x - x**2)),
@@ -190,10 +190,10 @@ def _deflection(x, length, phi):
 
 
 def _matrices(element, shear):
-    """Mass of the translation, of the tilt, and stiffness of one element, each (4, 4) on z, tilt, z, tilt.
+    """Translational mass, rotary inertia and stiffness of one element, each (4, 4) on z, tilt, z, tilt.
 
-    Shape functions that solve the static beam without load (Przemieniecki 1968; Nelson 1980); the shear coefficient is
-    that of Cowper (1966) for a round, solid or hollow section. shear False gives the Euler-Bernoulli beam.
+    The shape functions are the static solutions of the unloaded beam (Przemieniecki 1968; Nelson 1980). Without shear
+    it is the Euler-Bernoulli beam.
     """
     length, rigidity, phi = element["length_m"], _rigidity(element), _shear(element, shear)
     area = np.pi / 4 * (element["outer_diameter_m"] ** 2 - element["inner_diameter_m"] ** 2)

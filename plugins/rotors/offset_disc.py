@@ -19,11 +19,11 @@ def offset_disc(
     gyroscopic_sign: Literal[1, -1] = 1,
     gravity_m_per_s2: NonNegative = 9.81,
 ):
-    """Disc off mid-span on rigid bearings, moving and tilting: coordinates z = u_x + j u_y and dz/ds.
+    """Disc off mid-span of a shaft on rigid bearings: coordinates z = u_x + j u_y and the tilt dz/ds.
 
     Stiffness from the shaft (disc at a from one bearing, b from the other) or given as k22, k24, k44:
     k22 = 3EI (a^3 + b^3) / (ab)^3, k24 = 3EI (a^2 - b^2) / (ab)^2, k44 = 3EI (a + b) / (ab).
-    gyroscopic_sign -1 is the reversed sign of the thesis, for its tables only.
+    gyroscopic_sign -1 is the reversed sign of the thesis, only for its tables.
     """
     shape = None
     shaft, given = (a_m, b_m, diameter_m), (k22_N_per_m, k24_N, k44_N_m)
@@ -43,7 +43,7 @@ def offset_disc(
         )
     if k22 * k44 <= k24**2:
         raise RotorstudyError(
-            f"offset_disc: k22 k44 = {k22 * k44:g} must exceed k24^2 = {k24**2:g}: no shaft has that stiffness"
+            f"offset_disc: k22 k44 = {k22 * k44:g} must exceed k24^2 = {k24**2:g} for a positive definite stiffness"
         )
     return Structure(
         mass=np.diag([mass_kg, diametral_moment_kg_m2]),
@@ -60,7 +60,7 @@ def offset_disc(
 
 
 def shaft_shape(position, a, b):
-    """(dof,) translation of the massless shaft at a position from the first bearing, by unit z and unit dz/ds."""
+    """Deflection (dof,) of the massless shaft at a position (m) from the first bearing, for unit z and unit dz/ds."""
     if not 0 <= position <= a + b:
         raise RotorstudyError(f"offset_disc: position {position:g} m is not on the shaft of 0 to {a + b:g} m")
     span, s, sign = (a, position, 1) if position <= a else (b, a + b - position, -1)

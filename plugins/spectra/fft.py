@@ -4,7 +4,7 @@ from rotorstudy.plugins import SpectrumMethod, hookimpl, spectral_lines, white_n
 
 
 def fft(signal, time, speed, harmonics):
-    """Fourier transform at the lines nearest to the harmonics; leaks unless the record holds whole revolutions."""
+    """Fourier transform at the lines nearest to the harmonics; leakage unless the record has whole revolutions."""
     lines = spectral_lines(time, speed, harmonics)
     amplitude = np.fft.fft(signal, axis=-1)[..., lines] / len(time)
     return amplitude, white_noise_covariance(signal, np.eye(len(lines)) / len(time), lines)

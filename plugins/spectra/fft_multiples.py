@@ -4,7 +4,7 @@ from rotorstudy.plugins import SpectrumMethod, hookimpl, spectral_lines, white_n
 
 
 def fft_multiples(signal, time, speed, harmonics):
-    """Fourier transform at whole multiples of the line nearest to the spin speed; worse than `fft` off whole turns."""
+    """Fourier transform at multiples of the line nearest to 1X; worse than `fft` for incomplete revolutions."""
     lines = spectral_lines(time, speed, [1]) * np.asarray(harmonics) % len(time)
     amplitude = np.fft.fft(signal, axis=-1)[..., lines] / len(time)
     return amplitude, white_noise_covariance(signal, np.eye(len(lines)) / len(time), lines)

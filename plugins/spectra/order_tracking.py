@@ -13,10 +13,10 @@ from rotorstudy.plugins import (
 
 
 def order_tracking(signal, time, speed, harmonics, marks):
-    """Least squares on e^{jn angle(t)}, the shaft's angle taken from the keyphasor marks: the speed may drift.
+    """Least squares on e^{jn angle(t)}, with the shaft angle from the keyphasor marks: the speed may drift.
 
-    Nothing is resampled, so there is no resampling error; the covariance has the jitter of the marks in it. Marks are
-    shared by all sensors, and so is their error, which a Spectrum cannot state.
+    There is no resampling error, since nothing is resampled; the covariance includes the jitter of the marks. All
+    sensors share the error of the marks; a Spectrum cannot state this correlation.
     """
     angle, slope, angle_covariance = shaft_angle(np.asarray(marks) - time[0], time - time[0])
     basis = rotating_basis(angle, 1.0, harmonics)
@@ -24,7 +24,7 @@ def order_tracking(signal, time, speed, harmonics, marks):
     mean_speed = (angle[-1] - angle[0]) / (time[-1] - time[0])
     lines = spectral_lines(time, mean_speed, harmonics)
     noise = white_noise_covariance(residual, inverse, lines)
-    # an error of the angle turns the whole signal: R_n changes by -B^+ (sum of jm R_m e^{jm angle}) * slope
+    # an error of the angle rotates the whole signal: R_n changes by -B^+ (sum of jm R_m e^{jm angle}) * slope
     gain = inverse @ basis.conj()
     through = (gain[:, None] * slope.T).reshape(-1, len(time))  # (harmonic * coefficient, time)
     turned = (1j * np.asarray(harmonics) * amplitude) @ basis

@@ -9,7 +9,7 @@ from rotorstudy.plugins import (
 
 
 def regression(signal, time, speed, harmonics):
-    """Least squares of the record on e^{jnwt} for the harmonics asked for; whole revolutions are not needed."""
+    """Least squares of the record on e^{jnwt} for the requested harmonics; whole revolutions are not needed."""
     basis = rotating_basis(time - time[0], speed, harmonics)
     amplitude, residual, inverse = fit_basis(signal, basis)
     lines = spectral_lines(time, speed, harmonics)

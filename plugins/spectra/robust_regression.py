@@ -10,16 +10,16 @@ from rotorstudy.plugins import (
 )
 
 HUBER, TUKEY = 1.345, 4.685  # clipping in standard deviations, for 95 % efficiency under normal noise
-STEPS = 8, 20  # of either; each step takes the error down to a fifth or less
-SIGNALS_AT_ONCE = 25  # stay in the processor's cache
-STILL = 1e-4  # of the standard deviation of an amplitude: the fit has come to rest
+STEPS = 8, 20  # at most, of each; a step reduces the error to a fifth or less
+SIGNALS_AT_ONCE = 25  # fit into the processor's cache
+CONVERGED = 1e-4  # convergence tolerance, in standard deviations of an amplitude
 
 
 def robust_regression(signal, time, speed, harmonics):
-    """Regression in which spikes do not count: Huber's fit, then Tukey's from there, of x and y each.
+    """Robust regression of x and of y: Huber's estimate, then Tukey's, which ignores spikes.
 
-    Solved with modified residuals: r is replaced by psi(r / s) s / mean(psi'), s from the median of |r|. Harmonics
-    nobody asked for look like noise to it and do not drop out of whole revolutions altogether: ask for all there are.
+    Solved with modified residuals: r is replaced by psi(r / s) s / mean(psi'), s from the median of |r|. Harmonics that
+    are not requested act as noise and do not cancel exactly over whole revolutions: request all that are present.
     """
     basis = rotating_basis(time - time[0], speed, harmonics)
     flat = np.reshape(signal, (-1, len(time)))
@@ -43,13 +43,13 @@ def _fit(signal, basis):
             modified = x * counted(residual.real / x) + 1j * y * counted(residual.imag / y)
             step = modified @ gain
             amplitude = amplitude + step
-            if np.all(np.abs(step) <= STILL * np.hypot(x, y) / np.sqrt(basis.shape[-1])):
+            if np.all(np.abs(step) <= CONVERGED * np.hypot(x, y) / np.sqrt(basis.shape[-1])):
                 break
     return amplitude, modified
 
 
 def _spread(residual):
-    """(..., 1) standard deviation of normal noise, from the median of its size; never quite zero."""
+    """Standard deviation (..., 1) of normal noise, from the median of its magnitude; never exactly zero."""
     return np.median(np.abs(residual), axis=-1, keepdims=True) / 0.6745 + np.finfo(float).tiny
 
 

@@ -11,24 +11,24 @@ from rotorstudy.plugins import (
     spectral_lines,
 )
 
-LABEL_TOLERANCE = 0.02  # of the stated speed: how far the fit may go from it
-SIGNALS_AT_ONCE = 25  # bounds the memory; each has its own speed, so its own basis
-STEPS = 3  # Gauss-Newton converges quadratically from inside a line of the transform
-STILL = 1e-7  # rad at the end of the record: the fit has come to rest
+LABEL_TOLERANCE = 0.02  # of the stated speed: largest correction
+SIGNALS_AT_ONCE = 25  # bounds the memory; each signal has its own speed and basis
+STEPS = 3  # Gauss-Newton converges quadratically from within one line of the transform
+CONVERGED = 1e-7  # convergence tolerance, rad at the end of the record
 
 
 def sine_fit(signal, time, speed, harmonics):
-    """Least squares on e^{jnwt} with the speed w unknown too; the covariance has the uncertainty of the speed in it.
+    """Least squares on e^{jnwt} with the speed w unknown too; the covariance includes the uncertainty of the speed.
 
-    Each signal finds its own speed, so that errors of different sensors stay independent. The start is found with one
-    speed for all of them, on two turns, four, eight and so on: so the stated speed may be wrong by a whole line.
+    Each signal has its own speed, so that errors of different sensors stay independent. The start is one speed for all,
+    fitted to two revolutions, then four, eight and so on, so that the stated speed may be wrong by a whole line.
     """
     t = time - time[0]
     flat = np.reshape(signal, (-1, len(t)))
-    whole, turns, w = False, 2, float(speed)
+    whole, revolutions, w = False, 2, float(speed)
     while not whole:
-        samples = max(int(turns * 2 * np.pi / speed / t[1]), 4 * len(harmonics))
-        whole, turns = samples >= len(t), 2 * turns
+        samples = max(int(revolutions * 2 * np.pi / speed / t[1]), 4 * len(harmonics))
+        whole, revolutions = samples >= len(t), 2 * revolutions
         for _ in range(STEPS):
             _, _, _, score, information, _ = _derivatives(flat[:, :samples], t[:samples], w, harmonics)
             w = _limited(w + _ratio(score.sum(), information.sum()), speed)
@@ -38,13 +38,13 @@ def sine_fit(signal, time, speed, harmonics):
 
 
 def _fit(signal, t, w, speed, harmonics):
-    _, _, _, score, information, _ = _derivatives(signal, t, w, harmonics)  # one basis does for the first step
+    _, _, _, score, information, _ = _derivatives(signal, t, w, harmonics)  # one basis suffices for the first step
     w = _limited(w + _ratio(score, information)[:, None], speed)
     for _ in range(STEPS - 1):
         _, _, _, score, information, _ = _derivatives(signal, t, w, harmonics)
         step = _ratio(score, information)[:, None]
         w = _limited(w + step, speed)
-        if np.all(np.abs(step) * t[-1] < STILL):
+        if np.all(np.abs(step) * t[-1] < CONVERGED):
             break
     amplitude, inverse, residual, _, information, change = _derivatives(signal, t, w, harmonics)
     power = noise_power(residual, spectral_lines(t, speed, harmonics))
@@ -54,7 +54,7 @@ def _fit(signal, t, w, speed, harmonics):
 
 
 def _derivatives(signal, t, w, harmonics):
-    """The fit at speeds w, and how its residual and amplitudes move with the speed (variable projection)."""
+    """The fit at speeds w and the derivatives of its residual and amplitudes (variable projection)."""
     basis = rotating_basis(t, w, harmonics)
     basis = np.moveaxis(basis, 0, -2)
     amplitude, residual, inverse = fit_basis(signal, basis)
@@ -65,7 +65,7 @@ def _derivatives(signal, t, w, harmonics):
 
 
 def _ratio(a, b):
-    """a / b, zero where b is: a signal that does not turn says nothing about the speed."""
+    """a / b, zero where b is zero: a signal without rotation does not determine the speed."""
     return np.divide(a, b, out=np.zeros(np.shape(b)), where=np.asarray(b) > 0)
 
 

@@ -1,26 +1,26 @@
-"""Errors for the person who made the mistake: what, where, what is allowed, what to do."""
+"""Errors that say in one line what is wrong, where, what is allowed, and what to do."""
 
 from difflib import get_close_matches
 
 
 class RotorstudyError(Exception):
-    """A mistake in the input, told in one line."""
+    """An error in the input; the message is one line."""
 
 
 class PluginError(RotorstudyError):
-    """A plugin file that does not import, a name registered twice, a plugin that returns nonsense."""
+    """A plugin file that cannot be imported, a name registered twice, or an invalid result of a plugin."""
 
 
 class CannotAct(RotorstudyError):
-    """An effect cannot act at the place it is asked for on this rotor."""
+    """An effect that cannot act at the given place of this rotor."""
 
 
 class NoSteadyState(RotorstudyError):
-    """No periodic response there: an undamped resonance, a motion that jumps, bearings that carry nothing."""
+    """No periodic response at a speed: an undamped resonance, a jump, or bearings that do not carry the rotor."""
 
 
 class UnidentifiableError(RotorstudyError):
-    """The data cannot separate the unknowns; `parameters` names those that trade off."""
+    """Unknowns that the data cannot separate, named in `parameters`."""
 
     def __init__(self, message, parameters=()):
         super().__init__(message)
@@ -28,7 +28,7 @@ class UnidentifiableError(RotorstudyError):
 
 
 def unknown_name(kind, name, known, where="", error=RotorstudyError):
-    """The error for a name nobody registered, with the near miss: `unknown crack 'swiching'; ...`."""
+    """The error for an unknown name, with the closest known one: `unknown crack 'swiching'; did you mean ...`."""
     near = get_close_matches(str(name), [str(k) for k in known], n=1)
     hint = f"; did you mean '{near[0]}'?" if near else ""
     place = f" in {where}" if where else ""
@@ -37,4 +37,4 @@ def unknown_name(kind, name, known, where="", error=RotorstudyError):
 
 
 class NoConvergenceError(RotorstudyError):
-    """A fit that did not converge: its data may be far from what the model can predict."""
+    """A fit that did not converge; the data may be far from any prediction of the model."""

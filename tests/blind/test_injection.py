@@ -17,7 +17,7 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.measurement import read_measurement
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import make_term
-from rotorstudy.response.harmonic import measured_response
+from rotorstudy.response.measured import measured_response
 
 from .conftest import SEED
 

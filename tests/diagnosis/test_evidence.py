@@ -14,7 +14,7 @@ from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.spectrum import Spectrum, components, independent_covariance
 from rotorstudy.model.registry import Registry, plugin_folders, using
 from rotorstudy.model.rig import build_model, make_term
-from rotorstudy.response.harmonic import measured_response
+from rotorstudy.response.measured import measured_response
 
 SPEEDS, HARMONICS, NOISE = np.array([150.0, 300.0, 450.0]), np.array([0, 1, -1, 2]), 1e-7
 MODEL = build_model({

@@ -20,7 +20,7 @@ from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.estimated_rig import rig_with_estimate
 from rotorstudy.model.rig import build_model, load_rig
 from rotorstudy.model.uncertainty import uncertainty_section
-from rotorstudy.response.harmonic import measured_response
+from rotorstudy.response.measured import measured_response
 from rotorstudy.store import load
 
 HARMONICS, NOISE = np.array([0, 1, -1, 2, 3]), 2e-9

@@ -16,7 +16,7 @@ from rotorstudy.diagnosis.words import cause_in_words, summary
 from rotorstudy.measurement.measurement import read_measurement
 from rotorstudy.model.rig import build_model
 from rotorstudy.presentation.diagnosis_page import FIGURES, diagnosis_page
-from rotorstudy.response.harmonic import measured_response
+from rotorstudy.response.measured import measured_response
 
 SPEEDS = [100.0, 150.0, 200.0, 250.0, 300.0, 350.0, 400.0]
 RIG = {

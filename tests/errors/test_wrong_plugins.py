@@ -30,7 +30,7 @@ SHAPE = {  # what a wrong one gives back instead, and words of the answer
 NOT_A_NUMBER = {
     "rotor": (f"    return Structure(np.eye(2), np.nan * np.eye(2), np.eye(2), np.ones(2), {TWO})",
               "stiffness with NaN"),
-    "crack": ("    return np.nan * angle", "gives NaN or infinity, at an angle of"),
+    "crack": ("    return np.nan * angle", "gives NaN or infinity, first at an angle of"),
     "depth": ("    return weak, np.nan", "must be two finite compliances"),
     "bearing": ('    return [Parameter("k", "N/m", (Entry(-np.nan * here),), typical=1e7)]', "is not finite"),
     "effect": ('    return [Parameter("c", "N s/m", (Entry(-np.outer(here, here), gain=lambda w: np.nan * w),), 50.0)]',

@@ -25,7 +25,7 @@ from rotorstudy.authoring.invariants.effect import check_steady_state
 from rotorstudy.errors import PluginError
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.response.alternating import nonlinear_column
-from rotorstudy.response.harmonic import COUPLED_ORDER
+from rotorstudy.response.coupling import COUPLED_ORDER
 from rotorstudy.response.stability import check_stable, eigenvalues
 
 MASS, STIFFNESS, DAMPING, ECCENTRICITY = 2.0, 7.6e5, 150.0, 2e-5

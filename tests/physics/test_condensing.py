@@ -4,12 +4,8 @@ import numpy as np
 import pytest
 
 from rotorstudy.model.rig import build_model
-from rotorstudy.response.harmonic import (
-    harmonic_response,
-    harmonic_response_and_jacobian,
-    measured_response,
-    measured_response_and_jacobian,
-)
+from rotorstudy.response.harmonic import harmonic_response, harmonic_response_and_jacobian
+from rotorstudy.response.measured import measured_response, measured_response_and_jacobian
 
 HARMONICS = [0, 1, 2, 3, -1, -2, -3]
 

@@ -8,7 +8,7 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq
 
 from rotorstudy import Model, RotorstudyError, build_model, eigenvalues, harmonic_response, make_term, time_response
-from rotorstudy.response.harmonic import forced_harmonics
+from rotorstudy.response.coupling import forced_harmonics
 from rotorstudy.response.statics import static_deflection
 
 E, NU, RHO, LENGTH, D = 2.1e11, 0.3, 7850.0, 1.0, 0.05
@@ -323,7 +323,7 @@ def test_the_shaft_sags_on_its_bearings():
     expected = {(1, "translation"): ends, (2, "translation"): ends + sag, (2, "tilt"): 0.0}
     for place, value in expected.items():
         assert found[model.structure.dofs.index(place)] == pytest.approx(value, rel=1e-6, abs=1e-12)
-    with pytest.raises(RotorstudyError, match="nothing carries the rotor"):
+    with pytest.raises(RotorstudyError, match="nothing carries the weight"):
         harmonic_response(build_model({"rotor": shaft}), [50.0], [0])
 
 
@@ -421,7 +421,7 @@ BAD = [
         {"elements": [{"lenght_m": 1.0}]},
         ["'elements.0.length_m' is missing", "did you mean 'elements.0.length_m'?"],
     ),
-    ({"elements": [{"length_m": "1e0"}]}, ["elements.0.length_m = '1e0'", "YAML wants a sign"]),
+    ({"elements": [{"length_m": "1e0"}]}, ["elements.0.length_m = '1e0'", "YAML needs a sign"]),
     ({"elements": [{"length_m": 1.0, "count": 0}]}, ["elements.0.count = 0", "greater than or equal to 1"]),
     ({"elements": [{"length_m": 1.0, "count": 2.5}]}, ["elements.0.count = 2.5", "integer"]),
     ({"elements": {"length_m": 1.0}}, ["elements", "list"]),
@@ -437,7 +437,7 @@ BAD = [
     ({"point_masses": [DISC]}, ["unknown key 'point_masses.0.polar_moment_kg_m2'"]),
     ({"pinned_nodes": [7]}, ["unknown node '7' in pinned_nodes"]),
     ({"clamped_nodes": [-1]}, ["unknown node '-1' in clamped_nodes"]),
-    ({"clamped_nodes": [1, 2, 3, 4, 5]}, ["hold every node"]),
+    ({"clamped_nodes": [1, 2, 3, 4, 5]}, ["fix every node"]),
     ({"theory": "reddy"}, ["theory = 'reddy'", "'timoshenko' or 'euler_bernoulli'"]),
     ({"gyroscopic_sign": 0}, ["gyroscopic_sign = 0"]),
     ({"speed": 1.0}, ["unknown key 'speed'"]),

@@ -39,13 +39,13 @@ def test_every_kind_has_one_template(kind):
 WRONG = {  # a change of each template, and the claim that then breaks
     "rotor": ("mass=disc_mass_kg * np.eye(2)", "mass=-disc_mass_kg * np.eye(2)", "positive mass"),
     "crack": ("** 2\n\n\ndef", "** 2 + 0.1\n\n\ndef", "between 0 (closed)"),
-    "depth": ("depth_ratio**2", "(0.3 - depth_ratio)**2", "not at all at no depth"),
-    "bearing": ("Entry(-here, order=1)", "Entry(0 * here, order=1)", "is found again"),
-    "effect": ('"N s/m"', '""', "states unit"),
+    "depth": ("depth_ratio**2", "(0.3 - depth_ratio)**2", "zero at zero depth"),
+    "bearing": ("Entry(-here, order=1)", "Entry(0 * here, order=1)", "is identified"),
+    "effect": ('"N s/m"', '""', "states the unit"),
     "spectrum": ("np.eye(len(lines)) / samples", "np.eye(len(lines)) / samples / 4", "states the covariance"),
     "estimator": ("    return output_error_fit(problem, start=1.1 * start_values(problem))",
                   "    found = output_error_fit(problem)\n    found.theta[..., 0] *= 1.001\n    return found",
-                  "finds the truth"),
+                  "recovers the true"),
 }  # fmt: skip
 
 
@@ -65,12 +65,12 @@ def test_a_plugin_that_returns_nonsense_is_named_not_a_traceback(tmp_path, capsy
     path = new_plugin("estimator", "brand_new", tmp_path)
     path.write_text(path.read_text().replace("return output_error_fit", "return None  # "))
     assert main(["check", str(path)]) == 1
-    assert "fails  estimator brand_new: finds the truth" in capsys.readouterr().out
+    assert "fails  estimator brand_new: recovers the true" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
     ("text", "words"),
-    [("def f(:", "SyntaxError"), ("x = 1", "offers no plugin"), ("import nothing_here", "No module named")],
+    [("def f(:", "SyntaxError"), ("x = 1", "contains no plugin"), ("import nothing_here", "No module named")],
 )
 def test_a_file_that_is_no_plugin_is_told_so(text, words, tmp_path):
     path = tmp_path / "mine.py"

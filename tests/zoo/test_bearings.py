@@ -7,8 +7,8 @@ from rotorstudy import Model, Problem, RotorstudyError, Spectrum, build_model, e
 from rotorstudy.inference.fit import output_error_fit
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.model.terms import apply_entries
-from rotorstudy.response.harmonic import measured_response
 from rotorstudy.response.integration import force_in_time
+from rotorstudy.response.measured import measured_response
 
 PLAIN = {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5}
 SHAFT = {
@@ -171,13 +171,13 @@ def test_a_tabulated_bearing_without_damping_and_some_directions_acts_in_those()
 
 
 BAD = [
-    (FULL, ["nodes [1, 2, 3, 4, 5]", "say which with 'node:'"]),
+    (FULL, ["nodes [1, 2, 3, 4, 5]", "choose one with 'node:'"]),
     ({**FULL, "node": 6}, ["unknown translation at node '6'", "known: 1, 2, 3, 4, 5"]),
     ({**FULL, "node": "left"}, ["node = 'left'", "integer"]),
     ({**FULL, "node": 1, "coefficients": "orthotropic"}, ["coefficients = 'orthotropic'", "'isotropic'"]),
     ({**FULL, "node": 1, "coefficients": "isotropic"}, ["unknown key 'bearing_stiffness_xx_N_per_m'"]),
     ({**ISOTROPIC, "node": 1, "bearing_damping_N_s_per_m": "1e3"}, ["bearing_damping_N_s_per_m = '1e3'"]),
-    ({**TABLE, "node": 1, "speeds_rad_per_s": [50.0, 80.0, 80.0, 400.0]}, ["must rise from one to the next"]),
+    ({**TABLE, "node": 1, "speeds_rad_per_s": [50.0, 80.0, 80.0, 400.0]}, ["must be strictly increasing"]),
     ({**TABLE, "node": 1, "speeds_rad_per_s": []}, ["speeds_rad_per_s = []", "at least 1"]),
     ({**TABLE, "node": 1, "speeds_rad_per_s": [50.0, 80.0]}, ["stiffness_N_per_m.xx has 4 values for 2 speeds"]),
     ({**TABLE, "node": 1, "stiffness_N_per_m": {}, "damping_N_s_per_m": {}}, ["has no direction", "xx, yy, xy or yx"]),

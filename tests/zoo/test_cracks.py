@@ -398,8 +398,8 @@ DEPTH = {"kind": "strip_integration", "depth_ratio": 0.3, **SHAFT}
             ["depth_ratio = 0.6", "cracks[0]", "from 0 to 0.5"],
         ),
         ({"depth": {**DEPTH, "depth_ratio": -0.1}}, ["depth_ratio = -0.1", "from 0 to 0.5"]),
-        ({"stiffness_loss_N_per_m": 2e4}, ["stiffness_loss_N_per_m = 20000.0", "its depth says", "one of the two"]),
-        ({"kind": "section_geometry", "depth_ratio": 0.1}, ["depth_ratio = 0.1", "its depth says 0.3"]),
+        ({"stiffness_loss_N_per_m": 2e4}, ["stiffness_loss_N_per_m = 20000.0", "its depth gives", "one of the two"]),
+        ({"kind": "section_geometry", "depth_ratio": 0.1}, ["depth_ratio = 0.1", "its depth gives 0.3"]),
         ({"depth": {**DEPTH, "span_m": 0.7}}, ["span_m = 0.7", "48 E I / L^3", "7.6e+05"]),
         ({"depth": {**DEPTH, "span": 0.7}}, ["unknown key 'span'", "did you mean 'span_m'"]),
         ({"depth": {**DEPTH, "kind": "strip_integral"}}, ["unknown depth", "did you mean 'strip_integration'"]),
@@ -428,11 +428,11 @@ def test_depth_on_a_rotor_with_more_coordinates_is_refused():
 
 
 def test_a_loss_beyond_the_deepest_crack_has_no_depth():
-    with pytest.raises(RotorstudyError, match="no crack of 'strip_integration'"):
+    with pytest.raises(RotorstudyError, match="outside the range of 'strip_integration'"):
         depth_ratio_of(STRIPS, 7e5, 7.6e5, SHAFT["span_m"], diameter_m=SHAFT["diameter_m"])
 
 
 def test_an_option_that_every_crack_has_is_refused(monkeypatch):
     monkeypatch.setitem(CRACKS, "wrong", Crack("wrong", lambda angle, node=1.0: 0 * angle, source="none"))
-    with pytest.raises(PluginError, match="option 'node' is one of every crack"):
+    with pytest.raises(PluginError, match="option 'node' is reserved for all cracks"):
         make_term("crack", {"kind": "wrong"}, bench_structure(), (1,))

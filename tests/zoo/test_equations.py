@@ -10,7 +10,7 @@ from rotorstudy.errors import UnidentifiableError
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.model.cracks import crack_parameters, crack_series, participation_factors
 from rotorstudy.model.terms import apply_entries
-from rotorstudy.response.harmonic import forced_harmonics
+from rotorstudy.response.coupling import forced_harmonics
 
 SPEEDS = np.array([90.0, 200.0, 310.0, 450.0])  # below the critical speeds of both rotors
 HARMONICS = np.array([0, 1, 2, 3, 5, 7, -1, -3, -5])

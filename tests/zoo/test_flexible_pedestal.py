@@ -6,7 +6,7 @@ import pytest
 from rotorstudy import Entry, Model, Parameter, RotorstudyError, Term, build_model, harmonic_response, make_term
 from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import planar_entries
-from rotorstudy.response.harmonic import measured_response, measured_response_and_jacobian
+from rotorstudy.response.measured import measured_response, measured_response_and_jacobian
 from rotorstudy.response.statics import static_deflection
 
 HARMONICS = [0, 1, 2, 3, -1, -2, -3]

@@ -163,7 +163,7 @@ def test_a_bearing_that_is_not_finite_at_some_speed_fails():
 def test_a_bearing_that_lets_the_shaft_fall_or_lifts_it_fails():
     free = replace(STRUCTURE, stiffness=np.zeros((1, 1)))
     check_carries(planar({"xx": 1e5, "yy": 1e5}), free)
-    with pytest.raises(BrokenInvariant, match="falls through"):
+    with pytest.raises(BrokenInvariant, match="no static stiffness"):
         check_carries(planar(damping={"xx": 1e3, "yy": 1e3}), free)
     with pytest.raises(BrokenInvariant, match="rises against its weight"):
         check_carries(planar({"xx": -1e5, "yy": 1e5}), free)
@@ -179,7 +179,7 @@ def test_a_bearing_whose_damping_feeds_some_motion_fails():
 def test_a_bearing_that_is_not_symmetric_fails():
     check_symmetric(planar({"xx": 1e5, "xy": 3e4, "yx": 3e4, "yy": 2e5}, {"xx": 300.0}))
     for stiffness, damping in (({"xy": 3e4, "yx": -3e4}, {}), ({}, {"xy": 20.0})):
-        with pytest.raises(BrokenInvariant, match="feed a whirl"):
+        with pytest.raises(BrokenInvariant, match="drive a whirl"):
             check_symmetric(planar({"xx": 1e5, **stiffness}, {"xx": 300.0, **damping}))
 
 

@@ -2,11 +2,12 @@
 
 import pytest
 
-from rotorstudy.authoring.facts import page, tables
+from rotorstudy.authoring.facts import tables
 from rotorstudy.authoring.files import new_plugin
 from rotorstudy.commands.line import main
 from rotorstudy.model.kinds import KINDS
 from rotorstudy.model.registry import Registry, plugin_folders, registry, using
+from rotorstudy.presentation.plugin_library_page import shown, write_plugin_library
 
 WANTED = {"crack": 5, "bearing": 5, "spectrum": 6, "estimator": 7, "effect": 20, "rotor": 3}
 
@@ -36,11 +37,17 @@ def test_a_plugin_of_another_folder_is_on_the_page(tmp_path):
 @pytest.mark.parametrize("kind", KINDS)
 def test_the_page_says_all_that_the_table_says_in_few_columns(kind):
     table = tables()[kind]
-    shown = page(table)
-    assert list(shown["name"].str.split("\n").str[0]) == list(table["name"]) and len(shown.columns) <= 4
-    for (_, row), (_, facts) in zip(shown.iterrows(), table.iterrows(), strict=True):
+    page = shown(table)
+    assert list(page["name"].str.split("\n").str[0]) == list(table["name"]) and len(page.columns) <= 4
+    for (_, row), (_, facts) in zip(page.iterrows(), table.iterrows(), strict=True):
         said = " ".join(row)
         assert all(part in said for text in facts for part in text.split("; "))
+
+
+def test_the_page_and_its_table_are_written(tmp_path):
+    write_plugin_library(tmp_path / "zoo.html", tmp_path / "zoo.csv")
+    page, table = ((tmp_path / f"zoo.{suffix}").read_text() for suffix in ("html", "csv"))
+    assert all(plugin.name in page and plugin.name in table for _, plugin in registry())
 
 
 def test_one_plugin_on_the_command_line(capsys):

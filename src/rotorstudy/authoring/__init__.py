@@ -1,1 +1,1 @@
-"""Writing a plugin: a file to start from, what each kind is checked for, and what a plugin says of itself."""
+"""Writing a plugin: templates, the invariants of each kind, and the facts stated by a plugin."""

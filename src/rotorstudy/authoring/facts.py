@@ -1,7 +1,6 @@
-"""What each plugin says of itself, as tables: the zoo's own page follows from the registry alone."""
+"""The facts stated by each plugin, as tables made from the registry alone."""
 
 import inspect
-import re
 
 import numpy as np
 
@@ -10,7 +9,7 @@ from rotorstudy.model.kinds import KINDS
 from rotorstudy.model.options import option_names
 from rotorstudy.model.registry import registry
 
-GIVEN = {  # arguments the engine gives, which are no options of a rig file
+GIVEN = {  # arguments passed by the engine, which are not options of a rig file
     "crack": ("angle",),
     "depth": ("depth_ratio",),
     "bearing": ("structure",),
@@ -21,7 +20,7 @@ GIVEN = {  # arguments the engine gives, which are no options of a rig file
 
 
 def facts(kind, plugin):
-    """One plugin as {heading: text}; headings without anything to say are left out."""
+    """The facts of one plugin of a kind as {heading: text}, without empty texts."""
     found = {"name": plugin.name, "what it is": plugin.summary}
     found["options"] = _options(kind, plugin)
     if kind in ("bearing", "effect"):
@@ -35,7 +34,7 @@ def facts(kind, plugin):
 
 
 def _options(kind, plugin):
-    """'name = default' of every option; those without a default are needed."""
+    """'name = default' of every option; those without a default are marked (needed)."""
     known = inspect.signature(plugin.function).parameters
     names = option_names(plugin.function, GIVEN.get(kind, ()))
     defaults = {name: known[name].default for name in names}
@@ -44,7 +43,7 @@ def _options(kind, plugin):
 
 
 def _parameters(kind, plugin):
-    """'key, typically size' of every amplitude, at the first place it has on a bench rotor."""
+    """'key (typically size)' of every amplitude, at the first possible place on a bench rotor."""
     structure, place = bench_of(plugin) if kind == "effect" else (bench_structure(), {})
     term = typical_term(plugin, structure, place)
     return ", ".join(f"{p.key} (typically {p.typical:.3g}{' and a phase' if p.is_complex else ''})"
@@ -52,36 +51,14 @@ def _parameters(kind, plugin):
 
 
 def _claims(plugin):
-    """Names of the flags a plugin sets, in which it differs from its kind's default."""
+    """Names of the flags that differ from the default of the kind."""
     own = {name for name, value in vars(plugin).items() if isinstance(value, (bool, np.bool_))}
     default = {name: field.default for name, field in type(plugin).__dataclass_fields__.items()}
     return [name for name in sorted(own) if getattr(plugin, name) != default[name]]
 
 
-PAGE = {  # columns of the page, few enough for a screen, and the headings whose texts stand in each
-    "name": ("name", "claims"),
-    "what it is": ("what it is", "source"),
-    "in a rig file": ("options", "parameters"),
-    "checks and confounders": ("checked against", "confounders"),
-}
-
-
-def page(table):
-    """A table of `tables` as people read it: fewer columns, several lines in a cell."""
-    import pandas as pd
-
-    def cell(row, headings):
-        unnamed = headings[0] if headings[0] in PAGE else None
-        texts = {h: re.sub(r"; (?=\w+: )", "\n", row[h]) for h in headings if row.get(h)}  # a confounder a line
-        return "\n".join(text if h == unnamed else f"{h}: {text}" for h, text in texts.items())
-
-    rows = [{column: cell(row, headings) for column, headings in PAGE.items()} for _, row in table.iterrows()]
-    found = pd.DataFrame(rows)
-    return found.loc[:, (found != "").any()]
-
-
 def tables():
-    """Kind -> DataFrame, a row a plugin, a column a heading."""
+    """Kind -> DataFrame with one row per plugin and one column per heading."""
     import pandas as pd
 
     zoo = registry().plugins

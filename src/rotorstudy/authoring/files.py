@@ -1,4 +1,4 @@
-"""Writing a plugin: a working file to start from, and every invariant of its kind tried on it."""
+"""Write a new plugin file from a template, and check the invariants of a plugin file."""
 
 from pathlib import Path
 
@@ -15,10 +15,10 @@ PLACEHOLDERS = {
 
 
 def new_plugin(kind, name, folder=None):
-    """Write a working, commented plugin file; returns its path.
+    """Write a working, commented plugin file and return its path.
 
-    folder : by default the kind's own folder in plugins/ of the project one stands in, else the folder one stands in
-    raises : RotorstudyError for an unknown kind, a name that is no Python name or is taken, a file that is there
+    folder : by default the kind's folder in the project's plugins/, outside a project the current folder
+    raises : RotorstudyError for an unknown kind, an invalid name or one in use, or a file that exists
     """
     if kind not in KINDS:
         raise unknown_name("kind", kind, KINDS)
@@ -38,13 +38,13 @@ def new_plugin(kind, name, folder=None):
 
 
 def left_to_write(path):
-    """Names of the statements in a plugin file that are still those of the template."""
+    """Names of the fields in a plugin file that still have the text of the template."""
     text = Path(path).read_text(encoding="utf-8")
     return [name for name, words in PLACEHOLDERS.items() if f'"{words}"' in text]
 
 
 def _folder_of(kind):
-    """Where the project keeps its plugins of a kind, if one stands in its folder; else the folder one stands in."""
+    """The project's folder for plugins of a kind; outside a project the current folder."""
     own = plugin_folders()[0]
     if Path("plugins").resolve() != own:
         return Path()
@@ -55,23 +55,23 @@ def _folder_of(kind):
 
 
 def check_file(path):
-    """Every invariant of every plugin in a file: list of (kind, name, Outcome).
+    """Check every invariant of every plugin in a file: list of (kind, name, Outcome).
 
-    raises : RotorstudyError if the file does not exist; PluginError if it does not load or offers no plugin
+    raises : RotorstudyError if the file does not exist; PluginError if it does not load or contains no plugin
     """
     from rotorstudy.authoring.invariants import outcomes
 
     path = Path(path)
     if not path.is_file():
-        wrong = "is a folder; name a file in it" if path.is_dir() else "does not exist; `rotorstudy new` writes one"
+        wrong = "is a folder; give a file in it" if path.is_dir() else "does not exist; `rotorstudy new` writes one"
         raise RotorstudyError(f"file '{path}' {wrong}")
     if path.suffix != ".py":
-        raise RotorstudyError(f"file '{path}' is no Python file; a plugin ends in .py")
+        raise RotorstudyError(f"file '{path}' is not a Python file (.py)")
     zoo = Registry(plugin_folders(), files=[path])
     mine = [(kind, plugin) for kind, plugin in zoo if Path(plugin.file).resolve() == path.resolve()]
     if not mine:
         failed = [line for line in zoo.failures if str(path) in line or str(path.resolve()) in line]
-        reason = failed[0] if failed else f"{path} offers no plugin; a function rotorstudy_KIND with @hookimpl does"
+        reason = failed[0] if failed else f"{path} contains no plugin; add a function rotorstudy_KIND with @hookimpl"
         raise PluginError(reason)
     with using(zoo):
         return [(kind, plugin.name, outcome) for kind, plugin in mine for outcome in outcomes(plugin)]

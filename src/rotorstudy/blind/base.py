@@ -4,7 +4,7 @@ import numpy as np
 
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import make_term
-from rotorstudy.response.harmonic import measured_response_and_jacobian
+from rotorstudy.response.measured import measured_response_and_jacobian
 
 
 def left_by_base(change, spectrum, model, stated):

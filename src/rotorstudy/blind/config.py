@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.rig import build_model
-from rotorstudy.response.harmonic import check_harmonics
+from rotorstudy.response.coupling import check_harmonics
 from rotorstudy.store import read_yaml
 
 KINDS = ("clean", "single", "two", "chain", "foreign")

@@ -20,7 +20,7 @@ from rotorstudy.store import provenance, save, write_text
 def diagnosed(spectrum, model, stated):
     """What the package's own diagnosis answers: verdict, and its predictions on the speeds it held out."""
     from rotorstudy.diagnosis import investigate
-    from rotorstudy.response.harmonic import measured_response
+    from rotorstudy.response.measured import measured_response
 
     found = investigate(spectrum, model, settings=stated)
     verdict = json.loads(found.verdict.model_dump_json())

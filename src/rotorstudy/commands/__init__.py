@@ -1,1 +1,1 @@
-"""The command line: a file a command, with its arguments in `add` and what it does in `run`."""
+"""The command line: one file per command, with its arguments in `add` and its action in `run`."""

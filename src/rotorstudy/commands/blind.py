@@ -1,4 +1,4 @@
-"""`rotorstudy blind`: effects hidden in simulated measurements, and what a diagnosis finds of them."""
+"""`rotorstudy blind`: diagnosis of effects hidden in simulated measurements."""
 
 from pathlib import Path
 
@@ -6,12 +6,13 @@ from rotorstudy.commands.outputs import check_folder
 
 
 def add(commands):
-    parser = commands.add_parser("blind", help="hide effects in simulated measurements and see what a diagnosis finds")
-    parser.add_argument("--config", help="what to draw (default: the project's own configuration)")
+    """Add the command and its arguments to the subparsers."""
+    parser = commands.add_parser("blind", help="hide effects in simulated measurements and diagnose them")
+    parser.add_argument("--config", help="configuration of the cases (default: the project's own)")
     parser.add_argument("--cases", type=int, metavar="N", help="number of cases (default: the configuration's)")
-    parser.add_argument("--seed", type=int, metavar="S", help="of all random numbers (default: the configuration's)")
-    parser.add_argument("--cores", type=int, default=1, metavar="K", help="processes; results are the same (default 1)")
-    parser.add_argument("--out", required=True, help="folder to write to")
+    parser.add_argument("--seed", type=int, metavar="S", help="random seed (default: the configuration's)")
+    parser.add_argument("--cores", type=int, default=1, metavar="K", help="number of processes (default 1)")
+    parser.add_argument("--out", required=True, help="output folder")
     parser.set_defaults(func=run)
 
 

@@ -1,14 +1,15 @@
-"""`rotorstudy check`: the invariants of a plugin file."""
+"""`rotorstudy check`: check the invariants of the plugins in a file."""
 
 
 def add(commands):
-    parser = commands.add_parser("check", help="try every invariant of its kind on a plugin file; say what holds")
+    """Add the command and its arguments to the subparsers."""
+    parser = commands.add_parser("check", help="check every invariant of its kind on a plugin file")
     parser.add_argument("file", help="plugin file")
     parser.set_defaults(func=run)
 
 
 def run(given):
-    """Try every invariant; status 1 if one fails."""
+    """Check every invariant; status 1 if one fails."""
     from rotorstudy.authoring.files import check_file, left_to_write
 
     rows = check_file(given.file)
@@ -19,5 +20,5 @@ def run(given):
     unclaimed = states.count("not claimed")
     print(f"{states.count('holds')} of {len(states) - unclaimed} hold" + f", {unclaimed} not claimed" * bool(unclaimed))
     if left := left_to_write(given.file):
-        print(f"note: {' and '.join(left)} in {given.file} still say what the template says; name your own")
+        print(f"note: {' and '.join(left)} in {given.file} still have the text of the template; replace it")
     return 1 if "fails" in states else 0

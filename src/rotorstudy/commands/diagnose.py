@@ -1,4 +1,4 @@
-"""`rotorstudy diagnose`: what the simulation of a rig gets wrong, and the cause."""
+"""`rotorstudy diagnose`: find where the simulation of a rig differs from its records, and the cause."""
 
 import sys
 from pathlib import Path
@@ -7,20 +7,21 @@ from rotorstudy.commands.outputs import check_folder
 
 
 def add(commands):
-    parser = commands.add_parser("diagnose", help="what the simulation of a rig gets wrong, and the cause")
+    """Add the command and its arguments to the subparsers."""
+    parser = commands.add_parser("diagnose", help="find the cause of differences between simulation and records")
     parser.add_argument(
-        "records", nargs="+", help="record files, tables of harmonics, or one spectrum that `import` wrote"
+        "records", nargs="+", help="record files, tables of harmonics, or one spectrum written by `import`"
     )
     parser.add_argument(
-        "--rig", required=True, help="rig file with a value for every parameter; its section 'diagnosis:' has settings"
+        "--rig", required=True, help="rig file with a value for every parameter; settings in its section 'diagnosis:'"
     )
-    parser.add_argument("--out", required=True, metavar="DIR", help="folder to write verdict, figures and page to")
+    parser.add_argument("--out", required=True, metavar="DIR", help="output folder for verdict, figures and page")
     parser.add_argument(
         "--hold-out",
         type=float,
         nargs="+",
         metavar="RAD_S",
-        help="measured speeds in rad/s held out of every fit (default: those of the rig file, else about a quarter)",
+        help="measured speeds in rad/s that no fit uses (default: those of the rig file, else about a quarter)",
     )
     parser.set_defaults(func=run)
 
@@ -35,7 +36,7 @@ def run(given):
     for finding in verdict.findings:
         print(finding, file=sys.stderr)
     for broken in verdict.broken_plugins:
-        if broken not in registry().failures:  # those were printed before
+        if broken not in registry().failures:  # already printed
             print(f"warning: {broken}", file=sys.stderr)
     print(verdict.summary)
     print(f"wrote {Path(given.out) / 'index.html'}")

@@ -1,4 +1,4 @@
-"""`rotorstudy identify`: parameters of a rig from records, tables of harmonics or an imported spectrum."""
+"""`rotorstudy identify`: estimate parameters of a rig from records, tables of harmonics or a spectrum."""
 
 import sys
 
@@ -8,23 +8,24 @@ from rotorstudy.model.registry import registry
 
 
 def add(commands):
+    """Add the command and its arguments to the subparsers."""
     parser = commands.add_parser("identify", help="estimate parameters of a rig from records")
     parser.add_argument(
         "records",
         nargs="+",
-        help="record files (.nc, .csv, .mat, .uff), tables of harmonics (.csv), or one spectrum that `import` wrote",
+        help="record files (.nc, .csv, .mat, .uff), tables of harmonics (.csv), or one spectrum written by `import`",
     )
     parser.add_argument(
         "--rig",
         required=True,
-        help="rig file; parameters it gives a value for are held, unless named below; its section 'measurement:' says "
+        help="rig file; parameters with a value are known unless named in --unknowns; its section 'measurement:' says "
         "how to read the files",
     )
     parser.add_argument(
         "--unknowns", nargs="+", metavar="NAME", help="parameters to estimate (default: those without a value)"
     )
     parser.add_argument(
-        "--harmonics", type=int, nargs="+", metavar="N", help="of those measured, to use (default: all of them)"
+        "--harmonics", type=int, nargs="+", metavar="N", help="measured harmonics to use (default: all)"
     )
     parser.add_argument(
         "--spectrum",
@@ -36,13 +37,13 @@ def add(commands):
     )
     parser.add_argument("--out", help="NetCDF file to write the estimates to")
     parser.add_argument(
-        "--rig-out", metavar="FILE", help="rig file to write, with the estimates and in 'prior:' their covariance"
+        "--rig-out", metavar="FILE", help="rig file to write, with the estimates and, in 'prior:', their covariance"
     )
     parser.set_defaults(func=run)
 
 
 def run(given):
-    """Print the estimates with their intervals and how well the model fits."""
+    """Print the estimates with their intervals, and the misfit."""
     import numpy as np
 
     from rotorstudy.inference.problem import Problem, estimate_by, magnitude_and_phase
@@ -88,8 +89,8 @@ def run(given):
 
 
 def _chosen(spectrum, harmonics):
-    """The spectrum at the harmonics asked for, all of them by default."""
-    from rotorstudy.response.harmonic import check_harmonics
+    """The spectrum at the requested harmonics, by default all."""
+    from rotorstudy.response.coupling import check_harmonics
 
     if harmonics is None:
         return spectrum
@@ -101,7 +102,7 @@ def _chosen(spectrum, harmonics):
 
 
 def _print_misfit(misfit, freedom):
-    """The misfit per degree of freedom beside what a model that explains the records leads to."""
+    """Print the misfit per degree of freedom and its 95 % range for a model that explains the records."""
     from scipy.stats import chi2
 
     low, high = chi2.ppf([0.025, 0.975], freedom) / freedom
@@ -110,4 +111,4 @@ def _print_misfit(misfit, freedom):
     if misfit / freedom > high:
         print("warning: the model does not explain the records; the stated intervals are not valid", file=sys.stderr)
     elif misfit / freedom < low:
-        print("note: the model fits better than usual", file=sys.stderr)
+        print("note: the misfit is below the expected range", file=sys.stderr)

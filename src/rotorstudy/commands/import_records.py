@@ -1,4 +1,4 @@
-"""`rotorstudy import`: measured records to a spectrum with covariance and a quality page."""
+"""`rotorstudy import`: convert measured records to a spectrum with covariance and a quality page."""
 
 import sys
 from pathlib import Path
@@ -8,7 +8,10 @@ from rotorstudy.errors import RotorstudyError
 
 
 def add(commands):
-    parser = commands.add_parser("import", help="measured records to a spectrum with covariance and a quality page")
+    """Add the command and its arguments to the subparsers."""
+    parser = commands.add_parser(
+        "import", help="convert measured records to a spectrum with covariance and a quality page"
+    )
     parser.add_argument("records", nargs="+", help="record files (.nc, .csv, .mat, .uff) or tables of harmonics (.csv)")
     parser.add_argument("--rig", required=True, help="rig file; its section 'measurement:' says how to read the files")
     parser.add_argument("--out", required=True, help="NetCDF file to write")
@@ -17,7 +20,7 @@ def add(commands):
 
 
 def run(given):
-    """Write the spectrum and the quality page; errors among the findings stop it."""
+    """Write the quality page, and the spectrum unless a finding is an error."""
     from rotorstudy.measurement.measurement import read_measurement
     from rotorstudy.measurement.spectrum_file import measurement_dataset
     from rotorstudy.model.rig import read_rig
@@ -34,11 +37,11 @@ def run(given):
         print(finding, file=sys.stderr)
     if measurement.errors:
         raise RotorstudyError(
-            f"{len(measurement.errors)} of the findings are errors, so no spectrum was written; leave these records "
-            f"out or correct them (see {page})"
+            f"{len(measurement.errors)} of the findings are errors, so no spectrum was written; omit or correct these "
+            f"records (see {page})"
         )
     attributes = {**provenance(rig.given, rig.plugins), "records": ", ".join(map(str, given.records))}
     save(measurement_dataset(measurement).assign_attrs(attributes), given.out)
     count = len(measurement.spectrum.speed)
-    print(f"wrote the spectrum of {count} speed(s) to {given.out}, their quality to {page}")
+    print(f"wrote the spectrum at {count} speed(s) to {given.out} and its quality page to {page}")
     return 0

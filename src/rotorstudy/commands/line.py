@@ -1,4 +1,4 @@
-"""Plugins and your own files for them; simulate a rig, import records, identify and diagnose a rig."""
+"""Simulate rotor rigs, import records, identify and diagnose rigs, list and write plugins."""
 
 import argparse
 import sys
@@ -22,7 +22,7 @@ EPILOG = """examples:
 
 
 def parser():
-    """The argparse parser of all commands; each sets `func`, which takes what was given and returns a status."""
+    """The argparse parser of all commands; each sets `func`, which takes the arguments and returns a status."""
     top = argparse.ArgumentParser(
         prog="rotorstudy", description=__doc__, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -39,16 +39,16 @@ def main(arguments=None):
     Parameters
     ----------
     arguments : list of str, optional
-        By default those the process was started with.
+        By default those of the process.
 
     Returns
     -------
     int
-        The exit status: 0, or 1 after an error, which is told in one line.
+        The exit status: 0, or 1 after an error, which is printed in one line.
     """
     given = parser().parse_args(arguments)
     try:
-        if given.func is not plugins.run:  # which lists them itself
+        if given.func is not plugins.run:  # it lists them itself
             for failure in registry().failures:
                 print(f"warning: {failure}", file=sys.stderr)
         return given.func(given)

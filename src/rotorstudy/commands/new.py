@@ -2,12 +2,13 @@
 
 
 def add(commands):
+    """Add the command and its arguments to the subparsers."""
     parser = commands.add_parser("new", help="write a working plugin file to start from")
     parser.add_argument("kind", help="rotor, crack, depth, bearing, effect, spectrum or estimator")
-    parser.add_argument("name", help="of the plugin and its file")
+    parser.add_argument("name", help="name of the plugin and its file")
     parser.add_argument(
         "--folder",
-        help="where to write it (default: plugins/<kind> in the folder of the project, else the folder one stands in)",
+        help="output folder (default: plugins/<kind> in the project's folder, elsewhere the current folder)",
     )
     parser.set_defaults(func=run)
 

@@ -1,4 +1,4 @@
-"""Where a command may write."""
+"""Check the output paths of a command."""
 
 from pathlib import Path
 
@@ -6,10 +6,10 @@ from rotorstudy.errors import RotorstudyError
 
 
 def check_file(out, *inputs, option="--out"):
-    """Raise unless a result goes to a new or old file in a folder that exists, and not over an input."""
+    """Raise unless `out` is a file in an existing folder and none of the inputs."""
     path = Path(out)
     if path.is_dir():
-        raise RotorstudyError(f"{option} {out}: is a folder; name a file in it")
+        raise RotorstudyError(f"{option} {out}: is a folder; give a file in it")
     _check_parent(out, option)
     for given in inputs:
         if path.resolve() == Path(given).resolve():
@@ -17,15 +17,15 @@ def check_file(out, *inputs, option="--out"):
 
 
 def check_folder(out, *inputs, option="--out"):
-    """Raise unless results go to a new or old folder beside others that holds no input."""
+    """Raise unless `out` is a folder, new or in use, whose parent exists and which contains no input."""
     path = Path(out)
     if path.is_file():
-        raise RotorstudyError(f"{option} {out}: is a file; name a folder")
+        raise RotorstudyError(f"{option} {out}: is a file; give a folder")
     _check_parent(out, option)
     if path.resolve() in [Path(given).resolve().parent for given in inputs]:
-        raise RotorstudyError(f"{option} {out}: holds an input; name a folder of its own")
+        raise RotorstudyError(f"{option} {out}: contains an input; give a separate folder")
 
 
 def _check_parent(out, option):
     if not Path(out).parent.is_dir():
-        raise RotorstudyError(f"{option} {out}: the folder '{Path(out).parent}' does not exist; make it first")
+        raise RotorstudyError(f"{option} {out}: the folder '{Path(out).parent}' does not exist; create it first")

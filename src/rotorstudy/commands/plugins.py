@@ -1,14 +1,13 @@
-"""`rotorstudy plugins`: the plugin library."""
+"""`rotorstudy plugins`: list the plugin library (zoo)."""
 
 from rotorstudy.errors import PluginError, unknown_name
 from rotorstudy.model.registry import registry
 
 
 def add(commands):
-    parser = commands.add_parser("plugins", help="list the zoo: kind, name, source, one line each")
-    parser.add_argument(
-        "--name", help="all that this one plugin says of itself: options, parameters, claims, confounders"
-    )
+    """Add the command and its arguments to the subparsers."""
+    parser = commands.add_parser("plugins", help="list the plugin library (zoo): kind, name, summary and source")
+    parser.add_argument("--name", help="show one plugin in full: options, parameters, claims, confounders")
     parser.add_argument("--kind", help="only this kind: rotor, crack, depth, bearing, effect, spectrum, estimator")
     parser.set_defaults(func=run)
 
@@ -33,7 +32,7 @@ def run(given):
 
 
 def show_plugin(name, found, known):
-    """What the plugins of a name say of themselves."""
+    """Print the facts of the plugins with a name; `found` and `known` are lists of (kind, plugin)."""
     from rotorstudy.authoring.facts import facts
 
     if not found:

@@ -1,14 +1,15 @@
-"""`rotorstudy simulate`: records of the steady state of a rig."""
+"""`rotorstudy simulate`: simulate records of the steady state of a rig."""
 
 from rotorstudy.commands.outputs import check_file
 from rotorstudy.errors import RotorstudyError
 
 HARMONICS = (0, 1, 2, 3, 5, 7, -1, -3, -5)  # of the reference signal
-MOST_SAMPLES = 20_000_000  # of a record, about a gigabyte while it is made
+MOST_SAMPLES = 20_000_000  # per record, about a gigabyte of memory
 
 
 def add(commands):
-    parser = commands.add_parser("simulate", help="records of the steady state of a rig, as NetCDF")
+    """Add the command and its arguments to the subparsers."""
+    parser = commands.add_parser("simulate", help="simulate records of the steady state of a rig (NetCDF)")
     parser.add_argument("rig", help="rig file (YAML) with a value for every parameter")
     parser.add_argument("--speeds", type=float, nargs="+", required=True, metavar="RAD_S", help="spin speeds in rad/s")
     parser.add_argument("--harmonics", type=int, nargs="+", default=HARMONICS, help="harmonics of the reference signal")
@@ -16,8 +17,10 @@ def add(commands):
         "--duration", type=float, default=1.0, metavar="S", help="length of each record in s (default 1)"
     )
     parser.add_argument("--rate", type=float, default=10000.0, metavar="HZ", help="samples per second (default 10000)")
-    parser.add_argument("--noise", type=float, default=0.0, metavar="PERCENT", help="white noise, percent of the rms")
-    parser.add_argument("--seed", type=int, default=0, help="of the noise (default 0)")
+    parser.add_argument(
+        "--noise", type=float, default=0.0, metavar="PERCENT", help="white noise in percent of the rms displacement"
+    )
+    parser.add_argument("--seed", type=int, default=0, help="random seed of the noise (default 0)")
     parser.add_argument("--out", required=True, help="NetCDF file to write")
     parser.set_defaults(func=run)
 
@@ -29,18 +32,18 @@ def run(given):
     from rotorstudy.measurement.noise import standard_normal
     from rotorstudy.measurement.records import check_record, records_dataset, simulate_records
     from rotorstudy.model.rig import read_rig
-    from rotorstudy.response.harmonic import check_speed
+    from rotorstudy.response.coupling import check_speed
     from rotorstudy.store import provenance, save
 
     for name, value in (("--duration", given.duration), ("--rate", given.rate)):
         if not 0 < value < np.inf:
             raise RotorstudyError(f"{name} {value:g}: must be positive and finite")
     if not 0 <= given.noise < np.inf or given.seed < 0:
-        raise RotorstudyError(f"--noise {given.noise:g} --seed {given.seed}: must not be negative, and finite")
+        raise RotorstudyError(f"--noise {given.noise:g} --seed {given.seed}: must be finite and not negative")
     if given.duration * given.rate > MOST_SAMPLES:
         raise RotorstudyError(
-            f"--duration {given.duration:g} at --rate {given.rate:g}: more than {MOST_SAMPLES:.0e} samples a speed; "
-            "shorten the record or sample more slowly"
+            f"--duration {given.duration:g} at --rate {given.rate:g}: more than {MOST_SAMPLES:.0e} samples per speed; "
+            "shorten the record or reduce the rate"
         )
     check_file(given.out, given.rig)
     rig = read_rig(given.rig)

@@ -14,7 +14,7 @@ from rotorstudy.model.model import Model
 from rotorstudy.model.registry import blamed, registry
 from rotorstudy.model.rig import make_term
 from rotorstudy.model.terms import Term
-from rotorstudy.response.harmonic import sensitivities
+from rotorstudy.response.measured import sensitivities
 
 SHAPES_TRIED = 9  # values of a shape option, before the best is refined
 SCALES = 10.0 ** (-0.5 * np.arange(7))  # widths of the prior over the widest one, equally likely by order of magnitude

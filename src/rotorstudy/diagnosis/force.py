@@ -4,7 +4,7 @@ import numpy as np
 
 from rotorstudy.inference.prediction import BEYOND
 from rotorstudy.model.terms import Entry, Unknown
-from rotorstudy.response.harmonic import sensitivities
+from rotorstudy.response.measured import sensitivities
 
 
 def equivalent_residual_force(model, theta, speed, harmonics, residual):

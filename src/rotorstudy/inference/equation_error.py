@@ -13,17 +13,8 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.spectrum import Spectrum, shared_product
 from rotorstudy.model.model import Model
 from rotorstudy.model.terms import apply_entries
-from rotorstudy.response.harmonic import (
-    COUPLED_ORDER,
-    check_speed,
-    force_at_rest,
-    gather,
-    layout,
-    mirrored_unknown,
-    operator,
-    own_harmonic,
-    resting,
-)
+from rotorstudy.response.coupling import COUPLED_ORDER, check_speed, gather, layout, mirrored_unknown, own_harmonic
+from rotorstudy.response.harmonic import operator, reference_of, static_force
 from rotorstudy.response.statics import static_deflection
 
 
@@ -92,9 +83,9 @@ def regression(model: Model, spectrum: Spectrum, names: Sequence[str], *, order:
     places = [int(np.flatnonzero(carried == n)[0]) for n in harmonics]
     displacement[..., np.array(places)[:, None], model.measured] = _without_output(model, spectrum)
     deflection = static_deflection(model, speed, _nominal_amplitudes(model)).value
-    columns = [apply_entries(u.entries, displacement, speed, carried, resting(u, deflection)) for u in unknowns]
+    columns = [apply_entries(u.entries, displacement, speed, carried, reference_of(u, deflection)) for u in unknowns]
     columns = np.stack(np.broadcast_arrays(*columns), axis=0)
-    force = force_at_rest(model, known, speed, carried, deflection)
+    force = static_force(model, known, speed, carried, deflection)
     force[..., carried == 0, :] += model.static_residual
 
     left, right, keys = [], [], []
@@ -167,11 +158,11 @@ def condensed_regression(model: Model, spectrum: Spectrum, names: Sequence[str])
     rest = np.einsum("snij,...snj->...sni", dynamic, displacement)
     for value, unknown in zip(known, model.rotor_unknowns, strict=True):
         if value:
-            at = resting(unknown, deflection)
+            at = reference_of(unknown, deflection)
             rest = rest - value * apply_entries(unknown.entries, displacement, speed, harmonics, at)
     rest[..., harmonics == 0, :] -= model.static_residual
     columns = [
-        reduced(apply_entries(u.entries, displacement, speed, harmonics, resting(u, deflection))) for u in unknowns
+        reduced(apply_entries(u.entries, displacement, speed, harmonics, reference_of(u, deflection))) for u in unknowns
     ]
     columns = np.stack(np.broadcast_arrays(*columns), axis=-1)
     right = reduced(rest)

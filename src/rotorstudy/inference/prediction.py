@@ -8,7 +8,7 @@ import numpy as np
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.model import Model
-from rotorstudy.response.harmonic import measured_response, measured_response_and_jacobian
+from rotorstudy.response.measured import measured_response, measured_response_and_jacobian
 
 BEYOND = 4  # harmonics carried beyond the highest measured one where a model couples them
 

@@ -15,7 +15,7 @@ from rotorstudy.inference.linear import RANK_TOLERANCE, by_speed
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.kinds import Estimator
 from rotorstudy.model.model import Model
-from rotorstudy.response.harmonic import COUPLED_ORDER
+from rotorstudy.response.coupling import COUPLED_ORDER
 from rotorstudy.response.statics import static_deflection
 
 TRIALS_AT_ONCE = 200  # limits the memory of a Monte Carlo study

@@ -7,7 +7,7 @@ from annotated_types import Ge, Gt, Lt
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.configuration import Strict, check_config
-from rotorstudy.response.harmonic import check_harmonics
+from rotorstudy.response.coupling import check_harmonics
 from rotorstudy.units import METRES, RAD_PER_S
 
 HARMONICS = [0, 1, -1, 2, -2, 3, -3, 4, -4, 5, -5]

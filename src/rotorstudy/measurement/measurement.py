@@ -20,7 +20,7 @@ from rotorstudy.measurement.tables import read_table
 from rotorstudy.model.kinds import SpectrumMethod
 from rotorstudy.model.model import Model
 from rotorstudy.model.rig import RigFile, read_rig
-from rotorstudy.response.harmonic import measured_response
+from rotorstudy.response.measured import measured_response
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,8 @@ from rotorstudy.measurement.keyphasor import mark_times, phase_at_start, phase_f
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.kinds import SpectrumMethod
 from rotorstudy.model.model import Model
-from rotorstudy.response.harmonic import check_harmonics, forced_harmonics, measured_response
+from rotorstudy.response.coupling import check_harmonics, forced_harmonics
+from rotorstudy.response.measured import measured_response
 from rotorstudy.response.series import synthesize
 from rotorstudy.response.stability import check_stable
 from rotorstudy.store import dataset

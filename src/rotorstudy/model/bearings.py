@@ -1,4 +1,4 @@
-"""What a bearing does to a motion along x and along y, read from its table."""
+"""Dynamic stiffness of a bearing in x and y, from its entries."""
 
 import numpy as np
 
@@ -10,8 +10,8 @@ def dynamic_stiffness(term, speed, harmonics):
 
     speed     : (speed,) rad/s
     harmonics : (harmonic,) int > 0; the motion is (x, y) = Re((X, Y) e^{jnwt})
-    returns   : (speed, harmonic, force along, motion along) complex, N/m; its real part is the stiffness, its
-                imaginary part over the frequency n w the damping
+    returns   : (speed, harmonic, force direction, motion direction) complex, N/m; the real part is the stiffness, the
+                imaginary part divided by the frequency n w the damping
     """
     speed, found = np.asarray(speed, float), []
     for n in harmonics:

@@ -1,4 +1,4 @@
-"""Configuration files: classes that refuse unknown keys, and errors in one line."""
+"""Configuration files: classes that reject unknown keys, and one-line errors."""
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
@@ -7,13 +7,13 @@ from rotorstudy.model.options import named_keys, validation_message
 
 
 class Strict(BaseModel):
-    """A section of a configuration file: every key is known, and of the type stated."""
+    """A section of a configuration file; unknown keys and values of another type are errors."""
 
     model_config = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
 
 
 def check_config(config_class, given, where):
-    """A pydantic configuration from a dict; unknown, missing and impossible values are one-line errors."""
+    """A pydantic configuration from a dict; unknown or missing keys and invalid values are one-line errors."""
     for key in given:
         if key not in config_class.model_fields:
             raise unknown_name("key", key, config_class.model_fields, where)

@@ -1,13 +1,13 @@
-"""A crack as a term: the breathing function of a plugin acting on the stiffness the rotor says a crack takes away.
+"""A crack as a term: the breathing function of a plugin times the stiffness loss stated by the rotor.
 
-In the frame that turns with the shaft, r = z e^{-ja}, a = wt + the angular position of the crack, the shaft loses
-dK [[s_xi, s_xe], [s_xe, s_eta]](a). So the force on z is
+In the rotating frame, r = z e^{-ja} with a = wt + the angular position of the crack, the shaft loses the stiffness
+dK [[s_xi, s_xe], [s_xe, s_eta]](a). The force on z is therefore
 
-    dK e^{ja} (m(a) r + d(a) conj r),   m = (s_xi + s_eta) / 2,   d = (s_xi - s_eta) / 2 + j s_xe,
+    dK e^{ja} (m(a) r + d(a) conj r),   m = (s_xi + s_eta) / 2,   d = (s_xi - s_eta) / 2 + j s_xe.
 
-which with m = sum of m_k e^{jka}, and d alike, gives entries m_k on z with shift k and d_k on conj(z) with shift k + 2.
-The entry of shift n turns with the position of the crack as e^{jn*position}. Under weight dominance z is the static
-deflection (thesis Eqs. 2.16 to 2.20, for a breathing function along xi alone).
+The Fourier series of m and d give entries m_k on z with shift k and d_k on conj(z) with shift k + 2; an entry of shift
+n is multiplied by e^{jn*position}. Under weight dominance z is replaced by the static deflection (thesis Eqs. 2.16 to
+2.20, for a breathing function along xi alone).
 """
 
 import numpy as np
@@ -15,15 +15,13 @@ import numpy as np
 from rotorstudy.errors import PluginError
 from rotorstudy.model.terms import Entry, Parameter
 
-SERIES_ORDER = (
-    15  # of a crack that opens suddenly: doubling it changes the response to the first harmonics by 0.3 % at most
-)
-SAMPLES = 2**14  # of a revolution; coefficients are good to 1e-4 of a jump, 1e-8 of a kink, or to round-off
-NOTHING = 1e-13  # a coefficient that small is round-off
+SERIES_ORDER = 15  # doubling it changes the first harmonics of a switching crack by 0.3 % at most
+SAMPLES = 2**14  # per revolution; coefficients are accurate to 1e-4 of a jump, 1e-8 of a kink, else to round-off
+NOTHING = 1e-13  # coefficients below this are round-off
 
 
 def breathing_function(crack, angle, options=None):
-    """Shares of the stiffness loss of a crack at some shaft angles.
+    """Shares of the stiffness loss of a crack at given shaft angles.
 
     Parameters
     ----------
@@ -59,23 +57,21 @@ def breathing_function(crack, angle, options=None):
     if not np.isfinite(found).all():
         where = np.broadcast_to(angle, found.shape)[~np.isfinite(found)][0]
         raise PluginError(
-            f"crack '{crack.name}' ({crack.file}) gives NaN or infinity, at an angle of {where:.4g} rad first"
+            f"crack '{crack.name}' ({crack.file}) gives NaN or infinity, first at an angle of {where:.4g} rad"
         )
     return found if shape != angle.shape else np.stack([found, 0 * found, 0 * found])
 
 
 def crack_series(crack, order, options=None):
-    """{k: (3,) Fourier coefficients of xi, eta, xi-eta} for |k| <= order, those that are zero left out.
+    """Nonzero Fourier coefficients {k: (3,)} of the shares xi, eta, xi-eta for |k| <= order.
 
-    From the plugin's own series, else by a Fourier transform of its function, as accurate as `SAMPLES` says.
+    They come from the plugin's own series, else from a discrete Fourier transform of its function.
     """
     if crack.series:
         given = crack.series(order, **(options or {}))
         _check_series(crack, given)
         return {k: np.append(s, [0, 0]) if np.ndim(s) == 0 else np.asarray(s) for k, s in given.items()}
-    angle = (
-        (np.arange(SAMPLES) + 0.5) * 2 * np.pi / SAMPLES
-    )  # jumps lie on whole parts of a revolution: between samples
+    angle = (np.arange(SAMPLES) + 0.5) * 2 * np.pi / SAMPLES  # jumps at fractions of a revolution lie between samples
     transform = np.fft.fft(breathing_function(crack, angle, options)) / SAMPLES
     orders = range(-order, order + 1)
     found = {k: transform[:, k] * np.exp(-1j * k * angle[0]) for k in orders}
@@ -86,7 +82,7 @@ def _check_series(crack, given):
     """Raise PluginError unless a plugin's own series is {k: s_k} or {k: (xi, eta, xi-eta)}, finite."""
     who = f"the series of crack '{crack.name}'" + (f" ({crack.file})" if crack.function else "")
     if not isinstance(given, dict) or not given:
-        raise PluginError(f"{who} is a {type(given).__name__}, maybe empty; it must be {{k: s_k}} or {{k: (3,)}}")
+        raise PluginError(f"{who} is a {type(given).__name__} or empty; it must be {{k: s_k}} or {{k: (3,)}}")
     for k, s in given.items():
         if np.shape(s) not in ((), (3,)) or not np.isfinite(s).all():
             raise PluginError(
@@ -100,7 +96,7 @@ def _on_z_and_conj(coefficients):
 
 
 def participation_factors(crack, harmonics, order=None, options=None):
-    """p_n = m_n + d_{n-2}, the share of harmonic n in the weight-dominant crack force (thesis Eq. 2.20)."""
+    """Participation factors (harmonic,), p_n = m_n + d_{n-2}, of the weight-dominant crack force (thesis Eq. 2.20)."""
     order = max(abs(int(n)) for n in harmonics) + 2 if order is None else order
     acting = {k: _on_z_and_conj(s) for k, s in crack_series(crack, order, options).items()}
     return np.array([acting.get(int(n), (0, 0))[0] + acting.get(int(n) - 2, (0, 0))[1] for n in harmonics])
@@ -116,9 +112,9 @@ def crack_parameters(
     angle_rad=0.0,
     **options,
 ):
-    """The table of a crack plugin on a rotor; one parameter for each stiffness the crack can take away.
+    """Parameters of a crack plugin on a rotor, one for each stiffness loss that the rotor states.
 
-    angle_rad : angular position of the crack about the shaft, from the phase mark in the direction of rotation
+    angle_rad : angular position of the crack, from the phase mark in the direction of rotation
     options   : of the plugin
     """
     parameters, on = [], ("static", "static conj") if weight_dominance else ("z", "conj")

@@ -14,10 +14,10 @@ from rotorstudy.store import write_text
 
 
 def rig_with_estimate(rig: dict, model: Model, names: Sequence[str], theta: np.ndarray, covariance: np.ndarray) -> dict:
-    """A rig dict with estimated values in their places and their covariance in its section `prior`.
+    """A rig dict with the estimated values, and their covariance in its section `prior`.
 
-    Parameters that were not estimated keep their values, and the covariance that the rig states for them. An amplitude
-    that the data left open (NaN, or an infinite variance) counts as not estimated.
+    Parameters that were not estimated keep their values and their stated covariance. An amplitude that the data do not
+    determine (NaN, or infinite variance) is treated as not estimated.
 
     Parameters
     ----------
@@ -28,7 +28,9 @@ def rig_with_estimate(rig: dict, model: Model, names: Sequence[str], theta: np.n
     names : sequence of str
         Estimated amplitudes, as in `model.names`.
     theta : ndarray (parameter,)
+        Estimates, in the units of `model.units`.
     covariance : ndarray (parameter, parameter)
+        Of `theta`, in the same units.
 
     Returns
     -------
@@ -48,7 +50,7 @@ def rig_with_estimate(rig: dict, model: Model, names: Sequence[str], theta: np.n
 
 
 def rig_with_values(rig: dict, model: Model, values: dict[str, float]) -> dict:
-    """A rig dict with other values of some amplitudes.
+    """A rig dict with new values of some amplitudes.
 
     Parameters
     ----------
@@ -72,7 +74,7 @@ def rig_with_values(rig: dict, model: Model, values: dict[str, float]) -> dict:
 
 
 def _item(section, item, model, values):
-    """An item of a rig with the values of its own parameters; a stiffness loss no longer follows from a depth."""
+    """An item of a rig with the values of its own parameters; a stiffness loss then replaces the depth."""
     term = make_term(section, item, model.structure, model.sensors, section)
     found = {}
     for parameter in term.parameters:
@@ -92,14 +94,14 @@ def _item(section, item, model, values):
 
 
 def write_rig(rig: dict, path: str | Path, comment: str) -> None:
-    """Write a rig as YAML, whole or not at all.
+    """Write a rig as YAML, atomically.
 
     Parameters
     ----------
     rig : dict
     path : path-like
     comment : str
-        Its first lines.
+        First lines of the file.
     """
     import yaml
 

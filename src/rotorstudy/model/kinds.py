@@ -1,4 +1,4 @@
-"""Kinds of plugins, what each states and claims, and the hooks by which a plugin file names them."""
+"""Plugin kinds, what each states and claims, and the hooks by which a plugin file registers them."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -15,10 +15,10 @@ _hookspec = pluggy.HookspecMarker("rotorstudy")
 
 @dataclass(frozen=True)
 class Plugin:
-    """What every plugin states: a name, the function that is the model, and where its equation comes from.
+    """What every plugin states: its name, the function that is the model, and the source of its equation.
 
-    example : options to check it with, where some have no default
-    checked : which published or closed-form numbers it was checked against
+    example : options for its checks, where some have no default
+    checked : the published or closed-form numbers it was checked against
     """
 
     name: str
@@ -34,11 +34,12 @@ class Plugin:
 
     @property
     def file(self):
+        """Path of the file that defines its function."""
         return self.function.__code__.co_filename
 
     @property
     def version(self):
-        """First digits of the SHA-256 of its file: changes whenever the model does."""
+        """First digits of the SHA-256 of its file, so that it changes with the model."""
         return sha256(Path(self.file).read_bytes()).hexdigest()[:8]
 
 
@@ -51,13 +52,13 @@ class Rotor(Plugin):
 class Crack(Plugin):
     """function(angle, **options) -> breathing function, 0 (closed) to 1 (open); angle (...) rad from crack edge down.
 
-    It has the shape of `angle` if the shaft loses stiffness along the weak direction xi alone (it points from
-    the axis to the middle of the crack edge), or is (3, ...): shares xi, eta and xi-eta of the loss in the frame that
-    turns with the shaft, dk * [[xi, xi-eta], [xi-eta, eta]].
+    It has the shape of `angle` if the shaft loses stiffness along the weak direction xi alone (from the axis to the
+    middle of the crack edge), or is (3, ...): shares xi, eta and xi-eta of the loss in the rotating frame,
+    dk * [[xi, xi-eta], [xi-eta, eta]].
 
     series    : function(order, **options) -> {k: s_k} or {k: (xi, eta, xi-eta)}, Fourier coefficients of e^{jk*angle}
                 for |k| <= order; without it they come from the function, see `rotorstudy.model.cracks.crack_series`
-    symmetric : it claims to open as it closes: xi and eta are even in the angle, xi-eta is odd
+    symmetric : claim that it opens as it closes: xi and eta are even in the angle, xi-eta is odd
     """
 
     series: Callable = None
@@ -68,9 +69,9 @@ class Crack(Plugin):
 class CrackDepth(Plugin):
     """function(depth_ratio, diameter_m, youngs_modulus_Pa, **options) -> hinge compliance in xi and eta, rad/(N m).
 
-    Of the open crack; depth_ratio is its depth over the diameter of the shaft.
+    The compliance is that of the open crack; depth_ratio is its depth over the diameter of the shaft.
 
-    valid : lowest and highest depth ratio it holds for
+    valid : lowest and highest valid depth ratio
     """
 
     valid: tuple[float, float] = (0.0, 0.5)
@@ -80,9 +81,9 @@ class CrackDepth(Plugin):
 class Bearing(Plugin):
     """function(structure, node, **options) -> list of Parameter
 
-    Claims about its example with every parameter at its typical size, checked both ways:
-    positive_damping : the symmetric part of its damping takes energy out of every motion
-    symmetric        : no cross-coupling feeds a whirl; with positive damping too, no motion ever gains energy
+    Claims about its example with every parameter at its typical size, each checked both ways:
+    positive_damping : the symmetric part of its damping dissipates energy in every motion
+    symmetric        : its coefficients are symmetric, so that no cross-coupling drives a whirl
     """
 
     positive_damping: bool = False
@@ -93,15 +94,15 @@ class Bearing(Plugin):
 class Effect(Plugin):
     """function(structure, **options) -> list of Parameter; for acts_on "output" function(sensors, **options).
 
-    confounders : names of effects it can be confused with, and what separates them; each names it back
-    places    : function(structure, sensors) -> list of option dicts, one for each place it can act at; by default each
-                node (each sensor) if it has an option `node`, else one place without options
-    candidate : whether diagnosis offers it as a cause; a free force at every harmonic would explain anything
-    shape     : option -> (low, high), in which an option that stands inside a nonlinear force is searched
-    fixed     : it is there with its typical amplitude or not at all: a cable is swapped or not
-    fold      : the phase of its amplitude is so many times the angle of its direction: 2 for two stiffnesses
-    positive  : its amplitudes cannot be negative: a damping that makes energy, a crack that stiffens
-    nuisance  : standard deviation of its amplitude in any measuring chain, where it is never quite zero
+    confounders : names of effects it can be confused with, and what separates them; each must name this one too
+    places    : function(structure, sensors) -> list of option dicts, one for each place where it can act; by default
+                each node (each sensor) if it has an option `node`, else one place without options
+    candidate : whether diagnosis considers it as a cause; a free force at every harmonic would explain anything
+    shape     : option -> (low, high), the search range of an option that enters nonlinearly
+    fixed     : present with its typical amplitude or absent: a cable is swapped or not
+    fold      : ratio of the phase of its amplitude to the angle of its direction: 2 for two stiffnesses
+    positive  : its amplitudes cannot be negative (damping, stiffness loss of a crack)
+    nuisance  : standard deviation of its amplitude in any measuring chain, where it is never exactly zero
     """
 
     acts_on: str = "rotor"
@@ -134,14 +135,14 @@ class SpectrumMethod(Plugin):
     """function(signal, time, speed, harmonics) -> amplitude, covariance
 
     signal     : (..., time) complex or real; time (time,) s; speed rad/s; harmonics (harmonic,) int
-    amplitude  : (..., harmonic) complex, phase counted from the first sample
-    covariance : (..., component, component) of real parts, then imaginary parts
+    amplitude  : (..., harmonic) complex, with the phase at the first sample
+    covariance : (..., component, component) of the real parts, then the imaginary parts
 
-    What it claims to do, and is checked for, both ways:
-    any_length            : the harmonics asked for do not leak into each other, whole revolutions or not
+    Claims, each checked both ways:
+    any_length            : no leakage between the requested harmonics, for whole revolutions or not
     uses_marks            : function(signal, time, speed, harmonics, marks) with marks (revolution,) s on the clock of
-                            time; the phase is counted from the mark
-    tolerates_wrong_speed : the stated speed may be wrong by a thousandth
+                            `time`; the phase refers to the mark
+    tolerates_wrong_speed : the stated speed may be wrong by 0.1 %
     tolerates_outliers    : a few samples may be spikes
     """
 
@@ -155,11 +156,11 @@ class SpectrumMethod(Plugin):
 class Estimator(Plugin):
     """function(problem) -> Estimate, see `rotorstudy.inference.problem`
 
-    What it claims to do, and is checked for, both ways:
-    uses_covariance         : harmonics stated to be noisier count less
-    fits_output             : estimates terms of the sensors too
-    handles_rank_deficiency : gives the unknowns that are determined even if others trade off
-    tolerates_outliers      : one harmonic may be wrong by far more than stated
+    Claims, each checked both ways:
+    uses_covariance         : harmonics are weighted by their stated covariance
+    fits_output             : estimates output terms (of the sensors) too
+    handles_rank_deficiency : estimates the parameters that are determined even if others are not identifiable
+    tolerates_outliers      : one harmonic may be wrong by far more than its standard deviation
     """
 
     uses_covariance: bool = False
@@ -169,9 +170,9 @@ class Estimator(Plugin):
 
 
 class Hooks:
-    """A plugin file implements one of these with @hookimpl; it returns one plugin or a list of them.
+    """A plugin file implements one of these with @hookimpl and returns one plugin or a list of them.
 
-    They are historic: a file is asked when it is registered, so that what is wrong in it is told of it alone.
+    They are historic: each file is called when it is registered, so that an error is attributed to that file alone.
     """
 
     @_hookspec(historic=True)
@@ -184,7 +185,7 @@ class Hooks:
 
     @_hookspec(historic=True)
     def rotorstudy_depth():
-        """CrackDepth: how far the shaft bends more for a crack of some depth."""
+        """CrackDepth: compliance of an open crack as a function of its depth."""
 
     @_hookspec(historic=True)
     def rotorstudy_bearing():
@@ -196,11 +197,11 @@ class Hooks:
 
     @_hookspec(historic=True)
     def rotorstudy_spectrum():
-        """SpectrumMethod: record to harmonics with covariance."""
+        """SpectrumMethod: from a record to harmonics with covariance."""
 
     @_hookspec(historic=True)
     def rotorstudy_estimator():
-        """Estimator: problem to estimate."""
+        """Estimator: from a problem to an estimate."""
 
 
 KINDS = {

@@ -1,4 +1,4 @@
-"""A model: base structure + terms + output terms, with the values of its amplitudes."""
+"""A model: base structure, terms on the rotor and on the output, and the values of their amplitudes."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -14,12 +14,12 @@ from rotorstudy.model.uncertainty import Uncertainty
 
 @dataclass(frozen=True)
 class Model:
-    """Structure + terms; displacements count from the static deflection (see `statics`).
+    """Structure and terms; displacements are measured from the static deflection (see `statics`).
 
     sensors : nodes where the translation is measured (all by default)
-    held_deflection : (dof,) or (..., speed, dof) deflection to take instead, whatever carries the rotor
-    uncertainty : how well the values of some amplitudes are known, if that was stated
-    theta   : (parameter,) real amplitudes of `names`, rotor terms first, then output terms
+    held_deflection : (dof,) or (..., speed, dof) prescribed static deflection, m, instead of the computed one
+    uncertainty : covariance of the values of some amplitudes, if stated
+    theta   : (parameter,) real amplitudes in the order of `names`, rotor terms first, then output terms
     """
 
     structure: Structure
@@ -37,9 +37,7 @@ class Model:
         object.__setattr__(self, "terms", tuple(ordered))
         doubled = [name for name in self.names if self.names.count(name) > 1]
         if doubled:
-            raise RotorstudyError(
-                f"two terms share the amplitude {doubled[0]!r}; give each its own 'label:' to tell them apart"
-            )
+            raise RotorstudyError(f"two terms share the amplitude {doubled[0]!r}; give each its own 'label:'")
 
     @cached_property
     def unknowns(self) -> tuple[Unknown, ...]:
@@ -63,7 +61,7 @@ class Model:
 
     @cached_property
     def theta(self) -> np.ndarray:
-        """Values (parameter,) of the amplitudes in their units; one without a value is an error that names it."""
+        """Values (parameter,) of the amplitudes in their units; a missing value is an error."""
         self.require_values()
         return np.concatenate([term.theta for term in self.terms]) if self.terms else np.zeros(0)
 
@@ -102,7 +100,7 @@ class Model:
 
     @cached_property
     def involved(self) -> np.ndarray:
-        """Positions (coordinate,), int, of those measured, read or acted on by a term; the rest pass forces on."""
+        """Positions (coordinate,), int, of the coordinates that are measured, or that a term depends or acts on."""
         seen = np.zeros(len(self.structure.dofs), bool)
         seen[self.measured] = True
         for entry in (e for u in self.rotor_unknowns for e in u.entries):
@@ -114,17 +112,17 @@ class Model:
 
     @cached_property
     def is_carried(self) -> bool:
-        """Whether bearings carry the static load, alone or beside the shaft's own supports."""
+        """Whether bearings carry the static load, alone or together with rigid supports."""
         return any(unknown.carries for unknown in self.rotor_unknowns)
 
     @cached_property
     def static_residual(self) -> np.ndarray:
-        """Static load (dof,) that the static deflection does not carry, N.
+        """Static load (dof,) that the static deflection does not balance, N.
 
         Raises
         ------
         RotorstudyError
-            If nothing carries it.
+            If nothing supports the rotor.
         """
         structure = self.structure
         if self.is_carried or self.held_deflection is not None or structure.is_supported:
@@ -136,7 +134,7 @@ class Model:
             if e.reads_motion and not (e.is_conjugate or e.order or e.shift)
         )
         if structure.static_load.any() and not any(springs):
-            raise RotorstudyError("nothing carries the rotor against its weight; add bearings, or support it rigidly")
+            raise RotorstudyError("nothing carries the weight of the rotor; add bearings or rigid supports")
         return structure.static_load
 
     def position(self, names: Iterable[str]) -> np.ndarray:
@@ -155,7 +153,7 @@ class Model:
         Raises
         ------
         RotorstudyError
-            For an unknown name, with the near miss.
+            For an unknown name.
         """
         for name in names:
             if name not in self.names:
@@ -165,7 +163,7 @@ class Model:
     def unknown_names(self, wanted: Iterable[str] | None = None) -> tuple[str, ...]:
         """Names of the real amplitudes to estimate.
 
-        A complex amplitude can be named as a whole: eccentricity stands for its real and imaginary part.
+        The name of a complex amplitude, such as eccentricity, stands for its real and its imaginary part.
 
         Parameters
         ----------
@@ -188,7 +186,7 @@ class Model:
                 raise RotorstudyError("the model has no parameters to estimate; add effects or a crack to the rig")
             if not found:
                 raise RotorstudyError(
-                    f"the rig gives every parameter a value; name the unknown ones (of {', '.join(self.names)})"
+                    f"the rig gives every parameter a value; name the unknowns (among {', '.join(self.names)})"
                 )
             return tuple(found)
         found = []
@@ -201,7 +199,7 @@ class Model:
         return tuple(found)
 
     def reported_units(self, names: Iterable[str]) -> list[str]:
-        """Units of amplitudes as reported: of a magnitude its own, of a phase rad.
+        """Units of amplitudes as reported: a magnitude has its own, a phase rad.
 
         Parameters
         ----------
@@ -216,7 +214,7 @@ class Model:
         return ["rad" if n.endswith("_phase") else known.get(n, known.get(f"{n}_real")) for n in names]
 
     def without(self, kinds: Iterable[str]) -> "Model":
-        """The model with the terms of some kinds taken out.
+        """The model without the terms of some kinds.
 
         Parameters
         ----------

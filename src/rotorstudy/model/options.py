@@ -1,4 +1,4 @@
-"""Options of a plugin are the annotated arguments of its function; here they are checked against a configuration."""
+"""Check the options of a configuration against the annotated arguments of a plugin function."""
 
 from functools import lru_cache
 from typing import Annotated, TypeVar, get_args, get_origin
@@ -28,7 +28,7 @@ def option_names(function, given_by_engine=()):
 
 
 def check_options(function, given, where, given_by_engine=()):
-    """Options as the function wants them, or an error naming key, value, place and what is allowed."""
+    """Validated options of a function, or an error with the key, its value, the place and what is allowed."""
     from pydantic import ValidationError
 
     fields, model = _options_model(function, tuple(given_by_engine))
@@ -59,9 +59,9 @@ def _options_model(function, given_by_engine):
 
 
 def named_keys(annotation, loc=()):
-    """Keys of the TypedDict or configuration class that the last key of a place belongs to; empty if there is none.
+    """Keys of the TypedDict or configuration class at a place in a configuration; empty if there is none.
 
-    annotation : a type;  loc : keys, names and places in lists that lead into it
+    annotation : a type;  loc : keys and list positions that lead to the place
     """
     fields = annotation.__annotations__ if is_typeddict(annotation) else None
     if fields is None and hasattr(annotation, "model_fields"):
@@ -74,7 +74,7 @@ def named_keys(annotation, loc=()):
 
 
 def validation_message(error, where, keys_at=lambda loc: ()):
-    """One line out of a pydantic error: key, value, what is allowed; keys_at(place): keys known where one is not."""
+    """A pydantic error in one line: key, value, what is allowed; keys_at(place) gives the allowed keys of a place."""
     messages = []
     for problem in error.errors():
         key = ".".join(str(part) for part in problem["loc"])
@@ -92,11 +92,11 @@ def validation_message(error, where, keys_at=lambda loc: ()):
 
 
 def number_hint(value):
-    """Why a number in a YAML file may have arrived as text, or an empty string."""
+    """Why a number in a YAML file may have been read as text, or an empty string."""
     try:
         float(value)
     except (TypeError, ValueError):
         return ""
     if not isinstance(value, str):
         return ""
-    return " (YAML wants a sign in the exponent: 2.5e+5)" if "e" in value.lower() else " (write it without quotes)"
+    return " (YAML needs a sign in the exponent: 2.5e+5)" if "e" in value.lower() else " (write it without quotes)"

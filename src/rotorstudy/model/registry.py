@@ -1,8 +1,8 @@
-"""Plugin kinds, their hooks, and the registry that finds them.
+"""The registry that finds the plugins.
 
-A plugin is one file: a function that is the equation, and a hook that names it. It is found if the file lies in the
-project's plugins/ folder or in a folder listed in ROTORSTUDY_PLUGINS, or if an installed distribution offers its module
-under the entry point group "rotorstudy".
+A plugin is one file: a function with the equation, and a hook that registers it. It is found if the file is in the
+project's plugins/ folder or in a folder listed in ROTORSTUDY_PLUGINS, or if an installed distribution provides its
+module as an entry point in the group "rotorstudy".
 """
 
 import os
@@ -22,16 +22,17 @@ FOLDERS_VARIABLE = "ROTORSTUDY_PLUGINS"
 
 
 class Registry:
-    """The zoo: plugins by kind and name.
+    """The plugin library (zoo): plugins by kind and name.
 
-    files    : single files besides those of the folders
-    failures : one line for each plugin file that did not load; the rest of the zoo is there all the same
+    folders  : searched for plugin files, with all their subfolders
+    files    : further plugin files
+    failures : one line for each plugin file that did not load; the others are available all the same
     """
 
     def __init__(self, folders=(), entry_points=True, files=()):
         self._manager = pluggy.PluginManager("rotorstudy")
         self._manager.add_hookspecs(Hooks)
-        self._given = {}  # kind -> what the file that is being registered gave
+        self._given = {}  # kind -> plugins returned by the file that is being registered
         for kind in KINDS:
             hook = getattr(self._manager.hook, f"rotorstudy_{kind}")
             hook.call_historic(partial(self._given.__setitem__, kind))
@@ -39,7 +40,7 @@ class Registry:
         self.failures = []
         for folder in folders:
             if not Path(folder).is_dir():
-                wrong = "is a file; name the folder it lies in" if Path(folder).is_file() else "does not exist"
+                wrong = "is a file; give its folder" if Path(folder).is_file() else "does not exist"
                 raise PluginError(
                     f"plugin folder '{folder}' {wrong}; check {FOLDERS_VARIABLE} and the configuration (plugin_folders)"
                 )
@@ -79,13 +80,13 @@ class Registry:
             self.plugins[kind][plugin.name] = plugin
 
     def _check_marked(self, module):
-        """Raise for a hook without its marker, which pluggy would pass over in silence."""
+        """Raise for a hook without its marker, which pluggy would ignore silently."""
         for name in vars(module):
             if name.startswith("rotorstudy_") and self._manager.parse_hookimpl_opts(module, name) is None:
                 raise PluginError(f"{name} is not marked; write @hookimpl above it")
 
     def get(self, kind, name, where=""):
-        """The plugin of a kind by name; an unknown name is an error with the near miss."""
+        """The plugin of a kind by name; an unknown name is an error with a suggestion."""
         if name not in self.plugins[kind]:
             error = unknown_name(kind, name, self.plugins[kind], where)
             if self.failures:
@@ -94,7 +95,7 @@ class Registry:
         return self.plugins[kind][name]
 
     def __iter__(self):
-        """(kind, plugin) of the whole zoo, in a fixed order."""
+        """(kind, plugin) of the whole library, in a fixed order."""
         for kind, plugins in self.plugins.items():
             for name in sorted(plugins):
                 yield kind, plugins[name]
@@ -105,7 +106,7 @@ def _is_in(file, folder):
 
 
 def _plugins_of(kind, given):
-    """What the hook of a kind returned, as a list; anything but plugins of that kind is an error."""
+    """The plugins returned by the hook of a kind as a list; other types, or a missing source, are errors."""
     found = list(given) if isinstance(given, (list, tuple)) else [given]
     for plugin in found:
         if not isinstance(plugin, KINDS[kind]):
@@ -132,9 +133,9 @@ def _said(error):
 
 
 def blamed(error):
-    """One line for an exception that came out of a plugin of the zoo, with file and line; "" if it did not.
+    """One line with file and line for an exception raised inside a plugin; "" for any other exception.
 
-    For the end of a command or a job: whoever wrote the plugin sees the place, and no traceback of the engine.
+    Commands and jobs print it instead of a traceback.
     """
     files, trace, found = {plugin.file: (kind, plugin.name) for kind, plugin in registry()}, error.__traceback__, ""
     while trace:
@@ -158,7 +159,7 @@ def _blame(place, error):
 
 
 def plugin_folders():
-    """The project's own plugins/ folder (or its copy in an installed package), then those of ROTORSTUDY_PLUGINS."""
+    """Paths: the project's own plugins/ folder (or its copy in an installed package), then ROTORSTUDY_PLUGINS."""
     return _plugin_folders(os.environ.get(FOLDERS_VARIABLE, ""), os.getcwd())
 
 
@@ -179,7 +180,7 @@ _CURRENT = ContextVar("registry", default=None)
 
 
 def registry() -> Registry:
-    """The zoo of this process, loaded once.
+    """The plugin library of this process, loaded once.
 
     Returns
     -------
@@ -189,14 +190,14 @@ def registry() -> Registry:
     Raises
     ------
     PluginError
-        If a plugin folder does not exist, or two plugins of a kind have one name.
+        If a plugin folder does not exist, or two plugins of a kind have the same name.
     """
     return _CURRENT.get() or _registry(plugin_folders())
 
 
 @contextmanager
 def using(zoo):
-    """Inside this context, `registry()` is another zoo: one with a file that is being checked."""
+    """Context in which `registry()` is another Registry, such as one with a file that is being checked."""
     before = _CURRENT.set(zoo)
     try:
         yield zoo

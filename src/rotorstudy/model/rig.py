@@ -1,4 +1,4 @@
-"""A rig file (YAML) read into a model. Every key is checked here, once."""
+"""Build a model from a rig file (YAML); all keys are checked here."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -22,9 +22,10 @@ OTHER = ("sensors", "static_deflection_m", "prior", "measurement", "diagnosis")
 
 @dataclass(frozen=True)
 class RigFile:
-    """A rig file, read once: where it lies, what it holds, and the Model it describes.
+    """A rig file that is read once.
 
-    path : Path;  given : dict
+    path  : where it was read from
+    given : its content
     """
 
     path: Path
@@ -32,27 +33,28 @@ class RigFile:
 
     @cached_property
     def model(self):
+        """The Model that it describes."""
         return build_model(self.given, str(self.path))
 
     @property
     def plugins(self):
-        """The Plugin objects it names."""
+        """The plugins that it names, a list of Plugin."""
         return named_plugins(self.given)
 
     def measured_at(self, sensors):
-        """The Model with these nodes as sensors."""
+        """The Model with the nodes `sensors` as its sensors."""
         if tuple(sensors) == self.model.sensors:
             return self.model
         return build_model({**self.given, "sensors": list(sensors)}, str(self.path))
 
 
 def read_rig(rig: "str | Path | RigFile") -> "RigFile":
-    """The RigFile at a path; a RigFile that was read before is given back.
+    """The RigFile at a path; a RigFile is returned unchanged.
 
     Parameters
     ----------
     rig : path or RigFile
-        A rig file, or one that was read before.
+        Path of a rig file, or a RigFile.
 
     Returns
     -------
@@ -67,12 +69,12 @@ def read_rig(rig: "str | Path | RigFile") -> "RigFile":
 
 
 def load_rig(path: str | Path) -> Model:
-    """The Model a rig file describes.
+    """The Model described by a rig file.
 
     Parameters
     ----------
     path : path
-        YAML file; numbers have their unit in the key.
+        YAML file, with the unit of each number in its key.
 
     Returns
     -------
@@ -87,15 +89,15 @@ def load_rig(path: str | Path) -> Model:
 
 
 def build_model(rig: dict, where: str = "the rig") -> Model:
-    """The Model a rig dict describes.
+    """The Model described by a rig dict.
 
     Parameters
     ----------
     rig : dict
         {"rotor": {"kind": ..., options}, "cracks": [...], "bearings": [...], "effects": [...], "sensors": [nodes],
-        "static_deflection_m": {node: held value, real}, "prior": see `uncertainty`}
+        "static_deflection_m": {node: prescribed value, real}, "prior": see `uncertainty`}
     where : str, optional
-        What error messages call it.
+        Its name in error messages.
 
     Returns
     -------
@@ -104,7 +106,7 @@ def build_model(rig: dict, where: str = "the rig") -> Model:
     Raises
     ------
     RotorstudyError
-        For an unknown or missing key, with place and near miss, or a value that is not allowed.
+        For an unknown or missing key, or a value that is not allowed.
     PluginError
         If a plugin gives something of a wrong type or shape.
     """
@@ -136,13 +138,13 @@ def build_model(rig: dict, where: str = "the rig") -> Model:
 
 
 def _held_deflection(given, structure, where):
-    """(dof,) deflection held instead of the one that follows from the weight, zero where it is not given; or None."""
+    """Prescribed static deflection (dof,), m, zero where it is not given; None if the weight determines it."""
     import numpy as np
 
     if given is None:
         return None
     if not isinstance(given, dict):
-        raise RotorstudyError(f"static_deflection_m = {given!r} in {where}: must be node: metres for some nodes")
+        raise RotorstudyError(f"static_deflection_m = {given!r} in {where}: must be a mapping of nodes to metres")
     held = np.zeros(len(structure.dofs))
     for node, value in given.items():
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not np.isfinite(value):
@@ -163,7 +165,7 @@ def _sensors(given, structure, where):
 
 
 def named_plugins(rig):
-    """The Plugin objects a rig dict names."""
+    """The plugins that a rig dict names, a list of Plugin."""
     found = []
     for section, kind in SECTIONS.items():
         items = rig.get(section) or []
@@ -177,9 +179,9 @@ def named_plugins(rig):
 def make_term(
     section: str, item: dict, structure: Structure, sensors: tuple[int, ...], where: str = "the term"
 ) -> Term:
-    """A Term from a plugin and its configuration: kind, label, options, and values of its parameters.
+    """The Term described by an item of a rig: kind, label, options, and values of its parameters.
 
-    The stiffness loss of a crack can also follow from its depth, {"depth": {"kind": ..., "depth_ratio": ..., ...}}.
+    The stiffness loss of a crack can be given by its depth instead: {"depth": {"kind": ..., "depth_ratio": ..., ...}}.
 
     Parameters
     ----------
@@ -192,7 +194,7 @@ def make_term(
     sensors : ints (sensor,)
         Nodes with a sensor.
     where : str, optional
-        What error messages call it.
+        Its name in error messages.
 
     Returns
     -------
@@ -227,7 +229,7 @@ def make_term(
 
 
 def _check_structure(structure, plugin, where):
-    """A rotor plugin gives a Structure of matrices that fit its coordinates, or an error naming plugin and shapes."""
+    """Raise PluginError unless a rotor plugin returned a Structure whose matrices fit its coordinates."""
     import numpy as np
 
     who = f"rotor '{plugin.name}' ({plugin.file}) in {where}"
@@ -245,7 +247,7 @@ def _check_structure(structure, plugin, where):
 
 
 def _parameters(found, plugin, where):
-    """What the function of a bearing or effect gives, if it is a list of Parameter with tables of Entry."""
+    """The parameters returned by a plugin as a tuple, or PluginError unless each is a Parameter with entries."""
     found = [found] if isinstance(found, Parameter) else found
     who = f"plugin '{plugin.name}' ({plugin.file}) in {where}"
     if not isinstance(found, (list, tuple)) or not all(isinstance(one, Parameter) for one in found):
@@ -257,13 +259,13 @@ def _parameters(found, plugin, where):
         if not isinstance(parameter.entries, (list, tuple)) or not all(isinstance(e, Entry) for e in parameter.entries):
             raise PluginError(
                 f"{who}: the entries of '{parameter.name}' are {type(parameter.entries).__name__}; they must be a "
-                "tuple of Entry, and of one Entry that is (Entry(...),) with a comma"
+                "tuple of Entry, a single one written with a comma: (Entry(...),)"
             )
     return tuple(found)
 
 
 def _check_shapes(parameters, size, plugin, where):
-    """A plugin's matrices fit the rotor, or an error naming plugin, parameter, entry and shapes."""
+    """Raise PluginError unless the matrices of a plugin fit the rotor and are finite."""
     import numpy as np
 
     for parameter in parameters:
@@ -299,14 +301,14 @@ def _crack_options(plugin, given, where):
         element: int | None = None,
         angle_rad: float = 0.0,
     ):
-        """What any crack can be given."""
+        """Options of every crack."""
 
     options = {}
     for function in (every_crack, plugin.function):
         names = option_names(function, ("angle",))
         for name in {*options, "depth", "label"} & {*names}:
             raise PluginError(
-                f"plugin '{plugin.name}' ({plugin.file}): option '{name}' is one of every crack; rename it"
+                f"plugin '{plugin.name}' ({plugin.file}): option '{name}' is reserved for all cracks; rename it"
             )
         options |= check_options(function, {k: v for k, v in given.items() if k in names}, where, ("angle",))
     return options

@@ -1,4 +1,4 @@
-"""The rotor without its effects: matrices, coordinates and where things can sit."""
+"""The rotor without its effects: matrices, coordinates and the places of sensors and cracks."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -16,9 +16,9 @@ class Structure:
     mass, stiffness, gyroscopic : (dof, dof)
     static_load : (dof,) gravity, real part along the downward x axis, N (N m for a tilt)
     dofs        : one (node, "translation" or "tilt") for each coordinate
-    stiffness_loss : name -> (pattern (dof, dof), unit, typical), the stiffness a crack takes away; where it can be at
-                     several places, a function(node, element) -> such a dict, one of the two being None
-    shape_at    : position along the shaft, m -> (dof,) what each coordinate moves the shaft there; None if not known
+    stiffness_loss : name -> (pattern (dof, dof), unit, typical size), the stiffness lost by a crack; if it can be at
+                     several places, a function(node, element) -> such a dict, one argument being None
+    shape_at    : position along the shaft, m -> (dof,) deflection there by a unit of each coordinate; None if unknown
     """
 
     mass: np.ndarray
@@ -31,7 +31,7 @@ class Structure:
 
     @property
     def nodes(self) -> tuple[int, ...]:
-        """Nodes that can move; one that a rigid support holds only tilts."""
+        """Nodes that can translate; a node on a rigid support only tilts."""
         return tuple(sorted({node for node, motion in self.dofs if motion == "translation"}))
 
     def index(self, node: int | None, motion: str = "translation") -> int:
@@ -52,12 +52,12 @@ class Structure:
         Raises
         ------
         CannotAct
-            If no node is given, or one without that motion; it lists those that have it.
+            If no node is given, or one without that motion.
         """
         if node is None:
             raise CannotAct(
-                f"no node is given; say which of {list(self.nodes)} with 'node:' (a plugin takes the only one there is "
-                "with structure.default_node() where its node is None)"
+                f"no node is given; choose one of {list(self.nodes)} with 'node:' (a plugin takes the "
+                "only node with structure.default_node())"
             )
         if (node, motion) not in self.dofs:
             raise unknown_name(
@@ -88,7 +88,7 @@ class Structure:
         return np.eye(len(self.dofs))[self.index(node, motion)]
 
     def default_node(self) -> int:
-        """The only node: effects that act at a node call this where none is given.
+        """The node of a rotor that has only one, for effects without a stated node.
 
         Returns
         -------
@@ -97,10 +97,10 @@ class Structure:
         Raises
         ------
         CannotAct
-            If the rotor has several nodes, asking for one.
+            If the rotor has several nodes.
         """
         if len(self.nodes) > 1:
-            raise CannotAct(f"this rotor has nodes {list(self.nodes)}; say which with 'node:'")
+            raise CannotAct(f"this rotor has nodes {list(self.nodes)}; choose one with 'node:'")
         return self.nodes[0]
 
     def stiffness_loss_at(
@@ -108,7 +108,7 @@ class Structure:
     ) -> dict[str, tuple[np.ndarray, str, float]]:
         """Stiffness losses of a crack at a node or in an element.
 
-        A rotor that can crack at one place only needs no place.
+        A rotor that can crack at only one place needs no arguments.
 
         Parameters
         ----------
@@ -125,23 +125,25 @@ class Structure:
         Raises
         ------
         RotorstudyError
-            If no place or two are given where the rotor can crack at several, or one where it cannot crack.
+            If the rotor can crack at several places and not exactly one is given.
         CannotAct
             If the rotor cannot crack at that place.
         """
         if callable(self.stiffness_loss):
             if (node is None) == (element is None):
-                raise CannotAct("this rotor can crack at several places; say where with 'node:' or 'element:'")
+                raise CannotAct("this rotor can crack at several places; choose one with 'node:' or 'element:'")
             if node is not None and node not in {n for n, _ in self.dofs}:
                 raise unknown_name("node", node, {n for n, _ in self.dofs}, "the crack", CannotAct)
             return self.stiffness_loss(node, element)
         if element is not None or (node is not None and self.nodes != (node,)):
             place = f"node {node}" if element is None else f"element {element}"
-            raise CannotAct(f"this rotor cannot crack at {place}; it has one place for a crack: leave it out")
+            raise CannotAct(
+                f"this rotor cannot crack at {place}; it has only one place for a crack, so omit node and element"
+            )
         return self.stiffness_loss
 
     def crack_places(self) -> list[dict]:
-        """Options that say where a crack can be: one place without options, or each element of the shaft.
+        """Options for each possible place of a crack: none for a rotor with one place, else each element of the shaft.
 
         Returns
         -------
@@ -161,20 +163,20 @@ class Structure:
 
     @cached_property
     def is_supported(self) -> bool:
-        """Whether the shaft alone carries a load; otherwise bearings do, which are terms."""
+        """Whether rigid supports carry the load; otherwise bearings do, which are terms."""
         scale = np.sqrt(np.abs(np.diag(self.stiffness)))  # translations and tilts have different units
         return bool(scale.all() and np.linalg.cond(self.stiffness / np.outer(scale, scale)) < 1e14)
 
     @cached_property
     def static_deflection(self) -> np.ndarray:
-        """Deflection (dof,) under the static load from the bearing line, m (rad); zeros if not supported."""
+        """Deflection (dof,) from the bearing line under the static load, m (rad); zero if not supported."""
         if not np.any(self.static_load) or not self.is_supported:
             return np.zeros(len(self.dofs))
         return np.linalg.solve(self.stiffness, self.static_load)
 
 
 def sensor_unit(sensors, node=None):
-    """(sensor,) vector with a one at the sensor of a node, the first by default; a node without sensor is an error."""
+    """Vector (sensor,) with a one at the sensor of a node, by default the first; a node without one is an error."""
     node = sensors[0] if node is None else node
     if node not in sensors:
         raise unknown_name("sensor at node", node, sensors, "the rig", CannotAct)

@@ -1,4 +1,4 @@
-"""The one idea: an effect is a table of entries, affine in its amplitude, read both ways.
+"""An effect is a table of entries, linear in its amplitudes, from which everything else is derived.
 
 With complex nodal coordinates q (z = u_x + j u_y, tilt dz/ds), spin speed w and harmonics q_n of e^{jnwt}
 (n > 0 forward, n < 0 backward), a parameter theta adds to the right-hand side of the equations of motion
@@ -7,9 +7,9 @@ With complex nodal coordinates q (z = u_x + j u_y, tilt dz/ds), spin speed w and
 
 x = q, conj(q), 1, or the static deflection or its conjugate.
 
-A force that is not affine in the motion (rub) is a function of time instead, see NonlinearForce.
+A force that is nonlinear in the motion (rub) is a function of time instead, see NonlinearForce.
 
-Everything else in this package (response, regression columns, Jacobian, force in time) is derived from that table.
+The response, the regression columns, the Jacobian and the force in time all follow from that table.
 """
 
 from collections.abc import Callable
@@ -31,7 +31,7 @@ class Entry:
     on     : "z" the coordinates, "conj" their complex conjugates, "one" the constant 1, "static" the static deflection,
              "static conj" its complex conjugate (weight-dominant effects)
     gain   : function of the spin speed in rad/s (array in, array out); of (speed, harmonic) if `frequency_only`
-    frequency_only : True where the effect has no form in time (hysteretic damping, a measured receptance)
+    frequency_only : True if the effect has no time-domain form (hysteretic damping, a measured receptance)
     """
 
     matrix: np.ndarray
@@ -43,12 +43,12 @@ class Entry:
 
     @property
     def reads_motion(self) -> bool:
-        """Whether the force moves with the motion; otherwise it is given."""
+        """Whether the force depends on the motion."""
         return self.on in ("z", "conj")
 
     @property
     def is_constant(self) -> bool:
-        """Whether the force is given by the matrix alone; otherwise it needs the motion or the static deflection."""
+        """Whether the force depends neither on the motion nor on the static deflection."""
         return self.on == "one"
 
     @property
@@ -57,7 +57,7 @@ class Entry:
         return self.on.endswith("conj")
 
     def seen_by(self, harmonic: int) -> int:
-        """Harmonic of the motion that a harmonic of the force moves with.
+        """Harmonic of the motion on which a harmonic of the force depends.
 
         Parameters
         ----------
@@ -72,7 +72,7 @@ class Entry:
 
     @cached_property
     def places(self) -> list[tuple[int, int, complex]]:
-        """(row, column, value) of what is in the matrix: most effects act at one node."""
+        """(row, column, value) of the nonzero elements of the matrix; most effects act at one node."""
         matrix = np.asarray(self.matrix)
         return [(int(i), int(j), matrix[i, j]) for i, j in zip(*np.nonzero(matrix), strict=True)]
 
@@ -84,12 +84,12 @@ class Entry:
         speed : array (...)
             Spin speeds in rad/s.
         harmonic : array (...)
-            Harmonics, int, to be broadcast with the speeds.
+            Harmonics, int, broadcast with the speeds.
 
         Returns
         -------
         array (...)
-            Gain in the unit that the entry's matrix lacks.
+            Factor of the matrix, in the unit that completes that of the force.
 
         Raises
         ------
@@ -105,7 +105,7 @@ class Entry:
         return found
 
     def _refuse_gain(self, found, speed):
-        """Raise for a gain of a wrong shape or without a finite value, with the place where it is written."""
+        """Raise for a gain of a wrong shape or that is not finite, with the file and line of its function."""
         code = getattr(self.gain, "__code__", None)
         who = f"the gain of an entry ({code.co_filename}:{code.co_firstlineno})" if code else f"the gain {self.gain!r}"
         if np.shape(found) != speed.shape:
@@ -121,7 +121,7 @@ class Entry:
         Parameters
         ----------
         factor : complex
-            What the matrix is multiplied by.
+            Of unit 1.
 
         Returns
         -------
@@ -132,11 +132,11 @@ class Entry:
 
 @dataclass(frozen=True)
 class NonlinearForce:
-    """A force that no table holds, of the motion of some coordinates at the same instant.
+    """A nonlinear force that depends on the motion of some coordinates at the same instant.
 
-    matrix   : (coordinate, dof) the coordinates it reads, and acts on
+    matrix   : (coordinate, dof) selects the coordinates it depends and acts on
     function : (displacement (..., time, coordinate), velocity, deflection) -> force of that shape, N; the displacement
-               includes the static deflection, which is given beside it, the same at all times
+               includes the static deflection, which is also passed by itself, constant in time
     """
 
     matrix: np.ndarray
@@ -150,7 +150,7 @@ class NonlinearForce:
         displacement : array (..., time, coordinate)
             From the bearing line, static deflection included, m.
         velocity : array (..., time, coordinate)
-            In m/s, for unit time in s.
+            In m/s.
         deflection : array (..., 1, coordinate)
             Static deflection, m.
 
@@ -162,7 +162,7 @@ class NonlinearForce:
         Raises
         ------
         PluginError
-            If the plugin gives another shape, or NaN for a finite motion.
+            If the plugin returns another shape, or NaN for a finite motion.
         """
         found = self.function(displacement, velocity, deflection)
         shape = np.shape(displacement)
@@ -177,13 +177,13 @@ class NonlinearForce:
 
 @dataclass(frozen=True)
 class Parameter:
-    """One unknown amplitude of an effect, real, or complex (then it has a magnitude and a phase).
+    """One amplitude of an effect, real or complex (with a magnitude and a phase).
 
-    name    : a word of the field ("internal_damping")
+    name    : a standard term ("internal_damping")
     unit    : SI, written "N s/m"
     entries : its table
-    typical : a usual size in that unit; the diagnosis and the checks scale with it
-    force   : NonlinearForce of a real parameter that multiplies a force in time; its table is empty
+    typical : a typical size in that unit, the scale of priors and checks
+    force   : NonlinearForce multiplied by the (real) parameter, whose table of entries is then empty
     """
 
     name: str
@@ -195,7 +195,7 @@ class Parameter:
 
     @property
     def key(self) -> str:
-        """Its configuration key, with the unit in the name if it has one: `internal_damping_N_s_per_m`."""
+        """Its configuration key, with the unit if it has one: `internal_damping_N_s_per_m`."""
         return self.name if self.unit == "1" else f"{self.name}_{unit_suffix(self.unit)}"
 
     @property
@@ -218,12 +218,12 @@ class Unknown:
 
 @dataclass(frozen=True)
 class Term:
-    """An effect at a place: the plugin it came from, its parameters, and their values where known.
+    """An effect at a place: its plugin, its parameters, and their values where known.
 
     values  : parameter name -> float or complex
     acts_on : "rotor" (right-hand side of the equations of motion) or "output" (the measured displacement)
-    carries : its springs carry the static load (a bearing), so they do not act on the static deflection
-    label   : tells two terms of one kind apart; it becomes part of the names, "eccentricity[left]"
+    carries : whether it carries the static load (a bearing), so that it does not act on the static deflection
+    label   : distinguishes terms of the same kind; it becomes part of the names, "eccentricity[left]"
     """
 
     kind: str
@@ -235,7 +235,7 @@ class Term:
 
     @property
     def acts_on_output(self) -> bool:
-        """Whether it changes the measured displacement; otherwise it acts on the rotor."""
+        """Whether it changes the measured displacement instead of acting on the rotor."""
         return self.acts_on == "output"
 
     def full_name(self, parameter: Parameter) -> str:
@@ -254,7 +254,7 @@ class Term:
 
     @cached_property
     def unknowns(self) -> tuple[Unknown, ...]:
-        """The real amplitudes of this term, in order; a complex parameter gives two."""
+        """The real amplitudes of this term; a complex parameter has two."""
         found = []
         for p in self.parameters:
             name, imaginary = self.full_name(p), tuple(e.times(1j) for e in p.entries)
@@ -267,7 +267,7 @@ class Term:
 
     @property
     def theta(self) -> np.ndarray:
-        """Values of the unknowns (unknown,) in the units of the parameters, NaN where none was given."""
+        """Values (unknown,) of the unknowns in the units of the parameters, NaN where not given."""
         found = []
         for parameter in self.parameters:
             value = self.values.get(parameter.name, complex(np.nan, np.nan) if parameter.is_complex else np.nan)
@@ -276,10 +276,10 @@ class Term:
 
 
 def planar_entries(direction, matrix, order=0, gain=None, *, frequency_only=False):
-    """Entries of the force along a by the motion along b, where direction is "ab": "xx", "xy", "yx" or "yy".
+    """Entries of the force along a due to the motion along b, for direction "ab": "xx", "xy", "yx" or "yy".
 
-    With x = (z + conj z) / 2 and y = (z - conj z) / 2j; the matrix (dof, dof) is real. A gain of (speed, harmonic) may
-    be complex, then that of -harmonic is its conjugate: the force of a real motion is real.
+    They follow from x = (z + conj z) / 2 and y = (z - conj z) / 2j; the matrix (dof, dof) is real. A complex gain of
+    (speed, harmonic) must be conjugate at -harmonic, so that the force is real.
     """
     on_z, on_conj = {"xx": (0.5, 0.5), "xy": (-0.5j, 0.5j), "yx": (0.5j, 0.5j), "yy": (0.5, -0.5)}[direction]
     return (
@@ -289,18 +289,18 @@ def planar_entries(direction, matrix, order=0, gain=None, *, frequency_only=Fals
 
 
 def unit_suffix(unit):
-    """'N s/m' -> 'N_s_per_m', the form units take in configuration keys."""
+    """A unit as in configuration keys: 'N s/m' -> 'N_s_per_m'."""
     return unit.replace("/", " per ").replace("^", "").replace("*", " ").replace("  ", " ").replace(" ", "_")
 
 
 def apply_entries(entries, amplitudes, speed, harmonics, reference=None):
-    """Force harmonics of a table acting on given displacement harmonics.
+    """Force harmonics of the entries of an effect at given displacement harmonics.
 
-    amplitudes : (..., speed, harmonic, dof) complex, harmonics of q; those not listed count as zero
+    amplitudes : (..., speed, harmonic, dof) complex harmonics of q, m; those not listed are taken as zero
     speed      : (speed,) rad/s
     harmonics  : (harmonic,) int
-    reference  : (dof,) or (..., speed, dof) static deflection, which is not in `amplitudes`; None: no force acts on it
-    returns    : (..., speed, harmonic, row) complex
+    reference  : (dof,) or (..., speed, dof) static deflection, not included in `amplitudes`; None if it has no force
+    returns    : (..., speed, harmonic, row) complex, N per unit of the amplitude
     """
     speed = np.asarray(speed, float)
     order = tuple(np.asarray(harmonics).tolist())
@@ -339,9 +339,9 @@ def _gain(entry, speed, harmonic):
 
 @lru_cache(maxsize=4096)
 def _seen_by(shift, mirrored, harmonics):
-    """Places of harmonics in a force (slice or array), of those they see in the motion, and which harmonics these are.
+    """Positions (slice or array) of force harmonics and of the motion harmonics they depend on, and the latter.
 
-    Of q, or of conj(q) if mirrored, the row of harmonic n sees harmonic n - shift.
+    Harmonic n of the force depends on harmonic n - shift of q, or of conj(q) if mirrored.
     """
     source = np.array(harmonics) - shift
     where = {n: i for i, n in enumerate(harmonics)}

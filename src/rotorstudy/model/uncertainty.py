@@ -1,14 +1,14 @@
-"""How well the values of a rig are known: its section `prior`, read and written.
+"""Read and write the uncertainty of the values in a rig, its section `prior`.
 
     prior:
       parameters: [external_damping, eccentricity_real, eccentricity_imag]  # as in `Model.names`
       standard_deviations: [2.0, 1.0e-7, 1.0e-7]
-      correlations:  # the lower triangle, or the whole matrix; none of them by default
+      correlations:  # the lower triangle or the whole matrix; none by default
         - [1.0]
         - [0.3, 1.0]
         - [0.0, 0.1, 1.0]
 
-The values themselves stand where they always stand.
+The values themselves stay in the items of the rig.
 """
 
 from collections.abc import Sequence
@@ -20,16 +20,16 @@ from pydantic import Field
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.configuration import Strict, check_config
 
-ROUND_OFF = 1e-9  # of a correlation: a written matrix may differ from its transpose by as much
+ROUND_OFF = 1e-9  # of a correlation: tolerated asymmetry of a matrix that is read
 REGULAR = 1e-9  # least eigenvalue of correlations that are written: smaller ones are round-off of a singular fit
 SINGULAR = 1e-12  # eigenvalue of correlations up to which their Cholesky factor would be round-off
 
 
 class Uncertainty(NamedTuple):
-    """How well some amplitudes are known, together.
+    """Joint uncertainty of some amplitudes.
 
     names      : (parameter,) as in `Model.names`
-    covariance : (parameter, parameter) about the values of the model
+    covariance : (parameter, parameter), in the units of the model, about its values
     """
 
     names: tuple[str, ...]
@@ -45,16 +45,16 @@ class Section(Strict):
 
 
 def read_uncertainty(section: dict, model, where: str) -> Uncertainty:
-    """The Uncertainty that a rig states.
+    """The Uncertainty stated in a rig.
 
     Parameters
     ----------
     section : dict
         The section `prior`.
     model : Model
-        Whose parameters it names.
+        Model with the named parameters.
     where : str
-        Where the section stands, for errors.
+        Place of the section, for error messages.
 
     Returns
     -------
@@ -75,9 +75,11 @@ def read_uncertainty(section: dict, model, where: str) -> Uncertainty:
         if name not in values:
             raise unknown_name("parameter", name, model.names, where)
         if np.isnan(values[name]):
-            raise RotorstudyError(f"{name} in {where} has no value in the rig; give the value that is known this well")
+            raise RotorstudyError(
+                f"{name} in {where} has no value in the rig; give the value that the standard deviation refers to"
+            )
         if names.count(name) > 1:
-            raise RotorstudyError(f"{name} in {where} is named twice")
+            raise RotorstudyError(f"{name} in {where} is given twice")
     if len(given.standard_deviations) != count:
         raise RotorstudyError(f"{len(given.standard_deviations)} standard deviations in {where} for {count} parameters")
     std = np.array(given.standard_deviations)
@@ -102,14 +104,13 @@ def _correlation(rows, count, where):
         raise RotorstudyError(f"correlations in {where} must be symmetric, with ones on the diagonal")
     if count and np.linalg.eigvalsh(found)[0] <= SINGULAR:
         raise RotorstudyError(
-            f"correlations in {where} are not positive definite: no parameters can be correlated like that; give them "
-            "with all their digits"
+            f"correlations in {where} are not positive definite; check them, and give them with all their digits"
         )
     return (found + found.T) / 2
 
 
 def uncertainty_section(names: Sequence[str], covariance: np.ndarray) -> dict:
-    """The section `prior` that states a covariance.
+    """The section `prior` for a covariance.
 
     Parameters
     ----------

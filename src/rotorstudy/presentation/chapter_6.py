@@ -12,7 +12,7 @@ from rotorstudy.presentation.plots import (
     plot_orbit,
     plot_phase,
 )
-from rotorstudy.response.harmonic import measured_response
+from rotorstudy.response.measured import measured_response
 from rotorstudy.response.statics import static_deflection
 from rotorstudy.response.whirl import time_invariant, whirl_modes, without_damping
 from rotorstudy.store import as_complex

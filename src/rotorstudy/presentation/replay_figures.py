@@ -14,7 +14,7 @@ from rotorstudy.presentation.plots import (
     plot_orbit,
     plot_phase,
 )
-from rotorstudy.response.harmonic import measured_response
+from rotorstudy.response.measured import measured_response
 from rotorstudy.response.series import synthesize
 from rotorstudy.store import as_complex
 from rotorstudy.thesis.checks import bow_magnification, higher_cases, shown_name

@@ -1,9 +1,9 @@
-"""Forces that no table holds (rub, looseness), by alternating frequency and time: Cameron and Griffin 1989.
+"""Steady state under nonlinear forces (rub, looseness) by alternating frequency and time: Cameron and Griffin 1989.
 
-Motion goes from harmonics to one turn in time, the force is taken there sample by sample and goes back to harmonics.
-The steady state follows from Newton's method on the harmonics of the coordinates that such forces read; everything
-linear stays in the receptances of the rotor. Where there are several steady states, it is the one that grows out of
-the linear one as the force does.
+The motion is synthesised over one revolution, the force is evaluated at each sample and transformed back to harmonics.
+Newton's method acts on the harmonics of the coordinates that these forces depend on; the linear part stays in the
+receptances of the rotor. Of several steady states, it is the one reached from the linear response by increasing the
+forces from zero (continuation).
 """
 
 from typing import NamedTuple
@@ -12,17 +12,19 @@ import numpy as np
 
 from rotorstudy.errors import NoSteadyState
 
-SAMPLES_PER_HARMONIC = 16  # of the highest harmonic: a contact that sets in suddenly has many more than are carried
-TOLERANCE = 1e-11  # of the residual against the motion; round-off of some hundred sums is near 1e-14
+SAMPLES_PER_HARMONIC = 16  # of the highest harmonic: a sudden contact has many more harmonics than are carried
+TOLERANCE = 1e-11  # of the residual relative to the motion; the round-off of some hundred sums is near 1e-14
 NEWTON_STEPS = 30
-SMALLEST_GROWTH = 1e-3  # of the force, in one step of the continuation
-DIFFERENCE = 1e-6  # step of a derivative, against the motion: central, so 1e-12 off where the force is smooth
+SMALLEST_GROWTH = 1e-3  # smallest continuation step, as a share of the force
+DIFFERENCE = 1e-6  # step of the central differences relative to the motion: an error of 1e-12 where the force is smooth
 
 
 class Tangent(NamedTuple):
-    """What a small change at a steady state leads to, at one speed.
+    """Linearisation about a steady state at one speed.
 
-    slope : (motion component, motion component) of the forces;  reply : (harmonic, dof, component) of the rotor
+    slope : (component, component) derivative of the force harmonics with respect to the motion, N/m
+    reply : (harmonic, dof, component) motion by a unit force, m/N
+    seen  : (coordinate,) positions of the coordinates that the forces depend on
     """
 
     slope: np.ndarray
@@ -30,14 +32,14 @@ class Tangent(NamedTuple):
     seen: np.ndarray
 
     def response(self, change):
-        """(harmonic, dof, parameter) change with the nonlinear forces, from the change without."""
+        """Change (harmonic, dof, parameter), m per unit, with the nonlinear forces, from that without them."""
         moved = _real(change[:, self.seen])
         stiff = np.eye(len(moved)) - _real(self.reply[:, self.seen]) @ self.slope
         return change + self.reply @ (self.slope @ np.linalg.solve(stiff, moved))
 
 
-def turn(harmonics):
-    """(time, harmonic) e^{jn phi} at even angles of one turn."""
+def one_revolution(harmonics):
+    """e^{jn phi} (time, harmonic) at equally spaced angles of one revolution."""
     count = SAMPLES_PER_HARMONIC * max(2, max(abs(int(n)) for n in harmonics))
     return np.exp(2j * np.pi / count * np.outer(np.arange(count), harmonics))
 
@@ -45,10 +47,11 @@ def turn(harmonics):
 def nonlinear_column(force, amplitudes, speed, harmonics, deflection):
     """Force harmonics of one unit of a nonlinear force at given displacement harmonics.
 
-    amplitudes : (..., speed, harmonic, dof) complex, from the static deflection (dof,) or (..., speed, dof)
-    returns    : (..., speed, harmonic, dof) complex; harmonics not listed count as zero
+    amplitudes : (..., speed, harmonic, dof) complex, m, about the deflection (dof,) or (..., speed, dof)
+    returns    : (..., speed, harmonic, dof) complex, N; harmonics not listed are taken as zero
     """
-    basis, rate = turn(harmonics), 1j * np.asarray(harmonics)[:, None] * np.asarray(speed, float)[:, None, None]
+    basis = one_revolution(harmonics)
+    rate = 1j * np.asarray(harmonics)[:, None] * np.asarray(speed, float)[:, None, None]
     seen, still = amplitudes @ force.matrix.T, (np.asarray(deflection) @ force.matrix.T)[..., None, :]
     given = force.at(basis @ seen + still, basis @ (rate * seen), still)
     return basis.conj().T @ given / len(basis) @ force.matrix
@@ -68,13 +71,13 @@ def _complex(components, coordinates):
 def steady_state(forces, speed, harmonics, deflection, linear, reply):
     """Harmonics (harmonic, dof) under nonlinear forces at one speed, and the Tangent there.
 
-    forces : list of (amplitude, NonlinearForce);  deflection : (dof,)
-    linear : (harmonic, dof) motion without them
-    reply  : (harmonic, dof, component) motion by a unit force at each component of the coordinates they read
-    raises : NoSteadyState if no steady state grows out of the linear one
+    forces : list of (amplitude, NonlinearForce);  speed : rad/s;  deflection : (dof,) m
+    linear : (harmonic, dof) motion without them, m
+    reply  : (harmonic, dof, component) motion by a unit force on each component of the coordinates they depend on
+    raises : NoSteadyState if the continuation from the linear response fails
     """
     seen = seen_coordinates([force for _, force in forces])
-    basis, rate = turn(harmonics), 1j * np.asarray(harmonics) * speed
+    basis, rate = one_revolution(harmonics), 1j * np.asarray(harmonics) * speed
     still = deflection[seen]
     start, receptance = _real(linear[:, seen]), _real(reply[:, seen])
 
@@ -128,8 +131,9 @@ def steady_state(forces, speed, harmonics, deflection, linear, reply):
             x, share, growth = found[0], min(1.0, share + growth), 2 * growth
         elif growth < SMALLEST_GROWTH:
             raise NoSteadyState(
-                f"no steady state at {speed:g} rad/s grows out of the linear one beyond {share:.0%} of the forces that "
-                "are not linear: it jumps there, or is not periodic; leave that speed out, or integrate in time"
+                f"no steady state at {speed:g} rad/s: the continuation from the linear response fails beyond "
+                f"{share:.0%} of the nonlinear forces, so the motion jumps or is not periodic; leave that speed out or "
+                "integrate in time"
             )
         else:
             growth /= 2
@@ -138,5 +142,5 @@ def steady_state(forces, speed, harmonics, deflection, linear, reply):
 
 
 def seen_coordinates(forces):
-    """Positions of the coordinates that nonlinear forces read and act on."""
+    """Positions (coordinate,) of the coordinates that nonlinear forces depend and act on."""
     return np.flatnonzero(np.any([np.any(force.matrix, axis=0) for force in forces], axis=0))

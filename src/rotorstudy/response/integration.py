@@ -1,11 +1,12 @@
-"""The same model in time: force of a term, and direct integration of the equations of motion."""
+"""A model in the time domain: force of a term, free vibration, and integration of the equations of motion."""
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.model import Model
-from rotorstudy.response.harmonic import check_speed, forced_harmonics, harmonic_response
+from rotorstudy.response.coupling import check_speed, forced_harmonics
+from rotorstudy.response.harmonic import harmonic_response
 from rotorstudy.response.series import rotating_basis
 from rotorstudy.response.stability import state_matrix
 from rotorstudy.response.statics import static_deflection
@@ -15,19 +16,19 @@ ABSOLUTE_TOLERANCE = 1e-16  # m and m/s; displacements here are micrometres
 
 
 def force_in_time(entries, speed, time, displacement, velocity=None, acceleration=None, deflection=None):
-    """Force of a table at given motion.
+    """Force of the entries of an effect at a given motion.
 
     speed        : rad/s; time : (time,) s
-    displacement : (time, dof) complex coordinates including their static part, m; derivatives alike
-    deflection   : (dof,) static part, for entries that act on it
+    displacement : (time, dof) complex, m, including the static deflection; derivatives alike
+    deflection   : (dof,) static deflection, m, for entries that act on it
     returns      : (time, row) complex, N
-    raises       : RotorstudyError for an effect that exists in frequency only
+    raises       : RotorstudyError for an effect that is defined in the frequency domain only
     """
     motion = (displacement, velocity, acceleration)
     total = 0
     for entry in entries:
         if entry.frequency_only:
-            raise RotorstudyError("an effect of this model exists in frequency only; it has no force in time")
+            raise RotorstudyError("an effect is defined in the frequency domain only; it has no force in time")
         turning = (np.exp(1j * entry.shift * speed * time) * entry.gain_at(speed, 0))[:, None]
         if entry.is_constant:
             total = total + turning * entry.matrix
@@ -77,7 +78,7 @@ def time_response(
     Raises
     ------
     RotorstudyError
-        For an effect without a form in time, a held static deflection, or if the integration fails.
+        For an effect without a time-domain form, a prescribed static deflection, or if the integration fails.
     """
     from scipy.integrate import solve_ivp
 
@@ -85,7 +86,7 @@ def time_response(
     theta = np.asarray(model.theta if theta is None else theta, float)
     structure, dof = model.structure, len(model.structure.dofs)
     if model.held_deflection is not None:
-        raise RotorstudyError("a static deflection that is held cannot be integrated in time: it is no equilibrium")
+        raise RotorstudyError("a prescribed static deflection is no equilibrium: it cannot be integrated in time")
     reference = np.broadcast_to(static_deflection(model, [speed], theta).value, (1, dof))[0]
     constant, stiffness, damping, mass = _time_matrices(model, theta, speed, reference)
     inverse_mass = np.linalg.inv(structure.mass + mass)
@@ -138,13 +139,13 @@ def time_response(
 def transient_response(model, speed, time, theta=None, *, start=None):
     """Exact motion of a time-invariant model from rest at the static deflection, or from `start`.
 
-    Steady state plus the whirl modes that the start sets going; no integration error, and late times cost nothing.
+    Steady state plus the whirl modes excited by the start: without integration error, and as fast at late times.
 
     speed   : rad/s
     time    : (time,) s after the start, in any order
     start   : (displacement (dof,), velocity (dof,)) at time 0
     returns : (time, dof) complex displacement from the static deflection, m (rad for tilts)
-    raises  : RotorstudyError if the model varies in time at speed (use `time_response`)
+    raises  : RotorstudyError if the model is time-varying at constant speed (use `time_response`)
     """
     speed = float(check_speed(speed)[0])
     harmonics, dof = forced_harmonics(model), len(model.structure.dofs)
@@ -161,13 +162,15 @@ def transient_response(model, speed, time, theta=None, *, start=None):
 
 
 def _time_matrices(model, theta, speed, deflection):
-    """Sums of the tables by shift: constant force, stiffness and damping on z and conj(z), and added mass."""
+    """Sums of all entries by shift: constant force, stiffness and damping on z and conj(z), and added mass."""
     constant, mass = {}, 0
     stiffness, damping = {"z": {}, "conj": {}}, {"z": {}, "conj": {}}
     for value, unknown in zip(theta, model.rotor_unknowns, strict=False):
         for entry in unknown.entries:
             if entry.frequency_only:
-                raise RotorstudyError(f"{unknown.name!r} exists in frequency only; it cannot be integrated in time")
+                raise RotorstudyError(
+                    f"{unknown.name!r} is defined in the frequency domain only: it cannot be integrated in time"
+                )
             amount = value * entry.gain_at(speed, 0) * np.asarray(entry.matrix)
             if not entry.reads_motion:
                 target = constant
@@ -179,6 +182,6 @@ def _time_matrices(model, theta, speed, deflection):
                 mass = mass - amount
                 continue
             else:
-                raise RotorstudyError(f"{unknown.name!r} has an inertia that turns; it cannot be integrated in time")
+                raise RotorstudyError(f"{unknown.name!r} has an inertia that rotates; it cannot be integrated in time")
             target[entry.shift] = target.get(entry.shift, 0) + amount
     return constant, stiffness, damping, mass

@@ -4,7 +4,7 @@ import numpy as np
 
 
 def rotating_basis(time, speed, harmonics):
-    """(harmonic, time) e^{jnwt}, by repeated multiplication of one exponential."""
+    """e^{jnwt} (harmonic, time), by repeated multiplication of one exponential; time (time,) s, speed rad/s."""
     first = np.exp(1j * speed * time)
     powers = {0: np.ones_like(first), 1: first}
     for n in range(2, max(abs(int(h)) for h in harmonics) + 1):
@@ -13,5 +13,5 @@ def rotating_basis(time, speed, harmonics):
 
 
 def synthesize(amplitude, speed, harmonics, time):
-    """(..., time) complex signal with given harmonics (..., harmonic)."""
+    """Signal (..., time) with harmonics `amplitude` (..., harmonic), in their unit; speed rad/s, time (time,) s."""
     return np.asarray(amplitude) @ rotating_basis(time, speed, harmonics)

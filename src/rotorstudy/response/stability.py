@@ -5,17 +5,17 @@ from numpy.typing import ArrayLike
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.model import Model
-from rotorstudy.response.harmonic import check_speed
+from rotorstudy.response.coupling import check_speed
 
-ROUND_OFF = 1e-12  # of the largest eigenvalue: real part that round-off may give a mode without damping
+ROUND_OFF = 1e-12  # of the largest eigenvalue: real part of an undamped mode due to round-off
 
 
 def state_matrix(model, speed, theta=None):
-    """Matrix A of the time-invariant model, d/dt (q, q') = A (q, q').
+    """State matrix A of the time-invariant model, d/dt (q, q') = A (q, q').
 
     speed   : (speed,) rad/s
-    returns : (speed, state, state) complex; with entries on conj(z) q stands for q and conj(q), one above the other
-    raises  : RotorstudyError if the model has terms that vary in time at speed (an open or breathing crack)
+    returns : (speed, state, state) complex, SI; with entries on conj(z), q is replaced by q stacked on conj(q)
+    raises  : RotorstudyError if the model is time-varying at constant speed (an open or breathing crack) or nonlinear
     """
     speed = check_speed(speed)
     theta = np.asarray(model.theta if theta is None else theta, float)
@@ -28,11 +28,11 @@ def state_matrix(model, speed, theta=None):
     on_z[2] += structure.mass
     for value, unknown in zip(theta, model.rotor_unknowns, strict=False):
         if unknown.force:
-            raise RotorstudyError(f"{unknown.name!r} is not linear; the model has no eigenvalues")
+            raise RotorstudyError(f"{unknown.name!r} is nonlinear; the model has no eigenvalues")
         for entry in (e for e in unknown.entries if e.reads_motion):
             if entry.shift or entry.frequency_only:
                 raise RotorstudyError(
-                    f"{unknown.name!r} makes the model vary in time or with frequency; it has no eigenvalues"
+                    f"{unknown.name!r} makes the model time-varying or frequency-dependent; it has no eigenvalues"
                 )
             target = on_conj if entry.is_conjugate else on_z
             target[entry.order] -= value * entry.gain_at(speed, 0)[:, None, None] * entry.matrix
@@ -75,14 +75,14 @@ def eigenvalues(model: Model, speed: ArrayLike, theta: ArrayLike | None = None) 
     Raises
     ------
     RotorstudyError
-        If the model varies in time at speed (an open or breathing crack), with frequency, or is not linear.
+        If the model is time-varying (an open or breathing crack), frequency-dependent or nonlinear.
     """
     values = np.linalg.eigvals(state_matrix(model, speed, theta))
     return np.take_along_axis(values, np.argsort(values.imag, axis=-1), axis=-1)
 
 
 def growth_rate(model, speed, theta=None):
-    """(speed,) 1/s, largest real part of the eigenvalues above what round-off gives; unstable if > 0."""
+    """Largest real part (speed,) of the eigenvalues beyond round-off, 1/s; unstable if > 0. Speed (speed,) in rad/s."""
     values = eigenvalues(model, speed, theta)
     return values.real.max(axis=-1) - ROUND_OFF * np.abs(values).max(axis=-1)
 
@@ -90,7 +90,7 @@ def growth_rate(model, speed, theta=None):
 def stability_threshold(
     model: Model, up_to: float, theta: ArrayLike | None = None, *, lowest: float | None = None
 ) -> float | None:
-    """Lowest speed at which a whirl mode stops decaying.
+    """Lowest speed at which a whirl mode becomes unstable.
 
     For the Jeffcott rotor with viscous dampings this is w_n (1 + c_E / c_H).
 
@@ -99,12 +99,12 @@ def stability_threshold(
     model : Model
         Rotor with its terms.
     up_to : float
-        Highest speed looked at, rad/s.
+        Highest speed of the search, rad/s.
     theta : array (parameter,), optional
         Amplitudes in the units of `model.units`; the model's own by default.
     lowest : float, optional
-        Where the search starts, rad/s; a millionth of `up_to` by default. Bearings tabulated over speed, or whose
-        journal does not float at a crawl, need it higher.
+        Lowest speed of the search, rad/s; a millionth of `up_to` by default. Bearings tabulated over speed, and
+        journal bearings without a film at very low speed, need a higher one.
 
     Returns
     -------
@@ -114,7 +114,7 @@ def stability_threshold(
     Raises
     ------
     RotorstudyError
-        For an impossible range of speeds, and as `eigenvalues`.
+        For an invalid range of speeds, and as `eigenvalues`.
 
     References
     ----------
@@ -136,7 +136,7 @@ def stability_threshold(
 
 
 def check_stable(model, speeds):
-    """Raise if a whirl mode grows at a speed: there is no steady state then. Time-varying models are not judged."""
+    """Raise if a whirl mode is unstable at one of the speeds (speed,), rad/s; time-varying models are not checked."""
     varies = any(e.reads_motion and (e.shift or e.frequency_only) for u in model.rotor_unknowns for e in u.entries)
     if varies or model.nonlinear_forces:
         return

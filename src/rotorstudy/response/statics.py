@@ -1,7 +1,7 @@
-"""The static deflection that displacements count from, of the rotor on its bearings.
+"""Static deflection of the rotor on its bearings, about which displacements are measured.
 
-Bearings carry the weight, so where their stiffness is an unknown the deflection moves with it, and with the deflection
-the force of a weight-dominant crack and the side force of internal damping.
+Bearings carry the weight. Where their stiffness is an unknown, the deflection depends on it, and with the deflection
+the force of a weight-dominant crack and the static cross force of internal damping.
 """
 
 from typing import NamedTuple
@@ -15,7 +15,7 @@ class Deflection(NamedTuple):
     """Static deflection and its derivatives.
 
     value   : (dof,) or (..., speed, dof) complex, m (rad for tilts)
-    changes : position of a carrying amplitude in `theta` -> derivative (..., speed, dof)
+    changes : position in `theta` of each amplitude that carries load -> derivative (..., speed, dof), m per unit
     """
 
     value: np.ndarray
@@ -25,8 +25,8 @@ class Deflection(NamedTuple):
 def static_deflection(model, speed, theta, *, jacobian=False):
     """Deflection under the static load, (K + K_bearings) q = f.
 
-    speed : (speed,) rad/s, at which tabulated bearings are taken
-    theta : (..., parameter), only carrying amplitudes are looked at
+    speed : (speed,) rad/s, for bearings that depend on it
+    theta : (..., parameter), of which only the amplitudes that carry load matter
     raises : NoSteadyState if the bearings do not carry the load
     """
     structure = model.structure
@@ -49,7 +49,7 @@ def static_deflection(model, speed, theta, *, jacobian=False):
         try:
             return np.linalg.solve(matrix, np.broadcast_to(both, (*matrix.shape[:-1], both.shape[-1])))[..., :dof, :]
         except np.linalg.LinAlgError:
-            raise NoSteadyState("the bearings do not carry the rotor: their stiffness has no inverse") from None
+            raise NoSteadyState("the bearings do not carry the rotor: their stiffness matrix is singular") from None
 
     value = solve(structure.static_load.astype(complex)[:, None])[..., 0]
     if not jacobian:
@@ -60,7 +60,7 @@ def static_deflection(model, speed, theta, *, jacobian=False):
 
 
 def _springs(unknown, speed, dof):
-    """Stiffness (with the sign of a force) on z and on conj(z), each (speed, dof, dof), of one unit of an amplitude."""
+    """Minus the stiffness on z and on conj(z), each (speed, dof, dof), of one unit of an amplitude."""
     found = {"z": np.zeros((len(speed), dof, dof), complex), "conj": np.zeros((len(speed), dof, dof), complex)}
     for entry in unknown.entries:
         if entry.reads_motion and entry.order == 0 and entry.shift == 0:

@@ -6,7 +6,7 @@ from rotorstudy.response.stability import eigenvalues, state_matrix
 
 
 def time_invariant(model):
-    """The model without the terms that make it vary in time with the rotation, such as a crack, or are not linear."""
+    """The model without the terms that are nonlinear or vary with the rotation, such as a crack."""
     kinds = [
         t.kind
         for t in model.terms
@@ -19,16 +19,16 @@ def time_invariant(model):
 
 
 def without_damping(model):
-    """(parameter,) amplitudes of a model, those of every damping at zero."""
+    """Amplitudes (parameter,) of a model, in its units, with every damping set to zero."""
     return np.where(["damping" in name for name in model.names], 0.0, model.theta)
 
 
 def whirl_modes(model, speed, theta=None):
-    """Whirl modes at one speed, by frequency, each as tall as 1 where it moves most.
+    """Whirl modes at one speed, in order of frequency, normalised to a largest component of 1.
 
     speed   : rad/s
-    returns : eigenvalues (mode,) 1/s and shapes (mode, dof) complex; on anisotropic bearings (mode, 2 dof), the second
-              half is the motion that runs the other way
+    returns : eigenvalues (mode,) 1/s and shapes (mode, dof) complex; on anisotropic bearings (mode, 2 dof), where the
+              second half is the motion of opposite whirl direction
     """
     values, vectors = np.linalg.eig(state_matrix(model, [speed], theta)[0])
     order = np.argsort(values.imag)
@@ -38,7 +38,7 @@ def whirl_modes(model, speed, theta=None):
 
 
 def critical_speeds(model, up_to, orders=(1,), theta=None):
-    """Speeds at which a whirl frequency meets a multiple of the spin speed.
+    """Speeds at which a whirl frequency equals a multiple of the spin speed.
 
     Parameters
     ----------
@@ -47,14 +47,14 @@ def critical_speeds(model, up_to, orders=(1,), theta=None):
     up_to : float
         Highest speed, rad/s.
     orders : sequence of int
-        n > 0 forward, n < 0 backward; n = 1 is where unbalance meets forward whirl.
+        n > 0 forward, n < 0 backward; n = 1 are the critical speeds of unbalance.
     theta : array (parameter,), optional
-        Amplitudes, SI; those of the model if left out.
+        Amplitudes, SI; the model's own by default.
 
     Returns
     -------
     list of array (critical,)
-        For each order, rad/s, ascending; damped frequencies, so a mode that is damped out has none.
+        For each order, rad/s, ascending; damped frequencies are used, so an overdamped mode has none.
     """
     from scipy.optimize import brentq
 

@@ -11,7 +11,7 @@ from rotorstudy.measurement.noise import MODELS
 from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
-from rotorstudy.response.harmonic import check_harmonics
+from rotorstudy.response.coupling import check_harmonics
 from rotorstudy.store import read_yaml
 from rotorstudy.studies.probes import output_rows
 

@@ -6,7 +6,8 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.inference.linear import check_identifiable, invert
 from rotorstudy.inference.problem import magnitude_and_phase
 from rotorstudy.measurement.spectrum import components
-from rotorstudy.response.harmonic import harmonic_response_and_jacobian, measured_response
+from rotorstudy.response.harmonic import harmonic_response_and_jacobian
+from rotorstudy.response.measured import measured_response
 from rotorstudy.store import dataset
 from rotorstudy.studies.common import is_phase, parameter_coordinates
 from rotorstudy.studies.config import ExtraMeasurement

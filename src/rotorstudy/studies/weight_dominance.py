@@ -5,7 +5,7 @@ import numpy as np
 from rotorstudy.inference.problem import Problem
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
-from rotorstudy.response.harmonic import measured_response
+from rotorstudy.response.measured import measured_response
 from rotorstudy.store import dataset
 from rotorstudy.studies.common import (
     clean_spectrum,

@@ -9,7 +9,8 @@ from rotorstudy.inference.linear import check_identifiable
 from rotorstudy.measurement.spectrum import components
 from rotorstudy.model.model import Model
 from rotorstudy.model.rig import make_term
-from rotorstudy.response.harmonic import harmonic_response, measured_response_and_jacobian
+from rotorstudy.response.harmonic import harmonic_response
+from rotorstudy.response.measured import measured_response_and_jacobian
 from rotorstudy.response.stability import eigenvalues
 from rotorstudy.store import as_complex
 from rotorstudy.thesis.replay import BOTH_DAMPINGS, DAMPINGS

@@ -16,7 +16,8 @@ from rotorstudy.measurement.noise import noise_std
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.model.model import Model
 from rotorstudy.model.rig import build_model
-from rotorstudy.response.harmonic import forced_harmonics, measured_response
+from rotorstudy.response.coupling import forced_harmonics
+from rotorstudy.response.measured import measured_response
 from rotorstudy.response.stability import eigenvalues
 from rotorstudy.response.whirl import critical_speeds, time_invariant
 from rotorstudy.store import as_complex

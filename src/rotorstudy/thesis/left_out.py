@@ -17,7 +17,7 @@ from rotorstudy.inference.problem import magnitude_and_phase
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import read_rig
-from rotorstudy.response.harmonic import measured_response
+from rotorstudy.response.measured import measured_response
 from rotorstudy.store import as_complex, load
 from rotorstudy.thesis.checks import shown_name
 from rotorstudy.thesis.config import load_replay

@@ -10,7 +10,7 @@ from rotorstudy.inference.problem import Problem, magnitude_and_phase
 from rotorstudy.measurement.records import Record, full_spectrum, keyphasor_signal
 from rotorstudy.measurement.spectrum import Spectrum, components, independent_covariance
 from rotorstudy.model.registry import registry
-from rotorstudy.response.harmonic import measured_response
+from rotorstudy.response.measured import measured_response
 from rotorstudy.response.series import synthesize
 from rotorstudy.store import as_complex, dataset
 from rotorstudy.studies.common import SPEED, parameter_coordinates

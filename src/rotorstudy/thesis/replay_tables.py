@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from rotorstudy.response.harmonic import measured_response
+from rotorstudy.response.measured import measured_response
 from rotorstudy.store import as_complex
 from rotorstudy.thesis.checks import (
     bow_confounders,

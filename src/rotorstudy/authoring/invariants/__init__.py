@@ -1,4 +1,4 @@
-"""What every plugin of a kind must hold, a file a kind; `rotorstudy check` and the tests run the same list."""
+"""Invariants of every plugin kind, one file per kind; `rotorstudy check` and the tests run the same list."""
 
 from typing import NamedTuple
 
@@ -19,7 +19,7 @@ INVARIANTS = {
 
 
 class Outcome(NamedTuple):
-    """What came of one check of a plugin: its statement, "holds", "fails" or "not claimed", and what is wrong or ""."""
+    """Result of one check: its statement, the state "holds", "fails" or "not claimed", and what is wrong or ""."""
 
     statement: str
     state: str
@@ -27,12 +27,12 @@ class Outcome(NamedTuple):
 
 
 def invariants_of(plugin):
-    """The checks a plugin must pass, in order."""
+    """The checks of a plugin, in order."""
     return (stated, numbers_checked, *INVARIANTS[kind_of(plugin)])
 
 
 def outcomes(plugin):
-    """An Outcome for each check of a plugin, in order. Any error counts as failing."""
+    """An Outcome for each check of a plugin, in order; any error is a failure."""
     return [_outcome(check, plugin) for check in invariants_of(plugin)]
 
 
@@ -47,5 +47,5 @@ def _outcome(check, plugin):
 
 
 def broken_invariants(plugin):
-    """What fails: statement -> what was found instead; empty for a good plugin."""
+    """Failed checks of a plugin: statement -> what is wrong."""
     return {outcome.statement: outcome.wrong for outcome in outcomes(plugin) if outcome.state == "fails"}

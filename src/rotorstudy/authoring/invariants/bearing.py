@@ -1,4 +1,4 @@
-"""What a bearing must hold: finite coefficients that carry the rotor, and the damping and symmetry that it claims."""
+"""Invariants of a bearing: finite coefficients that carry the rotor, and the claimed damping and symmetry."""
 
 from dataclasses import replace
 
@@ -28,7 +28,7 @@ def check_finite(term):
 
 
 def bearing_carries(plugin):
-    """carries a free shaft's weight, which then rests a finite way down"""
+    """carries the weight of a free shaft with a finite downward deflection"""
     structure = replace(bench_structure(), stiffness=np.zeros((1, 1)))
     check_carries(typical_term(plugin, structure), structure)
 
@@ -39,15 +39,15 @@ def check_carries(term, structure):
     try:
         deflection = static_deflection(model, SPEEDS, model.theta).value
     except NoSteadyState:
-        raise BrokenInvariant("it has no stiffness at rest: the shaft falls through") from None
+        raise BrokenInvariant("it has no static stiffness and does not carry the shaft") from None
     down = np.real(deflection @ structure.static_load)
-    require(np.isfinite(down).all(), "it has no stiffness at rest: the shaft falls through")
+    require(np.isfinite(down).all(), "it has no static stiffness and does not carry the shaft")
     require((down > 0).all(), f"the shaft rises against its weight at {np.array(SPEEDS)[down <= 0]} rad/s")
 
 
 @claimed("positive_damping")
 def bearing_takes_energy(plugin):
-    """takes energy out of every motion by its damping"""
+    """dissipates energy in every motion by its damping"""
     check_positive_damping(typical_term(plugin, bench_structure()))
 
 
@@ -60,7 +60,7 @@ def check_positive_damping(term):
 
 @claimed("symmetric")
 def bearing_is_symmetric(plugin):
-    """has symmetric coefficients, so that no cross-coupling feeds a whirl"""
+    """has symmetric coefficients, so that no cross-coupling drives a whirl"""
     check_symmetric(typical_term(plugin, bench_structure()))
 
 
@@ -68,7 +68,7 @@ def check_symmetric(term):
     """The dynamic stiffness equals its transpose."""
     found = dynamic_stiffness(term, SPEEDS, BEARING_HARMONICS)
     off = np.abs(found - np.swapaxes(found, -1, -2)).max()
-    require(off <= ROUND_OFF * np.abs(found).max(), f"xy and yx differ by {off:.3g} N/m: they feed a whirl")
+    require(off <= ROUND_OFF * np.abs(found).max(), f"xy and yx differ by {off:.3g} N/m: they drive a whirl")
 
 
 CHECKS = (*TERM_CHECKS, bearing_is_finite, bearing_carries, bearing_takes_energy, bearing_is_symmetric)

@@ -1,4 +1,4 @@
-"""The rotors that effects, bearings and estimators are tried on, and finding parameters again on them."""
+"""Bench rotors for checking effects, bearings and estimators, and the round trip of their parameters."""
 
 from dataclasses import replace
 
@@ -15,13 +15,13 @@ from rotorstudy.model.model import Model
 from rotorstudy.model.rig import make_term
 from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import Entry, Parameter, Term
-from rotorstudy.response.harmonic import measured_response
+from rotorstudy.response.measured import measured_response
 
 SERIES_ORDER = 15
 
 
 def bench_structure():
-    """One mass on a shaft, 2 kg and 98 Hz: what effects and bearings are tried on."""
+    """One mass on a shaft, 2 kg and 98 Hz, for effects and bearings."""
     stiffness = 7.6e5
     return Structure(
         mass=np.array([[2.0]]),
@@ -34,7 +34,7 @@ def bench_structure():
 
 
 def tilting_bench():
-    """The same mass as a disc that tilts and turns with it, off mid-span, for effects on the tilt."""
+    """The same mass as a disc with tilt and gyroscopic moment, off mid-span, for effects on the tilt."""
     return replace(
         bench_structure(),
         mass=np.diag([2.0, 0.0024]),
@@ -47,7 +47,7 @@ def tilting_bench():
 
 
 def bench_terms(structure):
-    """A damper and a crack, known: so that the rotor vibrates at all harmonics."""
+    """A known damper and a known crack, so that the rotor vibrates at all harmonics."""
     here = np.diag(np.diag(structure.mass) / structure.mass[0, 0])
     damping = Parameter("damping", "N s/m", (Entry(-here, order=1),), typical=100.0)
     breathing = {k: np.sinc(k / 2) / 2 for k in range(-SERIES_ORDER, SERIES_ORDER + 1)}  # open for half a revolution
@@ -62,17 +62,17 @@ def bench_terms(structure):
 
 
 def places_of(plugin, structure, sensors):
-    """Options of each place that an effect offers on a rotor; a bearing stands where it is put."""
+    """Options of each place where an effect can act on a rotor; a bearing has one place without options."""
     return plugin.places(structure, sensors) if isinstance(plugin, Effect) else [{}]
 
 
 def bench_of(plugin):
-    """The first bench rotor that a plugin has a place on, and the options of that place."""
+    """The first bench rotor on which a plugin can act, and the options of that place."""
     for structure in (bench_structure(), tilting_bench()):
         found = places_of(plugin, structure, structure.nodes)
         if found:
             return structure, found[0]
-    raise BrokenInvariant("it offers no place on a rotor that moves, tilts, turns, weighs and can crack")
+    raise BrokenInvariant("it has no place on either bench rotor")
 
 
 def typical_term(plugin, structure, place=None):
@@ -84,7 +84,7 @@ def typical_term(plugin, structure, place=None):
 
 
 def check_round_trip(term, structure):
-    """A term is identified from its own response, from a start 30 % off."""
+    """Check that a term is identified from its own response, from a start 30 % off."""
     model = Model(structure, (*bench_terms(structure), term))
     shown = measured_response(model, SPEEDS, HARMONICS)
     spectrum = exact_spectrum(model, shown)
@@ -99,6 +99,6 @@ def check_round_trip(term, structure):
 
 
 def exact_spectrum(model, shown, std=1e-9):
-    """Harmonics (..., speed, node, harmonic) as a spectrum with next to no noise."""
+    """Harmonics (..., speed, harmonic, sensor), m, as a Spectrum with negligible noise."""
     covariance = independent_covariance(np.full(np.shape(shown)[-3:], std) ** 2)
     return Spectrum(shown, np.array(SPEEDS), np.array(HARMONICS), model.sensors, covariance)

@@ -1,4 +1,4 @@
-"""What a crack must hold: a breathing function that only takes stiffness away, and one table in time and frequency."""
+"""Invariants of a crack: a breathing function that only reduces stiffness, equal in time and frequency."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from rotorstudy.model.cracks import SAMPLES, breathing_function, crack_parameter
 from rotorstudy.model.terms import Term, apply_entries
 from rotorstudy.response.integration import force_in_time
 
-GRID = 40_000  # angles; a function with jumps has its Fourier sums wrong by the height of the jumps over the grid
+GRID = 40_000  # angles; the error of the Fourier sums of a jump is its height divided by this number
 DIRECTIONS = ("xi", "eta", "xi-eta")
 
 
@@ -29,18 +29,18 @@ def crack_is_bounded(plugin):
 
 
 def crack_never_stiffens(plugin):
-    """takes stiffness away in every direction at every angle, nowhere more than the whole loss"""
+    """reduces the stiffness in every direction at every angle, by at most the whole loss"""
     xi, eta, both = breathing_function(plugin, _angles(), plugin.example)
     middle, radius = (xi + eta) / 2, np.hypot((xi - eta) / 2, both)
     low, high = (middle - radius).min(), (middle + radius).max()
     require(
         low >= -1e-12, f"in some direction it adds {-low:.3g} of the loss: the loss matrix has a negative eigenvalue"
     )
-    require(high <= 1 + 1e-12, f"in some direction it takes {high:.3g} times the loss")
+    require(high <= 1 + 1e-12, f"in some direction it removes {high:.3g} times the loss")
 
 
 def crack_is_periodic(plugin):
-    """is the same after a revolution"""
+    """is periodic with the revolution"""
     angle = _angles()
     one, other = (breathing_function(plugin, a, plugin.example) for a in (angle, angle + 2 * np.pi))
     off = np.abs(one - other).max()
@@ -57,7 +57,7 @@ def crack_is_symmetric(plugin):
 
 
 def crack_series_is_the_function(plugin):
-    """has a Fourier series that agrees with its form in time, mean included"""
+    """has a Fourier series that agrees with its breathing function, mean included"""
     angle, series = _angles(), crack_series(plugin, SERIES_ORDER, plugin.example)
     values = breathing_function(plugin, angle, plugin.example)
     highest = max(abs(k) for k in series)
@@ -77,7 +77,7 @@ def crack_series_is_the_function(plugin):
 
 
 def crack_force_is_its_table(plugin):
-    """pushes as the stiffness lost at each shaft angle says, at any position about the shaft"""
+    """has the force of the stiffness lost at each shaft angle, for any angular position"""
     structure, position, w = bench_structure(), 0.8, 88.0
     time = np.arange(256) * 2 * np.pi / w / 256
     (loss,) = crack_parameters(plugin, structure, False, SERIES_ORDER, angle_rad=position, **plugin.example)
@@ -102,7 +102,7 @@ def crack_force_is_its_table(plugin):
 
 
 def crack_is_found_again(plugin):
-    """is found again from what it does, with and without weight dominance: its stiffness loss from a start 30 % off"""
+    """is identified from its own response, with and without weight dominance, from a start 30 % off"""
     structure = bench_structure()
     for dominance in (True, False):
         parameters = tuple(crack_parameters(plugin, structure, dominance, **plugin.example))

@@ -1,4 +1,4 @@
-"""What an effect must hold: places, units, one table in time and frequency, and being found again."""
+"""Invariants of an effect: places, units, agreement of time and frequency domain, and identifiability."""
 
 import inspect
 
@@ -23,11 +23,11 @@ from rotorstudy.response.integration import force_in_time, time_response
 
 
 def effect_offers_places(plugin):
-    """offers places it can act at, each once"""
+    """states places where it can act, each once"""
     bench_of(plugin)
     for structure in (bench_structure(), tilting_bench()):
         found = places_of(plugin, structure, structure.nodes)
-        require(all(found.count(place) == 1 for place in found), f"it offers a place twice: {found}")
+        require(all(found.count(place) == 1 for place in found), f"it states a place twice: {found}")
         for place in found:
             try:
                 typical_term(plugin, structure, place)
@@ -36,32 +36,32 @@ def effect_offers_places(plugin):
 
 
 def effect_shape_is_open(plugin):
-    """searches its shape options in ranges that contain their defaults"""
+    """has shape options with ranges that contain their defaults"""
     known = inspect.signature(plugin.function).parameters
     for name, (low, high) in plugin.shape.items():
-        require(name in known, f"shape '{name}' is no option of the function")
+        require(name in known, f"shape '{name}' is not an option of the function")
         require(low < high, f"shape '{name}' has the range {low:g} to {high:g}")
         default = known[name].default
         require(low <= default <= high, f"shape '{name}' has the default {default} outside {low:g} to {high:g}")
 
 
 def term_states_units(plugin):
-    """states unit and typical size of every parameter"""
+    """states the unit and a typical size of every parameter"""
     check_units(typical_term(plugin, *bench_of(plugin)))
 
 
 def check_units(term):
-    """Every parameter has a unit and a typical size."""
+    """Check that every parameter has a unit and a typical size."""
     require(term.parameters, "it has no parameters")
     for parameter in term.parameters:
         require(parameter.unit, f"{parameter.name} has no unit; write '1' for a pure number")
         require(
-            parameter.typical > 0, f"{parameter.name} has the typical size {parameter.typical}; give one above zero"
+            parameter.typical > 0, f"{parameter.name} has the typical size {parameter.typical}; it must be positive"
         )
 
 
 def term_is_one_table(plugin):
-    """means in frequency what it means in time, or says that it has no form in time"""
+    """has the same force in time and in frequency, or states that it has no time-domain form"""
     structure, place = bench_of(plugin)
     term = typical_term(plugin, structure, place)
     if any(unknown.force for unknown in term.unknowns):
@@ -71,25 +71,27 @@ def term_is_one_table(plugin):
 
 
 def check_steady_state(term, structure):
-    """Harmonic balance agrees with integration in time, and the force is felt."""
+    """Check that harmonic balance agrees with time integration, within a share of the effect of the force."""
     bench = Model(structure, bench_terms(structure))
     model, w = bench.plus(term), SPEEDS[1]
     harmonics = np.arange(-SERIES_ORDER, SERIES_ORDER + 1)
     found, without = (harmonic_response(m, [w], harmonics)[0] for m in (model, bench))
-    sampled = (2 + np.arange(128) / 128) * 2 * np.pi / w  # what is no steady state loses 96 % of its error till then
+    sampled = (
+        (2 + np.arange(128) / 128) * 2 * np.pi / w
+    )  # after two revolutions a wrong start has lost 96 % of its error
     start = (found.sum(axis=0), 1j * w * harmonics @ found)
     moved = time_response(model, w, sampled, start=start, relative_tolerance=1e-8)
     seen = (np.fft.fft(moved, axis=0) / len(sampled))[harmonics]
     off, size = np.abs(found - seen).max(), np.abs(found - without).max()
-    # a contact that sets in suddenly has harmonics beyond those carried, which fall with the cube of their number
+    # a sudden contact has harmonics beyond those carried, which decrease with the cube of their number
     require(
         off < 1e-2 * size,
-        f"its steady state in harmonics and integrated in time differ by {off:.3g} m, of {size:.3g} m that it does",
+        f"its steady state by harmonic balance and time integration differ by {off:.3g} m; its effect is {size:.3g} m",
     )
 
 
 def check_table(term, dof):
-    """The force of each amplitude by its table is the Fourier transform of its force in time."""
+    """Check that the force of each amplitude in frequency is the Fourier transform of its force in time."""
     generator = np.random.default_rng(1)
     w, harmonics = 88.0, np.arange(-9, 10)
     time = np.arange(128) * 2 * np.pi / w / 128
@@ -106,7 +108,7 @@ def check_table(term, dof):
                 force_in_time(unknown.entries, w, time, *motion)
             except RotorstudyError:
                 continue
-            raise BrokenInvariant(f"{unknown.name} exists in frequency only, yet gives a force in time")
+            raise BrokenInvariant(f"{unknown.name} is defined in the frequency domain only, but gives a force in time")
         force = force_in_time(unknown.entries, w, time, *motion, deflection=still)
         seen = (np.fft.fft(force, axis=0) / len(time))[harmonics]
         off = np.abs(column - seen).max()
@@ -117,7 +119,7 @@ def check_table(term, dof):
 
 
 def term_is_found_again(plugin):
-    """is found again from what it does: simulated, then identified from a start 30 % off"""
+    """is identified from its own simulated response, from a start 30 % off"""
     structure, place = bench_of(plugin)
     check_round_trip(typical_term(plugin, structure, place), structure)
 

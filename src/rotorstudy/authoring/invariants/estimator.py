@@ -1,4 +1,4 @@
-"""What an estimator must hold: the truth without noise, the covariance it scatters with, and what it claims."""
+"""Invariants of an estimator: exact without noise, correct covariance, and its claims."""
 
 from dataclasses import replace
 
@@ -11,11 +11,11 @@ from rotorstudy.inference.problem import Problem, estimate_by
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.model.model import Model
 from rotorstudy.model.terms import Entry, Parameter, Term
-from rotorstudy.response.harmonic import measured_response
+from rotorstudy.response.measured import measured_response
 
 
 def _bench_problem():
-    """Damping inside and outside, unbalance and crack of the bench rotor, at five speeds, all unknown."""
+    """Internal and external damping, unbalance and crack of the bench rotor, at five speeds, all unknown."""
     structure = bench_structure()
     here, (damping, crack) = np.eye(1), bench_terms(structure)
     internal = Parameter("inner", "N s/m", (Entry(-here, order=1), Entry(1j * here, gain=lambda w: w)), 20.0)
@@ -29,7 +29,7 @@ def _bench_problem():
 
 
 def estimator_is_exact(plugin):
-    """finds the truth in data without noise, of one spectrum and of many at once"""
+    """recovers the true values from data without noise, for one spectrum and for many at once"""
     problem = _bench_problem()
     shown, true = problem.spectrum.amplitude, problem.model.theta
     for amplitude in (shown, np.stack([shown, shown])):
@@ -44,11 +44,11 @@ def estimator_is_exact(plugin):
 
 
 TRIALS = 300
-BENCH_LEVEL = 2e-3  # of each harmonic: its square, which biases equation errors, does not show
+BENCH_LEVEL = 2e-3  # of each harmonic; the bias of equation errors, of second order, is negligible
 
 
 def _noisy_bench():
-    """The bench problem under independent noise on each harmonic, many trials."""
+    """The bench problem with independent noise on each harmonic, many trials."""
     problem = _bench_problem()
     spectrum, generator = problem.spectrum, np.random.default_rng(7)
     std = BENCH_LEVEL * np.abs(spectrum.amplitude) / np.sqrt(2)
@@ -62,7 +62,7 @@ def _of_trial(problem, trial=0):
 
 
 def estimator_covariance_is_honest(plugin):
-    """states the covariance that its estimates scatter with, and 95 % intervals that hold the truth"""
+    """states the covariance of its estimates, and 95 % intervals with correct coverage"""
     problem = _noisy_bench()
     found, true = estimate_by(plugin, problem), problem.model.theta
     errors = found.theta - true
@@ -75,7 +75,7 @@ def estimator_covariance_is_honest(plugin):
     ratio = np.mean(whitened**2)
     require(abs(ratio - 1) < 0.17, f"errors have {ratio:.3g} times the stated variance, correlations counted")
     share = np.mean(np.abs(errors) <= 1.959964 * found.std)
-    require(abs(share - 0.95) < 0.03, f"95 % intervals hold the truth in {100 * share:.1f} % of the trials")
+    require(abs(share - 0.95) < 0.03, f"95 % intervals contain the true value in {100 * share:.1f} % of the trials")
 
 
 def _outer(std):
@@ -83,7 +83,7 @@ def _outer(std):
 
 
 def estimator_uses_covariance(plugin):
-    """weighs harmonics by their stated covariance: noisier ones count less"""
+    """weights harmonics by their stated covariance"""
     problem = _of_trial(_noisy_bench())
     spectrum = problem.spectrum
     loud = np.where(np.arange(2 * len(HARMONICS)) % len(HARMONICS) == HARMONICS.index(2), 10.0, 1.0)
@@ -95,39 +95,39 @@ def estimator_uses_covariance(plugin):
     else:
         require(
             moved < 1e-6,
-            f"the covariance moves the estimate by {moved:.2g} standard deviations: say uses_covariance=True",
+            f"the covariance moves the estimate by {moved:.2g} standard deviations: set uses_covariance=True",
         )
 
 
 @claimed("fits_output", refused_with=RotorstudyError)
 def estimator_fits_output(plugin):
-    """estimates an offset of the sensor together with the rotor"""
+    """estimates an offset of the sensor together with the rotor parameters"""
     problem = _bench_problem()
     gap = Parameter("gap", "m", (Entry(np.array([1.0]), on="one"),), 1e-5)
     model = problem.model.plus(Term("bench_gap", (gap,), {"gap": 2e-5}, label="gap", acts_on="output"))
     shown = measured_response(model, SPEEDS, HARMONICS)
     problem = Problem(model, exact_spectrum(model, shown), model.names)
     off = np.abs(estimate_by(plugin, problem).theta / model.theta - 1).max()
-    require(off < 1e-6, f"with an offset of the sensor unknown too, an estimate is off by {off:.3g} of its value")
+    require(off < 1e-6, f"with an unknown sensor offset, an estimate is off by {off:.3g} of its value")
 
 
 @claimed("handles_rank_deficiency", refused_with=UnidentifiableError)
 def estimator_handles_rank_deficiency(plugin):
-    """gives what is determined beside two unknowns that trade off"""
+    """estimates the determined parameters if two others are not separable"""
     problem = _bench_problem()
     model = problem.model.plus(replace(problem.model.terms[0], label="confounder", values={}))
     (confounder,) = set(model.names) - set(problem.names)
     doubled = replace(problem, model=model, names=(*problem.names, confounder))
     found, open_ones = estimate_by(plugin, doubled), np.isin(doubled.names, (problem.names[0], confounder))
     off = np.abs(found.theta[~open_ones] / problem.model.theta[1:] - 1).max()  # all but the one with a confounder
-    require(off < 1e-4, f"beside two unknowns that trade off, another is off by {off:.3g} of its value")
+    require(off < 1e-4, f"with two inseparable unknowns, another is off by {off:.3g} of its value")
     sure = found.std[open_ones] < 0.1 * problem.model.typical[0]
-    require(not sure.any(), "states a small standard deviation of unknowns that trade off")
+    require(not sure.any(), "states a small standard deviation for inseparable unknowns")
 
 
 @claimed("tolerates_outliers")
 def estimator_tolerates_outliers(plugin):
-    """is not biased by one harmonic that is wrong by fifty standard deviations"""
+    """is not biased by an outlier of fifty standard deviations in one harmonic"""
     problem = _noisy_bench()
     amplitude = problem.spectrum.amplitude[:50].copy()
     amplitude[:, 2, HARMONICS.index(1)] *= 1 + 50 * BENCH_LEVEL / np.sqrt(2)

@@ -1,4 +1,4 @@
-"""What a rotor must hold: matrices of a mechanical system, weight, and stiffness that a crack can take away."""
+"""Invariants of a rotor: matrices of a mechanical system, weight, and the stiffness losses of a crack."""
 
 import numpy as np
 
@@ -16,7 +16,7 @@ def rotor_is_mechanical(plugin):
 
 
 def check_matrices(structure):
-    """Matrices are real, symmetric and of one size, mass positive definite, stiffness not negative."""
+    """Check that matrices are real, symmetric and of one size, mass positive definite, stiffness not negative."""
     size = len(structure.dofs)
     for name in ("mass", "stiffness", "gyroscopic"):
         matrix = getattr(structure, name)
@@ -29,19 +29,19 @@ def check_matrices(structure):
 
 
 def rotor_weighs(plugin):
-    """has a static load that weighs"""
+    """has a downward static load"""
     check_load(_example_structure(plugin))
 
 
 def check_load(structure):
-    """The static load has one value a coordinate and points down."""
+    """Check that the static load has one value per coordinate and points down."""
     load = structure.static_load
     require(load.shape == (len(structure.dofs),), f"the static load has shape {load.shape}")
     require(load.sum() > 0, "the static load is zero or upward; gravity points along +x")
 
 
 def rotor_losses_take_away(plugin):
-    """states stiffness losses that take stiffness away, with unit and typical size"""
+    """states stiffness losses that reduce the stiffness, with unit and typical size"""
     structure = _example_structure(plugin)
     size = len(structure.dofs)
     for node in structure.nodes if callable(structure.stiffness_loss) else (None,):

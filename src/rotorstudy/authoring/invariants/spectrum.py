@@ -1,4 +1,4 @@
-"""What a spectrum method must hold: exact harmonics, the covariance they scatter with, and the faults it tolerates."""
+"""Invariants of a spectrum method: exact harmonics, a correct covariance, and the faults it tolerates."""
 
 import inspect
 
@@ -13,7 +13,7 @@ SPEED = 100.0  # rad/s
 
 
 def _bench_record(revolutions=6.0, seed=3, samples=100):
-    """Revolutions with nine harmonics, some samples each: time, amplitude (harmonic,), signal."""
+    """A record of nine harmonics with `samples` per revolution: time, amplitude (harmonic,), signal."""
     generator = np.random.default_rng(seed)
     time = np.arange(int(samples * revolutions)) * (2 * np.pi / SPEED / samples)
     amplitude = generator.normal(size=len(HARMONICS)) + 1j * generator.normal(size=len(HARMONICS))
@@ -21,7 +21,7 @@ def _bench_record(revolutions=6.0, seed=3, samples=100):
 
 
 def _harmonics_by(plugin, signal, time, speed=SPEED):
-    """With exact marks, the first of them at the first sample: then the phase counts from both."""
+    """Harmonics with exact marks, the first at the first sample, so that both phase references agree."""
     marks = np.arange(0, time[-1], 2 * np.pi / SPEED)
     return harmonics_by(plugin, signal, time, speed, HARMONICS, marks)
 
@@ -33,7 +33,7 @@ def _require_exact(amplitude, true, tolerance=1e-9):
 
 
 def spectrum_is_exact(plugin):
-    """gives the harmonics of a record of whole revolutions without noise, phase from the first sample"""
+    """gives the exact harmonics of a record of whole revolutions, with the phase at the first sample"""
     time, true, signal = _bench_record()
     amplitude, covariance = _harmonics_by(plugin, signal[None], time)
     size = len(HARMONICS)
@@ -44,7 +44,7 @@ def spectrum_is_exact(plugin):
 
 
 def spectrum_covariance_is_honest(plugin):
-    """states the covariance that its harmonics scatter with under white noise"""
+    """states the covariance of its harmonics under white noise"""
     time, _, signal = _bench_record()
     x, y = 0.1 * np.random.default_rng(4).normal(size=(2, SPECTRUM_TRIALS, len(time)))
     amplitude, stated = _harmonics_by(plugin, signal + x + 1j * y, time)
@@ -63,22 +63,22 @@ def _require_honest(found, stated, tolerance):
 
 @claimed("any_length")
 def spectrum_is_exact_at_any_length(plugin):
-    """gives the harmonics of a record of incomplete revolutions"""
+    """gives the exact harmonics of a record of incomplete revolutions"""
     time, true, signal = _bench_record(revolutions=5.7)
     _require_exact(_harmonics_by(plugin, signal, time)[0], true)
 
 
 @claimed("tolerates_wrong_speed")
 def spectrum_tolerates_wrong_speed(plugin):
-    """gives the harmonics of a long record whose stated speed is off by a thousandth"""
-    time, true, signal = _bench_record(revolutions=600, samples=20)  # so long that it is off by more than half a line
+    """gives the exact harmonics of a long record whose stated speed is wrong by 0.1 %"""
+    time, true, signal = _bench_record(revolutions=600, samples=20)  # so long that the error exceeds half a line
     for wrong in (0.999, 1.001):
         _require_exact(_harmonics_by(plugin, signal, time, wrong * SPEED)[0], true)
 
 
 @claimed("tolerates_outliers")
 def spectrum_tolerates_outliers(plugin):
-    """is not biased by spikes, all upward, in two samples of a hundred"""
+    """is not biased by spikes of one sign in 2 % of the samples"""
     time, true, signal = _bench_record(revolutions=20)
     generator, std = np.random.default_rng(5), 0.01
     x, y = std * generator.normal(size=(2, len(time)))
@@ -88,10 +88,10 @@ def spectrum_tolerates_outliers(plugin):
 
 
 def spectrum_follows_the_marks(plugin):
-    """follows the keyphasor marks of a shaft whose speed drifts, and states what jitter of the marks does"""
+    """follows the keyphasor marks of a drifting speed, and includes the jitter of the marks in its covariance"""
     takes_marks = "marks" in inspect.signature(plugin.function).parameters
-    if not plugin.uses_marks:  # without them it cannot follow; that it was meant to, only its arguments say
-        require(not takes_marks, "its function has an argument 'marks', but it does not claim it: say uses_marks=True")
+    if not plugin.uses_marks:  # only the arguments show whether it could follow
+        require(not takes_marks, "its function has an argument 'marks', but it does not claim it: set uses_marks=True")
         return
     require(takes_marks, "it claims uses_marks, but its function has no argument 'marks'")
     time, true, _ = _bench_record(revolutions=21)

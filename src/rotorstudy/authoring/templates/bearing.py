@@ -4,12 +4,12 @@ from rotorstudy.plugins import Bearing, Entry, Parameter, hookimpl
 
 
 def my_model(structure, node: int | None = None):
-    """Spring that turns motion aside and a damper that does not: force -(k (1 + j/10) + c d/dt) z."""
-    # Arguments after `structure` are options of the rig file; numbers carry their unit in the name, as `length_m`.
+    """Spring with cross-coupling, and a damper: force -(k (1 + j/10) + c d/dt) z."""
+    # Arguments after `structure` are options in the rig file; put the unit of a number in its name, as `length_m`.
     node = structure.default_node() if node is None else node
     here = np.outer(structure.unit(node), structure.unit(node))
     # An entry is a force: matrix @ (d/dt)^order of z, of its conjugate (on="conj") or of a constant (on="one").
-    # gain=lambda speed: ... makes it depend on the spin speed in rad/s, shift=k turns it k times as fast as the shaft.
+    # gain=lambda speed: ... makes it depend on the spin speed in rad/s, shift=k multiplies it by e^{jkwt}.
     return [
         Parameter("bearing_stiffness", "N/m", (Entry(-(1 + 0.1j) * here),), typical=1e7),
         Parameter("bearing_damping", "N s/m", (Entry(-here, order=1),), typical=1e3),
@@ -23,5 +23,5 @@ def rotorstudy_bearing():
         my_model,
         source="the paper and equation it comes from",
         checked="the published or closed-form numbers it was compared with",
-        positive_damping=True,  # a claim; `rotorstudy check` tries each claim both ways
+        positive_damping=True,  # a claim; `rotorstudy check` checks each claim both ways
     )

@@ -5,8 +5,8 @@ from rotorstudy.plugins import Crack, hookimpl
 
 def my_model(angle):
     """Opens gradually and stays open for less than half a revolution: sigma = ((1 + cos(angle)) / 2)^2."""
-    # angle (...) in rad is 0 where the crack points down, so the weight holds it open there and closed at pi.
-    # Give back the share of the stiffness loss that acts: 0 closed, 1 open.
+    # angle (...) in rad is 0 where the crack points down: the weight keeps it open there and closed at pi.
+    # Return the share of the stiffness loss: 0 closed, 1 open.
     return ((1 + np.cos(angle)) / 2) ** 2
 
 
@@ -24,5 +24,5 @@ def rotorstudy_crack():
         source="the paper and equation it comes from",
         checked="the published or closed-form numbers it was compared with",
         series=series,
-        symmetric=True,  # a claim: it opens as it closes; `rotorstudy check` tries each claim both ways
+        symmetric=True,  # a claim: it opens as it closes; `rotorstudy check` checks each claim both ways
     )

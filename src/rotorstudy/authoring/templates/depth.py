@@ -4,9 +4,9 @@ from rotorstudy.plugins import CrackDepth, Positive, hookimpl
 
 
 def my_model(depth_ratio, diameter_m: Positive, youngs_modulus_Pa: Positive = 2.1e11):
-    """Hinge that softens with the square of the depth, half as much across: c = 64 (a/D)^2 / (pi E D^3) * 10."""
-    # depth_ratio is the crack depth over the diameter; give back the compliance of the open crack along its weak
-    # direction xi and across it, eta, in rad/(N m).
+    """Hinge with a compliance quadratic in the depth, half of it across: c = 64 (a/D)^2 / (pi E D^3) * 10."""
+    # depth_ratio is the crack depth over the diameter; return the compliance of the open crack along its weak
+    # direction xi and across it (eta), in rad/(N m).
     weak = 640 * depth_ratio**2 / (np.pi * youngs_modulus_Pa * diameter_m**3)
     return weak, weak / 2
 

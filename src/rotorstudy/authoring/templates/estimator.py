@@ -4,7 +4,7 @@ from rotorstudy.plugins import Estimator, hookimpl, output_error_fit, start_valu
 def my_model(problem):
     """Fit of the predicted to the measured harmonics from a start 10 % above that of least squares."""
     # problem.equations() gives A (..., row, parameter) and b (..., row); problem.spectrum the measured harmonics with
-    # their covariance; "..." is () for one spectrum, (trial,) for many at once. The result is an
+    # their covariance; "..." is empty for one spectrum, `trial` for many. The result is an
     # Estimate(problem.names, theta (..., parameter), covariance (..., parameter, parameter), misfit (...)), see
     # docs/adding_a_model.md.
     return output_error_fit(problem, start=1.1 * start_values(problem))
@@ -17,6 +17,6 @@ def rotorstudy_estimator():
         my_model,
         source="the paper and equation it comes from",
         checked="the published or closed-form numbers it was compared with",
-        uses_covariance=True,  # what it claims to do; `rotorstudy check` tries each claim both ways
+        uses_covariance=True,  # a claim; `rotorstudy check` checks each claim both ways
         fits_output=True,
     )

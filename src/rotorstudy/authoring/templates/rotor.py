@@ -5,8 +5,8 @@ from rotorstudy.plugins import Positive, Rotor, Structure, hookimpl
 
 def my_model(disc_mass_kg: Positive, stiffness_N_per_m: Positive):
     """Two equal discs on a massless shaft, coupled by its stiffness: [[2, -1], [-1, 2]] k."""
-    # Options of the rig file are the arguments, with their unit in the name. Coordinates are complex, z = x + j y with
-    # x down; list them in `dofs`. Effects, bearings and cracks are added by the rig, not here.
+    # The arguments are options in the rig file, with their unit in the name. Coordinates are complex, z = x + j y with
+    # x down; list them in `dofs`. The rig file adds effects, bearings and cracks.
     return Structure(
         mass=disc_mass_kg * np.eye(2),
         stiffness=stiffness_N_per_m * np.array([[2.0, -1.0], [-1.0, 2.0]]),

@@ -4,12 +4,12 @@ from rotorstudy.plugins import SpectrumMethod, hookimpl, rotating_basis, spectra
 
 
 def my_model(signal, time, speed, harmonics):
-    """Mean of the record turned back by each harmonic: sum of signal e^{-jnwt} over the samples, divided by them."""
-    # signal (..., time) is complex; amplitudes (..., harmonic) have their phase counted from the first sample.
+    """Fourier sum at each harmonic: mean of signal e^{-jnwt} over the samples."""
+    # signal (..., time) is complex; amplitudes (..., harmonic) have the phase at the first sample.
     samples, lines = len(time), spectral_lines(time, speed, harmonics)
     basis = rotating_basis(time - time[0], speed, harmonics)  # (harmonic, time)
     amplitude = signal @ basis.conj().T / samples
-    # The covariance of real parts, then imaginary parts, must be the scatter under white noise.
+    # The covariance of the real parts, then the imaginary parts, must be correct under white noise.
     return amplitude, white_noise_covariance(signal - amplitude @ basis, np.eye(len(lines)) / samples, lines)
 
 

@@ -10,7 +10,7 @@ from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.model import Model
 from rotorstudy.model.options import NonNegative, Positive
-from rotorstudy.response.harmonic import check_harmonics
+from rotorstudy.response.coupling import check_harmonics
 from rotorstudy.store import read_yaml
 from rotorstudy.studies.common import clean_spectrum
 

@@ -1,0 +1,178 @@
+"""Which harmonics a model couples, and how they are arranged in blocks that are solved together.
+
+Without entries on conj(z) or with a shift, every harmonic is a block of its own. Otherwise R_n is coupled with R_{n-k}
+and conj(R_{-n}): then q_n and w_n = conj(q_{-n}) are separate unknowns, and connected unknowns form a block.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from rotorstudy.errors import RotorstudyError
+
+COUPLED_ORDER = 15  # harmonics -15..15 are carried where harmonics are coupled; a caller may ask for more
+
+
+def check_speed(speed):
+    """Speeds in rad/s as an array (speed,), or an error unless all are positive and finite."""
+    speed = np.atleast_1d(np.asarray(speed, float))
+    if not np.all(np.isfinite(speed)) or np.any(speed <= 0):
+        bad = speed[~(np.isfinite(speed) & (speed > 0))][0]
+        raise RotorstudyError(f"speed {bad:g} rad/s: only a rotor that turns has harmonics; give speeds > 0 rad/s")
+    return speed
+
+
+def check_harmonics(harmonics):
+    """Harmonics as an int array (harmonic,), or an error unless they are whole numbers, each once, at least one."""
+    given = list(harmonics)
+    whole = [n for n in given if isinstance(n, (int, np.integer)) and not isinstance(n, bool)]
+    if not given or len(whole) < len(given) or len(set(given)) < len(given):
+        raise RotorstudyError(f"harmonics {given}: give whole numbers, each once, such as 0, 1, 2, -1")
+    return np.array(given, int)
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """Which unknowns are solved together; q are the displacement harmonics and w_n = conj(q_{-n}).
+
+    harmonics : (harmonic,) all harmonics carried; unknown i is q of harmonic i, unknown i + H is w of harmonic i
+    groups    : arrays (block, member) of unknowns; every block of a group has the same size
+    doubled   : True if the w_n are carried
+    mirrors   : for each group, whether its w_n replace the q_{-n} of conjugate blocks, which are not solved again
+    """
+
+    harmonics: np.ndarray
+    groups: tuple[np.ndarray, ...]
+    doubled: bool
+    mirrors: tuple[bool, ...]
+
+
+def layout(model, harmonics, order=COUPLED_ORDER):
+    """The Layout of a model for harmonics (harmonic,); -order..order are carried where it couples harmonics."""
+    links = [
+        frozenset((e.is_conjugate, e.shift) for u in unknowns for e in u.entries if e.reads_motion)
+        for unknowns in (model.rotor_unknowns, model.output_unknowns)
+    ]
+    return _layout(*links, bool(model.nonlinear_forces), tuple(int(n) for n in harmonics), order)
+
+
+@lru_cache(maxsize=256)
+def _layout(rotor, output, has_local_forces, harmonics, order):
+    """The Layout for the entries of the rotor and of the output, each given as (conjugate, shift)."""
+    harmonics = np.asarray(harmonics, int)
+    doubled = any(mirrored for mirrored, _ in rotor)
+    read = [(harmonics - shift) * (-1 if mirrored else 1) for mirrored, shift in output]  # mixed in by the sensors
+    needed = np.unique(np.concatenate([harmonics, *read]))
+    if has_local_forces:
+        reach = max(order, np.abs(needed).max())
+        needed = np.arange(-reach, reach + 1)
+    if any(shift for _, shift in rotor):
+        reach = max(order, np.abs(needed).max())
+        carried = np.arange(-reach, reach + 1)
+    elif doubled:
+        carried = np.unique(np.concatenate([needed, -needed]))
+    else:
+        carried = needed
+    if not any(shift or mirrored for mirrored, shift in rotor):
+        return Layout(carried, (np.arange(len(carried))[:, None],), False, (False,))
+
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    size = len(carried) * (2 if doubled else 1)
+    linked = [_links(*link, tuple(carried.tolist()), doubled)[:2] for link in sorted(rotor)]
+    row, column = np.concatenate(linked, axis=1)
+    _, block = connected_components(coo_array((np.ones(len(row)), (row, column)), (size, size)), directed=False)
+    wanted = np.isin(carried, needed)
+    groups, solved = {}, set()
+    for b in np.unique(block[: len(carried)][wanted]):
+        members = np.flatnonzero(block == b)
+        mirror = block[mirrored_unknown(members[0], carried)] if doubled else b
+        if mirror in solved:
+            continue  # conjugate of a block that is already solved
+        solved.add(b)
+        # blocks are grouped by the composition of their members, so that a group shares its pattern of measured ones
+        kind = tuple((m >= len(carried), bool(np.isin(own_harmonic(m, carried), harmonics))) for m in members)
+        groups.setdefault((mirror != b, kind), []).append(members)
+    mirrors = tuple(mirror for mirror, _ in groups)
+    return Layout(carried, tuple(np.array(members) for members in groups.values()), doubled, mirrors)
+
+
+def mirrored_unknown(unknown, carried):
+    """Positions of the conjugate unknowns: w_{-n} for q_n, q_{-n} for w_n; `carried` contains -n with every n."""
+    count = len(carried)
+    opposite = np.searchsorted(carried, -carried[unknown % count])
+    return np.where(np.asarray(unknown) < count, count, 0) + opposite
+
+
+def own_harmonic(unknown, carried):
+    """Harmonic of q that each unknown stands for: n for q_n, -n for w_n = conj(q_{-n})."""
+    count = len(carried)
+    return np.where(np.asarray(unknown) < count, 1, -1) * carried[np.asarray(unknown) % count]
+
+
+@lru_cache(maxsize=4096)
+def _links(mirrored, shift, carried, doubled):
+    """Unknowns (row, column) that an entry couples, and the harmonic of the equation of each pair: int (3, link)."""
+    count = len(carried)
+    index = {n: i for i, n in enumerate(carried)}
+    links = []
+    for copy in (0, 1) if doubled else (0,):
+        sign = 1 if copy == 0 else -1
+        other = 1 - copy if mirrored else copy
+        for i, n in enumerate(carried):
+            source = n - sign * shift
+            if source in index:
+                links.append((copy * count + i, other * count + index[source], sign * n))
+    found = np.array(links, int).reshape(-1, 3).T
+    found.setflags(write=False)
+    return found
+
+
+@lru_cache(maxsize=4096)
+def linked_members(blocks, mirrored, shift):
+    """For each group, the couplings of an entry: harmonic of the equation, whether it is of w, block, row and column.
+
+    The last three (link, 1) broadcast against the nonzero elements of the entry's matrix.
+    """
+    count = len(blocks.harmonics)
+    row, column, n = _links(mirrored, shift, tuple(blocks.harmonics.tolist()), blocks.doubled)
+    found = []
+    for group in blocks.groups:
+        block, member = np.full(2 * count, -1), np.zeros(2 * count, int)
+        block[group], member[group] = np.arange(len(group))[:, None], np.arange(group.shape[1])
+        here = block[row] >= 0
+        r, c = row[here], column[here]
+        found.append((n[here], r >= count, block[r][:, None], member[r][:, None], member[c][:, None]))
+    return found
+
+
+def gather(amplitudes, group, count, harmonics):
+    """Harmonics (..., speed, harmonic, dof) arranged as the unknowns of a group, (..., speed, block, member * dof)."""
+    if group.shape == (count, 1):
+        return amplitudes  # uncoupled harmonics, in order
+    direct = group[0] < count  # the same for every block of a group
+    taken = np.empty((*amplitudes.shape[:-2], *group.shape, amplitudes.shape[-1]), complex)
+    taken[..., direct, :] = amplitudes[..., group[:, direct], :]
+    if not direct.all():
+        negative = mirrored_unknown(group[:, ~direct], harmonics)
+        taken[..., ~direct, :] = np.conj(amplitudes[..., negative, :])
+    return taken.reshape(*taken.shape[:-2], -1)
+
+
+def forced_harmonics(model, order=COUPLED_ORDER):
+    """Harmonics (harmonic,) that the sensors show: of the forces (-order..order if coupled), shifted by the sensors."""
+    entries = [e for u in model.rotor_unknowns for e in u.entries]
+    if model.nonlinear_forces or any(e.shift and e.reads_motion for e in entries):
+        vibrating = set(range(-order, order + 1))
+    else:
+        vibrating = {0} | {e.shift for e in entries}
+        vibrating |= {-n for n in vibrating} if any(e.reads_motion and e.is_conjugate for e in entries) else set()
+    shown = set(vibrating)
+    for entry in (e for u in model.output_unknowns for e in u.entries):
+        if not entry.reads_motion:
+            shown.add(entry.shift)
+        else:
+            shown |= {entry.shift + (-n if entry.is_conjugate else n) for n in vibrating}
+    return np.array(sorted(shown))

@@ -1,0 +1,137 @@
+"""What the sensors show: the response at the sensors changed by the output terms, and its derivatives."""
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from rotorstudy.model.model import Model
+from rotorstudy.model.terms import apply_entries
+from rotorstudy.response.alternating import nonlinear_column
+from rotorstudy.response.coupling import COUPLED_ORDER, layout
+from rotorstudy.response.harmonic import (
+    Linearised,
+    carried_response,
+    operator,
+    positions,
+    reference_of,
+    response_inputs,
+    solve,
+)
+from rotorstudy.response.statics import static_deflection
+
+
+def measured_response(
+    model: Model,
+    speed: ArrayLike,
+    harmonics: Iterable[int],
+    theta: ArrayLike | None = None,
+    *,
+    order: int = COUPLED_ORDER,
+) -> np.ndarray:
+    """Displacement harmonics shown by the sensors: the translations at `model.sensors` changed by the output terms.
+
+    Parameters
+    ----------
+    model, harmonics, order
+        As for `harmonic_response`.
+    speed : array (speed,)
+        In rad/s.
+    theta : array (..., parameter), optional
+        In the units of `model.units`.
+
+    Returns
+    -------
+    array (..., speed, harmonic, sensor)
+        Complex, m.
+
+    Raises
+    ------
+    RotorstudyError, NoSteadyState
+        As `harmonic_response`.
+    """
+    return _measured(model, speed, harmonics, theta, order, False).response
+
+
+def measured_response_and_jacobian(
+    model: Model,
+    speed: ArrayLike,
+    harmonics: Iterable[int],
+    theta: ArrayLike | None = None,
+    *,
+    order: int = COUPLED_ORDER,
+) -> Linearised:
+    """Displacement harmonics shown by the sensors and their derivatives with respect to the amplitudes.
+
+    Parameters
+    ----------
+    model, harmonics, order
+        As for `harmonic_response`.
+    speed : array (speed,)
+        In rad/s.
+    theta : array (..., parameter), optional
+        In the units of `model.units`.
+
+    Returns
+    -------
+    Linearised
+        Response (..., speed, harmonic, sensor) in m and its derivatives (..., speed, harmonic, sensor, parameter) per
+        unit of each amplitude.
+
+    Raises
+    ------
+    RotorstudyError, NoSteadyState
+        As `harmonic_response`.
+    """
+    return _measured(model, speed, harmonics, theta, order, True)
+
+
+def _measured(model, speed, harmonics, theta, order, jacobian):
+    """The Linearised response at the sensors, its Jacobian None unless asked for."""
+    speed, harmonics, theta, blocks = response_inputs(model, speed, harmonics, theta, order)
+    found, derivatives = carried_response(model, speed, theta, blocks, jacobian, model.involved)
+    true, first, chosen = found[..., model.measured], len(model.rotor_unknowns), positions(harmonics, blocks)
+    shown = true.copy()
+    if jacobian:
+        derivatives = derivatives[..., model.measured, :]
+        change, rotor = derivatives.copy(), np.moveaxis(derivatives[..., :first], -1, 0)
+    for p, unknown in enumerate(model.output_unknowns, start=first):
+        amplitude = theta[..., p, None, None, None]
+        column = apply_entries(unknown.entries, true, speed, blocks.harmonics)
+        shown += amplitude * column
+        if jacobian:
+            change[..., p] += column
+            moving = tuple(e for e in unknown.entries if e.reads_motion)
+            if moving and first:
+                through = apply_entries(moving, rotor, speed, blocks.harmonics)
+                change[..., :first] += np.moveaxis(amplitude * through, 0, -1)
+    return Linearised(shown[..., chosen, :], change[..., chosen, :, :] if jacobian else None)
+
+
+def sensitivities(model, speed, harmonics, unknowns, theta=None, *, order=COUPLED_ORDER):
+    """First-order change of the measured harmonics by one unit of amplitudes that the model does not contain.
+
+    unknowns : two lists of Unknown of further terms, those that act on the rotor and those that act on the output
+    theta    : (parameter,) of the model;  harmonics -order..order are carried
+    returns  : (speed, harmonic, sensor, unknown) complex, m per unit
+    """
+    rotor, output = unknowns
+    speed, harmonics, theta, _ = response_inputs(model, speed, harmonics, theta, order)
+    blocks = layout(model, np.union1d(np.arange(-order, order + 1), harmonics), order)
+    own = theta[: len(model.rotor_unknowns)]
+    deflection = static_deflection(model, speed, own).value
+    found, _ = carried_response(model, speed, theta, blocks, False)
+    shown = np.zeros((len(speed), len(blocks.harmonics), len(model.sensors), len(rotor) + len(output)), complex)
+    if rotor:
+        forces = [
+            apply_entries(u.entries, found, speed, blocks.harmonics, reference_of(u, deflection))
+            if u.force is None
+            else nonlinear_column(u.force, found, speed, blocks.harmonics, deflection)
+            for u in rotor
+        ]
+        moved = solve(operator(model, own, speed, blocks), np.stack(forces, axis=-1), blocks, speed)
+        shown[..., : len(rotor)] = moved[..., model.measured, :]
+    true = found[..., model.measured]
+    for p, unknown in enumerate(output, start=len(rotor)):
+        shown[..., p] = apply_entries(unknown.entries, true, speed, blocks.harmonics)
+    return shown[:, positions(harmonics, blocks)]
