@@ -5,6 +5,7 @@ if __name__ == "__main__":  # processes that it starts read this file again
         from pathlib import Path
 
         from rotorstudy.blind.config import load_blind
+        from rotorstudy.blind.criteria import printed
         from rotorstudy.blind.run import run_blind
         from rotorstudy.presentation.blind_page import write_pages
 
