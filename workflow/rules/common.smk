@@ -16,6 +16,7 @@ try:
     from rotorstudy.blind.config import load_blind
     from rotorstudy.errors import RotorstudyError, unknown_name
     from rotorstudy.model.registry import registry
+    from rotorstudy.presentation.captions import BLIND_FIGURES, DIAGNOSIS_FIGURES
     from rotorstudy.studies.comparison.config import load_comparison
     from rotorstudy.studies.config import file_name, load_study, named_methods
     from rotorstudy.studies.cracks import load_cracks
