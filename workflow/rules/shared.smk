@@ -14,7 +14,7 @@ COMPARISON_FIGURES = ["estimators", "spectra", "faults", "coverage", "bias"]
 
 
 def compared_source(compared):
-    """Configuration of the study or replay a rotor is of, and what the replay identified, if it is one."""
+    """Configuration of the study or replay of a rotor, and the identification of a replay."""
     if compared.study:
         return [str(ROOT / settings.studies[compared.study])]
     return [str(ROOT / settings.replays[compared.replay]), f"{RESULTS}/{compared.replay}/identification.nc"]

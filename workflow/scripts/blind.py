@@ -1,6 +1,6 @@
 from rotorstudy.studies.workflow import job
 
-if __name__ == "__main__":  # processes that it starts read this file again
+if __name__ == "__main__":  # its worker processes import this file again
     with job(snakemake):
         from pathlib import Path
 

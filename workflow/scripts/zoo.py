@@ -13,6 +13,6 @@ with job(snakemake):
         snakemake.output.html,
         "The zoo",
         f"{count} models, each one file in plugins/. Every claim is verified by the tests and by `rotorstudy check`. "
-        "An option marked (needed) has no default. The same with a column for each fact is in zoo.csv.",
+        "An option marked (needed) has no default. zoo.csv has a column for each fact.",
         {f"{kind} ({len(table)})": page(table) for kind, table in found.items()},
     )
