@@ -119,6 +119,7 @@ def measurement_section(case):
             for name, probe in zip("ab", pair, strict=True)
         ],
         "keyphasor": {
+            "channel": "keyphasor",
             "sensor_angle_deg": picture_angle(case, case.chain.sensor_angle),
             "mark_angle_deg": picture_angle(case, case.chain.mark_angle, direction=False),
         },

@@ -27,15 +27,15 @@ def test_rotors_of_all_sizes():
 
 @pytest.mark.parametrize("family", ["crack", "rub", "misalignment", "pedestal"])
 def test_cases_are_steady_and_show_their_effect(family):
-    case = draw_case(5, family, speeds=2, steps=64, modes=6)
+    case = draw_case(5, family, speeds=2, steps=64, modes=4, visible=1e-3)
     assert np.max(case.steady.change) < 1e-6
     assert max(case.truth["floquet"]) < 1.0
-    assert max(case.truth["harmonics_changed"].values()) > 1e-4
+    assert max(case.truth["harmonics_changed"].values()) >= 1e-3
     assert case.effect
 
 
 def test_a_healthy_case_changes_nothing():
-    case = draw_case(6, "healthy", speeds=2, steps=64, modes=6)
+    case = draw_case(6, "healthy", speeds=2, steps=32, modes=4)
     assert max(case.truth["harmonics_changed"].values()) < 1e-9
     assert len(FAMILIES) == 19
 
@@ -48,12 +48,12 @@ def test_the_same_seed_gives_the_same_case():
 
 @pytest.fixture(scope="module")
 def sound():
-    return draw_case(8, "healthy", 2, 64, 6, count=3)
+    return draw_case(8, "healthy", 2, 32, 4, count=3)
 
 
 @pytest.mark.parametrize("fault", CHAIN_FAULTS)
 def test_faults_of_the_chain_reach_the_record(fault, sound):
-    faulty = draw_case(8, "healthy", 2, 64, 6, chain_fault=fault, count=3)
+    faulty = draw_case(8, "healthy", 2, 32, 4, chain_fault=fault, count=3)
     assert faulty.truth["chain_fault"] == fault
     changed = ~np.isclose(sound.records["displacement"], faulty.records["displacement"]).all(axis=(0, 2, 3))
     keyed = ~np.isclose(sound.records["keyphasor"], faulty.records["keyphasor"]).all()

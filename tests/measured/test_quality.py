@@ -268,7 +268,7 @@ def test_import_from_the_command_line(tmp_path, capsys):
     assert "3 speed(s)" in printed.out and printed.err == ""
     assert load_spectrum(out).amplitude.shape == (3, len(HARMONICS), 2)
     page = (tmp_path / "quality.html").read_text()
-    assert page.count("data:image/png") == 3 and "nothing wrong was seen" in page and len(page) < 500_000
+    assert page.count("data:image/png") == 3 and "No problem was found" in page and len(page) < 500_000
     out.unlink()
 
     bad = str(write("csv", tmp_path, records(speeds=[SPEED])[0], name="bad", **clipped(0.8)))
