@@ -1,4 +1,4 @@
-"""Times that users feel, medians of several runs: python benchmarks/run.py"""
+"""Run times relevant to users, medians of several runs: python benchmarks/run.py"""
 
 import os
 import resource
@@ -8,11 +8,12 @@ import sys
 import time
 from pathlib import Path
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as in the workflow: small solves only wait for each other
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as in the workflow: threads slow down small solves
 ROOT = Path(__file__).parents[1]
 
 
 def median_of(runs, function):
+    """Median wall-clock time of a function, s."""
     times = []
     for _ in range(runs):
         start = time.perf_counter()
@@ -22,6 +23,7 @@ def median_of(runs, function):
 
 
 def python(code):
+    """Run code in a new interpreter."""
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
@@ -42,6 +44,7 @@ def combined_identification(case):
 
 
 def full_crack_response():
+    """Seconds for the response of a Jeffcott rotor with the full time-periodic crack."""
     import yaml
 
     from rotorstudy import build_model, harmonic_response
@@ -69,6 +72,7 @@ def shaft(elements, **crack):
 
 
 def full_crack_shaft():
+    """Seconds for the response of the rotor of Chapter 6 with the full time-periodic crack."""
     from rotorstudy import harmonic_response
 
     model = shaft(4, weight_dominance=False)
@@ -76,6 +80,7 @@ def full_crack_shaft():
 
 
 def mesh_response(elements, speeds=51):
+    """Seconds for the response of the rotor of Chapter 6 on a mesh at a number of speeds."""
     import numpy as np
 
     from rotorstudy import measured_response
@@ -85,7 +90,7 @@ def mesh_response(elements, speeds=51):
 
 
 def diagnosis(effect, **values):
-    """Seven speeds, five nodes, 1 % noise, an effect hidden at node 2 of the uncracked rotor of Chapter 6."""
+    """Seconds for a diagnosis: seven speeds, five nodes, 1 % noise, an effect hidden in the rotor of Chapter 6."""
     from dataclasses import replace
 
     import numpy as np
@@ -106,11 +111,12 @@ def diagnosis(effect, **values):
 
 
 def main():
+    """Print every run time and the peak memory."""
     bare = median_of(5, lambda: python("pass"))
     rows = [
         ("import rotorstudy", median_of(5, lambda: python("import rotorstudy")) - bare),
         (
-            "import rotorstudy and load the zoo",
+            "import rotorstudy and load the plugins",
             median_of(5, lambda: python("import rotorstudy; rotorstudy.registry()")) - bare,
         ),
         ("full time-periodic crack, one speed, harmonics to 15", full_crack_response()),

@@ -13,7 +13,7 @@ from rotorstudy.studies.comparison.ranking import ANY_FAULT, advice, ranking
 
 def ranked(*rows):
     columns = ["fault", "rotor", "noise", "spectrum_method", "estimator", "error over bound", "coverage", "failed"]
-    return pd.DataFrame(rows, columns=columns).assign(**{"ms an estimate": 1.0})
+    return pd.DataFrame(rows, columns=columns).assign(**{"time per estimate (ms)": 1.0})
 
 
 def test_advice_takes_valid_equals_first_names_them_and_says_where_the_worst_is():
@@ -33,13 +33,13 @@ def test_advice_takes_valid_equals_first_names_them_and_says_where_the_worst_is(
     )
     assert list(told.fault) == ["spikes", "spikes", ANY_FAULT, ANY_FAULT]
     first, second = told.iloc[0], told.iloc[1]
-    assert (first.spectrum_method, first.estimator, first["estimators as good"]) == (
+    assert (first.spectrum_method, first.estimator, first["equally good estimators"]) == (
         "plain",
         "valid",
         "seldom fails, sure",
     )
-    assert first["where that is"] == "a, 1 %" and first.intervals == "valid"
-    assert (second.spectrum_method, second["where that is"], second["estimators as good"]) == (
+    assert first["worst rotor and noise"] == "a, 1 %" and first.intervals == "valid"
+    assert (second.spectrum_method, second["worst rotor and noise"], second["equally good estimators"]) == (
         "other",
         "b, 5 %",
         "none",

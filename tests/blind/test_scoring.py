@@ -14,7 +14,8 @@ from rotorstudy.blind.scoring import same_cause, score, share_bounds
 from rotorstudy.blind.sealing import check_seal, salt_of, seal
 from rotorstudy.blind.summary import summary
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.presentation.blind_page import CAPTIONS, criteria_page, opening, write_pages
+from rotorstudy.presentation.blind_page import criteria_page, opening, write_pages
+from rotorstudy.presentation.captions import BLIND_FIGURES
 
 from .conftest import accuser, mute, oracle
 
@@ -122,8 +123,8 @@ def test_pages_and_figures_of_a_run(cases, tmp_path):
     criteria = list(criteria.values())
     data = summary(rows, criteria).assign_attrs(cases=len(rows), seed=0)
     write_pages(data, criteria, rows, tmp_path)
-    assert {path.stem for path in (tmp_path / "figures").iterdir()} == set(CAPTIONS)
-    for name in CAPTIONS:
+    assert {path.stem for path in (tmp_path / "figures").iterdir()} == set(BLIND_FIGURES)
+    for name in BLIND_FIGURES:
         assert (tmp_path / "figures" / f"{name}.png").stat().st_size > 3000
     assert "clean records called clean" in (tmp_path / "criteria.html").read_text()
     table = pd.read_csv(tmp_path / "criteria.csv")

@@ -15,7 +15,8 @@ from rotorstudy.diagnosis.result import Cause, Verdict
 from rotorstudy.diagnosis.words import cause_in_words, summary
 from rotorstudy.measurement.measurement import read_measurement
 from rotorstudy.model.rig import build_model
-from rotorstudy.presentation.diagnosis_page import FIGURES, diagnosis_page
+from rotorstudy.presentation.captions import DIAGNOSIS_FIGURES
+from rotorstudy.presentation.diagnosis_page import diagnosis_page
 from rotorstudy.response.measured import measured_response
 
 SPEEDS = [100.0, 150.0, 200.0, 250.0, 300.0, 350.0, 400.0]
@@ -32,7 +33,7 @@ ASYMMETRY = {"kind": "shaft_asymmetry", "shaft_asymmetry": 0.03, "shaft_asymmetr
 PRELOAD = {"kind": "static_preload", "static_preload_N": 3.0, "static_preload_phase_rad": -1.0}
 SKEW = {"kind": "probe_angle", "probe_rotation_rad": 0.0, "probe_skew_rad": 0.08}
 FILES = {"verdict.json", "verdict.nc", "extended_rig.yaml", "index.html"}
-PICTURES = {f"{name}.{k}" for name in FIGURES for k in ("png", "svg")}
+PICTURES = {f"{name}.{k}" for name in DIAGNOSIS_FIGURES for k in ("png", "svg")}
 
 
 def write_rig(path, *effects, **changes):
@@ -240,7 +241,7 @@ def test_the_first_lines_say_what_to_do_next_whatever_the_verdict(kind, asymmetr
         pair = [{key: cause[key] for key in ("effect", "where")} for cause in (verdict["causes"][0], other)]
         told = {"causes": pair, "measurement": "exchange the two probes"}
         changed |= {"ambiguous_with": [other], "separating_measurement": [told]}
-    figures = {name: out / "figures" / f"{name}.png" for name in FIGURES}
+    figures = {name: out / "figures" / f"{name}.png" for name in DIAGNOSIS_FIGURES}
     with xr.open_dataset(out / "verdict.nc") as data:
         page = diagnosis_page(Verdict(**changed), data.load(), figures, "rig")
     first = page[: page.index("What the simulation gets wrong")]
@@ -253,7 +254,7 @@ def test_the_first_lines_say_what_to_do_next_whatever_the_verdict(kind, asymmetr
 def test_a_broken_plugin_is_named_on_the_page_and_in_the_words(asymmetric):
     verdict, out = asymmetric
     broken = Verdict(**{**verdict, "broken_plugins": ["plugin effects/odd.py:7: division by <zero>"]})
-    figures = {name: out / "figures" / f"{name}.png" for name in FIGURES}
+    figures = {name: out / "figures" / f"{name}.png" for name in DIAGNOSIS_FIGURES}
     with xr.open_dataset(out / "verdict.nc") as data:
         page = diagnosis_page(broken, data.load(), figures, "rig")
     assert "effects/odd.py:7: division by &lt;zero&gt;" in page and "Repair the broken plugins" in page

@@ -123,7 +123,7 @@ def test_a_probe_off_the_shaft_or_on_a_shaft_without_shape_is_refused(study):
     with pytest.raises(RotorstudyError, match=r"0\.5 m is not on the shaft"):
         output_rows(structure, (1,), ExtraMeasurement(stations_m=[0.5]))
     jeffcott = build_model({"rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5}}).structure
-    with pytest.raises(RotorstudyError, match="does not tell the shaft's shape"):
+    with pytest.raises(RotorstudyError, match="does not define the shaft's shape"):
         output_rows(jeffcott, (1,), ExtraMeasurement(stations_m=[0.1]))
 
 

@@ -1,4 +1,4 @@
-# Stiffness and damping over speed of every bearing of the zoo; a further bearing plugin is a further row.
+# Stiffness and damping over speed of every bearing of the plugin library, one row each.
 rule bearings:
     input:
         code=code("bearings.py"),

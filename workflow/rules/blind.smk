@@ -21,7 +21,7 @@ if BLIND:
                 for name in BLIND_FIGURES
             ],
             svg=[f"{BLIND_RESULTS}/figures/{name}.svg" for name in BLIND_FIGURES],
-        threads: 8 # at most; as many as there are
+        threads: 8 # at most
         log:
             f"{RESULTS}/logs/blind.log",
         script:

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(workflow.basedir)
-# one BLAS thread a job: jobs share the cores, and sums are added in the same order whatever else the machine does
+# one BLAS thread per job: jobs share the cores, and the order of summation does not depend on the load
 threads = {name: "1" for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")}
 os.environ.update(threads, MPLBACKEND="Agg")
 folders = os.pathsep.join(str(ROOT / folder) for folder in config.get("plugin_folders", []))
@@ -16,6 +16,7 @@ try:
     from rotorstudy.blind.config import load_blind
     from rotorstudy.errors import RotorstudyError, unknown_name
     from rotorstudy.model.registry import registry
+    from rotorstudy.presentation.captions import BLIND_FIGURES, DIAGNOSIS_FIGURES
     from rotorstudy.studies.comparison.config import load_comparison
     from rotorstudy.studies.config import file_name, load_study, named_methods
     from rotorstudy.studies.cracks import load_cracks
@@ -62,12 +63,12 @@ wildcard_constraints:
 
 
 def code(script, *functions):
-    """Files of rotorstudy that a script imports, or that functions it is given by name need: Snakemake sees none."""
+    """Files of rotorstudy that a script, or functions it is given by name, depend on; Snakemake does not track them."""
     return imported_files(ROOT / "workflow" / "scripts" / script, *functions)
 
 
 def study_plugins(*kinds):
-    """Files of the plugins a study's rigs name, and of the methods of some kinds that it shows."""
+    """Files of the plugins that a study's rigs name, and of its methods of some kinds."""
 
     def files(wildcards):
         study = STUDIES[wildcards.study]
@@ -194,7 +195,7 @@ def figure_files():
     return [path for chapter in CHAPTERS for kind in ("png", "svg") for path in pictures(chapter, kind)]
 
 
-# stages of a study that give one file each: what computes it, and which kinds of plugins it shows
+# stages of a study with one file each: the function that computes it, and the kinds of plugins it depends on
 STUDY_STAGES = {
     "bias": ("rotorstudy.studies.identify.bias", ["estimator"]),
     "identifiability": ("rotorstudy.studies.identifiability.identifiability", []),
@@ -207,13 +208,13 @@ STUDY_STAGES = {
 
 
 def skipped(study):
-    """Stages a study asks nothing of."""
+    """Stages that a study does not configure."""
     asked = {"sensors": study.sensor_sets, "variants": study.variants}
     return [stage for stage, what in asked.items() if not what]
 
 
 def data_files():
-    """Every NetCDF file, so that one that was deleted is made again."""
+    """Every NetCDF file, so that deleted ones are made again."""
     found = []
     for name, study in STUDIES.items():
         base = f"{RESULTS}/{name}"

@@ -1,4 +1,4 @@
-# Every spectrum method with every estimator of the zoo. A new estimator runs alone on spectra that are there.
+# Every spectrum method with every estimator of the plugin library. A new estimator reuses existing spectra.
 if COMPARISON:
 
     rule compare_spectra:
@@ -17,7 +17,7 @@ if COMPARISON:
         script:
             "../scripts/compare_spectra.py"
 
-    # also what wrong known quantities cost the estimator: a job for each would start Python more often than it computes
+    # also the errors by wrong known quantities: in separate jobs the start of Python would dominate
     rule compare_estimates:
         input:
             sources=compared_sources(),

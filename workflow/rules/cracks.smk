@@ -1,4 +1,4 @@
-# Crack models side by side: every crack and every depth plugin of the zoo on one rotor.
+# Crack models side by side: every crack and every depth plugin of the library on one rotor.
 
 if settings.cracks:
 

@@ -1,4 +1,4 @@
-# Measured records to a verdict: one folder each, and a page on the replayed experiments.
+# Diagnoses of measured records: one folder each, and a page on the replayed experiments.
 rule diagnose:
     input:
         unpack(diagnosed),

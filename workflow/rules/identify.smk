@@ -1,4 +1,4 @@
-# Identification of every case without noise and under noise (Monte Carlo), and the stages of a study that give one file.
+# Identification of every case without noise and under noise (Monte Carlo), and the stages of a study with one file each.
 rule identify:
     input:
         config=study_config,

@@ -1,4 +1,4 @@
-# Published spectra turned back into records, which then take the path of simulated ones.
+# Published spectra converted to records, which are then processed like simulated ones.
 rule replay_records:
     input:
         config=replay_config,

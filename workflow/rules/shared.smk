@@ -14,7 +14,7 @@ COMPARISON_FIGURES = ["estimators", "spectra", "faults", "coverage", "bias"]
 
 
 def compared_source(compared):
-    """Configuration of the study or replay a rotor is of, and what the replay identified, if it is one."""
+    """Configuration of the study or replay of a rotor, and the identification of a replay."""
     if compared.study:
         return [str(ROOT / settings.studies[compared.study])]
     return [str(ROOT / settings.replays[compared.replay]), f"{RESULTS}/{compared.replay}/identification.nc"]
@@ -45,7 +45,6 @@ def comparison_files():
 
 
 BLIND_RESULTS = f"{RESULTS}/blind"
-BLIND_FIGURES = ["curves", "confusion", "calibration", "coverage", "detection_limits", "gain"]
 BLIND_PAGES = ["criteria", "cases"]
 
 
@@ -57,7 +56,6 @@ def blind_files():
 
 
 DIAGNOSIS = f"{RESULTS}/diagnosis"
-DIAGNOSIS_FIGURES = ["what_is_wrong", "causes", "before_and_after", "gain"]
 REPLAYED = [name for name, item in settings.diagnoses.items() if item.replay]
 REPLAY_SHEETS = ["harmonics", "left_out", "parameters"]
 EFFECTS = sorted(plugin.file for kind, plugin in registry() if kind in ("rotor", "crack", "bearing", "effect"))

@@ -1,4 +1,4 @@
-# What every plugin says of itself, from the registry.
+# Facts of every plugin, from the registry.
 rule zoo:
     input:
         code=code("zoo.py"),

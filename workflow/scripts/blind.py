@@ -1,10 +1,11 @@
 from rotorstudy.studies.workflow import job
 
-if __name__ == "__main__":  # processes that it starts read this file again
+if __name__ == "__main__":  # its worker processes import this file again
     with job(snakemake):
         from pathlib import Path
 
         from rotorstudy.blind.config import load_blind
+        from rotorstudy.blind.criteria import printed
         from rotorstudy.blind.run import run_blind
         from rotorstudy.presentation.blind_page import write_pages
 

@@ -13,5 +13,5 @@ with job(snakemake):
     tables = {name: pd.DataFrame(rows[name]) for name in SHEETS}
     for path in map(Path, snakemake.output.csv):
         write_csv(tables[path.stem.removeprefix("replays_")], path)
-    title = "What the thesis's model gets wrong on its own measurements"
+    title = "Residuals of the thesis's model on its own measurements"
     write_html(snakemake.output.html, title, notes, {SHEETS[name]: table for name, table in tables.items()}, digits=3)

@@ -29,6 +29,6 @@ with job(snakemake):
     write_html(
         snakemake.output.html,
         "Errata of the thesis, Chapters 2 to 6",
-        "Each with evidence computed by this workflow: what comes back, or what changes, if the printed form is used.",
+        "Each with evidence computed by this workflow: what is reproduced, or changes, if the printed form is used.",
         {"": table},
     )

@@ -23,9 +23,9 @@ with job(snakemake):
         "Scoreboard",
         f"Of {len(computed)} printed values that are computed anew, {reproduced(computed)} are reproduced within one "
         f"unit of their last digit. Another {len(measured)} are measurements: replayed as records and measured again, "
-        f"{reproduced(measured)} come back, which checks the measuring chain. Every other value has a reason.",
+        f"{reproduced(measured)} are reproduced, which checks the measuring chain. Every other value has a reason.",
         {
-            "How many": counts,
+            "Number of values": counts,
             "Values that are not reproduced to the digit": scored[scored.status != "reproduced"],
             "All": scored,
         },

@@ -1,7 +1,7 @@
-"""Blind tests: effects hidden in simulated measurements, diagnosed without the truth, then compared with it.
+"""Blind tests: effects are hidden in simulated measurements, diagnosed without the truth, and compared with it.
 
-`injection` makes the measurement and the truth from a `setting`, by `hiding` and `observation`, with physics of its own
-(`machine`; `physics` and `chain`, listed in the table `acts`). `sealing` locks the truth away before anything is
-diagnosed, `scoring` compares, `criteria` holds the acceptance criteria, `summary` makes one Dataset of it, `run` does
-all of it. Only `run` knows the diagnosis, and the diagnosis knows nothing of this.
+`setting` draws the machine, `hiding` the effect, `observation` what is measured; `injection` combines them into a case.
+The physics is independent of the tables of effects (`machine`, `physics`, `chain`, listed in `acts`). `sealing`
+publishes the hash of the truth before the diagnosis, `scoring` compares, `criteria` judges, `summary` collects the
+results in a Dataset, `run` executes the test. Only `run` calls the diagnosis, which imports nothing from here.
 """

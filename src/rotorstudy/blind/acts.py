@@ -1,4 +1,4 @@
-"""One table of all that a blind test can do to a machine or to its measurement: ACTS, by the name of the effect."""
+"""ACTS: how a blind test applies each effect to the machine or to its measurement, by name of the effect."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from rotorstudy.blind import chain, physics
 
 
 class Scale(NamedTuple):
-    """Orders of size at a node of a machine: vibration radius (m), its velocity (m/s) and its elastic force (N)."""
+    """Characteristic sizes at a node: vibration amplitude (m), velocity (m/s) and elastic force (N)."""
 
     radius: float
     velocity: float
@@ -19,12 +19,12 @@ class Scale(NamedTuple):
 
 @dataclass(frozen=True)
 class Act:
-    """How an effect of the plugin library is done, by physics that shares nothing with its table.
+    """How an effect of the plugin library is simulated, by physics independent of its table.
 
     on       : "rotor" for function(plant, values, where); "output" for function(signal, angle, speed, values, where,
-               sensors) -> signal; "speed" if the rotor turns at another speed than its label says (no function)
-    signed   : its real amplitudes are drawn with either sign
-    most     : largest amplitude in its typical size; None if it follows from the unit
+               sensors) -> signal; "speed" if the spin speed differs from its label (no function)
+    signed   : real amplitudes are drawn with either sign
+    most     : largest amplitude in units of the typical size; None if it follows from the unit
     """
 
     on: str
@@ -35,11 +35,11 @@ class Act:
 
 @dataclass(frozen=True)
 class Foreign(Act):
-    """Physics that the library does not have.
+    """Physics that is missing in the library.
 
     size, unit  : name and unit of its amplitude
-    confounders : effects of the library that may stand for it
-    draw        : function(Scale, generator) -> amplitude of the order of the motion itself, further options
+    confounders : effects of the library that it may be mistaken for
+    draw        : function(Scale, generator) -> amplitude of the order of the motion, further options
     """
 
     size: str = ""

@@ -1,4 +1,4 @@
-"""The part of a change that the base parameters and the calibration of the probes cannot take over."""
+"""The part of a change that base parameters and probe calibration cannot absorb."""
 
 import numpy as np
 
@@ -8,13 +8,13 @@ from rotorstudy.response.measured import measured_response_and_jacobian
 
 
 def left_by_base(change, spectrum, model, stated):
-    """Rms of what is left of a change (speed, sensor, harmonic), in standard deviations of the measured spectrum.
+    """Rms of the part of a change that the base model cannot absorb, in standard deviations of the spectrum.
 
-    Base parameters and calibration move to where the change and their stated standard deviations cost least, to first
-    order.
+    Base parameters and calibration are refitted under their stated standard deviations, linearised.
 
+    change   : (speed, sensor, harmonic) complex, m
     spectrum : Spectrum as measured, for its noise;  model : Model of the rig file
-    stated   : "uncertainty" with its default share, "nuisance" kind -> standard deviation
+    stated   : "uncertainty" with its default, relative; "nuisance" kind -> standard deviation
     """
     calibration = [
         make_term("effect", {"kind": kind, "label": f"{kind} {i}", **place}, model.structure, model.sensors)

@@ -17,7 +17,7 @@ PositiveNumber = Annotated[float, Field(gt=0)]
 
 
 class BlindRig(Strict):
-    """A rotor to hide effects on: a rig file or the rig itself, and the sets of sensors it is measured with."""
+    """A rotor in which effects are hidden: a rig file or the rig itself, and the sensor sets it is measured with."""
 
     file: str | None = None
     rig: dict | None = None
@@ -31,21 +31,21 @@ class BlindRig(Strict):
 
 
 class BlindConfig(Strict):
-    """What is drawn.
+    """Settings of the blind tests; those marked * are stated to the diagnosis.
 
-    cases, seed    : by default; the command line may say otherwise
+    cases, seed    : defaults of the command line
     shares         : of clean, single, two, chain and foreign cases; they sum to 1
-    noise_percent  : standard deviation of a harmonic, percent of the rms vibration (median over speeds); one is drawn
-    two_noise_percent : the same where two effects act at once
-    size, two_size : lowest and highest change over noise, drawn log-uniformly
-    most_colour    : largest correlation of noise from sample to sample
+    noise_percent  : standard deviations of a harmonic, percent of the rms vibration (median over speeds); one per case
+    two_noise_percent : the same for cases with two effects
+    size, two_size : smallest and largest change over noise, drawn log-uniformly
+    most_colour    : largest lag-one autocorrelation of the noise
     revolutions, samples_per_revolution : of a record
-    fewest_speeds, most_speeds
-    mesh_factor    : elements of the machine for each of the rig file
-    base_share     : standard deviation of each base parameter around the rig file's, relative; stated to the diagnosis
-    model_error    : share of a harmonic that the mesh of the rig file misses; stated to the diagnosis
-    phase_mark_std_rad, gain_std : of the measuring chain; stated to the diagnosis
-    records        : cases whose record is written as NetCDF too
+    fewest_speeds, most_speeds : of a case
+    mesh_factor    : elements of the machine per element of the rig file
+    base_share     : relative standard deviation of each base parameter about its value in the rig file *
+    model_error    : relative discretisation error of a harmonic on the mesh of the rig file *
+    phase_mark_std_rad, gain_std : standard deviations of the phase mark and of the probe gains *
+    records        : number of cases whose records are also written as NetCDF
     """
 
     title: str
@@ -81,15 +81,15 @@ class BlindConfig(Strict):
         return self
 
     def nominal(self, name):
-        """The rig dict a diagnosis is given."""
+        """The rig dict as the diagnosis is given it."""
         entry = self.rigs[name]
         return entry.rig if entry.rig is not None else read_yaml(entry.file)
 
 
 def load_blind(path):
-    """A BlindConfig from a YAML file, its rigs built once; what is wrong is a one-line error.
+    """A BlindConfig from a YAML file; every rig is built once as a check. A mistake raises a one-line RotorstudyError.
 
-    Files of rigs are named from the folder of the project, which is two above that of the configuration, or from here.
+    Rig files are sought from the working directory, then from two folders above that of the configuration.
     """
     given = read_yaml(path)
     for key in ("size", "two_size"):

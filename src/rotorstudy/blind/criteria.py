@@ -1,4 +1,4 @@
-"""Acceptance criteria of the diagnosis: what is needed, what it reaches within which bounds, and what went wrong."""
+"""Acceptance criteria of the diagnosis: required value, value reached with its bounds, and reasons for failures."""
 
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -22,25 +22,25 @@ Kind = Literal["share", "coverage", "calibration", "median"]
 
 @dataclass(frozen=True)
 class Criterion:
-    """One acceptance criterion and how the diagnosis does on it.
+    """One acceptance criterion and its result.
 
     Attributes
     ----------
     key
-        Name by which files, pages and figures pick it.
+        Name used by files, pages and figures.
     what
         The quantity in words.
     kind
-        "share" of cases; "coverage", the share of stated sets or intervals that hold the truth; "calibration" error of
+        "share" of cases; "coverage", share of stated sets or intervals that hold the truth; "calibration" error of
         the stated posterior probabilities; "median" of a ratio of errors.
     needed
         Lowest and highest accepted value; None if the quantity is reported for information only.
     reached, low, high
-        The value and its 95 % bounds; nan, and bounds that exclude nothing, without cases.
+        The value and its 95 % bounds; without cases nan, and the widest possible bounds.
     found, cases
         Counts behind the value: of cases, or of intervals where these are counted.
     status
-        "reached" and "not reached" if both bounds lie on that side, else "undecided".
+        "reached" or "not reached" if the whole range between the bounds is, else "undecided".
     reasons
         What went wrong most often, if it is not reached.
     """
@@ -59,7 +59,7 @@ class Criterion:
 
     @property
     def within(self) -> bool:
-        """Whether the value itself is an accepted one, whatever its bounds."""
+        """Whether the value itself is accepted, whatever its bounds."""
         return self.needed is not None and self.needed[0] <= self.reached <= self.needed[1]
 
     @property
@@ -74,7 +74,7 @@ class Criterion:
 def judge(rows: "DataFrame") -> list[Criterion]:
     """All criteria, judged on the rows of `scoring.score`.
 
-    Those that ask for a size come a second time, for the part of the change that the base parameters cannot take over.
+    Those on effects of a certain size are repeated for the part of the change that the base model cannot absorb.
     """
     clean, chain = rows[rows.kind == "clean"], rows[rows.kind == "chain"]
     known = rows[rows.known]
@@ -88,13 +88,13 @@ def judge(rows: "DataFrame") -> list[Criterion]:
                    part, part.inside, (0.95, 1), "coverage")
             for level, part in named.groupby("noise_percent")
         ),
-        _share("chain_not_rotor", "errors of the measuring chain not named as effects on the rotor", chain,
+        _share("chain_not_rotor", "errors of the measuring chain not attributed to the rotor", chain,
                ~chain.names_rotor, (0.95, 1)),
         _intervals(rows),
         _calibration("calibration", "calibration error of the stated posterior probability", rows, (0, 0.05)),
         _calibration("calibration_known", "calibration error of the stated posterior probability, effects of the "
                      "library only", known, None),
-        _share("held_out_worse", "error on held-out speeds made worse", held, held.gain > 1, (0, 0.01)),
+        _share("held_out_worse", "cases whose error on held-out speeds increased", held, held.gain > 1, (0, 0.01)),
         _share("known_called_unknown", "effects of the library called unknown", known, known.verdict == "unknown",
                None),
         *_by_size(rows, "beyond", "_beyond_base", "change over noise beyond the base"),
@@ -102,7 +102,7 @@ def judge(rows: "DataFrame") -> list[Criterion]:
 
 
 def _by_size(rows, size, suffix, called):
-    """Criteria of effects of a size; size : column it stands in;  suffix : of the keys;  called : the size in words."""
+    """Criteria on effects of a certain size; size : its column;  suffix : of the keys;  called : the size in words."""
     single = rows[rows.known & rows.kind.isin(["single", "chain"])]
     large = single[single[size] >= LARGE]
     small = single[single[size].between(0.6, 2) & (single.noise_percent == 5.0)]
@@ -113,7 +113,7 @@ def _by_size(rows, size, suffix, called):
     held = rows[rows.known & rows.states_causes & rows.gain.notna() & (rows[size] >= LARGE)]
     both = "" if size == "size" else f", both {called} >= 3"
     right = f"right cause and place at {called}"
-    gain = f"error on held-out speeds after over before, median at {called} >= 3, against the"
+    gain = f"ratio of errors on held-out speeds, after to before, median at {called} >= 3, against the"
     return [
         _share(f"right_large{suffix}", f"{right} >= 3", large, large.right, (0.95, 1)),
         _share(f"named_alone{suffix}", f"{right} >= 3, named alone", large,
@@ -141,7 +141,7 @@ def _judged(key, what, kind, needed, reached, bounds, found, cases, reasons: Cal
         status = "not reached" if high < needed[0] or low > needed[1] else "undecided"
     said = tuple(reasons()) if status in ("undecided", "not reached") else ()
     if status == "undecided" and needed[0] <= reached <= needed[1]:
-        said = (f"the value is an accepted one, but {cases} cases are too few to prove it", *said)
+        said = (f"the value is accepted, but {cases} cases are too few to prove it", *said)
     return Criterion(key, what, kind, needed, float(reached), low, high, int(found), int(cases), status, said)
 
 
@@ -153,7 +153,7 @@ def _share(key, what, part, right, needed, kind="share"):
 
 
 def _reasons(wrong):
-    """The most frequent ways to fail: what was hidden and what was answered."""
+    """The most frequent failures: what was hidden and what was answered."""
     if not len(wrong):
         return ()
     pairs = Counter(zip(wrong.truth, wrong.answer, strict=True)).most_common(4)
@@ -172,7 +172,7 @@ def _intervals(rows):
     def reasons():
         missed = exact[[not all(covered) for covered in exact.covered]]
         often = ", ".join(f"{count} x {name}" for name, count in Counter(missed.truth).most_common(5))
-        return [f"the {n} intervals are of {cases} cases", *([f"missed most: {often}"] if often else [])]
+        return [f"{n} intervals in {cases} cases", *([f"missed most often: {often}"] if often else [])]
 
     return _judged("intervals", "95 % intervals that hold the truth", "coverage", (0.93, 0.97), value, bounds, k, n,
                    reasons)  # fmt: skip
@@ -198,7 +198,7 @@ def _calibration(key, what, rows, needed):
 
 
 def _median(key, what, part, values, needed):
-    """Median of error ratios; bounds by order statistics, which fewer than six cases do not give."""
+    """Median of error ratios; bounds by order statistics, which need at least six cases."""
     from scipy.stats import quantile_test
 
     there = values.notna()
@@ -238,12 +238,12 @@ def printed(criteria: Sequence[Criterion]) -> str:
         value = f"{c.reached:.3g} ({c.low:.3g} to {c.high:.3g})"
         lines.append(f"{c.status:15} {c.what}: {value}; {needed}cases: {c.cases}")
     if without := len(criteria) - len(shown):
-        lines.append(f"{without} criteria have no cases here and are left out; draw more cases to judge them.")
+        lines.append(f"{without} criteria have no cases here and are left out; run more cases to judge them.")
     return "\n".join(lines)
 
 
 def table(criteria: Sequence[Criterion]) -> "DataFrame":
-    """The criteria as a table, a row each."""
+    """The criteria as a table, one row each."""
     import pandas as pd
 
     columns = ("key", "what", "kind", "needed", "reached", "low", "high", "found", "cases", "status", "reasons")

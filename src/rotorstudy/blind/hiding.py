@@ -11,18 +11,18 @@ from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import make_term
 
 SIZINGS = 6
-CLOSE_ENOUGH = 1.2  # factor between the change wanted and had
+CLOSE_ENOUGH = 1.2  # accepted ratio of the change obtained to the change wanted
 RELATIVE_UNITS = ("1", "rad")
-MOST_RELATIVE, MOST_ABSOLUTE = 6.0, 300.0  # largest effect in its typical size, by its unit
+MOST_RELATIVE, MOST_ABSOLUTE = 6.0, 300.0  # largest effect in units of its typical size, by its unit
 
 
 @dataclass(frozen=True)
 class Hidden:
-    """An effect at a place, of a size still to be multiplied.
+    """An effect at a place; its size is a factor to be chosen.
 
-    where  : place;  options : what else describes it;  values : parameter name -> value at size 1;  most : size
-    places : number of places it could act at
-    fixed  : it is there or not, with these values; its size is that of its options, if it has any
+    where  : place;  options : further description;  values : parameter name -> value at size 1;  most : largest size
+    places : number of places where it could act
+    fixed  : the effect is present or absent, with these values; its size is that of its options, if it has any
     """
 
     name: str
@@ -35,7 +35,7 @@ class Hidden:
     fixed: bool = False
 
     def at(self, size):
-        """Values, and place with options, at a size."""
+        """Values, and place with options, at a size (factor on `values`)."""
         scaled = {name: value * size for name, value in (self.options if self.fixed else self.values).items()}
         if self.fixed:
             return self.values, {**self.where, **scaled}
@@ -43,12 +43,12 @@ class Hidden:
 
 
 def rotor_families(setting):
-    """name -> places of the library's effects on the rotor that can be hidden in this machine."""
+    """Library effects on the rotor that can be hidden in this machine: name -> places."""
     return _families(setting, lambda act: act.on == "rotor")
 
 
 def chain_families(setting):
-    """name -> places of the library's errors of the measuring chain."""
+    """Library errors of the measuring chain: name -> places."""
     return _families(setting, lambda act: act.on != "rotor")
 
 
@@ -68,7 +68,7 @@ def _node_of(where, setting):
 
 
 def what_to_hide(kind, setting, generator):
-    """What is hidden: list of Hidden, the name of foreign physics or None, families to leave out of the library."""
+    """List of Hidden, the name of foreign physics or None, and the effects to leave out of the library."""
     if kind == "clean":
         return [], None, []
     families = chain_families(setting) if kind == "chain" else rotor_families(setting)
@@ -98,7 +98,7 @@ def hide(name, places, setting, generator):
 
 
 def _options(plugin, where, setting, generator):
-    """Shape of an effect: what is searched, not fitted. Contacts are placed within the motion, so that they happen."""
+    """Shape parameters of an effect. Clearances lie within the motion, so that contact occurs."""
     if plugin.fixed or not plugin.shape:
         return dict.fromkeys(plugin.shape, 1.0)
     plant = setting.plant()
@@ -113,7 +113,7 @@ def _options(plugin, where, setting, generator):
 
 
 def hide_foreign(name, setting, generator):
-    """Physics that the library lacks, at any node or in all probes; at size 1 a hundredth of what moves the machine."""
+    """Physics that the library lacks, at any node or in all probes; size 1 is 1 % of the characteristic size."""
     act, structure = ACTS[name], setting.nominal.structure
     node = int(generator.choice(structure.nodes))
     plant = setting.plant()
@@ -126,7 +126,7 @@ def hide_foreign(name, setting, generator):
 
 
 def sized(hidden, wanted, change):
-    """Size of an effect whose change over noise is the one wanted, or as near as it can be; and that change."""
+    """Size of an effect whose change over noise is as close as possible to the one wanted, and that change."""
     if hidden.fixed and not hidden.options:
         return 1.0, change([(hidden.name, *hidden.at(1.0))])
     size, best = 1e-2 * min(hidden.most, 100.0), None
@@ -134,7 +134,7 @@ def sized(hidden, wanted, change):
     for _ in range(SIZINGS):
         try:
             reached = change([(hidden.name, *hidden.at(size))])
-        except RotorstudyError:  # unstable, or so strong that nothing repeats
+        except RotorstudyError:  # unstable, or without a periodic motion
             high = size
             size = (low or size / 10) ** 0.5 * size**0.5
             continue

@@ -1,7 +1,6 @@
-"""Cases of a blind test: a machine with something hidden in it, what its probes show, and the truth.
+"""Cases of a blind test: a machine with a hidden effect, its measurement, and the truth.
 
-A case is drawn from a seed and its number alone. See `setting` for the machine, `hiding` for what is hidden in it,
-`observation` for what is measured of it.
+A case depends on the configuration, the seed and its number alone.
 """
 
 from dataclasses import dataclass
@@ -17,17 +16,17 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.registry import registry
 
-STREAM = 6  # keeps the random numbers of blind tests apart from those of studies
+STREAM = 6  # separates the random numbers of blind tests from those of studies
 MOST_DRAWS = 30
 
 
 @dataclass(frozen=True)
 class Case:
-    """What is measured, and the truth.
+    """A measurement and the truth behind it.
 
     rig      : dict, nominal;  spectrum : Spectrum;  records : list of Record
-    stated   : what else the diagnosis is told, keys of its settings
-    truth    : dict of plain numbers and words
+    stated   : settings that the diagnosis is given
+    truth    : dict of plain numbers and strings
     """
 
     rig: dict
@@ -38,7 +37,7 @@ class Case:
 
 
 def draw_case(config, seed, index):
-    """The Case of a number, whoever asks for it and whenever."""
+    """The Case of a number (`index`); config : BlindConfig. Raises RotorstudyError if no drawn machine is steady."""
     generator = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(STREAM, index)))
     kind = str(generator.choice(list(config.shares), p=list(config.shares.values())))
     problems = []
@@ -117,7 +116,7 @@ def _draw(config, kind, generator, truth):
 
 
 def _told(hidden, values, place, s):
-    """A hidden effect as the truth states it, with the names that an answer may use."""
+    """A hidden effect as the truth records it, with its declared confounders."""
     act = ACTS[hidden.name]
     if isinstance(act, Foreign):
         confounders = list(act.confounders)

@@ -1,8 +1,8 @@
-"""The rotor behind a blind measurement, in real coordinates: x of all degrees of freedom, then y of all.
+"""The simulated rotor of a blind test, in real coordinates: x of all degrees of freedom, then y of all.
 
-It shares nothing with the diagnosis, which solves complex harmonics of tables of effects: here are mass, damping and
-stiffness of a finer mesh, forces along x and y, and time integration for what is not linear or not constant.
-Positions count from the line of the unloaded shaft, weight included; `Plant.rest` is where the machine hangs.
+It is independent of the diagnosis, which solves for complex harmonics from tables of effects: it has mass, damping and
+stiffness of a finer mesh, forces along x and y, and time integration of nonlinear and time-varying forces. Positions
+are relative to the line of the unloaded shaft; `Plant.rest` is the static position under weight.
 """
 
 from dataclasses import dataclass, field
@@ -11,9 +11,9 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError
 
-STEPS = 128  # of a revolution in time integration: harmonics up to 5 are then right to better than 1e-3 of the effect
-MOST_REVOLUTIONS = 60  # integrated until the motion repeats
-REPEATS = 1e-7  # relative change from one revolution to the next at which it does
+STEPS = 128  # per revolution in time integration: harmonics up to 5 are then accurate to 1e-3 of the effect
+MOST_REVOLUTIONS = 60  # integrated at most to find the periodic motion
+REPEATS = 1e-7  # convergence tolerance: relative change from one revolution to the next
 
 
 @dataclass
@@ -23,9 +23,9 @@ class Plant:
     speed     : (speed,) rad/s
     mass, damping, stiffness : (speed, 2 dof, 2 dof)
     forces    : n >= 0 -> (speed, 2 dof) complex
-    stiffness_of_harmonic : functions n -> (2 dof, 2 dof) complex, which exist in frequency only
+    stiffness_of_harmonic : functions n -> (2 dof, 2 dof) complex, defined in frequency only
     moving    : functions (angle, middle of the step, position (speed, 2 dof), velocity) -> force (speed, 2 dof)
-    structure : of the mesh;  place : node of the nominal mesh -> node of this one
+    structure : of the mesh;  place : node of the nominal mesh -> node of this mesh
     """
 
     speed: np.ndarray
@@ -42,9 +42,11 @@ class Plant:
 
     @property
     def dof(self):
+        """Number of degrees of freedom in one direction."""
         return len(self.structure.dofs)
 
     def index(self, node, motion="translation"):
+        """Position of a coordinate of a nominal node among the degrees of freedom of one direction."""
         return self.structure.index(self.place(node), motion)
 
     def push(self, shape, harmonic, amplitude):
@@ -61,7 +63,7 @@ class Plant:
         self.forces[n] = self.forces.get(n, 0) + force
 
     def couple(self, target, matrix, xx=0.0, yy=0.0, xy=0.0, yx=0.0):
-        """Add matrix (dof, dof) to blocks of damping or stiffness; each factor a number or (speed,)."""
+        """Add matrix (dof, dof) times a factor, a number or (speed,), to blocks of damping or stiffness."""
         n, block = self.dof, np.asarray(matrix)
         for row, column, factor in ((0, 0, xx), (n, n, yy), (0, n, xy), (n, 0, yx)):
             if np.any(factor):
@@ -76,9 +78,10 @@ class Plant:
 
 
 def build_plant(structure, nominal, place, speed):
-    """The rotor without anything on it but its weight.
+    """The bare rotor under its weight, a Plant.
 
-    structure : Structure of the mesh;  nominal : of the mesh that the diagnosis is given;  place : nominal node -> node
+    structure : Structure of the mesh;  nominal : Structure that the diagnosis is given;  place : nominal node -> node
+    speed     : (speed,) rad/s
     """
     speed = np.asarray(speed, float)
     zero = np.zeros_like(structure.mass)
@@ -92,12 +95,12 @@ def build_plant(structure, nominal, place, speed):
 
 
 def settle(plant):
-    """Note where the machine hangs at rest; called when its supports stand and before anything else acts."""
+    """Set `plant.rest`, the static position (m); call it after adding bearings and before any other effect."""
     plant.rest = np.linalg.solve(plant.stiffness[0], plant.forces[0][0].real)
 
 
 def state_matrix(plant):
-    """(speed, 4 dof, 4 dof) of positions and velocities."""
+    """State matrix (speed, 4 dof, 4 dof) of positions and velocities."""
     size = plant.mass.shape[-1]
     lower = -np.linalg.solve(plant.mass, np.concatenate([plant.stiffness, plant.damping], axis=-1))
     upper = np.concatenate([np.zeros((size, size)), np.eye(size)], axis=-1)
@@ -110,16 +113,16 @@ def growth(plant):
 
 
 def critical_speeds(plant):
-    """(mode,) rad/s of the machine that does not turn, without damping."""
+    """(mode,) undamped natural frequencies at standstill, rad/s."""
     size = plant.dof
     stiffness, mass = plant.stiffness[0][:size, :size], plant.mass[0][:size, :size]
     return np.sqrt(np.sort(np.abs(np.linalg.eigvals(np.linalg.solve(mass, stiffness)))))
 
 
 def steady_motion(plant, harmonics):
-    """Harmonics of z = x + j y from where the machine hangs: (speed, harmonic, dof) complex.
+    """Harmonics of z = x + j y relative to the static position: (speed, harmonic, dof) complex, m.
 
-    raises : RotorstudyError if the motion does not repeat from one revolution to the next
+    raises : RotorstudyError if the machine is unstable or finds no periodic motion
     """
     if growth(plant).max() >= 0:
         raise RotorstudyError("the machine is unstable at one of the speeds")
@@ -151,11 +154,10 @@ def _forced(plant, n):
 
 
 def _march(plant, linear):
-    """(step, speed, dof) complex motion that the moving forces add over one revolution, once it repeats.
+    """(step, speed, dof) complex periodic motion that the moving forces add over one revolution.
 
-    The linear part is stepped exactly, the moving force taken as linear between steps. The start of a
-    revolution is corrected by what the linear machine would need to close it, with Anderson acceleration from the
-    earlier ones.
+    The linear part is integrated exactly, with forces interpolated linearly between steps. The initial state is
+    corrected by the periodicity condition of the linear machine, with Anderson acceleration.
     """
     from scipy.linalg import expm
 
@@ -207,7 +209,7 @@ def _march(plant, linear):
 
 
 def _next_start(starts, gaps, scale):
-    """Anderson's next guess (speed, state), of each speed by itself."""
+    """Next initial state (speed, state) by Anderson acceleration, for each speed separately."""
     new = starts[-1] + gaps[-1]
     if len(starts) == 1:
         return new

@@ -1,4 +1,4 @@
-"""What the probes of a blind machine show, and the spectrum measured from it."""
+"""Probe signals of a blind test, and the spectrum measured from them."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ CARRIED = np.arange(-12, 13)  # harmonics of the motion that a record holds
 
 
 def observe(setting, acting):
-    """(speed, sensor, time) complex signals without noise; acting : [(name, values, place and options)]."""
+    """(speed, sensor, time) complex signals without noise, m; acting : [(name, values, place and options)]."""
     sensors, speeds = setting.nominal.sensors, setting.speeds
     acting = [(ACTS[name], name, values, where) for name, values, where in acting]
     for act, name, values, _ in acting:
@@ -39,19 +39,19 @@ def observe(setting, acting):
 
 
 def harmonics_of(signals, harmonics, config):
-    """(speed, sensor, harmonic) of signals that hold whole revolutions."""
+    """(speed, sensor, harmonic) of signals (speed, sensor, time) over whole revolutions."""
     lines = np.fft.fft(signals, axis=-1) / signals.shape[-1]
     return lines[..., np.asarray(harmonics) * config.revolutions]
 
 
 def colouring(colour, harmonics, samples):
-    """(harmonic,) size of noise whose samples are correlated by `colour`, over that of white noise."""
+    """(harmonic,) standard deviation of noise with lag-one autocorrelation `colour`, relative to white noise."""
     angle = 2 * np.pi * harmonics / samples
     return np.sqrt(1 - colour**2) / np.abs(1 - colour * np.exp(-1j * angle))
 
 
 def measure(config, setting, signals, level, colour, generator):
-    """Records with noise, and the spectrum estimated from them as from any measured record."""
+    """Records with noise, and the Spectrum estimated from them as from any measured record."""
     from scipy.signal import lfilter
 
     samples = signals.shape[-1]

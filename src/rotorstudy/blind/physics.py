@@ -1,8 +1,9 @@
-"""What each effect does to the machine, from its physics and not from the tables of the plugin library.
+"""Effects on the machine, derived from their physics and not from the tables of the plugin library.
 
-Each is a function(plant, values, where), named as the effect of the plugin library; the last three are foreign to it
-(see `acts`). values : by parameter name, SI, complex where they have a direction;  where : place and shape
-Hysteretic damping has no form in time: its loss is put on each harmonic, as in the library.
+Each is a function(plant, values, where) that adds forces, damping or stiffness to a Plant, named as the effect of the
+plugin library; the last three are foreign to it (see `acts`).
+values : by parameter name, SI, complex where they have a direction;  where : place and shape
+Hysteretic damping has no form in time: its loss is applied to each harmonic, as in the library.
 """
 
 import numpy as np
@@ -22,6 +23,7 @@ def _here(plant, where, motion="translation"):
 
 
 def unbalance(plant, values, where):
+    """Rotating force m e w^2 of an `eccentricity`, complex, m."""
     node = _node(where, plant)
     i = plant.nominal.index(node)
     mass = where.get("mass_kg", plant.nominal.mass[i, i])  # the eccentricity is stated for the mass of the rig file
@@ -29,10 +31,12 @@ def unbalance(plant, values, where):
 
 
 def couple_unbalance(plant, values, where):
+    """Rotating moment of a `couple_unbalance`, complex, kg m^2."""
     plant.push(_here(plant, where, "tilt"), 1, values["couple_unbalance"] * plant.speed**2)
 
 
 def bow(plant, values, where):
+    """Shaft bow, complex, m at its node: the elastic force of the bowed line at 1X."""
     structure, here = plant.structure, _here(plant, where)
     ends = [] if structure.is_supported else [structure.index(n) for n in (structure.nodes[0], structure.nodes[-1])]
     free = np.setdiff1d(np.arange(plant.dof), ends)
@@ -43,11 +47,13 @@ def bow(plant, values, where):
 
 
 def angular_misalignment(plant, values, where):
+    """Moments at multiples of the spin speed, complex, N m."""
     for name, value in values.items():
         plant.push(_here(plant, where, "tilt"), _order(name), value)
 
 
 def parallel_misalignment(plant, values, where):
+    """Forces at multiples of the spin speed, complex, N."""
     for name, value in values.items():
         plant.push(_here(plant, where), _order(name), value)
 
@@ -57,12 +63,14 @@ def _order(name):
 
 
 def base_motion(plant, values, where):
+    """Acceleration of the base at one harmonic of the spin speed, displacement complex, m."""
     n, (value,) = where["harmonic"], values.values()
     along = np.array([float(motion == "translation") for _, motion in plant.structure.dofs])
     plant.push(plant.structure.mass @ along, n, value * (n * plant.speed) ** 2)
 
 
 def static_preload(plant, values, where):
+    """Constant force, complex, N."""
     plant.push(_here(plant, where), 0, values["static_preload"])
 
 
@@ -72,15 +80,18 @@ def gravity_direction(plant, values, where):
 
 
 def external_damping(plant, values, where):
+    """Dashpot to ground, N s/m."""
     c = values["external_damping"]
     plant.couple(plant.damping, plant.point(_node(where, plant)), xx=c, yy=c)
 
 
 def internal_damping(plant, values, where):
+    """Damping of the shaft's motion in rotating axes at one node, N s/m."""
     _rotating_damping(plant, plant.point(_node(where, plant)), values["internal_damping"])
 
 
 def shaft_damping(plant, values, where):
+    """Internal damping proportional to the shaft's stiffness, s."""
     _rotating_damping(plant, plant.structure.stiffness, values["shaft_damping"])
 
 
@@ -91,6 +102,7 @@ def _rotating_damping(plant, matrix, c):
 
 
 def hysteretic_damping(plant, values, where):
+    """Internal damping with a loss factor, independent of frequency."""
     shaft, zero = plant.structure.stiffness, np.zeros_like(plant.structure.stiffness)
     to_whirl = np.block([[np.eye(plant.dof), 1j * np.eye(plant.dof)], [np.eye(plant.dof), -1j * np.eye(plant.dof)]])
 
@@ -104,39 +116,44 @@ def hysteretic_damping(plant, values, where):
 
 
 def cross_coupling(plant, values, where):
+    """Skew-symmetric stiffness at a node, N/m."""
     k = values["cross_coupling"]
     plant.couple(plant.stiffness, plant.point(_node(where, plant)), xy=k, yx=-k)
 
 
 def stiffness_error(plant, values, where):
+    """Relative error of the shaft's stiffness."""
     share = values["stiffness_error"]
     plant.couple(plant.stiffness, plant.structure.stiffness, xx=share, yy=share)
 
 
 def support_stiffness(plant, values, where):
+    """Isotropic spring to ground, N/m."""
     k = values["support_stiffness"]
     plant.couple(plant.stiffness, plant.point(_node(where, plant)), xx=k, yy=k)
 
 
 def support_anisotropy(plant, values, where):
+    """Difference of stiffness between two fixed directions at a node, complex, N/m."""
     k, angle = np.abs(values["support_anisotropy"]), np.angle(values["support_anisotropy"])
     here, c, s = plant.point(_node(where, plant)), k * np.cos(angle), k * np.sin(angle)
     plant.couple(plant.stiffness, here, xx=c, yy=-c, xy=s, yx=s)
 
 
 def added_mass(plant, values, where):
-    """Inertia alone, as the library defines it: that the mass also weighs is left out."""
+    """Inertia only, as the library defines it; the added weight is left out."""
     m = values["added_mass"]
     plant.couple(plant.mass, plant.point(_node(where, plant)), xx=m, yy=m)
 
 
 def gyroscopic_error(plant, values, where):
+    """Relative error of the gyroscopic moments."""
     share = values["gyroscopic_error"] * plant.speed
     plant.couple(plant.damping, plant.structure.gyroscopic, xy=share, yx=-share)
 
 
 def shaft_asymmetry(plant, values, where):
-    """K along one direction of the rotating shaft by the share stiffer, across it softer."""
+    """Shaft that is stiffer along one rotating axis and softer across it."""
     share, axis = np.abs(values["shaft_asymmetry"]), np.angle(values["shaft_asymmetry"]) / 2
     size, stiffness = plant.dof, plant.structure.stiffness
 
@@ -149,33 +166,36 @@ def shaft_asymmetry(plant, values, where):
 
 
 def _lost_stiffness(plant, values, where):
-    """(dof, dof) that a crack takes away while open; an element of the nominal mesh is several of this one."""
+    """(dof, dof) stiffness lost while the crack is open; a nominal element is several elements of this mesh."""
     element = where.get("element")
     places = [{}] if element is None else [{"element": e} for e in plant.place(element, element=True)]
     return sum(values[name] * pattern for p in places
                for name, (pattern, _, _) in plant.structure.stiffness_loss_at(**p).items())  # fmt: skip
 
 
-def _is_open(angle):
+def _breathing_function(angle):
+    """Of a switching crack: open while its edge points down."""
     return np.cos(angle) > 0
 
 
 def breathing_crack(plant, values, where):
+    """Crack that opens and closes with the shaft angle, acting on the full motion."""
     lost, size = _lost_stiffness(plant, values, where), plant.dof
 
     def force(angle, middle, position, velocity):
         c, s = np.cos(angle), np.sin(angle)
-        along = _is_open(middle) * (c * position[:, :size] + s * position[:, size:]) @ lost
+        along = _breathing_function(middle) * (c * position[:, :size] + s * position[:, size:]) @ lost
         return np.concatenate([c * along, s * along], axis=1)
 
     plant.moving.append(force)
 
 
 def breathing_crack_weight(plant, values, where):
+    """Breathing crack under weight dominance, acting on the static deflection alone."""
     lost, size = _lost_stiffness(plant, values, where), plant.dof
-    angle = 2 * np.pi * (np.arange(CRACK_ANGLES) + 0.5) / CRACK_ANGLES  # between the instants of opening and shutting
+    angle = 2 * np.pi * (np.arange(CRACK_ANGLES) + 0.5) / CRACK_ANGLES  # none at an instant of opening or closing
     along = np.outer(np.cos(angle), plant.rest[:size]) + np.outer(np.sin(angle), plant.rest[size:])
-    force = (_is_open(angle) * np.exp(1j * angle))[:, None] * (along @ lost)
+    force = (_breathing_function(angle) * np.exp(1j * angle))[:, None] * (along @ lost)
     for n in range(-CRACK_HARMONICS, CRACK_HARMONICS + 1):
         amplitude = np.mean(np.exp(-1j * n * angle)[:, None] * force, axis=0)
         for part, factor in ((amplitude.real, 1), (amplitude.imag, 1j)):
@@ -183,7 +203,7 @@ def breathing_crack_weight(plant, values, where):
 
 
 def _local(plant, where, force):
-    """Add a force of the motion of one node: force(x, y, x', y') (speed,) -> its x and y."""
+    """Add a force that depends on the motion of one node: force(x, y, x', y'), each (speed,) -> its x and y."""
     i, j = plant.index(_node(where, plant)), plant.index(_node(where, plant)) + plant.dof
 
     def moving(angle, middle, position, velocity):
@@ -196,6 +216,7 @@ def _local(plant, where, force):
 
 
 def rub(plant, values, where):
+    """Contact with a ring around the rest position, with friction; stiffness in N/m beyond the clearance."""
     clearance, friction, k = where["clearance_m"], where["friction_ratio"], values["rub_stiffness"]
 
     def force(x, y, vx, vy):
@@ -208,6 +229,7 @@ def rub(plant, values, where):
 
 
 def looseness(plant, values, where):
+    """Support that loses stiffness, N/m, once the journal lifts off."""
     k = values["stiffness_lost_in_lift"]
 
     def force(x, y, vx, vy):
@@ -217,6 +239,7 @@ def looseness(plant, values, where):
 
 
 def cubic_stiffness(plant, values, where):
+    """Isotropic cubic spring to ground, N/m^3."""
     k = values["cubic_stiffness"]
     _local(plant, where, lambda x, y, vx, vy: (-k * (x**2 + y**2) * x, -k * (x**2 + y**2) * y))
 
@@ -231,7 +254,7 @@ def bearing(plant, values, where):
 
 
 def coulomb_friction(plant, values, where):
-    """Dry friction of one strength whatever the velocity."""
+    """Dry friction: a force of constant size against the velocity."""
     slow = where["smooth_m_per_s"]
 
     def force(x, y, vx, vy):
@@ -242,6 +265,7 @@ def coulomb_friction(plant, values, where):
 
 
 def quadratic_damping(plant, values, where):
+    """Drag against the velocity, proportional to its square, N s^2/m^2."""
     c = values["drag_N_s2_per_m2"]
 
     def force(x, y, vx, vy):
@@ -251,7 +275,7 @@ def quadratic_damping(plant, values, where):
 
 
 def gear_mesh(plant, values, where):
-    """A force that keeps to one direction, at four times the speed: a pinion of four teeth."""
+    """A force of fixed direction at four times the spin speed: a pinion of four teeth."""
     force, direction = values["mesh_force_N"], where["direction_rad"]
     for n, phase in ((4, where["phase_rad"]), (-4, -where["phase_rad"])):
         plant.push(_here(plant, where), n, force / 2 * np.exp(1j * (direction + phase)))

@@ -1,4 +1,4 @@
-"""The measurement of a case as files, in the format any user brings."""
+"""The measurement of a case as files in the format of measured records."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from rotorstudy.store import dataset, save, write_text
 
 
 def write_records(case, folder):
-    """Write rig.yaml and one NetCDF record a speed to a folder; returns the paths of the records."""
+    """Write rig.yaml and one NetCDF record per speed to a folder (Path); returns the paths of the records."""
     import yaml
 
     rig = {**case.rig, "measurement": {"harmonics": [int(n) for n in case.spectrum.harmonics]}}

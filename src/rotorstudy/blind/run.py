@@ -1,4 +1,4 @@
-"""A whole blind test: hide, seal, diagnose, open, score."""
+"""A complete blind test: hide, seal, diagnose, reveal, score."""
 
 import json
 from concurrent.futures import ProcessPoolExecutor
@@ -18,7 +18,7 @@ from rotorstudy.store import provenance, save, write_text
 
 
 def diagnosed(spectrum, model, stated):
-    """What the package's own diagnosis answers: verdict, and its predictions on the speeds it held out."""
+    """Verdict of the package's own diagnosis, and its predictions at the held-out speeds."""
     from rotorstudy.diagnosis import investigate
     from rotorstudy.response.measured import measured_response
 
@@ -34,12 +34,12 @@ def diagnosed(spectrum, model, stated):
 
 
 def run_blind(config, out, *, cases=None, seed=None, cores=1, answer=diagnosed):
-    """Run blind tests and write everything but the pictures to a folder.
+    """Run blind tests and write everything except the figures to a folder.
 
-    config : BlindConfig;  cases, seed : instead of the configuration's
+    config : BlindConfig;  cases, seed : override those of the configuration
     answer : function(spectrum, model, stated) -> verdict dict, held-out predictions or None
     returns: Dataset of `summary.summary`, list of Criterion, DataFrame of cases
-    The result depends on configuration and seed alone, not on the cores (times apart).
+    Apart from times the result depends on configuration and seed alone, not on the number of cores.
     """
     cases, seed = config.cases if cases is None else cases, config.seed if seed is None else seed
     if cases < 1 or seed < 0 or cores < 1:
@@ -74,7 +74,7 @@ def run_blind(config, out, *, cases=None, seed=None, cores=1, answer=diagnosed):
 
 
 def _answer(answer, shown):
-    """Verdict, held-out predictions and time; an error of the diagnosis is an answer too, a wrong one."""
+    """Verdict, held-out predictions and time; an error of the diagnosis counts as a wrong answer."""
     spectrum, rig, stated = shown
     start = perf_counter()
     try:

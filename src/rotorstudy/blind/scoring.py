@@ -1,4 +1,4 @@
-"""Verdicts against truths: what was found, how surely, how often wrongly, with the bounds that so many cases allow."""
+"""Comparison of verdicts with the truth: right and wrong causes, calibration, coverage, with 95 % bounds."""
 
 import numpy as np
 
@@ -18,7 +18,7 @@ def share_bounds(found: int, of: int) -> tuple[float, float]:
 
 
 def is_chain(effect: str) -> bool:
-    """Whether an effect belongs to the measuring chain: it acts on the output, or on the label of the speed."""
+    """Whether an effect belongs to the measuring chain: it acts on the output or on the speed label."""
     if effect in ACTS:
         return ACTS[effect].on != "rotor"
     plugin = registry().plugins["effect"].get(effect)
@@ -43,7 +43,7 @@ def stated_set(verdict):
 
 
 def score_case(truth, answer):
-    """One row: what was hidden, what was answered, what is right about it.
+    """One row: what was hidden, what was answered, and what is right about the answer.
 
     answer : {"verdict": dict, "held_out": None or {"speed", "before", "after"} predicted harmonics, "seconds": s}
     """
@@ -119,7 +119,7 @@ def score(truths, answers):
 
 
 def calibration(probability, right):
-    """Stated posterior probabilities against how often they are right.
+    """Calibration of the stated posterior probabilities.
 
     Parameters
     ----------
@@ -141,9 +141,11 @@ def calibration(probability, right):
 
 
 def found_half(rows):
-    """Size at which half the cases are right, with 95 % bounds by likelihood, of a logistic curve over log size.
+    """Change over noise at which half of the effects are found, by logistic regression on log size.
 
-    The steepness is fitted to all cases; a share of 2 % of wrong answers at any size keeps single ones from ruling.
+    All effects share one steepness; a lapse rate of 2 % limits the influence of single cases.
+    rows    : DataFrame of `score`
+    returns : effects (family,), and (family, 3) size with its 95 % likelihood bounds
     """
     from scipy.stats import chi2
 

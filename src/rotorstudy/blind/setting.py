@@ -1,7 +1,7 @@
-"""The machine behind a blind measurement before anything is hidden in it, drawn around the nominal rig.
+"""The machine of a blind test before anything is hidden in it, drawn around the nominal rig.
 
-The rig file that goes to the diagnosis holds the nominal values; the machine has others, a finer mesh, and a measuring
-chain that is a little off.
+The diagnosis is given the nominal rig; the machine has other parameter values, a finer mesh and a measuring chain with
+small errors.
 """
 
 import itertools
@@ -18,17 +18,17 @@ from rotorstudy.model.model import Model
 from rotorstudy.model.rig import build_model, make_term
 
 RANGE_OF_SPEEDS = (0.35, 1.7)  # of the first critical speed
-KEEP_OFF = 0.04  # relative distance of any speed from a resonance of 1X, 2X or 3X
-NEAR = (0.05, 0.14)  # relative distance from the first critical speed of the one speed that is near
+KEEP_OFF = 0.04  # smallest relative distance of any speed from a resonance of 1X, 2X or 3X
+NEAR = (0.05, 0.14)  # relative distance of the one near-critical speed from the first critical speed
 
 
 @dataclass(frozen=True)
 class Setting:
-    """The machine and its measurement without what is hidden.
+    """The machine and its measurement without the hidden effects.
 
     nominal  : Model of the rig file;  structure, place : of the mesh of the machine
     bearings, effects : [(name, values, place)] of the base
-    speeds   : (speed,) rad/s;  gains : (sensor, 2) common and differing error of the probes' gains
+    speeds   : (speed,) rad/s;  gains : (sensor, 2) error and mismatch of the probe gains
     mark     : rad, error of the phase mark;  angle : (time,) rad, of the shaft at each sample
     """
 
@@ -49,7 +49,7 @@ class Setting:
 
 
 def draw_setting(config, rig, generator):
-    """The machine behind a rig: base parameters around the nominal ones, speeds, errors of the chain."""
+    """Draw the Setting of a rig dict: base parameters around the nominal ones, speeds, measuring-chain errors."""
     nominal = build_model(rig)
     structure, place = _machine(rig, config.mesh_factor)
     bearings, effects = [], []
@@ -74,7 +74,7 @@ def draw_setting(config, rig, generator):
 
 
 def _machine(rig, factor):
-    """Structure of the machine, and the node or elements of its mesh that one of the rig file stands for."""
+    """Structure of the machine, and the map from a nominal node or element to its mesh."""
     rotor = deepcopy(rig["rotor"])
     if "elements" not in rotor:
         return build_model({"rotor": rotor}).structure, lambda n, element=False: [n] if element else n
@@ -92,7 +92,7 @@ def _machine(rig, factor):
 
 
 def _around(value, share, generator):
-    """A base value drawn around its nominal one, with the stated standard deviation; it never changes its sign."""
+    """A base value drawn around its nominal value, with the stated standard deviation; it keeps its sign."""
     off = np.clip(generator.normal(size=2), -2.5, 2.5) * share * abs(value)
     return value + off[0] + (1j * off[1] if isinstance(value, complex) else 0)
 

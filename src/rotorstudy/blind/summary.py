@@ -26,7 +26,7 @@ CRITERION_TEXTS = {"what": "quantity", "kind": "share, coverage, calibration or 
 
 
 def summary(rows, criteria):
-    """Everything as a Dataset; rows : DataFrame of `scoring.score`;  criteria : list of Criterion."""
+    """All results as a Dataset; rows : DataFrame of `scoring.score`;  criteria : list of Criterion."""
     single = (rows.known & (rows.kind != "two")).to_numpy(bool)
     naming = (rows.states_causes & (rows.kind != "two")).to_numpy(bool)
     right = rows.right.to_numpy(bool)
@@ -56,7 +56,7 @@ def summary(rows, criteria):
         "calibration_error": ((), error, "1", "expected calibration error"),
     }
     truths, answers, matrix = confusion(rows)
-    variables["confusion"] = (("truth", "answer"), matrix, "1", "cases of a truth that were answered so")
+    variables["confusion"] = (("truth", "answer"), matrix, "1", "cases by truth and answer")
     variables["accepted"] = (
         ("truth", "answer"),
         confounders_of(truths, answers),
@@ -68,7 +68,7 @@ def summary(rows, criteria):
         variables[name] = (("family",), half[:, i], "1", "change over noise at which half the effects are found")
     for name, unit, long_name in (
         ("size", "1", "change over noise, of the smaller effect if two"),
-        ("beyond", "1", "the same of what base parameters and calibration cannot take over"),
+        ("beyond", "1", "the part of it that base parameters and calibration cannot absorb"),
         ("noise_percent", "percent", "noise of a harmonic over the rms vibration"),
         ("posterior_probability", "1", "posterior probability of the first cause"),
         ("gain", "1", "error on held-out speeds after over before, against the signal without noise"),
@@ -106,14 +106,14 @@ def summary(rows, criteria):
 
 
 def share_over_size(rows, chosen, right):
-    """found, of (bin,) of rows by size."""
+    """Right cases and all cases (bin,) among the chosen rows, by size; chosen, right : (case,) bool."""
     place = np.digitize(rows["size"], SIZE_EDGES[1:-1])
     of = np.bincount(place[chosen], minlength=len(SIZE_EDGES) - 1)
     return np.bincount(place[chosen & right], minlength=len(SIZE_EDGES) - 1), of
 
 
 def confusion(rows):
-    """Truths, answers, and counts (truth, answer) of cases with at most one effect; twos and foreign are not in it."""
+    """Truths, answers, and counts (truth, answer); cases with two effects and foreign physics are left out."""
     seen = rows[rows.kind.isin(["clean", "single", "chain"])]
     one = seen.answer.where(seen.named < 2, "two causes")
     truths = sorted(seen.truth.unique(), key=lambda name: (name != "clean", is_chain(name), name))
@@ -125,7 +125,7 @@ def confusion(rows):
 
 
 def confounders_of(truths, answers):
-    """(truth, answer) 1 where the answer is right, 2 where it is a declared confounder, else 0."""
+    """(truth, answer): 1 where the answer is right, 2 where it is a declared confounder, else 0."""
     zoo = registry().plugins["effect"]
     found = np.zeros((len(truths), len(answers)), int)
     for i, t in enumerate(truths):

@@ -34,7 +34,7 @@ def _percent(share):
 
 
 def curves(data):
-    """Completeness and reliability over effect size."""
+    """Completeness and reliability over the change by the effect."""
     picture, axes = figure(1, 1, height=2.8, width=4.2)
     axes = axes[0, 0]
     for i, name in enumerate(("completeness", "reliability")):
@@ -95,7 +95,7 @@ def calibration(data):
     right = part.share_right.values
     error = np.abs([right - part.share_right_low.values, part.share_right_high.values - right])
     axes.plot([0, 1], [0, 1], color="0.5", linewidth=0.8, linestyle=":", label="calibrated")
-    axes.errorbar(part.stated_probability, right, error, fmt="-o", color=COLOURS[0], capsize=2, label="reached")
+    axes.errorbar(part.stated_probability, right, error, fmt="-o", color=COLOURS[0], capsize=2, label="observed")
     for x, y, n in zip(part.stated_probability.values, right, part.probability_cases.values, strict=True):
         axes.annotate(int(n), (x, y), textcoords="offset points", xytext=(-4, -9), fontsize=6, ha="right")
     axes.set(xlim=(0, 1.03), ylim=(0, 1.03), ylabel="share that is true")
@@ -122,14 +122,14 @@ def coverage(data):
 
 
 def detection_limits(data):
-    """Size at which half the effects of a family are found."""
+    """Change over noise at which half the effects of a kind are found."""
     families = data.family.values
     picture, axes = figure(1, 1, height=0.17 * len(families) + 1.0, width=4.4)
     axes = axes[0, 0]
     order = np.argsort(data.found_half.values)
     half, low, high = (data[f"found_half{end}"].values[order] for end in ("", "_low", "_high"))
     axes.hlines(np.arange(len(half)), low, high, color=COLOURS[0])
-    seen = (half > low) & (half < high)  # all found, or none, gives a bound and no estimate
+    seen = (half > low) & (half < high)  # all found, or none: a bound and no estimate
     axes.plot(half[seen], np.flatnonzero(seen), "o", color=COLOURS[0])
     axes.axvline(LARGE, color="0.5", linewidth=0.8, linestyle=":")
     axes.set_yticks(range(len(half)), [str(f).replace("_", " ") for f in families[order]])
@@ -157,6 +157,6 @@ def gain(data):
     axes.set(xscale="log", ylim=(0, 1), xlabel="error on held-out speeds, after over before", ylabel="share of cases")
     axes.legend(loc="lower right", fontsize=6)
     found = data.sel(criterion="gain")
-    left = f"{float(found.criterion_reached):.2g} of the error in the median" if found.criterion_cases else "no case"
-    picture.suptitle(f"What the extended model leaves: {left}", fontsize=8)
+    left = f"median ratio {float(found.criterion_reached):.2g}" if found.criterion_cases else "no case"
+    picture.suptitle(f"Error of the extended over that of the base model: {left}", fontsize=8)
     return picture

@@ -1,47 +1,33 @@
-"""The pages of a blind test: which acceptance criteria are reached, and which cases went wrong."""
+"""The pages of a blind test: acceptance criteria, and cases with a wrong answer."""
 
 from pathlib import Path
 
 from rotorstudy.blind.criteria import LARGE, statement, table, tally
 from rotorstudy.presentation.blind_figures import blind_figures
+from rotorstudy.presentation.captions import BLIND_FIGURES
 from rotorstudy.presentation.pages import inline_png, render
 from rotorstudy.presentation.plots import save_figure
 from rotorstudy.presentation.tables import cells, write_csv, write_html
 from rotorstudy.store import write_text
 
 MARKS = {"reached": "good", "not reached": "bad", "undecided": "doubtful"}
-CAPTIONS = {
-    "curves": "Completeness: share of hidden effects whose cause and place are found. Reliability: share of the named "
-    "causes that are true. Vertical bars are 95 % bounds; dotted: 95 %, and three times the noise.",
-    "confusion": "A row for each hidden effect, a column for each answer; cases with at most one effect, of any size. "
-    "Solid boxes are right, dashed ones are confounders that the effect declares. What is far below the noise may "
-    "rightly be answered 'nothing'.",
-    "calibration": "Share of the causes named first that are true, over their stated posterior probability. On the "
-    "dotted line the probabilities are calibrated, above it they are too low, below it too high. Labels count cases.",
-    "coverage": "Shares with 95 % bounds; dotted: 95 %. The stated set of causes is what a verdict names, alone or as "
-    "not ruled out.",
-    "detection_limits": "Change over noise at which half of the effects of a kind are found. A line without a point is "
-    "a bound only: all were found, or none. Dotted: three times the noise.",
-    "gain": "Error of the extended model over that of the base model on speeds that no fit has seen, for effects of "
-    "three times the noise and more. Dotted: a tenth; right of the solid line the extension makes it worse.",
-}
 NOTES = (
     "Change over noise: the change of the measured harmonics by the effect over their noise, both rms. Beyond the base "
-    "counts only the part that base parameters and calibration cannot take over.",
+    "counts only the part that base parameters and calibration cannot absorb.",
     "low and high are 95 % bounds: of Clopper and Pearson for shares, by order statistics for medians, by bootstrap "
-    "over the cases for the calibration error. A criterion is reached, or not reached, if both bounds lie on that "
-    "side; otherwise it is undecided.",
-    "An answer is right if it names the cause and its place, or if it is ambiguous and its set of causes holds them.",
+    "over the cases for the calibration error. A criterion is reached, or not reached, if the whole range "
+    "between the bounds is; otherwise it is undecided.",
+    "An answer is right if it names the cause and its place, or if it is ambiguous and its set contains them.",
     "Foreign effects are physics that the library lacks, or one of its effects left out of it. A confounder is "
     "declared by a plugin, or for foreign physics by the blind test.",
     "Errors on held-out speeds count against the signal without noise, which only a blind test knows. Against the "
     "measurement they cannot fall below its noise.",
 )
-OPENING = {  # key of a criterion -> how its count is said
+OPENING = {  # key of a criterion -> its count in words
     "clean_called_clean": "{count} clean records were called clean",
     "right_large": "the cause and its place were right in {count} cases whose effect changes the harmonics by three "
     "times their noise or more",
-    "chain_not_rotor": "{count} errors of the measuring chain were not mistaken for an effect on the rotor",
+    "chain_not_rotor": "{count} errors of the measuring chain were not mistaken for effects on the rotor",
 }
 
 
@@ -69,14 +55,14 @@ def write_pages(data, criteria, rows, folder):
     )
     figures = [
         (name.replace("_", " ").capitalize(), inline_png(folder / "figures" / f"{name}.png"), caption)
-        for name, caption in CAPTIONS.items()
+        for name, caption in BLIND_FIGURES.items()
     ]
     write_text(folder / "criteria.html", criteria_page(criteria, source, figures))
     _write_cases(cases, source, folder)
 
 
 def opening(criteria):
-    """Sentences that say what was reached: the count of criteria by status, and the main counts with their bounds."""
+    """Opening sentences: the number of criteria by status, and the main counts with their bounds."""
     known = {c.key: c for c in criteria if c.cases}
     said = [
         text.format(count=f"{c.found} of {c.cases} ({100 * c.low:.0f} to {100 * c.high:.0f} %)")
@@ -106,7 +92,7 @@ def criteria_page(criteria, source, figures):
 
 
 def _write_cases(cases, source, folder):
-    """The page of the cases that went wrong, the largest effects first."""
+    """The page of the cases with a wrong answer, the largest effects first."""
     foreign = (cases.kind == "foreign") & (cases["size"] >= LARGE) & (cases.verdict != "unknown") & ~cases.confounder
     wrong = cases.known & ~cases.right | (cases.kind == "clean") & (cases.verdict != "nothing") | foreign
     shown = cases[wrong].sort_values("size", ascending=False)
@@ -114,7 +100,7 @@ def _write_cases(cases, source, folder):
         ["case", "kind", "rig", "noise_percent", "size", "truth", "verdict", "answer", "posterior_probability"]
     ]
     by_rig = cases.groupby("rig").seconds.agg(["count", "mean", "max"]).reset_index()
-    note = f"{len(shown)} of {len(cases)} cases went wrong, the largest effects first. Size is the change of the "
-    note += "harmonics over their noise; an effect below one can hardly be detected."
-    write_html(folder / "cases.html", "Blind tests: cases that went wrong", [note, source],
+    note = f"{len(shown)} of {len(cases)} cases have a wrong answer, the largest effects first. Size is the change of "
+    note += "the harmonics over their noise; an effect below 1 can hardly be detected."
+    write_html(folder / "cases.html", "Blind tests: cases with a wrong answer", [note, source],
                {"Cases": shown, "Duration of a diagnosis (s)": by_rig}, 3)  # fmt: skip

@@ -4,11 +4,10 @@ import numpy as np
 
 from rotorstudy.model.cracks import SERIES_ORDER
 from rotorstudy.model.registry import registry
-from rotorstudy.presentation import estimate_figures, whirl_figures
 from rotorstudy.presentation.plots import COLOURS, MARKERS, figure
 from rotorstudy.presentation.spectrum_figures import full_spectra, time_and_orbit
+from rotorstudy.presentation.study_figures import study_figures
 from rotorstudy.store import as_complex
-from rotorstudy.studies.common import parameter_units
 from rotorstudy.studies.config import file_name
 from rotorstudy.thesis.chapter_2 import COMPENSATION, MODELS, PARAMETERS, printed_case
 from rotorstudy.thesis.scoreboard import published
@@ -25,12 +24,14 @@ def breathing_function(crack, speed):
     """Figure 2.4: the breathing function of a crack and its series, over two revolutions; crack : Crack plugin."""
     picture, axes = figure()
     time = np.linspace(0, 4 * np.pi / speed, 2000)
-    axes[0, 0].plot(time * 1e3, crack.function(speed * time), label="sudden opening")
+    axes[0, 0].plot(time * 1e3, crack.function(speed * time), label="switching crack")
     for order, style in ((7, "--"), (SERIES_ORDER, ":")):
         series = sum(s * np.exp(1j * k * speed * time) for k, s in crack.series(order).items()).real
         axes[0, 0].plot(time * 1e3, series, style, label=f"series to order {order}")
     axes[0, 0].set(
-        xlabel="time (ms)", ylabel="opening, 0 closed to 1 open", title="Crack opening over two turns at 88 rad/s"
+        xlabel="time (ms)",
+        ylabel="breathing function (1: open)",
+        title=f"Breathing function over two revolutions at {speed:g} rad/s",
     )
     axes[0, 0].set_ylim(-0.15, 1.65)
     axes[0, 0].legend(loc="upper center", ncols=2)
@@ -38,7 +39,7 @@ def breathing_function(crack, speed):
 
 
 def spectra_figure(config, spectra, thesis_spectra, speed, printed):
-    """Figures 2.8 and 2.9: full spectra, with the printed values where there are any."""
+    """Figures 2.8 and 2.9: full spectra, with the printed values if there are any."""
     late = {"source": "from rest", "record": "half a sample late", "spectrum_method": "fft", "speed": speed}
     amplitude, plain, compensated = panels = (
         f"Amplitude, {speed:g} rad/s",
@@ -70,7 +71,7 @@ def spectra_figure(config, spectra, thesis_spectra, speed, printed):
 
 
 def printed_noise_rows(printed, noisy):
-    """Where the printed noise rows of Table 2.5 fall among our trials.
+    """Distance of the printed noise rows of Table 2.5 from our mean, in standard deviations.
 
     printed : rows of `published`;  noisy : printed case -> Monte Carlo Dataset of the thesis's rig, one record kind
     """
@@ -92,24 +93,20 @@ def printed_noise_rows(printed, noisy):
     )
     axes[0, 0].set(
         ylabel="distance from our mean\n(our standard deviations)",
-        title="Table 2.5: one draw per harmonic, used at all speeds",
+        title="Table 2.5: one realisation per harmonic, used at all speeds",
     )
     axes[0, 0].legend(loc="upper left", fontsize=6)
     return picture
 
 
-def figures(
-    config,
-    reference,
-    records,
-    spectra,
-    thesis_spectra,
-    bias,
-    weight_dominance,
-    stability,
-    monte_carlo,
-    monte_carlo_thesis,
-):
+TITLES = {
+    "error_against_noise": "Maximum likelihood attains the bound; least squares of the equations does not",
+    "bias": "Wrong mass or stiffness mostly affects maximum likelihood more than least squares",
+    "weight_dominance": "Weight dominance is not a small approximation",
+}
+
+
+def figures(config, reference, records, spectra, thesis_spectra, monte_carlo, monte_carlo_thesis, **stages):
     """The figures of Chapter 2.
 
     Parameters
@@ -117,10 +114,12 @@ def figures(
     config : StudyConfig
     reference : path
         Folder of the printed values.
-    records, spectra, thesis_spectra, bias, weight_dominance, stability : Dataset
-        Of the stages of these names; of the main rig, or of the rig "thesis".
+    records, spectra, thesis_spectra : Dataset
+        Of the main rig, or of the rig "thesis".
     monte_carlo, monte_carlo_thesis : dict
         File name of a case -> Dataset.
+    **stages : Dataset
+        See `study_figures`.
 
     Returns
     -------
@@ -128,7 +127,6 @@ def figures(
         name -> matplotlib figure.
     """
     printed = published(reference, ["2.2", "2.3", "2.5"])
-    units = parameter_units(config)
     noisy = {shown: monte_carlo[file_name(case)].sel(record="steady state") for case, shown in SHORT.items()}
     noisy_thesis = {
         printed_case(case, compensation): monte_carlo_thesis[file_name(case)].sel(record="steady state")
@@ -136,20 +134,14 @@ def figures(
         for compensation in COMPENSATION
     }
     crack = registry().get("crack", config.rigs[config.main_rig]["cracks"][0]["kind"])
-    found = {"figure_2_4": breathing_function(crack, 88.0)}
+    closed_form = (r"$1 + c_E / c_H$", lambda ratio: 1 + ratio)
+    found = study_figures(config, stages, noisy, SHORT, TITLES, closed_form)
+    found["figure_2_4"] = breathing_function(crack, 88.0)
     for name, i in TIME.items():
         speed = config.shown_speeds_rad_s[i]
-        title = f"Three turns at {speed:g} rad/s: integration lies on the closed form"
+        title = f"Three revolutions at {speed:g} rad/s: integration and closed form coincide"
         found[name] = time_and_orbit(config, records, speed, title)
     for name, i in SPECTRA.items():
         found[name] = spectra_figure(config, spectra, thesis_spectra, config.shown_speeds_rad_s[i], printed)
-    title = "Maximum likelihood sits on the bound; least squares of the equations does not"
-    found["error_against_noise"] = estimate_figures.error_against_noise(noisy, units, title)
     found["printed_noise_rows"] = printed_noise_rows(printed, noisy_thesis)
-    title = "Wrong mass or stiffness mostly costs maximum likelihood more than least squares"
-    found["bias"] = estimate_figures.bias(bias, SHORT, units, title)
-    case, shown = next(iter(SHORT.items()))
-    title = "Weight dominance is not a small approximation"
-    found["weight_dominance"] = estimate_figures.weight_dominance(config, weight_dominance, case, shown, units, title)
-    found["stability"] = whirl_figures.stability(stability, (r"$1 + c_E / c_H$", lambda ratio: 1 + ratio))
     return found

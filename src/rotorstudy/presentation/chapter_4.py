@@ -3,8 +3,9 @@
 import numpy as np
 
 from rotorstudy.measurement.noise import noise_std, noisy, standard_normal
-from rotorstudy.presentation import estimate_figures, whirl_figures
+from rotorstudy.presentation import estimate_figures
 from rotorstudy.presentation.spectrum_figures import full_spectra, time_and_orbit
+from rotorstudy.presentation.study_figures import study_figures
 from rotorstudy.store import as_complex
 from rotorstudy.studies.common import clean_spectrum, parameter_units
 from rotorstudy.thesis.chapter_4 import CASE
@@ -21,12 +22,12 @@ def record_figure(config, records, speed, text):
     """Figures 4.5 and 4.6: records in time; text : name of the speed."""
     steady, rest = as_complex(records.displacement.sel(speed=speed, method="nearest").isel(node=0))
     left = np.abs(rest - steady).max() / np.abs(steady).max()
-    title = f"Three turns at {text}; of the start from rest {left * 100:.1g} % is left after six seconds"
+    title = f"Three revolutions at {text}; from rest: off the steady state by {left * 100:.1g} % after six seconds"
     return time_and_orbit(config, records, speed, title)
 
 
 def disturbed_spectrum(config, speed, spectrum):
-    """(harmonic,) the given spectrum with one draw of 1 % white noise in time, m."""
+    """(harmonic,) the given spectrum with one realisation of 1 % white noise in time, m."""
     steady = clean_spectrum(config, config.rig("thesis"), [speed])
     std = noise_std(steady, 0.01, WHITE, config.record.samples)
     numbers = standard_normal(config.monte_carlo.seed, 99, 1, (2, *steady.amplitude.shape))
@@ -38,7 +39,7 @@ def spectra_figure(config, spectra, thesis_spectra, speed, text, printed):
     incomplete = f"{text}, incomplete cycles"
     panels = amplitude, plain, reference, compensated = (
         f"Amplitude, {text}",
-        "Phase of incomplete cycles, as it comes",
+        "Phase of incomplete cycles, uncompensated",
         "Phase of the reference signal, incomplete cycles",
         "Phase, compensated",
     )
@@ -77,20 +78,16 @@ def spectra_figure(config, spectra, thesis_spectra, speed, text, printed):
     return full_spectra(config.harmonics, rows, list(zip(panels, kinds, strict=True)), marks)
 
 
-def figures(
-    config,
-    reference,
-    records,
-    spectra,
-    thesis_spectra,
-    bias,
-    weight_dominance,
-    stability,
-    whirl,
-    identifiability,
-    monte_carlo,
-    monte_carlo_thesis,
-):
+TITLES = {
+    "error_against_noise": "Maximum likelihood attains the bound, and the bound of 44 is high",
+    "collinearity": "Crack stiffnesses 22 and 44 act alike",
+    "campbell": "The sign of the gyroscopic moment exchanges forward and backward whirl",
+    "bias": "Wrong mass or modulus: resonances affect the dampings, collinearity the crack stiffnesses",
+    "weight_dominance": "Weight dominance needs a vibration small against the static deflection",
+}
+
+
+def figures(config, reference, records, spectra, thesis_spectra, monte_carlo, monte_carlo_thesis, **stages):
     """The figures of Chapter 4.
 
     Parameters
@@ -98,40 +95,32 @@ def figures(
     config : StudyConfig
     reference : path
         Folder of the printed values.
-    records, spectra, thesis_spectra, bias, weight_dominance, stability, whirl, identifiability : Dataset
-        Of the stages of these names; of the main rig, or of the rig "thesis".
+    records, spectra, thesis_spectra : Dataset
+        Of the main rig, or of the rig "thesis".
     monte_carlo, monte_carlo_thesis : Dataset
         Of the only case.
+    **stages : Dataset
+        See `study_figures`.
 
     Returns
     -------
     dict
         name -> matplotlib figure.
     """
-    printed = published(reference, [f"4.{n}" for n in range(2, 10)])
-    units = parameter_units(config)
+    printed, units = published(reference, [f"4.{n}" for n in range(2, 10)]), parameter_units(config)
     hertz = list(zip(config.shown_speeds_rad_s, SPEEDS, strict=True))
-    found = {name: record_figure(config, records, *hertz[i]) for name, i in TIME.items()}
+    best = {"exact steady state": monte_carlo.sel(record="steady state")}
+    closed_form = ("$1 + c_E / c_H$, rotor without tilt", lambda ratio: 1 + ratio)
+    rigs = {"physical": "physical sign of the gyroscopic moment", "thesis": "the thesis's sign"}
+    found = study_figures(config, stages, best, {CASE: CASE}, TITLES, closed_form, rigs)
+    found |= {name: record_figure(config, records, *hertz[i]) for name, i in TIME.items()}
     for name, i in SPECTRA.items():
         found[name] = spectra_figure(config, spectra, thesis_spectra, *hertz[i], printed)
-    # the thesis's way; then both estimators with the right sign
     thesis = {record: monte_carlo_thesis.sel(record=record) for record in config.record.kinds}
-    title = "The thesis's least squares: crack stiffness 44 scatters twenty times more than it need"
+    title = "The thesis's least squares: crack stiffness 44 scatters twenty times more than necessary"
     found["figure_4_9"] = estimate_figures.error_against_noise(thesis, units, title)
-    best = {"exact steady state": monte_carlo.sel(record="steady state")}
-    title = "Maximum likelihood sits on the bound, and the bound of 44 is high"
-    found["error_against_noise"] = estimate_figures.error_against_noise(best, units, title)
-    title = "Crack stiffnesses 22 and 44 act alike"
-    found["collinearity"] = estimate_figures.collinearity(identifiability, CASE, title)
-    parameter, title = "stiffness_loss_44", "A second probe settles crack stiffness 44; higher speeds help, too"
-    found["measurements"] = estimate_figures.measurements(identifiability, CASE, parameter, units[parameter], title)
-    rigs = {"physical": "physical sign of the gyroscopic moment", "thesis": "the thesis's sign"}
-    title = "The sign of the gyroscopic moment exchanges forward and backward whirl"
-    found["campbell"] = whirl_figures.campbell(whirl, rigs, title)
-    title = "Wrong mass or modulus: resonances spoil the dampings, collinearity the crack stiffnesses"
-    found["bias"] = estimate_figures.bias(bias, {CASE: CASE}, units, title)
-    title = "Weight dominance needs a vibration small against the static deflection"
-    found["weight_dominance"] = estimate_figures.weight_dominance(config, weight_dominance, CASE, CASE, units, title)
-    closed_form = ("$1 + c_E / c_H$, rotor without tilt", lambda ratio: 1 + ratio)
-    found["stability"] = whirl_figures.stability(stability, closed_form)
+    parameter, title = "stiffness_loss_44", "A second probe resolves crack stiffness 44; higher speeds help, too"
+    found["measurements"] = estimate_figures.measurements(
+        stages["identifiability"], CASE, parameter, units[parameter], title
+    )
     return found

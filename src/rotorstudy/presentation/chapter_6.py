@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rotorstudy.presentation import estimate_figures, whirl_figures
+from rotorstudy.presentation import estimate_figures
 from rotorstudy.presentation.plots import (
     COLOURS,
     MARKERS,
@@ -12,11 +12,11 @@ from rotorstudy.presentation.plots import (
     plot_orbit,
     plot_phase,
 )
+from rotorstudy.presentation.study_figures import study_figures
 from rotorstudy.response.measured import measured_response
 from rotorstudy.response.statics import static_deflection
 from rotorstudy.response.whirl import time_invariant, whirl_modes, without_damping
 from rotorstudy.store import as_complex
-from rotorstudy.studies.common import parameter_units
 from rotorstudy.studies.config import file_name
 from rotorstudy.thesis.chapter_6 import NODES, spectrum_table
 from rotorstudy.thesis.scoreboard import published
@@ -48,7 +48,7 @@ def static_line(model, position, speed):
     axes[0, 1].plot(at, [deflection[structure.index(n, "tilt")] * 1e6 for n in structure.nodes], "ko")
     axes[0, 1].set(xlabel="position along the shaft (m)", ylabel="slope (µrad)", title="Slope")
     bearings = deflection[structure.index(1)] / deflection[structure.index(3)]
-    picture.suptitle(f"Static line: bearings take {bearings:.0%} of the deflection at the crack", fontsize=9)
+    picture.suptitle(f"Static line: the bearings contribute {bearings:.0%} of the deflection at the crack", fontsize=9)
     return picture
 
 
@@ -68,7 +68,7 @@ def records_figure(time, signals, speed, part, text):
         panel.set_title(f"node {n}: {place}")
     axes[2, 0].set_ylabel(f"{text} (µm)")
     axes[-1, 0].set_xlabel("time (ms)")
-    picture.suptitle(f"Three turns at {speed:g} rad/s, from the static deflection", fontsize=9)
+    picture.suptitle(f"Three revolutions at {speed:g} rad/s, about the static deflection", fontsize=9)
     return picture
 
 
@@ -78,7 +78,7 @@ def orbits_figure(signals, speed):
     for panel, (n, place) in zip(axes[0], PLACES.items(), strict=True):
         plot_orbit(signals[n] * 1e-6, panel)
         panel.set_title(f"node {n}: {place}")
-    picture.suptitle(f"Orbits at {speed:g} rad/s: the shaft moves as a whole on its soft bearings", fontsize=9)
+    picture.suptitle(f"Orbits at {speed:g} rad/s: the shaft moves like a rigid body on its soft bearings", fontsize=9)
     return picture
 
 
@@ -117,7 +117,7 @@ def modes_and_unbalance(model, position, speed):
     interpolated = np.array([model.structure.shape_at(s) for s in position])
     picture, axes = figure(1, 2, height=2.6)
     for i, mode in enumerate(lowest):
-        both = interpolated @ shapes[mode].reshape(2, -1).T  # motion each way round; vertical is their sum
+        both = interpolated @ shapes[mode].reshape(2, -1).T  # forward and backward part; vertical is their sum
         vertical, horizontal = np.abs(both.sum(axis=1)), np.abs(both[:, 0] - both[:, 1])
         main, way = (vertical, "x") if vertical.max() > horizontal.max() else (horizontal, "y")
         frequency = values[mode].imag / (2 * np.pi)
@@ -136,20 +136,20 @@ def modes_and_unbalance(model, position, speed):
 
 
 def _by_parameter(config, names):
-    """A figure with a panel a case and the parameters going down."""
+    """A figure with a panel per case and parameters as rows."""
     picture, axes = figure(1, len(config.cases), height=3.6, width=4.0, sharey=True)
     axes[0, 0].set_yticks(range(len(names)), [estimate_figures.label(name) for name in names])
     return picture, axes
 
 
 def sensors_figure(config, few):
-    """Errors and bounds with few sensors; few : of `studies.sensors.sensors`."""
+    """Errors and bounds with few sensors, and starts that converge; few : of `studies.sensors.sensors`."""
     picture, axes = _by_parameter(config, few.parameter.values)
     place = range(few.sizes["parameter"])
     for panel, case in zip(axes[0], config.cases, strict=True):
         for i, (name, nodes) in enumerate(config.sensor_sets.items()):
             right = int((few.start_error.sel(sensors=name, case=case) < 1e-6).sum())
-            text = f"nodes {', '.join(map(str, nodes))} ({right} of {few.sizes['start']} far starts)"
+            text = f"nodes {', '.join(map(str, nodes))} ({right} of {few.sizes['start']} starts)"
             style = {"color": COLOURS[i], "label": text}
             bound = few.bound.sel(sensors=name, case=case) * 100
             panel.plot(bound, place, "|", markersize=9, color=COLOURS[i])
@@ -164,7 +164,7 @@ def sensors_figure(config, few):
 
 
 def variants_figure(config, variants):
-    """What wrong equations cost without any noise; variants : of `studies.variants.variants`."""
+    """Errors by wrong equations, without noise; variants : of `studies.variants.variants`."""
     picture, axes = _by_parameter(config, variants.parameter.values)
     place = range(variants.sizes["parameter"])
     for panel, case in zip(axes[0], config.cases, strict=True):
@@ -175,25 +175,20 @@ def variants_figure(config, variants):
         panel.set(xlabel="error without noise (%, phases 0.01 rad)", title=case)
     axes[0, 0].invert_yaxis()
     picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
-    picture.suptitle("Errors of eccentricity: the gyroscopic sign, not condensation", fontsize=9)
+    picture.suptitle("Errors of eccentricity stem from the gyroscopic sign, not from condensation", fontsize=9)
     return picture
 
 
-def figures(
-    config,
-    reference,
-    records,
-    spectra,
-    thesis_spectra,
-    bias,
-    weight_dominance,
-    stability,
-    whirl,
-    identifiability,
-    sensors,
-    variants,
-    monte_carlo,
-):
+TITLES = {
+    "error_against_noise": "Maximum likelihood attains the bound; least squares does not",
+    "collinearity": "Correlated parameters at a single speed",
+    "campbell": "Whirl on anisotropic bearings",
+    "bias": "Errors by a wrong modulus or disc mass",
+    "weight_dominance": "Errors by weight dominance on this rotor",
+}
+
+
+def figures(config, reference, records, spectra, thesis_spectra, sensors, variants, monte_carlo, **stages):
     """The figures of Chapter 6.
 
     Parameters
@@ -201,11 +196,12 @@ def figures(
     config : StudyConfig
     reference : path
         Folder of the printed values.
-    records, spectra, thesis_spectra, bias, weight_dominance, stability, whirl, identifiability, sensors, variants
-        : Dataset
+    records, spectra, thesis_spectra, sensors, variants : Dataset
         Of the stages of these names; of the main rig, or of the rig "thesis".
     monte_carlo : dict
         File name of a case -> Dataset.
+    **stages : Dataset
+        See `study_figures`.
 
     Returns
     -------
@@ -214,30 +210,20 @@ def figures(
     """
     printed = published(reference, [f"6.{n}" for n in range(2, 8)])
     model, speed, position = config.rig(config.main_rig), config.shown_speeds_rad_s[0], positions(config)
-    units, (single, combined) = parameter_units(config), list(config.cases)[:2]
+    combined = list(config.cases)[1]
+    best = {case: monte_carlo[file_name(case)].sel(record="steady state") for case in config.cases}
+    rigs = {"physical": "right gyroscopic sign", "thesis": "the thesis's sign and mass"}
+    found = study_figures(config, stages, best, {combined: combined}, TITLES, rigs=rigs)
     time, signals = motion(records, speed)
-    found = {"figure_6_5": static_line(model, position, speed)}
     for name, (part, text) in DIRECTIONS.items():
         found[name] = records_figure(time, signals, speed, part, text)
-    found["figure_6_8"] = orbits_figure(signals, speed)
     rows = {"physical": spectra, "the thesis's reading": thesis_spectra}
     for name, quantity in QUANTITIES.items():
         found[name] = spectra_figure(config, rows, speed, quantity, printed)
-    found["modes_and_unbalance"] = modes_and_unbalance(model, position, speed)
-    best = {case: monte_carlo[file_name(case)].sel(record="steady state") for case in config.cases}
-    title = "Maximum likelihood sits on the bound; least squares does not"
-    found["error_against_noise"] = estimate_figures.error_against_noise(best, units, title)
-    found["sensors"] = sensors_figure(config, sensors)
-    found["variants"] = variants_figure(config, variants)
-    title = "What trades off at a single speed"
-    found["collinearity"] = estimate_figures.collinearity(identifiability, single, title)
-    rigs = {"physical": "right gyroscopic sign", "thesis": "the thesis's sign and mass"}
-    found["campbell"] = whirl_figures.campbell(whirl, rigs, "Whirl on anisotropic bearings")
-    title = "What a wrong modulus or disc mass costs"
-    found["bias"] = estimate_figures.bias(bias, {combined: combined}, units, title)
-    title = "What weight dominance costs on this rotor"
-    found["weight_dominance"] = estimate_figures.weight_dominance(
-        config, weight_dominance, combined, combined, units, title
-    )
-    found["stability"] = whirl_figures.stability(stability)
-    return found
+    return found | {
+        "figure_6_5": static_line(model, position, speed),
+        "figure_6_8": orbits_figure(signals, speed),
+        "modes_and_unbalance": modes_and_unbalance(model, position, speed),
+        "sensors": sensors_figure(config, sensors),
+        "variants": variants_figure(config, variants),
+    }

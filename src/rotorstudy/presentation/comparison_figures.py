@@ -98,7 +98,7 @@ def error_with_faults(whole, level):
     over = _geometric_mean(whole.sel(noise=level).efficiency ** -0.5, ["parameter", "rotor"])
     over = over.transpose("fault", "spectrum_method", "estimator")
     method, estimator = best_by_worst(over)
-    told = f"{method} with {estimator} has the smallest error in its worst fault ({level:g} % noise); dark is good"
+    told = f"{method} with {estimator} has the smallest error in its worst fault ({level:g} % noise); dark: small"
     return _by_fault(over, LogNorm(1, 100, clip=True), "error / Cramér-Rao bound\n(mean of all rotors)", told)
 
 
@@ -110,7 +110,7 @@ def coverage_with_faults(whole, level):
     covered = covered.transpose("fault", "spectrum_method", "estimator")
     valid = ((covered >= VALID[0]) & (covered <= VALID[1])).all("fault")
     told = f"{int(valid.sum())} of {valid.size} pairs state valid 95 % intervals with every fault ({level:g} % noise)"
-    return _by_fault(covered, Normalize(0, 1), "share of intervals that hold\nthe truth; 0.95 is right", told)
+    return _by_fault(covered, Normalize(0, 1), "share of intervals that hold\nthe truth; 0.95 is nominal", told)
 
 
 def bias_of_known_quantities(biased):
@@ -121,7 +121,7 @@ def bias_of_known_quantities(biased):
     for a, rotor in zip(axes[0], rotors, strict=True):
         own = [part for part in biased if part[0] == rotor]
         for i, (_, estimator, data) in enumerate(own):
-            # NaN where the estimator found nothing for one of the known quantities: a gap, not the error of the others
+            # NaN where the estimator failed for one of the known quantities: a gap, not the error of the others
             error = abs(data.relative_error).isel(case=-1, estimator=0).max("known", skipna=False)
             error = 100 * error.median("parameter", skipna=False)
             a.plot(data.percent, error, **_style(i, len(own)), label=estimator)
@@ -148,9 +148,9 @@ def bias_of_known_quantities(biased):
 
 
 def best_by_worst(values):
-    """Labels of the smallest of the largest values over the faults: (spectrum method, estimator) or (spectrum method,).
+    """Labels with the smallest maximum over the faults: (spectrum method, estimator) or (spectrum method,).
 
-    One that fails somewhere is none of the best.
+    One that fails with any fault is never the best.
     """
     worst = values.max("fault", skipna=False).fillna(np.inf)
     place = worst.argmin(...)
@@ -171,7 +171,7 @@ def _stacked(arrays, **labels):
 
 
 def _panels(count, height, **options):
-    """A page-wide figure of `count` panels and a spare one for what explains them: figure, axes (count,), spare."""
+    """A page-wide figure of `count` panels and a spare one for the legend: figure, axes (count,), spare."""
     columns = min(ROW, count + 1)
     rows = -(-(count + 1) // columns)
     picture, axes = figure(rows, columns, height=height, width=PAGE_WIDTH / columns, **options)
@@ -182,7 +182,7 @@ def _panels(count, height, **options):
 
 
 def _style(i, count):
-    """Colour, line and marker of curve i; later ones are smaller, so that equal curves show one inside the other."""
+    """Colour, line and marker of curve i; later markers are smaller, so that coinciding curves remain visible."""
     return {
         "color": COLOURS[i % len(COLOURS)],
         "marker": MARKERS[i % len(MARKERS)],
@@ -224,7 +224,7 @@ def _table(values, axes, norm):
 
 
 def _shown(value):
-    """A number of a table: two digits, or one and a power of ten."""
+    """A number of a table: two digits, or one and a power of ten; "fails" for nan."""
     if np.isnan(value):
         return "fails"
     return f"{value:.2g}" if value < 99.5 else f"{value:.0f}" if value < 999.5 else f"{value:.0e}".replace("e+0", "e")

@@ -1,4 +1,4 @@
-"""Tables of the comparison of spectrum methods and estimators: the ranking, and what to use."""
+"""Tables of the comparison of spectrum methods and estimators: ranking and recommendation."""
 
 from rotorstudy.presentation.tables import write_csv, write_html, write_table
 from rotorstudy.studies.comparison.ranking import AS_GOOD, SELDOM, VALID, advice
@@ -22,7 +22,7 @@ def write_ranking(ranked, trials, csv, html):
     parts = best.groupby(["rotor", "fault"], sort=False)
     write_html(
         html,
-        "Which estimator on which data",
+        "Ranking of spectrum methods and estimators",
         f"{trials} trials each. Error over the Cramér-Rao bound of white noise: geometric mean over the parameters, "
         "and the worst parameter; coverage of the stated 95 % intervals; share of trials that failed. The "
         f"{BEST} best pairs of each noise level, for each rotor and fault of the record; ranking.csv has all.",
@@ -37,11 +37,11 @@ def write_advice(ranked, csv, html):
         advice(ranked),
         csv,
         html,
-        "What to use",
+        "Recommended spectrum methods and estimators",
         "For each fault of a record, and for one that is not known: the three spectrum methods with the smallest "
         "error in their worst rotor and noise level, each with the estimator to use and those whose error is within "
         f"{100 * (AS_GOOD - 1):.0f} % of it. Pairs that fail in more than {100 * SELDOM:.0f} % of the trials are left "
-        "out. An error of 1 is the Cramér-Rao bound. Intervals are valid if everywhere between "
+        "out. An error of 1 is the Cramér-Rao bound. Intervals are valid if in every cell between "
         f"{100 * VALID[0]:.0f} and {100 * VALID[1]:.0f} % of the stated 95 % intervals hold the truth.",
         3,
     )

@@ -1,4 +1,4 @@
-"""Figures of the crack models side by side. Each function takes `studies.cracks.compare`'s Dataset."""
+"""Figures of the crack models side by side. Each function takes the Dataset of `studies.cracks.compare`."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from rotorstudy.store import as_complex
 from rotorstudy.studies.cracks import DIRECTIONS
 
 STYLES = ("-", "--", "-.", ":")
-LEAST = 1e-11  # m, shown in figures; no probe sees that
+LEAST = 1e-11  # m, smallest amplitude shown; below any probe's resolution
 
 
 def _style(i):
@@ -22,7 +22,7 @@ def _name(plugin):
 def stiffness_figure(data):
     """Stiffness over the shaft angle in four directions."""
     picture, axes = figure(2, 2, height=2.1, sharex=True)
-    titles = ("Turning: along the weak direction xi", "Turning: across it, eta", "Still: vertical", "Still: horizontal")
+    titles = ("Rotating: weak direction xi", "Rotating: across it, eta", "Fixed: vertical", "Fixed: horizontal")
     for panel, direction, title in zip(axes.flat, DIRECTIONS, titles, strict=True):
         for i, crack in enumerate(data.crack.values):
             values = data.stiffness.sel(crack=crack, direction=direction)
@@ -34,12 +34,12 @@ def stiffness_figure(data):
     for panel in axes.flat:
         panel.set_ylim(low - 0.05 * (high - low), high + 0.05 * (high - low))
     picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
-    picture.suptitle("The same loss of the open crack, spread differently over a turn", fontsize=9)
+    picture.suptitle("The same loss of the open crack, distributed differently over a revolution", fontsize=9)
     return picture
 
 
 def spectra_figure(data):
-    """Full spectra at the shown speeds, one panel a speed."""
+    """Full spectra at the shown speeds, one panel per speed."""
     picture, axes = figure(data.sizes["speed"], 1, height=1.9, width=6.5, sharex=True)
     natural = float(data.natural_frequency)
     for panel, speed in zip(axes[:, 0], data.speed.values, strict=True):
@@ -58,7 +58,7 @@ def spectra_figure(data):
         panel.set(title=f"{speed:.0f} rad/s, {speed / natural:.2f} of the natural frequency", xlabel="")
     axes[-1, 0].set_xlabel("harmonic (backward < 0 < forward)")
     picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=5)
-    picture.suptitle("An open crack shows at 0X and 2X, one that breathes at every harmonic", fontsize=9)
+    picture.suptitle("An open crack excites 0X and 2X, a breathing crack every harmonic", fontsize=9)
     return picture
 
 
@@ -74,8 +74,8 @@ def sweep_figure(data, orders):
         if data.swept_speed[0] < natural / n < data.swept_speed[-1]:
             panel.axvline(1 / n, color="k", linewidth=0.8, linestyle=":")
         panel.set(ylabel=f"{n}X (µm)")
-    axes[0, 0].set_title("Dotted: natural frequency of the sound rotor over the order")
-    axes[-1, 0].set_xlabel("speed over natural frequency of the sound rotor (1)")
+    axes[0, 0].set_title("Dotted: natural frequency of the uncracked rotor over the order")
+    axes[-1, 0].set_xlabel("speed over natural frequency of the uncracked rotor (1)")
     handles = {
         text: handle for panel in axes[:, 0] for handle, text in zip(*panel.get_legend_handles_labels(), strict=True)
     }
@@ -99,7 +99,7 @@ def depth_figure(data, shaft):
         title=f"Crack and disc at mid-span, {shaft.diameter_m * 1e3:g} mm thick, {shaft.span_m * 1e3:g} mm long",
     )
     axes[0, 0].legend()
-    picture.suptitle("A crack must be deep before the shaft feels it", fontsize=9)
+    picture.suptitle("Only a deep crack reduces the stiffness noticeably", fontsize=9)
     return picture
 
 

@@ -1,4 +1,4 @@
-"""Figures of a diagnosis: what the simulation gets wrong, causes ranked, before and after, gain on held-out speeds."""
+"""Figures of a diagnosis: residual maps, ranked causes, spectra before and after, error on held-out speeds."""
 
 from textwrap import shorten
 
@@ -33,13 +33,13 @@ def diagnosis_figures(verdict, data):
 
 
 def worst_nodes(data, count):
-    """Positions of the nodes with the largest residual before, in the order of the rotor."""
+    """Positions of the `count` nodes with the largest residual before, in the order of the rotor."""
     size = (data.residual_before**2).mean(("speed", "harmonic")).values
     return np.sort(np.argsort(-size)[:count])
 
 
 def what_is_wrong(data):
-    """Maps over speed and harmonic, a row a node: residual in sigma and equivalent residual force, before and after."""
+    """Maps over speed and harmonic, one row per node: residual in standard deviations and equivalent residual force."""
     from matplotlib.colors import LogNorm
 
     order = np.argsort(data.harmonic.values)
@@ -80,9 +80,9 @@ def _map_axes(ax, data, order):
 
 
 def causes(data, naming_probability, verdict):
-    """Explanations, the most probable first: the error each leaves, rms in standard deviations, and its probability.
+    """Explanations, the most probable first: rms residual in standard deviations, and posterior probability.
 
-    verdict : "unknown" means that none of them holds, so no probability is shown
+    verdict : if "unknown", none is accepted and no probability is shown
     """
     count = min(MOST_CAUSES, data.sizes["explanation"])
     part = data.isel(explanation=slice(0, count))
@@ -109,21 +109,21 @@ def causes(data, naming_probability, verdict):
     labels = [str(label).replace("_", " ") for label in part.explanation_label.values]
     ax.set_yticks(place, [shorten(label, 70, placeholder=" ...") for label in labels])
     ax.invert_yaxis()
-    ax.set_xlabel("error left (standard deviations); dotted: noise alone")
-    ax.set_title(f"in %: posterior probability; a cause is named alone from {naming_probability:.0%} on")
+    ax.set_xlabel("rms residual (standard deviations); dotted: noise alone")
+    ax.set_title(f"in %: posterior probability; a cause is named alone at {naming_probability:.0%} or more")
     picture.legend(loc="outside upper center", ncols=3)
     return picture
 
 
 def shown_speed(data):
-    """Position of the speed to show: of the held-out ones, if there are any, that with the largest residual before."""
+    """Position of the speed with the largest residual before, among the held-out speeds if there are any."""
     size = (data.residual_before**2).mean(("harmonic", "node")).values
     allowed = data.held_out.values.astype(bool)
     return int(np.argmax(np.where(allowed, size, -1) if allowed.any() else size))
 
 
 def before_and_after(data):
-    """Measured, base and extended spectra and orbits at one speed, a row a node."""
+    """Measured, base and extended spectra and orbits at one speed, one row per node."""
     speed, nodes = shown_speed(data), worst_nodes(data, MOST_COMPARED)
     here = data.isel(speed=speed)
     harmonics, w = data.harmonic.values, float(data.speed[speed])
@@ -162,7 +162,7 @@ def before_and_after(data):
 
 
 def gain(data):
-    """Error before and after by held-out speed and node, in µm and in sigma; by fitted speed if none is held out."""
+    """Error before and after by held-out speed (fitted speed if none is held out) and node, in µm and sigma."""
     held = data.held_out.values.astype(bool)
     chosen = data.isel(speed=np.flatnonzero(held)) if held.any() else data
     picture, axes = figure(1, 2, height=2.6)
@@ -185,6 +185,6 @@ def gain(data):
         ax.set_xlim(-1.5, max(len(labels), 4) - 0.5)
     axes[0, 1].axhline(1, color="k", linewidth=0.8, linestyle=":")
     axes[0, 0].legend()
-    axes[0, 0].set_title("held-out speeds" if held.any() else "no speed was held out: fitted speeds")
+    axes[0, 0].set_title("held-out speeds" if held.any() else "fitted speeds (none was held out)")
     axes[0, 1].set_title("1: noise and stated model error alone")
     return picture

@@ -39,7 +39,7 @@ def diagnose_files(
     Raises
     ------
     RotorstudyError
-        For files that cannot be read, and for findings that are errors; then nothing is written.
+        For files that cannot be read and for findings that are errors; nothing is written then.
     """
     rig_file = read_rig(rig_path)
     rig = rig_file.given
@@ -82,7 +82,7 @@ def write_diagnosis(verdict, data, rig, out):
 
 @contextmanager
 def whole_folder(path):
-    """A temporary folder, whose files come into the folder `path` only when the block ends without an error."""
+    """A temporary folder whose files are moved to the folder `path` when the block ends without an error."""
     path = Path(path)
     temporary = path.with_name(f".{path.name}.{os.getpid()}.partial")
     temporary.mkdir(parents=True)

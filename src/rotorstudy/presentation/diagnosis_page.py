@@ -1,4 +1,4 @@
-"""The page an engineer reads in two minutes: the verdict in words, the evidence, and what is assumed."""
+"""The page of a diagnosis: verdict in words, evidence and assumptions."""
 
 from rotorstudy.diagnosis.words import (
     cause_in_words,
@@ -10,40 +10,22 @@ from rotorstudy.diagnosis.words import (
     sizes,
     smallest_detected,
 )
+from rotorstudy.presentation.captions import DIAGNOSIS_FIGURES
 from rotorstudy.presentation.pages import inline_png, render
 from rotorstudy.presentation.tables import cells
 from rotorstudy.units import p_value, percent, probability, quantity
 
-MOST_LIMITS = 12  # detection limits on the page, the most sensitive first; all are in verdict.json
+MOST_LIMITS = 12  # detection limits on the page, the lowest first; all are in verdict.json
 HEADINGS = {
     "nothing": "nothing is missing",
-    "cause": "a cause is found",
+    "cause": "a cause is identified",
     "ambiguous": "more than one cause is possible",
-    "unknown": "something unknown is missing",
-}
-FIGURES = {
-    "what_is_wrong": (
-        "What the simulation gets wrong",
-        "Left: measured minus simulated in standard deviations (noise and stated model error), after the fit of the "
-        "base parameters; 1 is expected by chance. Right: equivalent residual force, the force at the measured nodes "
-        "that would make up for it; where not all of the rotor is measured the true force may act elsewhere. An effect "
-        "of the measuring chain shows as a force too, though none acts.",
-    ),
-    "causes": (
-        "What was tried as the cause",
-        "Best first. Each explanation was fitted with the base parameters free; what it leaves is weighed against how "
-        "finely it had to be tuned and against the number of causes it was chosen from.",
-    ),
-    "before_and_after": (
-        "Spectra and orbits",
-        "The harmonics and one revolution of the orbit, at the nodes with the largest residual.",
-    ),
-    "gain": ("What adding the causes gains", "Base: the rig as given, fitted. Extended: with the causes."),
+    "unknown": "an unknown effect is missing",
 }
 
 
 def diagnosis_page(verdict, data, figures, title):
-    """The page as text.
+    """The page as HTML.
 
     Parameters
     ----------
@@ -51,7 +33,7 @@ def diagnosis_page(verdict, data, figures, title):
     data : xarray.Dataset
         The content of verdict.nc.
     figures : dict
-        Name -> PNG (path or bytes), for each name of `FIGURES`.
+        Name -> PNG (path or bytes), for each name of `DIAGNOSIS_FIGURES`.
     title : str
         What was diagnosed.
     """
@@ -76,10 +58,10 @@ def diagnosis_page(verdict, data, figures, title):
         separated=separated(verdict) if verdict.ambiguous_with else {},
         figures={
             name: {"title": heading, "caption": caption, "source": inline_png(figures[name])}
-            for name, (heading, caption) in FIGURES.items()
+            for name, (heading, caption) in DIAGNOSIS_FIGURES.items()
         },
         left=_left(verdict),
-        limits_note="The smallest amplitude that is detected with a probability of 95 %, the most sensitive "
+        limits_note="The smallest amplitudes that are detected with a probability of 95 %, the lowest "
         f"{min(MOST_LIMITS, len(limits))} of {len(limits)} (all in verdict.json). Anything smaller may go undetected.",
         identifiability={
             "dead": [labels[name] for name in card.dead],
@@ -107,11 +89,11 @@ def _glance(verdict):
         rows.append((named, text if verdict.verdict == "unknown" else _with_probability(text, cause)))
         rows += [(f"its {name}", text) for name, text in sizes(cause).items()]
     if not verdict.causes:
-        rows.append(("Residual by noise alone", p_value(verdict.residual_p_value.before)))
+        rows.append(("Residual under noise alone", p_value(verdict.residual_p_value.before)))
         detected = "; ".join(smallest_detected(verdict))
-        rows.append(("Detected with 95 % probability", detected or "no effect shows at all"))
+        rows.append(("Detected with 95 % probability", detected or "no effect is detectable"))
     if gain is None:
-        rows.append(("Gain", "not known, no speed was held out"))
+        rows.append(("Gain", "not known; no speed was held out"))
     elif verdict.causes:
         speeds = ", ".join(f"{w:.4g}" for w in gain.speeds)
         lengths = f"{quantity(gain.before_m, 'm')} to {quantity(gain.after_m, 'm')} rms"
@@ -130,7 +112,7 @@ def _left(verdict):
 
 def _unexplained(verdict):
     return [
-        {"harmonic": f"{row.harmonic}X", "node": row.node, "share of the rest (%)": 100 * row.share,
+        {"harmonic": f"{row.harmonic}X", "node": row.node, "share of the residual (%)": 100 * row.share,
          "standard deviations": row.sigma}
         for row in verdict.unexplained
     ]  # fmt: skip
@@ -154,7 +136,7 @@ def _limits(limits):
             "effect": place(row),
             "parameter": readable(row.parameter),
             "smallest detected": quantity(row.amplitude, row.unit),
-            "of a typical one": row.of_typical,
+            "relative to a typical one": row.of_typical,
         }
         for row in limits
     ]

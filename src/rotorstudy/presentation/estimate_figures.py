@@ -1,4 +1,4 @@
-"""Figures of how well parameters are found. Each function takes results and returns a matplotlib figure.
+"""Figures of the accuracy of estimates. Each function takes results and returns a matplotlib figure.
 
 units : reported name of a parameter -> its unit; phases are shown in rad, all others in per cent of their value
 """
@@ -20,10 +20,11 @@ LABELS = {
     "stiffness_loss_44": "crack stiffness 44",
 }
 STYLES = ("-", "--", ":", "-.")  # of speeds
-MANY = 8  # parameters; beyond, figures leave something out
+MANY = 8  # parameters: figures of more have another layout or fewer labels
 
 
 def label(parameter):
+    """A parameter as figures name it."""
     return LABELS.get(str(parameter), str(parameter).replace("_", " "))
 
 
@@ -33,7 +34,7 @@ def error_unit(unit):
 
 
 def in_units(unit, error, true):
-    """An error in the unit it is shown in."""
+    """An error (SI) in the unit in which it is shown; true : value it is relative to."""
     return error if unit == "rad" else error * 100 / abs(true)
 
 
@@ -67,9 +68,9 @@ def error_against_noise(noisy, units, title):
 
 
 def bias(bias_data, cases, units, title):
-    """Error of the estimates over the error of what is held known; cases: name in the data -> name shown."""
+    """Error of the estimates over the error of the quantities held known; cases: name in the data -> name shown."""
     parameters = bias_data.parameter.values
-    many = len(parameters) > MANY  # then parameters go down
+    many = len(parameters) > MANY  # then parameters are rows
     size = (len(parameters), bias_data.sizes["known"]) if many else (bias_data.sizes["known"], len(parameters))
     picture, axes = figure(*size, height=2.0, width=3.2 if many else 2.2)
     axes = axes.T if many else axes
@@ -113,7 +114,7 @@ def speed_name(speed):
 
 
 def weight_dominance(config, dominance, case, shown, units, title):
-    """What weight dominance costs: amplitude ratio at the shown speeds, and the error of what is identified."""
+    """Error by weight dominance: amplitude ratio at the shown speeds, and error of the estimates."""
     picture, axes = figure(1, 2, height=2.8)
     amplitude = np.abs(as_complex(dominance.displacement))
     ratio = amplitude[1] / amplitude[0]
@@ -125,7 +126,7 @@ def weight_dominance(config, dominance, case, shown, units, title):
     )
     loss = first_crack(config, config.main_rig).values[name] * dominance.crack_scale.values
     percent, unit = loss / np.sum(pattern * model.structure.stiffness) * 100, "%"
-    if not model.structure.is_supported:  # what a part of the stiffness is depends on the mesh
+    if not model.structure.is_supported:  # a share of the stiffness would depend on the mesh
         percent, unit = loss / 1e3, "kN/m"
     for i, n in enumerate((0, 1, 2, 3)):
         for s in range(len(speeds)):
@@ -144,14 +145,14 @@ def weight_dominance(config, dominance, case, shown, units, title):
     axes[0, 1].set(xlabel=f"stiffness lost by the open crack ({unit})", ylabel="error of the estimate (%)")
     if np.nanmax(np.abs(dominance.error.sel(case=case, parameter=shown_parameters))) > 10:
         axes[0, 1].set_yscale("symlog", linthresh=10)
-    axes[0, 1].set_title(f"What identification pays, {shown}")
+    axes[0, 1].set_title(f"Error of the identification, {shown}")
     picture.legend(*axes[0, 1].get_legend_handles_labels(), loc="outside lower right", ncols=2)
     picture.suptitle(title, fontsize=9)
     return picture
 
 
 def correlation_text(value):
-    """0.98, and next to one how far from it: -0.99996 -> -1+4e-5."""
+    """A correlation as 0.98, or near +-1 by its distance: -0.99996 -> -1+4e-5."""
     gap = 1 - abs(value)
     if gap >= 0.005:
         return f"{value:.2f}"
@@ -163,7 +164,7 @@ def correlation_text(value):
 
 
 def collinearity(data, case, title):
-    """Correlation of the estimates, and how much their trading off costs each of them."""
+    """Correlation of the estimates, and the loss of accuracy that it causes for each."""
     here = data.sel(case=case)
     names = [label(p) for p in here.parameter.values]
     picture, axes = figure(1, 2, height=3.0, width=3.6)
@@ -171,7 +172,7 @@ def collinearity(data, case, title):
     for i, row in enumerate(here.correlation.values):
         for j, value in enumerate(row):
             if len(names) > MANY:
-                continue  # the colours must do
+                continue  # colours only
             colour = "white" if abs(value) > 0.7 else "black"
             text = correlation_text(value)
             size = 5 if len(text) < 6 else 4
@@ -185,7 +186,7 @@ def collinearity(data, case, title):
     axes[0, 1].set_yticks(range(len(names)), names)
     axes[0, 1].invert_yaxis()
     axes[0, 1].set_xscale("log")
-    axes[0, 1].set(xlabel="bound / bound with all others known (1)", title="Cost of trading off")
+    axes[0, 1].set(xlabel="bound / bound with all others known (1)", title="Loss of accuracy by correlation")
     picture.suptitle(title, fontsize=9)
     return picture
 

@@ -1,4 +1,4 @@
-"""Figures and tables go to the files that bear their names, never by their position in a list."""
+"""Figures and tables are matched to files by name, never by position in a list."""
 
 from pathlib import Path
 
@@ -6,7 +6,7 @@ from rotorstudy.errors import RotorstudyError
 
 
 def files_by_name(kind, made, paths):
-    """Sort the files to be written by the thing each is named after.
+    """Group the files to be written by what each holds.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""HTML pages from templates: every page is one file that needs no other."""
+"""HTML pages from templates; every page is a single self-contained file."""
 
 import base64
 from functools import cache

@@ -1,4 +1,4 @@
-"""Figures: one style, and the few kinds of plot that rotordynamics asks for."""
+"""Figures: one style, and the plots common in rotordynamics."""
 
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
@@ -12,10 +12,10 @@ if TYPE_CHECKING:  # importing it takes a second
 from rotorstudy.presentation.named_files import files_by_name
 from rotorstudy.store import atomic
 
-# Okabe and Ito: told apart by colour-blind readers and in grey print
+# Okabe and Ito: distinguishable for colour-blind readers and in grey print
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
-COLUMN_WIDTH = 3.5  # inches, one column of a journal; text is set for that size
+COLUMN_WIDTH = 3.5  # inches, one column of a journal
 STYLE = {
     "font.size": 8,
     "axes.titlesize": 8,
@@ -47,14 +47,14 @@ def figure(rows=1, columns=1, height=2.4, width=COLUMN_WIDTH, **options):
 
 
 def save_figure(picture, *paths):
-    """Write a figure to every path given (PNG, SVG, PDF), atomically, without the date: rebuilds are identical."""
+    """Write a figure to every path given (PNG, SVG, PDF), atomically and without the date: rebuilds are identical."""
     import matplotlib.pyplot as plt
 
     without_date = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
     for path in paths:
         with atomic(path) as temporary:
             picture.savefig(temporary, metadata=without_date[temporary.suffix])
-        picture.set_layout_engine("none")  # the layout found for the first holds for all
+        picture.set_layout_engine("none")  # keep the layout of the first
     plt.close(picture)
 
 
@@ -71,7 +71,7 @@ def png_bytes(picture, dpi=80):
 
 
 def save_figures(figures, paths):
-    """Write every figure to the files that bear its name.
+    """Write every figure to the files of its name.
 
     Parameters
     ----------
@@ -154,7 +154,7 @@ def plot_full_spectrum(
 
 
 def plot_phase(harmonics, amplitude, axes, *, label=None, index=0):
-    """Phase of R_n in rad over the harmonics, as points."""
+    """Phase of R_n in rad over the harmonics, as points; harmonics, amplitude (harmonic,) complex."""
     axes.plot(
         np.asarray(harmonics), np.angle(amplitude), MARKERS[index], color=COLOURS[index], label=label, fillstyle="none"
     )

@@ -1,4 +1,4 @@
-"""The quality page: findings, facts and a picture of every record, in one file that needs nothing else."""
+"""The quality page: findings, facts and a figure of every record, in one self-contained file."""
 
 import numpy as np
 
@@ -14,7 +14,7 @@ MOST_PICTURES = 24
 
 
 def write_page(measurement, path, title):
-    """Write the quality page of a Measurement."""
+    """Write the quality page of a Measurement to a file; title : heading of the page."""
     import pandas as pd
 
     records = [{"record": one.where, **_named(one, RecordFacts)} for one in measurement.facts]
@@ -46,7 +46,7 @@ def _named(facts, kind):
 
 
 def _pictures(measurement):
-    """{speed and record: picture}; of many speeds some."""
+    """{speed and record: figure} for at most MOST_PICTURES speeds."""
     spectrum, found = measurement.spectrum, {}
     count = len(spectrum.speed)
     for i in np.unique(np.linspace(0, count - 1, min(count, MOST_PICTURES)).astype(int)):
@@ -73,7 +73,7 @@ def _picture(spectrum, i, record):
             signals.plot(revolutions, moving.imag * 1e6, color=colour, linestyle="--", label=f"y, node {node}")
             plot_orbit(z, orbit_axes, index=s % len(COLOURS), label=f"node {node}")
         signals.set_xlabel("revolutions")
-        signals.set_ylabel("displacement less its mean (µm)")
+        signals.set_ylabel("displacement minus mean (µm)")
         signals.legend()
     count = len(spectrum.harmonics)
     for s, node in enumerate(spectrum.sensors):

@@ -24,7 +24,7 @@ from rotorstudy.thesis.replay_tables import estimate_checks
 from rotorstudy.thesis.rigs import slow_roll_parts
 from rotorstudy.units import percent
 
-MOSTLY = 0.7  # share of -1X at slow roll from which on it is called the slow roll's
+MOSTLY = 0.7  # share of -1X at slow roll above which -1X is attributed to it
 
 
 class Replayed(NamedTuple):
@@ -64,13 +64,13 @@ def _in_time(axes, time, rows):
 
 
 def record_figure(replayed, case, group):
-    """A record in time as the sensors show it."""
+    """A record in time as measured."""
     time, z, mark = replayed.recorded(case, 3)
     picture, axes = figure(4, 1, height=1.8, width=4.5)
     rows = {"reference (1)": mark, "vertical x (mm)": z.real * 1e3, "horizontal y (mm)": z.imag * 1e3}
     _in_time(axes[:3, 0], time, rows)
     plot_orbit(z, axes[3, 0])
-    axes[0, 0].set_title(f"{case}: three turns, bow and sensor gap in them")
+    axes[0, 0].set_title(f"{case}: three revolutions, with bow and sensor gap")
     return picture
 
 
@@ -98,12 +98,12 @@ def without_slow_roll_figure(replayed, case, group):
     z = synthesize(replayed.measured(case), config.cases[case], config.harmonics, time) * 1e6
     picture, axes = figure(2, 1, height=1.8, width=4.5, sharex=True)
     _in_time(axes[:, 0], time, {"vertical x (µm)": z.real, "horizontal y (µm)": z.imag})
-    axes[0, 0].set_title(f"{case}: slow roll (mean and 1X) taken off, three turns")
+    axes[0, 0].set_title(f"{case}: slow roll (mean and 1X) subtracted, three revolutions")
     return picture
 
 
 def orbits_figure(replayed, case, group):
-    """Orbits before and after the slow roll is taken off."""
+    """Orbits before and after subtracting the slow roll."""
     config = replayed.config
     raw = replayed.recorded(case, 1)[1]
     time = np.linspace(0, 2 * np.pi / config.cases[case], 800)
@@ -111,9 +111,9 @@ def orbits_figure(replayed, case, group):
     picture, axes = figure(1, 2, height=3.0)
     plot_orbit(raw, axes[0, 0])
     plot_orbit(clean, axes[0, 1], index=1)
-    axes[0, 0].set_title(f"{case}: as measured, bow and sensor gap in it")
+    axes[0, 0].set_title(f"{case}: as measured, with bow and sensor gap")
     size = np.ptp(clean.real) / np.ptp(raw.real)
-    axes[0, 1].set_title(f"slow roll taken off: {percent(size)} of the height, not a circle")
+    axes[0, 1].set_title(f"slow roll subtracted: {percent(size)} of the height, not a circle")
     return picture
 
 
@@ -136,7 +136,7 @@ def model_figure(replayed, case, group):
         plot_phase(config.harmonics, values, axes[1, 0], label=label, index=i)
     errors = np.abs(rows["least squares"] - rows["measured"]) / np.abs(rows["measured"])
     axes[0, 0].set_title(
-        f"{case}: least squares meets {np.sum(errors < 0.2)} of {len(errors)} harmonics within 20 % as vectors "
+        f"{case}: least squares fits {np.sum(errors < 0.2)} of {len(errors)} harmonics within 20 % as vectors "
         "(amplitude and phase)",
         fontsize=7,
     )
@@ -169,7 +169,7 @@ def crack_force_figure(replayed, case, group):
 
 
 def bow_magnification_figure(replayed, case, group):
-    """What the slow roll leaves behind."""
+    """Change of 1X from slow roll beside the magnification of a bow."""
     config = replayed.config
     frequency = config.speeds[higher_cases(config)] / (2 * np.pi)
     picture, axes = figure(height=2.6, width=4.0)
@@ -178,14 +178,14 @@ def bow_magnification_figure(replayed, case, group):
         change, magnified = bow_magnification(config, compensated)
         if data_set == COLUMN:
             share = 1 - np.abs(change - magnified) / np.abs(change)
-            axes[0, 0].plot(frequency, np.abs(magnified) * 1e6, "k--", label="a bow's own magnification")
+            axes[0, 0].plot(frequency, np.abs(magnified) * 1e6, "k--", label="predicted for a bow")
         style = {"color": COLOURS[i], "fillstyle": "none", "label": f"measured, {data_set}"}
         axes[0, 0].plot(frequency, np.abs(change) * 1e6, MARKERS[i], **style)
     axes[0, 0].set(xlabel="spin speed (Hz)", ylabel="change of 1X from slow roll (µm)")
     if share.min() > 0.5:
-        title = f"The bow, magnified, explains {percent(share.min())} to {percent(share.max())} of the 'unbalance'"
+        title = f"Magnification of the bow explains {percent(share.min())} to {percent(share.max())} of the 'unbalance'"
     else:
-        title = "A bow alone would make 1X grow more than it does"
+        title = "A bow alone would increase 1X more than measured"
     axes[0, 0].set_title(title)
     axes[0, 0].set_ylim(bottom=0)
     axes[0, 0].legend()
@@ -193,12 +193,12 @@ def bow_magnification_figure(replayed, case, group):
 
 
 def has_sign(config):
-    """Names on pages of the parameters that are judged by size alone: they may be of either sign."""
+    """Names on pages of the parameters judged by size alone, which may have either sign."""
     return [shown_name(name) for name in config.losses.values()]
 
 
 def checks_figure(replayed, case, group):
-    """Estimates against what is possible."""
+    """Estimates beside their physical limits."""
     checks = estimate_checks(replayed.config, replayed.reference, replayed.spectra, replayed.identification)
     checks = checks[checks.group == group]
     names = list(dict.fromkeys(checks.parameter))
@@ -224,7 +224,7 @@ def checks_figure(replayed, case, group):
     axes[0, 0].set_xscale("symlog", linthresh=1)
     axes[0, 0].set(
         xlabel="estimate / largest possible value (1)",
-        title=f"Filled: not possible by the rig's own data ({group})",
+        title=f"Filled: outside the limits by the rig's own data ({group})",
     )
     picture.legend(loc="outside lower center", ncols=2)
     return picture
@@ -263,7 +263,7 @@ def figures(config, reference, records, spectra, identification):
 
 
 def rigs_figure(replays, table):
-    """Parameters found for several rigs, against what is possible.
+    """Parameters identified for several rigs, beside their physical limits.
 
     Parameters
     ----------
@@ -299,9 +299,9 @@ def rigs_figure(replays, table):
     axes[0, 0].set_yticks(range(len(parameters)), parameters)
     axes[0, 0].invert_yaxis()
     if min(slow_roll_parts(config, spectra)[-1].min() for config, _, spectra in replays) > MOSTLY:
-        title = "Both rigs: -1X of the slow roll is taken for a crack"
+        title = "Both rigs: -1X of the slow roll is attributed to a crack"
     else:
-        title = "Parameters found for both rigs"
-    axes[0, 0].set(xlabel=f"estimate, made dimensionless (1); all speeds, column '{COLUMN}'", title=title)
+        title = "Parameters identified for both rigs"
+    axes[0, 0].set(xlabel=f"dimensionless estimate (1); all speeds, column '{COLUMN}'", title=title)
     picture.legend(loc="outside lower center", ncols=2)
     return picture

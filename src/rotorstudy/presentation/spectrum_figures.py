@@ -8,7 +8,7 @@ from rotorstudy.store import as_complex
 
 
 def time_and_orbit(config, records, speed, title):
-    """Three turns of a record: both directions, orbit and phase reference; steady state and start from rest."""
+    """Three revolutions of a record: both directions, orbit and phase reference; steady state and start from rest."""
     shown = records.time.values < 3 * 2 * np.pi / speed
     time = records.time.values[shown]
     picture, axes = figure(2, 2)

@@ -4,19 +4,19 @@ from rotorstudy.presentation.named_files import files_by_name
 from rotorstudy.presentation.pages import render
 from rotorstudy.store import atomic, write_text
 
-LONG, SHORT = 80, 24  # characters: a longer column of text is given room, a shorter one is not broken
+LONG, SHORT = 80, 24  # characters: a longer column is widened, a shorter one is not wrapped
 
 
 def write_csv(table, path):
-    """A DataFrame as CSV, atomically; numbers with the digits that bring them back."""
+    """Write a DataFrame as CSV, atomically; numbers with all digits."""
     with atomic(path) as temporary:
         table.to_csv(temporary, index=False)
 
 
 def write_html(path, title, note, tables, digits=6):
-    """A page with a title, a note on what to look at, and DataFrames by heading ({heading: table}).
+    """Write a page with a title, a note and DataFrames by heading ({heading: table}).
 
-    note : a text, or a list whose first is a text and the others points of a list;  digits : of every number
+    note : a text, or a list of a text and bullet points;  digits : significant digits of every number
     """
     note = [note] if isinstance(note, str) else note
     tables = {heading: cells(table, digits) for heading, table in tables.items()}
@@ -60,13 +60,13 @@ def _cell(value, digits):
 
 
 def write_table(table, csv, html, title, note, digits=6):
-    """The same DataFrame as CSV and as a page."""
+    """Write a DataFrame as CSV and as a page, see `write_html`."""
     write_csv(table, csv)
     write_html(html, title, note, {"": table}, digits)
 
 
 def write_tables(tables, paths):
-    """Write every table to the files that bear its name: .csv for programs, .html for people.
+    """Write every table to the files of its name: .csv for programs, .html for people.
 
     Parameters
     ----------

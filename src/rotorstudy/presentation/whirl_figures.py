@@ -6,7 +6,11 @@ from rotorstudy.presentation.plots import COLOURS, MARKERS, figure
 
 
 def stability(stable, closed_form=None):
-    """Growth rate over speed, and the threshold; closed_form: (label, function of the damping ratio) to compare."""
+    """Growth rate over speed, and the threshold of stability.
+
+    stable      : Dataset of `studies.stability.stability`
+    closed_form : (label, function of the damping ratio), drawn beside the threshold
+    """
     picture, axes = figure(1, 2, height=2.6)
     natural = float(stable.natural_frequency)
     for i, damping in enumerate(stable.damping_ratio.values):

@@ -1,4 +1,4 @@
-"""Stiffness and damping over speed of every bearing of the zoo, each with its example."""
+"""Stiffness and damping over speed of every bearing of the plugin library, each with its example."""
 
 import numpy as np
 
@@ -8,7 +8,9 @@ from rotorstudy.model.bearings import dynamic_stiffness
 from rotorstudy.model.registry import registry
 from rotorstudy.store import dataset
 
-SPEEDS = np.linspace(50.0, 400.0, 71)  # rad/s, 8 to 64 Hz: slow roll to past the first critical speed of a rig
+SPEEDS = np.linspace(
+    50.0, 400.0, 71
+)  # rad/s, 8 to 64 Hz: from slow roll to beyond the first critical speed of a test rig
 DIRECTIONS = ("xx", "xy", "yx", "yy")
 
 
@@ -20,6 +22,7 @@ def all_bearings():
 def bearing_coefficients(plugins, speeds=SPEEDS):
     """Synchronous coefficients of the plugins' examples, every amplitude at its typical size.
 
+    speeds  : (speed,) rad/s
     returns : stiffness, damping (bearing, speed, direction), NaN where a bearing refuses the speed; x is down, and xy
               is the force along x by a motion along y
     """

@@ -1,4 +1,4 @@
-"""What the stages of a study share: parameters as they are reported, coordinates, the spectrum without noise."""
+"""Common to the stages of a study: reported parameters, coordinates, the spectrum without noise."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ SPEED = ("rad/s", "spin speed")
 
 
 def rig_coordinates(config, model, speeds=None):
-    """Coordinates every stage shares: harmonic, node and, if given, speed."""
+    """Coordinates of every stage: harmonic, node and, if given, speed (rad/s)."""
     found = {
         "harmonic": (np.array(config.harmonics), "1", "harmonic of the spin speed, positive forward"),
         "node": (np.array(model.sensors), "1", "node where the displacement is measured"),
@@ -28,12 +28,13 @@ def reported(problem, estimate):
 
 
 def reported_names(config):
-    """The unknowns of a study as they are reported, complex ones as magnitude and phase."""
+    """Names of the unknowns of a study as reported, complex ones as magnitude and phase."""
     count = len(config.unknowns)
     return magnitude_and_phase(config.unknowns, np.ones(count), np.eye(count))[0]
 
 
 def parameter_coordinates(names):
+    """Coordinate of the reported parameters."""
     return {"parameter": (list(names), "1", "identified parameter, SI units; phases in rad")}
 
 
@@ -44,7 +45,7 @@ def true_values(config, model):
 
 
 def clean_spectrum(config, model, speeds):
-    """The steady-state harmonics of a model as a Spectrum without noise."""
+    """Steady-state harmonics of a model as a Spectrum without noise; speeds (speed,) rad/s."""
     check_stable(model, speeds)
     amplitude = measured_response(model, speeds, config.harmonics)
     covariance = independent_covariance(np.zeros(amplitude.shape))
@@ -52,7 +53,7 @@ def clean_spectrum(config, model, speeds):
 
 
 def parameter_units(config):
-    """Reported name of an unknown -> its unit, "rad" of a phase."""
+    """Reported name of an unknown -> its unit, "rad" for a phase."""
     names = reported_names(config)
     return dict(zip(names, config.rig(config.main_rig).reported_units(names), strict=True))
 
@@ -64,7 +65,7 @@ def is_phase(config, names):
 
 
 def relative_error(phase, theta, true):
-    """(parameter,) relative errors; of phases the difference in rad.
+    """(parameter,) relative errors, for phases the difference in rad.
 
     phase : (parameter,) of `is_phase`;  theta, true : (parameter,)
     """
@@ -72,7 +73,7 @@ def relative_error(phase, theta, true):
 
 
 def study_provenance(config):
-    """Provenance attributes of a stage: configuration and every plugin its rigs and comparisons use."""
+    """Provenance attributes of a stage: configuration and every plugin that its rigs and methods use."""
     used = [plugin for rig in config.rigs.values() for plugin in named_plugins(rig)]
     used += [plugin for plugins in config.methods.values() for plugin in plugins.values()]
     return provenance(config.model_dump(), used)

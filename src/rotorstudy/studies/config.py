@@ -27,18 +27,19 @@ class SpeedRange(Strict):
 
     @property
     def speeds(self):
+        """(speed,) rad/s."""
         count = int(np.floor((self.last_rad_s - self.first_rad_s) / self.step_rad_s + 1e-9)) + 1
         return self.first_rad_s + self.step_rad_s * np.arange(count)
 
 
 class RecordKind(Strict):
-    """What a record misses of a perfect one.
+    """How a record is taken.
 
-    late_samples    : it starts so many samples late, and is as long as it should be
-    dropped_samples : so many samples are cut off its start, and it is that much shorter
-    whole_revolutions     : the last incomplete turn is cut off before the harmonics are taken
-    clock_samples   : spectrum method -> samples from where its clock starts to the record; only to follow the thesis,
-                      whose regression counts from elsewhere than its Fourier transform
+    late_samples      : delay of its start, its length unchanged
+    dropped_samples   : samples cut off its start, which shortens it
+    whole_revolutions : the last incomplete revolution is cut off before the harmonics are estimated
+    clock_samples     : spectrum method -> samples from its time origin to the record; needed to follow the thesis,
+                        whose regression and Fourier transform have different time origins
     """
 
     late_samples: float = Field(default=0.0, ge=0)
@@ -50,10 +51,10 @@ class RecordKind(Strict):
 class RecordConfig(Strict):
     """Simulated records, and how they are taken.
 
-    settling_s : a record from rest starts after so long, rounded up to whole turns
-    from_rest  : "integration" (any model) or "exact" (models that do not vary in time; no integration error)
+    settling_s : time from rest to the start of a record, rounded up to whole revolutions
+    from_rest  : "integration" (any model) or "exact" (time-invariant models; no integration error)
     kinds      : name -> RecordKind
-    identified : which kinds estimates are made from; identified_from : from the steady state, from rest, or both
+    identified : kinds used for estimates;  identified_from : steady state, start from rest, or both
     """
 
     duration_s: float = Field(gt=0)
@@ -66,18 +67,20 @@ class RecordConfig(Strict):
 
     @property
     def step(self):
+        """Time between samples, s."""
         return self.duration_s / self.samples
 
     @property
     def time(self):
+        """(time,) s, from the first sample."""
         return np.arange(self.samples) * self.step
 
 
 class MonteCarloRig(Strict):
-    """What is tried on a rig.
+    """Monte Carlo trials of a rig.
 
-    records   : kinds of record from rest whose own spectrum the noise is added to; none: the exact steady state
-    condensed : also least squares with the thesis's condensation, which leaves gyroscopic moments out
+    records   : kinds of record from rest to whose spectra the noise is added; none: the exact steady state
+    condensed : also least squares with the thesis's condensation, which omits gyroscopic moments
     """
 
     estimators: list[str] = Field(min_length=1)
@@ -87,7 +90,7 @@ class MonteCarloRig(Strict):
 
 
 class MonteCarloConfig(Strict):
-    """rigs : name of a rig -> what is tried on it"""
+    """rigs : name of a rig -> its trials"""
 
     trials: int = Field(ge=2)
     levels_percent: list[PositiveNumber] = Field(min_length=1)
@@ -96,17 +99,17 @@ class MonteCarloConfig(Strict):
 
 
 class BiasConfig(Strict):
-    """keys : rotor options that are held wrong, e.g. mass_kg"""
+    """keys : rotor options held at wrong values, e.g. mass_kg;  percent : their errors"""
 
     keys: list[str]
     percent: list[Annotated[float, Field(gt=-100)]]
 
 
 class ExtraMeasurement(Strict):
-    """What is measured besides, or otherwise: to find out which measurement would tell the unknowns apart best.
+    """A further or different measurement, to find which would separate the unknowns best.
 
-    tilts : nodes where two probes, tilt_arm_m apart, show the tilt;  stations_m : further probes along the shaft
-    speeds, harmonics : instead of the study's own
+    tilts : nodes where two probes, tilt_arm_m apart, measure the tilt;  stations_m : further probes along the shaft
+    speeds, harmonics : instead of the study's;  times_longer : length of the records relative to the study's
     """
 
     tilts: list[int] = []
@@ -118,10 +121,10 @@ class ExtraMeasurement(Strict):
 
 
 class Variant(Strict):
-    """Equations solved with the model of one rig from exact spectra of another: what a wrong reading costs.
+    """Equations solved with the model of one rig from exact spectra of another, to find the error by a wrong model.
 
-    condensation : see `identification.Problem`
-    held_with_percent : the static deflection is held, that of bearings so much too stiff; not given: it follows them
+    condensation : see `inference.problem.Problem`
+    held_with_percent : the static deflection is held at that of bearings too stiff by this; by default it follows them
     """
 
     simulated: str
@@ -134,7 +137,7 @@ class StudyConfig(Strict):
     """A simulated study.
 
     rigs : name -> rig (see `rotorstudy.model.rig`);  harmonics, shown speeds, cases (name -> speeds) and unknowns
-    spectra, estimators : the methods this study shows; all of the zoo are compared by `studies.comparison`
+    spectra, estimators : the methods this study shows; `studies.comparison` compares all of the library
     """
 
     name: str
@@ -155,6 +158,7 @@ class StudyConfig(Strict):
     variants: dict[str, Variant] = {}
 
     def rig(self, name):
+        """The Model of a rig; raises RotorstudyError for an unknown name."""
         if name not in self.rigs:
             raise RotorstudyError(f"study '{self.name}' has no rig '{name}' (known: {', '.join(self.rigs)})")
         return build_model(self.rigs[name], where=f"study {self.name}, rig {name}")
@@ -166,12 +170,12 @@ class StudyConfig(Strict):
 
     @property
     def methods(self):
-        """Plugins of the spectra and estimators this study uses, by kind."""
+        """Plugins of the spectrum methods and estimators of this study, by kind."""
         tried = [name for rig in self.monte_carlo.rigs.values() for name in rig.estimators]
         return named_methods(self.spectra, [*self.estimators, *tried], f"study {self.name}")
 
     def check_rigs(self):
-        """Build every rig and find every name the study uses, so that mistakes show before anything runs."""
+        """Build every rig and look up every name the study uses, so that mistakes show before anything runs."""
         where = f"study {self.name}"
         if not self.rigs:
             raise RotorstudyError(f"{where} has no rig; give at least one under 'rigs:'")
@@ -235,7 +239,7 @@ class StudyConfig(Strict):
                 raise RotorstudyError(f"study {self.name}, extra_measurements, '{name}': {error}") from None
 
     def check_shown(self, count):
-        """The printed figures and tables of a chapter need a certain number of shown speeds."""
+        """Raise RotorstudyError unless as many speeds are shown as the printed figures of a chapter have."""
         given = self.shown_speeds_rad_s
         if len(given) != count:
             raise RotorstudyError(
@@ -244,7 +248,7 @@ class StudyConfig(Strict):
             )
 
     def case_of(self, name):
-        """The case a file name stands for, or the case of that very name."""
+        """The case of a name or of a file name."""
         return next(case for case in self.cases if file_name(case) == file_name(name))
 
 
@@ -261,7 +265,7 @@ def changed(options, key, percent, where="the rotor"):
     elif isinstance(value, (int, float)):
         new = value * (1 + percent / 100)
     else:
-        raise RotorstudyError(f"key '{key}' in {where} is no number that could be held wrong")
+        raise RotorstudyError(f"key '{key}' in {where} is not a number, so it cannot be varied")
     inside = {**inside, first: new}
     return inside if isinstance(options, dict) else list(inside.values())
 

@@ -1,4 +1,4 @@
-"""Every crack model of the zoo on one rotor, side by side, and every relation from crack depth to stiffness loss."""
+"""Every crack model of the plugin library on one rotor, and every relation from crack depth to stiffness loss."""
 
 from typing import Any
 
@@ -21,7 +21,7 @@ DIRECTIONS = ("xi", "eta", "vertical", "horizontal")
 
 
 class Shaft(Strict):
-    """The shaft on simple supports whose crack depths are turned into stiffness losses; k is 48 E I / L^3."""
+    """The simply supported shaft for the relations from crack depth to stiffness loss."""
 
     diameter_m: PositiveNumber
     span_m: PositiveNumber
@@ -29,14 +29,15 @@ class Shaft(Strict):
 
     @property
     def stiffness(self):
+        """48 E I / L^3 at mid-span, N/m."""
         return 48 * self.youngs_modulus_Pa * np.pi / 64 * self.diameter_m**4 / self.span_m**3
 
 
 class CracksConfig(Strict):
-    """rotor, effects: as in a rig, one translation;  loss_share: of the shaft's stiffness that the open crack takes
+    """rotor, effects : as in a rig, one coordinate;  loss_share : relative stiffness loss of the open crack
 
-    options : crack -> options other than those of its example;  angles : samples of a turn
-    shown_speeds_rad_s : of the full spectra;  swept : of the vibration over speed;  shown_orders : drawn over speed
+    options : crack -> options other than those of its example;  angles : samples per revolution
+    shown_speeds_rad_s : of the full spectra;  swept : speeds of the sweep;  shown_orders : harmonics of the sweep
     """
 
     title: str
@@ -68,7 +69,7 @@ class CracksConfig(Strict):
         return float(structure.stiffness[0, 0])
 
     def options_of(self, crack):
-        """Options a crack is compared with: its example, or what the configuration says."""
+        """Options of a crack in the comparison: those of the configuration, else of its example."""
         given = {**crack.example, **self.options.get(crack.name, {})}
         return check_options(crack.function, given, f"{self.title}, options of {crack.name}", ("angle",))
 
@@ -81,7 +82,7 @@ class CracksConfig(Strict):
 
 
 def load_cracks(path):
-    """The CracksConfig of a file, its options checked against the cracks there are."""
+    """The CracksConfig of a file, its options checked against the registered cracks."""
     config = check_config(CracksConfig, read_yaml(path), str(path))
     cracks = registry().plugins["crack"]
     for name in config.options:
@@ -89,16 +90,16 @@ def load_cracks(path):
             raise unknown_name("crack", name, cracks, f"options of {path}")
     for crack in cracks.values():
         config.options_of(crack)
-    _ = config.shaft_stiffness  # the rotor is one that cracks can be compared on
+    _ = config.shaft_stiffness  # raises for a rotor with several coordinates
     return config
 
 
 def compare(config):
-    """Every crack of the zoo on the same rotor with the same loss.
+    """Every crack of the plugin library on the same rotor with the same stiffness loss.
 
     returns : stiffness (crack, direction, shaft_angle) N/m; displacement (crack, speed, harmonic) and
               swept_displacement (crack, swept_speed, harmonic) m; mean_natural_frequency (crack) rad/s of the mean
-              stiffness, natural_frequency rad/s of the sound rotor; depth_loss (depth, direction, depth_ratio) N/m
+              stiffness, natural_frequency rad/s of the uncracked rotor; depth_loss (depth, direction, depth_ratio) N/m
     """
     cracks, depths = (registry().plugins[kind] for kind in ("crack", "depth"))
     k, angle = config.shaft_stiffness, np.linspace(0, 2 * np.pi, config.angles)
@@ -122,13 +123,13 @@ def compare(config):
     ]
     coordinates = {
         "crack": (list(cracks), "1", "crack model"),
-        "direction": (list(DIRECTIONS), "1", "turning with the shaft: xi, eta; standing still: vertical, horizontal"),
+        "direction": (list(DIRECTIONS), "1", "rotating with the shaft: xi, eta; fixed: vertical, horizontal"),
         "shaft_angle": (angle, "rad", "shaft angle, 0 where the crack edge points down"),
         "speed": (np.array(config.shown_speeds_rad_s), *SPEED),
         "swept_speed": (config.swept.speeds, *SPEED),
         "harmonic": (np.array(config.harmonics), "1", "harmonic of the spin speed, positive forward"),
         "depth": (list(depths), "1", "relation from crack depth to stiffness loss"),
-        "turning": (["xi", "eta"], "1", "direction that turns with the shaft"),
+        "turning": (["xi", "eta"], "1", "direction that rotates with the shaft"),
         "depth_ratio": (ratios, "1", "crack depth over diameter"),
     }
     variables = {
@@ -136,7 +137,7 @@ def compare(config):
         "displacement": (("crack", "speed", "harmonic"), np.array(shown), "m", "full spectrum"),
         "swept_displacement": (("crack", "swept_speed", "harmonic"), np.array(swept), "m", "full spectrum over speed"),
         "mean_natural_frequency": (("crack",), np.array(mean), "rad/s", "natural frequency of the mean stiffness"),
-        "natural_frequency": ((), np.sqrt(k / mass), "rad/s", "natural frequency of the sound rotor"),
+        "natural_frequency": ((), np.sqrt(k / mass), "rad/s", "natural frequency of the uncracked rotor"),
         "depth_loss": (
             ("depth", "turning", "depth_ratio"),
             np.moveaxis(np.array(losses), -1, 1),
@@ -150,7 +151,7 @@ def compare(config):
 
 
 def _directions(values, angle):
-    """(direction, angle) shares of the loss along xi, eta, down and sideways."""
+    """(direction, angle) shares of the loss along xi, eta, vertical and horizontal."""
     xi, eta, both = values
     cosine, sine = np.cos(angle), np.sin(angle)
     down = xi * cosine**2 + eta * sine**2 - 2 * both * sine * cosine

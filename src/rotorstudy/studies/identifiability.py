@@ -1,4 +1,4 @@
-"""How well the unknowns of a study can be told apart, and which further measurement would help most."""
+"""Identifiability of the unknowns of a study, and the gain by further measurements."""
 
 import numpy as np
 
@@ -14,17 +14,20 @@ from rotorstudy.studies.config import ExtraMeasurement
 from rotorstudy.studies.probes import output_rows
 
 AS_IT_IS = "as it is"
-NOISE = 0.01  # white in time, of the rms vibration at the study's own speeds: one number for all probes and all speeds
+NOISE = 0.01  # white in time, relative to the rms vibration at the study's speeds; the same for all probes and speeds
 
 
 def probe_noise(config, model, speeds):
-    """Standard deviation of a sample of any probe, m."""
+    """Standard deviation of a sample of any probe, m; speeds (speed,) rad/s."""
     shown = measured_response(model, speeds, config.harmonics)[:, np.array(config.harmonics) != 0]
     return NOISE * np.sqrt(np.mean(np.sum(np.abs(shown) ** 2, axis=1)) / 2)
 
 
 def information(config, model, speeds, harmonics, rows, std):
-    """Normal matrix J^T C^-1 J (parameter, parameter) of the unknowns; std (output,) of each harmonic's parts."""
+    """Fisher information J^T C^-1 J (parameter, parameter) of the unknowns.
+
+    rows : (output, dof) of `output_rows`;  std : (output,) m, of the real and imaginary part of each harmonic
+    """
     if any(name in {u.name for u in model.output_unknowns} for name in config.unknowns):
         raise RotorstudyError("identifiability is computed for amplitudes of the rotor, not of its sensors")
     _, change = harmonic_response_and_jacobian(model, speeds, harmonics)
@@ -35,9 +38,8 @@ def information(config, model, speeds, harmonics, rows, std):
 
 
 def identifiability(config):
-    """Cramer-Rao bounds with the same white noise on all probes, what correlates, what further measurement gains.
+    """Cramer-Rao bounds of the main rig with white noise on all probes, correlations, and further measurements.
 
-    All of it for the main rig.
     returns : noise (case) m of a sample; correlation (case, parameter, other_parameter) of the estimates; bound (case,
               measurement, parameter) relative, of phases in rad; inflation (case, parameter), the bound over the one
               with all others known

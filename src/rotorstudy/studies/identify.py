@@ -46,7 +46,7 @@ def identify(config, rig):
                 except (
                     NoConvergenceError,
                     NoSteadyState,
-                ):  # records whose phase is not compensated can be beyond any model
+                ):  # uncompensated phases may fit no model
                     theta = std = np.full(len(names), np.nan)
                 rows.append((theta, std))
     coordinates = {
@@ -72,7 +72,7 @@ STEADY = "steady state"
 
 
 def _spectrum_without_noise(config, model, speeds, record):
-    """The steady harmonics, or those a kind of record from rest shows, phase compensated, and its samples."""
+    """The exact steady-state Spectrum, or that of a kind of record from rest, phase compensated; and its samples."""
     if record == STEADY:
         return clean_spectrum(config, model, speeds), config.record.samples
     kind = config.record.kinds[record]
@@ -90,14 +90,14 @@ def _estimate(name, problem):
 
 
 def monte_carlo(config, rig, case):
-    """Estimates of one case under noise: every record kind, noise model, level, and estimator asked for this rig.
+    """Estimates of one case under noise, for every record kind, noise model, level and estimator of the rig.
 
-    case    : its name, or the file name that stands for it
-    White noise in time is drawn as its exact image in the spectrum, independent circular noise on each harmonic.
+    case    : its name or file name
+    White noise in time is drawn in the spectrum, where it is independent circular noise on each harmonic.
     returns : estimate (record, noise_model, noise, estimator, trial, parameter), stated_std (record, noise_model,
               noise, estimator, parameter; median over trials), coverage (share of trials whose stated 95 % interval
-              holds the truth), cramer_rao (record, noise_model, noise, parameter; NaN for noise that is not
-              independent), without_noise (record, estimator, parameter), true (parameter)
+              holds the truth), cramer_rao (record, noise_model, noise, parameter; NaN for correlated noise),
+              without_noise (record, estimator, parameter), true (parameter)
     """
     settings, case = config.monte_carlo, config.case_of(case)
     model, speeds = config.rig(rig), config.cases[case].speeds
@@ -183,7 +183,7 @@ def monte_carlo(config, rig, case):
 
 
 def bias(config):
-    """Error of the estimates of the main rig when what is held known about the rotor is wrong by some percent.
+    """Error of the estimates of the main rig if a known quantity of the rotor is wrong by some per cent.
 
     returns : relative_error (known, percent, case, estimator, parameter); phases as a difference in rad
     """
@@ -228,5 +228,5 @@ def bias(config):
 
 
 def _one_percent(config, spectrum):
-    """Covariance of 1 % white noise: the weights of an estimator that thinks its model is right."""
+    """Covariance of 1 % white noise, the weights of an estimator that assumes a correct model."""
     return independent_covariance(noise_std(spectrum, 0.01, "white in time", config.record.samples) ** 2)

@@ -1,4 +1,4 @@
-"""Identification by fitting the response from few sensors: from far starts, under noise, and against the bound."""
+"""Output-error identification from few sensors: convergence, accuracy under noise, and the Cramer-Rao bound."""
 
 from dataclasses import replace
 from itertools import product
@@ -15,15 +15,15 @@ from rotorstudy.model.rig import build_model
 from rotorstudy.store import dataset
 from rotorstudy.studies.common import clean_spectrum, is_phase, parameter_coordinates, reported_names, true_values
 
-NOISE = 0.01  # white in time, of each sensor's own rms
+NOISE = 0.01  # white in time, relative to each sensor's rms
 STARTS = 10
-START_OFF = 0.3  # each amplitude is off by this much, up or down
+START_OFF = 0.3  # relative error of each starting amplitude, of either sign
 
 
 def sensors(config):
-    """Fits of the response of the main rig from every set of sensors and case.
+    """Fits of the response of the main rig, for every set of sensors and case.
 
-    From exact data fits begin far off, at amplitudes 30 % too large or too small; under noise, at the best these found.
+    On exact data fits start at amplitudes 30 % too large or too small; under noise at the best of these fits.
     returns : bound (sensors, case, parameter) relative, at 1 % white noise, of phases in rad; NaN if not identifiable
               start_error (sensors, case, start) largest relative error of any parameter from exact data
               scatter (sensors, case, parameter) rms error under that noise, as the bound; fitted (sensors, case) share

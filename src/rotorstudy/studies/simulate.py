@@ -12,7 +12,7 @@ PHASES = ("none", "reference", "keyphasor")
 
 
 def steady_state(config, model, speeds, late_samples=0.0):
-    """(speed, node, time) steady state in closed form, m; a record may start late by a fraction of a sample."""
+    """(speed, node, time) steady state in closed form, m; late_samples : delay of the start of the record."""
     late = late_samples * config.record.step
     angles = late * np.asarray(speeds)
     found = simulate_records(
@@ -22,10 +22,10 @@ def steady_state(config, model, speeds, late_samples=0.0):
 
 
 def from_rest(config, model, speeds, late_samples=0.0):
-    """(speed, node, time) motion after a start from rest and the settling time, with what is left of the transient."""
+    """(speed, node, time) motion after a start from rest and the settling time, with the remaining transient, m."""
     record, speeds = config.record, np.asarray(speeds, float)
     time = record.time + late_samples * record.step
-    settled = np.ceil(record.settling_s * speeds / (2 * np.pi) - 1e-9) * 2 * np.pi / speeds  # whole turns
+    settled = np.ceil(record.settling_s * speeds / (2 * np.pi) - 1e-9) * 2 * np.pi / speeds  # whole revolutions
     if record.from_rest == "exact":
         found = [transient_response(model, w, time + start) for w, start in zip(speeds, settled, strict=True)]
     else:
@@ -57,7 +57,7 @@ def simulate(config, rig):
 
 
 def take(config, kind, signal, speed, sensors):
-    """The Record that a kind of recording makes of a signal (node, time) which already starts late if it should."""
+    """The Record of a RecordKind from a signal (node, time), m, which already starts late if it should."""
     record, cut = config.record, kind.dropped_samples
     angle_time = record.time[cut:] + kind.late_samples * record.step
     return Record(
@@ -72,20 +72,20 @@ def take(config, kind, signal, speed, sensors):
 
 
 def kind_spectrum(config, kind, records, name, phase):
-    """Spectrum of records of one kind by a spectrum method, its phase counted from where the kind's clock starts."""
+    """Spectrum of records of one kind by a spectrum method, with phases from the time origin of that kind."""
     method = registry().get("spectrum", name)
     spectrum = full_spectrum(records, config.harmonics, method, phase, whole_revolutions=kind.whole_revolutions)
     early = kind.clock_samples.get(name, 0) * config.record.step
     if phase != "none" or not early:
         return spectrum
-    turn = np.exp(1j * np.multiply.outer(spectrum.speed, spectrum.harmonics) * early)
-    return spectrum.with_amplitude(spectrum.amplitude * turn[..., None])
+    shift = np.exp(1j * np.multiply.outer(spectrum.speed, spectrum.harmonics) * early)
+    return spectrum.with_amplitude(spectrum.amplitude * shift[..., None])
 
 
 def spectra(config, records):
     """Full spectra of the records of `simulate`, of every kind, by every spectrum method and phase reference.
 
-    A record that is late by a fraction of a sample is the given one shifted; of a whole sample, rolled.
+    A record late by a fraction of a sample is the given one shifted by Fourier series; by whole samples, rolled.
     returns : displacement (source, record, spectrum_method, phase_reference, speed, harmonic, node, part) m,
               reference_phase (record, spectrum_method, speed, harmonic) rad
     """
@@ -127,14 +127,14 @@ def spectra(config, records):
 
 
 def _delayed(signal, samples):
-    """A periodic signal (..., time) that starts `samples` later, by its Fourier series."""
+    """A periodic signal (..., time) that starts `samples` later."""
     if samples == int(samples):
         return np.roll(signal, -int(samples), axis=-1)
-    turns = np.fft.fftfreq(signal.shape[-1])
-    return np.fft.ifft(np.fft.fft(signal, axis=-1) * np.exp(2j * np.pi * turns * samples), axis=-1)
+    frequency = np.fft.fftfreq(signal.shape[-1])
+    return np.fft.ifft(np.fft.fft(signal, axis=-1) * np.exp(2j * np.pi * frequency * samples), axis=-1)
 
 
 def case_records(config, model, speeds, kind, source):
-    """Records of one kind at the given speeds, of the steady state or from rest."""
+    """Records of one kind at the given speeds (rad/s); source : "steady state" or "from rest"."""
     signals = SOURCES[source](config, model, speeds, kind.late_samples)
     return [take(config, kind, z, w, model.sensors) for z, w in zip(signals, speeds, strict=True)]

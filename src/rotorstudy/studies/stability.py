@@ -1,4 +1,4 @@
-"""Where internal damping makes the rotor unstable."""
+"""Instability by internal damping."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from rotorstudy.store import dataset
 
 
 def damping_along_x(unknown):
-    """Largest force along x, N, of an amplitude 1 on a velocity of 1 m/s along x; 0 of what is no damping there."""
+    """Largest force along x, N, of a unit amplitude at a velocity of 1 m/s along x; 0 without damping there."""
     rates = [entry.matrix for entry in unknown.entries if entry.reads_motion and entry.order == 1]
     return np.abs(np.real(sum(rates, np.zeros((1, 1))))).max()
 
@@ -16,8 +16,8 @@ def damping_along_x(unknown):
 def stability(config, ratios=(0.5, 1.0, 2.0, 5.0), up_to=8.0):
     """Growth rate over speed and threshold of the uncracked main rig for several internal dampings.
 
-    ratios  : external over internal damping, the external damping (summed along x) held
-    up_to   : times the natural frequency
+    ratios  : external over internal damping; the external damping (summed along x) is held
+    up_to   : highest speed relative to the natural frequency
     returns : growth_rate (damping_ratio, relative_speed) 1/s, threshold (damping_ratio) rad/s (NaN if above `up_to`),
               natural_frequency rad/s
     """

@@ -1,4 +1,4 @@
-"""Least squares of the equations from exact spectra, right and in the ways it can be done wrong."""
+"""Least squares of the equations from exact spectra, correct and with known mistakes."""
 
 from dataclasses import replace
 
@@ -19,7 +19,7 @@ from rotorstudy.studies.common import (
 
 
 def held_model(model, speeds, percent):
-    """The model with the static deflection that bearings so many per cent too stiff would give."""
+    """The model with the static deflection held at that of bearings too stiff by `percent`; speeds (speed,) rad/s."""
     theta = model.theta[: len(model.rotor_unknowns)].copy()
     stiff = [u.carries and u.unit == "N/m" for u in model.rotor_unknowns]
     theta[stiff] *= 1 + percent / 100
@@ -29,7 +29,7 @@ def held_model(model, speeds, percent):
 def variants(config):
     """Estimates of every variant and case, without noise.
 
-    returns : estimate, relative_error (variant, case, parameter), of phases the difference in rad; true (parameter)
+    returns : estimate, relative_error (variant, case, parameter; for phases the difference in rad), true (parameter)
     """
     estimates, errors, names = [], [], reported_names(config)
     phase = is_phase(config, names)

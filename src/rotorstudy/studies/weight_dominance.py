@@ -1,4 +1,4 @@
-"""What weight dominance costs."""
+"""Errors by the assumption of weight dominance."""
 
 import numpy as np
 
@@ -25,7 +25,7 @@ def first_crack(config, rig):
 
 
 def weight_dominance(config):
-    """What weight dominance costs the main rig: a crack acting on the static deflection only, against the full one.
+    """Errors by weight dominance on the main rig: a crack acting on the static deflection only, beside the full one.
 
     The stiffness losses of the rig's first crack are scaled by `config.crack_scales`.
     returns : displacement (crack, crack_scale, speed, harmonic, part) at the shown speeds, middle sensor;

@@ -13,7 +13,7 @@ ORDERS = (1, 2, 3, -1)
 def whirl(config, up_to=6.0):
     """Whirl of the uncracked rotor without damping over speed.
 
-    up_to   : times the lowest natural frequency
+    up_to   : highest speed relative to the lowest natural frequency
     returns : frequency (rig, speed, mode) rad/s, positive forward; critical_speed (rig, order, critical) rad/s, NaN
               where there are fewer; natural_frequency (rig) rad/s
     """
@@ -23,7 +23,9 @@ def whirl(config, up_to=6.0):
     highest = up_to * max(natural)
     speeds = np.linspace(highest / 300, highest, 300)
     frequency = np.array([eigenvalues(model, speeds, thetas[name]).imag for name, model in models.items()])
-    if np.allclose(frequency, -frequency[..., ::-1], rtol=1e-6, atol=1e-6 * highest):  # anisotropic: both mirror images
+    if np.allclose(
+        frequency, -frequency[..., ::-1], rtol=1e-6, atol=1e-6 * highest
+    ):  # anisotropic: mirror images at +-
         frequency = frequency[..., frequency.shape[-1] // 2 :]
     found = [critical_speeds(model, highest, ORDERS, thetas[name]) for name, model in models.items()]
     most = max(len(values) for rig in found for values in rig)

@@ -1,4 +1,4 @@
-"""What the workflow needs: its configuration, and for each job a log, inputs, the function to call, and its code."""
+"""Support of the workflow: configuration, logs of jobs, their inputs, the function to call, and the code it needs."""
 
 import ast
 import functools
@@ -18,7 +18,7 @@ from rotorstudy.store import load
 
 
 class DiagnosisItem(Strict):
-    """records : paths of record files or tables;  rig : rig file;  replay : the replay they are published data of"""
+    """records : paths of record files or tables;  rig : rig file;  replay : the replay of the same data, if any"""
 
     records: list[str] = Field(min_length=1)
     rig: str
@@ -26,12 +26,11 @@ class DiagnosisItem(Strict):
 
 
 class WorkflowConfig(Strict):
-    """results, reference: folders;  studies, replays: name -> configuration file;  plugin_folders: further plugins
+    """results, reference : folders;  studies, replays : name -> configuration file;  plugin_folders : further plugins
 
-    blind   : configuration file of the blind tests of the diagnosis; none: they are left out
-    compare : configuration file of the comparison of spectra and estimators; none: it is left out
-    diagnoses : name -> measured records and the rig file that they are of
-    cracks : configuration file of the comparison of crack models; none: left out
+    blind, compare, cracks : configuration files of the blind tests, of the comparison of spectrum methods and
+                             estimators, and of that of crack models; each is left out if not given
+    diagnoses : name -> measured records and their rig file
     """
 
     results: str
@@ -47,7 +46,7 @@ class WorkflowConfig(Strict):
 
 @contextmanager
 def job(snakemake):
-    """Send what a script prints to the rule's log; a mistake of the user ends the job with one line."""
+    """Redirect the output of a script to the rule's log; a user's mistake ends the job with a one-line message."""
     path = Path(snakemake.log[0])
     path.parent.mkdir(parents=True, exist_ok=True)
     screen = sys.stderr
@@ -89,16 +88,15 @@ def opened(inputs):
 
 
 def named_function(name):
-    """The function of a name with its module, as a rule gives it: "rotorstudy.studies.whirl.whirl"."""
+    """The function of a full name: "rotorstudy.studies.whirl.whirl"."""
     module, _, attribute = name.rpartition(".")
     return getattr(import_module(module), attribute)
 
 
 def called(snakemake, config, **given):
-    """What the function of a job makes of a configuration.
+    """Result of the function of a job (`params.function`) for a configuration.
 
-    Its further arguments are the results among the inputs, the params of the rule other than `function` and `load`,
-    and what is given.
+    Further arguments are the Datasets among the inputs, the other params of the rule except `load`, and `given`.
     """
     params = {name: value for name, value in snakemake.params.items() if name not in ("function", "load")}
     function = named_function(snakemake.params.function)
@@ -107,7 +105,7 @@ def called(snakemake, config, **given):
 
 @functools.cache
 def _imports(file):
-    """Files of this package that one file imports, also inside functions. Kept: every script shares most of them."""
+    """Files of this package that one file imports, also inside functions. Cached, as scripts share most of them."""
     modules = []
     for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
         if isinstance(node, ast.ImportFrom) and node.module:
@@ -127,14 +125,14 @@ def _module_files(modules):
 
 
 def imported_files(script, *functions):
-    """Files of this package a job depends on: Snakemake sees a change of a script but not of the modules behind it.
+    """Files of this package a job depends on: Snakemake notices changes of scripts but not of the modules they import.
 
     Parameters
     ----------
     script : path
-        What the job runs.
+        Script of the job.
     functions : str
-        Functions the script is given by name, see `named_function`.
+        Names of functions that the script is given, see `named_function`.
 
     Returns
     -------
@@ -153,5 +151,5 @@ def imported_files(script, *functions):
 
 
 def plugin_files(rigs, plugins=()):
-    """Files of the plugins that rigs name, and of further ones."""
+    """Files of the plugins that rigs name, and of further plugins."""
     return sorted({plugin.file for plugin in [*plugins, *(p for rig in rigs for p in named_plugins(rig))]})

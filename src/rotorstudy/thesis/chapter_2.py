@@ -4,12 +4,11 @@ import numpy as np
 import pandas as pd
 
 from rotorstudy.studies.config import file_name
-from rotorstudy.thesis.printed import estimate_rows, noise_rows, spectrum_rows, with_deviation
-from rotorstudy.thesis.scoreboard import load_reasons, published, score
+from rotorstudy.thesis.printed import estimate_rows, noise_rows, scored_against, spectrum_rows
+from rotorstudy.thesis.scoreboard import published
 from rotorstudy.thesis.tables import Table, scored_tables
 
-# names in the thesis's tables: ours, factor to their unit
-PARAMETERS = {
+PARAMETERS = {  # name in the thesis -> name here, factor to the printed unit
     "c_H": ("internal_damping", 1.0),
     "c_E": ("external_damping", 1.0),
     "e": ("eccentricity", 1.0),
@@ -17,12 +16,12 @@ PARAMETERS = {
     "dk_xi": ("stiffness_loss", 1.0),
 }
 MODELS = {"shared": "per harmonic, same at all speeds", "per_harmonic": "per harmonic", "white": "white in time"}
-COMPENSATION = {"without": "none", "with": "reference"}  # phase compensation in the words of Table 2.5 -> ours
+COMPENSATION = {"without": "none", "with": "reference"}  # as in Table 2.5 -> phase reference here
 BY_METHOD = (["item"], ["case", "method"])
 DESCRIBED = {
     "2.2": (
         "Amplitudes of the full spectrum at 88 rad/s",
-        "Regression columns agree to the last digit; see 7X of the FFT.",
+        "The regression columns agree to the last digit; the FFT column differs most at 7X.",
         *BY_METHOD,
     ),
     "2.3": (
@@ -32,12 +31,12 @@ DESCRIBED = {
     ),
     "2.4": (
         "Phases of the reference signal",
-        "The FFT columns are n w dt: a record that starts one sample late.",
+        "The FFT columns equal n w dt, as for a record that starts one sample late.",
         *BY_METHOD,
     ),
     "2.5": (
         "Assumed and estimated parameters",
-        "Noise rows: our mean over the trials; the printed one is a single draw.",
+        "Rows with noise: mean over our trials; the thesis prints a single realisation.",
         ["case", "noise_percent"],
         ["item"],
     ),
@@ -50,7 +49,7 @@ def printed_case(case, compensation):
 
 
 def spectrum_columns(config):
-    """What each column of Tables 2.2 to 2.4 is made of, see `spectrum_rows`."""
+    """Origin of each column of Tables 2.2 to 2.4, as `spectrum_rows` takes it."""
     steady = {"source": "steady state", "record": "complete", "spectrum_method": "regression"}
     whole = {"source": "from rest", "record": "complete", "spectrum_method": "fft"}
     late = {"source": "from rest", "record": "half a sample late", "spectrum_method": "fft"}
@@ -127,8 +126,7 @@ def tables(config, reference, spectra, identification, monte_carlo, reasons):
     printed = published(reference, list(DESCRIBED))
     under_noise = printed[(printed.table == "2.5") & (printed.noise_percent > 0)]
     rows += noise_rows(under_noise, noisy, PARAMETERS, MODELS, mean_of=MODELS["shared"])
-    computed = with_deviation(pd.DataFrame(rows), printed)
-    scored = score(printed, computed, load_reasons(reasons))
+    scored = scored_against(printed, rows, reasons)
     return scored, {
         "table_2_1": assumed_parameters(config, identification.true),
         **scored_tables(scored, DESCRIBED),

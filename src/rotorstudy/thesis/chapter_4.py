@@ -3,8 +3,8 @@
 import numpy as np
 import pandas as pd
 
-from rotorstudy.thesis.printed import estimate_rows, noise_rows, spectrum_rows, with_deviation
-from rotorstudy.thesis.scoreboard import load_reasons, published, score
+from rotorstudy.thesis.printed import estimate_rows, noise_rows, scored_against, spectrum_rows
+from rotorstudy.thesis.scoreboard import published
 from rotorstudy.thesis.tables import Table, scored_tables
 
 CASE = "20 to 50 Hz"
@@ -16,7 +16,7 @@ SPECTRA = {  # quantity -> phase reference and the tables at 20 and 50 Hz
 }
 METHODS = {"regression": "regression", "fft": "fft_multiples"}
 SWAPPED = {"regression": "fft_multiples", "fft": "regression"}  # headings of the incomplete cycles of Table 4.7
-PARAMETERS = {  # names in the thesis's tables: ours, factor to their unit
+PARAMETERS = {  # name in the thesis -> name here, factor to the printed unit
     "c_H": ("internal_damping", 1.0),
     "c_E": ("external_damping", 1.0),
     "e": ("eccentricity", 1.0),
@@ -29,28 +29,28 @@ ROWS = {  # of Table 4.10 -> kind of record, phase reference
     f"{CASE}, incomplete cycles, with phase compensation": ("incomplete cycles", "reference"),
 }
 BY_METHOD = (["item"], ["case", "method"])
-TRANSIENT = "From rest, the seventh second; the tilt is hardly damped, and its free vibration is still in the record."
+TRANSIENT = "Seventh second from rest; the tilt is hardly damped, so the record still holds its free vibration."
 DESCRIBED = {
     "4.2": ("Amplitudes at 20 Hz", f"{TRANSIENT} 7X of complete cycles: one misprint, .0562 for .0565.", *BY_METHOD),
     "4.3": ("Amplitudes at 50 Hz", TRANSIENT, *BY_METHOD),
-    "4.4": ("Phases at 20 Hz", "Regression of the thesis counts from 100 samples before the record.", *BY_METHOD),
-    "4.5": ("Phases at 50 Hz", "Regression of the thesis counts from 100 samples before the record.", *BY_METHOD),
+    "4.4": ("Phases at 20 Hz", "The thesis's regression counts phases from 100 samples before the record.", *BY_METHOD),
+    "4.5": ("Phases at 50 Hz", "The thesis's regression counts phases from 100 samples before the record.", *BY_METHOD),
     "4.6": ("Phases of the reference signal at 20 Hz", "Complete cycles: zero to round-off.", *BY_METHOD),
     "4.7": (
         "Phases of the reference signal at 50 Hz",
-        "The thesis's headings of the incomplete cycles are swapped; here regression stands under its own name.",
+        "The thesis swaps the headings of the incomplete cycles: its column 'regression' is compared with our FFT.",
         *BY_METHOD,
     ),
     "4.8": (
         "Compensated phases at 20 Hz",
-        "Compensation takes the unknown start of the record away.",
+        "Compensation removes the effect of the unknown start of the record.",
         *BY_METHOD,
     ),
-    "4.9": ("Compensated phases at 50 Hz", "What compensation leaves at 7X is leakage.", *BY_METHOD),
+    "4.9": ("Compensated phases at 50 Hz", "The difference that compensation leaves at 7X is leakage.", *BY_METHOD),
     "4.10": (
         "Assumed and estimated parameters",
-        "Rows under noise: our mean over the trials; the printed one is a single draw. The column of dk_44 is missing "
-        "in the source; its error is in the figure of errors against noise.",
+        "Rows with noise: mean over our trials; the thesis prints a single realisation. Its column of dk_44 is "
+        "missing; the error of dk_44 is in the figure of errors against noise.",
         ["case", "noise_percent"],
         ["item"],
     ),
@@ -58,7 +58,7 @@ DESCRIBED = {
 
 
 def spectrum_columns(config):
-    """What each column of Tables 4.2 to 4.9 is made of, see `spectrum_rows`."""
+    """Origin of each column of Tables 4.2 to 4.9, as `spectrum_rows` takes it."""
     columns = {}
     for quantity, (phase, *numbers) in SPECTRA.items():
         for table, speed, at in zip(numbers, config.shown_speeds_rad_s, ("20 Hz", "50 Hz"), strict=True):
@@ -97,7 +97,7 @@ def assumed_parameters(config, true):
         pd.DataFrame(rows, columns=["parameter", "symbol", "thesis", "here", "unit"]),
         "Table 4.1: Assumed parameters of the rotor with an offset disc",
         "Stiffness and deflection follow from the shaft: 210 GPa, 15 mm, disc at 0.20 m of 0.36 m. The thesis prints "
-        "u_x0 and phi_y0 rounded up; its tables are made with the unrounded numbers.",
+        "u_x0 and phi_y0 rounded up; its tables follow from the unrounded numbers.",
     )
 
 
@@ -133,8 +133,7 @@ def tables(config, reference, spectra, identification, monte_carlo, reasons):
         {"per_harmonic": "per harmonic", "white": "white in time"},
         mean_of="white in time",
     )
-    computed = with_deviation(pd.DataFrame(rows), printed)
-    scored = score(printed, computed, load_reasons(reasons))
+    scored = scored_against(printed, rows, reasons)
     return scored, {
         "table_4_1": assumed_parameters(config, identification.true),
         **scored_tables(scored, DESCRIBED),

@@ -5,8 +5,8 @@ import pandas as pd
 
 from rotorstudy.response.statics import static_deflection
 from rotorstudy.studies.common import is_phase
-from rotorstudy.thesis.printed import spectrum_rows, with_deviation
-from rotorstudy.thesis.scoreboard import KEYS, load_reasons, published, score
+from rotorstudy.thesis.printed import scored_against, spectrum_rows
+from rotorstudy.thesis.scoreboard import KEYS, published
 from rotorstudy.thesis.tables import Table, scored_tables
 
 NODES = (1, 2, 3)  # tables 6.2 to 6.4 are amplitudes there, 6.5 to 6.7 phases
@@ -28,7 +28,7 @@ def spectrum_table(quantity, node):
 
 
 def spectrum_columns():
-    """What each column of Tables 6.2 to 6.7 is made of, see `spectrum_rows`."""
+    """Origin of each column of Tables 6.2 to 6.7, as `spectrum_rows` takes it."""
     return {
         (spectrum_table(quantity, node), f"100 rad/s, node {node}", quantity, method): {
             "source": "from rest",
@@ -55,31 +55,33 @@ def assumed_parameters(config, true):
     return Table(
         pd.DataFrame(rows, columns=["parameter", "here"]),
         "Table 6.1: Assumed parameters, and the static deflection that follows",
-        "SI units, phases in degrees. The thesis prints the two phases of unbalance the other way round; its spectra "
-        "come back with 45 degrees at disc 1 and 15 degrees at disc 2. Deflection of discs and shaft on the bearings.",
+        "SI units, phases in degrees. The thesis swaps the two phases of unbalance; its spectra are reproduced with "
+        "45 degrees at disc 1 and 15 degrees at disc 2. The deflection is that of discs and shaft on the bearings.",
     )
 
 
 def variant_errors(config, relative_error):
-    """What each way of solving the equations costs; relative_error : of `studies.variants.variants`."""
+    """Error of each variant of the equations; relative_error : of `studies.variants.variants`."""
     error = relative_error.to_series().unstack("parameter")
     phase = is_phase(config, error.columns)
     error.loc[:, ~phase] *= 100
     error.loc[:, phase] = np.rad2deg(error.loc[:, phase])
-    error.columns = [f"{name} ({'deg' if turns else '%'})" for name, turns in zip(error.columns, phase, strict=True)]
+    error.columns = [
+        f"{name} ({'deg' if is_angle else '%'})" for name, is_angle in zip(error.columns, phase, strict=True)
+    ]
     return Table(
         error.reset_index(),
-        "Least squares from exact spectra, right and wrong",
-        "Error of each parameter without any noise. Exact elimination of the tilts is exact; leaving the gyroscopic "
-        "moments out of the condensation costs a few hundredths of a per cent; holding the static deflection of "
-        "bearings 20 % too stiff puts 11 % into crack stiffness and internal damping and nothing elsewhere; the wrong "
-        "gyroscopic sign puts 2 to 12 % into bearings, eccentricities and the crack.",
+        "Variants of least squares from exact spectra",
+        "Error of each parameter without noise. The elimination of the tilts is exact. A condensation without "
+        "gyroscopic moments causes errors of a few hundredths of a per cent. A static deflection held at that of "
+        "bearings 20 % too stiff causes 11 % in crack stiffness and internal damping and none elsewhere. The wrong "
+        "gyroscopic sign causes 2 to 12 % in bearings, eccentricities and the crack.",
     )
 
 
 def described():
     """Title, note and keys of every scored table."""
-    note = "Reversed gyroscopic sign, wrong signs in the horizontal mass matrix, deflection of unknown origin."
+    note = "Here: reversed gyroscopic sign, wrong signs in the horizontal mass matrix, deflection of unknown origin."
     found = {
         spectrum_table(quantity, node): (
             f"{quantity.capitalize()}s at node {node}, 100 rad/s",
@@ -93,9 +95,9 @@ def described():
     for table, case in CASES.items():
         found[table] = (
             f"Assumed and estimated parameters, {case}",
-            "Simulated with one gyroscopic sign, identified with the other: eccentricities and phases come back with "
-            f"their printed errors {'to 0.01' if table == '6.8' else 'within 0.2'} % points, the ten others do "
-            "not. How the thesis combined speeds is not known. Rows under noise: ours without noise.",
+            "Simulated with one gyroscopic sign, identified with the other: the printed errors of eccentricities and "
+            f"phases are reproduced {'to 0.01' if table == '6.8' else 'within 0.2'} percentage points, those of the "
+            "ten others are not. How the thesis combined speeds is not known. In rows with noise ours has none.",
             ["item"],
             ["noise_percent"],
         )
@@ -103,7 +105,7 @@ def described():
 
 
 def tables(config, reference, spectra, variants, reasons):
-    """The tables of Chapter 6 beside the thesis's, and what wrong equations cost.
+    """The tables of Chapter 6 beside the thesis's, and the errors that wrong equations cause.
 
     Parameters
     ----------
@@ -129,13 +131,7 @@ def tables(config, reference, spectra, variants, reasons):
         ours, factor = PARAMETERS[row["item"]]
         value = variants.estimate.sel(variant=VARIANT, case=CASES[row["table"]], parameter=ours)
         rows.append({**{key: row[key] for key in KEYS}, "computed": float(value) * factor})
-    computed = with_deviation(pd.DataFrame(rows), printed)
-    known = printed.set_index(KEYS).published
-    computed["percent"] = [
-        100 * deviation / abs(known.get(tuple(key), np.nan))
-        for key, deviation in zip(computed[KEYS].values, computed.deviation, strict=True)
-    ]
-    scored = score(printed, computed, load_reasons(reasons))
+    scored = scored_against(printed, rows, reasons)
     return scored, {
         "table_6_1": assumed_parameters(config, variants.true),
         **scored_tables(scored, texts),

@@ -1,4 +1,4 @@
-"""Estimates from a replayed experiment set against what physics and the other measurements of the same rig allow."""
+"""Physical limits on the estimates of a replayed experiment, from the other measurements of the same rig."""
 
 import re
 
@@ -18,10 +18,10 @@ from rotorstudy.units import percent
 
 
 def largest_participation(n):
-    """Largest |p_n| that any opening 0 <= sigma(angle) <= 1 can have, whatever its shape and phase.
+    """Largest |p_n| of any breathing function 0 <= s(angle) <= 1, whatever its shape and phase.
 
-    p_n = (s_n + s_{n-2}) / 2 is the mean of sigma * cos(angle) * e^{-j(n-1) angle}, so at most half the mean of the
-    positive part of cos(angle) * cos((n-1) angle + phase), maximised over the phase.
+    p_n = (s_n + s_{n-2}) / 2 is the mean of s * cos(angle) * e^{-j(n-1) angle}, so at most the mean of the positive
+    part of cos(angle) * cos((n-1) angle + phase), maximised over the phase.
     """
     angle = (np.arange(4096) + 0.5) * 2 * np.pi / 4096
     phases = np.linspace(0, np.pi, 91)[:, None]
@@ -30,12 +30,11 @@ def largest_participation(n):
 
 
 def limits(config):
-    """What the rotor and the impact tests allow, SI.
+    """Limits by the rotor data and the impact tests, SI: name -> value.
 
-    Free vibration damped by zeta rings at sqrt(1 - zeta^2) of the undamped frequency; that is known to a few per cent
-    (`undamped_frequency_uncertainty`: shaft mass, elasticity), so a ringing at the printed frequency bounds zeta. The
-    impact feels both dampings together. The frequency with the crack open over that with it closed bounds the
-    stiffness loss.
+    A free vibration with damping ratio zeta has sqrt(1 - zeta^2) of the undamped frequency, which is known to a few
+    per cent (`undamped_frequency_uncertainty`: shaft mass, elasticity); so its measured frequency bounds zeta, that of
+    both dampings together. The ratio of the frequencies with the crack open and closed bounds the stiffness loss.
     """
     model = config.model
     node = model.measured[0]
@@ -80,31 +79,31 @@ def _alike(name):
 
 
 def physical_checks(config, estimates, bow):
-    """A DataFrame: each estimate, what is allowed, a verdict, and why.
+    """Each estimate with its limit, a verdict and the reason: a DataFrame.
 
     estimates : DataFrame with source, group, parameter, estimate, low, high, SI
     bow       : m, 1X of the slow roll
-    verdict   : "impossible" (or "implausible", where only judgement forbids it) if the whole interval lies outside
-                what is allowed, "possible" if it lies inside, else "undecided". dk p_n is judged by size, against the
-                largest stiffness loss times the largest p_n of any opening; weight dominance is taken for granted,
-                as the thesis does.
+    verdict   : "impossible" (or "implausible", where the limit is a matter of judgement) if the whole interval
+                lies outside the limits, "possible" if it lies inside, else "undecided". dk p_n is judged by size,
+                against the largest stiffness loss times the largest p_n of any breathing function; weight dominance
+                is assumed, as in the thesis.
     """
     import pandas as pd
 
     bound, frequencies = limits(config), config.natural_frequency_Hz.values()
     resolution = config.frequency_resolution_Hz
     damping = (
-        f"critical damping is {bound['critical damping']:.0f} N s/m; a free vibration at {max(frequencies):g} Hz, the "
-        f"undamped frequency known to {percent(config.undamped_frequency_uncertainty)}, allows a ratio up to "
-        f"{bound['damping ratio']:.2f} for both dampings together"
+        f"critical damping is {bound['critical damping']:.0f} N s/m; a free vibration at {max(frequencies):g} Hz, with "
+        f"the undamped frequency known to {percent(config.undamped_frequency_uncertainty)}, allows a damping ratio of "
+        f"at most {bound['damping ratio']:.2f} for both dampings together"
     )
     eccentricity = (
-        f"the shaft is bent by {bow * 1e6:.0f} um and carries the disc with it; an eccentricity beyond the bow would "
+        f"the shaft is bowed by {bow * 1e6:.0f} um and carries the disc with it; an eccentricity beyond the bow would "
         "need a disc whose own mass centre is off by more than that"
     )
     loss = (
         f"the stiffness loss is at most {bound['stiffness loss']:.0f} N/m by the impact tests ({max(frequencies):g} "
-        f"and {min(frequencies):g} Hz, each within {resolution:g} Hz), times the largest p_n of any opening"
+        f"and {min(frequencies):g} Hz, each within {resolution:g} Hz), times the largest p_n of any breathing function"
     )
     harmonic, rows = {name: n for n, name in config.losses.items()}, []
     for row in estimates.itertuples():
@@ -147,10 +146,10 @@ def _bow(config):
 
 
 def bow_magnification(config, compensated):
-    """What of the change of 1X from slow roll a bent shaft explains by itself.
+    """Change of 1X from slow roll, measured and as predicted for a bowed shaft.
 
-    A bow r_0 vibrates by r_0 k / (k - m w^2); taking the slow roll off leaves r_0 m w^2 / (k - m w^2), the very
-    response of an unbalance of eccentricity r_0.
+    A bow r_0 responds by r_0 k / (k - m w^2); subtracting the slow roll leaves r_0 m w^2 / (k - m w^2), the response
+    to an unbalance of eccentricity r_0.
 
     compensated : (case, harmonic) complex, m
     returns     : measured and predicted change of 1X, (higher case,) complex
@@ -164,7 +163,7 @@ def bow_magnification(config, compensated):
 
 
 def bow_confounders(config):
-    """The message that a bow and a free crack force at 1X cannot be told apart, or an empty string if they can."""
+    """Why a bow and a free crack force at 1X cannot be told apart, in words; an empty string if they can."""
     model = config.model.plus(_bow(config))
     _, change = measured_response_and_jacobian(model, config.speeds, config.harmonics, model.typical)
     columns = np.stack([components(change[..., p]).ravel() for p in range(len(model.names))], axis=-1)
@@ -181,17 +180,17 @@ def higher_cases(config):
 
 
 def slow_roll_share(config, compensated):
-    """Share of each harmonic that was already there at slow roll, as vectors: 1 - |change| / |measured|.
+    """Share of each harmonic already present at slow roll, as vectors: 1 - |change| / |measured|.
 
     compensated : (case, harmonic) complex, m
-    returns     : (higher case, harmonic), negative if it changed by more than it is
+    returns     : (higher case, harmonic), negative if the change exceeds the harmonic itself
     """
     still, moving = compensated[list(config.cases).index(config.slow_roll)], compensated[higher_cases(config)]
     return 1 - np.abs(moving - still) / np.abs(moving)
 
 
 def largest_crack_response(config, n):
-    """Largest |R_n| in m that the weight can make a crack within the impact tests do, slowly turning."""
+    """Largest |R_n|, m, that weight can cause at low speed by a crack within the limits of the impact tests."""
     bound, model = limits(config), config.model
     static = np.abs(model.structure.static_deflection[model.measured[0]])
     return bound["stiffness loss"] * largest_participation(n) * static / bound["stiffness"]
@@ -204,44 +203,44 @@ def slow_roll_bow(config, spectra_data, data_set):
 
 
 def refused_text(checks):
-    """How many estimates of each source cannot be."""
+    """Number of impossible or implausible estimates of each source, in words."""
     bad = checks[checks.verdict.isin(["impossible", "implausible"])].source.value_counts()
     counts = checks.source.value_counts(sort=False)
     return "; ".join(f"{source}, {bad.get(source, 0)} of {n}" for source, n in counts.items())
 
 
 def bow_text(config, compensated):
-    """What a bow of the slow roll's size would do to 1X, and what was measured."""
+    """Predicted effect of a bow of the slow roll's size on 1X beside the measured one, in words."""
     change, magnified = bow_magnification(config, compensated)
     names = [list(config.cases)[c] for c in higher_cases(config)]
     expected = ", ".join(f"{abs(m) * 1e6:.0f} um at {name}" for name, m in zip(names, magnified, strict=True))
     measured = ", ".join(f"{abs(c) * 1e6:.0f} um" for c in change)
     share = 1 - np.abs(change - magnified) / np.abs(change)
-    text = f"A bow of the slow roll's size would change 1X by {expected}; measured are {measured}"
+    text = f"A bow of the slow roll's size would change 1X by {expected}; the measured change is {measured}"
     if share.min() > 0:
-        text += f", of which it explains {percent(share.min())} to {percent(share.max())} as vectors"
+        text += f", of which the bow explains {percent(share.min())} to {percent(share.max())} as vectors"
     if share.min() > 0.5:
-        return f"{text}: that is why the eccentricity comes out near the bow."
+        return f"{text}. This is why the estimated eccentricity is close to the bow."
     return (
-        f"{text}: 1X of the slow roll is not a bow alone, part of it is runout, which does not resonate, or an "
-        "unbalance works against the bow."
+        f"{text}: 1X of the slow roll is not a bow alone. Part of it is runout, which does not resonate, or an "
+        "unbalance opposes the bow."
     )
 
 
 def slow_roll_text(config, n, share):
-    """How much of a harmonic was there at slow roll; share : (higher case,)"""
+    """Share of a harmonic already present at slow roll, in words; share : (higher case,)"""
     if share.min() < 0:
-        return f"{n}X changes from slow roll by more than it is"
-    return f"{percent(share.min())} to {percent(share.max())} of {n}X, as vectors, is there at slow roll already"
+        return f"{n}X changes from slow roll by more than its own size"
+    return f"{percent(share.min())} to {percent(share.max())} of {n}X, as vectors, is already present at slow roll"
 
 
 def weight_text(config, compensated):
-    """Whether weight dominance, which every estimate takes for granted, can hold."""
+    """Whether weight dominance, which every estimate assumes, can hold, in words."""
     model, change = config.model, bow_magnification(config, compensated)[0]
     static = model.structure.static_deflection[model.measured[0]].real
     ratio = np.abs(change).max() / static
     verdict = "does not hold here" if ratio > 0.5 else "is doubtful"
     return (
-        f"Weight dominance, which all of this assumes, {verdict}: 1X without slow roll is up to {percent(ratio)} of "
+        f"Weight dominance, which all estimates assume, {verdict}: 1X without slow roll reaches {percent(ratio)} of "
         f"the static deflection ({np.abs(change).max() * 1e6:.0f} of {static * 1e6:.0f} um)."
     )

@@ -11,7 +11,7 @@ from rotorstudy.thesis.config import load_replay
 
 
 def replay_rotor(compared, replay, identification):
-    """The rotor of a replayed experiment, with the parameters found from all its speeds, at its own speeds."""
+    """The Rotor of a replayed experiment at its own speeds, with the parameters identified from all of them."""
     found = identification.estimate.sel(estimator="maximum_likelihood", data_set="regression").isel(group=-1)
     terms = []
     for term in replay.model.terms:
@@ -28,7 +28,7 @@ def replay_rotor(compared, replay, identification):
 
 
 def load_rotor(config, name, source, identification=None):
-    """The rotor of a comparison by name; source : file of its study or replay; identification : file, of a replay."""
+    """The Rotor of a comparison by name; source : file of its study or replay; identification : file, of a replay."""
     compared = config.rotors[name]
     if compared.study:
         return study_rotor(compared, load_study(source))

@@ -14,7 +14,7 @@ from rotorstudy.studies.config import named_methods
 from rotorstudy.thesis.scoreboard import published
 
 QUANTITIES = ("amplitude", "phase", "reference phase")
-NEEDED = {  # of a picture by its kind
+NEEDED = {  # keys that a figure of a kind must give
     "record": ("case",),
     "spectra": ("case",),
     "without slow roll": ("case",),
@@ -22,7 +22,10 @@ NEEDED = {  # of a picture by its kind
     "model": ("case", "group"),
     "checks": ("group",),
 }
-COMPARED = {"data_sets": ("regression", "fft"), "estimators": ("least_squares", "maximum_likelihood")}  # on every page
+COMPARED = {
+    "data_sets": ("regression", "fft"),
+    "estimators": ("least_squares", "maximum_likelihood"),
+}  # shown on every page
 
 
 class Correction(Strict):
@@ -37,7 +40,7 @@ class Correction(Strict):
 
 
 class Sheet(Strict):
-    """How a printed table is shown: its title, what to note, and which keys go across (the harmonics go down)."""
+    """How a printed table is shown: title, note, and the keys of its columns (rows are harmonics)."""
 
     title: str
     note: str
@@ -45,7 +48,7 @@ class Sheet(Strict):
 
 
 class Picture(Strict):
-    """A figure: what it shows, of which published speed, with the estimates of which group of the thesis."""
+    """A figure: its kind, the published speed it shows, and the group of the thesis whose estimates it uses."""
 
     kind: Literal[
         "record", "spectra", "without slow roll", "orbits", "model", "crack force", "bow magnification", "checks"
@@ -57,7 +60,7 @@ class Picture(Strict):
 class ReplayConfig(Strict):
     """A replayed experiment.
 
-    tables : of the published spectra;  estimates_table : of the thesis's estimates
+    tables : numbers of the published spectra;  estimates_table : number of the thesis's estimates
     cases  : name of each published speed -> rad/s, the slow roll first
     groups : name of each group of estimates -> published cases used for it here, the one with most speeds last
     thesis_groups : group as the thesis names it -> the group here; those not listed have the same name
@@ -86,18 +89,19 @@ class ReplayConfig(Strict):
     figures: dict[str, Picture]
     trials: int = Field(ge=2)
     seed: int
-    model_error: float = Field(ge=0)  # of each harmonic, slow roll removed: what the model is not trusted to explain
+    model_error: float = Field(ge=0)  # standard deviation, relative to each harmonic without slow roll
     natural_frequency_Hz: dict[str, float]
     frequency_resolution_Hz: float = Field(gt=0)
     undamped_frequency_uncertainty: float = Field(ge=0)  # relative
 
     @property
     def model(self):
+        """The Model of the rig."""
         return build_model(self.rig, where=f"replay {self.name}, rig")
 
     @property
     def all_speeds(self):
-        """The group of estimates with most speeds."""
+        """The group of estimates from the most speeds."""
         return list(self.groups)[-1]
 
     @property
@@ -115,10 +119,12 @@ class ReplayConfig(Strict):
 
     @property
     def time(self):
+        """(time,) s, instants of the samples of a record."""
         return np.arange(round(self.sampling_rate_Hz * self.duration_s)) / self.sampling_rate_Hz
 
     @property
     def speeds(self):
+        """(case,) rad/s, the published speeds."""
         return np.array(list(self.cases.values()))
 
 
@@ -128,7 +134,7 @@ def load_replay(path):
 
 
 def check_replay(config, folder):
-    """Build the rig and find every name the replay uses, so that mistakes show before anything runs.
+    """Build the rig and look up every name the replay uses, so that mistakes show before anything runs.
 
     folder : holds the printed values
     """
@@ -145,7 +151,7 @@ def check_replay(config, folder):
         if config.slow_roll in cases:
             raise RotorstudyError(
                 f"{where}: group '{name}' holds the slow roll '{config.slow_roll}', which is zero after subtraction; "
-                "take it out"
+                "remove it"
             )
     named_methods(config.spectra, config.estimators, where)
     _check_figures(config, where)
@@ -153,7 +159,7 @@ def check_replay(config, folder):
 
 
 def _check_figures(config, where):
-    """Every picture says what its kind needs."""
+    """Every figure gives the keys that its kind needs."""
     for name, picture in config.figures.items():
         for key in NEEDED.get(picture.kind, ()):
             if not getattr(picture, key):
@@ -165,12 +171,12 @@ def _check_figures(config, where):
     kinds = {picture.kind for picture in config.figures.values()}
     if "crack force" in kinds and "model" not in kinds:
         raise RotorstudyError(
-            f"{where}: a figure of kind 'crack force' shows the groups of kind 'model'; give one of those"
+            f"{where}: a figure of kind 'crack force' shows the groups of kind 'model'; add a figure of that kind"
         )
 
 
 def _check_printed(config, folder, where):
-    """Every table is printed, and holds what the replay takes from it."""
+    """Every table exists and holds what the replay takes from it."""
     try:
         sheets = published(folder, [*config.sheets, config.estimates_table])
         spectra = published(folder, config.tables)

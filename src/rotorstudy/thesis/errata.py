@@ -1,4 +1,4 @@
-"""Evidence for the misprints and wrong signs of the thesis: what changes if the printed form is used.
+"""Evidence for the misprints and sign errors of the thesis: what changes if the printed form is used.
 
 Every function returns numbers by name; the errata page quotes them as {name}.
 """
@@ -34,7 +34,7 @@ HARMONICS = (0, 1, 2, 3, 5, 7, -1, -3, -5)  # in the order in which the thesis w
 
 
 def agreeing(model, speeds, printed, theta=None):
-    """How many printed amplitudes and phases the steady harmonics of a model give to the last digit.
+    """Number of printed amplitudes and phases that the steady state of a model reproduces to the last digit.
 
     speeds : case as printed -> rad/s;  printed : rows of `published`
     """
@@ -52,7 +52,7 @@ def agreeing(model, speeds, printed, theta=None):
 
 
 def estimates_with_misprint(problem, real_from=None, imag_from=None, swap_imag=False):
-    """Least squares with the column of internal damping as the thesis prints it, (parameter,).
+    """(parameter,) least-squares estimates with the column of internal damping as the thesis prints it.
 
     real_from, imag_from : harmonic of a real (imaginary) row -> harmonic whose R is printed there instead
     swap_imag            : R_Im printed in the imaginary rows where R_Re is meant
@@ -79,13 +79,16 @@ def _case_problem(config, rig, case):
 
 
 def _negated(config, rig, unit):
-    """(parameter,) the amplitudes of a rig, those of a unit with reversed sign."""
+    """(parameter,) amplitudes of a rig, those of one unit with reversed sign."""
     model = config.rig(rig)
     return np.where([own == unit for own in model.units], -1, 1) * model.theta
 
 
 def chapter_2(config, folder):
-    """Sign of the crack force, terms of the series that were left out, Eq. (2.32)."""
+    """Numbers on the sign of the crack force, the omitted terms of its series, and Eq. (2.32).
+
+    config : StudyConfig;  folder : of the printed values
+    """
     printed = published(folder, ["2.2", "2.3", "2.5"])
     spectra = printed[printed.method == "regression"]
     thesis, speeds = config.rig("thesis"), {"88 rad/s": 88.0}
@@ -117,7 +120,10 @@ def chapter_2(config, folder):
 
 
 def chapter_3(replay, folder):
-    """The mean of the slow roll, and what section 3.7 says of the mean at 17 Hz."""
+    """Numbers on the mean of the slow roll, and on the mean at 17 Hz in section 3.7.
+
+    replay : ReplayConfig;  folder : of the printed values
+    """
     data_set = replay.data_sets.index("fft")
     zero = replay.harmonics.index(0)
     remaining = {}
@@ -134,17 +140,18 @@ def chapter_3(replay, folder):
 
 
 def chapter_4(config, folder, spectra, dominance, noisy):
-    """Gyroscopic sign, Eq. (4.36), the natural frequency, the headings of Table 4.7, the condensation.
+    """Numbers on the gyroscopic sign, Eq. (4.36), the natural frequency, Table 4.7 and the condensation.
 
-    spectra, noisy : of the thesis's rig, noisy its Monte Carlo;  dominance : of the study
+    config : StudyConfig;  folder : of the printed values
+    spectra, noisy : spectra and Monte Carlo of the thesis's rig;  dominance : of `studies.weight_dominance`
     """
     printed = published(folder, ["4.2", "4.3", "4.4", "4.5", "4.7"])
     speeds = dict(zip(("20 Hz, complete cycles", "50 Hz, complete cycles"), config.shown_speeds_rad_s, strict=True))
     whole = printed[(printed.method == "regression") & printed.case.isin(speeds)]
     whole = whole[whole.quantity != "reference phase"]
     thesis = config.rig("thesis")
-    turned = {**config.rigs["thesis"], "rotor": {**config.rigs["thesis"]["rotor"], "gyroscopic_sign": 1}}
-    right = build_model(turned, "the thesis's rig with the right gyroscopic sign")
+    corrected = {**config.rigs["thesis"], "rotor": {**config.rigs["thesis"]["rotor"], "gyroscopic_sign": 1}}
+    right = build_model(corrected, "the thesis's rig with the right gyroscopic sign")
     responses = [np.abs(measured_response(m, list(speeds.values()), HARMONICS)[..., 0]) for m in (thesis, right)]
     critical = [
         critical_speeds(time_invariant(m).without(DAMPINGS), 2 * np.pi * 500)[0] / (2 * np.pi) for m in (thesis, right)
@@ -214,7 +221,10 @@ def chapter_4(config, folder, spectra, dominance, noisy):
 
 
 def chapter_5(replay, spectra, identification):
-    """The mass behind Table 5.1, and Eq. (5.1)."""
+    """Numbers on the mass implied by Table 5.1, and on Eq. (5.1).
+
+    replay : ReplayConfig;  spectra, identification : of `thesis.replay`
+    """
     structure = replay.model.structure
     stiffness = 1 / np.linalg.inv(structure.stiffness)[0, 0]
     mass = replay.thesis_deflection_m * stiffness / GRAVITY
@@ -239,11 +249,11 @@ def chapter_5(replay, spectra, identification):
 
 
 def deviations(model, printed):
-    """How far printed harmonics at the nodes of Chapter 6 are from the steady state of a model at 100 rad/s.
+    """Deviations of printed harmonics of Chapter 6 from the steady state of a model at 100 rad/s.
 
     printed : rows of `published`, Tables 6.2 to 6.7
-    returns : DataFrame with table, item, computed (m or rad) and deviation, of amplitudes relative and of phases in
-              rad, of the harmonics above 0.1 um
+    returns : DataFrame with table, item, computed (m or rad) and deviation (amplitudes relative, phases in rad) of the
+              harmonics above 0.1 um
     """
     harmonics = sorted({int(n) for n in printed.item})
     response = measured_response(model, [100.0], harmonics)[0]
@@ -261,9 +271,9 @@ def deviations(model, printed):
 
 
 def chapter_6(config, folder, variants):
-    """Gyroscopic sign and mass matrix behind the spectra, phases of unbalance, and the signs of Tables 6.8 and 6.9.
+    """Numbers on gyroscopic sign, mass matrix and unbalance phases of the spectra, and on Tables 6.8 and 6.9.
 
-    variants : Dataset of `studies.variants.variants`
+    config : StudyConfig;  folder : of the printed values;  variants : Dataset of `studies.variants.variants`
     """
     printed = published(folder, [f"6.{n}" for n in range(2, 8)])
     printed = printed[printed.method == "regression"]
@@ -305,6 +315,6 @@ def chapter_6(config, folder, variants):
 
 
 def filled(entries, numbers):
-    """The errata as a DataFrame, every {name} in their texts replaced by its number."""
+    """The errata as a DataFrame with every {name} in their texts replaced by its number."""
     table = pd.DataFrame([{key: text.format(**numbers) for key, text in entry.items()} for entry in entries])
     return table.apply(lambda column: column.str.split().str.join(" "))

@@ -1,4 +1,4 @@
-"""What a diagnosis gains at each speed when that speed is left out, and what it says of a thesis's own model."""
+"""Diagnosis of the replayed experiments: error at each speed left out, and comparison with the thesis's estimates."""
 
 import json
 from dataclasses import dataclass
@@ -24,11 +24,11 @@ from rotorstudy.thesis.config import load_replay
 from rotorstudy.thesis.replay import thesis_estimates
 from rotorstudy.units import number, p_value, shown_unit
 
-UNLIMITED = 1e3  # times the stated uncertainty: as the thesis fits, with no limit on any parameter
+UNLIMITED = 1e3  # times the stated uncertainty: parameters are free, as in the thesis
 WORST = 4  # harmonics named in a sentence
 SHEETS = {
     "harmonics": "Harmonics",
-    "left_out": "Each speed left out, rms over the harmonics",
+    "left_out": "Error at each speed left out, rms over the harmonics",
     "parameters": "The thesis's estimates",
 }
 
@@ -38,8 +38,8 @@ class Compared:
     """A parameter of the thesis's model by three fits, lengths in µm.
 
     is_phase    : of a complex parameter
-    is_positive : it cannot be negative: a passive part has none such
-    on_weight   : it acts on the static deflection alone, as the crack forces do
+    is_positive : it cannot be negative in a passive part
+    on_weight   : it acts on the static deflection alone, as crack forces do
     thesis      : its estimate;  base, extended : value and standard deviation without and with the causes found
     """
 
@@ -54,7 +54,7 @@ class Compared:
     extended: tuple[float, float]
 
     def row(self):
-        """As a table shows it."""
+        """A row of the page's table."""
         found = {"rig": self.rig, "parameter": self.parameter, "unit": self.unit, "thesis": self.thesis}
         for name, (value, std) in (("base", self.base), ("extended", self.extended)):
             found |= {name: value, f"{name} ±": std}
@@ -62,10 +62,10 @@ class Compared:
 
 
 def leave_one_out(records, rig_path):
-    """Rows, one a speed: verdict and error there (m rms) when no fit has seen it.
+    """Rows, one per speed: verdict and rms error (m) at that speed, which is left out of every fit.
 
-    base, extended : the rig as its uncertainties allow, and with the causes found
-    without_limits : the rig's own parameters fitted freely
+    base, extended : the rig within its stated uncertainties, without and with the causes found
+    without_limits : the rig with every parameter free
     """
     rig = read_rig(rig_path)
     spectrum, model, _ = measured_spectrum(records, rig)
@@ -87,10 +87,10 @@ def leave_one_out(records, rig_path):
 
 
 def harmonic_rows(config, data, folder):
-    """A row a harmonic: what was measured, and what each model leaves (µm rms over the speeds).
+    """One row per harmonic: its measured size and the residual of each model (µm rms over the speeds).
 
     config : ReplayConfig;  data : Dataset of verdict.nc;  folder : of the published values
-    The thesis's estimates are compared as the thesis does: without 0X and 1X of the slow roll, at the other speeds.
+    The thesis's estimates are compared as in the thesis: without 0X and 1X of the slow roll, at the other speeds.
     """
     harmonics = [int(n) for n in data.harmonic.values]
     measured = as_complex(data.measured)[..., 0]
@@ -100,9 +100,9 @@ def harmonic_rows(config, data, folder):
     theta = thesis_estimates(config, folder, config.all_speeds)
     shown = measured_response(config.model, data.speed.values[moving], harmonics, theta)[..., 0]
     left = {
-        "thesis, left": measured[moving] - taken_off - shown,
-        "base, left": measured - as_complex(data.base)[..., 0],
-        "extended, left": measured - as_complex(data.extended)[..., 0],
+        "thesis, residual": measured[moving] - taken_off - shown,
+        "base, residual": measured - as_complex(data.base)[..., 0],
+        "extended, residual": measured - as_complex(data.extended)[..., 0],
     }
     sizes = {"measured": measured, "slow roll": measured[[slow]], **left}
     microns = {f"{name} (µm)": 1e6 * np.sqrt(np.mean(np.abs(v) ** 2, axis=0)) for name, v in sizes.items()}
@@ -118,7 +118,7 @@ def harmonic_rows(config, data, folder):
 
 
 def compared_parameters(config, data, folder):
-    """Compared for each parameter of the thesis's model: its estimate, and ours before and after the causes.
+    """Compared of each parameter of the thesis's model: the thesis's estimate, and ours without and with the causes.
 
     config : ReplayConfig;  data : Dataset of verdict.nc;  folder : of the published values
     """
@@ -166,14 +166,14 @@ def left_out_rows(config, rows):
 
 
 def notes_on(config, verdict, harmonics, left_out):
-    """Sentences on one rig: where its model is wrong, the verdict, what holds on speeds left out.
+    """Sentences on one rig: residuals of its model, verdict, and errors at the speeds left out.
 
     harmonics, left_out : from `harmonic_rows`, `leave_one_out`
     """
     rig = readable(config.name).capitalize()
     wrong = sorted(harmonics, key=lambda row: -row["base (σ)"])[:WORST]
     where = ", ".join(
-        f"{row['harmonic']} by {row['base, left (µm)']:.3g} µm ({row['base (σ)']:.2g} σ)" for row in wrong
+        f"{row['harmonic']} by {row['base, residual (µm)']:.3g} µm ({row['base (σ)']:.2g} σ)" for row in wrong
     )
     before, after = (p_value(p) for p in (verdict.residual_p_value.before, verdict.residual_p_value.after))
     always = set.intersection(*(set(row["causes"]) for row in left_out))
@@ -184,33 +184,33 @@ def notes_on(config, verdict, harmonics, left_out):
     )
     better = sum(row["extended"] < row["base"] for row in left_out)
     return [
-        f"{rig}, what is wrong: fitted within what its own other measurements allow, the thesis's model misses most at "
-        f"{where}; such a residual by noise alone: {before}.",
-        f"{rig}, which cause: {_explained(verdict)} What is left, by noise alone: {after}.",
-        f"{rig}, what adding causes gains at a speed left out: {better} of {len(left_out)} speeds are predicted "
-        f"better; {gained}; in brackets the thesis's model with every parameter free. Named whichever speed is left "
+        f"{rig}, residual: fitted within the limits of its other measurements, the thesis's model has its largest "
+        f"residuals at {where}; under noise alone {before}.",
+        f"{rig}, cause: {_explained(verdict)} Remaining residual under noise alone: {after}.",
+        f"{rig}, error at a speed left out: adding the causes improves the prediction of {better} of {len(left_out)} "
+        f"speeds; {gained}; in brackets the thesis's model with every parameter free. Named whichever speed is left "
         f"out: {', '.join(sorted(always)) or 'no cause, so none of them is established'}.",
     ]
 
 
 def _explained(verdict):
-    """A sentence on what explains a rig's residual, without sizes that the records do not fix."""
+    """A sentence on what explains a rig's residual, without amplitudes, which the records do not determine."""
     causes = " together with ".join(map(place, verdict.causes))
     others = ", ".join(dict.fromkeys(map(place, verdict.ambiguous_with)))
     removed = 100 * (1 - verdict.residual_share)
     return {
-        "nothing": "nothing is missing.",
+        "nothing": "no effect is missing.",
         "cause": f"{causes}; it removes {removed:.3g} % of the excess error (rms).",
         "ambiguous": f"{causes}, or {others or 'another'}; it removes {removed:.3g} % of the excess error (rms).",
         "unknown": "no effect of the library explains it (verdict: unknown). The closest explanation, "
-        f"{causes or 'nothing'}, removes {removed:.3g} % of the excess error (rms); it is no finding.",
+        f"{causes or 'nothing'}, removes {removed:.3g} % of the excess error (rms); it is not a finding.",
     }[verdict.verdict]
 
 
 def changed_estimates(compared):
-    """Sentences, one a rig, on the thesis's estimates that the extended model contradicts.
+    """Sentences, one per rig, on the thesis's estimates that the extended model contradicts by two standard deviations.
 
-    That is by more than two standard deviations;  compared : from `compared_parameters`, of all rigs
+    compared : from `compared_parameters`, of all rigs
     """
     found = []
     for rig in dict.fromkeys(one.rig for one in compared):
@@ -225,15 +225,15 @@ def changed_estimates(compared):
             if one not in forces
         )
         found.append(
-            f"{rig.capitalize()}, which of the thesis's estimates change: {said or 'none of damping and unbalance'}; "
+            f"{rig.capitalize()}, thesis's estimates that change: {said or 'none of damping and unbalance'}; "
             f"{other} of {len(forces)} crack forces dk p_n differ from the thesis's by more than two standard "
-            f"deviations, and {gone} are zero within two, once other causes may explain their harmonic (table below)."
+            f"deviations, and {gone} are zero within two when other causes may explain their harmonic (table below)."
         )
     return found
 
 
 def in_short(verdicts, harmonics):
-    """The answer of the page in two sentences.
+    """Summary of the page in two sentences.
 
     verdicts : name -> Verdict;  harmonics : from `harmonic_rows`, of all rigs
     """
@@ -241,16 +241,16 @@ def in_short(verdicts, harmonics):
     for row in harmonics:
         if row["base (σ)"] > worst.get(row["rig"], row)["base (σ)"] or row["rig"] not in worst:
             worst[row["rig"]] = row
-    where = "; ".join(f"{rig}: {row['harmonic']}, {row['base, left (µm)']:.3g} µm" for rig, row in worst.items())
+    where = "; ".join(f"{rig}: {row['harmonic']}, {row['base, residual (µm)']:.3g} µm" for rig, row in worst.items())
     told = "; ".join(f"{readable(name)}: {v.verdict}" for name, v in verdicts.items())
-    return f"In short: the thesis's model misses most at these harmonics ({where}). Verdicts on the cause: {told}."
+    return f"Summary: largest residuals of the thesis's model: {where}. Verdicts on the cause: {told}."
 
 
 def impossible_values(compared):
-    """Sentences on what is negative by more than two standard deviations and cannot be; compared : of all rigs."""
+    """Sentences on parameters that are negative by two standard deviations but cannot be; compared : of all rigs."""
     return [
-        f"{one.rig.capitalize()}, what speaks against it: the {model} model needs {one.parameter} {value:.3g} ± "
-        f"{std:.2g} {one.unit}. No passive part has that, so what it adds is not the explanation."
+        f"{one.rig.capitalize()}, contradiction: the {model} model needs {one.parameter} {value:.3g} ± "
+        f"{std:.2g} {one.unit}. No passive part has that, so the model is not the explanation."
         for one in compared
         for model, (value, std) in (("base", one.base), ("extended", one.extended))
         if one.is_positive and value < -2 * std
@@ -258,12 +258,12 @@ def impossible_values(compared):
 
 
 def shared_causes(verdicts):
-    """A sentence on what is a cause, or cannot be ruled out, in every rig; verdicts : name -> Verdict."""
+    """A sentence on the causes that are named or cannot be ruled out in every rig; verdicts : name -> Verdict."""
     named = [{place(cause) for cause in v.causes + v.ambiguous_with} for v in verdicts.values()]
     shared = ", ".join(sorted(set.intersection(*named)))
     kinds = {v.verdict for v in verdicts.values()}
-    doubt = " As it explains no rig, that is a hint where to look, not a cause." if kinds == {"unknown"} else ""
-    return f"In every rig, among what is named or cannot be ruled out: {shared or 'nothing'}.{doubt if shared else ''}"
+    doubt = " As it explains no rig, it is a hint where to look, not a cause." if kinds == {"unknown"} else ""
+    return f"Named or not ruled out in every rig: {shared or 'nothing'}.{doubt if shared else ''}"
 
 
 def replays_page(configs, folders, reference):
@@ -283,7 +283,7 @@ def replays_page(configs, folders, reference):
     tables : dict
         Rows (list of dicts) of each sheet of `SHEETS`.
     notes : list of str
-        The answer in short first.
+        The summary first.
     """
     harmonics, left_out, compared, notes, verdicts = [], [], [], [], {}
     for path, folder in zip(configs, map(Path, folders), strict=True):
@@ -308,21 +308,21 @@ def replays_page(configs, folders, reference):
 
 
 LEGEND = (
-    "Thesis: its own estimates from all speeds, 0X and 1X of the slow roll taken off as in Eq. (3.1). Base: its model, "
-    "its dampings, crack and disc within what its impact tests and a lathe allow. Without limits: its model, every "
-    "parameter free. Extended: base and the causes found."
+    "Thesis: its own estimates from all speeds, with 0X and 1X of the slow roll subtracted as in Eq. (3.1). Base: its "
+    "model, with dampings, crack and eccentricity within the limits of its impact tests and of usual machining. "
+    "Without limits: its model with every parameter free. Extended: the base model and the causes found."
 )
 UNDECIDED = (
     "What three or four speeds of one pair of probes cannot decide: on the rig of Chapter 3, modelled with one "
-    "coordinate, a bow and a force at 1X that does not grow with the speed are the same at every speed. An uncoupled "
-    "run tells.",
-    "All speeds but the slow roll lie well below the critical speed (at a quarter to two fifths of it): an unbalance "
-    "grows there with the square of the speed, a bow by its resonance, and a 1X runout that drifts looks like either. "
-    "A coast-down through the critical speed tells.",
+    "coordinate, a bow and a 1X force that is independent of the speed have the same response. An uncoupled run would "
+    "separate them.",
+    "All speeds but the slow roll lie well below the critical speed (at a quarter to two fifths of it): there an "
+    "unbalance grows with the square of the speed, a bow by its resonance, and a 1X runout that drifts resembles "
+    "either. A coast-down through the critical speed would separate them.",
     "A mirror image of 1X at -1X may be unequal or skewed probes, runout, or supports of unequal stiffness. Exchange "
     "the two probes, or turn both by 45 degrees.",
-    "0X is nearly all sensor gap, so the side force by which 0X would tell internal damping is below the stated error. "
-    "Touch the shaft at rest before and after each run.",
+    "0X is almost entirely sensor gap, so the side force by which 0X would reveal internal damping is below the stated "
+    "error. Measure the gap with the shaft at rest before and after each run.",
     "The noise beyond the rounding was never published; 1 µm and 5 % of each harmonic are assumed. Repeated records "
-    "tell. With fewer equations than a library has effects, agreement of several causes together is no proof of any.",
+    "would give it. With fewer equations than effects in the library, a fit by several causes together proves none.",
 )

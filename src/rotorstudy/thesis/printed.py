@@ -1,9 +1,10 @@
 """Numbers of a simulated study in the shape of the thesis's printed tables."""
 
 import numpy as np
+import pandas as pd
 
 from rotorstudy.store import as_complex
-from rotorstudy.thesis.scoreboard import KEYS
+from rotorstudy.thesis.scoreboard import KEYS, load_reasons, score
 
 QUANTITIES = {"amplitude": np.abs, "phase": np.angle, "compensated phase": np.angle}
 
@@ -12,8 +13,8 @@ def spectrum_rows(spectra, columns):
     """Rows of amplitudes and phases for a scoreboard.
 
     spectra : Dataset of `studies.simulate.spectra`
-    columns : (table, case, quantity, method) as printed -> {dimension: label} of the column here; "speed" is taken to
-              the nearest, and the first sensor is meant unless a "node" is given
+    columns : (table, case, quantity, method) as printed -> {dimension: label} of the column here; the nearest "speed"
+              is taken, and the first sensor unless a "node" is given
     returns : list of dicts with KEYS and `computed`
     """
     rows = []
@@ -40,7 +41,7 @@ def estimate_rows(estimate, table, case, parameters):
 
 
 def joint_share(printed, without_noise, trials):
-    """Share of trials whose errors, all parameters together, are smaller than those printed (Mahalanobis distance).
+    """Share of trials whose errors have a smaller Mahalanobis distance than those printed.
 
     printed, without_noise : (parameter,);  trials : (trial, parameter)
     """
@@ -53,13 +54,13 @@ def joint_share(printed, without_noise, trials):
 
 
 def noise_rows(printed, noisy, parameters, models, mean_of):
-    """Rows of estimates under noise: one unknown realisation was printed; say where it falls among our trials.
+    """Rows of estimates under noise: where the printed values, one unknown realisation, fall among our trials.
 
     printed   : rows of `published` with a noise level above zero
     noisy     : printed case -> its Monte Carlo Dataset, one record kind
-    models    : short name -> noise model;  mean_of : the model whose mean is taken as ours
-    returns   : dicts with KEYS, `computed`, and for each model percentile_, std_, distance_ from the mean (in standard
-                deviations), and share_, that of trials nearer to the noise-free estimate in all parameters together
+    models    : short name -> noise model;  mean_of : the model whose mean is reported as ours
+    returns   : dicts with KEYS, `computed`, and for each model percentile_, std_, distance_ (from the mean, in standard
+                deviations) and share_ (percent of trials nearer to the noise-free estimate, see `joint_share`)
     """
     rows, shares = [], {}
     for (case, level), group in printed.groupby(["case", "noise_percent"]):
@@ -84,11 +85,28 @@ def noise_rows(printed, noisy, parameters, models, mean_of):
     return rows
 
 
-def with_deviation(computed, printed):
-    """The computed table with `deviation`, its distance from the printed values."""
-    values = printed.set_index(KEYS).published
-    computed["deviation"] = [
-        abs(value - values.get(tuple(key), np.nan))
-        for key, value in zip(computed[KEYS].values, computed.computed, strict=True)
-    ]
-    return computed
+def scored_against(printed, rows, reasons, measured_again=()):
+    """The scoreboard of computed rows; reasons may quote their `deviation` from the printed values and its `percent`.
+
+    Parameters
+    ----------
+    printed : DataFrame
+        Of `published`.
+    rows : list of dict
+        With KEYS and `computed`, and perhaps further columns that reasons quote.
+    reasons : path
+        YAML list of the reasons for differences.
+    measured_again : list of str, optional
+        See `score`.
+
+    Returns
+    -------
+    DataFrame
+        See `score`.
+    """
+    computed, values = pd.DataFrame(rows), printed.set_index(KEYS).published
+    known = np.array([values.get(tuple(key), np.nan) for key in computed[KEYS].values])
+    deviation = np.abs(computed.computed - known)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        percent = 100 * deviation / np.abs(known)
+    return score(printed, computed.assign(deviation=deviation, percent=percent), load_reasons(reasons), measured_again)

@@ -1,7 +1,7 @@
-"""Replay of a published measurement: printed spectra turned back into records, which take the path of simulated ones.
+"""Replay of a published measurement: printed spectra are converted to records and processed like simulated ones.
 
-The printed digits are the only noise there is: every value is known to half a unit of its last digit, and that
-uncertainty is carried by drawing printed values from within it.
+Rounding is the only known noise: every value is known to half a unit of its last digit. The uncertainty is propagated
+by drawing the printed values uniformly from within it.
 """
 
 import numpy as np
@@ -17,14 +17,14 @@ from rotorstudy.studies.common import SPEED, parameter_coordinates
 from rotorstudy.thesis.config import QUANTITIES
 from rotorstudy.thesis.scoreboard import published
 
-COLUMN = "fft"  # the printed column that pages and figures show
+COLUMN = "fft"  # the printed column shown on pages and in figures
 DAMPINGS, BOTH_DAMPINGS = ("external_damping", "internal_damping"), "both_dampings"
 
 
 def thesis_estimates(config, folder, group):
-    """Estimates the thesis prints for a group, as amplitudes theta of the rig's model, and the model they belong to.
+    """(parameter,) estimates the thesis prints for a group, as amplitudes theta of the rig's model.
 
-    The thesis's crack force is its estimate times the deflection it assumed, so theta is that force over ours.
+    The thesis's crack force is its estimate times the deflection it assumed; theta is that force over our deflection.
     """
     table = published(folder, [config.estimates_table])
     values = table[table.case == group].set_index("item").published
@@ -60,10 +60,10 @@ def printed_values(config, folder, *, corrected):
 
 
 def records(config, reference):
-    """The published spectra as time records, as printed and with the misprints corrected.
+    """Time records of the published spectra, as printed and with the misprints corrected.
 
     returns : displacement (version, data_set, case, time, part) m; reference (version, data_set, case, time), of unit
-              amplitude at every harmonic, because the thesis prints the phases of its reference signal only
+              amplitude at every harmonic, because the thesis prints only the phases of its reference signal
     """
     time, harmonics = config.time, np.array(config.harmonics)
     forward = harmonics >= 0
@@ -91,7 +91,7 @@ def records(config, reference):
 
 
 def spectra(config, records):
-    """Full spectra of replayed records by every method, as they come, compensated, and without bow and sensor gap.
+    """Full spectra of replayed records by every method: plain, compensated, and without bow and sensor gap.
 
     returns : displacement, compensated, corrected (version, data_set, spectrum_method, case, harmonic, part) m;
               reference_phase (version, data_set, spectrum_method, case, harmonic) rad
@@ -128,14 +128,14 @@ def spectra(config, records):
 
 
 def remove_slow_roll(config, amplitude):
-    """Eq. (3.1): the 0X and 1X harmonics of the slow roll off those of every speed; (..., case, harmonic)."""
+    """Eq. (3.1): subtract 0X and 1X of the slow roll from those of every speed; amplitude (..., case, harmonic), m."""
     slow = list(config.cases).index(config.slow_roll)
     static = np.isin(config.harmonics, (0, 1))
     return amplitude - np.where(static, amplitude[..., slow : slow + 1, :], 0)
 
 
 def rounding_draws(config, folder, data_set):
-    """Compensated spectra (trial, case, harmonic) with every printed value drawn from within its last digit."""
+    """Compensated spectra (trial, case, harmonic), m, with every printed value drawn from within its last digit."""
     values = printed_values(config, folder, corrected=True)
     d = config.data_sets.index(data_set)
     shape = (len(config.cases), len(config.harmonics))
@@ -151,7 +151,7 @@ def rounding_draws(config, folder, data_set):
 def replay_problem(config, cases, compensated, draws):
     """The Problem of some cases, slow roll removed.
 
-    compensated : (..., case, harmonic) of all cases;  draws : (trial, case, harmonic), give the covariance
+    compensated : (..., case, harmonic) of all cases, m;  draws : (trial, case, harmonic), m, for the covariance
     """
     corrected, moved = remove_slow_roll(config, compensated), remove_slow_roll(config, draws)
     chosen = [list(config.cases).index(case) for case in cases]
@@ -169,10 +169,10 @@ def replay_problem(config, cases, compensated, draws):
 def identify(config, reference, spectra):
     """Estimates of every estimator, data set and group, with 95 % intervals.
 
-    Intervals of least squares come from estimates with printed values drawn from within their last digit; those of
-    maximum likelihood from rounding and model error, widened where the misfit is larger than these allow.
+    Intervals of least squares are percentiles of estimates from values drawn within their last digit; those of maximum
+    likelihood follow from rounding and model error, widened where the misfit exceeds these.
 
-    returns : estimate, low, high (estimator, data_set, group, parameter), both dampings together, too;
+    returns : estimate, low, high (estimator, data_set, group, parameter), with the sum of both dampings;
               misfit (estimator, data_set, group);
               simulated (estimator, data_set, group, case, harmonic, part) m, what the identified model predicts
     """
@@ -232,19 +232,19 @@ def identify(config, reference, spectra):
 
 
 def _reported(names, theta, covariance):
-    """Complex amplitudes as magnitude and phase, and after the dampings their sum, which impact tests bound."""
+    """Complex amplitudes as magnitude and phase, and the sum of both dampings, which impact tests bound."""
     names, theta, covariance = magnitude_and_phase(names, theta, covariance)
     if not set(DAMPINGS) <= set(names):
         return names, theta, covariance
     places = [names.index(name) for name in DAMPINGS]
     row = np.isin(np.arange(len(names)), places).astype(float)
-    turn = np.insert(np.eye(len(names)), max(places) + 1, row, axis=0)
+    summing = np.insert(np.eye(len(names)), max(places) + 1, row, axis=0)
     names = (*names[: max(places) + 1], BOTH_DAMPINGS, *names[max(places) + 1 :])
-    return names, theta @ turn.T, turn @ covariance @ turn.T
+    return names, theta @ summing.T, summing @ covariance @ summing.T
 
 
 def _unwrapped(config, names, drawn, theta):
-    """Drawn phases within half a turn of the estimate, so that an interval makes sense."""
+    """Drawn phases unwrapped to within half a revolution of the estimate, for percentiles."""
     is_phase = np.array([unit == "rad" for unit in config.model.reported_units(names)])
     near = theta + np.angle(np.exp(1j * (drawn - theta)))
     return np.where(is_phase, near, drawn)

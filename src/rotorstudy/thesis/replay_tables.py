@@ -18,7 +18,7 @@ from rotorstudy.thesis.checks import (
     slow_roll_text,
     weight_text,
 )
-from rotorstudy.thesis.printed import with_deviation
+from rotorstudy.thesis.printed import scored_against
 from rotorstudy.thesis.replay import (
     BOTH_DAMPINGS,
     COLUMN,
@@ -27,27 +27,27 @@ from rotorstudy.thesis.replay import (
     rounding_draws,
     thesis_estimates,
 )
-from rotorstudy.thesis.scoreboard import KEYS, load_reasons, published, score
+from rotorstudy.thesis.scoreboard import KEYS, published
 from rotorstudy.thesis.tables import Table, scored_tables
 from rotorstudy.units import percent
 
 
 def shown_compensated(spectra):
-    """(case, harmonic) compensated spectrum of the column that pages show, misprints corrected, m."""
+    """(case, harmonic) compensated spectrum of the column shown on pages, misprints corrected, m."""
     here = spectra.sel(version="corrected", data_set=COLUMN, spectrum_method=COLUMN)
     return as_complex(here.compensated)
 
 
 def already_there(config, compensated):
-    """harmonic -> how much of it was there at slow roll, in words."""
+    """harmonic -> its share already present at slow roll, in words."""
     share = slow_roll_share(config, compensated)
     return {n: slow_roll_text(config, n, share[:, h]) for h, n in enumerate(config.harmonics)}
 
 
 def measured_values(config, spectra):
-    """(case, harmonic, quantity, column of the thesis) -> what the replayed records show there, m or rad."""
+    """(case, harmonic, quantity, column of the thesis) -> value from the replayed records, m or rad."""
     found = {}
-    for data_set in config.data_sets:  # a column of the thesis goes through the spectrum method it was made with
+    for data_set in config.data_sets:  # each column by the spectrum method it was made with
         here = spectra.sel(data_set=data_set, spectrum_method=data_set)
         for case in config.cases:
             printed_as = here.sel(version="as printed", case=case)
@@ -65,7 +65,7 @@ def measured_values(config, spectra):
 
 
 def open_ranges(config, reference):
-    """What rounding leaves open about the harmonics without slow roll: key as in `measured_values` -> low, high, m."""
+    """Range of the harmonics without slow roll within rounding: key as in `measured_values` -> low, high, m."""
     drawn = np.abs(remove_slow_roll(config, rounding_draws(config, reference, "regression")))
     return {
         (case, str(n), "amplitude", "experiment"): (drawn[:, c, h].min(), drawn[:, c, h].max())
@@ -86,7 +86,7 @@ def thesis_responses(config, reference, groups):
 
 
 def scored_rows(config, reference, spectra, identification, responses, reasons):
-    """Rows of the scoreboard: what was measured, what the thesis's estimates respond with, and the estimates."""
+    """Rows of the scoreboard: measured values, response with the thesis's estimates, and estimates."""
     printed = published(reference, list(config.sheets))
     found, higher = measured_values(config, spectra), [list(config.cases)[c] for c in higher_cases(config)]
     for case, response in zip(higher, list(responses.values())[-1], strict=True):  # of all speeds
@@ -112,13 +112,12 @@ def scored_rows(config, reference, spectra, identification, responses, reasons):
                 "cases": " and ".join(config.groups[group]),
             }
         )
-    computed = with_deviation(pd.DataFrame(rows), printed)
     replayed = [table for table, rows in in_tables.groupby("table") if set(rows.method) <= set(config.data_sets)]
-    return score(printed, computed, load_reasons(reasons), measured_again=replayed)
+    return scored_against(printed, rows, reasons, measured_again=replayed)
 
 
 def all_estimates(identification):
-    """Every estimate with its interval and the misfit of its fit, a row each, SI."""
+    """Every estimate with its interval and the misfit of its fit, one row each, SI."""
     every = identification[["estimate", "low", "high"]].to_dataframe().reset_index()
     every = every.merge(identification.misfit.to_dataframe().reset_index(), on=["estimator", "data_set", "group"])
     every["estimator"] = every.estimator.str.replace("_", " ")
@@ -130,8 +129,8 @@ def estimates_table(config, identification):
     return Table(
         shown_estimates(config, all_estimates(identification)),
         "Estimates of the replay with 95 % intervals",
-        f"Two estimators, two published columns, groups {', '.join(config.groups)}. A misfit far above 1 says that the "
-        "model does not explain the data, whatever the intervals are.",
+        f"Two estimators, two published columns, groups {', '.join(config.groups)}. A misfit far above 1 means that "
+        "the model does not explain the data, whatever the intervals.",
         digits=4,
     )
 
@@ -157,7 +156,7 @@ def printed_estimates(config, reference, order):
 
 
 def estimate_checks(config, reference, spectra, identification):
-    """The estimates against what physics and the other measurements allow, ours, then the thesis's: a DataFrame."""
+    """Physical checks of our estimates, then of the thesis's: a DataFrame, see `physical_checks`."""
     every = all_estimates(identification)
     ours = every[every.data_set == COLUMN].assign(source=lambda e: "here, " + e.estimator)
     ours = ours[["source", "group", "parameter", "estimate", "low", "high"]]
@@ -167,7 +166,7 @@ def estimate_checks(config, reference, spectra, identification):
 
 
 def checks_table(config, spectra, checks):
-    """Which estimates are possible; checks : of `estimate_checks`."""
+    """The Table of the physical checks; checks : of `estimate_checks`."""
     compensated = shown_compensated(spectra)
     return Table(
         checks,
@@ -176,14 +175,14 @@ def checks_table(config, spectra, checks):
             f"Impossible or implausible: {refused_text(checks)}.",
             f"Ours are from the column '{COLUMN}' of the printed spectra. The thesis prints no intervals; ours are "
             "from rounding for least squares, from rounding and model error for maximum likelihood.",
-            "The impact tests bound the sum of both dampings; neither can be negative, so it bounds each of them, too.",
+            "The impact tests bound the sum of both dampings. As neither can be negative, each has the same bound.",
             bow_text(config, compensated),
             f"A bow and a free crack force at 1X cannot be told apart ({bow_confounders(config)}).",
-            "Taking the slow roll off also takes the crack's own 0X and 1X away, so dk p_0 and dk p_1 mean little.",
-            f"{already_there(config, compensated)[-1]}. Only 0X and 1X of the slow roll are taken off, so the whole "
-            "-1X is taken for a crack.",
-            "A phase mark that does not stand at the crack would turn dk p_n by n times that angle and leak into the "
-            "damping; dk p_n is therefore judged by size.",
+            "Subtracting the slow roll also removes the crack's own 0X and 1X, so dk p_0 and dk p_1 mean little.",
+            f"{already_there(config, compensated)[-1]}. Only 0X and 1X of the slow roll are subtracted, so all of -1X "
+            "is attributed to the crack.",
+            "A phase mark away from the crack would rotate dk p_n by n times its angle and leak into the damping; "
+            "dk p_n is therefore judged by size.",
             weight_text(config, compensated),
         ],
         digits=4,
@@ -191,7 +190,7 @@ def checks_table(config, spectra, checks):
 
 
 def response_table(config, spectra, identification, thesis_response):
-    """Measured harmonics against every identified model; thesis_response : (higher case, harmonic) m."""
+    """Measured harmonics beside those of every identified model; thesis_response : (higher case, harmonic), m."""
     compensated = shown_compensated(spectra)
     corrected, slow = remove_slow_roll(config, compensated), list(config.cases).index(config.slow_roll)
     responses = {"thesis's estimates": thesis_response}
@@ -225,14 +224,14 @@ def response_table(config, spectra, identification, thesis_response):
         table,
         "Measured spectrum against the identified models",
         [
-            f"Column '{COLUMN}' of the printed spectra. What is compared has 0X and 1X of the slow roll taken off, as "
-            "the thesis does; its other harmonics are as measured.",
-            "'off' is the distance as a complex number, so it sees the phase, which a comparison of amplitudes does "
-            f"not. Over all speeds and harmonics: {distances}, estimates of {config.all_speeds}.",
+            f"Column '{COLUMN}' of the printed spectra. In 'compared' 0X and 1X of the slow roll are subtracted, as in "
+            "the thesis; the other harmonics are as measured.",
+            "'off' is the distance in the complex plane, which includes the phase, unlike a comparison of amplitudes. "
+            f"Over all speeds and harmonics: {distances}, estimates of {config.all_speeds}.",
             f"{already[-1]}; {already[2]}.",
-            f"The weight can make a crack within the impact tests do at most {largest[-1]:.1f} um at -1X and "
-            f"{largest[2]:.1f} um at 2X when the rotor turns slowly. More than that at slow roll is runout or unequal "
-            "probes, and stays in what is compared.",
+            "At low speed weight can cause, by a crack within the limits of the impact tests, at most "
+            f"{largest[-1]:.1f} um at -1X and {largest[2]:.1f} um at 2X. More than that at slow roll is runout or "
+            "unequal probes, and remains in what is compared.",
         ],
         digits=4,
     )

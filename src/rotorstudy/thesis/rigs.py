@@ -1,4 +1,4 @@
-"""Both test rigs side by side: what was found for each, made comparable."""
+"""Both test rigs side by side: their estimates made dimensionless."""
 
 import pandas as pd
 
@@ -16,7 +16,7 @@ from rotorstudy.units import percent
 
 
 def _scales(config, bow):
-    """Unit of a parameter -> what it is compared with, and that value in SI."""
+    """Unit of a parameter -> name and SI value of the scale that makes it dimensionless."""
     allowed = limits(config)
     return {
         "N s/m": ("critical damping", allowed["critical damping"]),
@@ -26,7 +26,7 @@ def _scales(config, bow):
 
 
 def relative_estimates(config, reference, identification, spectra):
-    """Estimates of a replay from all speeds, made dimensionless; phases are left out.
+    """Estimates of a replay from all speeds, made dimensionless; without phases.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def relative_estimates(config, reference, identification, spectra):
     Returns
     -------
     list of dict
-        A row each parameter, see the columns.
+        One row per parameter.
     """
     model, bow = config.model, slow_roll_bow(config, spectra, COLUMN)
     theta = dict(zip(model.names, thesis_estimates(config, reference, config.all_speeds), strict=True))
@@ -69,14 +69,14 @@ def relative_estimates(config, reference, identification, spectra):
 
 
 def slow_roll_parts(config, spectra):
-    """harmonic -> (higher case,) share that was there at slow roll already, of -1X and 2X."""
+    """harmonic -> (higher case,) share already present at slow roll, of -1X and 2X."""
     compensated = spectra.compensated.sel(version="corrected", data_set=COLUMN, spectrum_method=COLUMN)
     share = slow_roll_share(config, as_complex(compensated))
     return {n: share[:, config.harmonics.index(n)] for n in (-1, 2)}
 
 
 def slow_roll_note(config, spectra):
-    """What of the harmonics was there at slow roll already, in words."""
+    """Shares of the harmonics already present at slow roll, in words."""
     there = ", ".join(
         f"of {n}X {percent(part.min())} to {percent(part.max())}"
         for n, part in slow_roll_parts(config, spectra).items()
@@ -86,13 +86,13 @@ def slow_roll_note(config, spectra):
     most = largest_crack_response(config, -1) * 1e6
     rig = config.name.replace("_", " ").capitalize()
     return (
-        f"{rig}: at slow roll there is already, as vectors, {there}; -1X is {slow:.0f} um there, and the weight "
-        f"can make a crack within the impact tests do at most {most:.1f} um."
+        f"{rig}: already present at slow roll, as vectors, are {there}; -1X is {slow:.0f} um there, of which weight "
+        f"can cause at most {most:.1f} um by a crack within the limits of the impact tests."
     )
 
 
 def rigs_table(replays, reference):
-    """Parameters found for several rigs.
+    """Parameters identified for several rigs.
 
     Parameters
     ----------
@@ -108,15 +108,15 @@ def rigs_table(replays, reference):
     rows = [row for config, found, seen in replays for row in relative_estimates(config, reference, found, seen)]
     return Table(
         pd.DataFrame(rows),
-        "Parameters found for both rigs",
+        "Parameters identified for both rigs",
         [
-            f"All published speeds together, column '{COLUMN}' of the printed spectra. Made comparable: dampings over "
-            "critical damping, eccentricity over the 1X of the slow roll, stiffness losses over the stiffness.",
-            "Same disc, cracks made in a similar way, so these should be alike; the impact tests allow losses of a "
-            "few per cent and dampings of a few tenths at most.",
+            f"All published speeds together, column '{COLUMN}' of the printed spectra. Dampings are relative to "
+            "critical damping, eccentricity to 1X of the slow roll, stiffness losses to the stiffness.",
+            "The rigs have the same disc and similar cracks, so these values should be alike; the impact tests allow "
+            "losses of a few per cent and dampings of a few tenths at most.",
             *(slow_roll_note(config, seen) for config, _, seen in replays),
-            "What does not come from weight is runout or unequal probes, which Eq. (3.1) leaves in: it takes off 0X "
-            "and 1X only.",
+            "The part that weight cannot cause is runout or unequal probes, which Eq. (3.1) does not remove: it "
+            "subtracts 0X and 1X only.",
         ],
         digits=4,
     )

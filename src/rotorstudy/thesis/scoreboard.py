@@ -1,4 +1,4 @@
-"""Each published number beside ours, with a status a reader can check."""
+"""Each published number beside ours, with its status and the reason for a difference."""
 
 from pathlib import Path
 
@@ -37,9 +37,9 @@ def score(printed, computed, reasons, measured_again=()):
     """The scoreboard of some tables.
 
     printed  : DataFrame from `published`
-    computed : DataFrame with KEYS and `computed`, perhaps further columns that reasons quote as {column}
-    reasons  : list of {"table": ..., further keys to match, "status": ..., "reason": ...}; the first match holds, for
-               rows that do not agree, or with "even_if_equal" also for those that agree by coincidence
+    computed : DataFrame with KEYS and `computed`, and perhaps further columns that reasons quote as {column}
+    reasons  : list of {"table": ..., further keys to match, "status": ..., "reason": ...}; the first match applies, to
+               rows that do not agree, or with "even_if_equal" also to those that agree by coincidence
     measured_again : tables of measurements, replayed as records; all other values are "computed anew"
     returns  : DataFrame with COLUMNS
     raises   : RotorstudyError for a value that is neither reproduced nor given a reason
@@ -60,7 +60,8 @@ def score(printed, computed, reasons, measured_again=()):
         if rule is None:
             key = ", ".join(f"{k} {row[k]}" for k in KEYS)
             raise RotorstudyError(
-                f"{key}: published {row['published']:g}, computed {row['computed']:g}, and no reason given"
+                f"{key}: published {row['published']:g}, computed {row['computed']:g}, and no reason given; "
+                "add one to the list of reasons"
             )
         status.append(rule["status"])
         text.append(" ".join(rule["reason"].format(**row).split()))
@@ -79,7 +80,7 @@ def _matches(rule, row):
 
 
 def load_reasons(path):
-    """Reasons from a YAML list; a status that does not exist is an error."""
+    """Reasons from a YAML list; an unknown status raises RotorstudyError."""
     import yaml
 
     reasons = yaml.safe_load(Path(path).read_text(encoding="utf-8"))

@@ -1,4 +1,4 @@
-"""Tables as readers see them: printed values and ours side by side. The presentation writes them to files."""
+"""Tables for readers: printed values and ours side by side. The presentation writes them to files."""
 
 from typing import NamedTuple
 
@@ -6,10 +6,9 @@ import pandas as pd
 
 
 class Table(NamedTuple):
-    """A table and what a page says about it.
+    """A table with its title and note.
 
-    rows : what it holds;  note : a text, or a list whose first is a text and the others points of a list
-    digits : of every number on the page
+    note : a text, or a list of a text and bullet points;  digits : significant digits of every number on the page
     """
 
     rows: pd.DataFrame
@@ -19,7 +18,7 @@ class Table(NamedTuple):
 
 
 def in_table_order(scored):
-    """Rows by table as people count: 5.5 before 5.6, 4.9 before 4.10; the order within a table stays."""
+    """Rows ordered by table number, 4.9 before 4.10; the order within a table stays."""
     numbers = scored.table.map(lambda name: tuple(int(part) for part in name.split(".")))
     return scored.iloc[sorted(range(len(scored)), key=lambda i: numbers.iloc[i])].reset_index(drop=True)
 
@@ -32,9 +31,9 @@ def in_micrometres(scored):
 
 
 def side_by_side(scored, rows, columns):
-    """A scored table as people read it: published and ours next to each other, lengths in um.
+    """A scored table for readers: published and ours next to each other, lengths in um.
 
-    scored : rows of a scoreboard;  rows, columns : key columns that go down and across
+    scored : rows of a scoreboard;  rows, columns : key columns of the rows and of the columns
     """
     scored = in_micrometres(scored)
     mixed = scored.groupby(columns, dropna=False).unit.nunique().max() > 1
@@ -63,7 +62,7 @@ def scored_tables(scored, described):
     scored : DataFrame
         Rows of the scoreboard.
     described : dict
-        number like "2.5" -> (title, note, key columns that go down, key columns that go across).
+        number like "2.5" -> (title, note, key columns of the rows, key columns of the columns).
 
     Returns
     -------

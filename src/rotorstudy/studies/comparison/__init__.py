@@ -1,5 +1,5 @@
 """Every spectrum method with every estimator on every rotor, under noise and with the faults of real records.
 
-`config` says what is compared, `trials` makes records and shows them to a spectrum method trial by trial, `estimates`
-gives its harmonics, with the covariance it states, to every estimator, `ranking` says which pair to use for what.
+`config` defines what is compared, `trials` simulates records and evaluates them by a spectrum method, `estimates`
+passes its harmonics and their stated covariance to every estimator, `ranking` recommends pairs of both.
 """

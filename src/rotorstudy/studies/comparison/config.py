@@ -16,11 +16,11 @@ from rotorstudy.studies.common import clean_spectrum
 
 
 class Fault(Strict):
-    """What is wrong with a record; the default is nothing.
+    """A fault of a record; by default none.
 
-    revolutions : that it holds;  speed_error : of its label, relative
+    revolutions : length of the record;  speed_error : of its speed label, relative
     keyphasor_jitter_rad : standard deviation of each pulse
-    outlier_share : of the samples;  outlier_size : of an outlier, in rms of the vibration
+    outlier_share : of the samples;  outlier_size : relative to the rms vibration
     """
 
     revolutions: float = Field(default=12.0, ge=2)
@@ -33,9 +33,9 @@ class Fault(Strict):
 class Compared(Strict):
     """A rotor to compare on: the main rig of a study, or that of a replay, with the parameters identified there.
 
-    speeds_rad_s : needed for a study; of a replay, its own
-    harmonics : identified from, if not all of the study's; a spectrum method is asked for all of those
-    levels_percent : instead of the comparison's own
+    speeds_rad_s : required for a study; a replay has its own
+    harmonics : used for identification, by default all of the study's; a spectrum method estimates all of both
+    levels_percent : noise levels, by default those of the comparison
     """
 
     study: str | None = None
@@ -54,7 +54,7 @@ class Compared(Strict):
 
 
 class CompareConfig(Strict):
-    """trials : of each cell with noise; trials_without_noise : of those without, where only a fault draws numbers"""
+    """trials : of each cell with noise; trials_without_noise : of the others, where only faults are random"""
 
     title: str
     trials: int = Field(ge=2)
@@ -66,11 +66,12 @@ class CompareConfig(Strict):
     seed: int
 
     def levels(self, rotor):
+        """Noise levels of a rotor, percent."""
         own = self.rotors[rotor].levels_percent
         return self.levels_percent if own is None else own
 
     def check(self, studies, replays):
-        """Raise for a name that no study or replay has, a level that makes no sense."""
+        """Raise RotorstudyError for an unknown study or replay, wrong harmonics or noise levels."""
         for name, compared in self.rotors.items():
             known = studies if compared.study else replays
             wanted = compared.study or compared.replay
@@ -96,7 +97,7 @@ def load_comparison(path):
 class Rotor(NamedTuple):
     """A rotor to compare on: model with true values, unknowns, speeds (speed,) rad/s.
 
-    measured, harmonics : (harmonic,) what a spectrum method is asked for, and those of it that an estimator gets
+    measured, harmonics : (harmonic,) estimated by a spectrum method, and those of them that an estimator is given
     """
 
     model: Model
@@ -107,19 +108,19 @@ class Rotor(NamedTuple):
 
 
 def make_rotor(compared, model, unknowns, harmonics, speeds):
-    """The Rotor of a Compared; harmonics : those its source measures."""
+    """The Rotor of a Compared; harmonics : those of its source;  speeds : (speed,) rad/s."""
     used = compared.harmonics or harmonics
     measured = [*harmonics, *(n for n in used if n not in harmonics)]
     return Rotor(model, unknowns, measured, used, np.array(speeds))
 
 
 def study_rotor(compared, study):
-    """The main rig of a study."""
+    """The Rotor of the main rig of a study."""
     return make_rotor(
         compared, study.rig(study.main_rig), tuple(study.unknowns), study.harmonics, compared.speeds_rad_s
     )
 
 
 def measured_without_noise(rotor):
-    """The steady-state spectrum of a rotor without noise, at the harmonics that a spectrum method is asked for."""
+    """The steady-state Spectrum of a rotor without noise, at the harmonics that a spectrum method estimates."""
     return clean_spectrum(SimpleNamespace(harmonics=rotor.measured), rotor.model, rotor.speeds)

@@ -1,4 +1,4 @@
-"""How well estimators do on the harmonics of every spectrum method."""
+"""Accuracy of estimators on the harmonics of every spectrum method."""
 
 from dataclasses import replace
 from itertools import product
@@ -32,12 +32,12 @@ BY_CELL = {
 
 
 def estimates(config, name, rotor, by_method, estimator):
-    """How well an estimator does on the harmonics of every spectrum method.
+    """Accuracy of an estimator on the harmonics of every spectrum method.
 
     by_method : name of a spectrum method -> Dataset of `spectra`
     returns   : bias, scatter, rmse (SI; of phases rad), efficiency (Cramer-Rao variance of whole revolutions over mean
-                square error), coverage (of 95 % intervals), all (spectrum_method, fault, noise, parameter);
-                failed (share of trials), seconds (an estimate) (spectrum_method, fault, noise); true (parameter)
+                square error), coverage (of 95 % intervals), each (spectrum_method, fault, noise, parameter);
+                failed (share of trials), seconds (per estimate) (spectrum_method, fault, noise); true (parameter)
     """
     faults, levels = list(config.faults), config.levels(name)
     model, unknowns = rotor.model, rotor.unknowns
@@ -94,7 +94,7 @@ def estimates(config, name, rotor, by_method, estimator):
 
 
 def without_values(model, unknowns):
-    """The model with its unknowns not given a value: a start or a prior must not know the truth."""
+    """The model without values of its unknowns, as neither start nor prior may know the truth."""
     terms = []
     for term in model.terms:
         sought = {p.name for p in term.parameters if {term.full_name(p), f"{term.full_name(p)}_real"} & {*unknowns}}
@@ -119,14 +119,14 @@ def _bounds(config, name, rotor, theta):
 
 
 def bias(study, rotor, estimator):
-    """What wrong known quantities of its study cost an estimator, at the speeds compared on; see `identify.bias`."""
+    """Error of an estimator by wrong known quantities, at the speeds compared on; see `identify.bias`."""
     cases = {"speeds compared": SimpleNamespace(speeds=rotor.speeds)}
     settings = {"cases": cases, "harmonics": list(rotor.harmonics), "estimators": [estimator.name]}
     return identify.bias(study.model_copy(update=settings))
 
 
 def comparison(parts):
-    """One array over everything: {(rotor, estimator): Dataset of `estimates`} -> Dataset with both as dimensions."""
+    """Combine {(rotor, estimator): Dataset of `estimates`} into one Dataset with both as dimensions."""
     import xarray as xr
 
     rotors = list(dict.fromkeys(rotor for rotor, _ in parts))

@@ -1,15 +1,15 @@
-"""Which spectrum method and estimator to use for which fault of a record."""
+"""Ranking of the pairs of spectrum method and estimator, and recommendation for each fault of a record."""
 
 import numpy as np
 
-VALID = (0.90, 0.99)  # mean coverage of valid 95 % intervals: 200 trials give it to within 1.5 % for a parameter
-SELDOM = 0.02  # share of trials in which a pair may fail and still be advised: a failure is seen, another is taken
-AS_GOOD = 1.05  # errors within this factor are equal: 200 trials give an error to within 5 %
+VALID = (0.90, 0.99)  # mean coverage of valid 95 % intervals; 200 trials determine it to 1.5 % for one parameter
+SELDOM = 0.02  # largest share of failed trials of a recommended pair: a failure is noticed, another pair can be used
+AS_GOOD = 1.05  # errors within this factor count as equal: 200 trials determine an error to 5 %
 ANY_FAULT = "not known which"
 
 
 def ranking(whole):
-    """How the pairs of spectrum method and estimator rank, by rotor, fault and noise.
+    """Pairs of spectrum method and estimator ranked by rotor, fault and noise.
 
     returns : DataFrame with the error over the Cramer-Rao bound (geometric mean over the parameters), the error of
               the worst parameter, coverage, failures and time, best first
@@ -23,7 +23,7 @@ def ranking(whole):
         "worst parameter": over.max("parameter"),
         "coverage": whole.coverage.mean("parameter"),
         "failed": whole.failed,
-        "ms an estimate": 1e3 * whole.seconds,
+        "time per estimate (ms)": 1e3 * whole.seconds,
     }
     table = xr.Dataset(columns).to_dataframe().reset_index()
     table = table[table["error over bound"].notna() | (table.failed == 1)]
@@ -33,12 +33,12 @@ def ranking(whole):
 
 
 def advice(ranked):
-    """Which spectrum method and estimator for which fault: the smallest error in the worst rotor and noise level.
+    """Recommended pairs for each fault: those with the smallest error in their worst rotor and noise level.
 
-    Of the pairs that seldom fail, each spectrum method's best estimator; of equals one with valid intervals, then one
-    that never fails.
-    returns : DataFrame (fault, three best spectrum methods): estimator, its equals, the error over the bound in the
-              worst cell, which cell that is, the median, coverage; last the same for a fault that is not known
+    Of the pairs that rarely fail, the best estimator of each spectrum method; among equals one with valid intervals,
+    then one that never fails.
+    returns : DataFrame (fault, three best spectrum methods): estimator, equally good ones, error over the bound in the
+              worst cell, that cell, median error, coverage; at the end the same for an unknown fault
     """
     import pandas as pd
 
@@ -52,7 +52,7 @@ def advice(ranked):
         lowest_coverage=("coverage", "min"),
         highest_coverage=("coverage", "max"),
         failed=("failed", "max"),
-        ms=("ms an estimate", "median"),
+        ms=("time per estimate (ms)", "median"),
     ).reset_index()
     cells = every.loc[groups[error].idxmax()]
     table["worst_in"] = [f"{rotor}, {noise:g} %" for rotor, noise in zip(cells.rotor, cells.noise, strict=True)]
@@ -72,14 +72,14 @@ def advice(ranked):
     best = best.sort_values(["last", "fault", "step", "typical"], kind="stable").groupby("fault", sort=False).head(3)
     shown = {
         **{key: key for key in keys},
-        "as_good": "estimators as good",
+        "as_good": "equally good estimators",
         "worst": "error over bound, worst rotor and noise",
-        "worst_in": "where that is",
+        "worst_in": "worst rotor and noise",
         "typical": "error over bound, median",
         "intervals": "intervals",
         "lowest_coverage": "lowest coverage",
         "highest_coverage": "highest coverage",
         "failed": "failed, largest share",
-        "ms": "ms an estimate",
+        "ms": "time per estimate (ms)",
     }
     return best[list(shown)].rename(columns=shown).reset_index(drop=True)

@@ -1,4 +1,4 @@
-"""Records with noise and faults, and what a spectrum method makes of them."""
+"""Records with noise and faults, and their spectra by a spectrum method."""
 
 from itertools import product
 from time import perf_counter
@@ -31,7 +31,7 @@ class Trials(NamedTuple):
 
 
 def make_trials(config, rotor_index, rotor, fault_name, place, level, count):
-    """Trials of one speed (by its place in rotor.speeds): steady state, noise, and what the fault does."""
+    """Trials of one speed (position `place` in rotor.speeds): steady state, noise of `level` percent, and a fault."""
     fault, speed = config.faults[fault_name], float(rotor.speeds[place])
     stream = (rotor_index * len(config.faults) + list(config.faults).index(fault_name)) * 1000 + place
     time = np.arange(config.samples) * fault.revolutions * 2 * np.pi / speed / config.samples
@@ -49,7 +49,7 @@ def make_trials(config, rotor_index, rotor, fault_name, place, level, count):
         signal = signal + hit * fault.outlier_size * rms * np.exp(1j * angle)
     keyphasor = keyphasor_signal(speed, time)[None]
     if fault.keyphasor_jitter_rad:
-        revolution = np.rint(speed * time / (2 * np.pi)).astype(int)  # each pulse is early or late as a whole
+        revolution = np.rint(speed * time / (2 * np.pi)).astype(int)  # each pulse is shifted as a whole
         late = [fault.keyphasor_jitter_rad * rng.normal(size=revolution.max() + 1)[revolution] for rng in others]
         keyphasor = np.array([keyphasor_signal(speed, time - shift / speed) for shift in late])
     return Trials(time, speed * (1 + fault.speed_error), signal, keyphasor)
@@ -58,7 +58,7 @@ def make_trials(config, rotor_index, rotor, fault_name, place, level, count):
 def trial_spectra(method, trials, harmonics):
     """Harmonics (trial, harmonic, sensor) and the mean of their stated covariance (sensor, component, component).
 
-    Trials that share their keyphasor go to the method in one call.
+    Trials with the same keyphasor are evaluated in one call.
     """
     count, sensors, _ = trials.signal.shape
 
@@ -86,12 +86,12 @@ def trial_spectra(method, trials, harmonics):
 
 
 def spectra(config, name, rotor, method):
-    """What a spectrum method makes of all records of a rotor.
+    """Spectra of all records of a rotor by a spectrum method.
 
     returns : amplitude (fault, noise, trial, speed, harmonic, node, part) m, NaN beyond the trials of a cell;
               covariance (fault, noise, speed, node, component, component_2) m^2, as stated, mean over trials;
               harmonic_error (fault, noise), rms over trials and harmonics over the rms of the vibration;
-              seconds (fault, noise) a record
+              seconds (fault, noise) per record
     """
     faults, levels = list(config.faults), config.levels(name)
     model, harmonics = rotor.model, rotor.measured

@@ -1,0 +1,36 @@
+"""Names of the figures of a diagnosis and of a blind test, with their captions; free of imports for the workflow."""
+
+DIAGNOSIS_FIGURES = {
+    "what_is_wrong": (
+        "What the simulation gets wrong",
+        "Left: measured minus simulated in standard deviations (noise and stated model error), after the fit of the "
+        "base parameters; 1 is expected under noise alone. Right: equivalent residual force, the force at the measured "
+        "nodes that would cause the residual; where not all of the rotor is measured the true force may act elsewhere. "
+        "An effect of the measuring chain appears as a force too, although none acts.",
+    ),
+    "causes": (
+        "Explanations tried",
+        "Best first. Each explanation was fitted with the base parameters free. Its posterior probability accounts for "
+        "the residual it leaves, its parameters, and the number of causes it was chosen from.",
+    ),
+    "before_and_after": (
+        "Spectra and orbits",
+        "The harmonics and one revolution of the orbit, at the nodes with the largest residual.",
+    ),
+    "gain": ("What adding the causes gains", "Base: the rig as given, fitted. Extended: with the causes."),
+}
+BLIND_FIGURES = {
+    "curves": "Completeness: share of hidden effects whose cause and place are found. Reliability: share of the named "
+    "causes that are true. Vertical bars are 95 % bounds; dotted: 95 %, and three times the noise.",
+    "confusion": "A row for each hidden effect, a column for each answer; cases with at most one effect, of any size. "
+    "Solid boxes: right answers; dashed: confounders that the effect declares. For effects far below the noise "
+    "'nothing' is an appropriate answer.",
+    "calibration": "Share of the causes named first that are true, over their stated posterior probability. On the "
+    "dotted line the probabilities are calibrated, above it too low, below it too high. Labels are numbers of cases.",
+    "coverage": "Shares with 95 % bounds; dotted: 95 %. The stated set of causes holds those that a verdict names and "
+    "those it cannot rule out.",
+    "detection_limits": "Change over noise at which half of the effects of a kind are found. A line without a point is "
+    "a bound: all were found, or none. Dotted: three times the noise.",
+    "gain": "Error of the extended model over that of the base model on speeds that no fit has seen, for effects of "
+    "three times the noise and more. Dotted: a tenth; right of the solid line the extension increases the error.",
+}

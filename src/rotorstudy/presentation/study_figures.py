@@ -1,0 +1,45 @@
+"""The figures that every simulated chapter has."""
+
+from rotorstudy.presentation import estimate_figures, whirl_figures
+from rotorstudy.studies.common import parameter_units
+
+
+def study_figures(config, stages, noisy, cases, titles, closed_form=None, rigs=None):
+    """Figures of the stages that the simulated chapters have in common.
+
+    Parameters
+    ----------
+    config : StudyConfig
+    stages : dict
+        Name of a stage -> Dataset: bias, weight_dominance, stability; identifiability and whirl if there are any.
+    noisy : dict
+        Title of a column -> Monte Carlo Dataset of one record kind.
+    cases : dict
+        Case -> its name in the figures, for bias; weight dominance is shown for the first.
+    titles : dict
+        Name of a figure -> its title.
+    closed_form : tuple, optional
+        See `whirl_figures.stability`.
+    rigs : dict, optional
+        See `whirl_figures.campbell`.
+
+    Returns
+    -------
+    dict
+        name -> matplotlib figure.
+    """
+    units, (case, shown) = parameter_units(config), next(iter(cases.items()))
+    found = {
+        "error_against_noise": estimate_figures.error_against_noise(noisy, units, titles["error_against_noise"]),
+        "bias": estimate_figures.bias(stages["bias"], cases, units, titles["bias"]),
+        "weight_dominance": estimate_figures.weight_dominance(
+            config, stages["weight_dominance"], case, shown, units, titles["weight_dominance"]
+        ),
+        "stability": whirl_figures.stability(stages["stability"], closed_form),
+    }
+    if "identifiability" in stages:
+        first = next(iter(config.cases))
+        found["collinearity"] = estimate_figures.collinearity(stages["identifiability"], first, titles["collinearity"])
+    if "whirl" in stages:
+        found["campbell"] = whirl_figures.campbell(stages["whirl"], rigs, titles["campbell"])
+    return found
