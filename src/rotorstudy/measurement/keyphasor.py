@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.measurement.conventions import Keyphasor
 
 PULSE_OVER_NOISE = 8.0  # least height of a pulse, in standard deviations of the rest of the signal
 NEAR = 0.15  # revolutions by which a mark may differ from the prediction of the marks before it
@@ -189,6 +188,8 @@ def mark_times(record, drifting=False):
         raise RotorstudyError(f"{record.where}: no keyphasor; record one, or use a reference signal")
     found = record.marks
     if found is None:
+        from rotorstudy.measurement.conventions import Keyphasor  # late: pydantic, which plugins load without
+
         pulses = find_pulses(record.keyphasor, record.time, Keyphasor())
         found = np.zeros(0) if pulses is None else pulses.time
     (_check_drifting if drifting else _check_steady)(record, found)

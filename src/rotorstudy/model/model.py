@@ -3,13 +3,16 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import NonlinearForce, Term, Unknown
-from rotorstudy.model.uncertainty import Uncertainty
+
+if TYPE_CHECKING:  # pydantic behind it takes half of the time in which the plugin library loads
+    from rotorstudy.model.uncertainty import Uncertainty
 
 
 @dataclass(frozen=True)
@@ -26,7 +29,7 @@ class Model:
     terms: tuple[Term, ...] = ()
     sensors: tuple[int, ...] = ()
     held_deflection: np.ndarray | None = None
-    uncertainty: Uncertainty | None = None
+    uncertainty: "Uncertainty | None" = None
 
     def __post_init__(self):
         if not self.sensors:
