@@ -150,7 +150,7 @@ GOOD = {"parameters": ["external_damping", "internal_damping"], "standard_deviat
     ("change", "words"),
     [
         ({"parameters": ["external_dampin", "internal_damping"]}, "did you mean 'external_damping'"),
-        ({"parameters": ["external_damping", "external_damping"]}, "named twice"),
+        ({"parameters": ["external_damping", "external_damping"]}, "given twice"),
         ({"standard_deviations": [2.0]}, "1 standard deviations .* for 2 parameters"),
         ({"standard_deviations": [2.0, 0.0]}, "standard_deviations"),
         ({"standard_deviations": [2.0, float("nan")]}, "standard_deviations"),
