@@ -146,7 +146,7 @@ def test_identify_refuses_files_it_cannot_trust(records, tmp_path, capsys):
     def without_phase(data):
         return data.drop_vars(["reference", "keyphasor"])
 
-    refused(run(capsys, *changed(micrometres, "a.nc")), "units", "less than any probe sees")
+    refused(run(capsys, *changed(micrometres, "a.nc")), "units", "less than a probe can resolve")
     refused(run(capsys, *changed(unknown_unit, "b.nc")), "unit 'furlong'", "um")
     refused(run(capsys, *changed(hole, "c.nc")), "gaps", "samples are missing")
     refused(run(capsys, *changed(without_phase, "d.nc")), "no phase reference")
@@ -154,7 +154,7 @@ def test_identify_refuses_files_it_cannot_trust(records, tmp_path, capsys):
     refused(run(capsys, "identify", tmp_path / "none.nc", "--rig", RIG, "--unknowns", "eccentricity"), "does not exist")
     (tmp_path / "text.nc").write_text("no netcdf")
     refused(
-        run(capsys, "identify", tmp_path / "text.nc", "--rig", RIG, "--unknowns", "external_damping"), "not a NetCDF"
+        run(capsys, "identify", tmp_path / "text.nc", "--rig", RIG, "--unknowns", "external_damping"), "not a readable NetCDF"
     )
 
 
