@@ -157,7 +157,8 @@ def test_the_extended_rig_is_accepted_again_and_lacks_nothing(asymmetric, folder
     again = diagnose(folder / "records.nc", extended, folder / "again")
     assert again["verdict"] == "nothing" and again["causes"] == []
     assert (
-        again["summary"].startswith("Nothing is missing") and "Smallest sizes detected with a probability of 95 %" in again["summary"]
+        again["summary"].startswith("Nothing is missing")
+        and "Smallest sizes detected with a probability of 95 %" in again["summary"]
     )
 
 
