@@ -154,7 +154,8 @@ def test_identify_refuses_files_it_cannot_trust(records, tmp_path, capsys):
     refused(run(capsys, "identify", tmp_path / "none.nc", "--rig", RIG, "--unknowns", "eccentricity"), "does not exist")
     (tmp_path / "text.nc").write_text("no netcdf")
     refused(
-        run(capsys, "identify", tmp_path / "text.nc", "--rig", RIG, "--unknowns", "external_damping"), "not a NetCDF"
+        run(capsys, "identify", tmp_path / "text.nc", "--rig", RIG, "--unknowns", "external_damping"),
+        "not a readable NetCDF",
     )
 
 

@@ -156,7 +156,10 @@ def test_the_extended_rig_is_accepted_again_and_lacks_nothing(asymmetric, folder
     assert main(["simulate", str(extended), "--speeds", "100", "--out", str(folder / "again.nc")]) == 0
     again = diagnose(folder / "records.nc", extended, folder / "again")
     assert again["verdict"] == "nothing" and again["causes"] == []
-    assert again["summary"].startswith("Nothing is missing") and "with a probability of 95 %" in again["summary"]
+    assert (
+        again["summary"].startswith("Nothing is missing")
+        and "Smallest sizes detected with a probability of 95 %" in again["summary"]
+    )
 
 
 def test_without_the_true_effect_in_the_library_no_wrong_cause_is_sure(asymmetric, folder):
