@@ -55,6 +55,10 @@ REFERENCE = str(ROOT / settings.reference)
 PUBLISHED = [f"{REFERENCE}/{name}.csv" for name in ("full_spectrum", "identified_parameters")]
 
 
+def published_folder(wildcards, input):
+    return str(Path(input.published[0]).parent)
+
+
 wildcard_constraints:
     study="|".join(STUDIES) or "none",
     replay="|".join(REPLAYS) or "none",

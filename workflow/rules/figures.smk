@@ -25,7 +25,7 @@ if "chapter_2" in STUDIES:
         params:
             load="rotorstudy.studies.config.load_study",
             function="rotorstudy.presentation.chapter_2.figures",
-            reference=REFERENCE,
+            reference=published_folder,
         log:
             f"{RESULTS}/logs/chapter_2/figures.log",
         script:
@@ -55,7 +55,7 @@ if "chapter_4" in STUDIES:
         params:
             load="rotorstudy.studies.config.load_study",
             function="rotorstudy.presentation.chapter_4.figures",
-            reference=REFERENCE,
+            reference=published_folder,
         log:
             f"{RESULTS}/logs/chapter_4/figures.log",
         script:
@@ -88,7 +88,7 @@ if "chapter_6" in STUDIES:
         params:
             load="rotorstudy.studies.config.load_study",
             function="rotorstudy.presentation.chapter_6.figures",
-            reference=REFERENCE,
+            reference=published_folder,
         log:
             f"{RESULTS}/logs/chapter_6/figures.log",
         script:
@@ -113,7 +113,7 @@ for name in REPLAYS:
         params:
             load="rotorstudy.thesis.config.load_replay",
             function="rotorstudy.presentation.replay_figures.figures",
-            reference=REFERENCE,
+            reference=published_folder,
         log:
             f"{RESULTS}/logs/{name}/figures.log",
         script:

@@ -8,7 +8,7 @@ rule replay_records:
         f"{RESULTS}/{{replay}}/records.nc",
     params:
         function="rotorstudy.thesis.replay.records",
-        reference=lambda wildcards, input: str(Path(input.published[0]).parent),
+        reference=published_folder,
     log:
         f"{RESULTS}/logs/{{replay}}/records.log",
     script:
@@ -44,7 +44,7 @@ rule replay_identify:
         f"{RESULTS}/{{replay}}/identification.nc",
     params:
         function="rotorstudy.thesis.replay.identify",
-        reference=lambda wildcards, input: str(Path(input.published[0]).parent),
+        reference=published_folder,
     log:
         f"{RESULTS}/logs/{{replay}}/identification.log",
     script:

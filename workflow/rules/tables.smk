@@ -20,7 +20,7 @@ if "chapter_2" in STUDIES:
         params:
             load="rotorstudy.studies.config.load_study",
             function="rotorstudy.thesis.chapter_2.tables",
-            reference=REFERENCE,
+            reference=published_folder,
         log:
             f"{RESULTS}/logs/chapter_2/tables.log",
         script:
@@ -45,7 +45,7 @@ if "chapter_4" in STUDIES:
         params:
             load="rotorstudy.studies.config.load_study",
             function="rotorstudy.thesis.chapter_4.tables",
-            reference=REFERENCE,
+            reference=published_folder,
         log:
             f"{RESULTS}/logs/chapter_4/tables.log",
         script:
@@ -69,7 +69,7 @@ if "chapter_6" in STUDIES:
         params:
             load="rotorstudy.studies.config.load_study",
             function="rotorstudy.thesis.chapter_6.tables",
-            reference=REFERENCE,
+            reference=published_folder,
         log:
             f"{RESULTS}/logs/chapter_6/tables.log",
         script:
@@ -95,7 +95,7 @@ for name in REPLAYS:
         params:
             load="rotorstudy.thesis.config.load_replay",
             function="rotorstudy.thesis.replay_tables.tables",
-            reference=REFERENCE,
+            reference=published_folder,
         log:
             f"{RESULTS}/logs/{name}/tables.log",
         script:
