@@ -51,7 +51,7 @@ def test_uneven_support_gives_two_natural_frequencies():
 
 
 def test_a_model_that_varies_in_time_has_no_eigenvalues():
-    with pytest.raises(RotorstudyError, match="'stiffness_loss' makes the model vary in time"):
+    with pytest.raises(RotorstudyError, match="'stiffness_loss' makes the model time-varying"):
         eigenvalues(jeffcott(weight_dominance=False), [88.0])
 
 

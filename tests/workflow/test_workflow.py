@@ -136,9 +136,9 @@ def test_errata_quote_numbers(built):
     assert not errata.evidence.str.contains("[{}]|nan").any()
     text = " ".join(errata.evidence)
     for numbers in (
-        "Of 18 printed values 18 come back with the reversed sign, 8 with the right one",
+        "Of 18 printed values 18 are reproduced with the reversed sign, 8 with the right one",
         "the steady state gives 32 with the printed sign, 11 with the right one",
-        "Of 18 values 1 comes back under the printed headings, 18 under the swapped ones",
+        "Of 18 values the printed headings reproduce 1, the swapped ones 18",
         "1.800 kg, which has 67.9 Hz",
     ):
         assert numbers in text

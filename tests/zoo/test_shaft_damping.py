@@ -71,5 +71,5 @@ def test_hysteretic_takes_the_loss_factor_of_its_energy_in_a_cycle_at_any_speed(
 def test_hysteretic_damping_exists_in_frequency_only():
     model = build_model({"rotor": PLAIN, "effects": [{"kind": "hysteretic_damping", "loss_factor": 0.01}, UNBALANCE]})
     assert np.isfinite(harmonic_response(model, [150.0], HARMONICS)).all()
-    with pytest.raises(RotorstudyError, match="'loss_factor' makes the model vary in time or with frequency"):
+    with pytest.raises(RotorstudyError, match="'loss_factor' makes the model time-varying or frequency-dependent"):
         eigenvalues(model, [150.0])
