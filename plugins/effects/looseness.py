@@ -28,7 +28,7 @@ def rotorstudy_effect():
         checked="time integration to 2e-3 of its effect; no force below the lift to 1e-12; the mean rises",
         confounders=(
             ("support_stiffness", "looseness gives multiples of 1X and depends on the amplitude"),
-            ("breathing_crack_weight", "the force of a loose support depends on the amplitude: change the unbalance"),
+            ("breathing_crack", "the force of a loose support depends on the amplitude: change the unbalance"),
             ("rub", "at large amplitudes a rub stiffens, looseness softens"),
             ("cubic_stiffness", "looseness softens in one direction, cubic stiffness stiffens in all directions"),
         ),

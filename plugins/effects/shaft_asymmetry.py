@@ -23,10 +23,6 @@ def rotorstudy_effect():
             ("support_anisotropy", "fixed anisotropy couples n with -n, rotating asymmetry n with 2 - n"),
             ("breathing_crack", "under gravity a constant asymmetry gives 2X only, a breathing crack 1X and 3X too"),
             (
-                "breathing_crack_weight",
-                "under gravity a constant asymmetry gives 2X only, a breathing crack 1X and 3X too",
-            ),
-            (
                 "parallel_misalignment",
                 "the 2X of an asymmetric shaft is caused by gravity and remains when the shaft is uncoupled",
             ),

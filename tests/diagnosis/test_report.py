@@ -166,7 +166,7 @@ def test_without_the_true_effect_in_the_library_no_wrong_cause_is_sure(asymmetri
     """The negative control: unknown, or a confounder that the effect declares."""
     rig = write_rig(folder / "left_out.yaml", diagnosis={"leave_out": ["shaft_asymmetry"]})
     verdict = diagnose(folder / "records.nc", rig, folder / "left_out")
-    confounders = {"support_anisotropy", "breathing_crack", "breathing_crack_weight", "parallel_misalignment"}
+    confounders = {"support_anisotropy", "breathing_crack", "parallel_misalignment"}
     if verdict["verdict"] != "unknown":
         assert verdict["verdict"] in ("cause", "ambiguous") and named(verdict)
         assert named(verdict) <= confounders

@@ -1,5 +1,6 @@
 """The hypotheses: every effect of the library at every place, and how much of a residual each explains."""
 
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ from rotorstudy.model.terms import Term
 from rotorstudy.response.measured import sensitivities
 
 SHAPES_TRIED = 9  # values of a shape option, before the best is refined
+ANGLES_TRIED = 16  # of an angle that goes around: 11 degrees off at most, which even a fifth harmonic tells from noise
 SCALES = 10.0 ** (-0.5 * np.arange(7))  # widths of the prior over the widest one, equally likely by order of magnitude
 FIXED = 0.02  # standard deviation of an amplitude that is 0 or 1: what the uncertainty of the probe calibration
 
@@ -27,7 +29,8 @@ class Candidate(NamedTuple):
     prior    : unknown name -> (mean, std) of its amplitude before anything is measured
     positive : names of unknowns that cannot be negative: the prior is the upper half of that normal distribution
     fixed    : its amplitude is known where the effect is present; the width of its prior is not varied
-    shape    : options inside a nonlinear force (a clearance), at one of the values tried
+    shape    : options that enter nonlinearly (a clearance, an angle), at one of the values tried
+    variant  : the alternatives of the effect that it has (the breathing function of a crack)
     """
 
     effect: str
@@ -37,6 +40,7 @@ class Candidate(NamedTuple):
     positive: tuple = ()
     fixed: bool = False
     shape: dict = {}
+    variant: dict = {}
 
     @property
     def cause(self):
@@ -45,8 +49,9 @@ class Candidate(NamedTuple):
 
     @property
     def label(self):
-        """The cause with its shape: unique among the candidates."""
-        return self.cause + "".join(f", {key} {value:.4g}" for key, value in self.shape.items())
+        """The cause with its alternatives and its shape: unique among the candidates."""
+        told = {**self.variant, **{key: f"{value:.4g}" for key, value in self.shape.items()}}
+        return self.cause + "".join(f", {key} {value}" for key, value in told.items())
 
     @property
     def names(self):
@@ -61,6 +66,7 @@ def candidate(
     shape: dict | None = None,
     label: str = "cause",
     prior_width: float = 10.0,
+    variant: dict | None = None,
 ) -> Candidate:
     """An effect at a place, with the prior of its amplitudes.
 
@@ -75,6 +81,8 @@ def candidate(
         Of its term.
     prior_width : float
         Standard deviation of its amplitude, in typical sizes.
+    variant : dict
+        Options that have alternatives.
 
     Returns
     -------
@@ -86,21 +94,67 @@ def candidate(
         If the effect cannot act there.
     """
     plugin = registry().get("effect", effect, "diagnosis")
-    item = {"kind": effect, **plugin.example, **where, **(shape or {}), "label": label}
+    item = {"kind": effect, **plugin.example, **where, **(shape or {}), **(variant or {}), "label": label}
     term = make_term("effect", item, model.structure, model.sensors, f"candidate {effect}")
     mean, std = (1.0, FIXED) if plugin.fixed else (0.0, prior_width)
     prior = {unknown.name: (mean * unknown.typical, std * unknown.typical) for unknown in term.unknowns}
     positive = tuple(prior) if plugin.positive else ()
-    return Candidate(effect, where, term, prior, positive, plugin.fixed, dict(shape or {}))
+    return Candidate(effect, where, term, prior, positive, plugin.fixed, dict(shape or {}), dict(variant or {}))
+
+
+def with_shape(model: Model, cause: Candidate, shape: dict, prior_width: float) -> Candidate:
+    """The same cause with another shape; see `candidate`."""
+    return candidate(model, cause.effect, cause.where, shape, cause.term.label, prior_width, cause.variant)
+
+
+class ShapeRange(NamedTuple):
+    """Search range of a shape option: logarithmic if it begins above zero; an angle over a full turn has no ends."""
+
+    low: float
+    high: float
+
+    @property
+    def goes_around(self) -> bool:
+        """Whether both ends are the same angle."""
+        return bool(np.isclose(self.high - self.low, 2 * np.pi))
+
+    def place(self, value: float) -> float:
+        """Position (0 to 1) of a value."""
+        if self.low > 0:
+            return float(np.log(value / self.low) / np.log(self.high / self.low))
+        return (value - self.low) / (self.high - self.low)
+
+    def value(self, place: float) -> float:
+        """The value at a position; positions beyond the range are at its end, or go around."""
+        place = place % 1 if self.goes_around else min(max(place, 0.0), 1.0)
+        if self.low > 0:
+            return float(self.low * (self.high / self.low) ** place)
+        return float(self.low + place * (self.high - self.low))
+
+    def tried(self) -> list[float]:
+        """Values over the range, of which the best is refined."""
+        if self.goes_around:
+            return [self.value(place) for place in np.arange(ANGLES_TRIED) / ANGLES_TRIED]
+        return [self.value(place) for place in np.linspace(0, 1, SHAPES_TRIED)]
+
+
+def shape_ranges(effect: str) -> dict[str, ShapeRange]:
+    """Shape options of an effect -> ShapeRange."""
+    plugin = registry().get("effect", effect, "diagnosis")
+    return {name: ShapeRange(*ends) for name, ends in plugin.shape.items()}
 
 
 def _shapes(plugin):
     """Values of the first shape option over its range; [{}] for an effect without one."""
-    if not plugin.shape:
-        return [{}]
-    (name, (low, high)), *_ = plugin.shape.items()
-    values = np.geomspace(low, high, SHAPES_TRIED) if low > 0 else np.linspace(low, high, SHAPES_TRIED)
-    return [{name: float(value)} for value in values]
+    for name, ends in shape_ranges(plugin.name).items():
+        return [{name: value} for value in ends.tried()]
+    return [{}]
+
+
+def _variants(plugin):
+    """Every combination of the alternatives of an effect; [{}] for an effect without them."""
+    values = product(*(known() for known in plugin.alternatives.values()))
+    return [dict(zip(plugin.alternatives, chosen, strict=True)) for chosen in values]
 
 
 def candidates(model: Model, settings: Settings) -> tuple[list[Candidate], dict[str, str]]:
@@ -132,10 +186,10 @@ def _candidates_of(plugin, model, settings, first):
     """Candidates of one effect; their terms are labelled by number, from `first` on."""
     found = []
     for place in plugin.places(model.structure, model.sensors):
-        for shape in _shapes(plugin):
+        for variant, shape in product(_variants(plugin), _shapes(plugin)):
             label = f"cause {first + len(found)}"
             try:
-                found.append(candidate(model, plugin.name, place, shape, label, settings.prior_width))
+                found.append(candidate(model, plugin.name, place, shape, label, settings.prior_width, variant))
             except CannotAct:  # a place that other options of this rig exclude
                 continue
     return found

@@ -45,9 +45,14 @@ class ParameterEstimate(Result):
 
 
 class Cause(Place):
-    """A possible cause; parameters : by name, a complex amplitude `x` as `x` and `x_phase`."""
+    """A possible cause.
+
+    parameters : by name, a complex amplitude `x` as `x` and `x_phase`
+    variant    : which of its alternatives fits best, like {"crack": "breathing"}
+    """
 
     parameters: dict[str, ParameterEstimate]
+    variant: dict[str, str] = {}
     posterior_probability: float
 
 

@@ -216,7 +216,11 @@ def _cause(candidate, fitted, probability):
     for name, value in candidate.shape.items():
         parameters[name] = ParameterEstimate(value=value, std=None, unit="", part="shape")
     return Cause(
-        effect=candidate.effect, where=candidate.where, parameters=parameters, posterior_probability=probability
+        effect=candidate.effect,
+        where=candidate.where,
+        parameters=parameters,
+        variant=candidate.variant,
+        posterior_probability=probability,
     )
 
 

@@ -98,7 +98,8 @@ class Effect(Plugin):
     places    : function(structure, sensors) -> list of option dicts, one for each place where it can act; by default
                 each node (each sensor) if it has an option `node`, else one place without options
     candidate : whether diagnosis considers it as a cause; a free force at every harmonic would explain anything
-    shape     : option -> (low, high), the search range of an option that enters nonlinearly
+    shape     : option -> (low, high), the search range of an option that enters nonlinearly; an angle may go around
+    alternatives : option -> function() -> its possible values, of which diagnosis tries each; the cause is the same
     fixed     : present with its typical amplitude or absent: a cable is swapped or not
     fold      : ratio of the phase of its amplitude to the angle of its direction: 2 for two stiffnesses
     positive  : its amplitudes cannot be negative (damping, stiffness loss of a crack)
@@ -110,6 +111,7 @@ class Effect(Plugin):
     places: Callable | None = field(default=None, compare=False)
     candidate: bool = True
     shape: dict = field(default_factory=dict, compare=False)
+    alternatives: dict = field(default_factory=dict, compare=False)
     fixed: bool = False
     fold: int = 1
     positive: bool = False

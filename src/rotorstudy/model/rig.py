@@ -121,6 +121,7 @@ def build_model(rig: dict, where: str = "the rig") -> Model:
     plugin = registry().get("rotor", _kind(rig["rotor"], place), place)
     structure = plugin.function(**check_options(plugin.function, _rest(rig["rotor"]), place))
     _check_structure(structure, plugin, place)
+    structure = replace(structure, bearing_nodes=_bearing_nodes(rig))
     sensors = _sensors(rig.get("sensors"), structure, where)
     terms = []
     for section in ("cracks", "bearings", "effects"):
@@ -135,6 +136,12 @@ def build_model(rig: dict, where: str = "the rig") -> Model:
     if rig.get("prior") is None:
         return model
     return replace(model, uncertainty=read_uncertainty(rig["prior"], model, f"{where}, prior"))
+
+
+def _bearing_nodes(rig):
+    """Nodes of the bearings; mistakes are found when their terms are made."""
+    items = rig.get("bearings") if isinstance(rig.get("bearings"), list) else []
+    return tuple(item["node"] for item in items if isinstance(item, dict) and isinstance(item.get("node"), int))
 
 
 def _held_deflection(given, structure, where):
