@@ -41,7 +41,11 @@ def rotorstudy_effect():
         positive=True,
         checked="force in time is sigma dk times the motion along the crack, to 1e-12; integrated x-y motion to 1e-6",
         confounders=(
-            ("shaft_asymmetry", "under gravity a constant asymmetry gives 2X only, a breathing crack 1X and 3X too"),
+            (
+                "shaft_asymmetry",
+                "under gravity a constant asymmetry gives 2X only, a breathing crack 1X and 3X too; an open crack also "
+                "lowers the mean stiffness",
+            ),
             (
                 "parallel_misalignment",
                 "a misaligned coupling acts at its own node and has no 0X related to 2X; run the rotor uncoupled",

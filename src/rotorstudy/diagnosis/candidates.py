@@ -31,6 +31,7 @@ class Candidate(NamedTuple):
     fixed    : its amplitude is known where the effect is present; the width of its prior is not varied
     shape    : options that enter nonlinearly (a clearance, an angle), at one of the values tried
     variant  : the alternatives of the effect that it has (the breathing function of a crack)
+    shape_std : standard deviations of its shape, once that is fitted
     """
 
     effect: str
@@ -41,6 +42,7 @@ class Candidate(NamedTuple):
     fixed: bool = False
     shape: dict = {}
     variant: dict = {}
+    shape_std: dict = {}
 
     @property
     def cause(self):
@@ -130,6 +132,10 @@ class ShapeRange(NamedTuple):
         if self.low > 0:
             return float(self.low * (self.high / self.low) ** place)
         return float(self.low + place * (self.high - self.low))
+
+    def slope(self, value: float) -> float:
+        """Change of the value per change of its position."""
+        return float(value * np.log(self.high / self.low)) if self.low > 0 else self.high - self.low
 
     def tried(self) -> list[float]:
         """Values over the range, of which the best is refined."""

@@ -406,8 +406,10 @@ def _best_of_all_shapes(work, model, explanation):
     if ranges and set(ranges) == set(last.shape):  # the amplitude is correlated with the shape
         place = [ranges[name].place(last.shape[name]) for name in ranges]
         normal, _ = _shape_equations(work, model, best, place, ranges)
-        free = len(best.fit.names)
-        best = replace(best, fit=replace(best.fit, covariance=invert(normal)[:free, :free]))
+        free, covariance = len(best.fit.names), invert(normal)
+        std = zip(ranges, np.sqrt(np.diag(covariance)[free:]), strict=True)
+        known = last._replace(shape_std={name: ranges[name].slope(last.shape[name]) * x for name, x in std})
+        best = replace(best, causes=(*rest, known), fit=replace(best.fit, covariance=covariance[:free, :free]))
         work.found[frozenset(c.label for c in best.causes)] = best
     return best
 
