@@ -83,8 +83,15 @@ def external_damping(plant, values, where):
 
 
 def internal_damping(plant, values, where):
-    """Damping of the shaft's motion in rotating axes at one node, N s/m."""
-    _rotating_damping(plant, plant.point(_node(where, plant)), values["internal_damping"])
+    """Damping of the shaft's motion in rotating axes, of the only disc, N s/m, or of the bending of one element, s."""
+    pattern = _stiffness_of(plant, where["element"]) if "element" in where else plant.point(_node(where, plant))
+    _rotating_damping(plant, pattern, values["internal_damping"])
+
+
+def _stiffness_of(plant, element):
+    """(dof, dof) stiffness of an element of the rig file, which is several of this mesh."""
+    return sum(plant.structure.stiffness_loss_at(None, e)["stiffness_loss"][0]
+               for e in plant.place(element, element=True))  # fmt: skip
 
 
 def shaft_damping(plant, values, where):
