@@ -144,7 +144,7 @@ def test_a_crack_in_an_element_moves_the_rotor_as_integrated(degrees):
     """The tolerance is the period error of 256 steps a turn, 1e-3 at 5X, and what is left of the start."""
     angle = float(np.deg2rad(degrees))
     seen = Shaft(0.15, 4, 0.02, **BETWEEN, crack=(2, 0.15, angle, "breathing"), beta=1e-4)
-    seen = seen.harmonics(SHAFT_SPEEDS, ORDERS, steps=256, turns=50)
+    seen = seen.harmonics(SHAFT_SPEEDS, ORDERS, steps=256)
     crack = {"crack": "breathing", "crack_angle_rad": angle, "element": 2, "stiffness_loss": 0.15}
     shown, effect = moved_by_a_crack(BETWEEN, crack)
     assert np.abs(shown - seen).max() < 1e-2 * effect
@@ -155,7 +155,7 @@ def test_a_crack_opens_where_the_weight_stretches_the_shaft(machine, element):
     """The integrated crack opens by the curvature of the moving shaft, which the weight dominates here."""
     small = {**machine, "unbalance": {node: 0.05 * u for node, u in machine["unbalance"].items()}}
     seen = Shaft(0.15, 4, 0.02, **small, crack=(element, 0.05, 1.0, "curvature"), beta=1e-4)
-    seen = seen.harmonics(SHAFT_SPEEDS, ORDERS, steps=256, turns=50)
+    seen = seen.harmonics(SHAFT_SPEEDS, ORDERS, steps=256)
     crack = {"crack": "switching", "crack_angle_rad": 1.0, "element": element, "stiffness_loss": 0.05}
     shown, effect = moved_by_a_crack(small, crack)
     assert np.abs(shown - seen).max() < 1e-2 * effect
