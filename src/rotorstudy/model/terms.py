@@ -22,7 +22,6 @@ from numpy.typing import ArrayLike
 
 from rotorstudy.errors import PluginError
 
-
 FEW_PLACES = 4  # nonzero elements of a matrix, up to which their single products are faster
 
 
