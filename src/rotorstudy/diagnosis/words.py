@@ -16,8 +16,7 @@ def readable(name):
 
 def place(named):
     """'unbalance at node 2' for a Place, Cause, DetectionLimit or Candidate."""
-    at = "of the probes at node" if registry().get("effect", named.effect).acts_on_output else "at node"
-    where = " ".join(f"{at} {value}" if key == "node" else f"({key} {value})" for key, value in named.where.items())
+    where = " ".join(f"at node {value}" if key == "node" else f"({key} {value})" for key, value in named.where.items())
     return f"{readable(named.effect)} {where}".strip()
 
 
