@@ -8,7 +8,7 @@ def internal_damping(structure, node: int | None = None):
     here = structure.unit(structure.default_node() if node is None else node)
     here = np.outer(here, here)
     entries = (Entry(-here, order=1), Entry(1j * here, gain=lambda speed: speed))
-    return [Parameter("internal_damping", "N s/m", entries, typical=20.0)]
+    return [Parameter("internal_damping", "N s/m", entries, 0.008 * structure.scales.critical_damping(node))]
 
 
 @hookimpl

@@ -10,8 +10,9 @@ def parallel_misalignment(structure, node: int | None = None, harmonics: AtLeast
     direction has backward harmonics too: list them.
     """
     here = structure.unit(structure.default_node() if node is None else node)
+    usual = 0.05 * structure.scales.force
     return [
-        Parameter(f"misalignment_force_{n}X", "N", (Entry(here, on="one", shift=n),), typical=1.0, is_complex=True)
+        Parameter(f"misalignment_force_{n}X", "N", (Entry(here, on="one", shift=n),), typical=usual, is_complex=True)
         for n in harmonics
     ]
 

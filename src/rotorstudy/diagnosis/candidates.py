@@ -1,5 +1,6 @@
 """The hypotheses: every effect of the library at every place, and how much of a residual each explains."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -94,13 +95,30 @@ def candidate(
     return Candidate(effect, where, term, prior, positive, plugin.fixed, dict(shape or {}))
 
 
-def _shapes(plugin):
+def _shapes(ranges):
     """Values of the first shape option over its range; [{}] for an effect without one."""
-    if not plugin.shape:
+    if not ranges:
         return [{}]
-    (name, (low, high)), *_ = plugin.shape.items()
+    (name, (low, high)), *_ = ranges.items()
     values = np.geomspace(low, high, SHAPES_TRIED) if low > 0 else np.linspace(low, high, SHAPES_TRIED)
     return [{name: float(value)} for value in values]
+
+
+def with_vibration(model: Model, spectrum: Spectrum) -> Model:
+    """The model whose usual sizes fit the records: the vibration of the median speed, all harmonics and sensors.
+
+    Parameters
+    ----------
+    model : Model
+    spectrum : Spectrum
+
+    Returns
+    -------
+    Model
+    """
+    moving = spectrum.amplitude[..., spectrum.harmonics != 0, :]
+    size = np.sqrt(np.mean(np.sum(np.abs(moving) ** 2, axis=-2), axis=-1))
+    return replace(model, structure=replace(model.structure, vibration=float(np.median(size))))
 
 
 def candidates(model: Model, settings: Settings) -> tuple[list[Candidate], dict[str, str]]:
@@ -132,7 +150,7 @@ def _candidates_of(plugin, model, settings, first):
     """Candidates of one effect; their terms are labelled by number, from `first` on."""
     found = []
     for place in plugin.places(model.structure, model.sensors):
-        for shape in _shapes(plugin):
+        for shape in _shapes(plugin.ranges(model.structure)):
             label = f"cause {first + len(found)}"
             try:
                 found.append(candidate(model, plugin.name, place, shape, label, settings.prior_width))

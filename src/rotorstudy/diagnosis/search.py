@@ -13,6 +13,7 @@ from rotorstudy.diagnosis.candidates import (
     log_possible,
     log_scales,
     screen,
+    with_vibration,
 )
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import NoSteadyState, PluginError
@@ -175,6 +176,7 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     RotorstudyError
         If the base model cannot be fitted. A broken plugin of the library raises nothing: see `Search.broken`.
     """
+    model = with_vibration(model, spectrum)
     whole, prior = base_model(model, settings)
     base = fit(whole, spectrum, prior)
     every, faults = candidates(model, settings)
@@ -373,7 +375,7 @@ def _best_of_all_shapes(work, model, explanation):
     """
     explanation = _best_shape(work, explanation)
     *rest, last = explanation.causes
-    ranges = registry().get("effect", last.effect).shape
+    ranges = registry().get("effect", last.effect).ranges(model.structure)
 
     def explain(place, theta):
         shape = {name: _value(x, *ranges[name]) for name, x in zip(ranges, place, strict=True)}
