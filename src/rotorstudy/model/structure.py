@@ -3,10 +3,35 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from rotorstudy.errors import CannotAct, unknown_name
+
+
+class Matrices(NamedTuple):
+    """Mass, stiffness and gyroscopic matrix (..., dof, dof), and static load (..., dof), of a rotor."""
+
+    mass: np.ndarray
+    stiffness: np.ndarray
+    gyroscopic: np.ndarray
+    static_load: np.ndarray
+
+
+class Origin(NamedTuple):
+    """What a structure was built from: the function of its rotor plugin, all its options, and its uncertain numbers.
+
+    uncertain : path of a number -> usual relative standard deviation, as the plugin states
+    """
+
+    function: Callable
+    options: dict
+    uncertain: dict
+
+    def rebuilt(self, options: dict) -> "Structure":
+        """The Structure with other options."""
+        return self.function(**options)
 
 
 @dataclass(frozen=True)
@@ -19,6 +44,7 @@ class Structure:
     stiffness_loss : name -> (pattern (dof, dof), unit, typical size), the stiffness lost by a crack; if it can be at
                      several places, a function(node, element) -> such a dict, one argument being None
     shape_at    : position along the shaft, m -> (dof,) deflection there by a unit of each coordinate; None if unknown
+    origin      : the Origin, set where a rig is read; None for a structure without a plugin
     """
 
     mass: np.ndarray
@@ -28,6 +54,12 @@ class Structure:
     dofs: tuple[tuple[int, str], ...]
     stiffness_loss: dict | Callable = field(default_factory=dict)
     shape_at: Callable | None = None
+    origin: Origin | None = None
+
+    @property
+    def matrices(self) -> Matrices:
+        """Mass, stiffness, gyroscopic matrix and static load."""
+        return Matrices(self.mass, self.stiffness, self.gyroscopic, self.static_load)
 
     @property
     def nodes(self) -> tuple[int, ...]:
