@@ -114,8 +114,8 @@ class Model:
 
         Parameters
         ----------
-        theta : array (..., rotor parameter)
-            Amplitudes in the order of `rotor_unknowns`, in their units.
+        theta : array (..., parameter)
+            Amplitudes in the order of `rotor_unknowns`, in the units of the parameters.
 
         Returns
         -------

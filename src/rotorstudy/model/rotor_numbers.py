@@ -18,7 +18,6 @@ from rotorstudy.model.terms import Entry, Parameter, Term
 from rotorstudy.model.variation import Variation
 
 PREFIX = "rotor."
-STEP = 1e-4  # relative; for d^4 both derivatives then have errors of about 1e-7, of truncation and of round-off
 
 
 def is_rotor_number(name: str) -> bool:
@@ -85,9 +84,10 @@ def rotor_term(structure: Structure, names: list[str], where: str = "the rotor")
         As `with_rotor_numbers`.
     """
     variation = _variation(structure, names, where)
+    slopes = variation.slopes_at(np.zeros(len(names)))
     parameters = []
-    for i, name in enumerate(names):
-        slope = Matrices(*(part[i] for part in variation.slopes))
+    for name, *parts in zip(names, *slopes, strict=True):
+        slope = Matrices(*parts)
         if not any(part.any() for part in slope):
             raise RotorstudyError(f"{name} in {where}: the rotor does not depend on it; leave it out")
         table = (
@@ -101,29 +101,16 @@ def rotor_term(structure: Structure, names: list[str], where: str = "the rotor")
 
 
 def _variation(structure, names, where):
-    """The Variation of a rotor by central differences of the matrices that its plugin gives."""
+    """The Variation of a rotor with some of its numbers."""
     patterns = [_pattern(structure, name, where) for name in names]
 
-    def matrices(*changes):  # (position of a number, relative change)
+    def build(changes):
         options = structure.origin.options
-        for i, change in changes:
-            options = _scaled(options, patterns[i], 1 + change)
+        for pattern, change in zip(patterns, changes, strict=True):
+            options = _scaled(options, pattern, 1 + change) if change else options
         return structure.origin.rebuilt(options).matrices
 
-    above = [matrices((i, STEP)) for i in range(len(names))]
-    below = [matrices((i, -STEP)) for i in range(len(names))]
-    both = {(i, j): matrices((i, STEP), (j, STEP)) for i in range(len(names)) for j in range(i)}
-    slopes, curvatures = [], []
-    for kind, base in enumerate(structure.matrices):
-        up, down = (np.array([found[kind] for found in side]) for side in (above, below))
-        slopes.append((up - down) / (2 * STEP))
-        curvature = np.zeros((len(names), *up.shape))
-        for i in range(len(names)):
-            curvature[i, i] = (up[i] - 2 * base + down[i]) / STEP**2
-            for j in range(i):
-                curvature[i, j] = curvature[j, i] = (both[i, j][kind] - up[i] - up[j] + base) / STEP**2
-        curvatures.append(curvature)
-    return Variation(structure.matrices, Matrices(*slopes), Matrices(*curvatures))
+    return Variation(build, len(names))
 
 
 def _pattern(structure, name, where):

@@ -227,7 +227,7 @@ class Term:
     acts_on : "rotor" (right-hand side of the equations of motion) or "output" (the measured displacement)
     carries : whether it carries the static load (a bearing), so that it does not act on the static deflection
     label   : distinguishes terms of the same kind; it becomes part of the names, "eccentricity[left]"
-    variation : of the rotor's own numbers, the change of its matrices to second order; the entries are the first order
+    variation : of the numbers of the rotor, its matrices at any change of them; the entries are their derivatives
     """
 
     kind: str
