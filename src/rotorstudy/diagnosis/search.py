@@ -20,11 +20,12 @@ from rotorstudy.errors import NoSteadyState, PluginError
 from rotorstudy.inference.fit import HYPOTHESIS, Fit, fit
 from rotorstudy.inference.linear import invert
 from rotorstudy.inference.prediction import predicted
-from rotorstudy.inference.prior import Prior, prior_of
+from rotorstudy.inference.prior import Prior, prior_of, with_rotor
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import blamed, registry
 from rotorstudy.model.rig import make_term
+from rotorstudy.model.rotor_numbers import with_rotor_numbers
 
 TRIAL_STEPS = 5  # of a fit, after which it is decided whether to finish it
 FITTED_FULLY = 4  # least number of explanations per round that are fitted to convergence
@@ -153,7 +154,9 @@ def base_model(model: Model, settings: Settings) -> tuple[Model, Prior]:
             for i, place in enumerate(places)
         ]
     known = {unknown.name: (0.0, settings.nuisance[term.kind]) for term in terms for unknown in term.unknowns}
-    return model.plus(*terms), prior_of(model, settings.uncertainty).plus(Prior.independent(known))
+    uncertainty = with_rotor(settings.uncertainty, model.structure)
+    model = with_rotor_numbers(model, (name for name, share in uncertainty.items() if share))
+    return model.plus(*terms), prior_of(model, uncertainty).plus(Prior.independent(known))
 
 
 def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:

@@ -45,7 +45,13 @@ class Plugin:
 
 @dataclass(frozen=True)
 class Rotor(Plugin):
-    """function(**options) -> Structure"""
+    """function(**options) -> Structure
+
+    uncertain : path of a number among its options -> relative standard deviation where a rig states none, see
+                `rotorstudy.model.rotor_numbers`
+    """
+
+    uncertain: dict = field(default_factory=dict, compare=False)
 
 
 @dataclass(frozen=True)
