@@ -86,6 +86,12 @@ def _said(verdict):
         text = f"Nothing is missing: noise and the stated model error explain the residual ({residual})."
         found = smallest_detected(verdict)
         return f"{text} Smallest sizes detected with a probability of 95 %: {', '.join(found)}." if found else text
+    if verdict.measuring_chain:
+        chain = verdict.measuring_chain
+        return (
+            f"The records look as if {chain.hypothesis}. That explains them better than any cause, so none is named. "
+            f"Remedy: {chain.remedy}. Then diagnose again."
+        )
     implausible = ""
     if verdict.verdict == "unknown" and verdict.parameter_p_value < verdict.settings.significance:
         implausible = f"parameters implausibly far from their stated values ({p_value(verdict.parameter_p_value)})"
