@@ -90,6 +90,10 @@ def tilt(s):
 FORMS = {  # force of the unit amplitude in time, one for each parameter
     "external_damping": [lambda s, w, t, z, v: -v @ at_disc(s)],
     "internal_damping": [lambda s, w, t, z, v: -(v - 1j * w * z) @ at_disc(s)],
+    "seal": [
+        lambda s, w, t, z, v: -(v - 0.45j * w * z) @ at_disc(s),
+        lambda s, w, t, z, v: -acceleration(w, z) @ at_disc(s),
+    ],
     "shaft_damping": [lambda s, w, t, z, v: -(v - 1j * w * z) @ s.stiffness],
     "unbalance": [lambda s, w, t, z, v: 2.0 * w**2 * turn(1, w, t) * s.unit(1)],
     "couple_unbalance": [lambda s, w, t, z, v: w**2 * turn(1, w, t) * tilt(s)],

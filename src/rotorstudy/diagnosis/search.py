@@ -109,8 +109,10 @@ class Search:
         With the prior width of highest evidence, which is about the amplitude itself, the Occam factor depends on the
         decrease of the cost; hence the fixed-point iteration.
         """
-        given = -2 * np.log(self.prior_odds(cause)) + (0 if cause.fixed else 2 * np.log(len(SCALES)))
-        count, gain = len(cause.names) * (not cause.fixed), given
+        absent = cause.parameter[-1]  # all parameters but one
+        widths = 0 if cause.fixed else np.log(len(SCALES)) + (absent + 1) * np.log(2) * (absent > 0)
+        given = -2 * np.log(self.prior_odds(cause)) + 2 * widths
+        count, gain = max(np.bincount(cause.parameter)) * (not cause.fixed), given
         for _ in range(THRESHOLD_STEPS):
             gain = given + count * np.log1p(gain / max(count, 1))
         return float(gain)
@@ -271,7 +273,7 @@ def _log_posterior_odds(work, causes, fitted):
         limited = np.isin(cause.names, cause.positive)
         odds += np.sum(log_possible(fitted.free[place], np.sqrt(np.diag(covariance)))[limited])
         if not cause.fixed:
-            odds += log_scales(fitted.free[place] / width, covariance / np.outer(width, width))
+            odds += log_scales(fitted.free[place] / width, covariance / np.outer(width, width), cause.parameter)
     return float(odds)
 
 

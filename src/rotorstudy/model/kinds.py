@@ -105,6 +105,7 @@ class Effect(Plugin):
     places    : function(structure, sensors) -> list of option dicts, one for each place where it can act; by default
                 each node (each sensor) if it has an option `node`, else one place without options
     candidate : whether diagnosis considers it as a cause; a free force at every harmonic would explain anything
+    hypothesis : options with which diagnosis tries it, where a cause has more freedom than the defaults give
     shape     : option -> (low, high), the search range of an option that enters nonlinearly, or (low, high, scale) in
                 units of one of the usual sizes of the rotor: `length`, `frequency`
     fixed     : present with its typical amplitude or absent: a cable is swapped or not
@@ -117,6 +118,7 @@ class Effect(Plugin):
     confounders: tuple[tuple[str, str], ...] = ()
     places: Callable | None = field(default=None, compare=False)
     candidate: bool = True
+    hypothesis: dict = field(default_factory=dict, compare=False)
     shape: dict = field(default_factory=dict, compare=False)
     fixed: bool = False
     fold: int = 1
