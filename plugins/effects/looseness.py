@@ -13,7 +13,8 @@ def looseness(structure, node: int | None = None, lift_m: NonNegative = 5e-6):
     def lifted(displacement, velocity, deflection):
         return -np.maximum(-(displacement - deflection).real - lift_m, 0) + 0j
 
-    return [Parameter("stiffness_lost_in_lift", "N/m", (), typical=1e5, force=NonlinearForce(here, lifted))]
+    usual = 0.13 * structure.scales.stiffness(node)
+    return [Parameter("stiffness_lost_in_lift", "N/m", (), typical=usual, force=NonlinearForce(here, lifted))]
 
 
 @hookimpl
@@ -22,7 +23,7 @@ def rotorstudy_effect():
         "looseness",
         looseness,
         source="bilinear support as in Chu and Tang 2001; Muszynska and Goldman 1995",
-        shape={"lift_m": (0.0, 1e-4)},
+        shape={"lift_m": (0.0, 4.0, "length")},
         example={"lift_m": 0.0},
         positive=True,
         checked="time integration to 2e-3 of its effect; no force below the lift to 1e-12; the mean rises",

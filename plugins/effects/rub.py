@@ -16,7 +16,8 @@ def rub(structure, node: int | None = None, clearance_m: Positive = 1e-4, fricti
         depth = np.maximum(distance - clearance_m, 0)
         return -(1 + 1j * friction_ratio) * depth * offset / np.where(depth > 0, distance, 1)
 
-    return [Parameter("rub_stiffness", "N/m", (), typical=1e5, force=NonlinearForce(here, contact))]
+    usual = 0.13 * structure.scales.stiffness(node)
+    return [Parameter("rub_stiffness", "N/m", (), typical=usual, force=NonlinearForce(here, contact))]
 
 
 @hookimpl
@@ -25,7 +26,7 @@ def rotorstudy_effect():
         "rub",
         rub,
         source="Choy and Padovan 1987, J. Sound Vib.; Muszynska 2005, Rotordynamics",
-        shape={"clearance_m": (1e-6, 1e-3), "friction_ratio": (0.0, 0.5)},
+        shape={"clearance_m": (0.04, 40.0, "length"), "friction_ratio": (0.0, 0.5)},
         example={"clearance_m": 2e-6},
         positive=True,
         checked="full annular rub in closed form to 1e-9; partial rub by time integration to 2e-3 of its effect",

@@ -1,10 +1,10 @@
 from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, sensor_unit
 
 
-def runout(sensors, node: int | None = None, harmonic: int = 1):
+def runout(sensors, structure, node: int | None = None, harmonic: int = 1):
     """Shaft surface measured as motion: the same harmonic is added at all speeds."""
     entry = Entry(sensor_unit(sensors, node), on="one", shift=harmonic)
-    return [Parameter(f"runout_{harmonic}X", "m", (entry,), typical=1e-6, is_complex=True)]
+    return [Parameter(f"runout_{harmonic}X", "m", (entry,), 0.04 * structure.scales.length, is_complex=True)]
 
 
 def usual_harmonics(structure, sensors):

@@ -66,7 +66,7 @@ def test_a_prior_of_unknown_width_is_the_mean_over_widths():
     precision = 1 / covariance[0, 0] - 1  # of the data
     middle = mean[0] / covariance[0, 0] / precision
     chance = [norm(0, np.sqrt(1 / precision + scale**2)).pdf(middle) for scale in SCALES]
-    assert log_scales(mean, covariance) == pytest.approx(np.log(np.mean(chance) / chance[0]), rel=1e-9)
+    assert log_scales(mean, covariance, np.array([0])) == pytest.approx(np.log(np.mean(chance) / chance[0]), rel=1e-9)
 
 
 def test_an_amplitude_on_the_wrong_side_costs_its_deviations_and_never_overflows():

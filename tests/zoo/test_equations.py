@@ -90,12 +90,16 @@ def tilt(s):
 FORMS = {  # force of the unit amplitude in time, one for each parameter
     "external_damping": [lambda s, w, t, z, v: -v @ at_disc(s)],
     "internal_damping": [lambda s, w, t, z, v: -(v - 1j * w * z) @ at_disc(s)],
+    "seal": [
+        lambda s, w, t, z, v: -(v - 0.45j * w * z) @ at_disc(s),
+        lambda s, w, t, z, v: -acceleration(w, z) @ at_disc(s),
+    ],
     "shaft_damping": [lambda s, w, t, z, v: -(v - 1j * w * z) @ s.stiffness],
     "unbalance": [lambda s, w, t, z, v: 2.0 * w**2 * turn(1, w, t) * s.unit(1)],
     "couple_unbalance": [lambda s, w, t, z, v: w**2 * turn(1, w, t) * tilt(s)],
     # the load at the node that bends the shaft by one there
     "bow": [lambda s, w, t, z, v: turn(1, w, t) * s.unit(1) / np.linalg.inv(s.stiffness)[0, 0]],
-    "added_mass": [lambda s, w, t, z, v: -acceleration(w, z) @ at_disc(s)],
+    "added_mass": [lambda s, w, t, z, v: (9.81 - acceleration(w, z)) @ at_disc(s)],
     "stiffness_error": [lambda s, w, t, z, v: -z @ s.stiffness],
     "support_stiffness": [lambda s, w, t, z, v: -z @ at_disc(s)],
     "gyroscopic_error": [lambda s, w, t, z, v: 1j * w * v @ s.gyroscopic],
@@ -129,8 +133,7 @@ SHOWN = {  # what the probe shows in addition
 
 
 def parameters_of(name, structure, **options):
-    effect = registry().get("effect", name)
-    return effect.function(structure.nodes if effect.acts_on == "output" else structure, **options)
+    return make_term("effect", {"kind": name, **options}, structure, structure.nodes).parameters
 
 
 def check_form(parameters, forms, size):

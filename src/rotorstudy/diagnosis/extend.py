@@ -4,6 +4,7 @@ import numpy as np
 
 from rotorstudy.model.estimated_rig import rig_with_estimate
 from rotorstudy.model.rig import build_model
+from rotorstudy.model.rotor_numbers import is_rotor_number
 
 
 def extended_rig(given, diagnosis):
@@ -23,11 +24,11 @@ def extended_rig(given, diagnosis):
     """
     best, causes, rig = diagnosis.best, diagnosis.search.best.causes, dict(given)
     own = build_model(given).names
-    renamed = {name: name for name in best.names if name in own}
+    renamed = {name: name for name in best.names if name in own or is_rotor_number(name)}
     if causes:
         labels = {item.get("label") for item in rig.get("effects") or []}
         free = (f"found {n}" for n in range(1, len(labels) + len(causes) + 1) if f"found {n}" not in labels)
-        items = [{"kind": c.effect, "label": next(free), **c.where, **c.shape} for c in causes]
+        items = [{"kind": c.effect, "label": next(free), **c.options, **c.where, **c.shape} for c in causes]
         rig["effects"] = [*(rig.get("effects") or []), *items]
         for cause, item in zip(causes, items, strict=True):
             mark = f"[{cause.term.label}]"

@@ -13,17 +13,19 @@ from rotorstudy.diagnosis.candidates import (
     log_possible,
     log_scales,
     screen,
+    with_vibration,
 )
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import NoSteadyState, PluginError
 from rotorstudy.inference.fit import HYPOTHESIS, Fit, fit
 from rotorstudy.inference.linear import invert
 from rotorstudy.inference.prediction import predicted
-from rotorstudy.inference.prior import Prior, prior_of
+from rotorstudy.inference.prior import Prior, prior_of, with_rotor
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import blamed, registry
 from rotorstudy.model.rig import make_term
+from rotorstudy.model.rotor_numbers import with_rotor_numbers
 
 TRIAL_STEPS = 5  # of a fit, after which it is decided whether to finish it
 FITTED_FULLY = 4  # least number of explanations per round that are fitted to convergence
@@ -107,8 +109,10 @@ class Search:
         With the prior width of highest evidence, which is about the amplitude itself, the Occam factor depends on the
         decrease of the cost; hence the fixed-point iteration.
         """
-        given = -2 * np.log(self.prior_odds(cause)) + (0 if cause.fixed else 2 * np.log(len(SCALES)))
-        count, gain = len(cause.names) * (not cause.fixed), given
+        absent = cause.parameter[-1]  # all parameters but one
+        widths = 0 if cause.fixed else np.log(len(SCALES)) + (absent + 1) * np.log(2) * (absent > 0)
+        given = -2 * np.log(self.prior_odds(cause)) + 2 * widths
+        count, gain = max(np.bincount(cause.parameter)) * (not cause.fixed), given
         for _ in range(THRESHOLD_STEPS):
             gain = given + count * np.log1p(gain / max(count, 1))
         return float(gain)
@@ -152,7 +156,9 @@ def base_model(model: Model, settings: Settings) -> tuple[Model, Prior]:
             for i, place in enumerate(places)
         ]
     known = {unknown.name: (0.0, settings.nuisance[term.kind]) for term in terms for unknown in term.unknowns}
-    return model.plus(*terms), prior_of(model, settings.uncertainty).plus(Prior.independent(known))
+    uncertainty = with_rotor(settings.uncertainty, model.structure)
+    model = with_rotor_numbers(model, (name for name, share in uncertainty.items() if share))
+    return model.plus(*terms), prior_of(model, uncertainty).plus(Prior.independent(known))
 
 
 def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
@@ -175,6 +181,7 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     RotorstudyError
         If the base model cannot be fitted. A broken plugin of the library raises nothing: see `Search.broken`.
     """
+    model = with_vibration(model, spectrum)
     whole, prior = base_model(model, settings)
     base = fit(whole, spectrum, prior)
     every, faults = candidates(model, settings)
@@ -266,7 +273,7 @@ def _log_posterior_odds(work, causes, fitted):
         limited = np.isin(cause.names, cause.positive)
         odds += np.sum(log_possible(fitted.free[place], np.sqrt(np.diag(covariance)))[limited])
         if not cause.fixed:
-            odds += log_scales(fitted.free[place] / width, covariance / np.outer(width, width))
+            odds += log_scales(fitted.free[place] / width, covariance / np.outer(width, width), cause.parameter)
     return float(odds)
 
 
@@ -373,7 +380,7 @@ def _best_of_all_shapes(work, model, explanation):
     """
     explanation = _best_shape(work, explanation)
     *rest, last = explanation.causes
-    ranges = registry().get("effect", last.effect).shape
+    ranges = registry().get("effect", last.effect).ranges(model.structure)
 
     def explain(place, theta):
         shape = {name: _value(x, *ranges[name]) for name, x in zip(ranges, place, strict=True)}
