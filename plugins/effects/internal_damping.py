@@ -14,10 +14,10 @@ def internal_damping(structure, node: int | None = None, element: int | None = N
         shares = [pattern for pattern, unit, _ in losses if unit == "1"]
         if not shares:
             raise CannotAct("this rotor states no stiffness of its elements; choose 'node:'")
-        here, unit, typical = sum(shares), "s", 1e-4
+        here, unit, typical = sum(shares), "s", 0.05 / structure.scales.frequency
     else:
         at = structure.unit(structure.default_node() if node is None else node)
-        here, unit, typical = np.outer(at, at), "N s/m", 20.0
+        here, unit, typical = np.outer(at, at), "N s/m", 0.008 * structure.scales.critical_damping(node)
     entries = (Entry(-here, order=1), Entry(1j * here, gain=lambda speed: speed))
     return [Parameter("internal_damping", unit, entries, typical)]
 
@@ -39,6 +39,10 @@ def rotorstudy_effect():
         positive=True,
         checked="-c (dz/dt - j w z) in time to 1e-12; onset at w_n (1 + c_e / c_i) in tests/physics/test_stability.py",
         confounders=(
+            (
+                "seal",
+                "equal with external damping at the node; only the force of a seal changes with its pressure drop",
+            ),
             ("external_damping", "internal damping has no force at +1X and gives a static cross force at 0X"),
             ("shaft_damping", "equal on a rotor of one coordinate; internal damping acts in one element"),
             (

@@ -99,7 +99,7 @@ def hide(name, places, setting, generator):
 
 
 def _options(plugin, where, setting, generator):
-    """Shape parameters of an effect. Clearances lie within the motion, so that contact occurs."""
+    """Shape parameters of an effect, where not at their defaults. Clearances lie within the motion: contact occurs."""
     if plugin.fixed or not plugin.shape:
         return dict.fromkeys(plugin.shape, 1.0)
     plant = setting.plant()
@@ -112,7 +112,7 @@ def _options(plugin, where, setting, generator):
         "crack_angle_rad": 2 * np.pi / STEPS * generator.integers(-STEPS // 2, STEPS // 2),  # opens between two steps
     }
     chosen = {"crack": str(generator.choice(list(OPENINGS)))} if "crack" in plugin.alternatives else {}
-    return {key: float(options[key]) for key in plugin.shape} | chosen
+    return {key: float(value) for key, value in options.items() if key in plugin.shape} | chosen
 
 
 def hide_foreign(name, setting, generator):

@@ -1,5 +1,6 @@
 """The hypotheses: every effect of the library at every place, and how much of a residual each explains."""
 
+from dataclasses import replace
 from itertools import product
 from typing import NamedTuple
 
@@ -14,11 +15,13 @@ from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import blamed, registry
 from rotorstudy.model.rig import make_term
+from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import Term
 from rotorstudy.response.measured import sensitivities
 
 SHAPES_TRIED = 9  # values of a shape option, before the best is refined
-ANGLES_TRIED = 16  # of an angle that goes around: 11 degrees off at most, which even a fifth harmonic tells from noise
+ANGLES_TRIED = 16  # of the angles of a full turn: 11 degrees off at most, which even a fifth harmonic tells from noise
+SWEEPS = 3  # over the parameters of a cause, for their most probable widths
 SCALES = 10.0 ** (-0.5 * np.arange(7))  # widths of the prior over the widest one, equally likely by order of magnitude
 FIXED = 0.02  # standard deviation of an amplitude that is 0 or 1: what the uncertainty of the probe calibration
 
@@ -29,6 +32,7 @@ class Candidate(NamedTuple):
     prior    : unknown name -> (mean, std) of its amplitude before anything is measured
     positive : names of unknowns that cannot be negative: the prior is the upper half of that normal distribution
     fixed    : its amplitude is known where the effect is present; the width of its prior is not varied
+    options  : other options, the same for all candidates of the effect
     shape    : options that enter nonlinearly (a clearance, an angle), at one of the values tried
     variant  : the alternatives of the effect that it has (the breathing function of a crack)
     shape_std : standard deviations of its shape, once that is fitted
@@ -43,6 +47,7 @@ class Candidate(NamedTuple):
     shape: dict = {}
     variant: dict = {}
     shape_std: dict = {}
+    options: dict = {}
 
     @property
     def cause(self):
@@ -59,6 +64,11 @@ class Candidate(NamedTuple):
     def names(self):
         """(unknown,) names of its amplitudes."""
         return tuple(unknown.name for unknown in self.term.unknowns)
+
+    @property
+    def parameter(self):
+        """(unknown,) position of the parameter of each amplitude: real and imaginary part have the same one."""
+        return np.array([i for i, p in enumerate(self.term.parameters) for _ in range(2 if p.is_complex else 1)])
 
 
 def candidate(
@@ -96,12 +106,14 @@ def candidate(
         If the effect cannot act there.
     """
     plugin = registry().get("effect", effect, "diagnosis")
-    item = {"kind": effect, **plugin.example, **where, **(shape or {}), **(variant or {}), "label": label}
+    options = {**plugin.example, **plugin.hypothesis}
+    item = {"kind": effect, **options, **where, **(shape or {}), **(variant or {}), "label": label}
     term = make_term("effect", item, model.structure, model.sensors, f"candidate {effect}")
     mean, std = (1.0, FIXED) if plugin.fixed else (0.0, prior_width)
     prior = {unknown.name: (mean * unknown.typical, std * unknown.typical) for unknown in term.unknowns}
     positive = tuple(prior) if plugin.positive else ()
-    return Candidate(effect, where, term, prior, positive, plugin.fixed, dict(shape or {}), dict(variant or {}))
+    chosen = dict(shape or {}), dict(variant or {})
+    return Candidate(effect, where, term, prior, positive, plugin.fixed, *chosen, options=options)
 
 
 def with_shape(model: Model, cause: Candidate, shape: dict, prior_width: float) -> Candidate:
@@ -110,15 +122,11 @@ def with_shape(model: Model, cause: Candidate, shape: dict, prior_width: float) 
 
 
 class ShapeRange(NamedTuple):
-    """Search range of a shape option: logarithmic if it begins above zero; an angle over a full turn has no ends."""
+    """Search range of a shape option, logarithmic if it begins above zero; goes_around : if both ends are alike."""
 
     low: float
     high: float
-
-    @property
-    def goes_around(self) -> bool:
-        """Whether both ends are the same angle."""
-        return bool(np.isclose(self.high - self.low, 2 * np.pi))
+    goes_around: bool = False
 
     def place(self, value: float) -> float:
         """Position (0 to 1) of a value."""
@@ -140,19 +148,20 @@ class ShapeRange(NamedTuple):
     def tried(self) -> list[float]:
         """Values over the range, of which the best is refined."""
         if self.goes_around:
-            return [self.value(place) for place in np.arange(ANGLES_TRIED) / ANGLES_TRIED]
+            count = round(ANGLES_TRIED * (self.high - self.low) / (2 * np.pi))
+            return [self.value(place) for place in np.arange(count) / count]
         return [self.value(place) for place in np.linspace(0, 1, SHAPES_TRIED)]
 
 
-def shape_ranges(effect: str) -> dict[str, ShapeRange]:
-    """Shape options of an effect -> ShapeRange."""
-    plugin = registry().get("effect", effect, "diagnosis")
-    return {name: ShapeRange(*ends) for name, ends in plugin.shape.items()}
+def shape_ranges(effect: str, structure: Structure) -> dict[str, ShapeRange]:
+    """Shape options of an effect on a rotor -> ShapeRange; angles go around."""
+    ranges = registry().get("effect", effect, "diagnosis").ranges(structure)
+    return {name: ShapeRange(*ends, name.endswith("_rad")) for name, ends in ranges.items()}
 
 
-def _shapes(plugin):
+def _shapes(plugin, structure):
     """Values of the first shape option over its range; [{}] for an effect without one."""
-    for name, ends in shape_ranges(plugin.name).items():
+    for name, ends in shape_ranges(plugin.name, structure).items():
         return [{name: value} for value in ends.tried()]
     return [{}]
 
@@ -161,6 +170,23 @@ def _variants(plugin):
     """Every combination of the alternatives of an effect; [{}] for an effect without them."""
     values = product(*(known() for known in plugin.alternatives.values()))
     return [dict(zip(plugin.alternatives, chosen, strict=True)) for chosen in values]
+
+
+def with_vibration(model: Model, spectrum: Spectrum) -> Model:
+    """The model whose usual sizes fit the records: the vibration of the median speed, all harmonics and sensors.
+
+    Parameters
+    ----------
+    model : Model
+    spectrum : Spectrum
+
+    Returns
+    -------
+    Model
+    """
+    moving = spectrum.amplitude[..., spectrum.harmonics != 0, :]
+    size = np.sqrt(np.mean(np.sum(np.abs(moving) ** 2, axis=-2), axis=-1))
+    return replace(model, structure=replace(model.structure, vibration=float(np.median(size))))
 
 
 def candidates(model: Model, settings: Settings) -> tuple[list[Candidate], dict[str, str]]:
@@ -192,7 +218,7 @@ def _candidates_of(plugin, model, settings, first):
     """Candidates of one effect; their terms are labelled by number, from `first` on."""
     found = []
     for place in plugin.places(model.structure, model.sensors):
-        for variant, shape in product(_variants(plugin), _shapes(plugin)):
+        for variant, shape in product(_variants(plugin), _shapes(plugin, model.structure)):
             label = f"cause {first + len(found)}"
             try:
                 found.append(candidate(model, plugin.name, place, shape, label, settings.prior_width, variant))
@@ -216,13 +242,19 @@ class Screened(NamedTuple):
     detection: np.ndarray
 
 
-def log_scales(mean: np.ndarray, covariance: np.ndarray) -> float:
-    """Logarithm of the Bayes factor of a prior of unknown width, one of `SCALES`, against the widest one.
+def log_scales(mean: np.ndarray, covariance: np.ndarray, parameter: np.ndarray) -> float:
+    """Logarithm of the Bayes factor of a prior whose widths are unknown against the widest one.
+
+    One parameter has one of `SCALES`. Of several, each has a width of its own or is absent with a probability of one
+    half: of the many harmonics of a coupling few may be present. The sum over all combinations is approximated about
+    the most probable one, one width varied at a time, which is exact where the data do not correlate the parameters.
 
     Parameters
     ----------
     mean, covariance : ndarray (unknown,), (unknown, unknown)
         Of the posterior under the widest prior, in standard deviations of that prior.
+    parameter : ndarray (unknown,)
+        Position of the parameter of each amplitude.
 
     Returns
     -------
@@ -230,11 +262,32 @@ def log_scales(mean: np.ndarray, covariance: np.ndarray) -> float:
     """
     narrow, vectors = np.linalg.eigh(covariance)
     narrow = np.clip(narrow, 1e-30, 1)
-    pull = (vectors.T @ mean / narrow) ** 2
-    data = 1 / narrow - 1  # precision that the data give
-    square = SCALES[:, None] ** 2
-    value = 0.5 * np.sum(pull * square / (1 + data * square) - np.log1p(data * square), axis=1)
-    return float(np.logaddexp.reduce(value) - np.log(len(SCALES)) - value[0])
+    pull = vectors @ (vectors.T @ mean / narrow)
+    data = (vectors * (1 / narrow - 1)) @ vectors.T  # precision that the data give
+
+    def value(scales):
+        """Log evidence, less a constant, of widths (..., parameter)."""
+        root = scales[..., parameter]
+        precision = np.eye(len(mean)) + root[..., :, None] * data * root[..., None, :]
+        drawn = root * pull
+        solved = np.linalg.solve(precision, drawn[..., None])[..., 0]
+        return 0.5 * (np.sum(drawn * solved, axis=-1) - np.linalg.slogdet(precision)[1])
+
+    count = int(parameter[-1]) + 1
+    widths, chance = SCALES, np.full(len(SCALES), -np.log(len(SCALES)))
+    if count > 1:
+        widths, chance = np.append(0, SCALES), np.append(0, chance) - np.log(2)
+    best = np.ones(count)
+    widest = value(best)
+    for _ in range(SWEEPS if count > 1 else 1):
+        factor = 0.0
+        for i in range(count):
+            tried = np.tile(best, (len(widths), 1))
+            tried[:, i] = widths
+            found = value(tried) + chance
+            best = tried[found.argmax()]
+            factor += np.logaddexp.reduce(found) - value(best)
+    return float(value(best) + factor - widest)
 
 
 def log_possible(mean: np.ndarray, std: np.ndarray) -> np.ndarray:
@@ -309,5 +362,5 @@ def _screened(candidate, columns, residual):
     limited = np.isin(candidate.names, candidate.positive)
     evidence += float(log_possible(start, detection)[limited].sum())
     if not candidate.fixed:
-        evidence += log_scales(off, covariance)
+        evidence += log_scales(off, covariance, candidate.parameter)
     return Screened(explained, evidence, start, detection)

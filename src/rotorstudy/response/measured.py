@@ -128,7 +128,8 @@ def sensitivities(model, speed, harmonics, unknowns, theta=None, *, order=COUPLE
             else nonlinear_column(u.force, found, speed, blocks.harmonics, deflection)
             for u in rotor
         ]
-        moved = solver(model, own, speed, blocks)(np.stack(forces, axis=-1))
+        solved, _ = solver(model, own, speed, blocks)
+        moved = solved(np.stack(forces, axis=-1))
         shown[..., : len(rotor)] = moved[..., model.measured, :]
     true = found[..., model.measured]
     for p, unknown in enumerate(output, start=len(rotor)):

@@ -194,21 +194,20 @@ def _growth_of_one_turn(model, speed, theta):
 
 def _real_state_matrices(model, theta, speed, turned):
     """State matrices (instant, state, state) of x, y and their velocities at shares of a turn (instant,)."""
-    structure = model.structure
-    still = np.zeros(len(structure.dofs))
+    own, still = model.matrices(theta), np.zeros(len(model.structure.dofs))
     _, stiffness, damping, mass = time_matrices(model, theta, speed, still)
     turning = np.multiply.outer(2j * np.pi * turned, np.ones((1, 1)))
 
-    def at(parts, own):
-        """Real matrices on (x, y) of minus `own` plus the entries."""
-        on_z = -own + sum(np.exp(shift * turning) * part for shift, part in parts["z"].items()) + 0 * turning
+    def at(parts, shaft):
+        """Real matrices on (x, y) of minus `shaft` plus the entries."""
+        on_z = -shaft + sum(np.exp(shift * turning) * part for shift, part in parts["z"].items()) + 0 * turning
         on_conj = sum(np.exp(shift * turning) * part for shift, part in parts["conj"].items()) + 0 * turning
         plus, minus = on_z + on_conj, on_z - on_conj
         upper = np.concatenate([plus.real, -minus.imag], axis=-1)
         return np.concatenate([upper, np.concatenate([plus.imag, minus.real], axis=-1)], axis=-2)
 
-    inverse = np.kron(np.eye(2), np.linalg.inv(structure.mass + np.real(mass)))
-    lower = [inverse @ at(stiffness, structure.stiffness), inverse @ at(damping, -1j * speed * structure.gyroscopic)]
+    inverse = np.kron(np.eye(2), np.linalg.inv(own.mass + np.real(mass)))
+    lower = [inverse @ at(stiffness, own.stiffness), inverse @ at(damping, -1j * speed * own.gyroscopic)]
     lower = np.concatenate(lower, axis=-1)
     upper = np.broadcast_to(np.eye(lower.shape[-2], lower.shape[-1], k=lower.shape[-2]), lower.shape)
     return np.concatenate([upper, lower], axis=-2)

@@ -68,7 +68,7 @@ def turning(model, theta, speed, harmonics, touched, solved):
 
 def _turning_entries(model):
     """(position of the amplitude, entry) of the entries on the motion that turn with the shaft."""
-    return [(p, e) for p, u in enumerate(model.rotor_unknowns) for e in u.entries if e.reads_motion and e.shift]
+    return [(p, e) for p, u in model.acting for e in u.entries if e.reads_motion and e.shift]
 
 
 def _force_matrix(model, theta, speed, harmonics, touched):
