@@ -7,6 +7,7 @@ from test_cracked_rotor import BETWEEN, LOSS, ORDERS, finite_elements, integrate
 
 from rotorstudy.diagnosis.verdict import investigate
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+from rotorstudy.response.measured import measured_response
 
 NOISE = 4e-3  # of the rms vibration at 1X
 STATED = {"uncertainty": {"default": 0.02}}
@@ -58,3 +59,15 @@ def test_without_a_crack_none_is_named():
     motion = np.array([integrated_jeffcott(w, "none", 0.0)[ORDERS] for w in speeds])[..., None]
     verdict = investigate(noisy(motion, speeds, (1,)), jeffcott(), settings={**STATED, "leave_out": SLOW}).verdict
     assert verdict.verdict == "nothing"
+
+
+def test_records_of_a_growing_motion_name_no_turning_stiffness():
+    """The periodic solution of an asymmetric shaft between its critical speeds exists, but no record can be of it."""
+    natural, model = np.sqrt(7.6e5 / 2.0), {"shaft_asymmetry": 0.1, "shaft_asymmetry_phase_rad": 0.3}
+    for third, kind in ((0.85, "cause"), (0.99, "unknown")):
+        speeds = natural * np.array([0.5, 0.7, third, 1.1, 1.2, 1.3, 1.5])
+        true = jeffcott(kind="shaft_asymmetry", **model)
+        data = noisy(measured_response(true, speeds, ORDERS), speeds, (1,))
+        verdict = investigate(data, jeffcott(), settings={**STATED, "leave_out": [*SLOW, "breathing_crack"]}).verdict
+        assert verdict.verdict == kind
+        assert ("shaft_asymmetry" in {cause.effect for cause in verdict.causes}) == (kind == "cause")

@@ -16,14 +16,16 @@ MASS, STIFFNESS, DAMPING, LOSS, PUSH = 2.0, 7.6e5, 120.0, 0.1 * 7.6e5, 2e-5 * np
 ORDERS = [0, 1, -1, 2, -2, 3, -3, 4, 5]
 
 
-def jeffcott(**crack):
-    """A Jeffcott rotor; crack : options of the effect, if it has one."""
+def jeffcott(**effect):
+    """A Jeffcott rotor; effect : of the crack, without its stiffness loss, or of something else."""
+    if effect.get("kind", "").startswith("breathing_crack"):
+        effect = {"stiffness_loss_N_per_m": LOSS, **effect}
     return build_model({
         "rotor": {"kind": "jeffcott", "mass_kg": MASS, "stiffness_N_per_m": STIFFNESS},
         "effects": [
             {"kind": "external_damping", "external_damping_N_s_per_m": DAMPING},
             {"kind": "unbalance", "eccentricity_m": abs(PUSH) / MASS, "eccentricity_phase_rad": np.angle(PUSH)},
-            *([{"stiffness_loss_N_per_m": LOSS, **crack}] if crack else []),
+            *([effect] if effect else []),
         ],
     })  # fmt: skip
 
