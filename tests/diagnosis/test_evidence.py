@@ -86,6 +86,16 @@ def test_every_effect_is_as_likely_as_another_whatever_its_places():
     assert work.best.causes == () and sum(weight for _, weight in work.posterior()) == pytest.approx(1)
 
 
+def test_a_stated_base_rate_is_the_odds_of_an_effect_and_nothing_else():
+    data = with_model_error(noisy(MODEL, 2), Settings())
+    plain, told = (search(MODEL, data, Settings(base_rate=rate)) for rate in ({}, {"bow": 5.0}))
+    bow, other = (next(c for c in told.candidates if c.effect == name) for name in ("bow", "delay"))
+    assert told.prior_odds(bow) / told.prior_odds(other) == pytest.approx(
+        5 * plain.prior_odds(bow) / plain.prior_odds(other)
+    )
+    assert sum(told.prior_odds(c) for c in told.candidates) == pytest.approx(1)
+
+
 def test_amplitudes_that_cannot_be_negative_say_so():
     limited = {c.effect for c in candidates(MODEL, Settings())[0] if c.positive}
     assert {"internal_damping", "external_damping", "rub", "delay"} <= limited

@@ -98,9 +98,9 @@ class Search:
         return best if best.log_posterior_odds > LEAST_LOG_ODDS and self.upheld else self.found[frozenset()]
 
     def prior_odds(self, cause: Candidate) -> float:
-        """Prior odds of a cause: equal for all effects of the library, divided among the places and shapes of each."""
-        effects = len({c.effect for c in self.candidates})
-        return 1 / (effects * sum(c.effect == cause.effect for c in self.candidates))
+        """Prior odds of a cause: the base rates of the effects, divided among the places and shapes of each."""
+        rates = {c.effect: self.settings.base_rate.get(c.effect, 1.0) for c in self.candidates}
+        return rates[cause.effect] / sum(rates.values()) / sum(c.effect == cause.effect for c in self.candidates)
 
     def even_odds_gain(self, cause: Candidate) -> float:
         """Decrease of the cost at which a cause has even posterior odds: it offsets prior odds and Occam factor.

@@ -27,6 +27,7 @@ class Settings(Strict):
     naming_probability   : least posterior probability of a cause that is named alone
     most_causes          : largest number of simultaneous causes
     candidates_per_round : candidates fitted in each round of the search
+    base_rate            : how often an effect is the cause compared with the others, by effect; 1 for the others
     leave_out            : effects that are not considered
     """
 
@@ -41,6 +42,7 @@ class Settings(Strict):
     naming_probability: float = Field(default=0.9, gt=0.5, lt=1)
     most_causes: int = Field(default=2, ge=1)
     candidates_per_round: int = Field(default=10, ge=1)
+    base_rate: dict[str, float] = {}
     leave_out: list[str] = []
 
 
@@ -69,5 +71,11 @@ def check_names(settings, model, where):
             raise RotorstudyError(f"nuisance '{name}' in {where}: must be an effect of the measuring chain")
         if not std > 0:
             raise RotorstudyError(f"nuisance {name} = {std:g} in {where}: must be positive; leave it out to have none")
+    for name, rate in settings.base_rate.items():
+        registry().get("effect", name, f"{where}.base_rate")
+        if not rate > 0:
+            raise RotorstudyError(
+                f"base_rate of {name} = {rate:g} in {where}: must be positive; 'leave_out' excludes it"
+            )
     for name in settings.leave_out:
         registry().get("effect", name, f"{where}.leave_out")
