@@ -47,7 +47,12 @@ def rotorstudy_effect():
         source="Newton; plane y for thesis Tables 6.2 to 6.7",
         checked="response equal to that of a rotor built with M + m to 1e-11; thesis Tables 6.2 to 6.7 with plane y",
         confounders=(
-            ("stiffness_error", "stiffness dominates below the critical speed, mass above it and with its weight at 0X"),
+            ("pedestal_resonance", "a mass acts at all frequencies alike; measure the motion of the pedestal"),
+            ("seal", "the mass of the fluid comes with its damping, and only in the full machine"),
+            (
+                "stiffness_error",
+                "stiffness dominates below the critical speed, mass above it; at 0X it weighs",
+            ),
             (
                 "speed_error",
                 "equal if all masses have the same relative error and nothing tilts; use a second tachometer",

@@ -20,6 +20,10 @@ def rotorstudy_effect():
         positive=True,
         checked="-c (dz/dt - j w z) in time to 1e-12; onset at w_n (1 + c_e / c_i) in tests/physics/test_stability.py",
         confounders=(
+            (
+                "seal",
+                "equal with external damping at the node; only the force of a seal changes with its pressure drop",
+            ),
             ("external_damping", "internal damping has no force at +1X and gives a static cross force at 0X"),
             ("shaft_damping", "equal on a rotor of one coordinate; internal damping acts at one node"),
             (

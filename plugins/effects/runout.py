@@ -8,8 +8,8 @@ def runout(sensors, structure, node: int | None = None, harmonic: int = 1):
 
 
 def usual_harmonics(structure, sensors):
-    """1X to 3X forward, 1X and 2X backward, of each sensor."""
-    return [{"node": node, "harmonic": n} for node in sensors for n in (1, 2, 3, -1, -2)]
+    """1X to 3X forward and backward, of each sensor; probes at right angles see a profile of three lobes at -3X."""
+    return [{"node": node, "harmonic": n} for node in sensors for n in (1, 2, 3, -1, -2, -3)]
 
 
 @hookimpl

@@ -23,5 +23,6 @@ def rotorstudy_rotor():
         jeffcott,
         source="Jeffcott 1919; thesis Eqs. (2.7), (2.18)",
         checked="response and estimates of thesis Tables 2.2 and 2.3, 18 of 18 printed regression values",
+        uncertain={"stiffness_N_per_m": 0.005},
         example={"mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
     )

@@ -149,8 +149,11 @@ if PAGES:
             published=PUBLISHED,
             code=code("compare_rigs.py"),
         output:
-            csv=f"{RESULTS}/rigs/comparison.csv",
-            html=in_report(f"{RESULTS}/rigs/comparison.html", "rigs_comparison", "Both rigs", "Tables"),
+            csv=[f"{RESULTS}/rigs/comparison.csv", f"{RESULTS}/rigs/backward_1X.csv"],
+            html=[
+                in_report(f"{RESULTS}/rigs/{name}.html", f"rigs_{name}", "Both rigs", "Tables")
+                for name in ("comparison", "backward_1X")
+            ],
             png=in_report(f"{RESULTS}/rigs/comparison.png", "rigs_comparison", "Both rigs", "Figures"),
             svg=f"{RESULTS}/rigs/comparison.svg",
         log:

@@ -10,9 +10,9 @@ from rotorstudy.model.depth import keys_from_depth
 from rotorstudy.model.model import Model
 from rotorstudy.model.options import Whole, check_options, number_hint, option_names
 from rotorstudy.model.registry import registry
-from rotorstudy.model.structure import Structure
+from rotorstudy.model.structure import Origin, Structure
 from rotorstudy.model.terms import Entry, Parameter, Term
-from rotorstudy.model.uncertainty import read_uncertainty
+from rotorstudy.model.uncertainty import with_uncertainty
 from rotorstudy.store import read_yaml
 
 SECTIONS = {"rotor": "rotor", "cracks": "crack", "bearings": "bearing", "effects": "effect"}
@@ -120,8 +120,10 @@ def build_model(rig: dict, where: str = "the rig") -> Model:
         raise RotorstudyError(f"section 'rotor' is missing in {where}")
     place = f"{where}, rotor"
     plugin = registry().get("rotor", _kind(rig["rotor"], place), place)
-    structure = plugin.function(**check_options(plugin.function, _rest(rig["rotor"]), place))
+    options = check_options(plugin.function, _rest(rig["rotor"]), place)
+    structure = plugin.function(**options)
     _check_structure(structure, plugin, place)
+    structure = replace(structure, origin=Origin(plugin.function, options, plugin.uncertain))
     sensors = _sensors(rig.get("sensors"), structure, where)
     terms = []
     for section in ("cracks", "bearings", "effects"):
@@ -137,7 +139,7 @@ def build_model(rig: dict, where: str = "the rig") -> Model:
     model = Model(structure, tuple(terms), sensors, held)
     if rig.get("prior") is None:
         return model
-    return replace(model, uncertainty=read_uncertainty(rig["prior"], model, f"{where}, prior"))
+    return with_uncertainty(model, rig["prior"], f"{where}, prior")
 
 
 def _support(structure, terms):

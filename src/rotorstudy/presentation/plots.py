@@ -51,10 +51,13 @@ def save_figure(picture, *paths):
     import matplotlib.pyplot as plt
 
     without_date = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+    # one layout for all files; with a layout engine, every file would be drawn twice
+    picture.set_dpi(STYLE["savefig.dpi"])
+    picture.get_layout_engine().execute(picture)
+    picture.set_layout_engine(None)
     for path in paths:
         with atomic(path) as temporary:
             picture.savefig(temporary, metadata=without_date[temporary.suffix])
-        picture.set_layout_engine("none")  # keep the layout of the first
     plt.close(picture)
 
 
