@@ -7,11 +7,13 @@ shares with their 95 % bounds to `summary.csv`; the truth and the verdict of eac
 import argparse
 import json
 import os
+import shutil
 import sys
 import tempfile
 import time
 import warnings
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads slow them down
@@ -76,8 +78,10 @@ MEANS = {
     "angle_error": (("probe_angle",), NODE, ()),
     "gain": (("probe_gain",), NODE, ()),
     "runout": (("runout", "surface_profile"), NODE, ("runout", "surface_profile")),
-    "unloaded_zero": (("unloaded_zero",), ANY, ()),
+    "unloaded_zero": ((), ANY, ()),
 }
+# Faults that the verdict states as a wrong convention of the records, by the words of that hypothesis
+CONVENTIONS = {"unloaded_zero": "displacements count from the unloaded line"}
 PAIRED = [name for name in MEANS if name not in CHAIN_FAULTS]
 KINDS = ["healthy", *MEANS, "pair"]
 
@@ -85,7 +89,7 @@ KINDS = ["healthy", *MEANS, "pair"]
 def in_library(family):
     """Whether the package has a candidate for a family."""
     zoo = registry().plugins["effect"]
-    return any(name in zoo and zoo[name].candidate for name in MEANS[family][0])
+    return family in CONVENTIONS or any(name in zoo and zoo[name].candidate for name in MEANS[family][0])
 
 
 def is_there(rule, true, where):
@@ -117,8 +121,7 @@ def truth_of(case, fault):
 
 
 def change_of(case, harmonics):
-    """What the effects change of the measured harmonics (speed, harmonic, node), without noise, m."""
-    from dataclasses import replace
+    """What each effect alone changes of the measured harmonics (speed, harmonic, node), without noise, m."""
 
     def seen(steady, probes, chain, zero):
         return expected_harmonics(steady, case.nodes, probes, chain, harmonics, zero)
@@ -147,6 +150,12 @@ def judged(case, true, verdict):
     causes, others = (verdict.causes, verdict.ambiguous_with) if verdict.verdict in ("cause", "ambiguous") else ((), ())
     stated = [*causes, *others]
     match = {id(cause): [compared(one, cause) for one in true] for cause in stated}
+    if verdict.measuring_chain is not None:
+        said = verdict.measuring_chain.hypothesis
+        right = len(true) == 1 and CONVENTIONS.get(true[0]["family"]) == said
+        return {"verdict": "convention", "named": said, "stated": "", "alone": right, "in_set": right,
+                "name_in_set": right, "wrong": not right, "probability": np.nan, "first_right": right,
+                "gain": np.nan}  # fmt: skip
     return {
         "verdict": verdict.verdict,
         "named": " + ".join(name_of(cause) for cause in verdict.causes),
@@ -208,8 +217,8 @@ def run_case(given):
             found = investigate(spectrum, model, settings=settings, findings=findings)
             seconds = time.process_time() - start
             folder.mkdir(parents=True, exist_ok=True)
-            (folder / "rig.yaml").write_bytes((Path(files) / "rig.yaml").read_bytes())
-            (folder / "truth.json").write_bytes((Path(files) / "truth.json").read_bytes())
+            for name in ("rig.yaml", "truth.json"):
+                shutil.copy(Path(files) / name, folder)
     except RotorstudyError as problem:
         return row | {"verdict": "failed", "named": str(problem)}
     (folder / "verdict.json").write_text(found.verdict.model_dump_json(indent=1), encoding="utf-8")
@@ -274,7 +283,7 @@ def by_kind(rows):
         cases=("case", "size"), alone=("alone", "sum"), in_set=("in_set", "sum"), wrong=("wrong", "sum"),
         seconds=("seconds", "median"),
     )  # fmt: skip
-    for verdict in ("nothing", "cause", "ambiguous", "unknown", "failed", "not drawn"):
+    for verdict in ("nothing", "cause", "ambiguous", "unknown", "convention", "failed", "not drawn"):
         table[verdict] = seen.groupby("kind").verdict.agg(lambda said, v=verdict: int((said == v).sum()))
     return table
 

@@ -11,14 +11,11 @@ def bearing_coefficients(structure, node: int | None = None):
     -K_xy is the force along x due to a unit displacement along y; K_xy = -K_yx > 0 drives a forward whirl.
     """
     here = structure.unit(structure.default_node() if node is None else node)
-    here, scales = np.outer(here, here), structure.scales
-    sizes = (
-        ("stiffness", "N/m", 0, 0.03 * scales.stiffness(node)),
-        ("damping", "N s/m", 1, 0.04 * scales.critical_damping(node)),
-    )
+    here = np.outer(here, here)
+    stiffness, damping = 0.03 * structure.scales.stiffness(node), 0.04 * structure.scales.critical_damping(node)
     return [
         Parameter(f"bearing_{name}_error_{direction}", unit, planar_entries(direction, -here, order), typical)
-        for name, unit, order, typical in sizes
+        for name, unit, order, typical in (("stiffness", "N/m", 0, stiffness), ("damping", "N s/m", 1, damping))
         for direction in DIRECTIONS
     ]
 

@@ -165,8 +165,8 @@ def draw_case(
     mass, count : float, int or None
         Of the rotor, see `draw.draw_rotor`.
     visible : float
-        Least change of some harmonic by the effect, over the healthy 1X; a case that changes less (a loose foot that
-        the weight holds down, say) is drawn again.
+        Least change of some harmonic but 0X by the effect, over the healthy 1X; a case that changes less (a loose foot
+        that the weight holds down, say) is drawn again. A preload shows at 0X alone.
     tries : int
         Machines drawn until one moves steadily and shows its effect; then NoSteadyState.
 
@@ -203,7 +203,7 @@ def draw_case(
             continue
         nodes = measured_nodes(rng, rotor)
         changed = visibility(found, healthy, nodes)
-        if max(changed.values()) >= visible:
+        if max(change for k, change in changed.items() if k != "0" or family == "preload") >= visible:
             steady = found
     probes, chain, wrong = draw_chain(rng, healthy, nodes, chain_fault)
     sag = sound.sag()

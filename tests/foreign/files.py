@@ -130,7 +130,7 @@ def measurement_section(case):
     }
 
 
-def diagnosis_section(case, bearing_error, unbalance_error):
+def diagnosis_section(case, modulus_error, bearing_error, unbalance_error):
     """What the user knows of the accuracy: standard deviations of rig and probes, repeatability, usual runout.
 
     A cross coefficient that the rig has as zero is held; a change of it would be an effect of its own.
@@ -139,6 +139,7 @@ def diagnosis_section(case, bearing_error, unbalance_error):
     relative = {f"bearing_stiffness_{part}": bearing_error for part in ("xx", "xy", "yx", "yy")}
     relative |= {f"bearing_damping_{part}": bearing_error for part in ("xx", "yy")}
     relative |= {"eccentricity": unbalance_error * 2**0.5, "default": 0.1}
+    relative |= {"rotor": 0.0, "rotor.youngs_modulus_Pa": modulus_error}
     if any(bearing.stiffness[0, 1] for bearing in case.rotor.bearings):
         relative |= {"bearing_damping_xy": 0.0, "bearing_damping_yx": 0.0}
     else:
@@ -184,7 +185,7 @@ def rig_of(case, modulus_error=0.005, bearing_error=0.02, unbalance_error=0.05, 
         "effects": effects_section(rng, case, unbalance_error),
         "sensors": [node + 1 for node in case.nodes],
         "measurement": measurement_section(case),
-        "diagnosis": diagnosis_section(case, bearing_error, unbalance_error),
+        "diagnosis": diagnosis_section(case, modulus_error, bearing_error, unbalance_error),
     }
 
 
