@@ -147,6 +147,7 @@ def finite_element(
         dofs=dofs,
         stiffness_loss=stiffness_loss,
         shape_at=shape_at,
+        gravity=gravity_m_per_s2,
     )
 
 

@@ -12,6 +12,7 @@ def jeffcott(mass_kg: Positive, stiffness_N_per_m: Positive, gravity_m_per_s2: N
         static_load=np.array([mass_kg * gravity_m_per_s2]),
         dofs=((1, "translation"),),
         stiffness_loss={"stiffness_loss": (np.eye(1), "N/m", 0.3 * stiffness_N_per_m)},
+        gravity=gravity_m_per_s2,
     )
 
 

@@ -56,6 +56,7 @@ def offset_disc(
             "stiffness_loss_44": (np.diag([0.0, 1.0]), "N m", 0.1 * k44),
         },
         shape_at=shape,
+        gravity=gravity_m_per_s2,
     )
 
 
