@@ -1,5 +1,7 @@
 """Causes are weighed by the chance of the data, which is known exactly where everything is linear and normal."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal, norm
@@ -12,7 +14,7 @@ from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.spectrum import Spectrum, components, independent_covariance
-from rotorstudy.model.registry import Registry, plugin_folders, using
+from rotorstudy.model.registry import Registry, plugin_folders, registry, using
 from rotorstudy.model.rig import build_model, make_term
 from rotorstudy.response.measured import measured_response
 
@@ -66,7 +68,7 @@ def test_a_prior_of_unknown_width_is_the_mean_over_widths():
     precision = 1 / covariance[0, 0] - 1  # of the data
     middle = mean[0] / covariance[0, 0] / precision
     chance = [norm(0, np.sqrt(1 / precision + scale**2)).pdf(middle) for scale in SCALES]
-    assert log_scales(mean, covariance) == pytest.approx(np.log(np.mean(chance) / chance[0]), rel=1e-9)
+    assert log_scales(mean, covariance, np.array([0])) == pytest.approx(np.log(np.mean(chance) / chance[0]), rel=1e-9)
 
 
 def test_an_amplitude_on_the_wrong_side_costs_its_deviations_and_never_overflows():
@@ -82,7 +84,12 @@ def test_every_effect_is_as_likely_as_another_whatever_its_places():
     share = {}
     for cause in work.candidates:
         share[cause.effect] = share.get(cause.effect, 0) + work.prior_odds(cause)
-    assert np.allclose(list(share.values()), 1 / len(share))
+    rates = {name: registry().get("effect", name).base_rate for name in share}
+    assert share == pytest.approx({name: rate / sum(rates.values()) for name, rate in rates.items()})
+    assert list(rates.values()).count(1.0) > 0.8 * len(rates)
+    rarer = replace(work, settings=Settings(base_rates={"unbalance": 0.1}))
+    (first, *_) = [c for c in work.candidates if c.effect == "unbalance"]
+    assert 0.1 < rarer.prior_odds(first) / work.prior_odds(first) < 0.11
     assert work.best.causes == () and sum(weight for _, weight in work.posterior()) == pytest.approx(1)
 
 

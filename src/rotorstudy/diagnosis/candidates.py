@@ -1,5 +1,6 @@
 """The hypotheses: every effect of the library at every place, and how much of a residual each explains."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ from rotorstudy.model.terms import Term
 from rotorstudy.response.measured import sensitivities
 
 SHAPES_TRIED = 9  # values of a shape option, before the best is refined
+SWEEPS = 3  # over the parameters of a cause, for their most probable widths
 SCALES = 10.0 ** (-0.5 * np.arange(7))  # widths of the prior over the widest one, equally likely by order of magnitude
 FIXED = 0.02  # standard deviation of an amplitude that is 0 or 1: what the uncertainty of the probe calibration
 
@@ -27,6 +29,7 @@ class Candidate(NamedTuple):
     prior    : unknown name -> (mean, std) of its amplitude before anything is measured
     positive : names of unknowns that cannot be negative: the prior is the upper half of that normal distribution
     fixed    : its amplitude is known where the effect is present; the width of its prior is not varied
+    options  : other options, the same for all candidates of the effect
     shape    : options inside a nonlinear force (a clearance), at one of the values tried
     """
 
@@ -37,6 +40,7 @@ class Candidate(NamedTuple):
     positive: tuple = ()
     fixed: bool = False
     shape: dict = {}
+    options: dict = {}
 
     @property
     def cause(self):
@@ -52,6 +56,11 @@ class Candidate(NamedTuple):
     def names(self):
         """(unknown,) names of its amplitudes."""
         return tuple(unknown.name for unknown in self.term.unknowns)
+
+    @property
+    def parameter(self):
+        """(unknown,) position of the parameter of each amplitude: real and imaginary part have the same one."""
+        return np.array([i for i, p in enumerate(self.term.parameters) for _ in range(2 if p.is_complex else 1)])
 
 
 def candidate(
@@ -86,21 +95,39 @@ def candidate(
         If the effect cannot act there.
     """
     plugin = registry().get("effect", effect, "diagnosis")
-    item = {"kind": effect, **plugin.example, **where, **(shape or {}), "label": label}
+    options = {**plugin.example, **plugin.hypothesis}
+    item = {"kind": effect, **options, **where, **(shape or {}), "label": label}
     term = make_term("effect", item, model.structure, model.sensors, f"candidate {effect}")
     mean, std = (1.0, FIXED) if plugin.fixed else (0.0, prior_width)
     prior = {unknown.name: (mean * unknown.typical, std * unknown.typical) for unknown in term.unknowns}
     positive = tuple(prior) if plugin.positive else ()
-    return Candidate(effect, where, term, prior, positive, plugin.fixed, dict(shape or {}))
+    return Candidate(effect, where, term, prior, positive, plugin.fixed, dict(shape or {}), options)
 
 
-def _shapes(plugin):
+def _shapes(ranges):
     """Values of the first shape option over its range; [{}] for an effect without one."""
-    if not plugin.shape:
+    if not ranges:
         return [{}]
-    (name, (low, high)), *_ = plugin.shape.items()
+    (name, (low, high)), *_ = ranges.items()
     values = np.geomspace(low, high, SHAPES_TRIED) if low > 0 else np.linspace(low, high, SHAPES_TRIED)
     return [{name: float(value)} for value in values]
+
+
+def with_vibration(model: Model, spectrum: Spectrum) -> Model:
+    """The model whose usual sizes fit the records: the vibration of the median speed, all harmonics and sensors.
+
+    Parameters
+    ----------
+    model : Model
+    spectrum : Spectrum
+
+    Returns
+    -------
+    Model
+    """
+    moving = spectrum.amplitude[..., spectrum.harmonics != 0, :]
+    size = np.sqrt(np.mean(np.sum(np.abs(moving) ** 2, axis=-2), axis=-1))
+    return replace(model, structure=replace(model.structure, vibration=float(np.median(size))))
 
 
 def candidates(model: Model, settings: Settings) -> tuple[list[Candidate], dict[str, str]]:
@@ -132,7 +159,7 @@ def _candidates_of(plugin, model, settings, first):
     """Candidates of one effect; their terms are labelled by number, from `first` on."""
     found = []
     for place in plugin.places(model.structure, model.sensors):
-        for shape in _shapes(plugin):
+        for shape in _shapes(plugin.ranges(model.structure)):
             label = f"cause {first + len(found)}"
             try:
                 found.append(candidate(model, plugin.name, place, shape, label, settings.prior_width))
@@ -156,13 +183,19 @@ class Screened(NamedTuple):
     detection: np.ndarray
 
 
-def log_scales(mean: np.ndarray, covariance: np.ndarray) -> float:
-    """Logarithm of the Bayes factor of a prior of unknown width, one of `SCALES`, against the widest one.
+def log_scales(mean: np.ndarray, covariance: np.ndarray, parameter: np.ndarray) -> float:
+    """Logarithm of the Bayes factor of a prior whose widths are unknown against the widest one.
+
+    One parameter has one of `SCALES`. Of several, each has a width of its own or is absent with a probability of one
+    half: of the many harmonics of a coupling few may be present. The sum over all combinations is approximated about
+    the most probable one, one width varied at a time, which is exact where the data do not correlate the parameters.
 
     Parameters
     ----------
     mean, covariance : ndarray (unknown,), (unknown, unknown)
         Of the posterior under the widest prior, in standard deviations of that prior.
+    parameter : ndarray (unknown,)
+        Position of the parameter of each amplitude.
 
     Returns
     -------
@@ -170,11 +203,32 @@ def log_scales(mean: np.ndarray, covariance: np.ndarray) -> float:
     """
     narrow, vectors = np.linalg.eigh(covariance)
     narrow = np.clip(narrow, 1e-30, 1)
-    pull = (vectors.T @ mean / narrow) ** 2
-    data = 1 / narrow - 1  # precision that the data give
-    square = SCALES[:, None] ** 2
-    value = 0.5 * np.sum(pull * square / (1 + data * square) - np.log1p(data * square), axis=1)
-    return float(np.logaddexp.reduce(value) - np.log(len(SCALES)) - value[0])
+    pull = vectors @ (vectors.T @ mean / narrow)
+    data = (vectors * (1 / narrow - 1)) @ vectors.T  # precision that the data give
+
+    def value(scales):
+        """Log evidence, less a constant, of widths (..., parameter)."""
+        root = scales[..., parameter]
+        precision = np.eye(len(mean)) + root[..., :, None] * data * root[..., None, :]
+        drawn = root * pull
+        solved = np.linalg.solve(precision, drawn[..., None])[..., 0]
+        return 0.5 * (np.sum(drawn * solved, axis=-1) - np.linalg.slogdet(precision)[1])
+
+    count = int(parameter[-1]) + 1
+    widths, chance = SCALES, np.full(len(SCALES), -np.log(len(SCALES)))
+    if count > 1:
+        widths, chance = np.append(0, SCALES), np.append(0, chance) - np.log(2)
+    best = np.ones(count)
+    widest = value(best)
+    for _ in range(SWEEPS if count > 1 else 1):
+        factor = 0.0
+        for i in range(count):
+            tried = np.tile(best, (len(widths), 1))
+            tried[:, i] = widths
+            found = value(tried) + chance
+            best = tried[found.argmax()]
+            factor += np.logaddexp.reduce(found) - value(best)
+    return float(value(best) + factor - widest)
 
 
 def log_possible(mean: np.ndarray, std: np.ndarray) -> np.ndarray:
@@ -249,5 +303,5 @@ def _screened(candidate, columns, residual):
     limited = np.isin(candidate.names, candidate.positive)
     evidence += float(log_possible(start, detection)[limited].sum())
     if not candidate.fixed:
-        evidence += log_scales(off, covariance)
+        evidence += log_scales(off, covariance, candidate.parameter)
     return Screened(explained, evidence, start, detection)

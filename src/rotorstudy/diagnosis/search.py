@@ -13,17 +13,19 @@ from rotorstudy.diagnosis.candidates import (
     log_possible,
     log_scales,
     screen,
+    with_vibration,
 )
-from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.diagnosis.settings import Settings, base_rate
 from rotorstudy.errors import NoSteadyState, PluginError
 from rotorstudy.inference.fit import HYPOTHESIS, Fit, fit
 from rotorstudy.inference.linear import invert
 from rotorstudy.inference.prediction import predicted
-from rotorstudy.inference.prior import Prior, prior_of
+from rotorstudy.inference.prior import Prior, prior_of, with_rotor
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import blamed, registry
 from rotorstudy.model.rig import make_term
+from rotorstudy.model.rotor_numbers import with_rotor_numbers
 
 TRIAL_STEPS = 5  # of a fit, after which it is decided whether to finish it
 FITTED_FULLY = 4  # least number of explanations per round that are fitted to convergence
@@ -33,6 +35,7 @@ LEAST_LOG_ODDS = 2.0  # log posterior odds that an explanation needs: seven to o
 WORTH_FITTING = 0.1  # of what the best candidate explains when linearised, which is inaccurate for large effects
 THRESHOLD_STEPS = 20  # of a fixed-point iteration that converges quickly
 LEAST_LOG_PROBABILITY = -700.0  # keeps posterior probabilities from underflow to zero
+LEFT_BY_SHAPE = 0.05  # of what a cause explains, if its shape is half a step of those tried from the true one
 SHAPE_STEPS = 8  # of the shape options of a cause
 SHAPE_DIFFERENCE = 1e-4  # of the range of a shape option, for its derivative
 SHAPE_GAIN = 0.25  # convergence tolerance of the shape, in log posterior odds
@@ -97,9 +100,10 @@ class Search:
         return best if best.log_posterior_odds > LEAST_LOG_ODDS and self.upheld else self.found[frozenset()]
 
     def prior_odds(self, cause: Candidate) -> float:
-        """Prior odds of a cause: equal for all effects of the library, divided among the places and shapes of each."""
-        effects = len({c.effect for c in self.candidates})
-        return 1 / (effects * sum(c.effect == cause.effect for c in self.candidates))
+        """Prior odds of a cause: the base rate of its effect in the library, divided among its places and shapes."""
+        rates = {c.effect: base_rate(c.effect, self.settings) for c in self.candidates}
+        alike = sum(c.effect == cause.effect for c in self.candidates)
+        return rates[cause.effect] / (sum(rates.values()) * alike)
 
     def even_odds_gain(self, cause: Candidate) -> float:
         """Decrease of the cost at which a cause has even posterior odds: it offsets prior odds and Occam factor.
@@ -107,8 +111,10 @@ class Search:
         With the prior width of highest evidence, which is about the amplitude itself, the Occam factor depends on the
         decrease of the cost; hence the fixed-point iteration.
         """
-        given = -2 * np.log(self.prior_odds(cause)) + (0 if cause.fixed else 2 * np.log(len(SCALES)))
-        count, gain = len(cause.names) * (not cause.fixed), given
+        absent = cause.parameter[-1]  # all parameters but one
+        widths = 0 if cause.fixed else np.log(len(SCALES)) + (absent + 1) * np.log(2) * (absent > 0)
+        given = -2 * np.log(self.prior_odds(cause)) + 2 * widths
+        count, gain = max(np.bincount(cause.parameter)) * (not cause.fixed), given
         for _ in range(THRESHOLD_STEPS):
             gain = given + count * np.log1p(gain / max(count, 1))
         return float(gain)
@@ -152,7 +158,9 @@ def base_model(model: Model, settings: Settings) -> tuple[Model, Prior]:
             for i, place in enumerate(places)
         ]
     known = {unknown.name: (0.0, settings.nuisance[term.kind]) for term in terms for unknown in term.unknowns}
-    return model.plus(*terms), prior_of(model, settings.uncertainty).plus(Prior.independent(known))
+    uncertainty = with_rotor(settings.uncertainty, model.structure)
+    model = with_rotor_numbers(model, (name for name, share in uncertainty.items() if share))
+    return model.plus(*terms), prior_of(model, uncertainty).plus(Prior.independent(known))
 
 
 def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
@@ -175,6 +183,7 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     RotorstudyError
         If the base model cannot be fitted. A broken plugin of the library raises nothing: see `Search.broken`.
     """
+    model = with_vibration(model, spectrum)
     whole, prior = base_model(model, settings)
     base = fit(whole, spectrum, prior)
     every, faults = candidates(model, settings)
@@ -188,7 +197,7 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
         screenings.append(_screen(work, fit(whole, spectrum, prior, steps=0), every))
     while len(current.causes) < settings.most_causes:
         tried = _add(work, current, screenings if not current.causes else None)
-        better = max((_refine(work, model, e) for e in _to_refine(tried)), key=_odds, default=current)
+        better = max((_refine(work, model, e) for e in _to_refine(tried, current.fit.cost)), key=_odds, default=current)
         if _odds(better) <= _odds(current):
             break
         current = better
@@ -224,14 +233,20 @@ def _note_broken(work, causes, error):
     work.faults.setdefault(guilty[-1] if guilty else causes[-1].effect, line)
 
 
-def _to_refine(tried):
-    """The best explanation; if it leaves more than noise, also the best whose last cause has a shape."""
+def _to_refine(tried, before):
+    """The best explanation, and those that a better shape of their last cause may bring near its cost.
+
+    before : cost of the explanation that they extend
+    """
     if not tried:
         return []
     best = max(tried, key=_odds)
-    shaped = [e for e in tried if e.causes[-1].shape and best.fit.cost > len(best.fit.residual)]
-    other = max(shaped, key=_odds, default=best)
-    return [best] if other is best else [best, other]
+    shaped = sorted((e for e in tried if e.causes[-1].shape and e is not best), key=_odds, reverse=True)
+    reach = max(CLOSE, LEFT_BY_SHAPE * (before - best.fit.cost))
+    near = [e for e in shaped if e.fit.cost < best.fit.cost + reach]
+    if not near and best.fit.cost > len(best.fit.residual):
+        near = shaped[:1]
+    return [best, *near]
 
 
 def _explain(work, causes, starts=None):
@@ -266,7 +281,7 @@ def _log_posterior_odds(work, causes, fitted):
         limited = np.isin(cause.names, cause.positive)
         odds += np.sum(log_possible(fitted.free[place], np.sqrt(np.diag(covariance)))[limited])
         if not cause.fixed:
-            odds += log_scales(fitted.free[place] / width, covariance / np.outer(width, width))
+            odds += log_scales(fitted.free[place] / width, covariance / np.outer(width, width), cause.parameter)
     return float(odds)
 
 
@@ -373,7 +388,7 @@ def _best_of_all_shapes(work, model, explanation):
     """
     explanation = _best_shape(work, explanation)
     *rest, last = explanation.causes
-    ranges = registry().get("effect", last.effect).shape
+    ranges = registry().get("effect", last.effect).ranges(model.structure)
 
     def explain(place, theta):
         shape = {name: _value(x, *ranges[name]) for name, x in zip(ranges, place, strict=True)}
@@ -389,7 +404,10 @@ def _best_of_all_shapes(work, model, explanation):
         step, moved = np.split(invert(normal) @ right, [len(right) - len(ranges)])
         tried = None
         for share in SHARES_OF_STEP:
-            ahead = np.clip(place + share * moved, 0, 1)
+            ahead = [
+                x % 1 if name.endswith("_rad") else np.clip(x, 0, 1)
+                for name, x in zip(ranges, place + share * moved, strict=True)
+            ]
             theta = best.fit.theta.copy()
             theta[best.fit.model.position(best.fit.names)] += share * step
             tried = explain(ahead, theta)
@@ -427,11 +445,11 @@ def _best_shape(work, explanation):
 
 def _place(value, low, high):
     """Position (0 to 1) of the value of a shape option in its range."""
-    return np.log(value / low) / np.log(high / low) if low > 0 else value / high
+    return np.log(value / low) / np.log(high / low) if low > 0 else (value - low) / (high - low)
 
 
 def _value(place, low, high):
-    return float(low * (high / low) ** place if low > 0 else place * high)
+    return float(low * (high / low) ** place if low > 0 else low + place * (high - low))
 
 
 def _shape_equations(work, model, explanation, place, ranges):
