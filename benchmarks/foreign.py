@@ -41,6 +41,7 @@ from rotorstudy.model.rig import read_rig  # noqa: E402
 
 LARGE = 3.0  # size from which an effect must be found
 VISIBLE = 0.01  # least change of a harmonic by an effect, over the healthy 1X; a smaller one is drawn again
+QUICK = (0, 1, -1, 2, -2, 3, -3)  # harmonics of a quick run
 SLOW = 30.0  # seconds of a diagnosis that is reported
 NODE, ELEMENT, STRETCH, ANY = "node", "element", "stretch", "any"
 
@@ -59,7 +60,8 @@ MEANS = {
     # along one direction: half of it isotropic, half anisotropic, at the same node
     "support_loss": (("support_anisotropy", "support_loss", "looseness"), NODE, ("support_stiffness",)),
     "pedestal": (("pedestal", "foundation"), NODE, ()),
-    "seal": (("seal",), NODE, ()),
+    # with a direct stiffness; of the same swirl at all speeds it is a cross coupling with damping
+    "seal": (("seal",), NODE, ("support_stiffness", "cross_coupling", "external_damping")),
     # an eccentric mass is an unbalance at its node, too
     "added_mass": (("added_mass",), NODE, ("unbalance",)),
     # a bow is a shape along the whole shaft; the node says only by which of the library's shapes it is described
@@ -178,22 +180,23 @@ def name_of(cause):
     return cause.effect + "".join(f" {value}" for value in cause.where.values())
 
 
-def drawn(seed, kind):
+def drawn(seed, kind, quick):
     """A case of a kind: healthy, one family, a fault of the chain, or a pair of families."""
     rng = np.random.default_rng([seed, 1])
+    size = {"speeds": 6, "count": int(rng.integers(2, 6))} if quick else {}
     if kind == "pair":
         kind = "+".join(rng.choice(PAIRED, 2, replace=False))
     if kind in CHAIN_FAULTS:
-        return draw_case(seed, "healthy", chain_fault=kind), kind
-    return draw_case(seed, kind, visible=0.0 if kind == "healthy" else VISIBLE), None
+        return draw_case(seed, "healthy", chain_fault=kind, **size), kind
+    return draw_case(seed, kind, visible=0.0 if kind == "healthy" else VISIBLE, **size), None
 
 
 def run_case(given):
-    """Row of one case; `given` is its number, seed, kind, folder of results and the size of the rig's errors."""
-    number, seed, kind, out, error = given
+    """Row of one case; `given` is its number, seed, kind, folder of results, size of the rig's errors, and speed."""
+    number, seed, kind, out, error, quick = given
     row = {"case": number, "seed": seed, "kind": kind}
     try:
-        case, fault = drawn(seed, kind)
+        case, fault = drawn(seed, kind, quick)
     except (NoSteadyState, ValueError) as problem:
         return row | {"verdict": "not drawn", "named": str(problem)}
     true = truth_of(case, fault)
@@ -209,7 +212,7 @@ def run_case(given):
     try:
         with tempfile.TemporaryDirectory() as files, warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            write_case(case, files, 0.005 * error, 0.02 * error, 0.05 * error, seed)
+            write_case(case, files, 0.005 * error, 0.02 * error, 0.05 * error, seed, QUICK if quick else None)
             start = time.process_time()
             rig = read_rig(Path(files) / "rig.yaml")
             spectrum, model, findings = measured_spectrum([Path(files) / "record.nc"], rig)
@@ -297,10 +300,11 @@ def main():
     parser.add_argument("--out", type=Path, default=Path("foreign_cases"))
     parser.add_argument("--processes", type=int, default=1)
     parser.add_argument("--rig-error", type=float, default=1.0, help="0: the rig file is exact; 1: as real ones are")
+    parser.add_argument("--quick", action="store_true", help="rotors of 2 to 5 elements, 6 speeds, harmonics to 3X")
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
     work = [
-        (i, 100_000 * given.seed + i, given.families[i % len(given.families)], given.out, given.rig_error)
+        (i, 100_000 * given.seed + i, given.families[i % len(given.families)], given.out, given.rig_error, given.quick)
         for i in range(given.cases)
     ]
     rows = []

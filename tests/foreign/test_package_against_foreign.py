@@ -26,9 +26,8 @@ def read(case, folder, rig_error=1.0, modulus=1.0):
 
     rig_error : 0: the rig file is exact, 1: as real ones are;  modulus : the stated one over that
     """
-    write_case(case, folder, 0.005 * rig_error, 0.02 * rig_error, 0.05 * rig_error)
+    write_case(case, folder, 0.005 * rig_error, 0.02 * rig_error, 0.05 * rig_error, harmonics=HARMONICS)
     given = read_rig(folder / "rig.yaml").given
-    given["measurement"]["harmonics"] = HARMONICS
     given["rotor"]["youngs_modulus_Pa"] *= modulus
     rig = RigFile(folder / "rig.yaml", given)
     spectrum, _, findings = measured_spectrum([folder / "record.nc"], rig)
@@ -107,39 +106,39 @@ def test_what_the_library_has_is_named(seed, family, fault, effect, tmp_path):
 def special(monkeypatch, seed, add, **options):
     """A small case with an effect of a test: add(draw) adds it and returns the truth."""
     monkeypatch.setitem(FAMILIES, "special", add)
-    return small(seed, "special", speeds=5, count=3, steps=128, **options)
+    return small(seed, "special", speeds=5, count=2, steps=128, **options)
 
 
 @pytest.mark.xfail(strict=True, reason="issue 12, 1: a crack has no angle, one opening law and opens facing down")
 def test_a_crack_at_sixty_degrees_is_named(monkeypatch, tmp_path):
     def add(draw):
-        add_crack(draw.machine, 1, 0.5, 0.8, np.deg2rad(60.0), "switching")
-        return {"element": 2}
+        add_crack(draw.machine, 0, 0.8, 0.8, np.deg2rad(60.0), "switching")
+        return {"element": 1}
 
     case = special(monkeypatch, 1, add)
     verdict = verdict_on(case, tmp_path, rig_error=0.0)
     assert verdict.verdict == "cause"
-    assert any("crack" in found[0] and found[1] in (1, 2, 3) for found in names(verdict))
+    assert any("crack" in found[0] and found[1] in (1, 2) for found in names(verdict))
 
 
 @pytest.mark.xfail(strict=True, reason="issue 12, 3: an added mass has inertia but no weight")
 def test_an_added_mass_is_named(monkeypatch, tmp_path):
     def add(draw):
         mass, radius = 0.05 * draw.rotor.mass, draw.rotor.elements[0].outer_diameter / 2
-        add_added_mass(draw.machine, 2, mass, radius, radius)
-        return {"node": 3}
+        add_added_mass(draw.machine, 1, mass, radius, radius)
+        return {"node": 2}
 
     verdict = verdict_on(special(monkeypatch, 1, add), tmp_path, rig_error=0.0)
     assert verdict.verdict == "cause"
-    assert names(verdict) == {("added_mass", 3)}
+    assert names(verdict) == {("added_mass", 2)}
 
 
 @pytest.mark.xfail(strict=True, reason="issue 12, 5: a seal is named internal damping, without an alternative")
 def test_a_seal_is_never_called_internal_damping(monkeypatch, tmp_path):
     def add(draw):
         damping = 0.2 * draw.stiffness / draw.frequency
-        add_seal(draw.machine, 2, 0.0, 0.4 * damping * draw.healthy.speed.mean(), damping, 0.0, 0.0)
-        return {"node": 3}
+        add_seal(draw.machine, 1, 0.0, 0.0, damping, 0.0, 0.0, swirl=0.4)
+        return {"node": 2}
 
     verdict = verdict_on(special(monkeypatch, 1, add), tmp_path, rig_error=0.0)
     assert "seal" in {cause.effect for cause in (*verdict.causes, *verdict.ambiguous_with)}
@@ -160,7 +159,7 @@ def scaled(rig, factor):
 @pytest.mark.xfail(strict=True, reason="issue 12, 2: typical sizes are absolute numbers of a rig of 2 kg")
 def test_the_verdict_does_not_depend_on_the_scale_of_forces(tmp_path):
     verdicts = []
-    spectrum, rig, _ = read(small(1, "preload", speeds=5, count=3), tmp_path, rig_error=0.0)
+    spectrum, rig, _ = read(small(1, "preload", speeds=5, count=2), tmp_path, rig_error=0.0)
     for factor in (1.0, 1e3):
         verdict = investigate(
             spectrum, build_model(scaled(rig.given, factor)), settings=read_settings(rig.given, "rig.yaml")
@@ -174,7 +173,7 @@ def test_the_verdict_does_not_depend_on_the_scale_of_forces(tmp_path):
 
 @pytest.mark.xfail(strict=True, reason="issue 12, 14: a zero on the unloaded line is named a static preload")
 def test_a_zero_on_the_unloaded_line_is_no_preload(tmp_path):
-    verdict = verdict_on(small(1, "healthy", speeds=5, count=3, chain_fault="unloaded_zero"), tmp_path, rig_error=0.0)
+    verdict = verdict_on(small(1, "healthy", speeds=5, count=2, chain_fault="unloaded_zero"), tmp_path, rig_error=0.0)
     assert "static_preload" not in {cause.effect for cause in verdict.causes}
 
 
