@@ -47,6 +47,7 @@ def rotorstudy_effect():
         source="Newton; plane y for thesis Tables 6.2 to 6.7",
         checked="response equal to that of a rotor built with M + m to 1e-11; thesis Tables 6.2 to 6.7 with plane y",
         confounders=(
+            ("pedestal_resonance", "a mass acts at all frequencies alike; measure the motion of the pedestal"),
             ("seal", "the mass of the fluid comes with its damping, and only in the full machine"),
             ("stiffness_error", "stiffness dominates below the critical speed and at 0X, mass above it"),
             (

@@ -20,6 +20,10 @@ def rotorstudy_effect():
         checked="-c dz/dt in time to 1e-12",
         confounders=(
             (
+                "bearing_coefficients",
+                "one damping in all directions, without stiffness; change the film: speed, oil, load",
+            ),
+            (
                 "seal",
                 "equal without swirl, which gives a cross force at 0X; change the pressure drop or the pre-swirl",
             ),

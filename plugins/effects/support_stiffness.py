@@ -19,6 +19,12 @@ def rotorstudy_effect():
         checked="response equal to that of a rotor built with K + k to 1e-11",
         confounders=(
             (
+                "bearing_coefficients",
+                "one stiffness in all directions, without damping; change the film: speed, oil, load",
+            ),
+            ("pedestal_resonance", "equal far below its resonance; tap the pedestal, or measure its motion"),
+            ("support_loss", "a loss along one direction leaves the other; apply a static load along both"),
+            (
                 "stiffness_error",
                 "equal on a rotor of one coordinate; otherwise measurements at more nodes separate them",
             ),

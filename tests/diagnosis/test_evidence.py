@@ -1,5 +1,7 @@
 """Causes are weighed by the chance of the data, which is known exactly where everything is linear and normal."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal, norm
@@ -12,7 +14,7 @@ from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.spectrum import Spectrum, components, independent_covariance
-from rotorstudy.model.registry import Registry, plugin_folders, using
+from rotorstudy.model.registry import Registry, plugin_folders, registry, using
 from rotorstudy.model.rig import build_model, make_term
 from rotorstudy.response.measured import measured_response
 
@@ -82,7 +84,12 @@ def test_every_effect_is_as_likely_as_another_whatever_its_places():
     share = {}
     for cause in work.candidates:
         share[cause.effect] = share.get(cause.effect, 0) + work.prior_odds(cause)
-    assert np.allclose(list(share.values()), 1 / len(share))
+    rates = {name: registry().get("effect", name).base_rate for name in share}
+    assert share == pytest.approx({name: rate / sum(rates.values()) for name, rate in rates.items()})
+    assert list(rates.values()).count(1.0) > 0.8 * len(rates)
+    rarer = replace(work, settings=Settings(base_rates={"unbalance": 0.1}))
+    (first, *_) = [c for c in work.candidates if c.effect == "unbalance"]
+    assert 0.1 < rarer.prior_odds(first) / work.prior_odds(first) < 0.11
     assert work.best.causes == () and sum(weight for _, weight in work.posterior()) == pytest.approx(1)
 
 

@@ -83,6 +83,10 @@ def acceleration(w, z):
     return np.fft.ifft(-((np.fft.fftfreq(len(z), 1 / len(z))[:, None] * w) ** 2) * np.fft.fft(z, axis=0), axis=0)
 
 
+def read(axis, motion):
+    return motion.real if axis == "x" else motion.imag
+
+
 def tilt(s):
     return s.unit(1, "tilt")
 
@@ -90,6 +94,12 @@ def tilt(s):
 FORMS = {  # force of the unit amplitude in time, one for each parameter
     "external_damping": [lambda s, w, t, z, v: -v @ at_disc(s)],
     "internal_damping": [lambda s, w, t, z, v: -(v - 1j * w * z) @ at_disc(s)],
+    "support_loss": [lambda s, w, t, z, v: z.real @ at_disc(s)],  # along x
+    "bearing_coefficients": [
+        lambda s, w, t, z, v, q=q, a=a, b=b: -(1j if a == "y" else 1) * read(b, (z, v)[q]) @ at_disc(s)
+        for q in (0, 1)
+        for a, b in ("xx", "xy", "yx", "yy")
+    ],
     "seal": [
         lambda s, w, t, z, v: -(v - 0.45j * w * z) @ at_disc(s),
         lambda s, w, t, z, v: -acceleration(w, z) @ at_disc(s),
@@ -161,6 +171,7 @@ def test_probes_show_what_their_source_says(name):
 
 def test_every_effect_has_its_equation_written_a_second_time():
     elsewhere = {"crack_force", "breathing_crack", "breathing_crack_weight", "hysteretic_damping", "ac_coupling"}
+    elsewhere |= {"pedestal_resonance"}
     assert set(registry().plugins["effect"]) == {*FORMS, *SHOWN, *elsewhere, *LOCAL}
 
 

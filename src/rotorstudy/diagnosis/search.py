@@ -15,7 +15,7 @@ from rotorstudy.diagnosis.candidates import (
     screen,
     with_vibration,
 )
-from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.diagnosis.settings import Settings, base_rate
 from rotorstudy.errors import NoSteadyState, PluginError
 from rotorstudy.inference.fit import HYPOTHESIS, Fit, fit
 from rotorstudy.inference.linear import invert
@@ -35,6 +35,7 @@ LEAST_LOG_ODDS = 2.0  # log posterior odds that an explanation needs: seven to o
 WORTH_FITTING = 0.1  # of what the best candidate explains when linearised, which is inaccurate for large effects
 THRESHOLD_STEPS = 20  # of a fixed-point iteration that converges quickly
 LEAST_LOG_PROBABILITY = -700.0  # keeps posterior probabilities from underflow to zero
+LEFT_BY_SHAPE = 0.05  # of what a cause explains, if its shape is half a step of those tried from the true one
 SHAPE_STEPS = 8  # of the shape options of a cause
 SHAPE_DIFFERENCE = 1e-4  # of the range of a shape option, for its derivative
 SHAPE_GAIN = 0.25  # convergence tolerance of the shape, in log posterior odds
@@ -99,9 +100,10 @@ class Search:
         return best if best.log_posterior_odds > LEAST_LOG_ODDS and self.upheld else self.found[frozenset()]
 
     def prior_odds(self, cause: Candidate) -> float:
-        """Prior odds of a cause: equal for all effects of the library, divided among the places and shapes of each."""
-        effects = len({c.effect for c in self.candidates})
-        return 1 / (effects * sum(c.effect == cause.effect for c in self.candidates))
+        """Prior odds of a cause: the base rate of its effect in the library, divided among its places and shapes."""
+        rates = {c.effect: base_rate(c.effect, self.settings) for c in self.candidates}
+        alike = sum(c.effect == cause.effect for c in self.candidates)
+        return rates[cause.effect] / (sum(rates.values()) * alike)
 
     def even_odds_gain(self, cause: Candidate) -> float:
         """Decrease of the cost at which a cause has even posterior odds: it offsets prior odds and Occam factor.
@@ -195,7 +197,7 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
         screenings.append(_screen(work, fit(whole, spectrum, prior, steps=0), every))
     while len(current.causes) < settings.most_causes:
         tried = _add(work, current, screenings if not current.causes else None)
-        better = max((_refine(work, model, e) for e in _to_refine(tried)), key=_odds, default=current)
+        better = max((_refine(work, model, e) for e in _to_refine(tried, current.fit.cost)), key=_odds, default=current)
         if _odds(better) <= _odds(current):
             break
         current = better
@@ -231,14 +233,20 @@ def _note_broken(work, causes, error):
     work.faults.setdefault(guilty[-1] if guilty else causes[-1].effect, line)
 
 
-def _to_refine(tried):
-    """The best explanation; if it leaves more than noise, also the best whose last cause has a shape."""
+def _to_refine(tried, before):
+    """The best explanation, and those that a better shape of their last cause may bring near its cost.
+
+    before : cost of the explanation that they extend
+    """
     if not tried:
         return []
     best = max(tried, key=_odds)
-    shaped = [e for e in tried if e.causes[-1].shape and best.fit.cost > len(best.fit.residual)]
-    other = max(shaped, key=_odds, default=best)
-    return [best] if other is best else [best, other]
+    shaped = sorted((e for e in tried if e.causes[-1].shape and e is not best), key=_odds, reverse=True)
+    reach = max(CLOSE, LEFT_BY_SHAPE * (before - best.fit.cost))
+    near = [e for e in shaped if e.fit.cost < best.fit.cost + reach]
+    if not near and best.fit.cost > len(best.fit.residual):
+        near = shaped[:1]
+    return [best, *near]
 
 
 def _explain(work, causes, starts=None):
@@ -396,7 +404,10 @@ def _best_of_all_shapes(work, model, explanation):
         step, moved = np.split(invert(normal) @ right, [len(right) - len(ranges)])
         tried = None
         for share in SHARES_OF_STEP:
-            ahead = np.clip(place + share * moved, 0, 1)
+            ahead = [
+                x % 1 if name.endswith("_rad") else np.clip(x, 0, 1)
+                for name, x in zip(ranges, place + share * moved, strict=True)
+            ]
             theta = best.fit.theta.copy()
             theta[best.fit.model.position(best.fit.names)] += share * step
             tried = explain(ahead, theta)
@@ -434,11 +445,11 @@ def _best_shape(work, explanation):
 
 def _place(value, low, high):
     """Position (0 to 1) of the value of a shape option in its range."""
-    return np.log(value / low) / np.log(high / low) if low > 0 else value / high
+    return np.log(value / low) / np.log(high / low) if low > 0 else (value - low) / (high - low)
 
 
 def _value(place, low, high):
-    return float(low * (high / low) ** place if low > 0 else place * high)
+    return float(low * (high / low) ** place if low > 0 else low + place * (high - low))
 
 
 def _shape_equations(work, model, explanation, place, ranges):

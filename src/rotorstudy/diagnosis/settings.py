@@ -1,5 +1,8 @@
 """The assumptions of a diagnosis: priors, model error and thresholds."""
 
+from typing import Annotated
+
+from annotated_types import Gt
 from pydantic import Field
 
 from rotorstudy.errors import RotorstudyError, unknown_name
@@ -22,6 +25,7 @@ class Settings(Strict):
     model_floor          : the same as a fraction of the rms vibration at a sensor and a speed, for harmonics near zero
     covariance_error     : fraction by which the stated variances, which come from a few blocks, may be too small
     nuisance             : effects always present in the measuring chain -> standard deviation of each amplitude
+    base_rates           : effect -> how often it is a cause, relative to a usual effect, where not as its plugin states
     prior_width          : standard deviation of the amplitude of a cause before anything is measured, in typical sizes
     hold_out_rad_s       : speeds held out of every fit; None: about a quarter of them, from the middle
     significance         : p-value of the residual below which something is missing
@@ -36,6 +40,7 @@ class Settings(Strict):
     model_floor: float = Field(default=2e-4, ge=0, lt=0.5)
     covariance_error: float = Field(default=0.1, ge=0, lt=1)
     nuisance: dict[str, float] = Field(default_factory=stated_nuisance)
+    base_rates: dict[str, Annotated[float, Gt(0)]] = {}
     prior_width: float = Field(default=10.0, gt=0)
     hold_out_rad_s: list[float] | None = None
     significance: float = Field(default=1e-3, gt=0, lt=0.5)
@@ -43,6 +48,11 @@ class Settings(Strict):
     most_causes: int = Field(default=2, ge=1)
     candidates_per_round: int = Field(default=10, ge=1)
     leave_out: list[str] = []
+
+
+def base_rate(effect, settings):
+    """How often an effect is a cause, relative to a usual one: as set by the user, or as its plugin states."""
+    return settings.base_rates.get(effect, registry().get("effect", effect).base_rate)
 
 
 def read_settings(rig, where):
@@ -71,5 +81,6 @@ def check_names(settings, model, where):
             raise RotorstudyError(f"nuisance '{name}' in {where}: must be an effect of the measuring chain")
         if not std > 0:
             raise RotorstudyError(f"nuisance {name} = {std:g} in {where}: must be positive; leave it out to have none")
-    for name in settings.leave_out:
-        registry().get("effect", name, f"{where}.leave_out")
+    for key in ("leave_out", "base_rates"):
+        for name in getattr(settings, key):
+            registry().get("effect", name, f"{where}.{key}")

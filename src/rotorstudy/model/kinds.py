@@ -111,6 +111,7 @@ class Effect(Plugin):
     fixed     : present with its typical amplitude or absent: a cable is swapped or not
     fold      : ratio of the phase of its amplitude to the angle of its direction: 2 for two stiffnesses
     positive  : its amplitudes cannot be negative (damping, stiffness loss of a crack)
+    base_rate : how often it is a cause, relative to a usual effect, before anything is measured
     nuisance  : standard deviation of its amplitude in any measuring chain, where it is never exactly zero
     """
 
@@ -123,6 +124,7 @@ class Effect(Plugin):
     fixed: bool = False
     fold: int = 1
     positive: bool = False
+    base_rate: float = 1.0
     nuisance: float = 0.0
 
     def __post_init__(self):
