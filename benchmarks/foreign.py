@@ -24,6 +24,7 @@ sys.path.insert(0, str(ROOT / "tests"))
 import numpy as np  # noqa: E402
 import pandas as pd  # noqa: E402
 from foreign.cases import CHAIN_FAULTS, draw_case  # noqa: E402
+from foreign.faults import FAMILIES  # noqa: E402
 from foreign.files import write_case  # noqa: E402
 from foreign.measuring import expected_harmonics  # noqa: E402
 from foreign.stepping import NoSteadyState  # noqa: E402
@@ -43,6 +44,7 @@ LARGE = 3.0  # size from which an effect must be found
 VISIBLE = 0.01  # least change of a harmonic by an effect, over the healthy 1X; a smaller one is drawn again
 QUICK = (0, 1, -1, 2, -2, 3, -3)  # harmonics of a quick run
 SLOW = 30.0  # seconds of a diagnosis that is reported
+CRACKS = ("breathing_crack", "breathing_crack_weight", "open_crack")
 NODE, ELEMENT, STRETCH, ANY = "node", "element", "stretch", "any"
 
 # Truth -> names of the package that are this effect, where they must be, and names that may stand beside them because
@@ -51,22 +53,24 @@ MEANS = {
     "unbalance": (("unbalance",), NODE, ()),
     "couple_unbalance": (("couple_unbalance",), NODE, ()),
     # the law of opening is the crack's shape, not its name
-    "crack": (("breathing_crack", "breathing_crack_weight", "crack"), ELEMENT, ()),
-    "open_crack": (("breathing_crack", "breathing_crack_weight", "crack", "open_crack"), ELEMENT, ()),
+    "crack": (CRACKS, ELEMENT, ()),
+    "open_crack": (CRACKS, ELEMENT, ()),
     # a fixed offset of an isotropic coupling is a constant force, its 2X a rotating stiffness: both may be named
-    "misalignment": (("parallel_misalignment", "angular_misalignment", "misalignment"), NODE, ("static_preload",)),
-    "rub": (("rub", "seal_ring"), NODE, ()),
+    "misalignment": (("parallel_misalignment", "angular_misalignment"), NODE, ("static_preload",)),
+    "rub": (("rub",), NODE, ()),
     "looseness": (("looseness",), NODE, ()),
-    # along one direction: half of it isotropic, half anisotropic, at the same node
-    "support_loss": (("support_anisotropy", "support_loss", "looseness"), NODE, ("support_stiffness",)),
-    "pedestal": (("pedestal", "foundation"), NODE, ()),
+    # a linear loss along one direction is a change of the four stiffnesses, and half isotropic, half anisotropic
+    "support_loss": (("support_loss", "bearing_coefficients", "support_anisotropy"), NODE, ("support_stiffness",)),
+    # one that gives way to one side of the unloaded position is a looseness there
+    "one_sided_loss": (("looseness",), NODE, ()),
+    "pedestal": (("pedestal_resonance",), NODE, ()),
     # with a direct stiffness; of the same swirl at all speeds it is a cross coupling with damping
     "seal": (("seal",), NODE, ("support_stiffness", "cross_coupling", "external_damping")),
     # an eccentric mass is an unbalance at its node, too
     "added_mass": (("added_mass",), NODE, ("unbalance",)),
     # a bow is a shape along the whole shaft; the node says only by which of the library's shapes it is described
     "bow": (("bow",), ANY, ()),
-    "thermal_bow": (("bow", "thermal_bow"), ANY, ()),
+    "thermal_bow": (("bow",), ANY, ()),
     "preload": (("static_preload",), NODE, ()),
     "cubic_bearing": (("cubic_stiffness",), NODE, ()),
     "internal_damping": (("internal_damping", "shaft_damping"), STRETCH, ()),
@@ -84,8 +88,8 @@ MEANS = {
 }
 # Faults that the verdict states as a wrong convention of the records, by the words of that hypothesis
 CONVENTIONS = {"unloaded_zero": "displacements count from the unloaded line"}
-PAIRED = [name for name in MEANS if name not in CHAIN_FAULTS]
-KINDS = ["healthy", *MEANS, "pair"]
+PAIRED = [name for name in FAMILIES if name != "healthy"]
+KINDS = [*FAMILIES, *CHAIN_FAULTS, "pair"]
 
 
 def in_library(family):
@@ -118,7 +122,8 @@ def compared(true, cause):
 
 def truth_of(case, fault):
     """List of true effects: those of the machine, and the fault of the measuring chain."""
-    true = [one for one in case.effects if one["family"] != "healthy"]
+    true = [one | {"family": "one_sided_loss"} if one.get("one_sided") else one for one in case.effects]
+    true = [one for one in true if one["family"] != "healthy"]
     return true + ([{"family": fault, "node": case.truth["faulty_node"]}] if fault else [])
 
 
