@@ -222,9 +222,14 @@ def _cause(candidate, fitted, probability):
             value, std = next(estimates)
             parameters[name] = ParameterEstimate(value=value, std=std, unit=unit, part=part)
     for name, value in candidate.shape.items():
-        parameters[name] = ParameterEstimate(value=value, std=None, unit="", part="shape")
+        unit = "rad" if name.endswith("_rad") else ""
+        parameters[name] = ParameterEstimate(value=value, std=candidate.shape_std.get(name), unit=unit, part="shape")
     return Cause(
-        effect=candidate.effect, where=candidate.where, parameters=parameters, posterior_probability=probability
+        effect=candidate.effect,
+        where=candidate.where,
+        parameters=parameters,
+        variant=candidate.variant,
+        posterior_probability=probability,
     )
 
 
