@@ -24,6 +24,7 @@ from rotorstudy.errors import PluginError
 
 if TYPE_CHECKING:
     from rotorstudy.model.variation import Variation
+FEW_PLACES = 4  # nonzero elements of a matrix, up to which their single products are faster
 
 
 @dataclass(frozen=True)
@@ -332,6 +333,11 @@ def apply_entries(entries, amplitudes, speed, harmonics, reference=None):
         factor = _gain(entry, speed[:, None], np.array(order)[row])
         if entry.order:
             factor = factor * (1j * source_harmonic * speed[:, None]) ** entry.order
+        if len(entry.places) > FEW_PLACES:
+            source = amplitudes[..., column, :]
+            moved = (source.conj() if mirrored else source) @ np.asarray(entry.matrix).T
+            force[..., row, :] += np.asarray(factor)[..., None] * moved
+            continue
         for i, j, value in entry.places:
             source = amplitudes[..., column, j]
             force[..., row, i] += (factor * value) * (source.conj() if mirrored else source)
