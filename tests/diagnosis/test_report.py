@@ -104,7 +104,7 @@ def test_verdict_json_has_what_the_documentation_says(asymmetric):
         "separating_measurement": list, "not_considered": list, "broken_plugins": list, "unexplained": list,
         "residual_p_value": dict, "residual_share": float, "log_posterior_odds": float, "parameter_p_value": float,
         "detection_limit": list, "gain": dict, "base_parameters": list, "identifiability": dict, "candidates": int,
-        "settings": dict, "findings": list, "provenance": dict,
+        "settings": dict, "measuring_chain": type(None), "findings": list, "provenance": dict,
     }  # fmt: skip
     assert {key: type(value) for key, value in verdict.items()} == kinds
     assert verdict["format_version"] == 2 and verdict["broken_plugins"] == []
