@@ -2,11 +2,11 @@
 
 LONGEST = (
     "workflow/test_workflow.py",
-    "diagnosis/test_report.py",
+    "foreign/test_package_against_foreign.py",
     "docs/test_readme.py",
     "docs/test_adding_a_model.py",
-    "blind/test_real_diagnosis.py",
-    "diagnosis/test_bad_records.py",
+    "diagnosis/",
+    "blind/",
     "errors/test_wrong_plugins.py",
     "zoo/",
     "physics/",
