@@ -12,6 +12,7 @@ OPENINGS = {
     "switching": lambda phase: 1.0 * (np.cos(phase) > 0),
     "breathing": lambda phase: (1 + np.cos(phase)) / 2,
     "open": lambda phase: np.ones_like(phase),
+    "none": lambda phase: np.zeros_like(phase),
     "power_cosine": lambda phase: np.cos(phase / 2) ** 4,
 }
 

@@ -16,53 +16,59 @@ MASS, STIFFNESS, DAMPING, LOSS, PUSH = 2.0, 7.6e5, 120.0, 0.1 * 7.6e5, 2e-5 * np
 ORDERS = [0, 1, -1, 2, -2, 3, -3, 4, 5]
 
 
-def jeffcott(**crack):
-    """A Jeffcott rotor; crack : options of the effect, if it has one."""
+def jeffcott(**effect):
+    """A Jeffcott rotor; effect : of the crack, without its stiffness loss, or of something else."""
+    if effect.get("kind", "").startswith("breathing_crack"):
+        effect = {"stiffness_loss_N_per_m": LOSS, **effect}
     return build_model({
         "rotor": {"kind": "jeffcott", "mass_kg": MASS, "stiffness_N_per_m": STIFFNESS},
         "effects": [
             {"kind": "external_damping", "external_damping_N_s_per_m": DAMPING},
             {"kind": "unbalance", "eccentricity_m": abs(PUSH) / MASS, "eccentricity_phase_rad": np.angle(PUSH)},
-            *([{"stiffness_loss_N_per_m": LOSS, **crack}] if crack else []),
+            *([effect] if effect else []),
         ],
     })  # fmt: skip
 
 
-def integrated_jeffcott(speed, opening, angle, weight_only, turns=60, samples=64):
-    """Harmonics of x + j y of m r'' + c r' + k r = m g + m e w^2 + dk sigma xi (xi . r), about the rest."""
+def integrated_jeffcott(speed, opening, angle, weight_only=False, samples=64):
+    """Harmonics of x + j y of m r'' + c r' + k r = m g + m e w^2 + dk sigma xi (xi . r), about the rest.
+
+    The motion that repeats is found from the motions of one turn from every unit start.
+    """
     rest = MASS * 9.81 / STIFFNESS
 
-    def slope(turn, state):
-        x, y, vx, vy = state
-        phase = turn + angle
-        xi = np.array([np.cos(phase), np.sin(phase)])
-        seen = np.array([rest, 0.0]) if weight_only else np.array([x, y])
-        force = LOSS * OPENINGS[opening](phase) * xi * (xi @ seen)
+    def slope(turn, state, loaded):
+        state = state.reshape(4, -1)
+        position, velocity = state[:2], state[2:]
+        xi = np.array([np.cos(turn + angle), np.sin(turn + angle)])
+        seen = np.outer([rest, 0.0], loaded) if weight_only else position
         push = PUSH * speed**2 * np.exp(1j * turn)
-        ax = (push.real + MASS * 9.81 + force[0] - DAMPING * vx - STIFFNESS * x) / MASS
-        ay = (push.imag + force[1] - DAMPING * vy - STIFFNESS * y) / MASS
-        return np.array([vx, vy, ax, ay]) / speed
+        load = np.outer([push.real + MASS * 9.81, push.imag], loaded)
+        force = load + LOSS * OPENINGS[opening](turn + angle) * np.outer(xi, xi @ seen)
+        acceleration = (force - DAMPING * velocity - STIFFNESS * position) / MASS
+        return np.concatenate([velocity, acceleration]).ravel() / speed
 
-    state, seen = np.array([rest, 0.0, 0.0, 0.0]), []
     # a switching crack jumps where cos(turn + angle) = 0: integrate from jump to jump
-    jumps = np.sort((np.pi / 2 * np.array([1, 3]) - angle) % (2 * np.pi))
+    edges = np.concatenate([[0.0], np.sort((np.pi / 2 * np.array([1, 3]) - angle) % (2 * np.pi)), [2 * np.pi]])
     sampled = 2 * np.pi * np.arange(samples) / samples
-    for turn in range(turns):
-        edges = 2 * np.pi * turn + np.concatenate([[0.0], jumps, [2 * np.pi]])
+
+    def one_turn(state, loaded):
+        seen = []
         for start, end in pairwise(edges):
-            if end - start < 1e-12:
-                continue
-            last = turn == turns - 1
-            inside = 2 * np.pi * turn + sampled
-            inside = inside[(inside >= start) & (inside < end)] if last else np.array([])
-            shrunk = (end - start) * 1e-12  # the opening on this side of the jump
+            inside = sampled[(sampled >= start) & (sampled < end)]
+            on_this_side = np.clip(np.append(inside, end), start + 1e-12, end - 1e-12)
             found = solve_ivp(
-                slope, (start + shrunk, end - shrunk), state, method="DOP853", rtol=1e-9, atol=1e-14,
-                t_eval=np.append(np.clip(inside, start + shrunk, end - shrunk), end - shrunk),
-            )  # fmt: skip
-            seen += [column[0] + 1j * column[1] for column in found.y.T[:-1]]
-            state = found.y[:, -1]
-    return np.fft.fft(np.array(seen) - rest) / samples
+                slope, (start + 1e-12, end - 1e-12), state.ravel(), method="DOP853", rtol=1e-10, atol=1e-14,
+                t_eval=on_this_side, args=(loaded,),
+            ).y  # fmt: skip
+            seen.append(found[:, :-1])
+            state = found[:, -1]
+        return state.reshape(4, -1), np.concatenate(seen, axis=1)
+
+    after, _ = one_turn(np.eye(4, 5), np.eye(5)[-1])
+    begin = np.linalg.solve(np.eye(4) - after[:, :4], after[:, 4])
+    _, seen = one_turn(begin, np.ones(1))
+    return np.fft.fft(seen[0] + 1j * seen[1] - rest) / samples
 
 
 @pytest.mark.parametrize("weight_only", [False, True])

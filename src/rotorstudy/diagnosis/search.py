@@ -27,6 +27,7 @@ from rotorstudy.model.model import Model
 from rotorstudy.model.registry import blamed, registry
 from rotorstudy.model.rig import make_term
 from rotorstudy.model.rotor_numbers import with_rotor_numbers
+from rotorstudy.response.stability import check_stable, varies_in_time
 
 TRIAL_STEPS = 5  # of a fit, after which it is decided whether to finish it
 FITTED_FULLY = 4  # least number of explanations per round that are fitted to convergence
@@ -204,7 +205,20 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
         current = better
         if len(current.causes) > 1:
             current = _swap(work, current)
+    _drop_growing(work)
     return work
+
+
+def _drop_growing(work):
+    """Drop the best explanation while its turning stiffness lets a free motion grow: records of it cannot be steady."""
+    while work.best.causes and varies_in_time(work.best.fit.model):
+        best = work.best
+        try:
+            check_stable(best.fit.model, work.spectrum.speed, best.fit.theta)
+        except NoSteadyState:
+            del work.found[frozenset(c.label for c in best.causes)]
+        else:
+            return
 
 
 def _screen(work, fitted, chosen):
