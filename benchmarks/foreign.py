@@ -88,6 +88,8 @@ MEANS = {
 }
 # Faults that the verdict states as a wrong convention of the records, by the words of that hypothesis
 CONVENTIONS = {"unloaded_zero": "displacements count from the unloaded line"}
+# Faults for which the records are refused, by the words of the finding after its node
+REFUSED = {"swapped": "swapped probes", "reversed": "swapped probes"}
 PAIRED = [name for name in FAMILIES if name != "healthy"]
 KINDS = [*FAMILIES, *CHAIN_FAULTS, "pair"]
 
@@ -120,10 +122,26 @@ def compared(true, cause):
     return named, named and is_there(rule, true, cause.where), cause.effect in companions
 
 
+def acting_as(case, one):
+    """Family of an effect; that of a one-sided stiffness depends on where the shaft moves.
+
+    Where it never leaves the soft side that is a linear loss, and where it stays beyond the gap a constant force.
+    """
+    if one["family"] != "looseness" and not one.get("one_sided"):
+        return one["family"]
+    at, direction = 4 * (one["node"] - 1), np.array([np.cos(one["angle_rad"]), np.sin(one["angle_rad"])])
+    along = case.steady.displacement[:, :, at : at + 2] @ direction
+    gap = one.get("gap_m", np.inf)
+    if along.min() >= gap:
+        return "preload"
+    if along.min() >= 0 and along.max() <= gap:
+        return "support_loss"
+    return "looseness" if one["family"] == "looseness" else "one_sided_loss"
+
+
 def truth_of(case, fault):
     """List of true effects: those of the machine, and the fault of the measuring chain."""
-    true = [one | {"family": "one_sided_loss"} if one.get("one_sided") else one for one in case.effects]
-    true = [one for one in true if one["family"] != "healthy"]
+    true = [one | {"family": acting_as(case, one)} for one in case.effects if one["family"] != "healthy"]
     return true + ([{"family": fault, "node": case.truth["faulty_node"]}] if fault else [])
 
 
@@ -228,7 +246,8 @@ def run_case(given):
             for name in ("rig.yaml", "truth.json"):
                 shutil.copy(Path(files) / name, folder)
     except RotorstudyError as problem:
-        return row | {"verdict": "failed", "named": str(problem)}
+        right = fault in REFUSED and f"node {true[-1]['node']}: {REFUSED[fault]}" in str(problem)
+        return row | {"verdict": "refused", "named": str(problem), "alone": right, "in_set": right, "wrong": False}
     (folder / "verdict.json").write_text(found.verdict.model_dump_json(indent=1), encoding="utf-8")
     whole = with_model_error(spectrum, settings)
     sizes = [
@@ -253,7 +272,8 @@ def share(what, of, right):
 
 def summary(rows):
     """The shares that count, with 95 % bounds."""
-    done = rows[~rows.verdict.isin(["not drawn", "failed"])]
+    done = rows[~rows.verdict.isin(["not drawn", "refused"])]
+    refused = rows[rows.verdict == "refused"]
     healthy, single = done[done.kind == "healthy"], done[~done.kind.isin(["healthy", "pair"])]
     known = single[single.known.astype(bool) & (single["size"] >= LARGE)]
     outside = single[~single.known.astype(bool) & (single["size"] >= LARGE)]
@@ -278,6 +298,7 @@ def summary(rows):
             {"what": "calibration error of the stated probability", "value": error, "cases": len(stated)},
             {"what": "held-out error after over before, median", "value": held.gain.median(), "cases": len(held)},
             share("held-out error worse", held, held.gain > 1),
+            share("records refused for the right reason", refused, refused.alone),
             share(f"slower than {SLOW:g} s of processor time", done, done.seconds > SLOW),
             {"what": "seconds of a diagnosis, median", "value": done.seconds.median(), "cases": len(done)},
         ]
@@ -291,7 +312,7 @@ def by_kind(rows):
         cases=("case", "size"), alone=("alone", "sum"), in_set=("in_set", "sum"), wrong=("wrong", "sum"),
         seconds=("seconds", "median"),
     )  # fmt: skip
-    for verdict in ("nothing", "cause", "ambiguous", "unknown", "convention", "failed", "not drawn"):
+    for verdict in ("nothing", "cause", "ambiguous", "unknown", "convention", "refused", "not drawn"):
         table[verdict] = seen.groupby("kind").verdict.agg(lambda said, v=verdict: int((said == v).sum()))
     return table
 

@@ -107,7 +107,6 @@ def special(monkeypatch, seed, add, **options):
     return small(seed, "special", speeds=5, count=2, steps=128, **options)
 
 
-@pytest.mark.xfail(strict=True, reason="issue 12, 1: a crack has no angle, one opening law and opens facing down")
 def test_a_crack_at_sixty_degrees_is_named(monkeypatch, tmp_path):
     def add(draw):
         add_crack(draw.machine, 0, 0.8, 0.8, np.deg2rad(60.0), "switching")
