@@ -101,7 +101,8 @@ class Effect(Plugin):
     shape     : option -> (low, high), the search range of an option that enters nonlinearly
     fixed     : present with its typical amplitude or absent: a cable is swapped or not
     fold      : ratio of the phase of its amplitude to the angle of its direction: 2 for two stiffnesses
-    positive  : its amplitudes cannot be negative (damping, stiffness loss of a crack)
+    positive  : its amplitudes cannot be negative (damping, stiffness loss of a crack), together with those of the rig
+    parts     : option that numbers the parts of one fault (the harmonics of a runout), which count as one cause
     nuisance  : standard deviation of its amplitude in any measuring chain, where it is never exactly zero
     """
 
@@ -113,6 +114,7 @@ class Effect(Plugin):
     fixed: bool = False
     fold: int = 1
     positive: bool = False
+    parts: str = ""
     nuisance: float = 0.0
 
     def __post_init__(self):
