@@ -1,17 +1,20 @@
 from rotorstudy.plugins import AtLeastOne, Effect, Entry, Parameter, hookimpl
 
 HARMONICS = (1, 2)
+ALL_HARMONICS = (1, -1, 2, -2, 3, -3, 0)
 
 
 def angular_misalignment(structure, node: int | None = None, harmonics: AtLeastOne[int] = HARMONICS):
-    """Angular misalignment of a coupling: a moment at its node at 1X and 2X, independent of the speed.
+    """Angular misalignment of a coupling: moments at multiples of the spin speed, independent of the speed.
 
-    Each harmonic has its own amplitude and phase; the axial motion at 1X, invisible to radial probes, is not modelled.
+    Each harmonic has its own amplitude and phase, backward ones (-1, -2, -3) and a constant one (0) included; the axial
+    motion at 1X, invisible to radial probes, is not modelled.
     """
     node = structure.default_node() if node is None else node
     tilt = structure.unit(node, "tilt")
+    usual = 0.05 * structure.scales.force * structure.scales.lever(node)
     return [
-        Parameter(f"misalignment_moment_{n}X", "N m", (Entry(tilt, on="one", shift=n),), typical=0.1, is_complex=True)
+        Parameter(f"misalignment_moment_{n}X", "N m", (Entry(tilt, on="one", shift=n),), usual, is_complex=True)
         for n in harmonics
     ]
 
@@ -28,6 +31,7 @@ def rotorstudy_effect():
         angular_misalignment,
         source="harmonics as in Sekhar and Prabhu 1995, J. Sound Vib. 185; Xu and Marangoni 1994, J. Sound Vib. 176",
         places=tilting_nodes,
+        hypothesis={"harmonics": list(ALL_HARMONICS)},
         checked="equal to two opposite parallel forces l apart with moment F l to 5e-3",
         confounders=(
             (

@@ -9,7 +9,8 @@ def cross_coupling(structure, node: int | None = None):
     Positive k drives forward whirl.
     """
     here = structure.unit(structure.default_node() if node is None else node)
-    return [Parameter("cross_coupling", "N/m", (Entry(1j * np.outer(here, here)),), typical=5e3)]
+    usual = 0.007 * structure.scales.stiffness(node)
+    return [Parameter("cross_coupling", "N/m", (Entry(1j * np.outer(here, here)),), typical=usual)]
 
 
 @hookimpl
@@ -21,6 +22,8 @@ def rotorstudy_effect():
         positive=True,
         checked="stability limit k = c w_n of a Jeffcott rotor: growth rate zero there to 1e-6 of k",
         confounders=(
+            ("bearing_coefficients", "a fluid that swirls has equal and opposite cross stiffnesses; change its swirl"),
+            ("seal", "the cross force of a seal grows with the speed, and a seal also damps"),
             (
                 "internal_damping",
                 "cross-coupling does not grow with the speed and acts at +1X, where internal damping has no force",

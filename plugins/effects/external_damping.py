@@ -6,7 +6,8 @@ from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
 def external_damping(structure, node: int | None = None):
     """Viscous damping to ground: force -c dz/dt."""
     here = structure.unit(structure.default_node() if node is None else node)
-    return [Parameter("external_damping", "N s/m", (Entry(-np.outer(here, here), order=1),), typical=100.0)]
+    usual = 0.04 * structure.scales.critical_damping(node)
+    return [Parameter("external_damping", "N s/m", (Entry(-np.outer(here, here), order=1),), typical=usual)]
 
 
 @hookimpl
@@ -18,6 +19,14 @@ def rotorstudy_effect():
         positive=True,
         checked="-c dz/dt in time to 1e-12",
         confounders=(
+            (
+                "bearing_coefficients",
+                "one damping in all directions, without stiffness; change the film: speed, oil, load",
+            ),
+            (
+                "seal",
+                "equal without swirl, which gives a cross force at 0X; change the pressure drop or the pre-swirl",
+            ),
             ("internal_damping", "internal damping has no force at +1X and gives a static cross force at 0X"),
             ("shaft_damping", "shaft damping has no force at +1X and gives a static cross force at 0X"),
             (

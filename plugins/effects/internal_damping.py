@@ -8,7 +8,7 @@ def internal_damping(structure, node: int | None = None):
     here = structure.unit(structure.default_node() if node is None else node)
     here = np.outer(here, here)
     entries = (Entry(-here, order=1), Entry(1j * here, gain=lambda speed: speed))
-    return [Parameter("internal_damping", "N s/m", entries, typical=20.0)]
+    return [Parameter("internal_damping", "N s/m", entries, 0.008 * structure.scales.critical_damping(node))]
 
 
 @hookimpl
@@ -20,6 +20,10 @@ def rotorstudy_effect():
         positive=True,
         checked="-c (dz/dt - j w z) in time to 1e-12; onset at w_n (1 + c_e / c_i) in tests/physics/test_stability.py",
         confounders=(
+            (
+                "seal",
+                "equal with external damping at the node; only the force of a seal changes with its pressure drop",
+            ),
             ("external_damping", "internal damping has no force at +1X and gives a static cross force at 0X"),
             ("shaft_damping", "equal on a rotor of one coordinate; internal damping acts at one node"),
             (

@@ -3,17 +3,21 @@ import numpy as np
 from rotorstudy.plugins import Effect, NonlinearForce, NonNegative, Parameter, hookimpl
 
 
-def looseness(structure, node: int | None = None, lift_m: NonNegative = 5e-6):
-    """Support that lifts off: above a lift l from the static deflection it loses stiffness, force -k (-x - l) along x.
+def looseness(structure, node: int | None = None, lift_m: NonNegative = 5e-6, direction_rad: float = 0.0):
+    """Support that lifts off: where the lift s from the static deflection exceeds l, force -k (s - l) d.
 
-    k is the part of the modelled stiffness that is lost; gravity points along +x.
+    d is the direction that presses the shaft on its support, at direction_rad from x (gravity points along +x), and
+    s = -d . r. k is the part of the modelled stiffness that is lost.
     """
     here = structure.unit(structure.default_node() if node is None else node)[None]
+    along = np.exp(1j * direction_rad)
 
     def lifted(displacement, velocity, deflection):
-        return -np.maximum(-(displacement - deflection).real - lift_m, 0) + 0j
+        lift = -((displacement - deflection) * along.conj()).real
+        return -np.maximum(lift - lift_m, 0) * along
 
-    return [Parameter("stiffness_lost_in_lift", "N/m", (), typical=1e5, force=NonlinearForce(here, lifted))]
+    usual = 0.13 * structure.scales.stiffness(node)
+    return [Parameter("stiffness_lost_in_lift", "N/m", (), typical=usual, force=NonlinearForce(here, lifted))]
 
 
 @hookimpl
@@ -22,11 +26,12 @@ def rotorstudy_effect():
         "looseness",
         looseness,
         source="bilinear support as in Chu and Tang 2001; Muszynska and Goldman 1995",
-        shape={"lift_m": (0.0, 1e-4)},
+        shape={"lift_m": (0.0, 4.0, "length"), "direction_rad": (-np.pi, np.pi)},
         example={"lift_m": 0.0},
         positive=True,
         checked="time integration to 2e-3 of its effect; no force below the lift to 1e-12; the mean rises",
         confounders=(
+            ("support_loss", "a support that lifts depends on the amplitude and gives multiples of 1X"),
             ("support_stiffness", "looseness gives multiples of 1X and depends on the amplitude"),
             ("breathing_crack_weight", "the force of a loose support depends on the amplitude: change the unbalance"),
             ("rub", "at large amplitudes a rub stiffens, looseness softens"),

@@ -1,19 +1,35 @@
-from rotorstudy.plugins import AtLeastOne, Effect, Entry, Parameter, hookimpl
+from rotorstudy.plugins import AtLeastOne, CannotAct, Effect, Entry, Parameter, hookimpl
 
 HARMONICS = (2, 1, 3)
+ALL_HARMONICS = (1, -1, 2, -2, 3, -3, 0)
 
 
-def parallel_misalignment(structure, node: int | None = None, harmonics: AtLeastOne[int] = HARMONICS):
-    """Parallel misalignment of a coupling: a force at its node at 2X, 1X and 3X, independent of the speed.
+def parallel_misalignment(
+    structure, node: int | None = None, element: int | None = None, harmonics: AtLeastOne[int] = HARMONICS
+):
+    """Parallel misalignment of a coupling: forces at multiples of the spin speed, independent of the speed.
 
-    Each harmonic has its own amplitude and phase, since couplings differ; 2X usually dominates. A force of fixed
-    direction has backward harmonics too: list them.
+    They act at a node, or for a coupling modelled by an element at both its ends, in opposite directions. Each harmonic
+    has its own amplitude and phase, since couplings differ; 2X usually dominates. A force of any other polarisation
+    than circular has backward harmonics (-1, -2, -3) too, and a shaft that is bent into line has a constant force (0).
     """
-    here = structure.unit(structure.default_node() if node is None else node)
+    if element is None:
+        here = structure.unit(structure.default_node() if node is None else node)
+    elif node is None:
+        here = structure.unit(element) - structure.unit(element + 1)
+    else:
+        raise CannotAct("parallel_misalignment: give the node or the element of the coupling, not both")
+    usual = 0.05 * structure.scales.force
     return [
-        Parameter(f"misalignment_force_{n}X", "N", (Entry(here, on="one", shift=n),), typical=1.0, is_complex=True)
+        Parameter(f"misalignment_force_{n}X", "N", (Entry(here, on="one", shift=n),), typical=usual, is_complex=True)
         for n in harmonics
     ]
+
+
+def nodes_and_elements(structure, sensors):
+    """Each node, and each element between two nodes that can translate."""
+    nodes = structure.nodes
+    return [{"node": node} for node in nodes] + [{"element": node} for node in nodes if node + 1 in nodes]
 
 
 @hookimpl
@@ -22,6 +38,8 @@ def rotorstudy_effect():
         "parallel_misalignment",
         parallel_misalignment,
         source="harmonics as in Sekhar and Prabhu 1995, J. Sound Vib. 185; Xu and Marangoni 1994, J. Sound Vib. 176",
+        places=nodes_and_elements,
+        hypothesis={"harmonics": list(ALL_HARMONICS)},
         checked="whirl F_n / |k - m n^2 w^2| of a Jeffcott rotor to 1e-12",
         confounders=(
             ("unbalance", "a misaligned coupling does not grow with the square of the speed, and has 2X"),

@@ -1,22 +1,36 @@
 import numpy as np
 
-from rotorstudy.plugins import Effect, NonlinearForce, NonNegative, Parameter, Positive, hookimpl
+from rotorstudy.plugins import CannotAct, Effect, NonlinearForce, NonNegative, Parameter, Positive, hookimpl
 
 
-def rub(structure, node: int | None = None, clearance_m: Positive = 1e-4, friction_ratio: NonNegative = 0.1):
-    """Contact with a ring of clearance c: force -k (|r| - c) (1 + j mu) r / |r| where |r| > c.
+def rub(
+    structure,
+    node: int | None = None,
+    clearance_m: Positive = 1e-4,
+    friction_ratio: NonNegative = 0.1,
+    offset_ratio: NonNegative = 0.0,
+    contact_angle_rad: float = 0.0,
+):
+    """Contact with a ring: force -k (|s| - R) (1 + j mu) s / |s| where the distance s from its centre exceeds R.
 
-    r is measured from the static deflection; the shaft slips, so that friction acts against its rotation.
+    clearance_m is the least gap to the shaft at rest, that is at its static deflection, on the side contact_angle_rad
+    from x. The centre of the ring is away from that side by offset_ratio of its radial clearance R: 0 if concentric,
+    near 1 for a stop on one side. The shaft slips, so that friction acts against its rotation.
     """
+    if offset_ratio >= 1:
+        raise CannotAct(f"rub: offset_ratio = {offset_ratio:g}; must be below 1, or the ring touches the shaft at rest")
     here = structure.unit(structure.default_node() if node is None else node)[None]
+    radial = clearance_m / (1 - offset_ratio)
+    centre = -offset_ratio * radial * np.exp(1j * contact_angle_rad)
 
     def contact(displacement, velocity, deflection):
-        offset = displacement - deflection
+        offset = displacement - deflection - centre
         distance = np.abs(offset)
-        depth = np.maximum(distance - clearance_m, 0)
+        depth = np.maximum(distance - radial, 0)
         return -(1 + 1j * friction_ratio) * depth * offset / np.where(depth > 0, distance, 1)
 
-    return [Parameter("rub_stiffness", "N/m", (), typical=1e5, force=NonlinearForce(here, contact))]
+    usual = 0.13 * structure.scales.stiffness(node)
+    return [Parameter("rub_stiffness", "N/m", (), typical=usual, force=NonlinearForce(here, contact))]
 
 
 @hookimpl
@@ -25,7 +39,12 @@ def rotorstudy_effect():
         "rub",
         rub,
         source="Choy and Padovan 1987, J. Sound Vib.; Muszynska 2005, Rotordynamics",
-        shape={"clearance_m": (1e-6, 1e-3), "friction_ratio": (0.0, 0.5)},
+        shape={
+            "clearance_m": (0.04, 40.0, "length"),
+            "friction_ratio": (0.0, 0.5),
+            "offset_ratio": (0.0, 0.98),
+            "contact_angle_rad": (-np.pi, np.pi),
+        },
         example={"clearance_m": 2e-6},
         positive=True,
         checked="full annular rub in closed form to 1e-9; partial rub by time integration to 2e-3 of its effect",

@@ -5,7 +5,7 @@ def shaft_damping(structure):
     """Viscous damping of the rotating shaft, proportional to its stiffness: force -beta K (q' - j w q)."""
     shaft = structure.stiffness
     entries = (Entry(-shaft, order=1), Entry(1j * shaft, gain=lambda speed: speed))
-    return [Parameter("shaft_damping", "s", entries, typical=3e-5)]
+    return [Parameter("shaft_damping", "s", entries, typical=0.02 / structure.scales.frequency)]
 
 
 @hookimpl

@@ -10,7 +10,8 @@ def support_anisotropy(structure, node: int | None = None):
     """
     here = structure.unit(structure.default_node() if node is None else node)
     entry = Entry(-np.outer(here, here), on="conj")
-    return [Parameter("support_anisotropy", "N/m", (entry,), typical=2e4, is_complex=True)]
+    usual = 0.03 * structure.scales.stiffness(node)
+    return [Parameter("support_anisotropy", "N/m", (entry,), typical=usual, is_complex=True)]
 
 
 @hookimpl
@@ -22,6 +23,9 @@ def rotorstudy_effect():
         fold=2,
         checked="with alpha = 0: x and y whirl apart with k_s + k and k_s - k, harmonics to 1e-12",
         confounders=(
+            ("bearing_coefficients", "two stiffnesses, without damping; change the film: speed, oil, load"),
+            ("pedestal_resonance", "equal far below its resonance; tap the pedestal, or measure its motion"),
+            ("support_loss", "a loss along one direction lowers the mean stiffness too; load it along both"),
             (
                 "probe_gain",
                 "a mismatch mirrors the same share of every harmonic; anisotropy excites backward whirl modes",

@@ -6,7 +6,8 @@ from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
 def support_stiffness(structure, node: int | None = None):
     """Additional stiffness to ground at a node, negative if too much was modelled: force -k z."""
     here = structure.unit(structure.default_node() if node is None else node)
-    return [Parameter("support_stiffness", "N/m", (Entry(-np.outer(here, here)),), typical=2e4)]
+    usual = 0.03 * structure.scales.stiffness(node)
+    return [Parameter("support_stiffness", "N/m", (Entry(-np.outer(here, here)),), typical=usual)]
 
 
 @hookimpl
@@ -17,6 +18,12 @@ def rotorstudy_effect():
         source="Hooke; a negative value also describes magnetic pull",
         checked="response equal to that of a rotor built with K + k to 1e-11",
         confounders=(
+            (
+                "bearing_coefficients",
+                "one stiffness in all directions, without damping; change the film: speed, oil, load",
+            ),
+            ("pedestal_resonance", "equal far below its resonance; tap the pedestal, or measure its motion"),
+            ("support_loss", "a loss along one direction leaves the other; apply a static load along both"),
             (
                 "stiffness_error",
                 "equal on a rotor of one coordinate; otherwise measurements at more nodes separate them",

@@ -147,6 +147,7 @@ def finite_element(
         dofs=dofs,
         stiffness_loss=stiffness_loss,
         shape_at=shape_at,
+        gravity=gravity_m_per_s2,
     )
 
 
@@ -228,6 +229,7 @@ def rotorstudy_rotor():
         finite_element,
         source="Nelson and McVaugh 1976; Nelson 1980; thesis Chapter 6; sign of the gyroscopic moment corrected",
         checked="closed-form beams by order of convergence; thesis Tables 6.2 to 6.7 within 0.05 %",
+        uncertain={"youngs_modulus_Pa": 0.005, "density_kg_per_m3": 0.005, "discs": 0.005},
         example={
             "elements": [{"length_m": 0.6, "count": 3}],
             "outer_diameter_m": 0.02,

@@ -80,6 +80,25 @@ def rub_force(x, y):
     return push * (-x + 0.1 * y) / r, push * (-y - 0.1 * x) / r
 
 
+STOP = {**RUB, "clearance_m": 2e-5, "offset_ratio": 0.7, "contact_angle_rad": 2.0}
+ASIDE = {**LOOSE, "direction_rad": -1.1}
+
+
+def stop_force(x, y):
+    """Ring of radial clearance R, whose wall is 20 um from the shaft at rest on one side."""
+    radial = 2e-5 / 0.3
+    x, y = x - MASS * 9.81 / STIFFNESS + 0.7 * radial * np.cos(2.0), y + 0.7 * radial * np.sin(2.0)
+    r = np.hypot(x, y)
+    push = 2e5 * max(r - radial, 0)
+    return push * (-x + 0.1 * y) / r, push * (-y - 0.1 * x) / r
+
+
+def aside_force(x, y):
+    lift = -((x - MASS * 9.81 / STIFFNESS) * np.cos(-1.1) + y * np.sin(-1.1))
+    lost = -3e5 * max(lift - 1e-5, 0)
+    return lost * np.cos(-1.1), lost * np.sin(-1.1)
+
+
 def loose_force(x, y):
     up = MASS * 9.81 / STIFFNESS - x
     return (-3e5 * (up - 1e-5) if up > 1e-5 else 0.0), 0.0
@@ -96,7 +115,9 @@ PRELOAD = {"kind": "static_preload", "static_preload_N": 12.0}  # off the middle
     ("effects", "force", "w", "tolerance"),
     [
         pytest.param([RUB, PRELOAD], lambda x, y: np.add(rub_force(x, y), (12, 0)), 450.0, 2e-3, id="partial rub"),
+        pytest.param([STOP], stop_force, 450.0, 2e-3, id="stop on one side"),
         pytest.param([LOOSE], loose_force, 450.0, 2e-3, id="looseness"),
+        pytest.param([ASIDE], aside_force, 450.0, 2e-3, id="looseness aside"),
         pytest.param([LOOSE], loose_force, 480.0, 2e-3, id="more looseness"),
         pytest.param([CUBIC], cubic_force, 300.0, 1e-6, id="cubic"),
     ],
@@ -135,7 +156,7 @@ def test_full_annular_rub_is_the_closed_form_of_a_circle():
 
 def test_inside_the_clearance_and_below_the_lift_nothing_happens():
     plain = harmonic_response(rotor(), [150.0], EVERY)
-    for effect in (RUB, LOOSE):
+    for effect in (RUB, STOP, LOOSE, ASIDE):
         assert np.abs(harmonic_response(rotor(effect), [150.0], EVERY) - plain).max() < 1e-12 * np.abs(plain).max()
         assert np.abs(harmonic_response(rotor(effect), [480.0], EVERY) - plain).max() > 0.1 * np.abs(plain).max()
 

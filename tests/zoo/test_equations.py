@@ -83,6 +83,10 @@ def acceleration(w, z):
     return np.fft.ifft(-((np.fft.fftfreq(len(z), 1 / len(z))[:, None] * w) ** 2) * np.fft.fft(z, axis=0), axis=0)
 
 
+def read(axis, motion):
+    return motion.real if axis == "x" else motion.imag
+
+
 def tilt(s):
     return s.unit(1, "tilt")
 
@@ -90,12 +94,22 @@ def tilt(s):
 FORMS = {  # force of the unit amplitude in time, one for each parameter
     "external_damping": [lambda s, w, t, z, v: -v @ at_disc(s)],
     "internal_damping": [lambda s, w, t, z, v: -(v - 1j * w * z) @ at_disc(s)],
+    "support_loss": [lambda s, w, t, z, v: z.real @ at_disc(s)],  # along x
+    "bearing_coefficients": [
+        lambda s, w, t, z, v, q=q, a=a, b=b: -(1j if a == "y" else 1) * read(b, (z, v)[q]) @ at_disc(s)
+        for q in (0, 1)
+        for a, b in ("xx", "xy", "yx", "yy")
+    ],
+    "seal": [
+        lambda s, w, t, z, v: -(v - 0.45j * w * z) @ at_disc(s),
+        lambda s, w, t, z, v: -acceleration(w, z) @ at_disc(s),
+    ],
     "shaft_damping": [lambda s, w, t, z, v: -(v - 1j * w * z) @ s.stiffness],
     "unbalance": [lambda s, w, t, z, v: 2.0 * w**2 * turn(1, w, t) * s.unit(1)],
     "couple_unbalance": [lambda s, w, t, z, v: w**2 * turn(1, w, t) * tilt(s)],
     # the load at the node that bends the shaft by one there
     "bow": [lambda s, w, t, z, v: turn(1, w, t) * s.unit(1) / np.linalg.inv(s.stiffness)[0, 0]],
-    "added_mass": [lambda s, w, t, z, v: -acceleration(w, z) @ at_disc(s)],
+    "added_mass": [lambda s, w, t, z, v: (9.81 - acceleration(w, z)) @ at_disc(s)],
     "stiffness_error": [lambda s, w, t, z, v: -z @ s.stiffness],
     "support_stiffness": [lambda s, w, t, z, v: -z @ at_disc(s)],
     "gyroscopic_error": [lambda s, w, t, z, v: 1j * w * v @ s.gyroscopic],
@@ -129,8 +143,7 @@ SHOWN = {  # what the probe shows in addition
 
 
 def parameters_of(name, structure, **options):
-    effect = registry().get("effect", name)
-    return effect.function(structure.nodes if effect.acts_on == "output" else structure, **options)
+    return make_term("effect", {"kind": name, **options}, structure, structure.nodes).parameters
 
 
 def check_form(parameters, forms, size):
@@ -158,6 +171,7 @@ def test_probes_show_what_their_source_says(name):
 
 def test_every_effect_has_its_equation_written_a_second_time():
     elsewhere = {"crack_force", "breathing_crack", "breathing_crack_weight", "hysteretic_damping", "ac_coupling"}
+    elsewhere |= {"pedestal_resonance"}
     assert set(registry().plugins["effect"]) == {*FORMS, *SHOWN, *elsewhere, *LOCAL}
 
 

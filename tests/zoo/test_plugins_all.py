@@ -27,7 +27,7 @@ from rotorstudy.model.terms import planar_entries
 ZOO = registry()
 STRUCTURE = bench_structure()
 BY_ENGINE = ("structure", "sensors", "angle", "depth_ratio")  # arguments that are no options
-UNITS = {"kg", "m", "m2", "m3", "s2", "N", "Pa", "ratio", "share", "xx", "xy", "yx", "yy", "participation", "s"}
+UNITS = {"kg", "m", "m2", "m3", "s2", "N", "Pa", "ratio", "share", "xx", "xy", "yx", "yy", "participation", "s", "rad"}
 
 
 def test_the_whole_zoo_loads():

@@ -98,7 +98,7 @@ def hide(name, places, setting, generator):
 
 
 def _options(plugin, where, setting, generator):
-    """Shape parameters of an effect. Clearances lie within the motion, so that contact occurs."""
+    """Shape parameters of an effect, where not at their defaults. Clearances lie within the motion: contact occurs."""
     if plugin.fixed or not plugin.shape:
         return dict.fromkeys(plugin.shape, 1.0)
     plant = setting.plant()
@@ -109,7 +109,7 @@ def _options(plugin, where, setting, generator):
         "lift_m": radius * generator.uniform(0, 0.5),
         "friction_ratio": generator.uniform(0.05, 0.3),
     }
-    return {key: float(options[key]) for key in plugin.shape}
+    return {key: float(value) for key, value in options.items() if key in plugin.shape}
 
 
 def hide_foreign(name, setting, generator):

@@ -141,9 +141,10 @@ def support_anisotropy(plant, values, where):
 
 
 def added_mass(plant, values, where):
-    """Inertia only, as the library defines it; the added weight is left out."""
+    """Mass at a node, with its weight."""
     m = values["added_mass"]
     plant.couple(plant.mass, plant.point(_node(where, plant)), xx=m, yy=m)
+    plant.push(_here(plant, where), 0, m * plant.structure.acceleration_of_gravity)
 
 
 def gyroscopic_error(plant, values, where):

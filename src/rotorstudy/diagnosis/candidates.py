@@ -1,11 +1,13 @@
 """The hypotheses: every effect of the library at every place."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import CannotAct
+from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import blamed, registry
 from rotorstudy.model.rig import make_term
@@ -22,6 +24,7 @@ class Candidate(NamedTuple):
     positive : unknown name -> {parameter of the base: factor}: it cannot be negative together with these, which act
                alike; where there are none, the prior is the upper half of that normal distribution
     fixed    : its amplitude is known where the effect is present; the width of its prior is not varied
+    options  : other options, the same for all candidates of the effect
     shape    : options inside a nonlinear force (a clearance), at one of the values tried
     """
 
@@ -32,6 +35,7 @@ class Candidate(NamedTuple):
     positive: dict = {}
     fixed: bool = False
     shape: dict = {}
+    options: dict = {}
 
     @property
     def cause(self):
@@ -53,6 +57,11 @@ class Candidate(NamedTuple):
     def names(self):
         """(unknown,) names of its amplitudes."""
         return tuple(unknown.name for unknown in self.term.unknowns)
+
+    @property
+    def parameter(self):
+        """(unknown,) position of the parameter of each amplitude: real and imaginary part have the same one."""
+        return np.array([i for i, p in enumerate(self.term.parameters) for _ in range(2 if p.is_complex else 1)])
 
 
 def candidate(
@@ -87,12 +96,13 @@ def candidate(
         If the effect cannot act there.
     """
     plugin = registry().get("effect", effect, "diagnosis")
-    item = {"kind": effect, **plugin.example, **where, **(shape or {}), "label": label}
+    options = {**plugin.example, **plugin.hypothesis}
+    item = {"kind": effect, **options, **where, **(shape or {}), "label": label}
     term = make_term("effect", item, model.structure, model.sensors, f"candidate {effect}")
     mean, std = (1.0, FIXED) if plugin.fixed else (0.0, prior_width)
     prior = {unknown.name: (mean * unknown.typical, std * unknown.typical) for unknown in term.unknowns}
     positive = {unknown.name: _same(unknown, term, model) for unknown in term.unknowns if plugin.positive}
-    return Candidate(effect, where, term, prior, positive, plugin.fixed, dict(shape or {}))
+    return Candidate(effect, where, term, prior, positive, plugin.fixed, dict(shape or {}), options)
 
 
 def _same(unknown, term, model):
@@ -102,13 +112,30 @@ def _same(unknown, term, model):
     return {name: share for name, share in shares.items() if share > 0}
 
 
-def _shapes(plugin):
+def _shapes(ranges):
     """Values of the first shape option over its range; [{}] for an effect without one."""
-    if not plugin.shape:
+    if not ranges:
         return [{}]
-    (name, (low, high)), *_ = plugin.shape.items()
+    (name, (low, high)), *_ = ranges.items()
     values = np.geomspace(low, high, SHAPES_TRIED) if low > 0 else np.linspace(low, high, SHAPES_TRIED)
     return [{name: float(value)} for value in values]
+
+
+def with_vibration(model: Model, spectrum: Spectrum) -> Model:
+    """The model whose usual sizes fit the records: the vibration of the median speed, all harmonics and sensors.
+
+    Parameters
+    ----------
+    model : Model
+    spectrum : Spectrum
+
+    Returns
+    -------
+    Model
+    """
+    moving = spectrum.amplitude[..., spectrum.harmonics != 0, :]
+    size = np.sqrt(np.mean(np.sum(np.abs(moving) ** 2, axis=-2), axis=-1))
+    return replace(model, structure=replace(model.structure, vibration=float(np.median(size))))
 
 
 def candidates(model: Model, settings: Settings) -> tuple[list[Candidate], dict[str, str]]:
@@ -140,7 +167,7 @@ def _candidates_of(plugin, model, settings, first):
     """Candidates of one effect; their terms are labelled by number, from `first` on."""
     found = []
     for place in plugin.places(model.structure, model.sensors):
-        for shape in _shapes(plugin):
+        for shape in _shapes(plugin.ranges(model.structure)):
             label = f"cause {first + len(found)}"
             try:
                 found.append(candidate(model, plugin.name, place, shape, label, settings.prior_width))

@@ -66,7 +66,7 @@ class Search:
     @cached_property
     def prior_odds(self) -> PriorOdds:
         """Of the candidates."""
-        return PriorOdds(self.candidates)
+        return PriorOdds(self.candidates, self.settings)
 
     def posterior(self) -> list[tuple[Explanation, float]]:
         """(explanation, posterior probability), most probable first; of each set of causes its best shape."""

@@ -1,9 +1,14 @@
 """The extended rig: fitted base parameters, the causes as effects, and the covariance of both."""
 
+from dataclasses import replace
+
 import numpy as np
 
-from rotorstudy.model.estimated_rig import rig_with_estimate
+from rotorstudy.inference.fit import fit
+from rotorstudy.inference.prior import Prior
+from rotorstudy.model.estimated_rig import rig_with_estimate, rig_with_values
 from rotorstudy.model.rig import build_model
+from rotorstudy.model.rotor_numbers import is_rotor_number, with_rotor_numbers
 
 
 def extended_rig(given, diagnosis):
@@ -23,15 +28,42 @@ def extended_rig(given, diagnosis):
     """
     best, causes, rig = diagnosis.best, diagnosis.search.best.causes, dict(given)
     own = build_model(given).names
-    renamed = {name: name for name in best.names if name in own}
+    renamed = {name: name for name in best.names if name in own or is_rotor_number(name)}
     if causes:
         labels = {item.get("label") for item in rig.get("effects") or []}
         free = (f"found {n}" for n in range(1, len(labels) + len(causes) + 1) if f"found {n}" not in labels)
-        items = [{"kind": c.effect, "label": next(free), **c.where, **c.shape} for c in causes]
+        items = [{"kind": c.effect, "label": next(free), **c.options, **c.where, **c.shape} for c in causes]
         rig["effects"] = [*(rig.get("effects") or []), *items]
         for cause, item in zip(causes, items, strict=True):
             mark = f"[{cause.term.label}]"
             renamed |= {name: name.replace(mark, f"[{item['label']}]") for name in cause.names}
-    place = [best.names.index(name) for name in renamed]
-    covariance = best.covariance[np.ix_(place, place)]
-    return rig_with_estimate(rig, build_model(rig), list(renamed.values()), best.free[place], covariance)
+    rig, fitted = _with_rotor_built_again(rig, diagnosis, renamed)
+    place = [fitted.names.index(name) for name in renamed.values()]
+    covariance = fitted.covariance[np.ix_(place, place)]
+    return rig_with_estimate(rig, build_model(rig), list(renamed.values()), fitted.free[place], covariance)
+
+
+def _with_rotor_built_again(rig, diagnosis, renamed):
+    """The rig with the fitted numbers of its rotor, and a Fit of it: effects may depend on the matrices of the rotor.
+
+    renamed : name of each parameter of the rig in the best fit -> its name in the rig
+    """
+    best = diagnosis.best
+    names = tuple(renamed.get(name, name) for name in best.names)
+    own = np.array([is_rotor_number(name) for name in names])
+    if not own.any():
+        return rig, replace(best, prior=replace(best.prior, names=names))
+    rig = rig_with_values(rig, build_model(rig), dict(zip(names, best.free, strict=True)))
+    calibration = [
+        term
+        for term in best.model.terms
+        if not term.variation and all(u.name in best.names and u.name not in renamed for u in term.unknowns)
+    ]
+    model = build_model({**rig, "sensors": list(diagnosis.spectrum.sensors)})
+    model = with_rotor_numbers(model, names).plus(*calibration)
+    ratio = np.where(own, 1 + best.free, 1)
+    mean = np.where(own, (1 + best.prior.mean) / ratio - 1, best.prior.mean)
+    prior = Prior(names, mean, best.prior.covariance / np.outer(ratio, ratio))
+    start = np.zeros(len(model.names))
+    start[model.position(names)] = np.where(own, 0, best.free)
+    return rig, fit(model, diagnosis.spectrum, prior, start=start)

@@ -5,8 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from rotorstudy.diagnosis.candidates import Candidate
+from rotorstudy.diagnosis.settings import Settings, base_rate
 from rotorstudy.inference.fit import Fit
 
+SWEEPS = 3  # over the parameters of a cause, for their most probable widths
 SCALES = 10.0 ** (-0.5 * np.arange(7))  # widths of the prior over the widest one, equally likely by order of magnitude
 FURTHER_PART = 0.5  # prior probability that a fault has one more of its parts: as likely as not
 THRESHOLD_STEPS = 20  # of a fixed-point iteration that converges quickly
@@ -37,13 +39,19 @@ def odds_of(explanation: Explanation) -> float:
     return explanation.log_posterior_odds
 
 
-def log_scales(mean: np.ndarray, covariance: np.ndarray) -> float:
-    """Logarithm of the Bayes factor of a prior of unknown width, one of `SCALES`, against the widest one.
+def log_scales(mean: np.ndarray, covariance: np.ndarray, parameter: np.ndarray) -> float:
+    """Logarithm of the Bayes factor of a prior whose widths are unknown against the widest one.
+
+    One parameter has one of `SCALES`. Of several, each has a width of its own or is absent with a probability of one
+    half: of the many harmonics of a coupling few may be present. The sum over all combinations is approximated about
+    the most probable one, one width varied at a time, which is exact where the data do not correlate the parameters.
 
     Parameters
     ----------
     mean, covariance : ndarray (unknown,), (unknown, unknown)
         Of the posterior under the widest prior, in standard deviations of that prior.
+    parameter : ndarray (unknown,)
+        Position of the parameter of each amplitude.
 
     Returns
     -------
@@ -51,11 +59,32 @@ def log_scales(mean: np.ndarray, covariance: np.ndarray) -> float:
     """
     narrow, vectors = np.linalg.eigh(covariance)
     narrow = np.clip(narrow, 1e-30, 1)
-    pull = (vectors.T @ mean / narrow) ** 2
-    data = 1 / narrow - 1  # precision that the data give
-    square = SCALES[:, None] ** 2
-    value = 0.5 * np.sum(pull * square / (1 + data * square) - np.log1p(data * square), axis=1)
-    return float(np.logaddexp.reduce(value) - np.log(len(SCALES)) - value[0])
+    pull = vectors @ (vectors.T @ mean / narrow)
+    data = (vectors * (1 / narrow - 1)) @ vectors.T  # precision that the data give
+
+    def value(scales):
+        """Log evidence, less a constant, of widths (..., parameter)."""
+        root = scales[..., parameter]
+        precision = np.eye(len(mean)) + root[..., :, None] * data * root[..., None, :]
+        drawn = root * pull
+        solved = np.linalg.solve(precision, drawn[..., None])[..., 0]
+        return 0.5 * (np.sum(drawn * solved, axis=-1) - np.linalg.slogdet(precision)[1])
+
+    count = int(parameter[-1]) + 1
+    widths, chance = SCALES, np.full(len(SCALES), -np.log(len(SCALES)))
+    if count > 1:
+        widths, chance = np.append(0, SCALES), np.append(0, chance) - np.log(2)
+    best = np.ones(count)
+    widest = value(best)
+    for _ in range(SWEEPS if count > 1 else 1):
+        factor = 0.0
+        for i in range(count):
+            tried = np.tile(best, (len(widths), 1))
+            tried[:, i] = widths
+            found = value(tried) + chance
+            best = tried[found.argmax()]
+            factor += np.logaddexp.reduce(found) - value(best)
+    return float(value(best) + factor - widest)
 
 
 def log_possible(mean: np.ndarray, std: np.ndarray, prior: np.ndarray = 0.0) -> np.ndarray:
@@ -80,15 +109,16 @@ def log_possible(mean: np.ndarray, std: np.ndarray, prior: np.ndarray = 0.0) -> 
 
 
 class PriorOdds:
-    """Prior odds of causes: equal for all effects of the library, divided among the places and shapes of each.
+    """Prior odds of causes: the base rate of an effect in the library, divided among its places and shapes.
 
     A further part of a fault that is there already (another harmonic of a runout) is as likely as not, whichever it is.
     """
 
-    def __init__(self, candidates: list[Candidate]):
+    def __init__(self, candidates: list[Candidate], settings: Settings):
         effects = [c.effect for c in candidates]
         faults = [c.fault for c in candidates]
-        self.of_effect = {name: 1 / (len(set(effects)) * effects.count(name)) for name in set(effects)}
+        rates = {name: base_rate(name, settings) for name in effects}
+        self.of_effect = {name: rate / (sum(rates.values()) * effects.count(name)) for name, rate in rates.items()}
         self.further_part = {name: FURTHER_PART / max(faults.count(name) - 1, 1) for name in set(faults)}
 
     def of(self, cause: Candidate) -> float:
@@ -109,8 +139,10 @@ class PriorOdds:
         With the prior width of highest evidence, which is about the amplitude itself, the Occam factor depends on the
         decrease of the cost; hence the fixed-point iteration.
         """
-        given = -2 * np.log(self.of(cause)) + (0 if cause.fixed else 2 * np.log(len(SCALES)))
-        count, gain = len(cause.names) * (not cause.fixed), given
+        absent = cause.parameter[-1]  # all parameters but one
+        widths = 0 if cause.fixed else np.log(len(SCALES)) + (absent + 1) * np.log(2) * (absent > 0)
+        given = -2 * np.log(self.of(cause)) + 2 * widths
+        count, gain = max(np.bincount(cause.parameter)) * (not cause.fixed), given
         for _ in range(THRESHOLD_STEPS):
             gain = given + count * np.log1p(gain / max(count, 1))
         return float(gain)
@@ -126,7 +158,7 @@ def log_posterior_odds(causes: tuple[Candidate, ...], fitted: Fit, base: Fit, pr
         for name in cause.positive:
             odds += float(log_possible(*_total(cause, name, fitted), _stated(cause, name, fitted)))
         if not cause.fixed:
-            odds += log_scales(fitted.free[place] / width, covariance / np.outer(width, width))
+            odds += log_scales(fitted.free[place] / width, covariance / np.outer(width, width), cause.parameter)
     return float(odds)
 
 

@@ -74,6 +74,22 @@ class PValues(Result):
     after: float
 
 
+class ChainHypothesis(Result):
+    """A convention that seems to be stated wrongly, because correcting it explains the records better than any cause.
+
+    hypothesis, remedy : what the records look like, and what to state instead
+    log_odds : natural logarithm of its odds against the stated conventions without causes; the same of the best causes
+    residual_p_value, residual_share : as in `Verdict`, after the correction
+    """
+
+    hypothesis: str
+    remedy: str
+    log_odds: float
+    log_odds_of_best_causes: float
+    residual_p_value: PValues
+    residual_share: float
+
+
 class Gain(Result):
     """Error (rms) at the held-out speeds (rad/s), in m and in standard deviations; ratio : of the errors in m."""
 
@@ -144,5 +160,6 @@ class Verdict(Result):
     identifiability: Identifiability
     candidates: int
     settings: Settings
+    measuring_chain: ChainHypothesis | None = None
     findings: tuple[Finding, ...] = ()
     provenance: dict[str, str] = {}

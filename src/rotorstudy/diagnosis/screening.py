@@ -122,7 +122,7 @@ def screen(projected: Projected, *causes: Candidate) -> Screened:
             i, there = names.index(name), sum(factor * projected.theta[n] for n, factor in same.items())
             evidence += float(log_possible(start[i] + there, detection[i], there / std[i]))
         if not cause.fixed:
-            evidence += log_scales(off[part], covariance[part, part])
+            evidence += log_scales(off[part], covariance[part, part], cause.parameter)
     return Screened(explained, evidence, start, detection)
 
 

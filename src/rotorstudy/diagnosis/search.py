@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
-from rotorstudy.diagnosis.candidates import Candidate, candidates
+from rotorstudy.diagnosis.candidates import Candidate, candidates, with_vibration
 from rotorstudy.diagnosis.explanations import Search
 from rotorstudy.diagnosis.odds import Explanation, odds_of
 from rotorstudy.diagnosis.screening import screen, screen_pairs
@@ -14,11 +14,12 @@ from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.shapes import refine
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import predicted, with_cause_error
-from rotorstudy.inference.prior import Prior, prior_of
+from rotorstudy.inference.prior import Prior, prior_of, with_rotor
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import make_term
+from rotorstudy.model.rotor_numbers import with_rotor_numbers
 
 FITTED_FULLY = 4  # least number of explanations per round that are fitted to convergence
 CLOSE = 15.0  # excess over the lowest cost of a round (likelihood ratio e^-7.5) beyond which a fit is not finished
@@ -29,6 +30,7 @@ INACCURACY = 0.01  # of what is explained: further log odds within reach, as col
 ALTERNATIVES = 12  # most alternatives to each cause that are fitted in a round
 ROUNDS = 3  # of alternatives, each at the motion of the best of the last one
 REFINED = 3  # most explanations of a round of which the shape is refined
+LEFT_BY_SHAPE = 0.05  # of what a cause explains, if its shape is half a step of those tried from the true one
 PAIRS = 6  # pairs fitted in a round
 PAIRS_OF_A_CAUSE = 2  # of these; with more, a single good cause would fill them with any other
 
@@ -67,7 +69,9 @@ def base_model(model: Model, settings: Settings) -> tuple[Model, Prior]:
             for i, place in enumerate(places)
         ]
     known = {unknown.name: (0.0, settings.nuisance[term.kind]) for term in terms for unknown in term.unknowns}
-    return model.plus(*terms), prior_of(model, settings.uncertainty).plus(Prior.independent(known))
+    uncertainty = with_rotor(settings.uncertainty, model.structure)
+    model = with_rotor_numbers(model, (name for name, share in uncertainty.items() if share))
+    return model.plus(*terms), prior_of(model, uncertainty).plus(Prior.independent(known))
 
 
 def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
@@ -91,6 +95,7 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     RotorstudyError
         If the base model cannot be fitted. A broken plugin of the library raises nothing: see `Search.broken`.
     """
+    model = with_vibration(model, spectrum)
     whole, prior = base_model(model, settings)
     base = fit(whole, spectrum, prior)
     stated = fit(whole, spectrum, prior, steps=0)
@@ -115,7 +120,7 @@ def _added(work, current, screenings=None):
     """The best explanation after causes were added to one as long as that increases its odds."""
     while True:
         tried = _add(work, current, screenings)
-        better = max((refine(work, e) for e in _to_refine(tried)), key=odds_of, default=current)
+        better = max((refine(work, e) for e in _to_refine(tried, current.fit.cost)), key=odds_of, default=current)
         if odds_of(better) <= odds_of(current):
             return current
         current, screenings = _with_alternatives(work, better), None
@@ -207,14 +212,20 @@ def _fit_closest(work, options, from_stated=False):
     return [e for e in tried if e]
 
 
-def _to_refine(tried):
-    """The best explanation; if it leaves more than noise, also the best whose last cause has a shape."""
+def _to_refine(tried, before):
+    """The best explanation, and those that a better shape of their last cause may bring near its cost.
+
+    before : cost of the explanation that they extend
+    """
     if not tried:
         return []
     best = max(tried, key=odds_of)
-    shaped = [e for e in tried if e.causes[-1].shape and best.fit.cost > len(best.fit.residual)]
-    other = max(shaped, key=odds_of, default=best)
-    return [best] if other is best else [best, other]
+    shaped = sorted((e for e in tried if e.causes[-1].shape and e is not best), key=odds_of, reverse=True)
+    reach = max(CLOSE, LEFT_BY_SHAPE * (before - best.fit.cost))
+    near = [e for e in shaped if e.fit.cost < best.fit.cost + reach]
+    if not near and best.fit.cost > len(best.fit.residual):
+        near = shaped[:1]
+    return [best, *near]
 
 
 def _with_alternatives(work, current):

@@ -1,10 +1,14 @@
 """The assumptions of a diagnosis: priors, model error and thresholds."""
 
+from typing import Annotated
+
+from annotated_types import Gt
 from pydantic import Field
 
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.registry import registry
+from rotorstudy.model.rotor_numbers import with_rotor_numbers
 
 
 def stated_nuisance():
@@ -16,12 +20,13 @@ class Settings(Strict):
     """Assumptions of a diagnosis.
 
     uncertainty          : of base parameters, standard deviation relative to their value, by name; "default" for the
-                           others
+                           others, "rotor" for the numbers of the rotor that its plugin states
     model_error          : standard deviation of the model error as a fraction of each harmonic
     model_floor          : the same as a fraction of the rms vibration at a sensor and a speed, for harmonics near zero
     cause_error          : largest standard deviation of the error of a cause, as a fraction of what the base misses
     covariance_error     : fraction by which the stated variances, which come from a few blocks, may be too small
     nuisance             : effects always present in the measuring chain -> standard deviation of each amplitude
+    base_rates           : effect -> how often it is a cause, relative to a usual effect, where not as its plugin states
     prior_width          : standard deviation of the amplitude of a cause before anything is measured, in typical sizes
     hold_out_rad_s       : speeds held out of every fit; None: about a quarter of them, from the middle
     significance         : p-value of the residual below which something is missing
@@ -37,6 +42,7 @@ class Settings(Strict):
     cause_error: float = Field(default=0.03, ge=0, lt=0.5)
     covariance_error: float = Field(default=0.1, ge=0, lt=1)
     nuisance: dict[str, float] = Field(default_factory=stated_nuisance)
+    base_rates: dict[str, Annotated[float, Gt(0)]] = {}
     prior_width: float = Field(default=10.0, gt=0)
     hold_out_rad_s: list[float] | None = None
     significance: float = Field(default=1e-3, gt=0, lt=0.5)
@@ -44,6 +50,11 @@ class Settings(Strict):
     most_causes: int = Field(default=2, ge=1)
     candidates_per_round: int = Field(default=10, ge=1)
     leave_out: list[str] = []
+
+
+def base_rate(effect, settings):
+    """How often an effect is a cause, relative to a usual one: as set by the user, or as its plugin states."""
+    return settings.base_rates.get(effect, registry().get("effect", effect).base_rate)
 
 
 def read_settings(rig, where):
@@ -56,7 +67,8 @@ def read_settings(rig, where):
 
 def check_names(settings, model, where):
     """Raise RotorstudyError unless every parameter and effect that the settings name exists."""
-    known = {"default"}
+    model = with_rotor_numbers(model, settings.uncertainty, f"{where}.uncertainty")
+    known = {"default", "rotor"}
     for term in model.terms:
         known |= {name for p in term.parameters for name in (p.name, term.full_name(p))}
     for name, share in settings.uncertainty.items():
@@ -71,5 +83,6 @@ def check_names(settings, model, where):
             raise RotorstudyError(f"nuisance '{name}' in {where}: must be an effect of the measuring chain")
         if not std > 0:
             raise RotorstudyError(f"nuisance {name} = {std:g} in {where}: must be positive; leave it out to have none")
-    for name in settings.leave_out:
-        registry().get("effect", name, f"{where}.leave_out")
+    for key in ("leave_out", "base_rates"):
+        for name in getattr(settings, key):
+            registry().get("effect", name, f"{where}.{key}")

@@ -47,7 +47,7 @@ def _best_of_all_shapes(work, explanation):
     """
     explanation = _best_shape(work, explanation)
     *rest, last = explanation.causes
-    ranges = registry().get("effect", last.effect).shape
+    ranges = registry().get("effect", last.effect).ranges(work.rig.structure)
 
     def explain(place, theta):
         shape = {name: _value(x, *ranges[name]) for name, x in zip(ranges, place, strict=True)}
@@ -63,7 +63,10 @@ def _best_of_all_shapes(work, explanation):
         step, moved = np.split(invert(normal) @ right, [len(right) - len(ranges)])
         tried = None
         for share in SHARES_OF_STEP:
-            ahead = np.clip(place + share * moved, 0, 1)
+            ahead = [
+                x % 1 if name.endswith("_rad") else np.clip(x, 0, 1)
+                for name, x in zip(ranges, place + share * moved, strict=True)
+            ]
             theta = best.fit.theta.copy()
             theta[best.fit.model.position(best.fit.names)] += share * step
             tried = explain(ahead, theta)
@@ -103,11 +106,11 @@ def _best_shape(work, explanation):
 
 def _place(value, low, high):
     """Position (0 to 1) of the value of a shape option in its range."""
-    return np.log(value / low) / np.log(high / low) if low > 0 else value / high
+    return np.log(value / low) / np.log(high / low) if low > 0 else (value - low) / (high - low)
 
 
 def _value(place, low, high):
-    return float(low * (high / low) ** place if low > 0 else place * high)
+    return float(low * (high / low) ** place if low > 0 else low + place * (high - low))
 
 
 def _shape_equations(work, explanation, place, ranges):

@@ -6,8 +6,11 @@ import numpy as np
 
 from rotorstudy.diagnosis.explanations import LEAST_LOG_ODDS, Search
 from rotorstudy.diagnosis.held_out import gain_of, is_upheld, is_worse, split
+from rotorstudy.diagnosis.measuring_chain import LEAST_LOG_ODDS as LEAST_CHAIN_LOG_ODDS
+from rotorstudy.diagnosis.measuring_chain import best_hypothesis
 from rotorstudy.diagnosis.result import (
     Cause,
+    ChainHypothesis,
     DetectionLimit,
     Identifiability,
     MovedParameter,
@@ -23,14 +26,14 @@ from rotorstudy.diagnosis.search import search
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.words import place, readable, summary
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.inference.fit import Fit, chi_square_p_value
+from rotorstudy.inference.fit import Fit, chi_square_p_value, fit
 from rotorstudy.inference.prediction import predicted, with_cause_error, with_model_error
 from rotorstudy.inference.problem import magnitude_and_phase
 from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
-from rotorstudy.units import quantity
+from rotorstudy.units import percent, quantity
 
 STATED_SET = 0.99  # posterior probability that the causes named contain the true one
 SEEN = 0.5  # of the prior standard deviation: an amplitude known no better from the data has no detection limit
@@ -98,14 +101,15 @@ def investigate(
     settings = Settings(**settings) if isinstance(settings, dict) else settings or Settings()
     if tuple(spectrum.sensors) != tuple(model.sensors):
         raise RotorstudyError(f"the spectrum is of sensors {spectrum.sensors}, the model of {model.sensors}")
-    fitted, held = split(spectrum, settings.hold_out_rad_s if hold_out is None else hold_out)
-    fitted = with_model_error(fitted, settings)
+    measured, held = split(spectrum, settings.hold_out_rad_s if hold_out is None else hold_out)
+    fitted = with_model_error(measured, settings)
     held = None if held is None else with_model_error(held, settings)
     found = search(model, fitted, settings)
     base, expected = found.base, None
     if held is not None:
         expected = with_cause_error(held, held.amplitude - predicted(base.model, held, base.theta), found.cause_error)
-    found = replace(found, upheld=is_upheld(found, expected))
+    chain = _chain_hypothesis(found, measured, settings)
+    found = replace(found, upheld=chain is None and is_upheld(found, expected))
     best = found.best
     rows = 2 * fitted.amplitude.size
     p_values = PValues(before=chi_square_p_value(base.cost, rows), after=chi_square_p_value(best.fit.cost, rows))
@@ -128,7 +132,9 @@ def investigate(
         kind = "cause"
     labels = _parameter_labels(best.fit.model, best.causes)
     moved = _moved(best.fit, found.prior.by_name)
-    if kind != "nothing":
+    if chain is not None:
+        findings = [*findings, _wrong_convention(chain)]
+    elif kind != "nothing":
         findings = [*findings, *_far_from_the_rig(found, spectrum, moved, labels, settings)]
     odds = [e.log_posterior_odds for e in found.explanations if e.causes]
     verdict = Verdict(
@@ -149,6 +155,7 @@ def investigate(
         identifiability=_identifiability(best.fit, found.prior.by_name),
         candidates=len(found.candidates),
         settings=settings,
+        measuring_chain=chain,
         findings=worst_first(findings),
     )
     verdict = verdict.model_copy(update={"summary": summary(verdict)})
@@ -226,6 +233,52 @@ def _parameters(candidate, fitted):
     for name, value in candidate.shape.items():
         parameters[name] = ParameterEstimate(value=value, std=None, unit="", part="shape")
     return parameters
+
+
+def _chain_hypothesis(found, spectrum, settings):
+    """The ChainHypothesis that explains the records better than any cause under the stated conventions, or None.
+
+    It must explain them by the standards of a cause: what it leaves is noise, the base parameters stay plausible,
+    and they move less than under the stated conventions.
+    """
+    stated, rows = with_model_error(spectrum, settings), 2 * spectrum.amplitude.size
+    base = fit(found.model, stated, found.prior, start=found.base.theta)  # without the error of a cause
+    p_before, p_base = chi_square_p_value(base.cost, rows), chi_square_p_value(base.penalty, len(base.names))
+    if min(p_before, p_base) >= settings.significance:
+        return None
+    tested = best_hypothesis(found.model, spectrum, base, settings)
+    beyond = tested.log_odds - max(0.0, found.best.log_posterior_odds)
+    left = _residual_share(base.cost, tested.fit.cost, rows)
+    p_after, p_parameters = (
+        chi_square_p_value(tested.fit.cost, rows),
+        chi_square_p_value(tested.fit.penalty, len(base.names)),
+    )
+    if (
+        beyond < LEAST_CHAIN_LOG_ODDS
+        or p_after < settings.significance
+        or p_parameters < settings.significance
+        or tested.fit.penalty > base.penalty
+    ):
+        return None
+    return ChainHypothesis(
+        hypothesis=tested.hypothesis.name,
+        remedy=tested.hypothesis.remedy,
+        log_odds=tested.log_odds,
+        log_odds_of_best_causes=found.best.log_posterior_odds,
+        residual_p_value=PValues(before=p_before, after=p_after),
+        residual_share=left,
+    )
+
+
+def _wrong_convention(chain):
+    """The warning that a convention seems to be stated wrongly."""
+    text = (
+        f"the records look as if {chain.hypothesis}: corrected for that, the rig explains all but "
+        f"{percent(chain.residual_share)} of the excess error (rms), better than any cause (log odds "
+        f"{chain.log_odds:.3g}, best causes {chain.log_odds_of_best_causes:.3g}). No cause is named: {chain.remedy}, "
+        "then diagnose again"
+    )
+    return Finding("warning", "measuring chain", "records and rig", text)
 
 
 def residual_map(fitted, spectrum):

@@ -6,6 +6,7 @@ from rotorstudy.model.registry import registry
 from rotorstudy.units import interval, p_value, percent, probability, quantity
 
 FEW = 3  # detection limits, or unexplained harmonics, in a sentence
+ABSENT = 3.0  # standard deviations; of a cause with many amplitudes, a sentence names those above
 HARDLY = 3.0  # standard deviations (rms) below which a longer record helps to separate causes
 
 
@@ -16,9 +17,9 @@ def readable(name):
 
 def place(named):
     """'unbalance at node 2' for a Place, Cause, DetectionLimit or Candidate."""
-    at = "of the probes at node" if registry().get("effect", named.effect).acts_on_output else "at node"
     where = " ".join(
-        f"{at} {_listed(value)}" if key == "node" else f"({key} {_listed(value)})" for key, value in named.where.items()
+        f"at node {_listed(value)}" if key == "node" else f"({key} {_listed(value)})"
+        for key, value in named.where.items()
     )
     return f"{readable(named.effect)} {where}".strip()
 
@@ -40,10 +41,21 @@ def _angle(phase, fold):
     return phase.value / fold, None if phase.std is None else phase.std / fold
 
 
+def _present(cause):
+    """The parameters of a cause; of more than a few amplitudes those that differ from zero, with their phases."""
+    amplitudes = {name: one for name, one in cause.parameters.items() if one.part in ("amplitude", "magnitude")}
+    if len(amplitudes) <= FEW:
+        return cause.parameters
+    deviations = {name: abs(one.value) / one.std if one.std else np.inf for name, one in amplitudes.items()}
+    least = min(ABSENT, max(deviations.values()))
+    absent = {name for name, size in deviations.items() if size < least}
+    return {name: one for name, one in cause.parameters.items() if name.removesuffix("_phase") not in absent}
+
+
 def cause_in_words(cause):
     """'unbalance at node 2 (eccentricity 12.00 ± 0.10 µm at 30.0 ± 1.0 °)'."""
     texts, (word, fold) = [], _direction(cause)
-    for name, one in cause.parameters.items():
+    for name, one in _present(cause).items():
         if one.part == "phase":
             value, std = _angle(one, fold)
             texts[-1] += f" {word} {quantity(value, one.unit, std)}"
@@ -95,6 +107,12 @@ def _said(verdict):
         text = f"Nothing is missing: noise and the stated model error explain the residual ({residual})."
         found = smallest_detected(verdict)
         return f"{text} Smallest sizes detected with a probability of 95 %: {', '.join(found)}." if found else text
+    if verdict.measuring_chain:
+        chain = verdict.measuring_chain
+        return (
+            f"The records look as if {chain.hypothesis}. That explains them better than any cause, so none is named. "
+            f"Remedy: {chain.remedy}. Then diagnose again."
+        )
     implausible = ""
     if verdict.verdict == "unknown" and verdict.parameter_p_value < verdict.settings.significance:
         implausible = f"parameters implausibly far from their stated values ({p_value(verdict.parameter_p_value)})"

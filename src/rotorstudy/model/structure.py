@@ -3,10 +3,36 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from rotorstudy.errors import CannotAct, unknown_name
+from rotorstudy.model.scales import Scales
+
+
+class Matrices(NamedTuple):
+    """Mass, stiffness and gyroscopic matrix (..., dof, dof), and static load (..., dof), of a rotor."""
+
+    mass: np.ndarray
+    stiffness: np.ndarray
+    gyroscopic: np.ndarray
+    static_load: np.ndarray
+
+
+class Origin(NamedTuple):
+    """What a structure was built from: the function of its rotor plugin, all its options, and its uncertain numbers.
+
+    uncertain : path of a number -> usual relative standard deviation, as the plugin states
+    """
+
+    function: Callable
+    options: dict
+    uncertain: dict
+
+    def rebuilt(self, options: dict) -> "Structure":
+        """The Structure with other options."""
+        return self.function(**options)
 
 
 @dataclass(frozen=True)
@@ -19,6 +45,10 @@ class Structure:
     stiffness_loss : name -> (pattern (dof, dof), unit, typical size), the stiffness lost by a crack; if it can be at
                      several places, a function(node, element) -> such a dict, one argument being None
     shape_at    : position along the shaft, m -> (dof,) deflection there by a unit of each coordinate; None if unknown
+    gravity     : its acceleration, m/s^2; None if it follows from the static load, see `acceleration_of_gravity`
+    support     : (dof, dof) static stiffness of the bearings, N/m; for usual sizes alone, as bearings are terms
+    vibration   : usual vibration in the records to be explained, m; for usual sizes alone
+    origin      : the Origin, set where a rig is read; None for a structure without a plugin
     """
 
     mass: np.ndarray
@@ -28,6 +58,38 @@ class Structure:
     dofs: tuple[tuple[int, str], ...]
     stiffness_loss: dict | Callable = field(default_factory=dict)
     shape_at: Callable | None = None
+    gravity: float | None = None
+    support: np.ndarray | None = None
+    vibration: float = 0.0
+    origin: Origin | None = None
+
+    @cached_property
+    def along(self) -> np.ndarray:
+        """Motion (dof,) of all nodes by one in the same direction, of unit 1."""
+        return np.array([float(motion == "translation") for _, motion in self.dofs])
+
+    @cached_property
+    def acceleration_of_gravity(self) -> float:
+        """Along the downward x axis, m/s^2: as stated, else static load over mass (exact if no node is held)."""
+        if self.gravity is not None:
+            return self.gravity
+        inertia = self.mass @ self.along
+        return float(self.static_load @ inertia / (inertia @ inertia)) if inertia.any() else 0.0
+
+    @cached_property
+    def scales(self) -> Scales:
+        """Usual sizes of this rotor on its supports, for the typical sizes of effects."""
+        return Scales(self)
+
+    @property
+    def supported_stiffness(self) -> np.ndarray:
+        """Stiffness (dof, dof) with that of the bearings where known, N/m."""
+        return self.stiffness if self.support is None else self.stiffness + self.support
+
+    @property
+    def matrices(self) -> Matrices:
+        """Mass, stiffness, gyroscopic matrix and static load."""
+        return Matrices(self.mass, self.stiffness, self.gyroscopic, self.static_load)
 
     @property
     def nodes(self) -> tuple[int, ...]:

@@ -15,12 +15,15 @@ The response, the regression columns, the Jacobian and the force in time all fol
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from rotorstudy.errors import PluginError
+
+if TYPE_CHECKING:
+    from rotorstudy.model.variation import Variation
 
 SPEEDS_COMPARED = np.array([1.0, 31.0, 470.0])  # rad/s; gains that agree there are taken as the same function
 
@@ -226,6 +229,7 @@ class Term:
     acts_on : "rotor" (right-hand side of the equations of motion) or "output" (the measured displacement)
     carries : whether it carries the static load (a bearing), so that it does not act on the static deflection
     label   : distinguishes terms of the same kind; it becomes part of the names, "eccentricity[left]"
+    variation : of the numbers of the rotor, its matrices at any change of them; the entries are their derivatives
     """
 
     kind: str
@@ -234,6 +238,7 @@ class Term:
     acts_on: Literal["rotor", "output"] = "rotor"
     label: str = ""
     carries: bool = False
+    variation: "Variation | None" = None
 
     @property
     def acts_on_output(self) -> bool:

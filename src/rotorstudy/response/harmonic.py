@@ -137,24 +137,22 @@ def operator(model, theta, speed, blocks, kept=None):
     returns : list of (..., speed, block, member * dof, member * dof) complex
     raises  : LinAlgError if the condensed coordinates resonate by themselves, so that digits would be lost
     """
-    structure, carried = model.structure, blocks.harmonics
+    structure, carried, matrices = model.structure, blocks.harmonics, model.matrices(theta)
     kept = np.arange(len(structure.dofs)) if kept is None else kept
     count, dof = len(carried), len(kept)
     speed = np.asarray(speed, float)
     result = []
     for group in blocks.groups:
         n = np.where(group < count, carried[group % count], -carried[group % count])  # harmonic of the equation
-        nw = n * speed[:, None, None]
-        base = structure.stiffness - (nw**2)[..., None, None] * structure.mass
-        base = base + (nw * speed[:, None, None])[..., None, None] * structure.gyroscopic
+        base = _uncoupled(matrices, n, speed[:, None, None])
         base = _condensed(base, kept, np.diag(structure.stiffness))
         base = np.where((group < count)[..., None, None], base, base.conj())
         full = np.zeros((*theta.shape[:-1], len(speed), *group.shape, dof, group.shape[1], dof), complex)
         for m in range(group.shape[1]):
-            full[..., m, :, m, :] = base[:, :, m]
+            full[..., m, :, m, :] = base[..., m, :, :]
         result.append(full)
     at = {int(coordinate): i for i, coordinate in enumerate(kept)}
-    for p, unknown in enumerate(model.rotor_unknowns):
+    for p, unknown in model.acting:
         for entry in (e for e in unknown.entries if e.reads_motion and e.places):
             i, j, value = (np.array(part) for part in zip(*entry.places, strict=True))
             i, j = ([at[k] for k in part.tolist()] for part in (i, j))
@@ -168,6 +166,14 @@ def operator(model, theta, speed, blocks, kept=None):
                 both = np.where(is_w[:, None], both.conj(), both)
                 full[..., block, row, i, column, j] -= theta[..., p, None, None, None] * both
     return [full.reshape(*full.shape[:-4], full.shape[-4] * dof, full.shape[-4] * dof) for full in result]
+
+
+def _uncoupled(matrices, n, speed):
+    """Dynamic stiffness (..., harmonics and speeds, dof, dof) of the rotor alone; n and speed broadcast together."""
+    nw = n * speed
+    lead = (..., *[None] * nw.ndim, slice(None), slice(None))
+    base = matrices.stiffness[lead] - (nw**2)[..., None, None] * matrices.mass[lead]
+    return base + (nw * speed)[..., None, None] * matrices.gyroscopic[lead]
 
 
 def _condensed(matrix, kept, stiffness):
@@ -192,7 +198,7 @@ def static_force(model, theta, speed, carried, deflection):
     """Force harmonics (..., speed, harmonic, dof), N, at the static deflection (dof,) or (..., speed, dof)."""
     rest = np.zeros((len(speed), len(carried), len(model.structure.dofs)), complex)
     force = np.zeros((*theta.shape[:-1], *rest.shape), complex)
-    for p, unknown in enumerate(model.rotor_unknowns):
+    for p, unknown in model.acting:
         given = tuple(e for e in unknown.entries if e.order == 0)
         if given:
             column = apply_entries(given, rest, speed, carried, reference_of(unknown, deflection))
@@ -227,23 +233,29 @@ def carried_response(model, speed, theta, blocks, jacobian, kept=None):
 
     deflection, moved = static_deflection(model, speed, rotor, jacobian=jacobian)
     force = static_force(model, rotor, speed, blocks.harmonics, deflection)
-    force[..., blocks.harmonics == 0, :] += model.static_residual
+    if model.static_residual.any():
+        load = model.matrices(rotor).static_load
+        force[..., blocks.harmonics == 0, :] += load if load.ndim == 1 else load[..., None, None, :]
     found = solved(force[..., None])[..., 0]
     tangents = None
     if model.nonlinear_forces:
         found, tangents = _with_nonlinear_forces(model, rotor, speed, blocks, matrices, deflection, found)
     if not jacobian:
         return found, None
-    columns = [
-        apply_entries(u.entries, found, speed, blocks.harmonics, reference_of(u, deflection))
-        for u in model.rotor_unknowns
-    ]
+    columns = {
+        p: apply_entries(u.entries, found, speed, blocks.harmonics, reference_of(u, deflection))
+        for p, u in model.acting
+    }
+    if model.varied:
+        own = _columns_of_the_rotor(model, rotor, speed, blocks.harmonics, found, kept)
+        columns |= dict(zip(model.varied.positions, own, strict=True))
     for p, local in model.nonlinear_forces:
         columns[p] = nonlinear_column(local, found, speed, blocks.harmonics, deflection)
     if moved:
         forces = _moved_force(model, rotor, speed, blocks.harmonics, np.stack(list(moved.values())))
         for p, force in zip(moved, np.broadcast_to(forces, (len(moved), *found.shape)), strict=True):
             columns[p] = columns[p] + force
+    columns = [columns[p] for p in range(len(columns))]
     columns = np.stack(columns, axis=-1) if columns else np.zeros((*found.shape, 0))
     derivatives = np.zeros((*found.shape, theta.shape[-1]), complex)
     changes = solved(columns)
@@ -252,6 +264,30 @@ def carried_response(model, speed, theta, blocks, jacobian, kept=None):
             changes[place] = tangent.response(changes[place])
     derivatives[..., : columns.shape[-1]] = changes
     return found, derivatives
+
+
+def _columns_of_the_rotor(model, theta, speed, carried, found, kept):
+    """Derivatives (number, ..., speed, harmonic, dof) of the force by the numbers of the rotor; zero except at `kept`.
+
+    Coordinates that are condensed follow the others; what acts on them is passed on to the others.
+    """
+    varied, gone = model.varied, np.setdiff1d(np.arange(found.shape[-1]), kept)
+    slopes = varied.variation.slopes_at(theta[..., varied.positions])
+    if len(gone):
+        rows = _uncoupled(model.matrices(theta), carried, speed[:, None])[..., gone, :]
+        inner, outer = rows[..., gone], rows[..., kept]
+        found = found.copy()
+        found[..., gone] = -np.linalg.solve(inner, outer @ found[..., kept, None])[..., 0]
+    nw = (speed[:, None] * carried)[..., None]
+    pairs = ((slopes.stiffness, -1.0), (slopes.mass, nw**2), (slopes.gyroscopic, -nw * speed[:, None, None]))
+    columns = sum(np.einsum("...pij,...shj->p...shi", slope, factor * found) for slope, factor in pairs)
+    if model.static_residual.any():
+        columns[..., carried == 0, :] += np.moveaxis(slopes.static_load, -2, 0)[..., None, None, :]
+    if len(gone):  # the matrices of a rotor are symmetric
+        passed = np.linalg.solve(inner, np.moveaxis(columns[..., gone], 0, -1))
+        columns[..., kept] -= np.moveaxis(np.swapaxes(outer, -1, -2) @ passed, -1, 0)
+        columns[..., gone] = 0
+    return columns
 
 
 def solve(matrices, force, blocks, speed):
@@ -314,7 +350,7 @@ def _moved_force(model, theta, speed, carried, change):
     """Change of `static_force` by changes (change, ..., speed, dof) of the static deflection."""
     rest = np.zeros((len(speed), len(carried), len(model.structure.dofs)), complex)
     force = np.zeros((), complex)
-    for p, unknown in enumerate(model.rotor_unknowns):
+    for p, unknown in model.acting:
         acting = tuple(e for e in unknown.entries if e.order == 0 and not e.is_constant)
         if acting and not unknown.carries:
             force = force + theta[..., p, None, None, None] * apply_entries(acting, rest, speed, carried, change)

@@ -1,0 +1,49 @@
+import numpy as np
+
+from rotorstudy.plugins import Effect, Parameter, Positive, hookimpl, planar_entries
+
+
+def pedestal_resonance(
+    structure,
+    node: int | None = None,
+    natural_frequency_rad_per_s: Positive = 300.0,
+    damping_ratio: Positive = 0.05,
+):
+    """Support that yields at a resonance of its own: force +k w0^2 / (w0^2 - v^2 + 2j zeta w0 v) along x, and along y.
+
+    A mass m on k_p behind a bearing k_b changes its dynamic stiffness, which was modelled as k_b, by exactly that, with
+    k = k_b^2 / (k_b + k_p) and w0^2 = (k_b + k_p) / m at the frequency v = n w. It is defined in the frequency domain.
+    """
+    here = structure.unit(structure.default_node() if node is None else node)
+
+    def gain(speed, harmonic):
+        share = harmonic * speed / natural_frequency_rad_per_s
+        return 1 / (1 - share**2 + 2j * damping_ratio * share)
+
+    return [
+        Parameter(
+            f"stiffness_loss_at_rest_{direction}",
+            "N/m",
+            planar_entries(direction, np.outer(here, here), gain=gain, frequency_only=True),
+            typical=0.03 * structure.scales.stiffness(node),
+        )
+        for direction in ("xx", "yy")
+    ]
+
+
+@hookimpl
+def rotorstudy_effect():
+    return Effect(
+        "pedestal_resonance",
+        pedestal_resonance,
+        source="Kirk and Gunter 1972, effect of support flexibility and damping; two dynamic stiffnesses in series",
+        shape={"natural_frequency_rad_per_s": (0.1, 10.0, "frequency"), "damping_ratio": (0.005, 0.5)},
+        positive=True,
+        checked="a rotor on flexible_pedestal, without damping of the bearing, to 1e-10",
+        confounders=(
+            ("support_stiffness", "equal far below its resonance; tap the pedestal, or measure its motion"),
+            ("support_anisotropy", "equal far below its resonance; tap the pedestal, or measure its motion"),
+            ("bearing_coefficients", "constant coefficients have no resonance of their own; tap the pedestal"),
+            ("added_mass", "a mass acts at all frequencies alike; measure the motion of the pedestal"),
+        ),
+    )

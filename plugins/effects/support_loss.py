@@ -1,0 +1,36 @@
+import numpy as np
+
+from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
+
+
+def support_loss(structure, node: int | None = None, direction_rad: float = 0.0):
+    """Support that lost stiffness k along one direction d alone: force +k d (d . r), across d none.
+
+    With z = x + j y it is k (z + e^{2j alpha} conj(z)) / 2, where alpha is the angle of d from x.
+    """
+    here = structure.unit(structure.default_node() if node is None else node)
+    here = np.outer(here, here) / 2
+    usual = 0.03 * structure.scales.stiffness(node)
+    entries = (Entry(here), Entry(np.exp(2j * direction_rad) * here, on="conj"))
+    return [Parameter("support_stiffness_loss", "N/m", entries, typical=usual)]
+
+
+@hookimpl
+def rotorstudy_effect():
+    return Effect(
+        "support_loss",
+        support_loss,
+        source="Hooke along one direction; Gasch, Nordmann, Pfuetzner, Rotordynamik, anisotropic supports",
+        shape={"direction_rad": (-np.pi / 2, np.pi / 2)},
+        positive=True,
+        checked="along x: harmonics of a rotor on k_x - k and k_y to 1e-12",
+        confounders=(
+            ("support_stiffness", "a loss along one direction leaves the other; apply a static load along both"),
+            ("support_anisotropy", "a loss along one direction lowers the mean stiffness too; load it along both"),
+            ("looseness", "a support that lifts depends on the amplitude and gives multiples of 1X"),
+            (
+                "bearing_coefficients",
+                "a loss is along one direction, without damping; change the speed, hence the film",
+            ),
+        ),
+    )

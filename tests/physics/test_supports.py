@@ -1,0 +1,129 @@
+"""Errors of supports against rotors built with them."""
+
+import numpy as np
+import pytest
+
+from rotorstudy import build_model, harmonic_response
+from rotorstudy.errors import CannotAct
+
+SPEEDS = np.array([60.0, 180.0, 400.0, 700.0])
+HARMONICS = [1, -1, 2, -2]
+STIFF, DAMPED = 2e6, 300.0
+PUSHED = [
+    {"kind": "unbalance", "node": 2, "mass_kg": 2.0, "eccentricity_m": 1e-5, "eccentricity_phase_rad": 0.4},
+    {"kind": "parallel_misalignment", "node": 3, "harmonics": [2, -1], "misalignment_force_2X_N": 3.0,
+     "misalignment_force_-1X_N": 1.0},
+]  # fmt: skip
+
+
+def linear(node, **coefficients):
+    return {"kind": "linear", "node": node, "label": str(node), **coefficients}
+
+
+def isotropic(node):
+    return linear(node, bearing_stiffness_N_per_m=STIFF, bearing_damping_N_s_per_m=DAMPED)
+
+
+def response(bearing, *effects):
+    """Harmonics of a shaft on a bearing at node 1 and a usual one at node 4."""
+    return harmonic_response(
+        build_model({
+            "rotor": {
+                "kind": "finite_element",
+                "elements": [{"length_m": 0.6, "count": 3}],
+                "outer_diameter_m": 0.02,
+                "discs": [{"node": 2, "mass_kg": 2.0, "polar_moment_kg_m2": 0.004, "diametral_moment_kg_m2": 0.002}],
+            },
+            "bearings": [bearing, isotropic(4)],
+            "effects": [*PUSHED, *effects],
+        }),
+        SPEEDS,
+        HARMONICS,
+    )  # fmt: skip
+
+
+def same(found, expected, tolerance):
+    return np.abs(found - expected).max() <= tolerance * np.abs(expected).max()
+
+
+def full(stiffness, damping):
+    """A bearing with all coefficients, (2, 2) each."""
+    units = (("stiffness", "N_per_m", stiffness), ("damping", "N_s_per_m", damping))
+    given = {
+        f"bearing_{name}_{a}{b}_{unit}": float(values[i][j])
+        for name, unit, values in units
+        for i, a in enumerate("xy")
+        for j, b in enumerate("xy")
+    }
+    return linear(1, coefficients="full", **given)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.6, -1.2])
+def test_support_loss_is_a_softer_spring_along_one_direction(angle):
+    along = np.array([np.cos(angle), np.sin(angle)])
+    item = {"kind": "support_loss", "node": 1, "direction_rad": angle, "support_stiffness_loss_N_per_m": 4e5}
+    built = full(STIFF * np.eye(2) - 4e5 * np.outer(along, along), DAMPED * np.eye(2))
+    assert same(response(isotropic(1), item), response(built), 1e-11)
+    assert not same(response(isotropic(1)), response(built), 1e-3)
+
+
+def test_bearing_coefficients_add_to_those_of_the_bearing():
+    random = np.random.default_rng(2)
+    stiffness, damping = 2e5 * random.standard_normal((2, 2)), 100 * random.standard_normal((2, 2))
+    units = (("stiffness", "N_per_m", stiffness), ("damping", "N_s_per_m", damping))
+    errors = {
+        f"bearing_{name}_error_{a}{b}_{unit}": float(values[i][j])
+        for name, unit, values in units
+        for i, a in enumerate("xy")
+        for j, b in enumerate("xy")
+    }
+    built = full(STIFF * np.eye(2) + stiffness, DAMPED * np.eye(2) + damping)
+    assert same(response(isotropic(1), {"kind": "bearing_coefficients", "node": 1, **errors}), response(built), 1e-11)
+
+
+def test_pedestal_resonance_is_a_mass_on_a_spring_behind_the_bearing():
+    """Kirk and Gunter's two dynamic stiffnesses in series; the bearing itself without damping."""
+    mass, spring, damper = 12.0, 1e6, 200.0
+    total = STIFF + spring
+    natural = np.sqrt(total / mass)
+    item = {
+        "kind": "pedestal_resonance",
+        "node": 1,
+        "natural_frequency_rad_per_s": float(natural),
+        "damping_ratio": float(damper / (2 * mass * natural)),
+        "stiffness_loss_at_rest_xx_N_per_m": STIFF**2 / total,
+        "stiffness_loss_at_rest_yy_N_per_m": STIFF**2 / total,
+    }
+    undamped = linear(1, bearing_stiffness_N_per_m=STIFF, bearing_damping_N_s_per_m=0.0)
+    built = {
+        "kind": "flexible_pedestal",
+        "node": 1,
+        "label": "1",
+        "bearing_stiffness_N_per_m": {"xx": STIFF},
+        "pedestal_stiffness_N_per_m": {"xx": spring},
+        "pedestal_damping_N_s_per_m": {"xx": damper},
+        "pedestal_mass_kg": {"xx": mass},
+        "bearing_scale": 1.0,
+    }
+    assert same(response(undamped, item), response(built), 1e-10)
+    assert not same(response(undamped), response(built), 1e-2)
+
+
+def test_a_ring_that_touches_the_shaft_at_rest_is_refused():
+    with pytest.raises(CannotAct, match="offset_ratio = 1; must be below 1"):
+        response(isotropic(1), {"kind": "rub", "node": 2, "offset_ratio": 1.0, "rub_stiffness_N_per_m": 1e5})
+
+
+def test_a_coupling_is_at_a_node_or_across_an_element():
+    with pytest.raises(CannotAct, match="not both"):
+        response(isotropic(1), {"kind": "parallel_misalignment", "label": "a", "node": 2, "element": 2})
+    ends = [
+        {"kind": "parallel_misalignment", "label": str(node), "node": node, "harmonics": [2],
+         "misalignment_force_2X_N": 5.0, "misalignment_force_2X_phase_rad": phase}
+        for node, phase in ((2, 0.3), (3, 0.3 + np.pi))
+    ]  # fmt: skip
+    across = {
+        "kind": "parallel_misalignment", "label": "a", "element": 2, "harmonics": [2],
+        "misalignment_force_2X_N": 5.0, "misalignment_force_2X_phase_rad": 0.3,
+    }  # fmt: skip
+    assert same(response(isotropic(1), across), response(isotropic(1), *ends), 1e-12)
