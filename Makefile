@@ -1,10 +1,11 @@
 # make        set up .venv, rebuild all results, write the report
 # make test   set up .venv, run all checks and tests
+# make foreign  diagnose 300 records of the independent simulator (tests/foreign), about an hour
 PYTHON ?= python3
 CORES ?= all
 SNAKEMAKE = .venv/bin/snakemake --cores $(CORES)
 
-.PHONY: all results report test check bench clean
+.PHONY: all results report test check bench foreign clean
 
 all: report
 	@echo
@@ -31,6 +32,9 @@ test: check
 
 bench: .venv/ready
 	.venv/bin/python benchmarks/run.py
+
+foreign: .venv/ready
+	.venv/bin/python benchmarks/foreign.py --cases 300 --processes 2 --out results/foreign
 
 clean:
 	rm -rf results/* .snakemake

@@ -24,6 +24,7 @@ sys.path.insert(0, str(ROOT / "tests"))
 import numpy as np  # noqa: E402
 import pandas as pd  # noqa: E402
 from foreign.cases import CHAIN_FAULTS, draw_case  # noqa: E402
+from foreign.faults import FAMILIES  # noqa: E402
 from foreign.files import write_case  # noqa: E402
 from foreign.measuring import expected_harmonics  # noqa: E402
 from foreign.stepping import NoSteadyState  # noqa: E402
@@ -41,7 +42,9 @@ from rotorstudy.model.rig import read_rig  # noqa: E402
 
 LARGE = 3.0  # size from which an effect must be found
 VISIBLE = 0.01  # least change of a harmonic by an effect, over the healthy 1X; a smaller one is drawn again
+QUICK = (0, 1, -1, 2, -2, 3, -3)  # harmonics of a quick run
 SLOW = 30.0  # seconds of a diagnosis that is reported
+CRACKS = ("breathing_crack", "breathing_crack_weight", "open_crack")
 NODE, ELEMENT, STRETCH, ANY = "node", "element", "stretch", "any"
 
 # Truth -> names of the package that are this effect, where they must be, and names that may stand beside them because
@@ -50,21 +53,24 @@ MEANS = {
     "unbalance": (("unbalance",), NODE, ()),
     "couple_unbalance": (("couple_unbalance",), NODE, ()),
     # the law of opening is the crack's shape, not its name
-    "crack": (("breathing_crack", "breathing_crack_weight", "crack"), ELEMENT, ()),
-    "open_crack": (("breathing_crack", "breathing_crack_weight", "crack", "open_crack"), ELEMENT, ()),
+    "crack": (CRACKS, ELEMENT, ()),
+    "open_crack": (CRACKS, ELEMENT, ()),
     # a fixed offset of an isotropic coupling is a constant force, its 2X a rotating stiffness: both may be named
-    "misalignment": (("parallel_misalignment", "angular_misalignment", "misalignment"), NODE, ("static_preload",)),
-    "rub": (("rub", "seal_ring"), NODE, ()),
+    "misalignment": (("parallel_misalignment", "angular_misalignment"), NODE, ("static_preload",)),
+    "rub": (("rub",), NODE, ()),
     "looseness": (("looseness",), NODE, ()),
-    # along one direction: half of it isotropic, half anisotropic, at the same node
-    "support_loss": (("support_anisotropy", "support_loss", "looseness"), NODE, ("support_stiffness",)),
-    "pedestal": (("pedestal", "foundation"), NODE, ()),
-    "seal": (("seal",), NODE, ()),
+    # a linear loss along one direction is a change of the four stiffnesses, and half isotropic, half anisotropic
+    "support_loss": (("support_loss", "bearing_coefficients", "support_anisotropy"), NODE, ("support_stiffness",)),
+    # one that gives way to one side of the unloaded position is a looseness there
+    "one_sided_loss": (("looseness",), NODE, ()),
+    "pedestal": (("pedestal_resonance",), NODE, ()),
+    # with a direct stiffness; of the same swirl at all speeds it is a cross coupling with damping
+    "seal": (("seal",), NODE, ("support_stiffness", "cross_coupling", "external_damping")),
     # an eccentric mass is an unbalance at its node, too
     "added_mass": (("added_mass",), NODE, ("unbalance",)),
     # a bow is a shape along the whole shaft; the node says only by which of the library's shapes it is described
     "bow": (("bow",), ANY, ()),
-    "thermal_bow": (("bow", "thermal_bow"), ANY, ()),
+    "thermal_bow": (("bow",), ANY, ()),
     "preload": (("static_preload",), NODE, ()),
     "cubic_bearing": (("cubic_stiffness",), NODE, ()),
     "internal_damping": (("internal_damping", "shaft_damping"), STRETCH, ()),
@@ -82,8 +88,8 @@ MEANS = {
 }
 # Faults that the verdict states as a wrong convention of the records, by the words of that hypothesis
 CONVENTIONS = {"unloaded_zero": "displacements count from the unloaded line"}
-PAIRED = [name for name in MEANS if name not in CHAIN_FAULTS]
-KINDS = ["healthy", *MEANS, "pair"]
+PAIRED = [name for name in FAMILIES if name != "healthy"]
+KINDS = [*FAMILIES, *CHAIN_FAULTS, "pair"]
 
 
 def in_library(family):
@@ -116,7 +122,8 @@ def compared(true, cause):
 
 def truth_of(case, fault):
     """List of true effects: those of the machine, and the fault of the measuring chain."""
-    true = [one for one in case.effects if one["family"] != "healthy"]
+    true = [one | {"family": "one_sided_loss"} if one.get("one_sided") else one for one in case.effects]
+    true = [one for one in true if one["family"] != "healthy"]
     return true + ([{"family": fault, "node": case.truth["faulty_node"]}] if fault else [])
 
 
@@ -178,22 +185,23 @@ def name_of(cause):
     return cause.effect + "".join(f" {value}" for value in cause.where.values())
 
 
-def drawn(seed, kind):
+def drawn(seed, kind, quick):
     """A case of a kind: healthy, one family, a fault of the chain, or a pair of families."""
     rng = np.random.default_rng([seed, 1])
+    size = {"speeds": 6, "count": int(rng.integers(2, 6))} if quick else {}
     if kind == "pair":
         kind = "+".join(rng.choice(PAIRED, 2, replace=False))
     if kind in CHAIN_FAULTS:
-        return draw_case(seed, "healthy", chain_fault=kind), kind
-    return draw_case(seed, kind, visible=0.0 if kind == "healthy" else VISIBLE), None
+        return draw_case(seed, "healthy", chain_fault=kind, **size), kind
+    return draw_case(seed, kind, visible=0.0 if kind == "healthy" else VISIBLE, **size), None
 
 
 def run_case(given):
-    """Row of one case; `given` is its number, seed, kind, folder of results and the size of the rig's errors."""
-    number, seed, kind, out, error = given
+    """Row of one case; `given` is its number, seed, kind, folder of results, size of the rig's errors, and speed."""
+    number, seed, kind, out, error, quick = given
     row = {"case": number, "seed": seed, "kind": kind}
     try:
-        case, fault = drawn(seed, kind)
+        case, fault = drawn(seed, kind, quick)
     except (NoSteadyState, ValueError) as problem:
         return row | {"verdict": "not drawn", "named": str(problem)}
     true = truth_of(case, fault)
@@ -209,7 +217,7 @@ def run_case(given):
     try:
         with tempfile.TemporaryDirectory() as files, warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            write_case(case, files, 0.005 * error, 0.02 * error, 0.05 * error, seed)
+            write_case(case, files, 0.005 * error, 0.02 * error, 0.05 * error, seed, QUICK if quick else None)
             start = time.process_time()
             rig = read_rig(Path(files) / "rig.yaml")
             spectrum, model, findings = measured_spectrum([Path(files) / "record.nc"], rig)
@@ -297,10 +305,11 @@ def main():
     parser.add_argument("--out", type=Path, default=Path("foreign_cases"))
     parser.add_argument("--processes", type=int, default=1)
     parser.add_argument("--rig-error", type=float, default=1.0, help="0: the rig file is exact; 1: as real ones are")
+    parser.add_argument("--quick", action="store_true", help="rotors of 2 to 5 elements, 6 speeds, harmonics to 3X")
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
     work = [
-        (i, 100_000 * given.seed + i, given.families[i % len(given.families)], given.out, given.rig_error)
+        (i, 100_000 * given.seed + i, given.families[i % len(given.families)], given.out, given.rig_error, given.quick)
         for i in range(given.cases)
     ]
     rows = []

@@ -49,7 +49,10 @@ def rotorstudy_effect():
         confounders=(
             ("pedestal_resonance", "a mass acts at all frequencies alike; measure the motion of the pedestal"),
             ("seal", "the mass of the fluid comes with its damping, and only in the full machine"),
-            ("stiffness_error", "stiffness dominates below the critical speed and at 0X, mass above it"),
+            (
+                "stiffness_error",
+                "stiffness dominates below the critical speed, mass above it; at 0X it weighs",
+            ),
             (
                 "speed_error",
                 "equal if all masses have the same relative error and nothing tilts; use a second tachometer",

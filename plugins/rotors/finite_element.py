@@ -139,6 +139,12 @@ def finite_element(
         row[2 * i : 2 * i + 4] = _deflection(x, shaft[i]["length_m"], _shear(shaft[i], theory == "timoshenko"))[:, 0]
         return row[free]
 
+    def curvature_at(element):
+        """Mean curvature (dof,) of an element: the difference of the tilts of its ends over its length."""
+        row = np.zeros(2 * len(nodes))
+        row[[2 * element - 1, 2 * element + 1]] = np.array([-1, 1]) / shaft[element - 1]["length_m"]
+        return row[free]
+
     return Structure(
         mass=mass[square],
         stiffness=stiffness[square],
@@ -147,6 +153,7 @@ def finite_element(
         dofs=dofs,
         stiffness_loss=stiffness_loss,
         shape_at=shape_at,
+        curvature_at=curvature_at,
         gravity=gravity_m_per_s2,
     )
 

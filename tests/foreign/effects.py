@@ -87,15 +87,17 @@ def add_support_anisotropy(machine, node, loss, angle):
     machine.at_node(node, -loss * along(angle))
 
 
-def add_seal(machine, node, direct, cross, damping, cross_damping, mass):
+def add_seal(machine, node, direct, cross, damping, cross_damping, mass, swirl=0.0):
     """Annular seal: reaction -F = [K k; -k K] u + [C c; -c C] u' + M u'' (D. Childs, Turbomachinery Rotordynamics
     (1993), ch. 4).
 
     `direct`, `cross` in N/m, `damping`, `cross_damping` in N s/m, `mass` in kg; cross stiffness of positive sign drives
-    forward whirl.
+    forward whirl. `cross` is that of a swirl at the inlet, the same at all speeds (gas labyrinths); of the swirl that
+    the turning shaft causes, `swirl` times its speed, k grows with the speed: swirl C W (Black 1969; liquid seals).
     """
     turn = np.array([[0.0, 1.0], [-1.0, 0.0]])
     machine.at_node(node, direct * np.eye(2) + cross * turn)
+    machine.at_node(node, swirl * damping * turn, "circulatory")
     machine.at_node(node, damping * np.eye(2) + cross_damping * turn, "damping")
     machine.at_node(node, mass * np.eye(2), "mass")
 

@@ -173,13 +173,15 @@ def pedestal(draw):
 
 
 def seal(draw):
+    """A seal whose fluid turns with the shaft, or one of the same swirl at every speed."""
     node, direct = draw.node(), draw.stiffness * between(draw.rng, 0.02, 0.3)
     damping = 2 * draw.rng.uniform(0.01, 0.1) * draw.stiffness / draw.frequency
-    cross = damping * draw.frequency * draw.rng.uniform(0.1, 0.4)
+    share, turning = float(draw.rng.uniform(0.1, 0.4)), bool(draw.rng.random() < 0.5)
+    cross, swirl = (0.0, share) if turning else (damping * draw.frequency * share, 0.0)
     mass, cross_damping = draw.rotor.mass * draw.rng.uniform(0, 0.02), 0.05 * damping
-    effects.add_seal(draw.machine, node, direct, cross, damping, cross_damping, mass)
+    effects.add_seal(draw.machine, node, direct, cross, damping, cross_damping, mass, swirl)
     what = {"node": node + 1, "direct_N_per_m": direct, "cross_N_per_m": cross, "damping_N_s_per_m": damping}
-    return {**what, "cross_damping_N_s_per_m": cross_damping, "mass_kg": mass}
+    return {**what, "cross_damping_N_s_per_m": cross_damping, "mass_kg": mass, "swirl_ratio": swirl}
 
 
 def added_mass(draw):

@@ -114,20 +114,25 @@ def picture_angle(case, angle, direction=True):
     return float(np.mod(start + sign * np.rad2deg(angle) + 180.0, 360.0) - 180.0)
 
 
-def measurement_section(case):
+def measurement_section(case, harmonics):
     """Probes, keyphasor and picture, as meant: no errors of gain or angle in it."""
     pair = case.probes[case.nodes[0]]
-    return case.picture | {
-        "probes": [
-            {"channel": name, "angle_deg": picture_angle(case, probe.angle)}
-            for name, probe in zip("ab", pair, strict=True)
-        ],
-        "keyphasor": {
-            "channel": "keyphasor",
-            "sensor_angle_deg": picture_angle(case, case.chain.sensor_angle),
-            "mark_angle_deg": picture_angle(case, case.chain.mark_angle, direction=False),
-        },
-    }
+    wanted = {} if harmonics is None else {"harmonics": [int(k) for k in harmonics]}
+    return (
+        case.picture
+        | wanted
+        | {
+            "probes": [
+                {"channel": name, "angle_deg": picture_angle(case, probe.angle)}
+                for name, probe in zip("ab", pair, strict=True)
+            ],
+            "keyphasor": {
+                "channel": "keyphasor",
+                "sensor_angle_deg": picture_angle(case, case.chain.sensor_angle),
+                "mark_angle_deg": picture_angle(case, case.chain.mark_angle, direction=False),
+            },
+        }
+    )
 
 
 def diagnosis_section(case, modulus_error, bearing_error, unbalance_error):
@@ -176,7 +181,7 @@ def dataset(case):
     return data
 
 
-def rig_of(case, modulus_error=0.005, bearing_error=0.02, unbalance_error=0.05, seed=0):
+def rig_of(case, modulus_error=0.005, bearing_error=0.02, unbalance_error=0.05, seed=0, harmonics=None):
     """The rig file of the nominal machine as a dict; see `write_case`."""
     rng = np.random.default_rng(seed)
     return {
@@ -184,12 +189,12 @@ def rig_of(case, modulus_error=0.005, bearing_error=0.02, unbalance_error=0.05, 
         "bearings": [linear_bearing(rng, bearing, bearing_error) for bearing in case.rotor.bearings],
         "effects": effects_section(rng, case, unbalance_error),
         "sensors": [node + 1 for node in case.nodes],
-        "measurement": measurement_section(case),
+        "measurement": measurement_section(case, harmonics),
         "diagnosis": diagnosis_section(case, modulus_error, bearing_error, unbalance_error),
     }
 
 
-def write_case(case, folder, modulus_error=0.005, bearing_error=0.02, unbalance_error=0.05, seed=0):
+def write_case(case, folder, modulus_error=0.005, bearing_error=0.02, unbalance_error=0.05, seed=0, harmonics=None):
     """Write `record.nc`, `rig.yaml` of the nominal machine and `truth.json`.
 
     Parameters
@@ -200,6 +205,8 @@ def write_case(case, folder, modulus_error=0.005, bearing_error=0.02, unbalance_
         Relative standard deviations of the nominal numbers about the true ones.
     seed : int
         Of those errors.
+    harmonics : sequence of int or None
+        To be read; None: those of the format's default.
 
     Returns
     -------
@@ -208,7 +215,7 @@ def write_case(case, folder, modulus_error=0.005, bearing_error=0.02, unbalance_
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    rig = rig_of(case, modulus_error, bearing_error, unbalance_error, seed)
+    rig = rig_of(case, modulus_error, bearing_error, unbalance_error, seed, harmonics)
     (folder / "rig.yaml").write_text(page(rig), encoding="utf-8")
     (folder / "truth.json").write_text(json.dumps(case.truth, indent=1), encoding="utf-8")
     dataset(case).to_netcdf(folder / "record.nc", encoding={"displacement": {"dtype": "float32"}})

@@ -130,7 +130,7 @@ class Machine:
         return first
 
     def at_node(self, node, matrix, name="stiffness"):
-        """Add a 2x2 matrix of x and y at a node to `stiffness`, `damping` or `mass`."""
+        """Add a 2x2 matrix of x and y at a node to `stiffness`, `damping`, `mass` or `circulatory`."""
         block = slice(4 * node, 4 * node + 2)
         getattr(self, name)[block, block] += matrix
 

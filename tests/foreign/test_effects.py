@@ -236,6 +236,10 @@ def test_seal_drives_forward_whirl_and_looseness_lifts():
     block = machine.stiffness[12:14, 12:14] - build(small_rotor()).stiffness[12:14, 12:14]
     work = -np.mean([np.array([-np.sin(t), np.cos(t)]) @ block @ [np.cos(t), np.sin(t)] for t in np.linspace(0, 6, 50)])
     assert work == pytest.approx(1e4)
+    turning = build(small_rotor())
+    effects.add_seal(turning, 3, 0.0, 0.0, 50.0, 0.0, 0.0, swirl=0.4)
+    change = turning.linear(200.0)[2] - build(small_rotor()).linear(200.0)[2]
+    np.testing.assert_allclose(change[12:14, 12:14], 0.4 * 50.0 * 200.0 / 1e4 * block, rtol=1e-9, atol=1e-4)
     plain, loose = build(small_rotor()), build(small_rotor())
     speed = 0.6 * first_critical(plain)
     contacts.add_looseness(loose, 0, 4e6, 1e-3, np.pi)

@@ -43,6 +43,14 @@ def test_a_recorder_of_twelve_bits_is_not_clipping(tmp_path):
     assert findings(tmp_path, **{"disc 1 left": np.round(left / digit) * digit}) == {}
 
 
+def test_a_few_samples_that_meet_at_the_top_are_not_clipping():
+    """In a long record of fine resolution six of 12,000 samples may have the same greatest value."""
+    values = np.sin(np.linspace(0, 60, 12000))
+    values[100:700:100] = 1.001
+    assert not flat_top(values)
+    assert flat_top(np.minimum(values, 0.9999))
+
+
 def clipped(part):
     left = original()["disc 1 left"]
     return {"disc 1 left": np.minimum(left, left.mean() + part * (left.max() - left.mean()))}

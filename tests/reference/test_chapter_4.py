@@ -16,7 +16,7 @@ from rotorstudy.store import as_complex
 from rotorstudy.studies.common import clean_spectrum
 from rotorstudy.studies.config import load_study
 from rotorstudy.studies.identify import identify, monte_carlo
-from rotorstudy.studies.simulate import case_records, kind_spectrum
+from rotorstudy.studies.simulate import case_records, kind_spectra
 from rotorstudy.thesis import errata
 from rotorstudy.thesis.config import load_replay
 from rotorstudy.thesis.printed import joint_share
@@ -77,7 +77,7 @@ def test_the_reading_of_the_clock_matters(study):
     kind = study.record.kinds["incomplete cycles"].model_copy(update={"clock_samples": {}})
     model = study.rig("thesis")
     taken = case_records(study, model, study.cases[CASE].speeds, kind, "from rest")
-    problem = Problem(model, kind_spectrum(study, kind, taken, "regression", "none"), tuple(study.unknowns))
+    problem = Problem(model, kind_spectra(study, kind, taken, "regression", ["none"])["none"], tuple(study.unknowns))
     damping = problem.names.index("external_damping")
     # 100 samples missing, as the message of a record without phase mark says; the thesis's clock adds another 100
     assert solve_linear(*problem.equations(), problem.names)[damping] == pytest.approx(7.34, abs=0.01)

@@ -1,6 +1,7 @@
 """The hypotheses: every effect of the library at every place."""
 
 from dataclasses import replace
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -11,9 +12,11 @@ from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import blamed, registry
 from rotorstudy.model.rig import make_term
+from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import Term, share_of
 
 SHAPES_TRIED = 9  # values of a shape option, before the best is refined
+ANGLES_TRIED = 16  # of the angles of a full turn: 11 degrees off at most, which even a fifth harmonic tells from noise
 FIXED = 0.02  # standard deviation of an amplitude that is 0 or 1: what the uncertainty of the probe calibration
 
 
@@ -25,7 +28,9 @@ class Candidate(NamedTuple):
                alike; where there are none, the prior is the upper half of that normal distribution
     fixed    : its amplitude is known where the effect is present; the width of its prior is not varied
     options  : other options, the same for all candidates of the effect
-    shape    : options inside a nonlinear force (a clearance), at one of the values tried
+    shape    : options that enter nonlinearly (a clearance, an angle), at one of the values tried
+    variant  : the alternatives of the effect that it has (the breathing function of a crack)
+    shape_std : standard deviations of its shape, once that is fitted
     """
 
     effect: str
@@ -35,6 +40,8 @@ class Candidate(NamedTuple):
     positive: dict = {}
     fixed: bool = False
     shape: dict = {}
+    variant: dict = {}
+    shape_std: dict = {}
     options: dict = {}
 
     @property
@@ -50,8 +57,9 @@ class Candidate(NamedTuple):
 
     @property
     def label(self):
-        """The cause with its shape: unique among the candidates."""
-        return self.cause + "".join(f", {key} {value:.4g}" for key, value in self.shape.items())
+        """The cause with its alternatives and its shape: unique among the candidates."""
+        told = {**self.variant, **{key: f"{value:.4g}" for key, value in self.shape.items()}}
+        return self.cause + "".join(f", {key} {value}" for key, value in told.items())
 
     @property
     def names(self):
@@ -71,6 +79,7 @@ def candidate(
     shape: dict | None = None,
     label: str = "cause",
     prior_width: float = 10.0,
+    variant: dict | None = None,
 ) -> Candidate:
     """An effect at a place, with the prior of its amplitudes.
 
@@ -85,6 +94,8 @@ def candidate(
         Of its term.
     prior_width : float
         Standard deviation of its amplitude, in typical sizes.
+    variant : dict
+        Options that have alternatives.
 
     Returns
     -------
@@ -97,12 +108,13 @@ def candidate(
     """
     plugin = registry().get("effect", effect, "diagnosis")
     options = {**plugin.example, **plugin.hypothesis}
-    item = {"kind": effect, **options, **where, **(shape or {}), "label": label}
+    item = {"kind": effect, **options, **where, **(shape or {}), **(variant or {}), "label": label}
     term = make_term("effect", item, model.structure, model.sensors, f"candidate {effect}")
     mean, std = (1.0, FIXED) if plugin.fixed else (0.0, prior_width)
     prior = {unknown.name: (mean * unknown.typical, std * unknown.typical) for unknown in term.unknowns}
     positive = {unknown.name: _same(unknown, term, model) for unknown in term.unknowns if plugin.positive}
-    return Candidate(effect, where, term, prior, positive, plugin.fixed, dict(shape or {}), options)
+    chosen = dict(shape or {}), dict(variant or {})
+    return Candidate(effect, where, term, prior, positive, plugin.fixed, *chosen, options=options)
 
 
 def _same(unknown, term, model):
@@ -112,13 +124,60 @@ def _same(unknown, term, model):
     return {name: share for name, share in shares.items() if share > 0}
 
 
-def _shapes(ranges):
+def with_shape(model: Model, cause: Candidate, shape: dict, prior_width: float) -> Candidate:
+    """The same cause with another shape; see `candidate`."""
+    return candidate(model, cause.effect, cause.where, shape, cause.term.label, prior_width, cause.variant)
+
+
+class ShapeRange(NamedTuple):
+    """Search range of a shape option, logarithmic if it begins above zero; goes_around : if both ends are alike."""
+
+    low: float
+    high: float
+    goes_around: bool = False
+
+    def place(self, value: float) -> float:
+        """Position (0 to 1) of a value."""
+        if self.low > 0:
+            return float(np.log(value / self.low) / np.log(self.high / self.low))
+        return (value - self.low) / (self.high - self.low)
+
+    def value(self, place: float) -> float:
+        """The value at a position; positions beyond the range are at its end, or go around."""
+        place = place % 1 if self.goes_around else min(max(place, 0.0), 1.0)
+        if self.low > 0:
+            return float(self.low * (self.high / self.low) ** place)
+        return float(self.low + place * (self.high - self.low))
+
+    def slope(self, value: float) -> float:
+        """Change of the value per change of its position."""
+        return float(value * np.log(self.high / self.low)) if self.low > 0 else self.high - self.low
+
+    def tried(self) -> list[float]:
+        """Values over the range, of which the best is refined."""
+        if self.goes_around:
+            count = round(ANGLES_TRIED * (self.high - self.low) / (2 * np.pi))
+            return [self.value(place) for place in np.arange(count) / count]
+        return [self.value(place) for place in np.linspace(0, 1, SHAPES_TRIED)]
+
+
+def shape_ranges(effect: str, structure: Structure) -> dict[str, ShapeRange]:
+    """Shape options of an effect on a rotor -> ShapeRange; angles go around."""
+    ranges = registry().get("effect", effect, "diagnosis").ranges(structure)
+    return {name: ShapeRange(*ends, name.endswith("_rad")) for name, ends in ranges.items()}
+
+
+def _shapes(plugin, structure):
     """Values of the first shape option over its range; [{}] for an effect without one."""
-    if not ranges:
-        return [{}]
-    (name, (low, high)), *_ = ranges.items()
-    values = np.geomspace(low, high, SHAPES_TRIED) if low > 0 else np.linspace(low, high, SHAPES_TRIED)
-    return [{name: float(value)} for value in values]
+    for name, ends in shape_ranges(plugin.name, structure).items():
+        return [{name: value} for value in ends.tried()]
+    return [{}]
+
+
+def _variants(plugin):
+    """Every combination of the alternatives of an effect; [{}] for an effect without them."""
+    values = product(*(known() for known in plugin.alternatives.values()))
+    return [dict(zip(plugin.alternatives, chosen, strict=True)) for chosen in values]
 
 
 def with_vibration(model: Model, spectrum: Spectrum) -> Model:
@@ -167,10 +226,10 @@ def _candidates_of(plugin, model, settings, first):
     """Candidates of one effect; their terms are labelled by number, from `first` on."""
     found = []
     for place in plugin.places(model.structure, model.sensors):
-        for shape in _shapes(plugin.ranges(model.structure)):
+        for variant, shape in product(_variants(plugin), _shapes(plugin, model.structure)):
             label = f"cause {first + len(found)}"
             try:
-                found.append(candidate(model, plugin.name, place, shape, label, settings.prior_width))
+                found.append(candidate(model, plugin.name, place, shape, label, settings.prior_width, variant))
             except CannotAct:  # a place that other options of this rig exclude
                 continue
     return found

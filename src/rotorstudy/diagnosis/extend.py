@@ -1,7 +1,5 @@
 """The extended rig: fitted base parameters, the causes as effects, and the covariance of both."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from rotorstudy.inference.fit import fit
@@ -32,19 +30,23 @@ def extended_rig(given, diagnosis):
     if causes:
         labels = {item.get("label") for item in rig.get("effects") or []}
         free = (f"found {n}" for n in range(1, len(labels) + len(causes) + 1) if f"found {n}" not in labels)
-        items = [{"kind": c.effect, "label": next(free), **c.options, **c.where, **c.shape} for c in causes]
+        items = [
+            {"kind": c.effect, "label": next(free), **c.options, **c.where, **c.variant, **c.shape} for c in causes
+        ]
         rig["effects"] = [*(rig.get("effects") or []), *items]
         for cause, item in zip(causes, items, strict=True):
             mark = f"[{cause.term.label}]"
             renamed |= {name: name.replace(mark, f"[{item['label']}]") for name in cause.names}
-    rig, fitted = _with_rotor_built_again(rig, diagnosis, renamed)
-    place = [fitted.names.index(name) for name in renamed.values()]
-    covariance = fitted.covariance[np.ix_(place, place)]
-    return rig_with_estimate(rig, build_model(rig), list(renamed.values()), fitted.free[place], covariance)
+    rig, values, covariance = _with_rotor_built_again(rig, diagnosis, renamed)
+    place = [best.names.index(name) for name in renamed]
+    covariance = covariance[np.ix_(place, place)]
+    return rig_with_estimate(rig, build_model(rig), list(renamed.values()), values[place], covariance)
 
 
 def _with_rotor_built_again(rig, diagnosis, renamed):
-    """The rig with the fitted numbers of its rotor, and a Fit of it: effects may depend on the matrices of the rotor.
+    """The rig with the fitted numbers of its rotor, and values (free,) and covariance of a fit of it.
+
+    Effects that depend on the matrices of the rotor did not follow its numbers in the best fit.
 
     renamed : name of each parameter of the rig in the best fit -> its name in the rig
     """
@@ -52,7 +54,7 @@ def _with_rotor_built_again(rig, diagnosis, renamed):
     names = tuple(renamed.get(name, name) for name in best.names)
     own = np.array([is_rotor_number(name) for name in names])
     if not own.any():
-        return rig, replace(best, prior=replace(best.prior, names=names))
+        return rig, best.free, best.covariance
     rig = rig_with_values(rig, build_model(rig), dict(zip(names, best.free, strict=True)))
     calibration = [
         term
@@ -66,4 +68,5 @@ def _with_rotor_built_again(rig, diagnosis, renamed):
     prior = Prior(names, mean, best.prior.covariance / np.outer(ratio, ratio))
     start = np.zeros(len(model.names))
     start[model.position(names)] = np.where(own, 0, best.free)
-    return rig, fit(model, diagnosis.spectrum, prior, start=start)
+    found = fit(model, diagnosis.spectrum, prior, start=start)
+    return rig, found.free, found.covariance

@@ -34,8 +34,8 @@ class Place(Result):
 class ParameterEstimate(Result):
     """A parameter of a cause.
 
-    part : an "amplitude", the "magnitude" or "phase" of a complex one, or an option of the "shape" of a nonlinear
-           force, which has its unit in its name and no standard deviation
+    part : an "amplitude", the "magnitude" or "phase" of a complex one, or an option of the "shape", which has its unit
+           in its name and a standard deviation if it was fitted
     """
 
     value: float | None
@@ -45,9 +45,14 @@ class ParameterEstimate(Result):
 
 
 class Cause(Place):
-    """A possible cause; parameters : by name, a complex amplitude `x` as `x` and `x_phase`."""
+    """A possible cause.
+
+    parameters : by name, a complex amplitude `x` as `x` and `x_phase`
+    variant    : which of its alternatives fits best, like {"crack": "breathing"}
+    """
 
     parameters: dict[str, ParameterEstimate]
+    variant: dict[str, str] = {}
     posterior_probability: float
 
 

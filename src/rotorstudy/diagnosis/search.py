@@ -12,6 +12,7 @@ from rotorstudy.diagnosis.odds import Explanation, odds_of
 from rotorstudy.diagnosis.screening import screen, screen_pairs
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.shapes import refine
+from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import predicted, with_cause_error
 from rotorstudy.inference.prior import Prior, prior_of, with_rotor
@@ -20,6 +21,7 @@ from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import make_term
 from rotorstudy.model.rotor_numbers import with_rotor_numbers
+from rotorstudy.response.stability import check_stable, varies_in_time
 
 FITTED_FULLY = 4  # least number of explanations per round that are fitted to convergence
 CLOSE = 15.0  # excess over the lowest cost of a round (likelihood ratio e^-7.5) beyond which a fit is not finished
@@ -113,7 +115,20 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     best = _added(work, work.found[frozenset()], screenings)
     settled = _settled(work, spectrum, missing, best)
     _added(settled, max(settled.explanations, key=odds_of))
+    _drop_growing(settled)
     return settled
+
+
+def _drop_growing(work):
+    """Drop the best explanation while its turning stiffness lets a free motion grow: records of it cannot be steady."""
+    while work.best.causes and varies_in_time(work.best.fit.model):
+        best = work.best
+        try:
+            check_stable(best.fit.model, work.spectrum.speed, best.fit.theta)
+        except NoSteadyState:
+            del work.found[frozenset(c.label for c in best.causes)]
+        else:
+            return
 
 
 def _added(work, current, screenings=None):

@@ -28,6 +28,7 @@ from rotorstudy.diagnosis.words import place, readable, summary
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.inference.fit import Fit, chi_square_p_value, fit
 from rotorstudy.inference.prediction import predicted, with_cause_error, with_model_error
+from rotorstudy.inference.prior import with_rotor
 from rotorstudy.inference.problem import magnitude_and_phase
 from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.spectrum import Spectrum
@@ -154,7 +155,7 @@ def investigate(
         base_parameters=moved,
         identifiability=_identifiability(best.fit, found.prior.by_name),
         candidates=len(found.candidates),
-        settings=settings,
+        settings=settings.model_copy(update={"uncertainty": with_rotor(settings.uncertainty, model.structure)}),
         measuring_chain=chain,
         findings=worst_first(findings),
     )
@@ -215,7 +216,13 @@ def _cause(parts, fitted, probability):
         found = _parameters(part, fitted)
         taken = "".join(f"_{key}_{part.where[key]}" for key, value in where.items() if isinstance(value, list))
         parameters |= {f"{name}{taken}" if name in parameters else name: one for name, one in found.items()}
-    return Cause(effect=parts[0].effect, where=where, parameters=parameters, posterior_probability=probability)
+    return Cause(
+        effect=parts[0].effect,
+        where=where,
+        parameters=parameters,
+        variant=parts[0].variant,
+        posterior_probability=probability,
+    )
 
 
 def _parameters(candidate, fitted):
@@ -231,7 +238,8 @@ def _parameters(candidate, fitted):
             value, std = next(estimates)
             parameters[name] = ParameterEstimate(value=value, std=std, unit=unit, part=part)
     for name, value in candidate.shape.items():
-        parameters[name] = ParameterEstimate(value=value, std=None, unit="", part="shape")
+        unit = "rad" if name.endswith("_rad") else ""
+        parameters[name] = ParameterEstimate(value=value, std=candidate.shape_std.get(name), unit=unit, part="shape")
     return parameters
 
 
@@ -383,7 +391,7 @@ def _parameter_labels(model, causes):
     for term in model.terms:
         cause, label = of_cause.get(id(term)), f" ({term.label})" if term.label else ""
         for p, part, unknown in _parts(term):
-            text = f"{readable(p.name)}{label}"
+            text = f"relative change of {p.name}" if term.variation else f"{readable(p.name)}{label}"
             if cause:
                 text = place(cause) if p.name == cause.effect else f"{readable(p.name)} of {place(cause)}"
             labels[unknown.name] = f"{text}, {part} part" if part in PARTS else text

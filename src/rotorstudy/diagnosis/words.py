@@ -60,9 +60,15 @@ def cause_in_words(cause):
             value, std = _angle(one, fold)
             texts[-1] += f" {word} {quantity(value, one.unit, std)}"
         else:
-            label = "" if name == cause.effect else f"{readable(name)} "
+            label = "" if name == cause.effect else f"{_without_unit(name, one)} "
             texts.append(label + quantity(one.value, one.unit, one.std))
+    texts += [f"{readable(option)} {readable(value)}" for option, value in cause.variant.items()]
     return f"{place(cause)} ({', '.join(texts)})"
+
+
+def _without_unit(name, estimate):
+    """Readable name of a parameter; the unit of an angle is said with its value."""
+    return readable(name.removesuffix("_rad") if estimate.unit == "rad" else name)
 
 
 def sizes(cause):
@@ -76,11 +82,11 @@ def sizes(cause):
         else:
             stem = name
         if stem != cause.effect:
-            label = f"{readable(stem)}, {label}" if one.part == "phase" else readable(stem)
+            label = f"{readable(stem)}, {label}" if one.part == "phase" else _without_unit(stem, one)
         text = quantity(value, one.unit, std)
         known = std is not None and np.isfinite(std) and std > 0
         found[label] = f"{text} (95 %: {interval(value, one.unit, std)})" if known else text
-    return found
+    return found | {readable(option): readable(value) for option, value in cause.variant.items()}
 
 
 def summary(verdict):

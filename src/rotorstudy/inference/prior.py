@@ -7,7 +7,7 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.model import Model
-from rotorstudy.model.rotor_numbers import PREFIX
+from rotorstudy.model.rotor_numbers import uncertain_numbers
 from rotorstudy.model.structure import Structure
 
 
@@ -85,10 +85,10 @@ def with_rotor(uncertainty: dict[str, float], structure: Structure) -> dict[str,
     -------
     dict
     """
-    if structure.origin is None or not uncertainty.get("rotor", uncertainty.get("default", True)):
+    if not uncertainty.get("rotor", uncertainty.get("default", True)):
         return uncertainty
-    usual = structure.origin.uncertain
-    return {PREFIX + path: uncertainty.get("rotor", share) for path, share in usual.items()} | uncertainty
+    usual = uncertain_numbers(structure)
+    return {name: uncertainty.get("rotor", share) for name, share in usual.items()} | uncertainty
 
 
 def prior_of(model: Model, uncertainty: dict[str, float]) -> Prior:

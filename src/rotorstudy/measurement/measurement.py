@@ -13,6 +13,7 @@ from rotorstudy.measurement.conventions import read_conventions
 from rotorstudy.measurement.facts import RecordFacts, node_facts
 from rotorstudy.measurement.files import is_table, read_file
 from rotorstudy.measurement.findings import Finding, worst_first
+from rotorstudy.measurement.nonsynchronous import check_lines
 from rotorstudy.measurement.records import Record, full_spectrum
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.measurement.spectrum_file import is_spectrum, load_imported
@@ -178,6 +179,7 @@ def read_measurement(paths: Sequence[str | Path], rig: str | Path | RigFile) -> 
         found += [_about_rest(one, stated, rig.model) for one, stated in read]
     facts = [one.facts for one in found]
     findings += [finding for one in found for finding in one.findings]
+    findings += check_lines(facts)
     model = rig.measured_at(_sensors(rig, _common_nodes(facts)))
     usable = sorted((one for one in found if one.harmonics is not None), key=lambda one: one.speed)
     if not usable:

@@ -15,6 +15,7 @@ JITTER_RAD = 0.05  # 3 degrees, 15 at 5X
 GAP = (0.0, 0.05)  # fraction of missing samples: warning, error
 LOUD = 15.0  # power of a harmonic over its expectation in pure noise; p-value 3e-7
 FLAT_SAMPLES, FLAT_RATIO = 6, 4.0  # samples at the top, and their ratio to those one step below
+FLAT_SHARE = 2e-3  # of the samples: a sine clipped at 0.99998 of its amplitude; fewer meet at the top by chance
 WEAK = 0.01  # of the motion at the other probes of the node
 BACKWARD = 2.0  # ratio of backward to forward 1X
 HUGE_M, TINY_M = 5e-3, 1e-9  # more than a shaft can vibrate, less than a probe resolves
@@ -139,7 +140,7 @@ def flat_top(values):
     """Whether a signal (time,) stays at its maximum longer than an unclipped vibration, rounded or not, would."""
     swing = np.ptp(values)
     at_top = values >= values.max() - 1e-9 * swing
-    if at_top.sum() < FLAT_SAMPLES:
+    if at_top.sum() < max(FLAT_SAMPLES, FLAT_SHARE * len(values)):
         return False
     levels = np.unique(values)
     steps = np.diff(levels)

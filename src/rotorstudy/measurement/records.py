@@ -18,6 +18,9 @@ from rotorstudy.response.series import synthesize
 from rotorstudy.response.stability import check_stable
 from rotorstudy.store import dataset
 
+# what phases refer to: nothing but the first sample, a multi-harmonic reference signal, or a keyphasor
+PHASES = ("none", "reference", "keyphasor")
+
 
 @dataclass(frozen=True)
 class Record:
@@ -206,7 +209,7 @@ def full_spectrum(
     method : SpectrumMethod
         The plugin.
     phase : str, optional
-        "reference" (multi-harmonic reference signal), "keyphasor", or "none": relative to the first sample.
+        One of `PHASES`.
     whole_revolutions : bool, optional
         Leave the last incomplete revolution out; False uses the whole record, with its leakage.
 
@@ -220,41 +223,61 @@ def full_spectrum(
     RotorstudyError
         For an unknown phase, no records, or a record that does not determine these harmonics.
     """
-    if phase not in ("reference", "keyphasor", "none"):
-        raise unknown_name("phase", phase, ("reference", "keyphasor", "none"))
+    return full_spectra(records, harmonics, method, [phase], whole_revolutions=whole_revolutions)[phase]
+
+
+def full_spectra(records, harmonics, method, phases=PHASES, *, whole_revolutions=True):
+    """Phase -> Spectrum for several phases, see `full_spectrum`: less work than one after the other."""
+    for phase in phases:
+        if phase not in PHASES:
+            raise unknown_name("phase", phase, PHASES)
     harmonics = check_harmonics(harmonics)
     if not records:
         raise RotorstudyError("no records; give at least one")
-    amplitudes, covariances = [], []
+    found = {phase: [] for phase in phases}
     for record in records:
         check_record(record, harmonics)
-        whole = record  # with the pulses of the last incomplete revolution
-        record = cut_to_whole_revolutions(record) if whole_revolutions else record
-        signals = np.asarray(record.displacement)
-        if phase == "reference":
-            if record.reference is None:
-                raise RotorstudyError(_no_reference(record, harmonics))
-            signals = np.concatenate([signals, [record.reference]])
-        marks = mark_times(whole, drifting=True) if method.uses_marks else None
-        amplitude, covariance = harmonics_by(method, signals, record.time, record.speed, harmonics, marks)
-        if phase == "reference":
-            psi = phase_from_reference(record.where, harmonics, amplitude[-1], covariance[-1])
-            amplitude, covariance = compensate(amplitude[:-1], covariance[:-1], *psi)
-        elif method.uses_marks and phase == "none":
-            psi, psi_covariance = phase_at_start(marks, record.time[0], harmonics)
-            amplitude, covariance = compensate(amplitude, covariance, -psi, psi_covariance)
-        elif phase == "keyphasor" and not method.uses_marks:
+        for phase, seen in _harmonics_of(record, harmonics, method, phases, whole_revolutions).items():
+            found[phase].append(seen)
+    speed, sensors = np.array([record.speed for record in records]), tuple(records[0].sensors)
+    spectra = {}
+    for phase, seen in found.items():
+        amplitudes, covariances = zip(*seen, strict=True)
+        amplitudes = np.array([amplitude.T for amplitude in amplitudes])
+        spectra[phase] = Spectrum(amplitudes, speed, np.asarray(harmonics), sensors, np.array(covariances))
+    return spectra
+
+
+def _harmonics_of(record, harmonics, method, phases, whole_revolutions):
+    """Phase -> amplitude (sensor, harmonic) and covariance (sensor, component, component) of one record."""
+    whole = record  # with the pulses of the last incomplete revolution
+    record = cut_to_whole_revolutions(record) if whole_revolutions else record
+    marks = mark_times(whole, drifting=True) if method.uses_marks else None
+
+    def measured(signals):
+        return harmonics_by(method, signals, record.time, record.speed, harmonics, marks)
+
+    signals, found = np.asarray(record.displacement), {}
+    if "reference" in phases:
+        if record.reference is None:
+            raise RotorstudyError(_no_reference(record, harmonics))
+        amplitude, covariance = measured(np.concatenate([signals, [record.reference]]))
+        psi = phase_from_reference(record.where, harmonics, amplitude[-1], covariance[-1])
+        found["reference"] = compensate(amplitude[:-1], covariance[:-1], *psi)
+    if {"keyphasor", "none"} & set(phases):
+        keyphasor = none = measured(signals)
+        if method.uses_marks:  # its time zero is a mark
+            if "none" in phases:
+                psi, psi_covariance = phase_at_start(marks, record.time[0], harmonics)
+                none = compensate(*none, -psi, psi_covariance)
+        elif "keyphasor" in phases:
             if method.tolerates_wrong_speed:
                 psi = phase_at_start(mark_times(whole, drifting=True), record.time[0], harmonics)
             else:
                 psi = phase_from_keyphasor(whole, harmonics)
-            amplitude, covariance = compensate(amplitude, covariance, *psi)
-        amplitudes.append(amplitude.T)
-        covariances.append(covariance)
-    speed = np.array([record.speed for record in records])
-    return Spectrum(
-        np.array(amplitudes), speed, np.asarray(harmonics), tuple(records[0].sensors), np.array(covariances)
-    )
+            keyphasor = compensate(*keyphasor, *psi)
+        found |= {"keyphasor": keyphasor, "none": none}
+    return {phase: found[phase] for phase in phases}
 
 
 def simulate_records(

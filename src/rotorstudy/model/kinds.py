@@ -108,6 +108,7 @@ class Effect(Plugin):
     hypothesis : options with which diagnosis tries it, where a cause has more freedom than the defaults give
     shape     : option -> (low, high), the search range of an option that enters nonlinearly, or (low, high, scale) in
                 units of one of the usual sizes of the rotor: `length`, `frequency`
+    alternatives : option -> function() -> its possible values, of which diagnosis tries each; the cause is the same
     fixed     : present with its typical amplitude or absent: a cable is swapped or not
     fold      : ratio of the phase of its amplitude to the angle of its direction: 2 for two stiffnesses
     positive  : its amplitudes cannot be negative (damping, stiffness loss of a crack), together with those of the rig
@@ -122,6 +123,7 @@ class Effect(Plugin):
     candidate: bool = True
     hypothesis: dict = field(default_factory=dict, compare=False)
     shape: dict = field(default_factory=dict, compare=False)
+    alternatives: dict = field(default_factory=dict, compare=False)
     fixed: bool = False
     fold: int = 1
     positive: bool = False

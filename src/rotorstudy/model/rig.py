@@ -123,7 +123,8 @@ def build_model(rig: dict, where: str = "the rig") -> Model:
     options = check_options(plugin.function, _rest(rig["rotor"]), place)
     structure = plugin.function(**options)
     _check_structure(structure, plugin, place)
-    structure = replace(structure, origin=Origin(plugin.function, options, plugin.uncertain))
+    origin = Origin(plugin.function, options, plugin.uncertain)
+    structure = replace(structure, bearing_nodes=_bearing_nodes(rig), origin=origin)
     sensors = _sensors(rig.get("sensors"), structure, where)
     terms = []
     for section in ("cracks", "bearings", "effects"):
@@ -167,6 +168,12 @@ def _gain_somewhere(entry, speeds):
         except RotorstudyError:  # outside its table, or without a film
             continue
     return 0.0
+
+
+def _bearing_nodes(rig):
+    """Nodes of the bearings; mistakes are found when their terms are made."""
+    items = rig.get("bearings") if isinstance(rig.get("bearings"), list) else []
+    return tuple(item["node"] for item in items if isinstance(item, dict) and isinstance(item.get("node"), int))
 
 
 def _held_deflection(given, structure, where):

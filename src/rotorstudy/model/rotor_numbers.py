@@ -100,6 +100,28 @@ def rotor_term(structure: Structure, names: list[str], where: str = "the rotor")
     return Term("rotor", tuple(parameters), dict.fromkeys(names, 0.0), variation=variation)
 
 
+def uncertain_numbers(structure: Structure) -> dict[str, float]:
+    """Numbers of a rotor that its plugin states to be uncertain, and on which its matrices depend.
+
+    Parameters
+    ----------
+    structure : Structure
+
+    Returns
+    -------
+    dict
+        Name -> relative standard deviation; empty for a structure without a plugin.
+    """
+    found = {}
+    for path, share in structure.origin.uncertain.items() if structure.origin else ():
+        try:
+            rotor_term(structure, [PREFIX + path])
+        except RotorstudyError:  # this rotor is described by other options
+            continue
+        found[PREFIX + path] = share
+    return found
+
+
 def _variation(structure, names, where):
     """The Variation of a rotor with some of its numbers."""
     patterns = [_pattern(structure, name, where) for name in names]
@@ -117,16 +139,26 @@ def _pattern(structure, name, where):
     """Regular expression for the paths of the numbers meant by a name; an error if there is none."""
     if structure.origin is None:
         raise RotorstudyError(f"{name} in {where}: the rotor was not built by a plugin, so it has no named numbers")
-    parts = (re.escape(part) + ("" if part.endswith("]") else r"(\[\d+\])?") for part in _path(name).split("."))
-    pattern = re.compile(r"(.*\.)?" + r"\.".join(parts) + r"(\..*)?")
-    known = _numbers(structure.origin.options)
-    if not any(pattern.fullmatch(path) for path in known):
-        raise unknown_name("number of the rotor", name, [PREFIX + path for path in known], where)
+    keys = name.removeprefix(PREFIX).split(".")
+    keys = (re.escape(key) if key.endswith("]") else re.escape(key) + r"(\[\d+\])?" for key in keys)
+    pattern = re.compile(r"(.*\.)?" + r"\.".join(keys) + r"(\..*)?")
+    if not any(pattern.fullmatch(path) for path in _numbers(structure.origin.options)):
+        raise unknown_name("number of the rotor", name, rotor_numbers(structure), where)
     return pattern
 
 
-def _path(name):
-    return name.removeprefix(PREFIX)
+def rotor_numbers(structure: Structure) -> list[str]:
+    """Names of all numbers of a rotor, each at its place.
+
+    Parameters
+    ----------
+    structure : Structure
+
+    Returns
+    -------
+    list of str
+    """
+    return [PREFIX + path for path in _numbers(structure.origin.options)]
 
 
 def _numbers(options, path=""):

@@ -45,6 +45,8 @@ class Structure:
     stiffness_loss : name -> (pattern (dof, dof), unit, typical size), the stiffness lost by a crack; if it can be at
                      several places, a function(node, element) -> such a dict, one argument being None
     shape_at    : position along the shaft, m -> (dof,) deflection there by a unit of each coordinate; None if unknown
+    curvature_at : element -> (dof,) mean curvature of the shaft there by a unit of each coordinate; None if unknown
+    bearing_nodes : nodes carried by bearings, which are terms
     gravity     : its acceleration, m/s^2; None if it follows from the static load, see `acceleration_of_gravity`
     support     : (dof, dof) static stiffness of the bearings, N/m; for usual sizes alone, as bearings are terms
     vibration   : usual vibration in the records to be explained, m; for usual sizes alone
@@ -58,6 +60,8 @@ class Structure:
     dofs: tuple[tuple[int, str], ...]
     stiffness_loss: dict | Callable = field(default_factory=dict)
     shape_at: Callable | None = None
+    curvature_at: Callable | None = None
+    bearing_nodes: tuple[int, ...] = ()
     gravity: float | None = None
     support: np.ndarray | None = None
     vibration: float = 0.0
@@ -223,11 +227,37 @@ class Structure:
             found.append({"element": element})
         return found
 
+    def tension_side(self, element: int | None) -> int:
+        """On which side of an element bending by the weight stretches the shaft: there a crack is open.
+
+        It is the lower side between bearings and the upper one of an overhung end. The bearings are taken as rigid,
+        which is exact for two of them: the moment then follows from equilibrium alone.
+
+        Parameters
+        ----------
+        element : int or None
+            None for a crack whose place along the shaft is not known.
+
+        Returns
+        -------
+        int
+            1 below (also where the moment is zero or not known), -1 above.
+        """
+        if element is None or self.curvature_at is None or not np.any(self.static_load):
+            return 1
+        held = [i for i, (node, motion) in enumerate(self.dofs) if node in self.bearing_nodes and motion != "tilt"]
+        free = np.setdiff1d(np.arange(len(self.dofs)), held)
+        carried = self.stiffness[np.ix_(free, free)]
+        if not _is_regular(carried):
+            return 1
+        deflection = np.zeros(len(self.dofs))
+        deflection[free] = np.linalg.solve(carried, self.static_load[free])
+        return -1 if self.curvature_at(element) @ deflection > 0 else 1
+
     @cached_property
     def is_supported(self) -> bool:
         """Whether rigid supports carry the load; otherwise bearings do, which are terms."""
-        scale = np.sqrt(np.abs(np.diag(self.stiffness)))  # translations and tilts have different units
-        return bool(scale.all() and np.linalg.cond(self.stiffness / np.outer(scale, scale)) < 1e14)
+        return _is_regular(self.stiffness)
 
     @cached_property
     def static_deflection(self) -> np.ndarray:
@@ -235,6 +265,12 @@ class Structure:
         if not np.any(self.static_load) or not self.is_supported:
             return np.zeros(len(self.dofs))
         return np.linalg.solve(self.stiffness, self.static_load)
+
+
+def _is_regular(stiffness):
+    """Whether a stiffness matrix (dof, dof) carries every load."""
+    scale = np.sqrt(np.abs(np.diag(stiffness)))  # translations and tilts have different units
+    return bool(scale.all() and np.linalg.cond(stiffness / np.outer(scale, scale)) < 1e14)
 
 
 def sensor_unit(sensors, node=None):

@@ -24,6 +24,7 @@ from rotorstudy.errors import PluginError
 
 if TYPE_CHECKING:
     from rotorstudy.model.variation import Variation
+FEW_PLACES = 4  # nonzero elements of a matrix, up to which their single products are faster
 
 SPEEDS_COMPARED = np.array([1.0, 31.0, 470.0])  # rad/s; gains that agree there are taken as the same function
 
@@ -363,6 +364,11 @@ def apply_entries(entries, amplitudes, speed, harmonics, reference=None):
         factor = _gain(entry, speed[:, None], np.array(order)[row])
         if entry.order:
             factor = factor * (1j * source_harmonic * speed[:, None]) ** entry.order
+        if len(entry.places) > FEW_PLACES:
+            source = amplitudes[..., column, :]
+            moved = (source.conj() if mirrored else source) @ np.asarray(entry.matrix).T
+            force[..., row, :] += np.asarray(factor)[..., None] * moved
+            continue
         for i, j, value in entry.places:
             source = amplitudes[..., column, j]
             force[..., row, i] += (factor * value) * (source.conj() if mirrored else source)

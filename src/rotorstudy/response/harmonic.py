@@ -20,12 +20,15 @@ from rotorstudy.response.coupling import (
     check_speed,
     gather,
     layout,
+    layout_without_turning,
     linked_members,
     mirrored_unknown,
 )
 from rotorstudy.response.statics import static_deflection
+from rotorstudy.response.turning import touched_by_turning, turning
 
 NUMBERS_AT_ONCE = 5e7  # complex numbers in the matrices of one solve, 0.8 GB; above it, speeds are split into parts
+FEWER_BY = 2  # harmonics are coupled on the coordinates that turn if that takes less than a half of the operations
 CONDENSED_AT_MOST = 1e4  # ratio of the condensed part to the stiffness; above it four of sixteen digits would be lost
 
 
@@ -128,8 +131,8 @@ def positions(harmonics, blocks):
     return [int(np.flatnonzero(blocks.harmonics == n)[0]) for n in harmonics]
 
 
-def operator(model, theta, speed, blocks, kept=None):
-    """Dynamic stiffness D of each group, D q = force.
+def operator(model, theta, speed, blocks, kept=None, *, turning=True):
+    """Dynamic stiffness D of each group, D q = force; without the coefficients that turn, unless `turning`.
 
     theta   : (..., rotor parameter)
     speed   : (speed,) rad/s
@@ -153,7 +156,7 @@ def operator(model, theta, speed, blocks, kept=None):
         result.append(full)
     at = {int(coordinate): i for i, coordinate in enumerate(kept)}
     for p, unknown in model.acting:
-        for entry in (e for e in unknown.entries if e.reads_motion and e.places):
+        for entry in (e for e in unknown.entries if e.reads_motion and e.places and (turning or not e.shift)):
             i, j, value = (np.array(part) for part in zip(*entry.places, strict=True))
             i, j = ([at[k] for k in part.tolist()] for part in (i, j))
             for full, (n, is_w, block, row, column) in zip(
@@ -189,6 +192,45 @@ def _condensed(matrix, kept, stiffness):
     return rows[..., kept] - passed
 
 
+def solver(model, theta, speed, blocks, kept=None):
+    """Function from force to motion, both (..., speed, harmonic, dof, column), and the coordinates where it is nonzero.
+
+    theta : (..., rotor parameter);  speed : (speed,) rad/s;  kept : see `operator`; all coordinates by default
+    """
+    dof = len(model.structure.dofs)
+    kept = np.arange(dof) if kept is None else kept
+    touched = touched_by_turning(model)
+    whole = sum(len(group) * (group.shape[1] * len(kept)) ** 3 for group in blocks.groups)
+    # complex numbers take four times as long as the real ones of the coordinates touched
+    few = len(touched) and FEWER_BY * (2 * len(blocks.harmonics) * len(touched)) ** 3 < 4 * whole
+    own = layout_without_turning(model, blocks) if few else blocks
+    try:
+        matrices = operator(model, theta, speed, own, kept, turning=not few)
+    except np.linalg.LinAlgError:
+        kept = np.arange(dof)
+        matrices = operator(model, theta, speed, own, turning=not few)
+
+    def solved(force):
+        if len(kept) == dof:
+            return solve(matrices, force, own, speed)
+        found = np.zeros(force.shape, complex)
+        found[..., kept, :] = solve(matrices, force[..., kept, :], own, speed)
+        return found
+
+    if not few:
+        return solved, kept
+    coupled = turning(model, theta, speed, blocks.harmonics, touched, solved)
+
+    def solved_with_turning(force):
+        try:
+            found = coupled.added_to(solved(force))
+        except np.linalg.LinAlgError:
+            found = np.array(np.nan)
+        return _checked_motion(found, speed)
+
+    return solved_with_turning, kept
+
+
 def reference_of(unknown, deflection):
     """The static deflection that an amplitude acts on: none for bearings, whose static force balances the load."""
     return None if unknown.carries else deflection
@@ -218,19 +260,7 @@ def carried_response(model, speed, theta, blocks, jacobian, kept=None):
         found, derivatives = zip(*parts, strict=True)
         return np.concatenate(found, axis=-3), np.concatenate(derivatives, axis=-4) if jacobian else None
     rotor = theta[..., : len(model.rotor_unknowns)]
-    try:
-        matrices = operator(model, rotor, speed, blocks, kept)
-    except np.linalg.LinAlgError:
-        kept = np.arange(dof)
-        matrices = operator(model, rotor, speed, blocks)
-
-    def solved(force):  # (..., speed, harmonic, dof, column)
-        if len(kept) == dof:
-            return solve(matrices, force, blocks, speed)
-        found = np.zeros(force.shape, complex)
-        found[..., kept, :] = solve(matrices, force[..., kept, :], blocks, speed)
-        return found
-
+    solved, kept = solver(model, rotor, speed, blocks, kept)
     deflection, moved = static_deflection(model, speed, rotor, jacobian=jacobian)
     force = static_force(model, rotor, speed, blocks.harmonics, deflection)
     if model.static_residual.any():
@@ -239,7 +269,7 @@ def carried_response(model, speed, theta, blocks, jacobian, kept=None):
     found = solved(force[..., None])[..., 0]
     tangents = None
     if model.nonlinear_forces:
-        found, tangents = _with_nonlinear_forces(model, rotor, speed, blocks, matrices, deflection, found)
+        found, tangents = _with_nonlinear_forces(model, rotor, speed, blocks, solved, deflection, found)
     if not jacobian:
         return found, None
     columns = {
@@ -297,6 +327,11 @@ def solve(matrices, force, blocks, speed):
             found = _solve_groups(matrices, force, blocks)
     except np.linalg.LinAlgError:
         found = np.array(np.nan)
+    return _checked_motion(found, speed)
+
+
+def _checked_motion(found, speed):
+    """The motion, or NoSteadyState unless it is finite."""
     if not np.isfinite(found).all():
         raise NoSteadyState(
             f"no steady state at one of {_some(speed)} rad/s: a harmonic coincides with an undamped natural "
@@ -326,7 +361,7 @@ def _solve_groups(matrices, force, blocks):
     return result
 
 
-def _with_nonlinear_forces(model, theta, speed, blocks, matrices, deflection, linear):
+def _with_nonlinear_forces(model, theta, speed, blocks, solved, deflection, linear):
     """Harmonics (..., speed, harmonic, dof) with the nonlinear forces, and Tangents (..., speed)."""
     carried, dof = blocks.harmonics, len(model.structure.dofs)
     seen = seen_coordinates([force for _, force in model.nonlinear_forces])
@@ -335,7 +370,7 @@ def _with_nonlinear_forces(model, theta, speed, blocks, matrices, deflection, li
     unit[row, column, row, seen[column]] = 1
     unit = np.moveaxis(unit.reshape(-1, len(carried), dof), 0, -1)
     unit = np.broadcast_to(np.concatenate([unit, 1j * unit], axis=-1), (*linear.shape, 2 * unit.shape[-1]))
-    reply = solve(matrices, unit, blocks, speed)
+    reply = solved(unit)
     deflection = np.broadcast_to(deflection, (*linear.shape[:-2], dof))
     found, tangents = np.empty_like(linear), np.empty(linear.shape[:-2], object)
     for place in np.ndindex(tangents.shape):

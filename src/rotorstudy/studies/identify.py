@@ -9,6 +9,7 @@ from rotorstudy.errors import NoConvergenceError, NoSteadyState
 from rotorstudy.inference.bounds import cramer_rao_bound
 from rotorstudy.inference.problem import Problem, estimate_by, magnitude_and_phase
 from rotorstudy.measurement.noise import MODELS, noise_std, noisy, standard_normal
+from rotorstudy.measurement.records import PHASES
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
@@ -23,7 +24,7 @@ from rotorstudy.studies.common import (
     true_values,
 )
 from rotorstudy.studies.config import changed
-from rotorstudy.studies.simulate import PHASES, case_records, kind_spectrum
+from rotorstudy.studies.simulate import case_records, kind_spectra
 
 
 def identify(config, rig):
@@ -38,8 +39,9 @@ def identify(config, rig):
     for case, source, name in product(config.cases.values(), taken.identified_from, taken.identified):
         kind = taken.kinds[name]
         records = case_records(config, model, case.speeds, kind, source)
+        spectra = {method: kind_spectra(config, kind, records, method, PHASES) for method in methods}
         for phase, method in product(PHASES, methods):
-            problem = Problem(model, kind_spectrum(config, kind, records, method, phase), tuple(config.unknowns))
+            problem = Problem(model, spectra[method][phase], tuple(config.unknowns))
             for estimator in estimators:
                 try:
                     _, theta, std = reported(problem, estimate_by(estimator, problem))
@@ -77,7 +79,8 @@ def _spectrum_without_noise(config, model, speeds, record):
         return clean_spectrum(config, model, speeds), config.record.samples
     kind = config.record.kinds[record]
     records = case_records(config, model, speeds, kind, "from rest")
-    return kind_spectrum(config, kind, records, "regression", "reference"), len(records[0].time)
+    spectra = kind_spectra(config, kind, records, "regression", ["reference"])
+    return spectra["reference"], len(records[0].time)
 
 
 CONDENSED = "least_squares, condensed"

@@ -2,13 +2,18 @@
 
 import numpy as np
 
-from rotorstudy.measurement.records import Record, full_spectrum, keyphasor_signal, reference_signal, simulate_records
+from rotorstudy.measurement.records import (
+    PHASES,
+    Record,
+    full_spectra,
+    keyphasor_signal,
+    reference_signal,
+    simulate_records,
+)
 from rotorstudy.model.registry import registry
 from rotorstudy.response.integration import time_response, transient_response
 from rotorstudy.store import as_complex, dataset
 from rotorstudy.studies.common import SPEED
-
-PHASES = ("none", "reference", "keyphasor")
 
 
 def steady_state(config, model, speeds, late_samples=0.0):
@@ -71,15 +76,16 @@ def take(config, kind, signal, speed, sensors):
     )
 
 
-def kind_spectrum(config, kind, records, name, phase):
-    """Spectrum of records of one kind by a spectrum method, with phases from the time origin of that kind."""
+def kind_spectra(config, kind, records, name, phases):
+    """Phase -> Spectrum of records of one kind by a spectrum method; phase "none" from the time origin of that kind."""
     method = registry().get("spectrum", name)
-    spectrum = full_spectrum(records, config.harmonics, method, phase, whole_revolutions=kind.whole_revolutions)
+    found = full_spectra(records, config.harmonics, method, phases, whole_revolutions=kind.whole_revolutions)
     early = kind.clock_samples.get(name, 0) * config.record.step
-    if phase != "none" or not early:
-        return spectrum
-    shift = np.exp(1j * np.multiply.outer(spectrum.speed, spectrum.harmonics) * early)
-    return spectrum.with_amplitude(spectrum.amplitude * shift[..., None])
+    if "none" in phases and early:
+        spectrum = found["none"]
+        shift = np.exp(1j * np.multiply.outer(spectrum.speed, spectrum.harmonics) * early)
+        found["none"] = spectrum.with_amplitude(spectrum.amplitude * shift[..., None])
+    return found
 
 
 def spectra(config, records):
@@ -108,12 +114,11 @@ def spectra(config, records):
             taken = [take(config, kind, _delayed(z, kind.late_samples), w, sensors) for z in displacement[:, s]]
             mark = Record(taken[0].time, taken[0].reference[None], float(w), sensors[:1])
             for m, name in enumerate(methods):
-                reference_phase[k, m, s] = np.angle(
-                    kind_spectrum(config, kind, [mark], name, "none").amplitude[0, :, 0]
-                )
-                for p, phase in enumerate(PHASES):
-                    for o, record in enumerate(taken):
-                        found[o, k, m, p, s] = kind_spectrum(config, kind, [record], name, phase).amplitude[0]
+                reference = kind_spectra(config, kind, [mark], name, ["none"])["none"]
+                reference_phase[k, m, s] = np.angle(reference.amplitude[0, :, 0])
+                for o, record in enumerate(taken):
+                    seen = kind_spectra(config, kind, [record], name, PHASES)
+                    found[o, k, m, :, s] = [seen[phase].amplitude[0] for phase in PHASES]
     variables = {
         "displacement": (tuple(coordinates), found, "m", "full spectrum of the displacement"),
         "reference_phase": (

@@ -1,0 +1,73 @@
+"""Cracks of rotors integrated in real x and y are named, with their element, angle and breathing function."""
+
+import numpy as np
+import pytest
+from cracked_rotor import Shaft
+from test_cracked_rotor import BETWEEN, LOSS, ORDERS, finite_elements, integrated_jeffcott, jeffcott
+
+from rotorstudy.diagnosis.verdict import investigate
+from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+from rotorstudy.response.measured import measured_response
+
+NOISE = 4e-3  # of the rms vibration at 1X
+STATED = {"uncertainty": {"default": 0.02}}
+SLOW = ["rub", "looseness", "cubic_stiffness"]  # nonlinear forces, whose fits take most of the time
+
+
+def noisy(motion, speeds, sensors):
+    std = NOISE * np.sqrt(np.mean(np.abs(motion[:, ORDERS.index(1)]) ** 2))
+    draws = np.random.default_rng(1).normal(0, std / np.sqrt(2), (2, *motion.shape))
+    covariance = independent_covariance(np.full(motion.shape, std**2 / 2))
+    return Spectrum(motion + draws[0] + 1j * draws[1], speeds, np.array(ORDERS), sensors, covariance)
+
+
+def apart(angle, other, period=2 * np.pi):
+    """Distance of two angles, rad."""
+    return abs((angle - other + period / 2) % period - period / 2)
+
+
+def check(verdict, where, opening, angle, loss):
+    assert verdict.verdict == "cause"
+    (cause,) = verdict.causes
+    assert (cause.effect, cause.where, cause.variant) == ("breathing_crack", where, {"crack": opening})
+    found, size = cause.parameters["crack_angle_rad"], cause.parameters["stiffness_loss"]
+    off = apart(found.value, angle, np.pi if opening == "open" else 2 * np.pi)  # a notch has two sides
+    assert off < 4 * found.std < np.deg2rad(10)
+    assert abs(size.value - loss) < 4 * size.std < 0.1 * loss
+
+
+@pytest.mark.parametrize("degrees", [60, 200])
+@pytest.mark.parametrize("opening", ["switching", "breathing", "power_cosine", "open"])
+def test_a_crack_of_a_jeffcott_rotor_is_named(opening, degrees):
+    speeds, angle = np.array([90.0, 140.0, 180.0, 230.0, 280.0, 350.0, 420.0]), np.deg2rad(degrees)
+    motion = np.array([integrated_jeffcott(w, opening, angle)[ORDERS] for w in speeds])[..., None]
+    verdict = investigate(noisy(motion, speeds, (1,)), jeffcott(), settings={**STATED, "leave_out": SLOW}).verdict
+    check(verdict, {}, opening, angle, LOSS)
+
+
+@pytest.mark.parametrize(("element", "degrees", "opening"), [(2, 60, "breathing"), (3, 200, "switching")])
+def test_a_crack_in_an_element_is_named(element, degrees, opening):
+    speeds, angle = np.array([80.0, 130.0, 170.0, 220.0, 260.0, 380.0, 430.0]), float(np.deg2rad(degrees))
+    motion = Shaft(0.15, 4, 0.02, **BETWEEN, crack=(element, 0.15, angle, opening), beta=1e-4)
+    data = noisy(motion.harmonics(speeds, ORDERS, steps=1024), speeds, (1, 2, 3, 4, 5))
+    verdict = investigate(data, finite_elements(BETWEEN), settings={**STATED, "leave_out": SLOW}).verdict
+    check(verdict, {"element": element}, opening, angle, 0.15)
+
+
+def test_without_a_crack_none_is_named():
+    speeds = np.array([90.0, 140.0, 180.0, 230.0, 280.0, 350.0, 420.0])
+    motion = np.array([integrated_jeffcott(w, "none", 0.0)[ORDERS] for w in speeds])[..., None]
+    verdict = investigate(noisy(motion, speeds, (1,)), jeffcott(), settings={**STATED, "leave_out": SLOW}).verdict
+    assert verdict.verdict == "nothing"
+
+
+def test_records_of_a_growing_motion_name_no_turning_stiffness():
+    """The periodic solution of an asymmetric shaft between its critical speeds exists, but no record can be of it."""
+    natural, model = np.sqrt(7.6e5 / 2.0), {"shaft_asymmetry": 0.1, "shaft_asymmetry_phase_rad": 0.3}
+    for third, kind in ((0.85, "cause"), (0.99, "unknown")):
+        speeds = natural * np.array([0.5, 0.7, third, 1.1, 1.2, 1.3, 1.5])
+        true = jeffcott(kind="shaft_asymmetry", **model)
+        data = noisy(measured_response(true, speeds, ORDERS), speeds, (1,))
+        verdict = investigate(data, jeffcott(), settings={**STATED, "leave_out": [*SLOW, "breathing_crack"]}).verdict
+        assert verdict.verdict == kind
+        assert ("shaft_asymmetry" in {cause.effect for cause in verdict.causes}) == (kind == "cause")
