@@ -34,6 +34,7 @@ def rotorstudy_effect():
         bow,
         source="Nicholas, Gunter, Allaire 1976",
         places=between_the_ends,
+        parts="node",
         checked="whirl b / |1 - eta^2| of a Jeffcott rotor to 1e-12",
         confounders=(
             ("unbalance", "an unbalance grows with the square of the speed and vanishes at slow roll, a bow does not"),

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rotorstudy.diagnosis.candidates import SCALES, log_scales
+from rotorstudy.diagnosis.odds import SCALES, log_scales
 from rotorstudy.diagnosis.verdict import investigate
 from rotorstudy.diagnosis.words import cause_in_words
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance

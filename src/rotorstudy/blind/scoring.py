@@ -32,7 +32,17 @@ def same_cause(true, named):
     where = named.get("where") or {}
     if true["places"] > 1 and any(key not in where for key in true["where"]):
         return False
-    return all(where[key] == value for key, value in true["where"].items() if key in where)
+    return all(value in _parts(where[key]) for key, value in true["where"].items() if key in where)
+
+
+def _parts(value):
+    """Values of an option of the place: a list for a cause of several parts (harmonics of a runout)."""
+    return value if isinstance(value, list) else [value]
+
+
+def _count(causes):
+    """Number of causes, each part by itself."""
+    return sum(int(np.prod([len(_parts(value)) for value in (c.get("where") or {}).values()])) for c in causes)
 
 
 def stated_set(verdict):
@@ -52,7 +62,7 @@ def score_case(truth, answer):
     known = bool(true) and truth["kind"] != "foreign"
     found = [any(same_cause(t, c) for c in named) for t in true]
     inside = [any(same_cause(t, c) for c in stated) for t in true]
-    exact = known and all(found) and len(named) == len(true)
+    exact = known and all(found) and _count(named) == len(true)
     hit = known and all(inside) and (exact or verdict["verdict"] == "ambiguous")
     confounder = bool(true) and any(c["effect"] in true[0]["confounders"] for c in stated)
     before, after = _held_out_errors(truth, answer.get("held_out"))
@@ -68,7 +78,7 @@ def score_case(truth, answer):
         "verdict": verdict["verdict"],
         "answer": " + ".join(sorted(c["effect"] for c in named)) or verdict["verdict"],
         "known": known,
-        "named": len(named),
+        "named": _count(named),
         "states_causes": bool(stated),
         "exact": exact,
         "right": bool(hit),

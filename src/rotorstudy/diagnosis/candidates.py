@@ -1,4 +1,4 @@
-"""The hypotheses: every effect of the library at every place, and how much of a residual each explains."""
+"""The hypotheses: every effect of the library at every place."""
 
 from dataclasses import replace
 from itertools import product
@@ -8,21 +8,15 @@ import numpy as np
 
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import CannotAct
-from rotorstudy.inference.fit import Fit
-from rotorstudy.inference.prediction import carried_order
-from rotorstudy.inference.prior import log_narrowing
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import blamed, registry
 from rotorstudy.model.rig import make_term
 from rotorstudy.model.structure import Structure
-from rotorstudy.model.terms import Term
-from rotorstudy.response.measured import sensitivities
+from rotorstudy.model.terms import Term, share_of
 
 SHAPES_TRIED = 9  # values of a shape option, before the best is refined
 ANGLES_TRIED = 16  # of the angles of a full turn: 11 degrees off at most, which even a fifth harmonic tells from noise
-SWEEPS = 3  # over the parameters of a cause, for their most probable widths
-SCALES = 10.0 ** (-0.5 * np.arange(7))  # widths of the prior over the widest one, equally likely by order of magnitude
 FIXED = 0.02  # standard deviation of an amplitude that is 0 or 1: what the uncertainty of the probe calibration
 
 
@@ -30,7 +24,8 @@ class Candidate(NamedTuple):
     """An effect at a place: plugin name, options of the place, its term without values.
 
     prior    : unknown name -> (mean, std) of its amplitude before anything is measured
-    positive : names of unknowns that cannot be negative: the prior is the upper half of that normal distribution
+    positive : unknown name -> {parameter of the base: factor}: it cannot be negative together with these, which act
+               alike; where there are none, the prior is the upper half of that normal distribution
     fixed    : its amplitude is known where the effect is present; the width of its prior is not varied
     options  : other options, the same for all candidates of the effect
     shape    : options that enter nonlinearly (a clearance, an angle), at one of the values tried
@@ -42,7 +37,7 @@ class Candidate(NamedTuple):
     where: dict
     term: Term
     prior: dict
-    positive: tuple = ()
+    positive: dict = {}
     fixed: bool = False
     shape: dict = {}
     variant: dict = {}
@@ -53,6 +48,12 @@ class Candidate(NamedTuple):
     def cause(self):
         """Name in a verdict: the effect and its place, without the shape."""
         return self.effect + "".join(f", {key} {value}" for key, value in self.where.items())
+
+    @property
+    def fault(self):
+        """Name of the fault that it is a part of: the cause without the option that numbers the parts."""
+        parts = registry().get("effect", self.effect).parts
+        return self.effect + "".join(f", {key} {value}" for key, value in self.where.items() if key != parts)
 
     @property
     def label(self):
@@ -111,9 +112,16 @@ def candidate(
     term = make_term("effect", item, model.structure, model.sensors, f"candidate {effect}")
     mean, std = (1.0, FIXED) if plugin.fixed else (0.0, prior_width)
     prior = {unknown.name: (mean * unknown.typical, std * unknown.typical) for unknown in term.unknowns}
-    positive = tuple(prior) if plugin.positive else ()
+    positive = {unknown.name: _same(unknown, term, model) for unknown in term.unknowns if plugin.positive}
     chosen = dict(shape or {}), dict(variant or {})
     return Candidate(effect, where, term, prior, positive, plugin.fixed, *chosen, options=options)
+
+
+def _same(unknown, term, model):
+    """{parameter of the model: factor} of those that act as an unknown of a term does, so that the two add up."""
+    there = model.output_unknowns if term.acts_on_output else model.rotor_unknowns
+    shares = {known.name: share_of(unknown, known) for known in there}
+    return {name: share for name, share in shares.items() if share > 0}
 
 
 def with_shape(model: Model, cause: Candidate, shape: dict, prior_width: float) -> Candidate:
@@ -225,142 +233,3 @@ def _candidates_of(plugin, model, settings, first):
             except CannotAct:  # a place that other options of this rig exclude
                 continue
     return found
-
-
-class Screened(NamedTuple):
-    """A candidate judged by its linearised columns.
-
-    explained : decrease of the cost if it alone is added and the free parameters are fitted again
-    evidence  : logarithm of its Bayes factor against the model without it
-    start     : (unknown,) its amplitudes there
-    detection : (unknown,) standard deviation of each amplitude if it alone is fitted
-    """
-
-    explained: float
-    evidence: float
-    start: np.ndarray
-    detection: np.ndarray
-
-
-def log_scales(mean: np.ndarray, covariance: np.ndarray, parameter: np.ndarray) -> float:
-    """Logarithm of the Bayes factor of a prior whose widths are unknown against the widest one.
-
-    One parameter has one of `SCALES`. Of several, each has a width of its own or is absent with a probability of one
-    half: of the many harmonics of a coupling few may be present. The sum over all combinations is approximated about
-    the most probable one, one width varied at a time, which is exact where the data do not correlate the parameters.
-
-    Parameters
-    ----------
-    mean, covariance : ndarray (unknown,), (unknown, unknown)
-        Of the posterior under the widest prior, in standard deviations of that prior.
-    parameter : ndarray (unknown,)
-        Position of the parameter of each amplitude.
-
-    Returns
-    -------
-    float
-    """
-    narrow, vectors = np.linalg.eigh(covariance)
-    narrow = np.clip(narrow, 1e-30, 1)
-    pull = vectors @ (vectors.T @ mean / narrow)
-    data = (vectors * (1 / narrow - 1)) @ vectors.T  # precision that the data give
-
-    def value(scales):
-        """Log evidence, less a constant, of widths (..., parameter)."""
-        root = scales[..., parameter]
-        precision = np.eye(len(mean)) + root[..., :, None] * data * root[..., None, :]
-        drawn = root * pull
-        solved = np.linalg.solve(precision, drawn[..., None])[..., 0]
-        return 0.5 * (np.sum(drawn * solved, axis=-1) - np.linalg.slogdet(precision)[1])
-
-    count = int(parameter[-1]) + 1
-    widths, chance = SCALES, np.full(len(SCALES), -np.log(len(SCALES)))
-    if count > 1:
-        widths, chance = np.append(0, SCALES), np.append(0, chance) - np.log(2)
-    best = np.ones(count)
-    widest = value(best)
-    for _ in range(SWEEPS if count > 1 else 1):
-        factor = 0.0
-        for i in range(count):
-            tried = np.tile(best, (len(widths), 1))
-            tried[:, i] = widths
-            found = value(tried) + chance
-            best = tried[found.argmax()]
-            factor += np.logaddexp.reduce(found) - value(best)
-    return float(value(best) + factor - widest)
-
-
-def log_possible(mean: np.ndarray, std: np.ndarray) -> np.ndarray:
-    """Logarithm of the Bayes factor of amplitudes that cannot be negative against ones that can.
-
-    The limit doubles the prior density above zero, and keeps the posterior probability of a positive amplitude.
-
-    Parameters
-    ----------
-    mean, std : array_like (...)
-        Of the posterior without the limit.
-
-    Returns
-    -------
-    ndarray (...)
-    """
-    from scipy.special import log_ndtr
-
-    return np.log(2) + log_ndtr(np.asarray(mean) / np.asarray(std))
-
-
-def screen(fitted: Fit, spectrum: Spectrum, chosen: list[Candidate]) -> list[Screened]:
-    """Judge candidates by the linearised columns of their amplitudes at a fit.
-
-    The free parameters of the fit are projected out with their priors: what they explain is not a new cause.
-
-    Parameters
-    ----------
-    fitted : Fit
-    spectrum : Spectrum
-    chosen : list of Candidate
-
-    Returns
-    -------
-    list of Screened
-    """
-    on_rotor = [u for c in chosen if not c.term.acts_on_output for u in c.term.unknowns]
-    on_output = [u for c in chosen if c.term.acts_on_output for u in c.term.unknowns]
-    columns = sensitivities(
-        fitted.model,
-        spectrum.speed,
-        spectrum.harmonics,
-        (on_rotor, on_output),
-        fitted.theta,
-        order=carried_order(spectrum),
-    )
-    columns = spectrum.whitened(np.moveaxis(columns, -1, 0)).T  # (component, unknown)
-    order = {u.name: i for i, u in enumerate(on_rotor + on_output)}
-    prior = fitted.prior  # its rows follow those of the data
-    known = np.vstack([fitted.jacobian, prior.whitener])
-    residual = np.concatenate([fitted.residual, prior.whitener @ (prior.mean - fitted.free)])
-    columns = np.vstack([columns, np.zeros((len(prior.mean), columns.shape[1]))])
-    length = np.linalg.norm(known, axis=0)
-    basis, _ = np.linalg.qr(known / length)
-    columns = columns - basis @ (basis.T @ columns)
-    residual = residual - basis @ (basis.T @ residual)
-    return [_screened(candidate, columns[:, [order[n] for n in candidate.names]], residual) for candidate in chosen]
-
-
-def _screened(candidate, columns, residual):
-    """Screened of one candidate; columns (component, unknown) and residual (component,), the base projected out."""
-    mean, std = np.array([candidate.prior[n] for n in candidate.names]).T
-    left = residual - columns @ mean
-    scaled = columns * std
-    covariance = np.linalg.inv(np.eye(len(std)) + scaled.T @ scaled)
-    off = covariance @ (scaled.T @ left)  # in standard deviations of the prior
-    cost = np.sum((left - scaled @ off) ** 2) + off @ off
-    explained = float(residual @ residual - cost)
-    evidence = 0.5 * (explained - log_narrowing(columns, np.diag(std)))
-    start = mean + std * off
-    detection = std / np.sqrt(1 + np.sum(scaled**2, axis=0))
-    limited = np.isin(candidate.names, candidate.positive)
-    evidence += float(log_possible(start, detection)[limited].sum())
-    if not candidate.fixed:
-        evidence += log_scales(off, covariance, candidate.parameter)
-    return Screened(explained, evidence, start, detection)

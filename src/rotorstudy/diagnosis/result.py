@@ -25,7 +25,7 @@ def _without_numpy(where):
 
 
 class Place(Result):
-    """An effect of the library at a place; where : options of the place, like {"node": 2}."""
+    """An effect of the library at a place; where : options of the place, like {"node": 2}, lists for several parts."""
 
     effect: str
     where: Annotated[dict[str, Any], BeforeValidator(_without_numpy)]

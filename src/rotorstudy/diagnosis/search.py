@@ -1,136 +1,47 @@
-"""The search for causes: screen all candidates, fit the promising ones, compare their odds, add, swap, drop."""
+"""The search for causes: screen all candidates and pairs, fit the promising ones, weigh them, add, swap, drop."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import brentq
 
-from rotorstudy.diagnosis.candidates import (
-    SCALES,
-    Candidate,
-    Screened,
-    candidates,
-    log_possible,
-    log_scales,
-    screen,
-    shape_ranges,
-    with_shape,
-    with_vibration,
-)
-from rotorstudy.diagnosis.settings import Settings, base_rate
-from rotorstudy.errors import NoSteadyState, PluginError
-from rotorstudy.inference.fit import HYPOTHESIS, Fit, fit
-from rotorstudy.inference.linear import invert
-from rotorstudy.inference.prediction import predicted
+from rotorstudy.diagnosis.candidates import Candidate, candidates, with_vibration
+from rotorstudy.diagnosis.explanations import Search
+from rotorstudy.diagnosis.odds import Explanation, odds_of
+from rotorstudy.diagnosis.screening import screen, screen_pairs
+from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.diagnosis.shapes import refine
+from rotorstudy.errors import NoSteadyState
+from rotorstudy.inference.fit import fit
+from rotorstudy.inference.prediction import predicted, with_cause_error
 from rotorstudy.inference.prior import Prior, prior_of, with_rotor
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
-from rotorstudy.model.registry import blamed, registry
+from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import make_term
 from rotorstudy.model.rotor_numbers import with_rotor_numbers
 from rotorstudy.response.stability import check_stable, varies_in_time
 
-TRIAL_STEPS = 5  # of a fit, after which it is decided whether to finish it
 FITTED_FULLY = 4  # least number of explanations per round that are fitted to convergence
 CLOSE = 15.0  # excess over the lowest cost of a round (likelihood ratio e^-7.5) beyond which a fit is not finished
 STRAINED = 3.0  # mean square distance of the base parameters from their priors; 1 is expected
-LEAST_LOG_ODDS = 2.0  # log posterior odds that an explanation needs: seven to one that something is missing
 WORTH_FITTING = 0.1  # of what the best candidate explains when linearised, which is inaccurate for large effects
-THRESHOLD_STEPS = 20  # of a fixed-point iteration that converges quickly
-LEAST_LOG_PROBABILITY = -700.0  # keeps posterior probabilities from underflow to zero
+REACH = 10.0  # log odds below the best, at its motion, beyond which an alternative cannot change a probability
+INACCURACY = 0.01  # of what is explained: further log odds within reach, as columns at the best motion are not exact
+ALTERNATIVES = 12  # most alternatives to each cause that are fitted in a round
+ROUNDS = 3  # of alternatives, each at the motion of the best of the last one
+REFINED = 3  # most explanations of a round of which the shape is refined
 LEFT_BY_SHAPE = 0.05  # of what a cause explains, if its shape is half a step of those tried from the true one
-SHAPE_STEPS = 8  # of the shape options of a cause
-SHAPE_DIFFERENCE = 1e-4  # of the range of a shape option, for its derivative
-SHAPE_GAIN = 0.25  # convergence tolerance of the shape, in log posterior odds
-SHARES_OF_STEP = (1.0, 0.3, 0.1)
+PAIRS = 6  # pairs fitted in a round
+PAIRS_OF_A_CAUSE = 2  # of these; with more, a single good cause would fill them with any other
 
 
-@dataclass(frozen=True)
-class Explanation:
-    """A set of causes, fitted; log_posterior_odds : natural logarithm of its odds against the base model alone."""
+class Option(NamedTuple):
+    """A set of causes worth a fit, with values of parameters by name to start from."""
 
     causes: tuple[Candidate, ...]
-    fit: Fit
-    log_posterior_odds: float
-
-    @property
-    def named(self):
-        """Names of the causes in a verdict, without their shapes."""
-        return frozenset(cause.cause for cause in self.causes)
-
-
-def _odds(explanation):
-    return explanation.log_posterior_odds
-
-
-@dataclass(frozen=True)
-class Search:
-    """A search under way, and its outcome.
-
-    model, spectrum : with the nuisance terms; with the model error
-    prior           : Prior of the parameters that are free in every fit;  base : Fit of these alone
-    candidates      : list of Candidate;  screened : Screened of each, at the base fit
-    found           : labels of the causes -> Explanation, for every one fitted
-    faults          : effect -> one line with file and place, for plugins that failed; the rest was searched
-    upheld          : whether the best explanation keeps its odds with the held-out speeds
-    """
-
-    model: Model
-    spectrum: Spectrum
-    settings: Settings
-    prior: Prior
-    base: Fit
-    candidates: list
-    screened: list = field(default_factory=list)
-    found: dict = field(default_factory=dict)
-    faults: dict = field(default_factory=dict)
-    upheld: bool = True
-
-    @property
-    def broken(self):
-        """One line for each effect whose plugin failed and that was therefore not considered, or not throughout."""
-        return list(self.faults.values())
-
-    @property
-    def explanations(self):
-        """Every Explanation that was fitted."""
-        return list(self.found.values())
-
-    @property
-    def best(self):
-        """The explanation with the highest posterior odds; that without causes if they are too low or not upheld."""
-        best = max(self.explanations, key=_odds)
-        return best if best.log_posterior_odds > LEAST_LOG_ODDS and self.upheld else self.found[frozenset()]
-
-    def prior_odds(self, cause: Candidate) -> float:
-        """Prior odds of a cause: the base rate of its effect in the library, divided among its places and shapes."""
-        rates = {c.effect: base_rate(c.effect, self.settings) for c in self.candidates}
-        alike = sum(c.effect == cause.effect for c in self.candidates)
-        return rates[cause.effect] / (sum(rates.values()) * alike)
-
-    def even_odds_gain(self, cause: Candidate) -> float:
-        """Decrease of the cost at which a cause has even posterior odds: it offsets prior odds and Occam factor.
-
-        With the prior width of highest evidence, which is about the amplitude itself, the Occam factor depends on the
-        decrease of the cost; hence the fixed-point iteration.
-        """
-        absent = cause.parameter[-1]  # all parameters but one
-        widths = 0 if cause.fixed else np.log(len(SCALES)) + (absent + 1) * np.log(2) * (absent > 0)
-        given = -2 * np.log(self.prior_odds(cause)) + 2 * widths
-        count, gain = max(np.bincount(cause.parameter)) * (not cause.fixed), given
-        for _ in range(THRESHOLD_STEPS):
-            gain = given + count * np.log1p(gain / max(count, 1))
-        return float(gain)
-
-    def posterior(self) -> list[tuple[Explanation, float]]:
-        """(explanation, posterior probability), most probable first; of each set of causes its best shape."""
-        best = {}
-        for e in self.explanations:
-            if e.named not in best or _odds(e) > _odds(best[e.named]):
-                best[e.named] = e
-        found = sorted(best.values(), key=_odds, reverse=True)
-        odds = np.array([_odds(e) for e in found])
-        probability = np.exp(np.maximum(odds - np.logaddexp.reduce(odds), LEAST_LOG_PROBABILITY))
-        return list(zip(found, probability.tolist(), strict=True))
+    start: dict[str, float]
 
 
 def base_model(model: Model, settings: Settings) -> tuple[Model, Prior]:
@@ -166,7 +77,7 @@ def base_model(model: Model, settings: Settings) -> tuple[Model, Prior]:
 
 
 def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
-    """Explanations of a spectrum by up to `most_causes` candidates, found by adding, swapping and dropping.
+    """Explanations of a spectrum by up to `most_causes` faults, found by adding, swapping and dropping causes.
 
     Parameters
     ----------
@@ -179,6 +90,7 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     Returns
     -------
     Search
+        Its spectrum has the error of the causes too.
 
     Raises
     ------
@@ -188,25 +100,23 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     model = with_vibration(model, spectrum)
     whole, prior = base_model(model, settings)
     base = fit(whole, spectrum, prior)
+    stated = fit(whole, spectrum, prior, steps=0)
+    imitates = base.penalty > STRAINED * len(prior.names)  # the parameters of the base take over what is missing
+    missing = spectrum.amplitude - predicted(whole, spectrum, stated.theta if imitates else base.theta)
+    widened = with_cause_error(spectrum, missing, settings.cause_error)
+    base = fit(whole, widened, prior, start=base.theta)
     every, faults = candidates(model, settings)
-    work = Search(whole, spectrum, settings, prior, base, every, faults=faults)
-    work.screened.extend(_screen(work, base, every))
-    current = work.found[frozenset()] = Explanation((), base, 0.0)
+    work = Search(model, whole, widened, settings, prior, base, every, faults=faults, cause_error=settings.cause_error)
+    work.screened.extend(work.screen(base, every))
     screenings = [work.screened]
-    if base.penalty > STRAINED * len(
-        prior.names
-    ):  # the parameters imitate what is missing: screen at the stated ones too
-        screenings.append(_screen(work, fit(whole, spectrum, prior, steps=0), every))
-    while len(current.causes) < settings.most_causes:
-        tried = _add(work, current, screenings if not current.causes else None)
-        better = max((_refine(work, model, e) for e in _to_refine(tried, current.fit.cost)), key=_odds, default=current)
-        if _odds(better) <= _odds(current):
-            break
-        current = better
-        if len(current.causes) > 1:
-            current = _swap(work, current)
-    _drop_growing(work)
-    return work
+    if imitates:
+        screenings.append(work.screen(fit(whole, widened, prior, steps=0), every))
+    work.found[frozenset()] = Explanation((), base, 0.0)
+    best = _added(work, work.found[frozenset()], screenings)
+    settled = _settled(work, spectrum, missing, best)
+    _added(settled, max(settled.explanations, key=odds_of))
+    _drop_growing(settled)
+    return settled
 
 
 def _drop_growing(work):
@@ -221,131 +131,78 @@ def _drop_growing(work):
             return
 
 
-def _screen(work, fitted, chosen):
-    """`screen`; a candidate whose plugin fails is recorded as broken and explains nothing."""
-    try:
-        return screen(fitted, work.spectrum, chosen)
-    except Exception:  # of some plugin; screening one at a time shows of which
-        return [_screen_alone(work, fitted, one) for one in chosen]
+def _added(work, current, screenings=None):
+    """The best explanation after causes were added to one as long as that increases its odds."""
+    while True:
+        tried = _add(work, current, screenings)
+        better = max((refine(work, e) for e in _to_refine(tried, current.fit.cost)), key=odds_of, default=current)
+        if odds_of(better) <= odds_of(current):
+            return current
+        current, screenings = _with_alternatives(work, better), None
+        if len(current.causes) > 1:
+            current = _drop(work, current)
 
 
-def _screen_alone(work, fitted, one):
-    try:
-        return screen(fitted, work.spectrum, [one])[0]
-    except NoSteadyState:
-        pass
-    except Exception as error:
-        _note_broken(work, [one], error)
-    return Screened(0.0, -np.inf, np.zeros(len(one.names)), np.full(len(one.names), np.inf))
+def _settled(work, spectrum, missing, best):
+    """The search with the error of the causes that the best explanation turned out to have, at most the one assumed.
 
-
-def _note_broken(work, causes, error):
-    """Record the plugin that raised an exception; an exception from elsewhere is raised again."""
-    line = blamed(error) or (str(error) if isinstance(error, PluginError) else "")
-    if not line:
-        raise error
-    guilty = [c.effect for c in causes if registry().get("effect", c.effect).file in line]
-    work.faults.setdefault(guilty[-1] if guilty else causes[-1].effect, line)
-
-
-def _to_refine(tried, before):
-    """The best explanation, and those that a better shape of their last cause may bring near its cost.
-
-    before : cost of the explanation that they extend
+    Everything within reach is fitted again with that error. Where the assumed one is needed, nothing changes.
     """
-    if not tried:
+    off = spectrum.amplitude - predicted(best.fit.model, spectrum, best.fit.theta)
+
+    def excess(error):
+        whitened = with_cause_error(spectrum, missing, error).whitened(off)
+        return whitened @ whitened + best.fit.penalty - len(whitened)
+
+    if not best.causes or excess(work.cause_error) >= 0:
+        return work
+    error, exact = 0.0, fit(best.fit.model, spectrum, best.fit.prior, start=best.fit.theta)
+    if exact.is_rejected(work.settings.significance):
+        error = brentq(excess, 0.0, work.cause_error, xtol=1e-3 * work.cause_error)
+    narrower = with_cause_error(spectrum, missing, error)
+    base = fit(work.model, narrower, work.prior, start=work.base.theta)
+    again = replace(work, spectrum=narrower, base=base, found={}, cause_error=error)
+    again.found[frozenset()] = Explanation((), base, 0.0)
+    for rank, known in enumerate(sorted(work.explanations, key=odds_of, reverse=True)):
+        if known.causes and (rank < FITTED_FULLY or odds_of(known) >= odds_of(best) - REACH):
+            found = again.explain(known.causes, [known.fit.theta])
+            if found and known.causes[-1].shape:
+                refine(again, found)
+    return again
+
+
+def _is_allowed(work, causes):
+    """Whether causes are no more faults than allowed, each named once."""
+    return len({c.fault for c in causes}) <= work.settings.most_causes and len({c.cause for c in causes}) == len(causes)
+
+
+def _add(work, current, screenings=None):
+    """Explanations with one more cause, of the candidates worth a fit."""
+    chosen = [c for c in work.candidates if _is_allowed(work, (*current.causes, c))]
+    if not chosen:
         return []
-    best = max(tried, key=_odds)
-    shaped = sorted((e for e in tried if e.causes[-1].shape and e is not best), key=_odds, reverse=True)
-    reach = max(CLOSE, LEFT_BY_SHAPE * (before - best.fit.cost))
-    near = [e for e in shaped if e.fit.cost < best.fit.cost + reach]
-    if not near and best.fit.cost > len(best.fit.residual):
-        near = shaped[:1]
-    return [best, *near]
-
-
-def _explain(work, causes, starts=None):
-    """The Explanation by some causes; None if no fit succeeds.
-
-    starts : list of (parameter,) of the extended model, by default the stated values; tried in turn until a fit leaves
-             no more than noise
-    """
-    key = frozenset(c.label for c in causes)
-    if key not in work.found:
-        extended, known, fresh = _extension(work, causes)
-        fitted = None
-        for start in starts or [fresh]:
-            found = _fit(work, causes, extended, known, start)
-            fitted = min((f for f in (fitted, found) if f), key=lambda f: f.cost, default=None)
-            if fitted and fitted.cost < len(fitted.residual):
-                break
-        if fitted is None:
-            return None
-        work.found[key] = Explanation(tuple(causes), fitted, _log_posterior_odds(work, causes, fitted))
-    return work.found[key]
-
-
-def _log_posterior_odds(work, causes, fitted):
-    """Log posterior odds of fitted causes against the base alone: Bayes factor times prior odds."""
-    odds = fitted.evidence - work.base.evidence
-    for cause in causes:
-        place = [fitted.names.index(name) for name in cause.names]
-        width = fitted.prior.std[place]
-        covariance = fitted.covariance[np.ix_(place, place)]
-        odds += np.log(work.prior_odds(cause))
-        limited = np.isin(cause.names, cause.positive)
-        odds += np.sum(log_possible(fitted.free[place], np.sqrt(np.diag(covariance)))[limited])
-        if not cause.fixed:
-            odds += log_scales(fitted.free[place] / width, covariance / np.outer(width, width), cause.parameter)
-    return float(odds)
-
-
-def _trial_fit(work, causes):
-    """Fit of an explanation after a few steps, None if it fails."""
-    found = work.found.get(frozenset(c.label for c in causes))
-    return found.fit if found else _fit(work, causes, *_extension(work, causes), steps=TRIAL_STEPS)
-
-
-def _extension(work, causes):
-    """Extended model, Prior of its free parameters, and a start at the stated values."""
-    extended = work.model.plus(*(c.term for c in causes))
-    known = work.prior.plus(Prior.independent({name: prior for c in causes for name, prior in c.prior.items()}))
-    before = _before(work, causes)  # earlier causes start at their fit, the base at its stated values
-    values = dict(zip(known.names, known.mean, strict=True))
-    values |= {
-        name: value
-        for name, value in zip(before.model.names, before.theta, strict=True)
-        if name not in work.prior.names
-    }
-    return extended, known, _theta(extended, values, values.values())
-
-
-def _before(work, causes):
-    """The fit of all causes but the last."""
-    known = work.found.get(frozenset(c.label for c in causes[:-1]))
-    return known.fit if known else work.base
-
-
-def _fit(work, causes, extended, known, start, steps=HYPOTHESIS.steps):
-    """The Fit of an extended model, None if it has no steady state or a plugin fails."""
-    try:
-        return fit(extended, work.spectrum, known, start=start, steps=steps)
-    except NoSteadyState:
-        return None
-    except Exception as error:
-        _note_broken(work, causes, error)
-        return None
+    screenings = screenings or [work.screen(current.fit, chosen)]
+    promising = _promising(work, chosen, screenings, work.settings.candidates_per_round)
+    theta = dict(zip(current.fit.model.names, current.fit.theta, strict=True))
+    return _fit_closest(
+        work,
+        [
+            Option((*current.causes, chosen[i]), theta | dict(zip(chosen[i].names, one.start, strict=True)))
+            for i, one in promising.items()
+        ],
+        from_stated=True,
+    )
 
 
 def _promising(work, chosen, screenings, most):
     """Candidates worth a fit, {index: Screened}: the best of each screening in turn, each cause in its best shape."""
     lists = []
     for screened in screenings:
-        odds = [one.evidence + np.log(work.prior_odds(cause)) for one, cause in zip(screened, chosen, strict=True)]
+        odds = [one.evidence + np.log(work.prior_odds.of(cause)) for one, cause in zip(screened, chosen, strict=True)]
         order, seen = sorted(range(len(chosen)), key=lambda i: -odds[i]), set()
         order = [i for i in order if not (chosen[i].cause in seen or seen.add(chosen[i].cause))]
         best = max((one.explained for one in screened), default=0.0)
-        worth = [max(WORTH_FITTING * best, 0.5 * work.even_odds_gain(chosen[i])) for i in order]
+        worth = [max(WORTH_FITTING * best, 0.5 * work.prior_odds.even_odds_gain(chosen[i])) for i in order]
         lists.append([(i, screened[i]) for i, low in zip(order, worth, strict=True) if screened[i].explained >= low])
     found = {}
     for rank in range(max(map(len, lists), default=0)):
@@ -355,146 +212,108 @@ def _promising(work, chosen, screenings, most):
     return found
 
 
-def _add(work, current, screenings=None, most=None):
-    """Explanations with one more cause, of the candidates worth a fit."""
-    named = current.named
-    chosen = [c for c in work.candidates if c.cause not in named]
-    screenings = screenings or [_screen(work, current.fit, chosen)]
-    promising = _promising(work, chosen, screenings, most or work.settings.candidates_per_round)
-    looked = {i: _trial_fit(work, (*current.causes, chosen[i])) for i in promising}
-    order = sorted((i for i in looked if looked[i]), key=lambda i: looked[i].cost)
+def _fit_closest(work, options, from_stated=False):
+    """Explanations by those options that are close to the best of them after a trial fit."""
+    looked = []
+    for causes, start in options:
+        start = work.start(causes, start)
+        fitted = work.trial_fit(causes, None if from_stated else start)
+        looked += [(fitted.cost, len(looked), causes, [fitted.theta, start])] if fitted else []
     tried = []
-    for rank, i in enumerate(order):
-        if rank >= FITTED_FULLY and looked[i].cost > looked[order[0]].cost + CLOSE:
+    for rank, (cost, _, causes, starts) in enumerate(sorted(looked, key=lambda one: one[:2])):
+        if rank >= FITTED_FULLY and cost > min(looked)[0] + CLOSE:
             break
-        columns = _theta(looked[i].model, current.fit.model.names, current.fit.theta, promising[i].start)
-        tried.append(_explain(work, (*current.causes, chosen[i]), [looked[i].theta, columns]))
+        tried.append(work.explain(causes, starts))
     return [e for e in tried if e]
 
 
-def _swap(work, current):
-    """Try to drop each cause, and to replace it by the best other one; the most probable result."""
-    for cause in current.causes:
-        less = _explain(work, tuple(c for c in current.causes if c.label != cause.label))
-        if less is None:
-            continue
-        if _odds(less) > _odds(current):
-            return less
-        current = max([current, *_add(work, less, most=FITTED_FULLY)], key=_odds)
+def _to_refine(tried, before):
+    """The best explanation, and those that a better shape of their last cause may bring near its cost.
+
+    before : cost of the explanation that they extend
+    """
+    if not tried:
+        return []
+    best = max(tried, key=odds_of)
+    shaped = sorted((e for e in tried if e.causes[-1].shape and e is not best), key=odds_of, reverse=True)
+    reach = max(CLOSE, LEFT_BY_SHAPE * (before - best.fit.cost))
+    near = [e for e in shaped if e.fit.cost < best.fit.cost + reach]
+    if not near and best.fit.cost > len(best.fit.residual):
+        near = shaped[:1]
+    return [best, *near]
+
+
+def _with_alternatives(work, current):
+    """The best explanation after all others within reach of it were fitted, each in its best shape.
+
+    All candidates in the place of each cause, and all pairs if the explanation is rejected, are judged at its motion.
+    """
+    for _ in range(ROUNDS):
+        tried = [e for cause in current.causes for e in _instead_of(work, current, cause)]
+        if current.fit.is_rejected(work.settings.significance):
+            tried += _pairs(work, current)
+        shaped = sorted((e for e in tried if e.causes[-1].shape), key=odds_of, reverse=True)[:REFINED]
+        best = max([*tried, *(refine(work, e) for e in shaped)], key=odds_of, default=current)
+        if odds_of(best) <= odds_of(current):
+            break
+        current = best
     return current
 
 
-def _refine(work, model, explanation):
-    """The explanation with the best shape of its last cause; unchanged if that shape cannot be varied."""
-    try:
-        return _best_of_all_shapes(work, model, explanation)
-    except NoSteadyState:
-        return explanation
-    except Exception as error:
-        _note_broken(work, explanation.causes, error)
-        return explanation
+def _instead_of(work, current, cause):
+    """Explanations with another cause instead of one, of those within reach."""
+    rest = tuple(c for c in current.causes if c is not cause)
+    chosen = [c for c in work.candidates if _is_allowed(work, (*rest, c)) and c.cause != cause.cause]
+    projected, usable = work.project(current.fit, [*chosen, cause], cause.names)
+    odds = {c.label: screen(projected, c) for c in usable}
+
+    def judged(one):
+        return odds[one.label].evidence + work.prior_odds.log_odds((*rest, one))
+
+    if cause.label not in odds:
+        return []
+    inaccuracy = INACCURACY * odds[cause.label].explained + current.fit.excess
+    least, best = judged(cause) - REACH - inaccuracy, {}
+    for one in sorted((c for c in usable if c is not cause), key=judged, reverse=True):
+        if judged(one) >= least and len(best) < ALTERNATIVES:
+            best.setdefault(one.cause, one)
+    theta = dict(zip(current.fit.model.names, current.fit.theta, strict=True))
+    options = [Option((*rest, c), theta | dict(zip(c.names, odds[c.label].start, strict=True))) for c in best.values()]
+    return _fit_closest(work, options)
 
 
-def _best_of_all_shapes(work, model, explanation):
-    """The explanation with the shape options of its last cause optimised by Gauss-Newton steps.
-
-    Options are scaled to their range. The linearised columns of a contact depend
-    strongly on its shape and may select a wrong one: where more than noise is left, all shapes are tried first.
-    """
-    explanation = _best_shape(work, explanation)
-    *rest, last = explanation.causes
-    ranges = shape_ranges(last.effect, model.structure)
-
-    def explain(place, theta):
-        shape = {name: ranges[name].value(x) for name, x in zip(ranges, place, strict=True)}
-        moved = with_shape(model, last, shape, work.settings.prior_width)
-        return _explain(work, (*rest, moved), [theta])
-
-    best = explanation
-    place = [ranges[name].place(last.shape[name]) if name in last.shape else 0.5 for name in ranges]
-    if ranges and set(ranges) != set(last.shape):
-        best = explain(place, best.fit.theta) or best
-    for _ in range(SHAPE_STEPS if set(ranges) == set(best.causes[-1].shape) and ranges else 0):
-        normal, right = _shape_equations(work, model, best, place, ranges)
-        step, moved = np.split(invert(normal) @ right, [len(right) - len(ranges)])
-        tried = None
-        for share in SHARES_OF_STEP:
-            ahead = [ends.place(ends.value(x)) for ends, x in zip(ranges.values(), place + share * moved, strict=True)]
-            theta = best.fit.theta.copy()
-            theta[best.fit.model.position(best.fit.names)] += share * step
-            tried = explain(ahead, theta)
-            if tried and _odds(tried) > _odds(best):
-                break
-        if not tried or _odds(tried) <= _odds(best):
+def _pairs(work, current):
+    """Explanations by two causes that explain most together, at the motion of an explanation."""
+    projected, usable = work.project(current.fit, work.candidates, tuple(n for c in current.causes for n in c.names))
+    alone = {c.label: screen(projected, c).evidence for c in usable}
+    first = list({c.cause: c for c in sorted(usable, key=lambda c: alone[c.label])}.values())  # each in its best shape
+    second = [c for c in usable if not c.fixed]
+    gain = 0.5 * screen_pairs(projected, first, second)
+    prior = {c.label: np.log(work.prior_odds.of(c)) for c in usable}
+    gain += np.array([prior[c.label] for c in first])[:, None] + np.array([prior[c.label] for c in second])
+    options, often = {}, {}
+    for place in np.argsort(-gain, axis=None):
+        i, j = np.unravel_index(place, gain.shape)
+        both = first[i], second[j]
+        names = frozenset(c.cause for c in both)
+        if len(options) == PAIRS or gain[i, j] == -np.inf:
             break
-        gained, best, place = _odds(tried) - _odds(best), tried, ahead
-        if gained < SHAPE_GAIN:
-            break
-    best = max(best, explanation, key=_odds)
-    last = best.causes[-1]
-    if ranges and set(ranges) == set(last.shape):  # the amplitude is correlated with the shape
-        place = [ranges[name].place(last.shape[name]) for name in ranges]
-        normal, _ = _shape_equations(work, model, best, place, ranges)
-        free, covariance = len(best.fit.names), invert(normal)
-        std = zip(ranges, np.sqrt(np.diag(covariance)[free:]), strict=True)
-        known = last._replace(shape_std={name: ranges[name].slope(last.shape[name]) * x for name, x in std})
-        best = replace(best, causes=(*rest, known), fit=replace(best.fit, covariance=covariance[:free, :free]))
-        work.found[frozenset(c.label for c in best.causes)] = best
-    return best
+        if len(names) < 2 or all(c.shape for c in both):  # two contacts at once take too long to fit
+            continue
+        if names in options or max(often.get(n, 0) for n in names) >= PAIRS_OF_A_CAUSE or not _is_allowed(work, both):
+            continue
+        often |= {n: often.get(n, 0) + 1 for n in names}
+        start = screen(projected, *both).start
+        options[names] = Option(
+            both, projected.theta | dict(zip([n for c in both for n in c.names], start, strict=True))
+        )
+    return _fit_closest(work, list(options.values()))
 
 
-def _best_shape(work, explanation):
-    """The explanation with the last cause in the best of the shapes tried."""
-    *rest, last = explanation.causes
-    if not last.shape or explanation.fit.cost < len(explanation.fit.residual):
-        return explanation
-    looked = []
-    for cause in _shapes_worth_a_fit(work, rest, last):
-        fitted = _trial_fit(work, (*rest, cause))
-        looked += [(fitted.cost, (*rest, cause), fitted.theta)] if fitted else []
-    _, causes, theta = min(looked, key=lambda one: one[0])
-    return max(explanation, _explain(work, causes, [theta]) or explanation, key=_odds)
-
-
-def _shapes_worth_a_fit(work, rest, last):
-    """The shapes of a cause: all of them, or of each alternative (where it has some) the best when linearised."""
-    same = [cause for cause in work.candidates if cause.cause == last.cause]
-    if not last.variant:
-        return same
-    best = {}
-    for cause, screened in zip(same, _screen(work, _before(work, (*rest, last)), same), strict=True):
-        best.setdefault(tuple(cause.variant.values()), []).append((screened.evidence, cause.label, cause))
-    return [max(shapes, key=lambda one: one[:2])[-1] for shapes in best.values()]
-
-
-def _shape_equations(work, model, explanation, place, ranges):
-    """Normal matrix and right side of a Gauss-Newton step: parameters, then shape options scaled to their range."""
-    *rest, last = explanation.causes
-    fitted, columns = explanation.fit, []
-    for i, (name, ends) in enumerate(ranges.items()):
-        off = SHAPE_DIFFERENCE if place[i] < 0.5 else -SHAPE_DIFFERENCE
-        moved = with_shape(model, last, {**last.shape, name: ends.value(place[i] + off)}, work.settings.prior_width)
-        extended = work.model.plus(*(c.term for c in (*rest, moved)))
-        shown = predicted(extended, work.spectrum, fitted.theta)
-        left = work.spectrum.whitened(work.spectrum.amplitude - shown)
-        columns.append((fitted.residual - left) / off)
-    data = np.column_stack([fitted.jacobian, *columns])
-    free, count = len(fitted.names), len(data.T)
-    rows, distance = (
-        np.eye(count),
-        np.zeros(count),
-    )  # of the priors; that of a shape is centred between its ends
-    rows[:free, :free] = fitted.prior.whitener
-    distance[:free] = fitted.prior.whitener @ (fitted.prior.mean - fitted.free)
-    distance[free:] = [0 if ends.goes_around else 0.5 - x for ends, x in zip(ranges.values(), place, strict=True)]
-    return data.T @ data + rows.T @ rows, data.T @ fitted.residual + rows.T @ distance
-
-
-def _theta(extended, names, values, start=None):
-    """(parameter,) of an extended model: known values by name, and a start for the others."""
-    known = dict(zip(names, values, strict=True))
-    theta = np.array([known.get(name, 0.0) for name in extended.names])
-    if start is not None:
-        new = [i for i, name in enumerate(extended.names) if name not in known]
-        theta[new] = start
-    return theta
+def _drop(work, current):
+    """The explanation without those causes that it does better without."""
+    for cause in current.causes:
+        less = work.explain(tuple(c for c in current.causes if c.label != cause.label))
+        if less and odds_of(less) > odds_of(current):
+            return _drop(work, less)
+    return current

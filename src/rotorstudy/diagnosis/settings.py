@@ -23,6 +23,7 @@ class Settings(Strict):
                            others, "rotor" for the numbers of the rotor that its plugin states
     model_error          : standard deviation of the model error as a fraction of each harmonic
     model_floor          : the same as a fraction of the rms vibration at a sensor and a speed, for harmonics near zero
+    cause_error          : largest standard deviation of the error of a cause, as a fraction of what the base misses
     covariance_error     : fraction by which the stated variances, which come from a few blocks, may be too small
     nuisance             : effects always present in the measuring chain -> standard deviation of each amplitude
     base_rates           : effect -> how often it is a cause, relative to a usual effect, where not as its plugin states
@@ -38,6 +39,7 @@ class Settings(Strict):
     uncertainty: dict[str, float] = {"default": 0.1}
     model_error: float = Field(default=2e-3, ge=0, lt=0.5)
     model_floor: float = Field(default=2e-4, ge=0, lt=0.5)
+    cause_error: float = Field(default=0.03, ge=0, lt=0.5)
     covariance_error: float = Field(default=0.1, ge=0, lt=1)
     nuisance: dict[str, float] = Field(default_factory=stated_nuisance)
     base_rates: dict[str, Annotated[float, Gt(0)]] = {}

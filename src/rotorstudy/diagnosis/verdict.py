@@ -1,17 +1,17 @@
 """From a spectrum and a model to a verdict: nothing, a cause, ambiguous, or unknown."""
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
+from rotorstudy.diagnosis.explanations import LEAST_LOG_ODDS, Search
+from rotorstudy.diagnosis.held_out import gain_of, is_upheld, is_worse, split
 from rotorstudy.diagnosis.measuring_chain import LEAST_LOG_ODDS as LEAST_CHAIN_LOG_ODDS
 from rotorstudy.diagnosis.measuring_chain import best_hypothesis
 from rotorstudy.diagnosis.result import (
     Cause,
     ChainHypothesis,
     DetectionLimit,
-    Gain,
     Identifiability,
     MovedParameter,
     ParameterEstimate,
@@ -22,12 +22,12 @@ from rotorstudy.diagnosis.result import (
     Unexplained,
     Verdict,
 )
-from rotorstudy.diagnosis.search import LEAST_LOG_ODDS, Search, search
+from rotorstudy.diagnosis.search import search
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.words import place, readable, summary
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.inference.fit import Fit
-from rotorstudy.inference.prediction import predicted, whitened_prediction, with_model_error
+from rotorstudy.inference.fit import Fit, chi_square_p_value, fit
+from rotorstudy.inference.prediction import predicted, with_cause_error, with_model_error
 from rotorstudy.inference.prior import with_rotor
 from rotorstudy.inference.problem import magnitude_and_phase
 from rotorstudy.measurement.findings import Finding, worst_first
@@ -37,7 +37,6 @@ from rotorstudy.model.registry import registry
 from rotorstudy.units import percent, quantity
 
 STATED_SET = 0.99  # posterior probability that the causes named contain the true one
-LEFT_OVER = 0.1  # of the excess rms: if more is left, and it is significant, the cause is rejected
 SEEN = 0.5  # of the prior standard deviation: an amplitude known no better from the data has no detection limit
 POWER = 1.645  # standard deviations above the threshold for a detection probability of 95 %
 MOVED = 2.0  # stated standard deviations beyond which a parameter is listed as moved
@@ -103,29 +102,32 @@ def investigate(
     settings = Settings(**settings) if isinstance(settings, dict) else settings or Settings()
     if tuple(spectrum.sensors) != tuple(model.sensors):
         raise RotorstudyError(f"the spectrum is of sensors {spectrum.sensors}, the model of {model.sensors}")
-    measured, held = _split(spectrum, settings.hold_out_rad_s if hold_out is None else hold_out)
+    measured, held = split(spectrum, settings.hold_out_rad_s if hold_out is None else hold_out)
     fitted = with_model_error(measured, settings)
     held = None if held is None else with_model_error(held, settings)
     found = search(model, fitted, settings)
+    base, expected = found.base, None
+    if held is not None:
+        expected = with_cause_error(held, held.amplitude - predicted(base.model, held, base.theta), found.cause_error)
     chain = _chain_hypothesis(found, measured, settings)
-    found = replace(found, upheld=chain is None and _is_upheld(found, held))
-    base, best = found.base, found.best
+    found = replace(found, upheld=chain is None and is_upheld(found, expected))
+    best = found.best
     rows = 2 * fitted.amplitude.size
-    p_values = PValues(before=_p_value(base.cost, rows), after=_p_value(best.fit.cost, rows))
-    p_parameters = _p_value(best.fit.penalty, len(best.fit.names))
-    left = _residual_share(base.cost, best.fit.cost, rows)
+    p_values = PValues(before=chi_square_p_value(base.cost, rows), after=chi_square_p_value(best.fit.cost, rows))
+    p_parameters = chi_square_p_value(best.fit.penalty, len(best.fit.names))
+    left = _residual_share(_misfit(base, fitted), _misfit(best.fit, fitted), rows)
     weights = found.posterior()
-    probability = {name: sum(w for e, w in weights if name in e.named) for e, _ in weights for name in e.named}
+    probability = _probability(weights)
     stated = _stated(weights, best)
     if not best.causes:
         kind = "nothing" if min(p_values.before, p_parameters) >= settings.significance else "unknown"
     elif (
-        (p_values.after < settings.significance and left > LEFT_OVER)
+        p_values.after < settings.significance
         or p_parameters < settings.significance
-        or _is_worse(base, best.fit, held, settings)
+        or is_worse(base, best.fit, expected, settings)
     ):
         kind = "unknown"
-    elif stated or min(probability[name] for name in best.named) < settings.naming_probability:
+    elif stated or min(probability[fault] for fault in best.faults) < settings.naming_probability:
         kind = "ambiguous"
     else:
         kind = "cause"
@@ -138,8 +140,8 @@ def investigate(
     odds = [e.log_posterior_odds for e in found.explanations if e.causes]
     verdict = Verdict(
         verdict=kind,
-        causes=[_cause(c, best.fit, probability[c.cause]) for c in best.causes],
-        ambiguous_with=[_cause(c, e.fit, probability[c.cause]) for c, e in stated],
+        causes=_causes(best, probability),
+        ambiguous_with=[_cause([c], e.fit, probability[c.fault]) for c, e in stated],
         separating_measurement=_separating(best.causes, [c for c, _ in stated]),
         not_considered=_not_considered(best.causes, settings, {term.kind for term in model.terms}),
         broken_plugins=[*registry().failures, *found.broken],
@@ -149,7 +151,7 @@ def investigate(
         log_posterior_odds=max(odds, default=None),
         parameter_p_value=p_parameters,
         detection_limit=_detection_limits(found),
-        gain=_gain(base, best.fit, held),
+        gain=gain_of(base, best.fit, held),
         base_parameters=moved,
         identifiability=_identifiability(best.fit, found.prior.by_name),
         candidates=len(found.candidates),
@@ -162,30 +164,10 @@ def investigate(
     return Diagnosis(verdict, fitted, held, found, best.fit, settings, alternatives, labels)
 
 
-def _split(spectrum, hold_out):
-    """The spectrum without the held-out speeds, and those; by default a quarter of five speeds or more."""
-    count = len(spectrum.speed)
-    if hold_out is None:
-        held = np.linspace(0, count - 1, count // 4 + 2).round().astype(int)[1:-1] if count >= 5 else []
-    else:
-        held = []
-        for speed in hold_out:
-            near = int(np.abs(spectrum.speed - speed).argmin())
-            if abs(spectrum.speed[near] - speed) > 1e-3 * speed:
-                known = ", ".join(f"{w:g}" for w in spectrum.speed)
-                raise RotorstudyError(f"hold-out speed {speed:g} rad/s was not measured (measured: {known})")
-            held.append(near)
-    mask = np.isin(np.arange(count), held)
-    if mask.all():
-        raise RotorstudyError("every speed is held out; leave some to fit")
-    return spectrum.at_speeds(~mask), spectrum.at_speeds(mask) if mask.any() else None
-
-
-def _p_value(cost, freedom):
-    """Probability of a cost this large by noise alone; 1 if nothing is free."""
-    from scipy.stats import chi2
-
-    return float(max(chi2.sf(cost, freedom), np.finfo(float).tiny)) if freedom else 1.0
+def _misfit(found, spectrum):
+    """Weighted sum of squares of what a fit leaves of a spectrum, by the stated noise and model error alone."""
+    off = spectrum.whitened(spectrum.amplitude - predicted(found.model, spectrum, found.theta))
+    return float(off @ off)
 
 
 def _residual_share(before, after, rows):
@@ -209,8 +191,42 @@ def _stated(weights, best):
     return found
 
 
-def _cause(candidate, fitted, probability):
-    """The Cause of a candidate: fitted parameters, complex ones by magnitude and phase, then its shape."""
+def _probability(weights):
+    """Posterior probability of every fault: of all explanations with any of its parts."""
+    faults = {c.fault for e, _ in weights for c in e.causes}
+    return {fault: sum(w for e, w in weights if fault in e.faults) for fault in faults}
+
+
+def _causes(explanation, probability):
+    """The Cause of every fault of an explanation; the parts of a fault are one cause."""
+    faults = {}
+    for candidate in explanation.causes:
+        faults.setdefault(candidate.fault, []).append(candidate)
+    return [_cause(parts, explanation.fit, probability[fault]) for fault, parts in faults.items()]
+
+
+def _cause(parts, fitted, probability):
+    """The Cause of the parts of a fault, whose options are listed where they differ."""
+    where = {}
+    for key in parts[0].where:
+        values = sorted({part.where[key] for part in parts})
+        where[key] = values if len(values) > 1 else values[0]
+    parameters = {}
+    for part in parts:
+        found = _parameters(part, fitted)
+        taken = "".join(f"_{key}_{part.where[key]}" for key, value in where.items() if isinstance(value, list))
+        parameters |= {f"{name}{taken}" if name in parameters else name: one for name, one in found.items()}
+    return Cause(
+        effect=parts[0].effect,
+        where=where,
+        parameters=parameters,
+        variant=parts[0].variant,
+        posterior_probability=probability,
+    )
+
+
+def _parameters(candidate, fitted):
+    """{name: ParameterEstimate} of a candidate as fitted, complex ones by magnitude and phase, then its shape."""
     place = [fitted.names.index(name) for name in candidate.names]
     theta, covariance = fitted.free[place], fitted.covariance[np.ix_(place, place)]
     _, theta, covariance = magnitude_and_phase(candidate.names, theta, covariance)
@@ -224,47 +240,30 @@ def _cause(candidate, fitted, probability):
     for name, value in candidate.shape.items():
         unit = "rad" if name.endswith("_rad") else ""
         parameters[name] = ParameterEstimate(value=value, std=candidate.shape_std.get(name), unit=unit, part="shape")
-    return Cause(
-        effect=candidate.effect,
-        where=candidate.where,
-        parameters=parameters,
-        variant=candidate.variant,
-        posterior_probability=probability,
-    )
-
-
-def _gain(base, best, held):
-    """The Gain of the extension at the held-out speeds; None if there are none."""
-    if held is None:
-        return None
-
-    def error(fitted):
-        shown = predicted(fitted.model, held, fitted.theta)
-        off = held.amplitude - shown
-        return float(np.sqrt(np.mean(np.abs(off) ** 2))), float(np.sqrt(np.mean(held.whitened(off) ** 2)))
-
-    (before_m, before_sigma), (after_m, after_sigma) = error(base), error(best)
-    ratio, sigma = after_m / before_m if before_m else 1.0, {"before_sigma": before_sigma, "after_sigma": after_sigma}
-    return Gain(speeds=held.speed, before_m=before_m, after_m=after_m, ratio=ratio, **sigma)
+    return parameters
 
 
 def _chain_hypothesis(found, spectrum, settings):
     """The ChainHypothesis that explains the records better than any cause under the stated conventions, or None.
 
-    It must explain them by the standards of a cause: what it leaves is noise or little, the base parameters stay
-    plausible, and they move less than under the stated conventions.
+    It must explain them by the standards of a cause: what it leaves is noise, the base parameters stay plausible,
+    and they move less than under the stated conventions.
     """
-    base, rows = found.base, 2 * spectrum.amplitude.size
-    p_before, p_base = _p_value(base.cost, rows), _p_value(base.penalty, len(base.names))
+    stated, rows = with_model_error(spectrum, settings), 2 * spectrum.amplitude.size
+    base = fit(found.model, stated, found.prior, start=found.base.theta)  # without the error of a cause
+    p_before, p_base = chi_square_p_value(base.cost, rows), chi_square_p_value(base.penalty, len(base.names))
     if min(p_before, p_base) >= settings.significance:
         return None
     tested = best_hypothesis(found.model, spectrum, base, settings)
     beyond = tested.log_odds - max(0.0, found.best.log_posterior_odds)
     left = _residual_share(base.cost, tested.fit.cost, rows)
-    p_after, p_parameters = _p_value(tested.fit.cost, rows), _p_value(tested.fit.penalty, len(base.names))
+    p_after, p_parameters = (
+        chi_square_p_value(tested.fit.cost, rows),
+        chi_square_p_value(tested.fit.penalty, len(base.names)),
+    )
     if (
         beyond < LEAST_CHAIN_LOG_ODDS
-        or (p_after < settings.significance and left > LEFT_OVER)
+        or p_after < settings.significance
         or p_parameters < settings.significance
         or tested.fit.penalty > base.penalty
     ):
@@ -288,40 +287,6 @@ def _wrong_convention(chain):
         "then diagnose again"
     )
     return Finding("warning", "measuring chain", "records and rig", text)
-
-
-def _is_upheld(found, held):
-    """Whether the posterior odds of the best explanation suffice with the held-out speeds included."""
-    best = found.best
-    if held is None or not best.causes:
-        return True
-    before, after = (_held_out_misfit(fitted, held).log_likelihood for fitted in (found.base, best.fit))
-    return best.log_posterior_odds + after - before > LEAST_LOG_ODDS
-
-
-def _is_worse(base, best, held, settings):
-    """Whether the held-out speeds contradict the prediction of the extended model, and that of the base less."""
-    if held is None:
-        return False
-    before, after = (_held_out_misfit(fitted, held) for fitted in (base, best))
-    return after.p_value < settings.significance and after.misfit > before.misfit
-
-
-class HeldOutMisfit(NamedTuple):
-    """Held-out speeds against their prediction: misfit, its p-value, and log-likelihood less a constant."""
-
-    misfit: float
-    p_value: float
-    log_likelihood: float
-
-
-def _held_out_misfit(fitted, held):
-    """Misfit of the held-out speeds, given their noise and the posterior covariance of the parameters."""
-    shown, columns = whitened_prediction(fitted.model, held, fitted.names, fitted.free)
-    off = held.whitened(held.amplitude) - shown
-    spread = np.eye(len(off)) + columns @ fitted.covariance @ columns.T
-    misfit = float(off @ np.linalg.solve(spread, off))
-    return HeldOutMisfit(misfit, _p_value(misfit, len(off)), -0.5 * (misfit + np.linalg.slogdet(spread)[1]))
 
 
 def residual_map(fitted, spectrum):
@@ -357,7 +322,7 @@ def _detection_limits(found):
     """Amplitude of each candidate detected with a probability of 95 %, the most sensitive first."""
     limits = []
     for c, screened in zip(found.candidates, found.screened, strict=True):
-        needed = np.sqrt(2 * LEAST_LOG_ODDS + found.even_odds_gain(c)) + POWER
+        needed = np.sqrt(2 * LEAST_LOG_ODDS + found.prior_odds.even_odds_gain(c)) + POWER
         for (p, part, unknown), one in zip(_parts(c.term), screened.detection, strict=True):
             if one < SEEN * c.prior[unknown.name][1]:
                 size = {"amplitude": needed * one, "unit": p.unit, "of_typical": needed * one / unknown.typical}

@@ -17,8 +17,17 @@ def readable(name):
 
 def place(named):
     """'unbalance at node 2' for a Place, Cause, DetectionLimit or Candidate."""
-    where = " ".join(f"at node {value}" if key == "node" else f"({key} {value})" for key, value in named.where.items())
+    where = " ".join(
+        f"at node {_listed(value)}" if key == "node" else f"({key} {_listed(value)})"
+        for key, value in named.where.items()
+    )
     return f"{readable(named.effect)} {where}".strip()
+
+
+def _listed(value):
+    """'2', or '1, 2 and 3' for a list."""
+    *first, last = map(str, value) if isinstance(value, list) else [str(value)]
+    return f"{', '.join(first)} and {last}" if first else last
 
 
 def _direction(cause):

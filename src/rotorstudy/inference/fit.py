@@ -305,9 +305,37 @@ class Fit:
         return self.misfit + self.penalty
 
     @property
+    def excess(self) -> float:
+        """What the cost exceeds that of noise by, on average; zero if it does not."""
+        return max(self.cost - len(self.residual), 0.0)
+
+    def is_rejected(self, significance: float) -> bool:
+        """Whether a cost this large is less likely by noise alone than `significance`."""
+        return chi_square_p_value(self.cost, len(self.residual)) < significance
+
+    @property
     def free(self) -> np.ndarray:
         """(free,) values of the free parameters."""
         return self.theta[self.model.position(self.names)]
+
+
+def chi_square_p_value(cost: float, freedom: int) -> float:
+    """Probability of a cost this large by noise alone.
+
+    Parameters
+    ----------
+    cost : float
+    freedom : int
+        1 is returned if nothing is free.
+
+    Returns
+    -------
+    float
+        Positive, also where it underflows.
+    """
+    from scipy.stats import chi2
+
+    return float(max(chi2.sf(cost, freedom), np.finfo(float).tiny)) if freedom else 1.0
 
 
 def fit(

@@ -12,6 +12,8 @@ from rotorstudy.response.measured import measured_response, measured_response_an
 
 BEYOND = 4  # harmonics carried beyond the highest measured one where a model couples them
 
+ACROSS_HARMONICS = 0.1  # of the error of a cause that reaches other harmonics than the one it is of
+
 
 def carried_order(spectrum: Spectrum) -> int:
     """Highest harmonic carried for a spectrum where the model couples harmonics."""
@@ -104,3 +106,27 @@ def with_model_error(spectrum: Spectrum, settings) -> Spectrum:
     whole = np.sqrt(np.sum((size * moving) ** 2, axis=-2, keepdims=True))
     floor = independent_covariance(((settings.model_error * size) ** 2 + (settings.model_floor * whole) ** 2) / 2)
     return replace(spectrum, covariance=(1 + settings.covariance_error) * spectrum.covariance + floor)
+
+
+def with_cause_error(spectrum: Spectrum, missing: np.ndarray, share: float) -> Spectrum:
+    """The spectrum with its covariance enlarged by the error of whatever cause is added to the model.
+
+    A cause is a model too: linear in its amplitude, at one place, of an ideal shape.
+
+    Parameters
+    ----------
+    spectrum : Spectrum
+    missing : ndarray (speed, harmonic, sensor)
+        Measured less predicted by the base model, m.
+    share : float
+        Standard deviation of the error as a fraction of what is missing at each harmonic, and a tenth of that of the
+        rms over the harmonics.
+
+    Returns
+    -------
+    Spectrum
+    """
+    size = np.abs(missing)
+    whole = np.sqrt(np.sum(size**2, axis=-2, keepdims=True))
+    error = share**2 * (size**2 + (ACROSS_HARMONICS * whole) ** 2) / 2
+    return replace(spectrum, covariance=spectrum.covariance + independent_covariance(error))

@@ -111,8 +111,9 @@ class Effect(Plugin):
     alternatives : option -> function() -> its possible values, of which diagnosis tries each; the cause is the same
     fixed     : present with its typical amplitude or absent: a cable is swapped or not
     fold      : ratio of the phase of its amplitude to the angle of its direction: 2 for two stiffnesses
-    positive  : its amplitudes cannot be negative (damping, stiffness loss of a crack)
+    positive  : its amplitudes cannot be negative (damping, stiffness loss of a crack), together with those of the rig
     base_rate : how often it is a cause, relative to a usual effect, before anything is measured
+    parts     : option that numbers the parts of one fault (the harmonics of a runout), which count as one cause
     nuisance  : standard deviation of its amplitude in any measuring chain, where it is never exactly zero
     """
 
@@ -126,6 +127,7 @@ class Effect(Plugin):
     fixed: bool = False
     fold: int = 1
     positive: bool = False
+    parts: str = ""
     base_rate: float = 1.0
     nuisance: float = 0.0
 

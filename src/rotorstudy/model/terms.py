@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from rotorstudy.model.variation import Variation
 FEW_PLACES = 4  # nonzero elements of a matrix, up to which their single products are faster
 
+SPEEDS_COMPARED = np.array([1.0, 31.0, 470.0])  # rad/s; gains that agree there are taken as the same function
+
 
 @dataclass(frozen=True)
 class Entry:
@@ -279,6 +281,35 @@ class Term:
             value = self.values.get(parameter.name, complex(np.nan, np.nan) if parameter.is_complex else np.nan)
             found += [np.real(value), np.imag(value)] if parameter.is_complex else [value]
         return np.array(found, float)
+
+
+def share_of(unknown: Unknown, other: Unknown) -> float:
+    """How much of one unknown acts with every unit of another: 1 for the same damping at the same node, else often 0.
+
+    Parameters
+    ----------
+    unknown, other : Unknown
+        A force in time, which cannot be compared, shares nothing.
+
+    Returns
+    -------
+    float
+        The smallest factor over the entries of `unknown`; other entries of `other` are left aside.
+    """
+    if unknown.force or other.force or not unknown.entries:
+        return 0.0
+    return min(sum(_entry_share(mine, its) for its in other.entries) for mine in unknown.entries)
+
+
+def _entry_share(mine, its):
+    """Factor between the matrices of two entries that are otherwise equal; 0 if they are not."""
+    kinds = ((e.on, e.order, e.shift, e.frequency_only, np.shape(e.matrix)) for e in (mine, its))
+    if len(set(kinds)) > 1 or not np.allclose(*(e.gain_at(SPEEDS_COMPARED, 1) for e in (mine, its)), rtol=1e-9, atol=0):
+        return 0.0
+    size = np.vdot(mine.matrix, mine.matrix)
+    factor = np.vdot(mine.matrix, its.matrix) / size if size else 0.0
+    alike = np.allclose(its.matrix, factor * np.asarray(mine.matrix), atol=1e-12 * np.abs(its.matrix).max())
+    return float(np.real(factor)) if alike and abs(np.imag(factor)) < 1e-12 * abs(factor) else 0.0
 
 
 def planar_entries(direction, matrix, order=0, gain=None, *, frequency_only=False):

@@ -1,0 +1,180 @@
+"""Explanations under trial: sets of causes, their fits and posterior odds, and the plugins that failed on the way."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from rotorstudy.diagnosis.candidates import Candidate
+from rotorstudy.diagnosis.odds import LEAST_LOG_PROBABILITY, Explanation, PriorOdds, log_posterior_odds, odds_of
+from rotorstudy.diagnosis.screening import Projected, Screened, project, screen
+from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.errors import NoSteadyState, PluginError
+from rotorstudy.inference.fit import HYPOTHESIS, Fit, fit
+from rotorstudy.inference.prior import Prior
+from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.model.model import Model
+from rotorstudy.model.registry import blamed, registry
+
+LEAST_LOG_ODDS = 2.0  # log posterior odds that an explanation needs: seven to one that something is missing
+TRIAL_STEPS = 5  # of a fit, after which it is decided whether to finish it
+
+
+@dataclass(frozen=True)
+class Search:
+    """A search under way, and its outcome.
+
+    rig             : Model without the nuisance terms
+    model, spectrum : with the nuisance terms; with the model error
+    prior           : Prior of the parameters that are free in every fit;  base : Fit of these alone
+    candidates      : list of Candidate;  screened : Screened of each, at the base fit
+    found           : labels of the causes -> Explanation, for every one fitted
+    faults          : effect -> one line with file and place, for plugins that failed; the rest was searched
+    cause_error     : standard deviation of the error of a cause, which the spectrum has
+    upheld          : whether the best explanation keeps its odds with the held-out speeds
+    """
+
+    rig: Model
+    model: Model
+    spectrum: Spectrum
+    settings: Settings
+    prior: Prior
+    base: Fit
+    candidates: list
+    screened: list = field(default_factory=list)
+    found: dict = field(default_factory=dict)
+    faults: dict = field(default_factory=dict)
+    cause_error: float = 0.0
+    upheld: bool = True
+
+    @property
+    def broken(self):
+        """One line for each effect whose plugin failed and that was therefore not considered, or not throughout."""
+        return list(self.faults.values())
+
+    @property
+    def explanations(self):
+        """Every Explanation that was fitted."""
+        return list(self.found.values())
+
+    @property
+    def best(self):
+        """The explanation with the highest posterior odds; that without causes if they are too low or not upheld."""
+        best = max(self.explanations, key=odds_of)
+        return best if odds_of(best) > LEAST_LOG_ODDS and self.upheld else self.found[frozenset()]
+
+    @cached_property
+    def prior_odds(self) -> PriorOdds:
+        """Of the candidates."""
+        return PriorOdds(self.candidates, self.settings)
+
+    def posterior(self) -> list[tuple[Explanation, float]]:
+        """(explanation, posterior probability), most probable first; of each set of causes its best shape."""
+        best = {}
+        for e in self.explanations:
+            if e.named not in best or odds_of(e) > odds_of(best[e.named]):
+                best[e.named] = e
+        found = sorted(best.values(), key=odds_of, reverse=True)
+        odds = np.array([odds_of(e) for e in found])
+        probability = np.exp(np.maximum(odds - np.logaddexp.reduce(odds), LEAST_LOG_PROBABILITY))
+        return list(zip(found, probability.tolist(), strict=True))
+
+    def note_broken(self, causes, error):
+        """Record the plugin that raised an exception; an exception from elsewhere is raised again."""
+        line = blamed(error) or (str(error) if isinstance(error, PluginError) else "")
+        if not line:
+            raise error
+        guilty = [c.effect for c in causes if registry().get("effect", c.effect).file in line]
+        self.faults.setdefault(guilty[-1] if guilty else causes[-1].effect, line)
+
+    def project(self, fitted: Fit, chosen: list[Candidate], without=()) -> tuple[Projected, list[Candidate]]:
+        """`project`, and the candidates whose columns could be computed; a plugin that fails is recorded as broken."""
+        try:
+            return project(fitted, self.spectrum, chosen, without), chosen
+        except Exception:  # of some plugin; one at a time shows of which
+            usable = [one for one in chosen if self._has_columns(fitted, one)]
+            return project(fitted, self.spectrum, usable, without), usable
+
+    def _has_columns(self, fitted, one):
+        try:
+            return bool(project(fitted, self.spectrum, [one]))
+        except NoSteadyState:
+            return False
+        except Exception as error:
+            self.note_broken([one], error)
+            return False
+
+    def screen(self, fitted: Fit, chosen: list[Candidate]) -> list[Screened]:
+        """Screened of each candidate at a fit; one whose columns cannot be computed explains nothing."""
+        projected, usable = self.project(fitted, chosen)
+        known = {cause.label: screen(projected, cause) for cause in usable}
+        return [known.get(cause.label) or _nothing(cause) for cause in chosen]
+
+    def explain(self, causes, starts=None) -> Explanation | None:
+        """The Explanation by some causes; None if no fit succeeds.
+
+        starts : list of (parameter,) of the extended model, by default the stated values; tried in turn until a fit
+                 leaves no more than noise
+        """
+        key = frozenset(c.label for c in causes)
+        if key not in self.found:
+            extended, known, fresh = self._extension(causes)
+            fitted = None
+            for start in starts or [fresh]:
+                found = self._fit(causes, extended, known, start)
+                fitted = min((f for f in (fitted, found) if f), key=lambda f: f.cost, default=None)
+                if fitted and fitted.cost < len(fitted.residual):
+                    break
+            if fitted is None:
+                return None
+            odds = log_posterior_odds(tuple(causes), fitted, self.base, self.prior_odds)
+            self.found[key] = Explanation(tuple(causes), fitted, odds)
+        return self.found[key]
+
+    def trial_fit(self, causes, start=None) -> Fit | None:
+        """Fit of an explanation after a few steps, None if it fails."""
+        found = self.found.get(frozenset(c.label for c in causes))
+        if found:
+            return found.fit
+        extended, known, fresh = self._extension(causes)
+        return self._fit(causes, extended, known, fresh if start is None else start, steps=TRIAL_STEPS)
+
+    def start(self, causes, values: dict) -> np.ndarray:
+        """(parameter,) of the model extended by some causes: values by name, the stated ones for the others."""
+        extended = self._extended(causes)
+        stated = dict(zip(self.model.names, np.concatenate([t.theta for t in self.model.terms]), strict=True))
+        stated |= dict(zip(self.prior.names, self.prior.mean, strict=True)) | values
+        return np.array([stated.get(name, 0.0) for name in extended.names])
+
+    def _extended(self, causes):
+        return self.model.plus(*(c.term for c in causes))
+
+    def _extension(self, causes):
+        """Extended model, Prior of its free parameters, and a start at the stated values."""
+        known = self.prior.plus(Prior.independent({name: prior for c in causes for name, prior in c.prior.items()}))
+        before = self.before(causes)  # earlier causes start at their fit, the base at its stated values
+        values = dict(zip(known.names, known.mean, strict=True)) | {
+            name: value
+            for name, value in zip(before.model.names, before.theta, strict=True)
+            if name not in self.prior.names
+        }
+        return self._extended(causes), known, self.start(causes, values)
+
+    def before(self, causes) -> Fit:
+        """The fit of all causes but the last."""
+        known = self.found.get(frozenset(c.label for c in causes[:-1]))
+        return known.fit if known else self.base
+
+    def _fit(self, causes, extended, known, start, steps=HYPOTHESIS.steps):
+        """The Fit of an extended model, None if it has no steady state or a plugin fails."""
+        try:
+            return fit(extended, self.spectrum, known, start=start, steps=steps)
+        except NoSteadyState:
+            return None
+        except Exception as error:
+            self.note_broken(causes, error)
+            return None
+
+
+def _nothing(cause):
+    return Screened(0.0, -np.inf, np.zeros(len(cause.names)), np.full(len(cause.names), np.inf))

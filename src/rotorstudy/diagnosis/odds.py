@@ -1,0 +1,179 @@
+"""Posterior odds of sets of causes against the base model alone: Bayes factor times prior odds."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rotorstudy.diagnosis.candidates import Candidate
+from rotorstudy.diagnosis.settings import Settings, base_rate
+from rotorstudy.inference.fit import Fit
+
+SWEEPS = 3  # over the parameters of a cause, for their most probable widths
+SCALES = 10.0 ** (-0.5 * np.arange(7))  # widths of the prior over the widest one, equally likely by order of magnitude
+FURTHER_PART = 0.5  # prior probability that a fault has one more of its parts: as likely as not
+THRESHOLD_STEPS = 20  # of a fixed-point iteration that converges quickly
+LEAST_LOG_PROBABILITY = -700.0  # keeps posterior probabilities from underflow to zero
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """A set of causes, fitted; log_posterior_odds : natural logarithm of its odds against the base model alone."""
+
+    causes: tuple[Candidate, ...]
+    fit: Fit
+    log_posterior_odds: float
+
+    @property
+    def named(self):
+        """Names of the causes in a verdict, without their shapes."""
+        return frozenset(cause.cause for cause in self.causes)
+
+    @property
+    def faults(self):
+        """Names of the faults that the causes are parts of."""
+        return frozenset(cause.fault for cause in self.causes)
+
+
+def odds_of(explanation: Explanation) -> float:
+    """Its log posterior odds, the key by which explanations are compared."""
+    return explanation.log_posterior_odds
+
+
+def log_scales(mean: np.ndarray, covariance: np.ndarray, parameter: np.ndarray) -> float:
+    """Logarithm of the Bayes factor of a prior whose widths are unknown against the widest one.
+
+    One parameter has one of `SCALES`. Of several, each has a width of its own or is absent with a probability of one
+    half: of the many harmonics of a coupling few may be present. The sum over all combinations is approximated about
+    the most probable one, one width varied at a time, which is exact where the data do not correlate the parameters.
+
+    Parameters
+    ----------
+    mean, covariance : ndarray (unknown,), (unknown, unknown)
+        Of the posterior under the widest prior, in standard deviations of that prior.
+    parameter : ndarray (unknown,)
+        Position of the parameter of each amplitude.
+
+    Returns
+    -------
+    float
+    """
+    narrow, vectors = np.linalg.eigh(covariance)
+    narrow = np.clip(narrow, 1e-30, 1)
+    pull = vectors @ (vectors.T @ mean / narrow)
+    data = (vectors * (1 / narrow - 1)) @ vectors.T  # precision that the data give
+
+    def value(scales):
+        """Log evidence, less a constant, of widths (..., parameter)."""
+        root = scales[..., parameter]
+        precision = np.eye(len(mean)) + root[..., :, None] * data * root[..., None, :]
+        drawn = root * pull
+        solved = np.linalg.solve(precision, drawn[..., None])[..., 0]
+        return 0.5 * (np.sum(drawn * solved, axis=-1) - np.linalg.slogdet(precision)[1])
+
+    count = int(parameter[-1]) + 1
+    widths, chance = SCALES, np.full(len(SCALES), -np.log(len(SCALES)))
+    if count > 1:
+        widths, chance = np.append(0, SCALES), np.append(0, chance) - np.log(2)
+    best = np.ones(count)
+    widest = value(best)
+    for _ in range(SWEEPS if count > 1 else 1):
+        factor = 0.0
+        for i in range(count):
+            tried = np.tile(best, (len(widths), 1))
+            tried[:, i] = widths
+            found = value(tried) + chance
+            best = tried[found.argmax()]
+            factor += np.logaddexp.reduce(found) - value(best)
+    return float(value(best) + factor - widest)
+
+
+def log_possible(mean: np.ndarray, std: np.ndarray, prior: np.ndarray = 0.0) -> np.ndarray:
+    """Logarithm of the Bayes factor of amplitudes that cannot be negative against ones that can.
+
+    The limit raises the prior density above zero, and keeps the posterior probability of a positive amplitude.
+
+    Parameters
+    ----------
+    mean, std : array_like (...)
+        Of the posterior without the limit.
+    prior : array_like (...)
+        Mean of the prior without the limit, in its standard deviations.
+
+    Returns
+    -------
+    ndarray (...)
+    """
+    from scipy.special import log_ndtr
+
+    return log_ndtr(np.asarray(mean) / np.asarray(std)) - log_ndtr(np.asarray(prior, float))
+
+
+class PriorOdds:
+    """Prior odds of causes: the base rate of an effect in the library, divided among its places and shapes.
+
+    A further part of a fault that is there already (another harmonic of a runout) is as likely as not, whichever it is.
+    """
+
+    def __init__(self, candidates: list[Candidate], settings: Settings):
+        effects = [c.effect for c in candidates]
+        faults = [c.fault for c in candidates]
+        rates = {name: base_rate(name, settings) for name in effects}
+        self.of_effect = {name: rate / (sum(rates.values()) * effects.count(name)) for name, rate in rates.items()}
+        self.further_part = {name: FURTHER_PART / max(faults.count(name) - 1, 1) for name in set(faults)}
+
+    def of(self, cause: Candidate) -> float:
+        """Of a cause by itself."""
+        return self.of_effect[cause.effect]
+
+    def log_odds(self, causes: tuple[Candidate, ...]) -> float:
+        """Logarithm of those of several causes together."""
+        total, seen = 0.0, set()
+        for cause in causes:
+            total += np.log(self.further_part[cause.fault] if cause.fault in seen else self.of(cause))
+            seen.add(cause.fault)
+        return float(total)
+
+    def even_odds_gain(self, cause: Candidate) -> float:
+        """Decrease of the cost at which a cause has even posterior odds: it offsets prior odds and Occam factor.
+
+        With the prior width of highest evidence, which is about the amplitude itself, the Occam factor depends on the
+        decrease of the cost; hence the fixed-point iteration.
+        """
+        absent = cause.parameter[-1]  # all parameters but one
+        widths = 0 if cause.fixed else np.log(len(SCALES)) + (absent + 1) * np.log(2) * (absent > 0)
+        given = -2 * np.log(self.of(cause)) + 2 * widths
+        count, gain = max(np.bincount(cause.parameter)) * (not cause.fixed), given
+        for _ in range(THRESHOLD_STEPS):
+            gain = given + count * np.log1p(gain / max(count, 1))
+        return float(gain)
+
+
+def log_posterior_odds(causes: tuple[Candidate, ...], fitted: Fit, base: Fit, prior_odds: PriorOdds) -> float:
+    """Log posterior odds of fitted causes against the base alone."""
+    odds = fitted.evidence - base.evidence + prior_odds.log_odds(causes)
+    for cause in causes:
+        place = [fitted.names.index(name) for name in cause.names]
+        width = fitted.prior.std[place]
+        covariance = fitted.covariance[np.ix_(place, place)]
+        for name in cause.positive:
+            odds += float(log_possible(*_total(cause, name, fitted), _stated(cause, name, fitted)))
+        if not cause.fixed:
+            odds += log_scales(fitted.free[place] / width, covariance / np.outer(width, width), cause.parameter)
+    return float(odds)
+
+
+def _total(cause, name, fitted):
+    """Mean and standard deviation of an amplitude together with what the base has of the same."""
+    same = {name: 1.0, **cause.positive[name]}
+    theta = dict(zip(fitted.model.names, fitted.theta, strict=True))
+    weight = np.array([same.get(free, 0.0) for free in fitted.names])
+    return sum(factor * theta[one] for one, factor in same.items()), np.sqrt(weight @ fitted.covariance @ weight)
+
+
+def _stated(cause, name, fitted):
+    """Mean of the prior of that total, in standard deviations of the prior of the amplitude."""
+    theta = dict(zip(fitted.model.names, fitted.theta, strict=True)) | dict(
+        zip(fitted.prior.names, fitted.prior.mean, strict=True)
+    )
+    stated = sum(factor * theta[one] for one, factor in cause.positive[name].items())
+    return stated / fitted.prior.std[fitted.names.index(name)]

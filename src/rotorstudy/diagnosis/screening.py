@@ -1,0 +1,174 @@
+"""Candidates judged by linearised columns: how much of a residual each explains alone, and each pair together.
+
+The columns of all candidates are computed at once, at the motion of a fit, and the free parameters of that fit are
+projected out with their priors. Causes of the fit can be taken out first: what they explain is added to the residual to
+first order. As an effect is affine in its amplitude at a given motion, that comparison of other causes with those taken
+out is exact where the fit describes the motion, however large they are.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rotorstudy.diagnosis.candidates import Candidate
+from rotorstudy.diagnosis.odds import log_possible, log_scales
+from rotorstudy.inference.fit import Fit
+from rotorstudy.inference.prediction import carried_order
+from rotorstudy.inference.prior import log_narrowing
+from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.response.measured import sensitivities
+
+
+class Screened(NamedTuple):
+    """A candidate, or some together, judged by linearised columns.
+
+    explained : decrease of the cost if it alone is added and the free parameters are fitted again
+    evidence  : logarithm of its Bayes factor against the model without it
+    start     : (unknown,) its amplitudes there
+    detection : (unknown,) standard deviation of each amplitude if it alone is fitted
+    """
+
+    explained: float
+    evidence: float
+    start: np.ndarray
+    detection: np.ndarray
+
+
+class Projected(NamedTuple):
+    """Residual (component,) and columns (component, unknown) by name, free of what the base parameters can explain.
+
+    theta : value of every parameter of the fit, without the causes taken out
+    """
+
+    residual: np.ndarray
+    columns: dict[str, np.ndarray]
+    theta: dict[str, float]
+
+
+def project(fitted: Fit, spectrum: Spectrum, chosen: list[Candidate], without: tuple[str, ...] = ()) -> Projected:
+    """Columns of candidates at the motion of a fit.
+
+    Parameters
+    ----------
+    fitted : Fit
+    spectrum : Spectrum
+    chosen : list of Candidate
+    without : tuple of str
+        Amplitudes of the fit that are taken out.
+
+    Returns
+    -------
+    Projected
+
+    Raises
+    ------
+    NoSteadyState
+    """
+    on_rotor = [u for c in chosen if not c.term.acts_on_output for u in c.term.unknowns]
+    on_output = [u for c in chosen if c.term.acts_on_output for u in c.term.unknowns]
+    columns = sensitivities(
+        fitted.model,
+        spectrum.speed,
+        spectrum.harmonics,
+        (on_rotor, on_output),
+        fitted.theta,
+        order=carried_order(spectrum),
+    )
+    columns = spectrum.whitened(np.moveaxis(columns, -1, 0)).T  # (component, unknown)
+    out = np.isin(fitted.names, without)
+    kept = np.flatnonzero(~out)
+    residual = fitted.residual + fitted.jacobian[:, out] @ fitted.free[out]
+    whitener = fitted.prior.whitener[np.ix_(kept, kept)]  # causes are independent of the base and of each other
+    known = np.vstack([fitted.jacobian[:, kept], whitener])
+    residual = np.concatenate([residual, whitener @ (fitted.prior.mean - fitted.free)[kept]])
+    columns = np.vstack([columns, np.zeros((len(kept), columns.shape[1]))])
+    basis, _ = np.linalg.qr(known / np.linalg.norm(known, axis=0))
+    columns = columns - basis @ (basis.T @ columns)
+    residual = residual - basis @ (basis.T @ residual)
+    names = [u.name for u in on_rotor + on_output]
+    theta = {n: v for n, v in zip(fitted.model.names, fitted.theta, strict=True) if n not in without}
+    return Projected(residual, dict(zip(names, columns.T, strict=True)), theta)
+
+
+def screen(projected: Projected, *causes: Candidate) -> Screened:
+    """Judge a candidate, or several together, by their columns.
+
+    Parameters
+    ----------
+    projected : Projected
+    causes : Candidate
+
+    Returns
+    -------
+    Screened
+    """
+    names = [n for c in causes for n in c.names]
+    columns = np.column_stack([projected.columns[n] for n in names])
+    mean, std = np.array([c.prior[n] for c in causes for n in c.names]).T
+    residual = projected.residual
+    left = residual - columns @ mean
+    scaled = columns * std
+    covariance = np.linalg.inv(np.eye(len(std)) + scaled.T @ scaled)
+    off = covariance @ (scaled.T @ left)  # in standard deviations of the prior
+    cost = np.sum((left - scaled @ off) ** 2) + off @ off
+    explained = float(residual @ residual - cost)
+    evidence = 0.5 * (explained - log_narrowing(columns, np.diag(std)))
+    start, detection = mean + std * off, std / np.sqrt(1 + np.sum(scaled**2, axis=0))
+    first = 0
+    for cause in causes:
+        part = slice(first, first + len(cause.names))
+        first = part.stop
+        for name, same in cause.positive.items():
+            i, there = names.index(name), sum(factor * projected.theta[n] for n, factor in same.items())
+            evidence += float(log_possible(start[i] + there, detection[i], there / std[i]))
+        if not cause.fixed:
+            evidence += log_scales(off[part], covariance[part, part], cause.parameter)
+    return Screened(explained, evidence, start, detection)
+
+
+def screen_pairs(projected: Projected, first: list[Candidate], second: list[Candidate]) -> np.ndarray:
+    """Decrease of the cost by every pair of candidates together, less what their Occam factors take back.
+
+    From the products of all columns, with the priors as a ridge: the columns of the first are eliminated, and each of
+    the second is then judged by a small system of its own.
+
+    Parameters
+    ----------
+    projected : Projected
+    first, second : list of Candidate
+        Of which the second must not be of fixed size.
+
+    Returns
+    -------
+    ndarray (first, second)
+        -inf for a candidate paired with its own cause.
+    """
+    found = np.full((len(first), len(second)), -np.inf)
+    every = {c.label: c for c in (*first, *second)}.values()
+    names = [n for c in every for n in c.names]
+    mean, std = np.array([c.prior[n] for c in every for n in c.names]).T
+    at = {n: i for i, n in enumerate(names)}
+    columns = np.column_stack([projected.columns[n] for n in names]) * std
+    gram, product = columns.T @ columns, columns.T @ projected.residual
+    whole, groups = projected.residual @ projected.residual, {}
+    for j, cause in enumerate(second):
+        groups.setdefault(len(cause.names), []).append(j)
+    for i, cause in enumerate(first):
+        here = [at[n] for n in cause.names]
+        shift = mean[here] / std[here]
+        left = whole - 2 * product[here] @ shift + shift @ gram[np.ix_(here, here)] @ shift
+        right = product - gram[:, here] @ shift
+        ridge = np.eye(len(here)) + gram[np.ix_(here, here)]
+        across = np.linalg.solve(ridge, gram[here])  # (own unknown, unknown)
+        gained = whole - left + right[here] @ np.linalg.solve(ridge, right[here])
+        remaining, narrowed = right - across.T @ right[here], np.linalg.slogdet(ridge)[1]
+        for size, members in groups.items():
+            place = np.array([[at[n] for n in second[j].names] for j in members])
+            own = gram[place[:, :, None], place[:, None, :]] + np.eye(size)
+            own = own - np.einsum("ujk,ujl->jkl", gram[here][:, place], across[:, place])
+            pull = remaining[place]
+            more = np.einsum("jk,jk->j", pull, np.linalg.solve(own, pull[..., None])[..., 0])
+            found[i, members] = gained + more - narrowed - np.linalg.slogdet(own)[1]
+    same = np.array([[a.cause == b.cause for b in second] for a in first])
+    found[same] = -np.inf
+    return found

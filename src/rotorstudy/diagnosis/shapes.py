@@ -1,0 +1,132 @@
+"""The shape options of a cause (a clearance) refined by Gauss-Newton steps, together with all amplitudes."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from rotorstudy.diagnosis.candidates import shape_ranges, with_shape
+from rotorstudy.diagnosis.explanations import Search
+from rotorstudy.diagnosis.odds import Explanation, odds_of
+from rotorstudy.errors import NoSteadyState
+from rotorstudy.inference.linear import invert
+from rotorstudy.inference.prediction import predicted
+
+SHAPE_STEPS = 8  # of the shape options of a cause
+SHAPE_DIFFERENCE = 1e-4  # of the range of a shape option, for its derivative
+SHAPE_GAIN = 0.25  # convergence tolerance of the shape, in log posterior odds
+SHARES_OF_STEP = (1.0, 0.3, 0.1)
+
+
+def refine(work: Search, explanation: Explanation) -> Explanation:
+    """The explanation with the best shape of its last cause; unchanged if that shape cannot be varied.
+
+    Parameters
+    ----------
+    work : Search
+    explanation : Explanation
+
+    Returns
+    -------
+    Explanation
+    """
+    try:
+        return _best_of_all_shapes(work, explanation)
+    except NoSteadyState:
+        return explanation
+    except Exception as error:
+        work.note_broken(explanation.causes, error)
+        return explanation
+
+
+def _best_of_all_shapes(work, explanation):
+    """The explanation with the shape options of its last cause optimised by Gauss-Newton steps.
+
+    Options are scaled to their range. The linearised columns of a contact depend
+    strongly on its shape and may select a wrong one: where more than noise is left, all shapes are tried first.
+    """
+    explanation = _best_shape(work, explanation)
+    *rest, last = explanation.causes
+    ranges = shape_ranges(last.effect, work.rig.structure)
+
+    def explain(place, theta):
+        shape = {name: ranges[name].value(x) for name, x in zip(ranges, place, strict=True)}
+        moved = with_shape(work.rig, last, shape, work.settings.prior_width)
+        return work.explain((*rest, moved), [theta])
+
+    best = explanation
+    place = [ranges[name].place(last.shape[name]) if name in last.shape else 0.5 for name in ranges]
+    if ranges and set(ranges) != set(last.shape):
+        best = explain(place, best.fit.theta) or best
+    for _ in range(SHAPE_STEPS if set(ranges) == set(best.causes[-1].shape) and ranges else 0):
+        normal, right = _shape_equations(work, best, place, ranges)
+        step, moved = np.split(invert(normal) @ right, [len(right) - len(ranges)])
+        tried = None
+        for share in SHARES_OF_STEP:
+            ahead = [ends.place(ends.value(x)) for ends, x in zip(ranges.values(), place + share * moved, strict=True)]
+            theta = best.fit.theta.copy()
+            theta[best.fit.model.position(best.fit.names)] += share * step
+            tried = explain(ahead, theta)
+            if tried and odds_of(tried) > odds_of(best):
+                break
+        if not tried or odds_of(tried) <= odds_of(best):
+            break
+        gained, best, place = odds_of(tried) - odds_of(best), tried, ahead
+        if gained < SHAPE_GAIN:
+            break
+    best = max(best, explanation, key=odds_of)
+    last = best.causes[-1]
+    if ranges and set(ranges) == set(last.shape):  # the amplitude is correlated with the shape
+        place = [ranges[name].place(last.shape[name]) for name in ranges]
+        normal, _ = _shape_equations(work, best, place, ranges)
+        free, covariance = len(best.fit.names), invert(normal)
+        std = zip(ranges, np.sqrt(np.diag(covariance)[free:]), strict=True)
+        known = last._replace(shape_std={name: ranges[name].slope(last.shape[name]) * x for name, x in std})
+        best = replace(best, causes=(*rest, known), fit=replace(best.fit, covariance=covariance[:free, :free]))
+        work.found[frozenset(c.label for c in best.causes)] = best
+    return best
+
+
+def _best_shape(work, explanation):
+    """The explanation with the last cause in the best of the shapes tried."""
+    *rest, last = explanation.causes
+    if not last.shape or explanation.fit.cost < len(explanation.fit.residual):
+        return explanation
+    looked = []
+    for cause in _shapes_worth_a_fit(work, rest, last):
+        fitted = work.trial_fit((*rest, cause))
+        looked += [(fitted.cost, (*rest, cause), fitted.theta)] if fitted else []
+    if not looked:
+        return explanation
+    _, causes, theta = min(looked, key=lambda one: one[0])
+    return max(explanation, work.explain(causes, [theta]) or explanation, key=odds_of)
+
+
+def _shapes_worth_a_fit(work, rest, last):
+    """The shapes of a cause: all of them, or of each alternative (where it has some) the best when linearised."""
+    same = [cause for cause in work.candidates if cause.cause == last.cause]
+    if not last.variant:
+        return same
+    best = {}
+    for cause, screened in zip(same, work.screen(work.before((*rest, last)), same), strict=True):
+        best.setdefault(tuple(cause.variant.values()), []).append((screened.evidence, cause.label, cause))
+    return [max(shapes, key=lambda one: one[:2])[-1] for shapes in best.values()]
+
+
+def _shape_equations(work, explanation, place, ranges):
+    """Normal matrix and right side of a Gauss-Newton step: parameters, then shape options scaled to their range."""
+    *rest, last = explanation.causes
+    fitted, columns = explanation.fit, []
+    for i, (name, ends) in enumerate(ranges.items()):
+        off = SHAPE_DIFFERENCE if place[i] < 0.5 else -SHAPE_DIFFERENCE
+        moved = with_shape(work.rig, last, {**last.shape, name: ends.value(place[i] + off)}, work.settings.prior_width)
+        extended = work.model.plus(*(c.term for c in (*rest, moved)))
+        shown = predicted(extended, work.spectrum, fitted.theta)
+        left = work.spectrum.whitened(work.spectrum.amplitude - shown)
+        columns.append((fitted.residual - left) / off)
+    data = np.column_stack([fitted.jacobian, *columns])
+    free, count = len(fitted.names), len(data.T)
+    rows, distance = np.eye(count), np.zeros(count)  # of the priors; that of a shape is centred between its ends
+    rows[:free, :free] = fitted.prior.whitener
+    distance[:free] = fitted.prior.whitener @ (fitted.prior.mean - fitted.free)
+    distance[free:] = [0 if ends.goes_around else 0.5 - x for ends, x in zip(ranges.values(), place, strict=True)]
+    return data.T @ data + rows.T @ rows, data.T @ fitted.residual + rows.T @ distance

@@ -1,0 +1,177 @@
+"""The search: pairs together, every place and shape within reach, one name for one fault, no fit that is rejected."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rotorstudy.diagnosis.candidates import candidates
+from rotorstudy.diagnosis.screening import project, screen, screen_pairs
+from rotorstudy.diagnosis.search import base_model
+from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.diagnosis.verdict import investigate
+from rotorstudy.inference.fit import fit
+from rotorstudy.inference.prior import Prior, log_narrowing
+from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+from rotorstudy.model.rig import build_model, make_term
+from rotorstudy.model.terms import share_of
+from rotorstudy.response.measured import measured_response
+
+HARMONICS = np.array([0, 1, -1, 2, -2, 3])
+SPEEDS = np.array([120.0, 200.0, 280.0, 360.0, 440.0, 520.0])
+KNOWN = Settings(uncertainty={"default": 0.02}, model_error=0.0, model_floor=0.0)
+ONE = KNOWN.model_copy(update={"most_causes": 1})
+JEFFCOTT = {
+    "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
+    "effects": [
+        {"kind": "external_damping", "external_damping_N_s_per_m": 100.0},
+        {"kind": "unbalance", "eccentricity_m": 5e-6},
+    ],
+}
+TWO_DISCS = {
+    "rotor": {
+        "kind": "finite_element",
+        "elements": [{"length_m": 0.6, "count": 4}],
+        "outer_diameter_m": 0.02,
+        "discs": [
+            {"node": 2, "mass_kg": 2.0, "polar_moment_kg_m2": 0.0048, "diametral_moment_kg_m2": 0.0024},
+            {"node": 4, "mass_kg": 1.5, "polar_moment_kg_m2": 0.0030, "diametral_moment_kg_m2": 0.0015},
+        ],
+    },
+    "bearings": [
+        {"kind": "linear", "node": node, "label": label, "coefficients": "isotropic",
+         "bearing_stiffness_N_per_m": 1e6, "bearing_damping_N_s_per_m": 300.0}
+        for node, label in ((1, "left"), (5, "right"))
+    ],
+    "effects": [
+        {"kind": "unbalance", "node": 2, "label": "disc 1", "eccentricity_m": 1e-5, "eccentricity_phase_rad": 0.8},
+        {"kind": "unbalance", "node": 4, "label": "disc 2", "eccentricity_m": 8e-6, "eccentricity_phase_rad": -1.0},
+    ],
+    "sensors": [2, 3, 4],
+}  # fmt: skip
+
+
+def hidden(model, kind, **values):
+    return make_term("effect", {"kind": kind, "label": f"hidden {values}", **values}, model.structure, model.sensors)
+
+
+def measured(model, *terms, seed=1, noise=1e-7, speeds=SPEEDS):
+    """Spectrum of a model with further terms, with white noise (m)."""
+    shown = measured_response(model.plus(*terms), speeds, HARMONICS)
+    draws = np.random.default_rng(seed).normal(0, noise / np.sqrt(2), (2, *shown.shape))
+    covariance = independent_covariance(np.full(shown.shape, noise**2 / 2))
+    return Spectrum(shown + draws[0] + 1j * draws[1], speeds, HARMONICS, tuple(model.sensors), covariance)
+
+
+def names(causes):
+    return [(c.effect, c.where) for c in causes]
+
+
+def with_3x(model, size):
+    """Records of 20 um more unbalance, with some 3X (m) that no one cause explains together with it."""
+    more = hidden(model, "unbalance", eccentricity_m=2e-5)
+    return measured(model, more, hidden(model, "runout", node=1, harmonic=3, runout_3X_m=size), noise=2e-8)
+
+
+@pytest.mark.parametrize(("size", "is_rejected"), [(0.0, False), (7e-7, True)])
+def test_a_fit_that_is_rejected_is_no_cause_however_little_it_leaves(size, is_rejected):
+    model = build_model(JEFFCOTT)
+    found = investigate(with_3x(model, size), model, settings=ONE).verdict
+    assert (found.verdict == "unknown") == is_rejected
+    assert (found.residual_p_value.after < ONE.significance) == is_rejected
+    assert found.causes[0].effect in ("unbalance", "base_motion")  # equal on a rotor of one mass
+    assert found.residual_share < 0.1
+    assert ("closest explanation" in found.summary) == is_rejected
+
+
+def test_the_error_of_a_cause_widens_its_intervals_as_far_as_it_is_needed():
+    model = build_model(JEFFCOTT)
+    exact, off = (investigate(with_3x(model, size), model, settings=ONE) for size in (0.0, 6e-8))
+    assert 0.0 == exact.search.cause_error < off.search.cause_error < ONE.cause_error
+    found = [f.verdict.causes[0].parameters["eccentricity"] for f in (exact, off)]
+    assert found[1].std > 1.3 * found[0].std  # the unbalance of the rig and the probes give the rest
+    assert [one.value for one in found] == pytest.approx([2e-5, 2e-5], abs=4 * found[1].std)
+
+
+def test_pairs_are_judged_as_if_each_were_fitted_alone():
+    model = build_model(TWO_DISCS)
+    spectrum = measured(model, hidden(model, "bow", node=3, bow_m=1e-5))
+    whole, prior = base_model(model, KNOWN)
+    chosen = [c for c in candidates(model, KNOWN)[0] if not c.shape]
+    projected = project(fit(whole, spectrum, prior), spectrum, chosen)
+    second = [c for c in chosen if not c.fixed]
+    found = screen_pairs(projected, chosen, second)
+    draw = np.random.default_rng(2)
+    for i, j in zip(draw.integers(len(chosen), size=30), draw.integers(len(second), size=30), strict=True):
+        both = chosen[i], second[j]
+        if both[0].cause == both[1].cause:
+            assert found[i, j] == -np.inf
+            continue
+        columns = np.column_stack([projected.columns[n] for c in both for n in c.names])
+        std = np.array([c.prior[n][1] for c in both for n in c.names])
+        expected = screen(projected, *both).explained - log_narrowing(columns, np.diag(std))
+        assert found[i, j] == pytest.approx(
+            expected, rel=1e-6, abs=1e-6 * abs(found[i]).max(initial=1, where=np.isfinite(found[i]))
+        )
+
+
+def test_columns_at_the_motion_of_the_true_cause_show_it_exactly_however_large_it_is():
+    """Screened at the base, a stiffness that moves a critical speed explains little of what it does."""
+    model = build_model(TWO_DISCS)
+    soft = hidden(model, "support_stiffness", node=2, support_stiffness_N_per_m=-2e5)
+    spectrum = measured(model, soft)
+    whole, prior = base_model(model, KNOWN)
+    every = [c for c in candidates(model, KNOWN)[0] if c.effect == "support_stiffness"]
+    true = next(c for c in every if c.where == {"node": 2})
+    extended, stated = whole.plus(true.term), dict(zip(prior.names, prior.mean, strict=True))
+    start = np.array([stated.get(n, -1.9e5) for n in extended.names])
+    best = fit(extended, spectrum, prior.plus(Prior.independent(true.prior)), start=start)
+    projected = project(best, spectrum, every, without=true.names)
+    judged = {c.where["node"]: screen(projected, c) for c in every}
+    assert judged[2].start == pytest.approx([-2e5], rel=0.01)
+    assert max(judged, key=lambda node: judged[node].evidence) == 2
+
+
+def test_two_causes_are_found_together_where_neither_explains_much_alone():
+    model = build_model(TWO_DISCS)
+    terms = (
+        hidden(model, "cross_coupling", node=5, cross_coupling_N_per_m=3e4),
+        hidden(model, "runout", node=3, harmonic=1, runout_1X_m=6e-6, runout_1X_phase_rad=1.0),
+        hidden(model, "runout", node=3, harmonic=2, runout_2X_m=4e-6, runout_2X_phase_rad=-2.0),
+    )
+    found = investigate(measured(model, *terms), model, settings=KNOWN)
+    causes = sorted(names(found.verdict.causes), key=str)
+    assert causes == [("cross_coupling", {"node": 5}), ("runout", {"node": 3, "harmonic": [1, 2]})]
+    sizes = next(c for c in found.verdict.causes if c.effect == "runout").parameters
+    assert sizes["runout_2X"].value == pytest.approx(4e-6, abs=4 * sizes["runout_2X"].std)
+
+
+def test_a_bow_of_another_shape_is_one_cause():
+    model = build_model(TWO_DISCS)
+    terms = [hidden(model, "bow", node=n, bow_m=b, bow_phase_rad=p) for n, b, p in ((2, 2e-5, 0.3), (4, 1e-5, 2.0))]
+    found = investigate(measured(model, *terms), model, settings=ONE)
+    assert {c.effect for c in found.verdict.causes} == {"bow"} and len(found.verdict.causes) == 1
+
+
+def test_a_damping_below_the_stated_one_is_a_change_that_may_be_negative():
+    model, speeds = build_model(JEFFCOTT), np.array([450.0, 560.0, 600.0, 616.0, 640.0, 700.0])
+    less = hidden(model, "external_damping", external_damping_N_s_per_m=-40.0)
+    found = investigate(measured(model, less, speeds=speeds), model, hold_out=[], settings=KNOWN)
+    ((effect, _),) = names(found.verdict.causes)
+    damping = found.verdict.causes[0].parameters["external_damping"]
+    assert effect == "external_damping" and damping.value == pytest.approx(-40, abs=4 * damping.std)
+    # negative control: what the rig has none of cannot become negative
+    driven = hidden(model, "internal_damping", internal_damping_N_s_per_m=-40.0)
+    found = investigate(measured(model, driven, speeds=speeds), model, hold_out=[], settings=KNOWN)
+    assert "internal_damping" not in {c.effect for c in found.verdict.causes}
+
+
+def test_parameters_share_what_acts_alike():
+    model = build_model(TWO_DISCS)
+    damping = hidden(model, "external_damping", node=1, external_damping_N_s_per_m=1.0).unknowns[0]
+    shares = {u.name: share_of(damping, u) for u in model.rotor_unknowns}
+    assert {name for name, share in shares.items() if share} == {"bearing_damping[left]"}
+    assert shares["bearing_damping[left]"] == pytest.approx(1.0)
+    internal = hidden(model, "internal_damping", node=1, internal_damping_N_s_per_m=1.0).unknowns[0]
+    assert share_of(internal, damping) == 0.0 and share_of(damping, internal) == pytest.approx(1.0)
+    assert share_of(replace(damping, entries=damping.entries[:0]), damping) == 0.0
