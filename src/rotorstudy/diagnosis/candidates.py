@@ -14,7 +14,7 @@ from rotorstudy.model.model import Model
 from rotorstudy.model.registry import blamed, registry
 from rotorstudy.model.rig import make_term
 from rotorstudy.model.terms import Term
-from rotorstudy.response.measured import sensitivities
+from rotorstudy.response.measured import Motion, sensitivities
 
 SHAPES_TRIED = 9  # values of a shape option, before the best is refined
 SWEEPS = 3  # over the parameters of a cause, for their most probable widths
@@ -232,7 +232,7 @@ def log_possible(mean: np.ndarray, std: np.ndarray) -> np.ndarray:
     return np.log(2) + log_ndtr(np.asarray(mean) / np.asarray(std))
 
 
-def screen(fitted: Fit, spectrum: Spectrum, chosen: list[Candidate]) -> list[Screened]:
+def screen(fitted: Fit, spectrum: Spectrum, chosen: list[Candidate], motion: Motion | None = None) -> list[Screened]:
     """Judge candidates by the linearised columns of their amplitudes at a fit.
 
     The free parameters of the fit are projected out with their priors: what they explain is not a new cause.
@@ -242,6 +242,8 @@ def screen(fitted: Fit, spectrum: Spectrum, chosen: list[Candidate]) -> list[Scr
     fitted : Fit
     spectrum : Spectrum
     chosen : list of Candidate
+    motion : Motion, optional
+        On which the candidates act; by default that of the fit.
 
     Returns
     -------
@@ -256,6 +258,7 @@ def screen(fitted: Fit, spectrum: Spectrum, chosen: list[Candidate]) -> list[Scr
         (on_rotor, on_output),
         fitted.theta,
         order=carried_order(spectrum),
+        motion=motion,
     )
     columns = spectrum.whitened(np.moveaxis(columns, -1, 0)).T  # (component, unknown)
     order = {u.name: i for i, u in enumerate(on_rotor + on_output)}

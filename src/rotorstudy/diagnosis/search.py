@@ -1,6 +1,8 @@
 """The search for causes: screen all candidates, fit the promising ones, compare their odds, add, swap, drop."""
 
+from collections import Counter
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -15,6 +17,7 @@ from rotorstudy.diagnosis.candidates import (
     screen,
 )
 from rotorstudy.diagnosis.settings import Settings, base_rate
+from rotorstudy.diagnosis.shape_scan import can_be_scanned, inside, place_of, scan, value_at
 from rotorstudy.errors import NoSteadyState, PluginError
 from rotorstudy.inference.fit import HYPOTHESIS, Fit, fit
 from rotorstudy.inference.linear import invert
@@ -34,10 +37,14 @@ WORTH_FITTING = 0.1  # of what the best candidate explains when linearised, whic
 THRESHOLD_STEPS = 20  # of a fixed-point iteration that converges quickly
 LEAST_LOG_PROBABILITY = -700.0  # keeps posterior probabilities from underflow to zero
 LEFT_BY_SHAPE = 0.05  # of what a cause explains, if its shape is half a step of those tried from the true one
+RESCANS = 4  # of the shape of a cause, each at its last fit
 SHAPE_STEPS = 8  # of the shape options of a cause
 SHAPE_DIFFERENCE = 1e-4  # of the range of a shape option, for its derivative
 SHAPE_GAIN = 0.25  # convergence tolerance of the shape, in log posterior odds
 SHARES_OF_STEP = (1.0, 0.3, 0.1)
+
+
+NOT_SCREENED = Screened(0.0, -np.inf, np.zeros(0), np.zeros(0))
 
 
 @dataclass(frozen=True)
@@ -99,9 +106,15 @@ class Search:
 
     def prior_odds(self, cause: Candidate) -> float:
         """Prior odds of a cause: the base rate of its effect in the library, divided among its places and shapes."""
-        rates = {c.effect: base_rate(c.effect, self.settings) for c in self.candidates}
-        alike = sum(c.effect == cause.effect for c in self.candidates)
-        return rates[cause.effect] / (sum(rates.values()) * alike)
+        return self._prior_odds[cause.effect]
+
+    @cached_property
+    def _prior_odds(self):
+        """Effect -> prior odds of each of its candidates."""
+        count = Counter(c.effect for c in self.candidates)
+        rates = {effect: base_rate(effect, self.settings) for effect in count}
+        total = sum(rates.values())
+        return {effect: rate / (total * count[effect]) for effect, rate in rates.items()}
 
     def even_odds_gain(self, cause: Candidate) -> float:
         """Decrease of the cost at which a cause has even posterior odds: it offsets prior odds and Occam factor.
@@ -185,19 +198,19 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     work = Search(whole, spectrum, settings, prior, base, every, faults=faults)
     work.screened.extend(_screen(work, base, every))
     current = work.found[frozenset()] = Explanation((), base, 0.0)
-    screenings = [work.screened]
+    fits = [base]
     if base.penalty > STRAINED * len(
         prior.names
     ):  # the parameters imitate what is missing: screen at the stated ones too
-        screenings.append(_screen(work, fit(whole, spectrum, prior, steps=0), every))
+        fits.append(fit(whole, spectrum, prior, steps=0))
     while len(current.causes) < settings.most_causes:
-        tried = _add(work, current, screenings if not current.causes else None)
+        tried = _add(work, model, current, fits if not current.causes else None)
         better = max((_refine(work, model, e) for e in _to_refine(tried, current.fit.cost)), key=_odds, default=current)
         if _odds(better) <= _odds(current):
             break
         current = better
         if len(current.causes) > 1:
-            current = _swap(work, current)
+            current = _swap(work, model, current)
     return work
 
 
@@ -280,10 +293,11 @@ def _log_posterior_odds(work, causes, fitted):
     return float(odds)
 
 
-def _trial_fit(work, causes):
-    """Fit of an explanation after a few steps, None if it fails."""
+def _trial_fit(work, causes, start=None):
+    """Fit of an explanation after a few steps, by default from the stated values; None if it fails."""
     found = work.found.get(frozenset(c.label for c in causes))
-    return found.fit if found else _fit(work, causes, *_extension(work, causes), steps=TRIAL_STEPS)
+    extended, known, fresh = _extension(work, causes)
+    return found.fit if found else _fit(work, causes, extended, known, fresh if start is None else start, TRIAL_STEPS)
 
 
 def _extension(work, causes):
@@ -335,24 +349,52 @@ def _promising(work, chosen, screenings, most):
     return found
 
 
-def _add(work, current, screenings=None, most=None):
-    """Explanations with one more cause, of the candidates worth a fit."""
-    named = current.named
+def _add(work, model, current, fits=None, most=None):
+    """Explanations with one more cause, of the candidates worth a fit.
+
+    fits : list of Fit of the current explanation at which candidates are screened, by default its own
+    """
+    named, fits = current.named, fits or [current.fit]
     chosen = [c for c in work.candidates if c.cause not in named]
-    screenings = screenings or [_screen(work, current.fit, chosen)]
+    screenings = [work.screened if f is work.base else _screen(work, f, chosen) for f in fits]
+    if not most and current.fit.cost > len(current.fit.residual):  # more than noise is left
+        chosen, screenings = _with_scanned(work, model, chosen, screenings, fits)
     promising = _promising(work, chosen, screenings, most or work.settings.candidates_per_round)
-    looked = {i: _trial_fit(work, (*current.causes, chosen[i])) for i in promising}
+    looked, starts = {}, {}
+    for i, screened in promising.items():
+        causes = (*current.causes, chosen[i])
+        extended, _, fresh = _extension(work, causes)
+        starts[i] = _theta(extended, current.fit.model.names, current.fit.theta, screened.start)
+        at_scan = _theta(extended, fits[-1].model.names, fits[-1].theta, screened.start)
+        looked[i] = _trial_fit(work, causes, at_scan if can_be_scanned(chosen[i]) else fresh)
     order = sorted((i for i in looked if looked[i]), key=lambda i: looked[i].cost)
     tried = []
     for rank, i in enumerate(order):
-        if rank >= FITTED_FULLY and looked[i].cost > looked[order[0]].cost + CLOSE:
-            break
-        columns = _theta(looked[i].model, current.fit.model.names, current.fit.theta, promising[i].start)
-        tried.append(_explain(work, (*current.causes, chosen[i]), [looked[i].theta, columns]))
+        lowest = looked[order[0]].cost
+        reach = LEFT_BY_SHAPE * max(current.fit.cost - lowest, 0) if chosen[i].shape else 0
+        if rank >= FITTED_FULLY and looked[i].cost > lowest + max(CLOSE, reach):
+            continue
+        tried.append(_explain(work, (*current.causes, chosen[i]), [looked[i].theta, starts[i]]))
     return [e for e in tried if e]
 
 
-def _swap(work, current):
+def _with_scanned(work, model, chosen, screenings, fits):
+    """Candidates and their screenings, with those added whose shape a scan at each fit has found."""
+    first = list({c.cause: c for c in reversed(chosen)}.values())
+    for number, fitted in enumerate(fits):
+        try:
+            scanned = scan(fitted, work.spectrum, model, first, work.settings.prior_width)
+        except NoSteadyState:
+            continue
+        chosen = chosen + [one.cause for one in scanned]
+        screenings = [
+            [*rows, *(one.screened if i == number else NOT_SCREENED for one in scanned)]
+            for i, rows in enumerate(screenings)
+        ]
+    return chosen, screenings
+
+
+def _swap(work, model, current):
     """Try to drop each cause, and to replace it by the best other one; the most probable result."""
     for cause in current.causes:
         less = _explain(work, tuple(c for c in current.causes if c.label != cause.label))
@@ -360,7 +402,7 @@ def _swap(work, current):
             continue
         if _odds(less) > _odds(current):
             return less
-        current = max([current, *_add(work, less, most=FITTED_FULLY)], key=_odds)
+        current = max([current, *_add(work, model, less, most=FITTED_FULLY)], key=_odds)
     return current
 
 
@@ -381,17 +423,17 @@ def _best_of_all_shapes(work, model, explanation):
     Options are scaled to their range, logarithmic unless it begins at zero. The linearised columns of a contact depend
     strongly on its shape and may select a wrong one: where more than noise is left, all shapes are tried first.
     """
-    explanation = _best_shape(work, explanation)
+    explanation = _best_shape(work, model, explanation)
     *rest, last = explanation.causes
     ranges = registry().get("effect", last.effect).shape
 
     def explain(place, theta):
-        shape = {name: _value(x, *ranges[name]) for name, x in zip(ranges, place, strict=True)}
+        shape = {name: value_at(x, *ranges[name]) for name, x in zip(ranges, place, strict=True)}
         moved = candidate(model, last.effect, last.where, shape, last.term.label, work.settings.prior_width)
         return _explain(work, (*rest, moved), [theta])
 
     best = explanation
-    place = [_place(last.shape[name], *ranges[name]) if name in last.shape else 0.5 for name in ranges]
+    place = [place_of(last.shape[name], *ranges[name]) if name in last.shape else 0.5 for name in ranges]
     if ranges and set(ranges) != set(last.shape):
         best = explain(place, best.fit.theta) or best
     for _ in range(SHAPE_STEPS if set(ranges) == set(best.causes[-1].shape) and ranges else 0):
@@ -399,10 +441,7 @@ def _best_of_all_shapes(work, model, explanation):
         step, moved = np.split(invert(normal) @ right, [len(right) - len(ranges)])
         tried = None
         for share in SHARES_OF_STEP:
-            ahead = [
-                x % 1 if name.endswith("_rad") else np.clip(x, 0, 1)
-                for name, x in zip(ranges, place + share * moved, strict=True)
-            ]
+            ahead = inside(place + share * moved, ranges)
             theta = best.fit.theta.copy()
             theta[best.fit.model.position(best.fit.names)] += share * step
             tried = explain(ahead, theta)
@@ -416,7 +455,7 @@ def _best_of_all_shapes(work, model, explanation):
     best = max(best, explanation, key=_odds)
     last = best.causes[-1]
     if ranges and set(ranges) == set(last.shape):  # the amplitude is correlated with the shape
-        place = [_place(last.shape[name], *ranges[name]) for name in ranges]
+        place = [place_of(last.shape[name], *ranges[name]) for name in ranges]
         normal, _ = _shape_equations(work, model, best, place, ranges)
         free = len(best.fit.names)
         best = replace(best, fit=replace(best.fit, covariance=invert(normal)[:free, :free]))
@@ -424,11 +463,13 @@ def _best_of_all_shapes(work, model, explanation):
     return best
 
 
-def _best_shape(work, explanation):
+def _best_shape(work, model, explanation):
     """The explanation with the last cause in the best of the shapes tried."""
     *rest, last = explanation.causes
     if not last.shape or explanation.fit.cost < len(explanation.fit.residual):
         return explanation
+    if can_be_scanned(last):
+        return _rescanned(work, model, explanation)
     looked = []
     for cause in work.candidates:
         if cause.cause == last.cause:
@@ -438,13 +479,23 @@ def _best_shape(work, explanation):
     return max(explanation, _explain(work, causes, [theta]) or explanation, key=_odds)
 
 
-def _place(value, low, high):
-    """Position (0 to 1) of the value of a shape option in its range."""
-    return np.log(value / low) / np.log(high / low) if low > 0 else (value - low) / (high - low)
-
-
-def _value(place, low, high):
-    return float(low * (high / low) ** place if low > 0 else low + place * (high - low))
+def _rescanned(work, model, explanation):
+    """The explanation with the shape of its last cause scanned at its own fit, as long as that improves it."""
+    for _ in range(RESCANS):
+        *rest, last = explanation.causes
+        without, known, _ = _extension(work, rest)
+        own = dict(zip(explanation.fit.model.names, explanation.fit.theta, strict=True))
+        at = fit(without, work.spectrum, known, start=np.array([own[name] for name in without.names]), steps=0)
+        found = scan(at, work.spectrum, model, [last], work.settings.prior_width)
+        causes = (*rest, found[0].cause)
+        start = _theta(work.model.plus(*(c.term for c in causes)), without.names, at.theta, found[0].screened.start)
+        tried = _explain(work, causes, [start])
+        if not tried or _odds(tried) <= _odds(explanation):
+            break
+        gained, explanation = _odds(tried) - _odds(explanation), tried
+        if gained < SHAPE_GAIN:
+            break
+    return explanation
 
 
 def _shape_equations(work, model, explanation, place, ranges):
@@ -453,7 +504,7 @@ def _shape_equations(work, model, explanation, place, ranges):
     fitted, columns = explanation.fit, []
     for i, name in enumerate(ranges):
         off = SHAPE_DIFFERENCE if place[i] < 0.5 else -SHAPE_DIFFERENCE
-        shape = {**last.shape, name: _value(place[i] + off, *ranges[name])}
+        shape = {**last.shape, name: value_at(place[i] + off, *ranges[name])}
         moved = candidate(model, last.effect, last.where, shape, last.term.label, work.settings.prior_width)
         extended = work.model.plus(*(c.term for c in (*rest, moved)))
         shown = predicted(extended, work.spectrum, fitted.theta)
