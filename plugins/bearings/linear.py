@@ -15,7 +15,10 @@ def linear(structure, node: int | None = None, coefficients: Literal["isotropic"
     """
     here = structure.unit(structure.default_node() if node is None else node)
     here, parameters = np.outer(here, here), []
-    for name, unit, order, typical in (("stiffness", "N/m", 0, 1e7), ("damping", "N s/m", 1, 1e3)):
+    for name, unit, order, typical in (
+        ("stiffness", "N/m", 0, 13 * structure.scales.stiffness(node)),
+        ("damping", "N s/m", 1, 0.4 * structure.scales.critical_damping(node)),
+    ):
         if coefficients == "isotropic":
             parameters.append(Parameter(f"bearing_{name}", unit, (Entry(-here, order=order),), typical))
         for direction in DIRECTIONS[coefficients]:

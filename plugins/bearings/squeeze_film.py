@@ -33,7 +33,7 @@ def squeeze_film(
         entries.append(whirl)
     return [
         Parameter("bearing_scale", "1", tuple(entries), typical=1.0),
-        Parameter("centring_stiffness", "N/m", (Entry(-here),), typical=1e6),
+        Parameter("centring_stiffness", "N/m", (Entry(-here),), typical=1.3 * structure.scales.stiffness(node)),
     ]
 
 

@@ -24,7 +24,7 @@ def rotorstudy_effect():
         source="first-order high pass",
         acts_on="output",
         fixed=True,
-        shape={"corner_rad_per_s": (0.05, 60.0)},
+        shape={"corner_rad_per_s": (1e-4, 0.1, "frequency")},
         checked="0X gone to 1e-12, -3 dB and 45 degrees of lead at the corner",
         confounders=(
             ("sensor_gap", "AC coupling removes the entire mean of every sensor"),

@@ -18,10 +18,10 @@ class Place(TypedDict):
 def added_mass(
     structure, node: int | None = None, places: AtLeastOne[Place] | None = None, plane: Literal["both", "y"] = "both"
 ):
-    """Additional mass: force -m W d2q/dt2, at a node or at given `places` of the mass matrix.
+    """Additional mass with its weight: force -m W (d2q/dt2 - g), at a node or at given `places` of the mass matrix.
 
     places: rows and columns of W, with a lever where a translation is coupled with a tilt;
-    plane y: horizontal motion only, as for a misprinted mass matrix of one plane.
+    plane y: horizontal motion only, without weight, as for a misprinted mass matrix of one plane.
     """
     if places is None:
         here = structure.unit(structure.default_node() if node is None else node)
@@ -32,10 +32,11 @@ def added_mass(
             * np.outer(structure.unit(p["row_node"], p["row_motion"]), structure.unit(p["node"], p["motion"]))
             for p in places
         )
-    entries = (Entry(-pattern, order=2),)
+    weight = structure.acceleration_of_gravity * pattern @ structure.along
+    entries = (Entry(-pattern, order=2), Entry(weight, on="one"))
     if plane == "y":
         entries = (Entry(-pattern / 2, order=2), Entry(pattern / 2, on="conj", order=2))
-    return [Parameter("added_mass", "kg", entries, typical=0.1)]
+    return [Parameter("added_mass", "kg", entries, typical=0.05 * structure.scales.mass)]
 
 
 @hookimpl
@@ -48,7 +49,10 @@ def rotorstudy_effect():
         confounders=(
             ("pedestal_resonance", "a mass acts at all frequencies alike; measure the motion of the pedestal"),
             ("seal", "the mass of the fluid comes with its damping, and only in the full machine"),
-            ("stiffness_error", "stiffness dominates below the critical speed and at 0X, mass above it"),
+            (
+                "stiffness_error",
+                "stiffness dominates below the critical speed, mass above it; at 0X it weighs",
+            ),
             (
                 "speed_error",
                 "equal if all masses have the same relative error and nothing tilts; use a second tachometer",

@@ -12,8 +12,9 @@ def angular_misalignment(structure, node: int | None = None, harmonics: AtLeastO
     """
     node = structure.default_node() if node is None else node
     tilt = structure.unit(node, "tilt")
+    usual = 0.05 * structure.scales.force * structure.scales.lever(node)
     return [
-        Parameter(f"misalignment_moment_{n}X", "N m", (Entry(tilt, on="one", shift=n),), typical=0.1, is_complex=True)
+        Parameter(f"misalignment_moment_{n}X", "N m", (Entry(tilt, on="one", shift=n),), usual, is_complex=True)
         for n in harmonics
     ]
 

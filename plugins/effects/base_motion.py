@@ -10,7 +10,7 @@ def base_motion(structure, harmonic: int = 1):
     """
     along = np.array([float(motion == "translation") for _, motion in structure.dofs])
     entry = Entry(structure.mass @ along, on="one", shift=harmonic, gain=lambda speed: (harmonic * speed) ** 2)
-    return [Parameter(f"base_motion_{harmonic}X", "m", (entry,), typical=5e-6, is_complex=True)]
+    return [Parameter(f"base_motion_{harmonic}X", "m", (entry,), 0.2 * structure.scales.length, is_complex=True)]
 
 
 def usual_harmonics(structure, sensors):

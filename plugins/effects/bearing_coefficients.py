@@ -12,9 +12,10 @@ def bearing_coefficients(structure, node: int | None = None):
     """
     here = structure.unit(structure.default_node() if node is None else node)
     here = np.outer(here, here)
+    stiffness, damping = 0.03 * structure.scales.stiffness(node), 0.04 * structure.scales.critical_damping(node)
     return [
         Parameter(f"bearing_{name}_error_{direction}", unit, planar_entries(direction, -here, order), typical)
-        for name, unit, order, typical in (("stiffness", "N/m", 0, 2e4), ("damping", "N s/m", 1, 100.0))
+        for name, unit, order, typical in (("stiffness", "N/m", 0, stiffness), ("damping", "N s/m", 1, damping))
         for direction in DIRECTIONS
     ]
 

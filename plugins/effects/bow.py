@@ -18,7 +18,7 @@ def bow(structure, node: int | None = None):
         )
     shape[free] = np.linalg.solve(structure.stiffness[np.ix_(free, free)], here[free])
     force = structure.stiffness @ shape / (here @ shape)
-    return [Parameter("bow", "m", (Entry(force, on="one", shift=1),), typical=1e-5, is_complex=True)]
+    return [Parameter("bow", "m", (Entry(force, on="one", shift=1),), 0.4 * structure.scales.length, is_complex=True)]
 
 
 def between_the_ends(structure, sensors):

@@ -1,19 +1,32 @@
+import numpy as np
+
 from rotorstudy.plugins import Effect, crack_parameters, hookimpl, registry
 
 
-def breathing_crack(structure, crack: str = "switching", node: int | None = None, element: int | None = None):
+def breathing_crack(
+    structure,
+    crack: str = "switching",
+    crack_angle_rad: float = 0.0,
+    node: int | None = None,
+    element: int | None = None,
+):
     """Crack opened and closed by the weight, whose stiffness loss acts on the total motion (time-varying).
 
-    crack: name of a crack plugin, which gives the breathing function.
+    crack: name of a crack plugin, which gives the breathing function; "open" is a notch.  crack_angle_rad: angle of the
+    middle of the crack edge from the phase mark, in the direction of rotation.
     """
-    return crack_parameters(
-        registry().get("crack", crack, "breathing_crack"), structure, False, node=node, element=element
-    )
+    law = registry().get("crack", crack, "breathing_crack")
+    return crack_parameters(law, structure, False, node=node, element=element, angle_rad=crack_angle_rad)
 
 
 def where_it_cracks(structure, sensors):
     """Places where the rotor can crack."""
     return structure.crack_places()
+
+
+def every_breathing_function():
+    """Names of the crack plugins."""
+    return sorted(registry().plugins["crack"])
 
 
 @hookimpl
@@ -23,13 +36,20 @@ def rotorstudy_effect():
         breathing_crack,
         source="thesis Eqs. (2.16) to (2.18); Gasch 1993",
         places=where_it_cracks,
+        shape={"crack_angle_rad": (-np.pi, np.pi)},
+        alternatives={"crack": every_breathing_function},
         positive=True,
-        checked="force in time is sigma dk times the motion along the crack, to 1e-12",
+        checked="force in time is sigma dk times the motion along the crack, to 1e-12; integrated x-y motion to 1e-6",
         confounders=(
-            ("shaft_asymmetry", "under gravity a constant asymmetry gives 2X only, a breathing crack 1X and 3X too"),
             (
-                "breathing_crack_weight",
-                "equal if the vibration is small compared with the static deflection: change the unbalance",
+                "shaft_asymmetry",
+                "under gravity a constant asymmetry gives 2X only, a breathing crack 1X and 3X too; an open crack also "
+                "lowers the mean stiffness",
             ),
+            (
+                "parallel_misalignment",
+                "a misaligned coupling acts at its own node and has no 0X related to 2X; run the rotor uncoupled",
+            ),
+            ("looseness", "the force of a loose support depends on the amplitude: change the unbalance"),
         ),
     )

@@ -8,7 +8,9 @@ def couple_unbalance(structure, node: int | None = None):
     """
     node = structure.default_node() if node is None else node
     entry = Entry(structure.unit(node, "tilt"), on="one", shift=1, gain=lambda speed: speed**2)
-    return [Parameter("couple_unbalance", "kg m2", (entry,), typical=2e-6, is_complex=True)]
+    scales = structure.scales
+    usual = 0.3 * scales.length * scales.mass * scales.lever(node)
+    return [Parameter("couple_unbalance", "kg m2", (entry,), usual, is_complex=True)]
 
 
 def tilting_nodes(structure, sensors):

@@ -9,7 +9,8 @@ def cross_coupling(structure, node: int | None = None):
     Positive k drives forward whirl.
     """
     here = structure.unit(structure.default_node() if node is None else node)
-    return [Parameter("cross_coupling", "N/m", (Entry(1j * np.outer(here, here)),), typical=5e3)]
+    usual = 0.007 * structure.scales.stiffness(node)
+    return [Parameter("cross_coupling", "N/m", (Entry(1j * np.outer(here, here)),), typical=usual)]
 
 
 @hookimpl

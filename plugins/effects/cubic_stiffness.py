@@ -10,7 +10,8 @@ def cubic_stiffness(structure, node: int | None = None):
     def stiffening(displacement, velocity, deflection):
         return -(np.abs(displacement) ** 2) * displacement
 
-    return [Parameter("cubic_stiffness", "N/m3", (), typical=1e13, force=NonlinearForce(here, stiffening))]
+    usual = 0.01 * structure.scales.stiffness(node) / structure.scales.length**2
+    return [Parameter("cubic_stiffness", "N/m3", (), typical=usual, force=NonlinearForce(here, stiffening))]
 
 
 @hookimpl

@@ -3,13 +3,13 @@ import numpy as np
 from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, sensor_unit
 
 
-def delay(sensors, node: int | None = None):
+def delay(sensors, structure, node: int | None = None):
     """Signal delayed by tau, of all sensors or of one node: z is measured as z - tau dz/dt.
 
     Linear in tau: the relative error of harmonic n is (n w tau)^2 / 2.
     """
     late = np.eye(len(sensors)) if node is None else np.diag(sensor_unit(sensors, node))
-    return [Parameter("delay", "s", (Entry(-late, order=1),), typical=1e-4)]
+    return [Parameter("delay", "s", (Entry(-late, order=1),), typical=0.06 / structure.scales.frequency)]
 
 
 def all_or_one(structure, sensors):

@@ -6,7 +6,8 @@ from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
 def external_damping(structure, node: int | None = None):
     """Viscous damping to ground: force -c dz/dt."""
     here = structure.unit(structure.default_node() if node is None else node)
-    return [Parameter("external_damping", "N s/m", (Entry(-np.outer(here, here), order=1),), typical=100.0)]
+    usual = 0.04 * structure.scales.critical_damping(node)
+    return [Parameter("external_damping", "N s/m", (Entry(-np.outer(here, here), order=1),), typical=usual)]
 
 
 @hookimpl

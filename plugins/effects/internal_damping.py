@@ -1,14 +1,32 @@
 import numpy as np
 
-from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
+from rotorstudy.plugins import CannotAct, Effect, Entry, Parameter, hookimpl
 
 
-def internal_damping(structure, node: int | None = None):
-    """Viscous damping in the rotating shaft: force -c (dz/dt - j w z), that is -j (n - 1) w c z_n on harmonic n."""
-    here = structure.unit(structure.default_node() if node is None else node)
-    here = np.outer(here, here)
+def internal_damping(structure, node: int | None = None, element: int | None = None):
+    """Viscous damping in the rotating shaft: force -c (dz/dt - j w z), that is -j (n - 1) w c z_n on harmonic n.
+
+    In an element c is its stiffness matrix times the amplitude, without a force on a rigid motion. At a node of a rotor
+    with several it acts between the node and the ground, as in the thesis.
+    """
+    if element is not None:
+        losses = structure.stiffness_loss_at(None, element).values()
+        shares = [pattern for pattern, unit, _ in losses if unit == "1"]
+        if not shares:
+            raise CannotAct("this rotor states no stiffness of its elements; choose 'node:'")
+        here, unit, typical = sum(shares), "s", 0.05 / structure.scales.frequency
+    else:
+        at = structure.unit(structure.default_node() if node is None else node)
+        here, unit, typical = np.outer(at, at), "N s/m", 0.008 * structure.scales.critical_damping(node)
     entries = (Entry(-here, order=1), Entry(1j * here, gain=lambda speed: speed))
-    return [Parameter("internal_damping", "N s/m", entries, typical=20.0)]
+    return [Parameter("internal_damping", unit, entries, typical)]
+
+
+def where_the_shaft_is_damped(structure, sensors):
+    """The node of a rotor that has only one, on a shaft carried rigidly; else the elements of the shaft."""
+    if len(structure.nodes) == 1:
+        return [{"node": structure.nodes[0]}]
+    return [place for place in structure.crack_places() if place]
 
 
 @hookimpl
@@ -17,6 +35,7 @@ def rotorstudy_effect():
         "internal_damping",
         internal_damping,
         source="Tondl 1965; thesis Eq. (2.7)",
+        places=where_the_shaft_is_damped,
         positive=True,
         checked="-c (dz/dt - j w z) in time to 1e-12; onset at w_n (1 + c_e / c_i) in tests/physics/test_stability.py",
         confounders=(
@@ -25,7 +44,7 @@ def rotorstudy_effect():
                 "equal with external damping at the node; only the force of a seal changes with its pressure drop",
             ),
             ("external_damping", "internal damping has no force at +1X and gives a static cross force at 0X"),
-            ("shaft_damping", "equal on a rotor of one coordinate; internal damping acts at one node"),
+            ("shaft_damping", "equal on a rotor of one coordinate; internal damping acts in one element"),
             (
                 "cross_coupling",
                 "cross-coupling does not grow with the speed and acts at +1X, where internal damping has no force",

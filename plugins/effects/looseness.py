@@ -16,7 +16,8 @@ def looseness(structure, node: int | None = None, lift_m: NonNegative = 5e-6, di
         lift = -((displacement - deflection) * along.conj()).real
         return -np.maximum(lift - lift_m, 0) * along
 
-    return [Parameter("stiffness_lost_in_lift", "N/m", (), typical=1e5, force=NonlinearForce(here, lifted))]
+    usual = 0.13 * structure.scales.stiffness(node)
+    return [Parameter("stiffness_lost_in_lift", "N/m", (), typical=usual, force=NonlinearForce(here, lifted))]
 
 
 @hookimpl
@@ -25,14 +26,14 @@ def rotorstudy_effect():
         "looseness",
         looseness,
         source="bilinear support as in Chu and Tang 2001; Muszynska and Goldman 1995",
-        shape={"lift_m": (0.0, 1e-4), "direction_rad": (-np.pi, np.pi)},
+        shape={"lift_m": (0.0, 4.0, "length"), "direction_rad": (-np.pi, np.pi)},
         example={"lift_m": 0.0},
         positive=True,
         checked="time integration to 2e-3 of its effect; no force below the lift to 1e-12; the mean rises",
         confounders=(
             ("support_loss", "a support that lifts depends on the amplitude and gives multiples of 1X"),
             ("support_stiffness", "looseness gives multiples of 1X and depends on the amplitude"),
-            ("breathing_crack_weight", "the force of a loose support depends on the amplitude: change the unbalance"),
+            ("breathing_crack", "the force of a loose support depends on the amplitude: change the unbalance"),
             ("rub", "at large amplitudes a rub stiffens, looseness softens"),
             ("cubic_stiffness", "looseness softens in one direction, cubic stiffness stiffens in all directions"),
         ),

@@ -19,8 +19,9 @@ def parallel_misalignment(
         here = structure.unit(element) - structure.unit(element + 1)
     else:
         raise CannotAct("parallel_misalignment: give the node or the element of the coupling, not both")
+    usual = 0.05 * structure.scales.force
     return [
-        Parameter(f"misalignment_force_{n}X", "N", (Entry(here, on="one", shift=n),), typical=1.0, is_complex=True)
+        Parameter(f"misalignment_force_{n}X", "N", (Entry(here, on="one", shift=n),), typical=usual, is_complex=True)
         for n in harmonics
     ]
 
@@ -49,7 +50,7 @@ def rotorstudy_effect():
                 "the 2X of an asymmetric shaft is caused by gravity and remains when the shaft is uncoupled",
             ),
             (
-                "breathing_crack_weight",
+                "breathing_crack",
                 "a misaligned coupling acts at its own node and has no 0X related to 2X; run the rotor uncoupled",
             ),
             ("angular_misalignment", "a force and a moment at the same node: a second measuring plane separates them"),

@@ -25,7 +25,7 @@ def pedestal_resonance(
             f"stiffness_loss_at_rest_{direction}",
             "N/m",
             planar_entries(direction, np.outer(here, here), gain=gain, frequency_only=True),
-            typical=2e4,
+            typical=0.03 * structure.scales.stiffness(node),
         )
         for direction in ("xx", "yy")
     ]
@@ -37,7 +37,7 @@ def rotorstudy_effect():
         "pedestal_resonance",
         pedestal_resonance,
         source="Kirk and Gunter 1972, effect of support flexibility and damping; two dynamic stiffnesses in series",
-        shape={"natural_frequency_rad_per_s": (30.0, 3000.0), "damping_ratio": (0.005, 0.5)},
+        shape={"natural_frequency_rad_per_s": (0.1, 10.0, "frequency"), "damping_ratio": (0.005, 0.5)},
         positive=True,
         checked="a rotor on flexible_pedestal, without damping of the bearing, to 1e-10",
         confounders=(

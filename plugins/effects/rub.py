@@ -29,7 +29,8 @@ def rub(
         depth = np.maximum(distance - radial, 0)
         return -(1 + 1j * friction_ratio) * depth * offset / np.where(depth > 0, distance, 1)
 
-    return [Parameter("rub_stiffness", "N/m", (), typical=1e5, force=NonlinearForce(here, contact))]
+    usual = 0.13 * structure.scales.stiffness(node)
+    return [Parameter("rub_stiffness", "N/m", (), typical=usual, force=NonlinearForce(here, contact))]
 
 
 @hookimpl
@@ -39,7 +40,7 @@ def rotorstudy_effect():
         rub,
         source="Choy and Padovan 1987, J. Sound Vib.; Muszynska 2005, Rotordynamics",
         shape={
-            "clearance_m": (1e-6, 1e-3),
+            "clearance_m": (0.04, 40.0, "length"),
             "friction_ratio": (0.0, 0.5),
             "offset_ratio": (0.0, 0.98),
             "contact_angle_rad": (-np.pi, np.pi),

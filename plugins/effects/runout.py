@@ -1,15 +1,15 @@
 from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, sensor_unit
 
 
-def runout(sensors, node: int | None = None, harmonic: int = 1):
+def runout(sensors, structure, node: int | None = None, harmonic: int = 1):
     """Shaft surface measured as motion: the same harmonic is added at all speeds."""
     entry = Entry(sensor_unit(sensors, node), on="one", shift=harmonic)
-    return [Parameter(f"runout_{harmonic}X", "m", (entry,), typical=1e-6, is_complex=True)]
+    return [Parameter(f"runout_{harmonic}X", "m", (entry,), 0.04 * structure.scales.length, is_complex=True)]
 
 
 def usual_harmonics(structure, sensors):
-    """1X to 3X forward, 1X and 2X backward, of each sensor."""
-    return [{"node": node, "harmonic": n} for node in sensors for n in (1, 2, 3, -1, -2)]
+    """1X to 3X forward and backward, of each sensor; probes at right angles see a profile of three lobes at -3X."""
+    return [{"node": node, "harmonic": n} for node in sensors for n in (1, 2, 3, -1, -2, -3)]
 
 
 @hookimpl

@@ -11,10 +11,11 @@ def seal(structure, node: int | None = None, swirl_ratio: Share = 0.45):
     """
     here = structure.unit(structure.default_node() if node is None else node)
     here = np.outer(here, here)
+    usual = 0.04 * structure.scales.critical_damping(node)
     film = (Entry(-here, order=1), Entry(1j * swirl_ratio * here, gain=lambda speed: speed))
     return [
-        Parameter("seal_damping", "N s/m", film, typical=100.0),
-        Parameter("seal_fluid_mass", "kg", (Entry(-here, order=2),), typical=0.1),
+        Parameter("seal_damping", "N s/m", film, typical=usual),
+        Parameter("seal_fluid_mass", "kg", (Entry(-here, order=2),), typical=0.05 * structure.scales.mass),
     ]
 
 

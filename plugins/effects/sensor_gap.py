@@ -1,10 +1,10 @@
 from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, sensor_unit
 
 
-def sensor_gap(sensors, node: int | None = None):
+def sensor_gap(sensors, structure, node: int | None = None):
     """Gap between probes and shaft: a constant added to the measured displacement."""
     entry = Entry(sensor_unit(sensors, node), on="one")
-    return [Parameter("sensor_gap", "m", (entry,), typical=1e-3, is_complex=True)]
+    return [Parameter("sensor_gap", "m", (entry,), typical=40 * structure.scales.length, is_complex=True)]
 
 
 @hookimpl

@@ -21,10 +21,10 @@ def rotorstudy_effect():
         checked="0X and 2X from gravity to closed form to 1e-12; no 1X without unbalance",
         confounders=(
             ("support_anisotropy", "fixed anisotropy couples n with -n, rotating asymmetry n with 2 - n"),
-            ("breathing_crack", "under gravity a constant asymmetry gives 2X only, a breathing crack 1X and 3X too"),
             (
-                "breathing_crack_weight",
-                "under gravity a constant asymmetry gives 2X only, a breathing crack 1X and 3X too",
+                "breathing_crack",
+                "under gravity a constant asymmetry gives 2X only, a breathing crack 1X and 3X too; an open crack also "
+                "lowers the mean stiffness",
             ),
             (
                 "parallel_misalignment",

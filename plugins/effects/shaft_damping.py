@@ -5,7 +5,7 @@ def shaft_damping(structure):
     """Viscous damping of the rotating shaft, proportional to its stiffness: force -beta K (q' - j w q)."""
     shaft = structure.stiffness
     entries = (Entry(-shaft, order=1), Entry(1j * shaft, gain=lambda speed: speed))
-    return [Parameter("shaft_damping", "s", entries, typical=3e-5)]
+    return [Parameter("shaft_damping", "s", entries, typical=0.02 / structure.scales.frequency)]
 
 
 @hookimpl
@@ -18,7 +18,7 @@ def rotorstudy_effect():
         checked="-beta K (dq/dt - j w q) in time to 1e-12; no force at +1X (tests/zoo/test_shaft_damping.py)",
         confounders=(
             ("external_damping", "shaft damping has no force at +1X and gives a static cross force at 0X"),
-            ("internal_damping", "equal on a rotor of one coordinate; internal damping acts at one node"),
+            ("internal_damping", "equal on a rotor of one coordinate; internal damping acts in one element"),
             (
                 "hysteretic_damping",
                 "equal at one harmonic of one speed; viscous damping grows with the speed, hysteretic damping does not",

@@ -10,7 +10,8 @@ def support_anisotropy(structure, node: int | None = None):
     """
     here = structure.unit(structure.default_node() if node is None else node)
     entry = Entry(-np.outer(here, here), on="conj")
-    return [Parameter("support_anisotropy", "N/m", (entry,), typical=2e4, is_complex=True)]
+    usual = 0.03 * structure.scales.stiffness(node)
+    return [Parameter("support_anisotropy", "N/m", (entry,), typical=usual, is_complex=True)]
 
 
 @hookimpl

@@ -10,8 +10,9 @@ def support_loss(structure, node: int | None = None, direction_rad: float = 0.0)
     """
     here = structure.unit(structure.default_node() if node is None else node)
     here = np.outer(here, here) / 2
+    usual = 0.03 * structure.scales.stiffness(node)
     entries = (Entry(here), Entry(np.exp(2j * direction_rad) * here, on="conj"))
-    return [Parameter("support_stiffness_loss", "N/m", entries, typical=2e4)]
+    return [Parameter("support_stiffness_loss", "N/m", entries, typical=usual)]
 
 
 @hookimpl

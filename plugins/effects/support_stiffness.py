@@ -6,7 +6,8 @@ from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
 def support_stiffness(structure, node: int | None = None):
     """Additional stiffness to ground at a node, negative if too much was modelled: force -k z."""
     here = structure.unit(structure.default_node() if node is None else node)
-    return [Parameter("support_stiffness", "N/m", (Entry(-np.outer(here, here)),), typical=2e4)]
+    usual = 0.03 * structure.scales.stiffness(node)
+    return [Parameter("support_stiffness", "N/m", (Entry(-np.outer(here, here)),), typical=usual)]
 
 
 @hookimpl

@@ -3,7 +3,7 @@ import numpy as np
 from rotorstudy.plugins import Effect, Entry, Parameter, Whole, hookimpl, sensor_unit
 
 
-def surface_profile(sensors, node: int | None = None, order: Whole = 2):
+def surface_profile(sensors, structure, node: int | None = None, order: Whole = 2):
     """Surface profile under two probes: y shows what x showed a quarter revolution before.
 
     x shows Re(c e^{jkwt}), so z shows c (1 + j e^{-jk pi/2}) / 2 at k and the mirrored term at -k: order 1 is only
@@ -11,11 +11,11 @@ def surface_profile(sensors, node: int | None = None, order: Whole = 2):
     """
     here = sensor_unit(sensors, node)
     forward, backward = (1 + 1j * (-1j) ** order) / 2, (1 + 1j * 1j**order) / 2
-    parameters = []
+    parameters, usual = [], 0.04 * structure.scales.length
     for part, c in (("cosine", 1), ("sine", -1j)):
         shown = ((c * forward, order), (np.conj(c) * backward, -order))
         entries = tuple(Entry(share * here, on="one", shift=n) for share, n in shown if abs(share) > 0.1)
-        parameters.append(Parameter(f"profile_{part}_{order}X", "m", entries, typical=1e-6))
+        parameters.append(Parameter(f"profile_{part}_{order}X", "m", entries, typical=usual))
     return parameters
 
 

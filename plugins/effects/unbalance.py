@@ -10,7 +10,9 @@ def unbalance(structure, node: int | None = None, mass_kg: Positive | None = Non
     here = structure.unit(node)
     mass = here @ structure.mass @ here if mass_kg is None else mass_kg
     entry = Entry(mass * here, on="one", shift=1, gain=lambda speed: speed**2)
-    return [Parameter("eccentricity", "m", (entry,), typical=1e-5, is_complex=True)]
+    scales = structure.scales
+    usual = 0.4 * scales.length * (scales.mass / mass if mass else 1.0)  # the same unbalance at a light node
+    return [Parameter("eccentricity", "m", (entry,), usual, is_complex=True)]
 
 
 @hookimpl

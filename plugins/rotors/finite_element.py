@@ -139,6 +139,12 @@ def finite_element(
         row[2 * i : 2 * i + 4] = _deflection(x, shaft[i]["length_m"], _shear(shaft[i], theory == "timoshenko"))[:, 0]
         return row[free]
 
+    def curvature_at(element):
+        """Mean curvature (dof,) of an element: the difference of the tilts of its ends over its length."""
+        row = np.zeros(2 * len(nodes))
+        row[[2 * element - 1, 2 * element + 1]] = np.array([-1, 1]) / shaft[element - 1]["length_m"]
+        return row[free]
+
     return Structure(
         mass=mass[square],
         stiffness=stiffness[square],
@@ -147,6 +153,8 @@ def finite_element(
         dofs=dofs,
         stiffness_loss=stiffness_loss,
         shape_at=shape_at,
+        curvature_at=curvature_at,
+        gravity=gravity_m_per_s2,
     )
 
 
@@ -228,6 +236,7 @@ def rotorstudy_rotor():
         finite_element,
         source="Nelson and McVaugh 1976; Nelson 1980; thesis Chapter 6; sign of the gyroscopic moment corrected",
         checked="closed-form beams by order of convergence; thesis Tables 6.2 to 6.7 within 0.05 %",
+        uncertain={"youngs_modulus_Pa": 0.005, "density_kg_per_m3": 0.005, "discs": 0.005},
         example={
             "elements": [{"length_m": 0.6, "count": 3}],
             "outer_diameter_m": 0.02,

@@ -12,6 +12,7 @@ def jeffcott(mass_kg: Positive, stiffness_N_per_m: Positive, gravity_m_per_s2: N
         static_load=np.array([mass_kg * gravity_m_per_s2]),
         dofs=((1, "translation"),),
         stiffness_loss={"stiffness_loss": (np.eye(1), "N/m", 0.3 * stiffness_N_per_m)},
+        gravity=gravity_m_per_s2,
     )
 
 
@@ -22,5 +23,6 @@ def rotorstudy_rotor():
         jeffcott,
         source="Jeffcott 1919; thesis Eqs. (2.7), (2.18)",
         checked="response and estimates of thesis Tables 2.2 and 2.3, 18 of 18 printed regression values",
+        uncertain={"stiffness_N_per_m": 0.005},
         example={"mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
     )

@@ -56,6 +56,7 @@ def offset_disc(
             "stiffness_loss_44": (np.diag([0.0, 1.0]), "N m", 0.1 * k44),
         },
         shape_at=shape,
+        gravity=gravity_m_per_s2,
     )
 
 
@@ -74,6 +75,7 @@ def rotorstudy_rotor():
         offset_disc,
         source="thesis section 4.2 (Table 4.1); sign of the gyroscopic moment corrected",
         checked="thesis Tables 4.2 to 4.9: 250 of 252 printed values, with the printed gyroscopic sign",
+        uncertain={"youngs_modulus_Pa": 0.005, "k22_N_per_m": 0.005, "k24_N": 0.005, "k44_N_m": 0.005},
         example={
             "mass_kg": 2.0,
             "polar_moment_kg_m2": 0.0048,

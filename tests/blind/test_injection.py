@@ -28,7 +28,8 @@ SMALL = 0.02  # size, so that second order is below 2e-3
 
 @pytest.fixture(scope="module")
 def exact(config):
-    return config.model_copy(update={"mesh_factor": 1, "base_share": 0.0, "gain_std": 0.0, "phase_mark_std_rad": 0.0})
+    known = dict.fromkeys(("base_share", "rotor_share", "gain_std", "phase_mark_std_rad"), 0.0)
+    return config.model_copy(update={"mesh_factor": 1, **known})
 
 
 def settings(exact):

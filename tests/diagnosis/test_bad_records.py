@@ -164,6 +164,8 @@ def test_what_the_command_line_refuses(spectrum, tmp_path, capsys):
         ({"nuisance": {"probe_gian": 0.1}}, ["probe_gian", "did you mean 'probe_gain'"]),
         ({"nuisance": {"unbalance": 0.1}}, ["unbalance", "measuring chain"]),
         ({"nuisance": {"probe_gain": 0.0}}, ["probe_gain = 0", "positive"]),
+        ({"base_rates": {"bwo": 2.0}}, ["bwo", "did you mean 'bow'"]),
+        ({"base_rates": {"bow": 0.0}}, ["base_rates.bow", "greater than 0"]),
         ({"leave_out": ["bwo"]}, ["bwo", "did you mean 'bow'"]),
         ([1], ["expected keys and values"]),
     ],

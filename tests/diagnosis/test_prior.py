@@ -98,7 +98,8 @@ def test_an_extended_rig_carries_the_covariance_of_the_fit_and_is_identified_aga
     item = {"kind": "support_anisotropy", "support_anisotropy_N_per_m": 3e4, "support_anisotropy_phase_rad": 0.7}
     truth = build_model({**RIG, "effects": [*RIG["effects"], {**item, "label": "found 1"}]})
     speeds = [150.0, 250.0, 350.0, 450.0, 560.0]
-    diagnosis = investigate(noisy(truth, speeds, 5), MODEL, settings={"uncertainty": {"default": 0.05}})
+    settings = {"uncertainty": {"default": 0.05, "rotor": 0}}
+    diagnosis = investigate(noisy(truth, speeds, 5), MODEL, settings=settings)
     rig = extended_rig(RIG, diagnosis)
     model = from_file(rig)
     assert model.names == truth.names

@@ -115,7 +115,7 @@ def test_a_model_of_any_kind_that_is_named_is_found(name):
 
 
 def wrong_imports(text):
-    """What a plugin file imports besides the door, numpy, scipy and the standard library."""
+    """What a plugin file imports besides rotorstudy.plugins, numpy, scipy and the standard library."""
     allowed = {"numpy", "scipy", *sys.stdlib_module_names}
     return [m for m in imported(text) if m != "rotorstudy.plugins" and m.split(".")[0] not in allowed]
 

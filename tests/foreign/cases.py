@@ -11,7 +11,9 @@ from foreign.machine import Rotor, build
 from foreign.measuring import Chain, Probe, record, surface_runout
 from foreign.stepping import NoSteadyState, Steady, steady_state
 
-CHAIN_FAULTS = ("swapped", "reversed", "phase_offset", "delay", "angle_error", "gain")
+CHAIN_FAULTS = ("swapped", "reversed", "phase_offset", "delay", "angle_error", "gain", "runout", "unloaded_zero")
+PROBE_FAULTS = ("swapped", "reversed", "angle_error", "gain", "runout")  # at one node
+RUNOUT = 0.01  # of an ordinary surface over the usual motion
 
 
 @dataclass(frozen=True)
@@ -21,15 +23,19 @@ class Case:
     Parameters
     ----------
     family : str
-        Of `faults.FAMILIES`.
+        Of `faults.FAMILIES`; several joined by "+".
     rotor : Rotor
         The true one without the effect.
     unbalance : dict
         Node (from 0) to complex moment, kg m.
-    effect : dict
+    effects : list of dict
         What was added, where and how large; nodes and elements from 1.
     steady, healthy : Steady
         True motion with and without it.
+    alone : list of Steady
+        True motion with each effect alone.
+    sag, zero : ndarray (coordinates,)
+        Rest position of the healthy machine, and where the probes read zero: there, or on the unloaded line.
     nodes : list of int
         With probes, from 0.
     probes : dict
@@ -46,9 +52,12 @@ class Case:
     family: str
     rotor: Rotor
     unbalance: dict
-    effect: dict
+    effects: list
     steady: Steady
     healthy: Steady
+    alone: list
+    sag: np.ndarray
+    zero: np.ndarray
     nodes: list
     probes: dict
     chain: Chain
@@ -74,14 +83,23 @@ def measured_nodes(rng, rotor):
     return sorted([first, *(int(node) for node in rng.choice(rest, count - 1, replace=False))])
 
 
+def swing_of(healthy, nodes):
+    """Usual radius of the healthy motion at the nodes with probes, m."""
+    return float(np.median([np.ptp(healthy.displacement[:, :, 4 * node], axis=1).mean() / 2 for node in nodes]))
+
+
 def draw_chain(rng, healthy, nodes, fault=None):
-    """Probes and chain of ordinary quality (gain 0.5 %, angle 0.5 degrees), with one gross fault if named."""
-    swing = np.median([np.ptp(healthy.displacement[:, :, 4 * node], axis=1).mean() / 2 for node in nodes])
+    """Probes and chain of ordinary quality (gain 0.5 %, angle 0.5 degrees, runout 1 %), with one gross fault if named.
+
+    Returns the probes, the chain and the node with a faulty probe, from 0 (None for faults of the whole chain).
+    """
+    swing = swing_of(healthy, nodes)
     first = rng.uniform(0, 2 * np.pi)
     angles = (first, first + np.pi / 2 * rng.choice([-1, 1]) * rng.uniform(0.8, 1.2))
     wrong, probes = int(rng.choice(nodes)), {}
     for node in nodes:
-        runout = surface_runout(rng, angles, swing * 0.01)
+        rough = rng.uniform(0.1, 0.4) if fault == "runout" and node == wrong else RUNOUT
+        runout = surface_runout(rng, angles, swing * rough)
         more = [{"gain": 1 + 5e-3 * rng.normal(), "angle_error": np.deg2rad(0.5) * rng.normal()} for _ in angles]
         if node == wrong:
             at = int(rng.integers(2))
@@ -97,7 +115,7 @@ def draw_chain(rng, healthy, nodes, fault=None):
         )
     quality = swing * 10 ** rng.uniform(-3.5, -2)
     slowest, fastest = healthy.speed.min(), healthy.speed.max()
-    return probes, Chain(
+    chain = Chain(
         rate=float(128 * fastest / (2 * np.pi)),
         revolutions=32.0,
         noise=float(quality),
@@ -113,6 +131,7 @@ def draw_chain(rng, healthy, nodes, fault=None):
         mark_angle=float(rng.uniform(0, 2 * np.pi)),
         pulse_width=0.35,
     )
+    return probes, chain, wrong if fault in PROBE_FAULTS else None
 
 
 def visibility(case_steady, healthy, nodes, orders=range(-3, 4)):
@@ -136,7 +155,7 @@ def draw_case(
     ----------
     seed : int or numpy.random.Generator
     family : str
-        Of `faults.FAMILIES`.
+        Of `faults.FAMILIES`; several on one machine joined by "+".
     speeds : int
         How many.
     steps, modes : int
@@ -146,8 +165,8 @@ def draw_case(
     mass, count : float, int or None
         Of the rotor, see `draw.draw_rotor`.
     visible : float
-        Least change of some harmonic by the effect, over the healthy 1X; a case that changes less (a loose foot that
-        the weight holds down, say) is drawn again.
+        Least change of some harmonic but 0X by the effect, over the healthy 1X; a case that changes less (a loose foot
+        that the weight holds down, say) is drawn again. A preload shows at 0X alone.
     tries : int
         Machines drawn until one moves steadily and shows its effect; then NoSteadyState.
 
@@ -168,26 +187,37 @@ def draw_case(
         unbalance = draw_unbalance(rng, rotor, frequency)
         speed = draw_speeds(rng, frequency, speeds)
         try:
-            healthy = steady_state(machine_of(rotor, unbalance), speed, steps, modes)
-            machine = machine_of(rotor, unbalance)
-            effect = FAMILIES[family](Draw(rng, machine, unbalance, healthy, frequency))
+            sound = machine_of(rotor, unbalance)
+            healthy = steady_state(sound, speed, steps, modes)
+            machine, added, alone = machine_of(rotor, unbalance), [], []
+            for name in family.split("+"):
+                state = rng.bit_generator.state
+                added.append({"family": name, **FAMILIES[name](Draw(rng, machine, unbalance, healthy, frequency))})
+                if "+" in family:  # the same draw on a machine of its own
+                    apart, again = machine_of(rotor, unbalance), np.random.default_rng()
+                    again.bit_generator.state = state
+                    FAMILIES[name](Draw(again, apart, unbalance, healthy, frequency))
+                    alone.append(steady_state(apart, speed, steps, modes, most=25))
             found = steady_state(machine, speed, steps, modes, most=25)
         except NoSteadyState:
             continue
         nodes = measured_nodes(rng, rotor)
         changed = visibility(found, healthy, nodes)
-        if max(changed.values()) >= visible:
+        if max(change for k, change in changed.items() if k != "0" or family == "preload") >= visible:
             steady = found
-    probes, chain = draw_chain(rng, healthy, nodes, chain_fault)
+    probes, chain, wrong = draw_chain(rng, healthy, nodes, chain_fault)
+    sag = sound.sag()
+    zero = 0 * sag if chain_fault == "unloaded_zero" else sag
     picture = {
         "rotation": str(rng.choice(["with_angles", "against_angles"])),
         "gravity_angle_deg": float(rng.choice([0, 90, 180, 270])),
     }
     truth = {
         "family": family,
-        "effect": effect,
+        "effects": added,
         "harmonics_changed": changed,
         "chain_fault": chain_fault,
+        "faulty_node": None if wrong is None else wrong + 1,
         "chain": asdict(chain),
         "attempt": attempt,
         "mass_kg": rotor.mass,
@@ -206,5 +236,21 @@ def draw_case(
         ],
         "picture": picture,
     }
-    records = record(rng, steady, nodes, probes, chain)
-    return Case(family, rotor, unbalance, effect, steady, healthy, nodes, probes, chain, records, picture, truth)
+    records = record(rng, steady, nodes, probes, chain, zero)
+    return Case(
+        family,
+        rotor,
+        unbalance,
+        added,
+        steady,
+        healthy,
+        alone or [steady],
+        sag,
+        zero,
+        nodes,
+        probes,
+        chain,
+        records,
+        picture,
+        truth,
+    )

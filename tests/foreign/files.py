@@ -6,6 +6,9 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from foreign.cases import RUNOUT, swing_of
+from foreign.machine import GRAVITY
+
 
 def text(value):
     """YAML of numbers, strings, lists and dicts on one line; the exponent signed and a point before it."""
@@ -72,6 +75,7 @@ def rotor_section(rng, rotor, error):
         "outer_diameter_m": first.outer_diameter,
         "youngs_modulus_Pa": first.youngs_modulus * (1 + error * rng.normal()),
         "density_kg_per_m3": first.density,
+        "gravity_m_per_s2": GRAVITY,
     }
     if first.theory == "euler_bernoulli":
         section["theory"] = "euler_bernoulli"
@@ -126,6 +130,33 @@ def measurement_section(case):
     }
 
 
+def diagnosis_section(case, modulus_error, bearing_error, unbalance_error):
+    """What the user knows of the accuracy: standard deviations of rig and probes, repeatability, usual runout.
+
+    A cross coefficient that the rig has as zero is held; a change of it would be an effect of its own.
+    """
+    chain = case.chain
+    relative = {f"bearing_stiffness_{part}": bearing_error for part in ("xx", "xy", "yx", "yy")}
+    relative |= {f"bearing_damping_{part}": bearing_error for part in ("xx", "yy")}
+    relative |= {"eccentricity": unbalance_error * 2**0.5, "default": 0.1}
+    relative |= {"rotor": 0.0, "rotor.youngs_modulus_Pa": modulus_error}
+    if any(bearing.stiffness[0, 1] for bearing in case.rotor.bearings):
+        relative |= {"bearing_damping_xy": 0.0, "bearing_damping_yx": 0.0}
+    else:
+        relative = {name: share for name, share in relative.items() if not name.endswith(("xy", "yx"))}
+    repeatability = float(np.hypot(chain.amplitude_scatter, chain.phase_scatter))
+    return {
+        "uncertainty": relative,
+        "nuisance": {
+            "probe_gain": 5e-3,
+            "probe_angle": float(np.deg2rad(0.5) * 2**0.5),  # between two probes
+            "phase_reference": 5e-3,
+            "runout": RUNOUT * swing_of(case.healthy, case.nodes),
+        },
+        "model_error": max(repeatability, 1e-3),
+    }
+
+
 def dataset(case):
     """The records: displacement (speed, node, direction, time) in m, keyphasor (speed, time) in V."""
     names = ("speed", "node", "direction", "time")
@@ -145,6 +176,19 @@ def dataset(case):
     return data
 
 
+def rig_of(case, modulus_error=0.005, bearing_error=0.02, unbalance_error=0.05, seed=0):
+    """The rig file of the nominal machine as a dict; see `write_case`."""
+    rng = np.random.default_rng(seed)
+    return {
+        "rotor": rotor_section(rng, case.rotor, modulus_error),
+        "bearings": [linear_bearing(rng, bearing, bearing_error) for bearing in case.rotor.bearings],
+        "effects": effects_section(rng, case, unbalance_error),
+        "sensors": [node + 1 for node in case.nodes],
+        "measurement": measurement_section(case),
+        "diagnosis": diagnosis_section(case, modulus_error, bearing_error, unbalance_error),
+    }
+
+
 def write_case(case, folder, modulus_error=0.005, bearing_error=0.02, unbalance_error=0.05, seed=0):
     """Write `record.nc`, `rig.yaml` of the nominal machine and `truth.json`.
 
@@ -162,15 +206,9 @@ def write_case(case, folder, modulus_error=0.005, bearing_error=0.02, unbalance_
     pathlib.Path
         The folder.
     """
-    rng, folder = np.random.default_rng(seed), Path(folder)
+    folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
-    rig = {
-        "rotor": rotor_section(rng, case.rotor, modulus_error),
-        "bearings": [linear_bearing(rng, bearing, bearing_error) for bearing in case.rotor.bearings],
-        "effects": effects_section(rng, case, unbalance_error),
-        "sensors": [node + 1 for node in case.nodes],
-        "measurement": measurement_section(case),
-    }
+    rig = rig_of(case, modulus_error, bearing_error, unbalance_error, seed)
     (folder / "rig.yaml").write_text(page(rig), encoding="utf-8")
     (folder / "truth.json").write_text(json.dumps(case.truth, indent=1), encoding="utf-8")
     dataset(case).to_netcdf(folder / "record.nc", encoding={"displacement": {"dtype": "float32"}})

@@ -134,6 +134,10 @@ class Machine:
         block = slice(4 * node, 4 * node + 2)
         getattr(self, name)[block, block] += matrix
 
+    def sag(self):
+        """Static coordinates (degrees of freedom,) at rest under the constant forces, m and rad."""
+        return np.linalg.solve(self.stiffness, self.harmonic[0, 0].real)
+
     def linear(self, speed):
         """M, C + W G and K + W H at a speed in rad/s."""
         return self.mass, self.damping + speed * self.gyroscopic, self.stiffness + speed * self.circulatory

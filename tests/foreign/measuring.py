@@ -115,7 +115,7 @@ def keyphasor(angle, chain):
     return 5.0 * np.clip((chain.pulse_width / 2 - away) / (0.1 * chain.pulse_width) + 0.5, 0.0, 1.0)
 
 
-def record(rng, steady, nodes, probes, chain, orders=24):
+def record(rng, steady, nodes, probes, chain, zero=None, orders=24):
     """Records of steady motion.
 
     Parameters
@@ -127,6 +127,8 @@ def record(rng, steady, nodes, probes, chain, orders=24):
     probes : dict
         Node to its two `Probe`.
     chain : Chain
+    zero : ndarray or None
+        Coordinates (degrees of freedom,) at which all probes read zero; None: the unloaded line.
     orders : int
         Highest harmonic kept of the motion.
 
@@ -141,6 +143,7 @@ def record(rng, steady, nodes, probes, chain, orders=24):
     out = np.empty((count, len(nodes), 2, len(time)))
     pulses, means = np.empty((count, len(time))), np.empty(count)
     orders = min(orders, len(steady.angle) // 2 - 1)
+    zero = np.zeros(steady.displacement.shape[-1]) if zero is None else zero
     for s in range(count):
         angle, rate = shaft_angle(rng, chain, steady.speed[s], time)
         means[s], pulses[s] = (angle[-1] - angle[0]) / time[-1], keyphasor(angle, chain)
@@ -150,6 +153,7 @@ def record(rng, steady, nodes, probes, chain, orders=24):
             plane = steady.displacement[s][:, 4 * node : 4 * node + 2].T
             rest = plane.mean(axis=1, keepdims=True)
             motion = rest + swing * (at_angle(plane, seen + shift, orders) - rest)
+            motion -= zero[4 * node : 4 * node + 2, None]
             for channel, probe in enumerate(probes[node]):
                 where = probe.angle + probe.angle_error
                 reading = np.cos(where) * motion[0] + np.sin(where) * motion[1] + probe.gap
@@ -163,6 +167,36 @@ def record(rng, steady, nodes, probes, chain, orders=24):
     if chain.quantum:
         out = np.round(out / chain.quantum) * chain.quantum
     return {"time": time, "displacement": out, "keyphasor": pulses, "speed": means}
+
+
+def expected_harmonics(steady, nodes, probes, chain, harmonics, zero=None):
+    """Harmonics of x + j y that a user finds in records without noise and scatter, who knows only what was meant.
+
+    Takes the probes at their nominal angles and the mark at its nominal place.
+
+    Returns
+    -------
+    ndarray (speeds, harmonics, nodes), complex
+        In m.
+    """
+    harmonics, zero = np.asarray(harmonics), np.zeros(steady.displacement.shape[-1]) if zero is None else zero
+    out = np.empty((len(steady.speed), len(harmonics), len(nodes)), complex)
+    late = np.exp(-1j * harmonics * (chain.phase_offset + steady.speed[:, None] * chain.delay))
+    for i, node in enumerate(nodes):
+        xy = steady.displacement[:, :, 4 * node : 4 * node + 2] - zero[4 * node : 4 * node + 2]
+        lines = np.mean(xy[:, :, None] * np.exp(-1j * np.outer(steady.angle, harmonics))[None, :, :, None], axis=1)
+        readings = []
+        for probe in probes[node]:
+            where = probe.angle + probe.angle_error
+            seen = np.cos(where) * lines[..., 0] + np.sin(where) * lines[..., 1] + probe.gap * (harmonics == 0)
+            for k, value in probe.runout.items():
+                seen = seen + value / 2 * (harmonics == k) + np.conj(value) / 2 * (harmonics == -k)
+            readings.append(probe.gain * seen * (-1 if probe.reversed else 1) * late)
+        readings = readings[::-1] if node in chain.swapped else readings
+        meant = np.array([[np.cos(probe.angle), np.sin(probe.angle)] for probe in probes[node]])
+        x, y = np.einsum("dp,psh->dsh", np.linalg.inv(meant), np.array(readings))
+        out[:, :, i] = x + 1j * y
+    return out
 
 
 def surface_runout(rng, probe_angles, size, orders=3):

@@ -31,7 +31,7 @@ def test_cases_are_steady_and_show_their_effect(family):
     assert np.max(case.steady.change) < 1e-6
     assert max(case.truth["floquet"]) < 1.0
     assert max(case.truth["harmonics_changed"].values()) >= 1e-3
-    assert case.effect
+    assert case.effects
 
 
 def test_a_healthy_case_changes_nothing():

@@ -50,10 +50,13 @@ def test_the_stated_variances_are_the_scatter(kind, turns, blocks):
         return
     # red noise: of very unequal variances the large are stated low and the small high, more so with few blocks; and it
     # remembers a sixth of a block at 0X, which blocks of one turn take for independent
-    low, high = (0.72, 1.28) if kind == "white" else {8: (0.5, 2), 20: (0.65, 1.6), 25: (0.75, 1.35)}[blocks]
-    assert np.all((ratio > low) & (ratio < high)), ratio
+    low, high = (0.72, 1.28) if kind == "white" else {8: (0.5, 2), 20: (0.65, 1.6), 25: (0.75, 1.5)}[blocks]
+    mean = np.tile(LISTED == 0, 2)
+    assert np.all((ratio > low) & (mean | (ratio < high))), ratio
+    # a few blocks cannot exclude noise slower than a record, which adds to 0X and is half as likely beforehand
+    assert np.all(ratio[mean] < (high if blocks == 0 else 8)), ratio
     squares = np.einsum("ti,tij,tj->t", errors, np.linalg.inv(stated), errors) / errors.shape[1]
-    assert 0.8 < squares.mean() < 1.08 * (1 + (2 / (blocks - 3) if blocks else 0)), squares.mean()
+    assert 0.6 < squares.mean() < 1.08 * (1 + (2 / (blocks - 3) if blocks else 0)), squares.mean()
 
 
 def test_few_blocks_give_neither_a_singular_nor_a_wild_covariance():
@@ -110,3 +113,53 @@ def test_the_fit_is_exact_off_whole_turns():
     clean = SIZE @ np.exp(1j * np.multiply.outer(LISTED, angle))
     amplitude, residual, _ = fit_basis(clean, rotating_basis(angle, 1.0, LISTED))
     assert amplitude == pytest.approx(SIZE, rel=1e-10) and np.abs(residual).max() < 1e-10
+
+
+def pink(generator, samples):
+    """Complex noise of power 1/f down to one period in 32 records, cut from a longer record."""
+    frequency = np.fft.rfftfreq(32 * samples)
+    power = np.zeros(len(frequency))
+    power[1:] = 1 / frequency[1:]
+    draws = generator.normal(size=(2, 2, len(frequency)))
+    x, y = np.fft.irfft((draws[0] + 1j * draws[1]) * np.sqrt(power), axis=-1)[:, :samples] * np.sqrt(samples)
+    return x + 1j * y
+
+
+def hum(generator, turns, angle, cycles):
+    """A line along x, between `cycles` (in the record) away from a harmonic, three times the noise of a sample."""
+    order = generator.integers(0, 4) + generator.choice([-1, 1]) * generator.uniform(*cycles) / turns
+    return noise("white", generator, len(angle)) + 3 * np.cos(order * angle + generator.uniform(0, 6))
+
+
+@pytest.mark.parametrize(
+    ("kind", "turns", "most"),
+    [
+        ("white", 16, 0.01), ("white", 40, 0.01),
+        ("pink", 16, 0.08), ("pink", 40, 0.03),
+        ("hum", 16, 0.02), ("hum", 40, 0.02), ("hum beside a harmonic", 16, 0.12),
+    ],
+)  # fmt: skip
+def test_false_alarms_of_the_chi_square(kind, turns, most):
+    """Of 200 records of noise alone, few are rejected at the 0.1 % level; without the slow noise half would be.
+
+    Before, 1/f noise of 16 turns gave 55 %, and a hum within a cycle of a harmonic 36 %. Six lines of a Fourier
+    transform cannot tell 1/f noise well from white noise, so a short record has more than the level.
+    """
+    generator = np.random.default_rng(3)
+    angle = 2 * np.pi * np.arange(turns * PER_TURN) / PER_TURN
+    alarms, without = 0, 0
+    for _ in range(200):
+        if kind == "pink":
+            added = pink(generator, len(angle))
+        elif kind == "white":
+            added = noise("white", generator, len(angle))
+        else:
+            added = hum(generator, turns, angle, (0.3, 1) if "beside" in kind else (3.1, 0.4 * turns))
+        found = estimate(SIZE @ rotating_basis(angle, 1.0, LISTED) + added, angle, turns, LISTED)
+        off = components((found.amplitude - SIZE)[:, None])[:, 0]
+        alarms += off @ np.linalg.solve(1.1 * found.covariance, off) > chi2.isf(1e-3, len(off))
+        scatter, _ = shrunk_covariance(np.concatenate([found.blocks.real, found.blocks.imag], axis=1))
+        without += off @ np.linalg.solve(1.1 * scatter / len(found.blocks), off) > chi2.isf(1e-3, len(off))
+    assert alarms / 200 <= most, alarms / 200
+    slow = kind in ("pink", "hum beside a harmonic")
+    assert (without / 200 > 0.3) == slow, without / 200  # negative control: the blocks alone do not show it

@@ -93,7 +93,14 @@ def test_a_given_force_bends_a_jeffcott_rotor_as_in_the_books(item, harmonic, ex
 WRONG = [
     ("stiffness_error", "stiffness_error", 0.07, lambda s, e: replace(s, stiffness=(1 + e) * s.stiffness)),
     ("gyroscopic_error", "gyroscopic_error", 0.2, lambda s, e: replace(s, gyroscopic=(1 + e) * s.gyroscopic)),
-    ("added_mass", "added_mass_kg", 0.1, lambda s, e: replace(s, mass=s.mass + e * np.outer(s.unit(1), s.unit(1)))),
+    (
+        "added_mass",
+        "added_mass_kg",
+        0.1,
+        lambda s, e: replace(
+            s, mass=s.mass + e * np.outer(s.unit(1), s.unit(1)), static_load=s.static_load + 9.81 * e * s.unit(1)
+        ),
+    ),
     (
         "support_stiffness",
         "support_stiffness_N_per_m",
@@ -227,7 +234,7 @@ def test_a_wrong_phase_mark_is_a_record_that_starts_at_an_angle():
 @pytest.mark.parametrize("order", [1, 2, 3, 4])
 def test_both_probes_see_the_same_profile_a_quarter_turn_apart(order):
     w, time = 100.0, np.arange(64) * 2 * np.pi / 6400
-    cosine, sine = registry().get("effect", "surface_profile").function((1,), order=order)
+    cosine, sine = make_term("effect", {"kind": "surface_profile", "order": order}, PLAIN, (1,)).parameters
     for parameter, profile in ((cosine, np.cos), (sine, np.sin)):
         shown = sum(np.exp(1j * e.shift * w * time) * e.matrix[0] for e in parameter.entries)
         expected = profile(order * w * time) + 1j * profile(order * (w * time - np.pi / 2))

@@ -23,7 +23,7 @@ def stated_over_actual(method, samples):
     noise = generator.standard_normal((2, TRIALS, samples))
     true = 100 * np.exp(1j * np.arange(len(HARMONICS)))
     signal = synthesize(true, SPEED, HARMONICS, time) + noise[0] + 1j * noise[1]
-    check_record(Record(time, signal[:1], SPEED, (1,)), HARMONICS)  # the door lets it in
+    check_record(Record(time, signal[:1], SPEED, (1,)), HARMONICS)  # accepted
     amplitude, covariance = registry().get("spectrum", method).function(signal, time, SPEED, HARMONICS)
     variance = np.diagonal(covariance, axis1=-2, axis2=-1)
     errors = amplitude - true

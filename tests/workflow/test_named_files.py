@@ -10,7 +10,8 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.presentation.plots import figure, save_figures
 from rotorstudy.presentation.tables import write_tables
 from rotorstudy.store import dataset, save
-from rotorstudy.studies.workflow import called, imported_files, named_function, opened
+from rotorstudy.studies import workflow
+from rotorstudy.studies.workflow import called, code_digest, imported_files, named_function, opened
 from rotorstudy.thesis.tables import Table
 
 SCRIPT = Path(__file__).parents[2] / "workflow" / "scripts" / "study.py"
@@ -58,7 +59,7 @@ def test_results_among_the_inputs_are_opened_by_name(tmp_path):
     for name in ("one", "two"):
         save(dataset({"x": ((), 1.0, "1", name)}, {}), tmp_path / f"{name}.nc")
     paths = [str(tmp_path / f"{name}.nc") for name in ("one", "two")]
-    found = opened({"bias": paths[0], "monte_carlo": paths, "config": "a.yaml", "code": ["a.py"], "plugins": []})
+    found = opened({"bias": paths[0], "monte_carlo": paths, "config": "a.yaml", "plugins": []})
     assert found["bias"].x.long_name == "one"
     assert {name: data.x.long_name for name, data in found["monte_carlo"].items()} == {"one": "one", "two": "two"}
     assert set(found) == {"bias", "monte_carlo"}
@@ -66,7 +67,7 @@ def test_results_among_the_inputs_are_opened_by_name(tmp_path):
 
 def test_a_function_is_called_with_its_params_and_the_results_among_the_inputs(tmp_path):
     save(dataset({"x": ((), 1.0, "1", "one")}, {}), tmp_path / "one.nc")
-    params = {"function": "builtins.dict", "load": "builtins.open", "rig": "thesis"}
+    params = {"function": "builtins.dict", "load": "builtins.open", "code": "1f", "rig": "thesis"}
     fake = SimpleNamespace(params=Params(params), input={"bias": str(tmp_path / "one.nc"), "config": "a.yaml"})
     found = called(fake, {}, reasons="why.yaml")
     assert set(found) == {"rig", "bias", "reasons"} and found["rig"] == "thesis" and float(found["bias"].x) == 1
@@ -86,3 +87,18 @@ def test_a_job_depends_on_the_module_of_its_function_and_on_no_other_stage():
         assert not needed & others
         assert not {name for name in needed if name.partition("/")[0] in ("thesis", "presentation")}
     assert not whirl & {"studies/identify", "studies/simulate"}
+
+
+def test_a_job_runs_again_after_any_change_of_its_code(tmp_path, monkeypatch):
+    """The digest, a param of every rule, depends on the content of each file and on nothing else."""
+    files = [tmp_path / "a.py", tmp_path / "b.py"]
+    for file in files:
+        file.write_text("x = 1\n")
+    monkeypatch.setattr(workflow, "imported_files", lambda *_: files)
+    before = code_digest(SCRIPT)
+    files[0].touch()
+    workflow._file_digest.cache_clear()
+    assert code_digest(SCRIPT) == before
+    files[1].write_text("x = 2\n")
+    workflow._file_digest.cache_clear()
+    assert code_digest(SCRIPT) != before

@@ -109,7 +109,7 @@ FORMS = {  # force of the unit amplitude in time, one for each parameter
     "couple_unbalance": [lambda s, w, t, z, v: w**2 * turn(1, w, t) * tilt(s)],
     # the load at the node that bends the shaft by one there
     "bow": [lambda s, w, t, z, v: turn(1, w, t) * s.unit(1) / np.linalg.inv(s.stiffness)[0, 0]],
-    "added_mass": [lambda s, w, t, z, v: -acceleration(w, z) @ at_disc(s)],
+    "added_mass": [lambda s, w, t, z, v: (9.81 - acceleration(w, z)) @ at_disc(s)],
     "stiffness_error": [lambda s, w, t, z, v: -z @ s.stiffness],
     "support_stiffness": [lambda s, w, t, z, v: -z @ at_disc(s)],
     "gyroscopic_error": [lambda s, w, t, z, v: 1j * w * v @ s.gyroscopic],
@@ -143,8 +143,7 @@ SHOWN = {  # what the probe shows in addition
 
 
 def parameters_of(name, structure, **options):
-    effect = registry().get("effect", name)
-    return effect.function(structure.nodes if effect.acts_on == "output" else structure, **options)
+    return make_term("effect", {"kind": name, **options}, structure, structure.nodes).parameters
 
 
 def check_form(parameters, forms, size):

@@ -1,7 +1,6 @@
 # Stiffness and damping over speed of every bearing of the plugin library, one row each.
 rule bearings:
     input:
-        code=code("bearings.py"),
         plugins=plugin_files([], registry().plugins["bearing"].values()),
     output:
         data=f"{RESULTS}/bearings/coefficients.nc",
@@ -12,6 +11,8 @@ rule bearings:
             "Figures",
         ),
         svg=f"{RESULTS}/bearings/coefficients.svg",
+    params:
+        code=code("bearings.py"),
     log:
         f"{RESULTS}/logs/bearings.log",
     script:

@@ -4,7 +4,6 @@ if BLIND:
     rule blind:
         input:
             config=str(ROOT / settings.blind),
-            code=code("blind.py"),
             plugins=sorted(
                 {plugin.file for kind, plugin in registry() if kind in ("rotor", "crack", "bearing", "effect")}
             ),
@@ -22,6 +21,8 @@ if BLIND:
             ],
             svg=[f"{BLIND_RESULTS}/figures/{name}.svg" for name in BLIND_FIGURES],
         threads: 8 # at most
+        params:
+            code=code("blind.py"),
         log:
             f"{RESULTS}/logs/blind.log",
         script:

@@ -21,7 +21,7 @@ try:
     from rotorstudy.studies.config import file_name, load_study, named_methods
     from rotorstudy.studies.cracks import load_cracks
     from rotorstudy.thesis.config import check_replay, load_replay
-    from rotorstudy.studies.workflow import WorkflowConfig, imported_files, plugin_files
+    from rotorstudy.studies.workflow import WorkflowConfig, code_digest, plugin_files
     from rotorstudy.model.configuration import check_config
 except ImportError as error:
     sys.exit(f"error: {error}; activate the environment that `make` made (. .venv/bin/activate), or run `make`")
@@ -67,8 +67,11 @@ wildcard_constraints:
 
 
 def code(script, *functions):
-    """Files of rotorstudy that a script, or functions it is given by name, depend on; Snakemake does not track them."""
-    return imported_files(ROOT / "workflow" / "scripts" / script, *functions)
+    """Digest of the files of rotorstudy that a script, or functions it is given by name, depend on.
+
+    Snakemake does not track them. As a param, not as inputs: it would look up each of a hundred files before each job.
+    """
+    return code_digest(ROOT / "workflow" / "scripts" / script, *functions)
 
 
 def study_plugins(*kinds):

@@ -5,12 +5,12 @@ if COMPARISON:
         input:
             sources=compared_sources(),
             config=str(ROOT / settings.compare),
-            code=code("compare_spectra.py"),
             plugins=compared_plugins(),
             method=method_file("spectrum", "method"),
         output:
             [f"{COMPARE}/spectra/{rotor}/{{method}}.nc" for rotor in ROTORS],
         params:
+            code=code("compare_spectra.py"),
             sources={name: compared_source(c) for name, c in COMPARISON.rotors.items()},
         log:
             f"{RESULTS}/logs/compare/spectra_{{method}}.log",
@@ -23,13 +23,13 @@ if COMPARISON:
             sources=compared_sources(),
             config=str(ROOT / settings.compare),
             spectra=[f"{COMPARE}/spectra/{rotor}/{method}.nc" for rotor in ROTORS for method in METHODS],
-            code=code("compare_estimates.py"),
             plugins=compared_plugins(),
             estimator=method_file("estimator", "estimator"),
         output:
             estimates=[f"{COMPARE}/estimates/{rotor}/{{estimator}}.nc" for rotor in ROTORS],
             bias=[f"{COMPARE}/bias/{rotor}/{{estimator}}.nc" for rotor in BIASED],
         params:
+            code=code("compare_estimates.py"),
             sources={name: compared_source(c) for name, c in COMPARISON.rotors.items()},
         log:
             f"{RESULTS}/logs/compare/estimates_{{estimator}}.log",
@@ -42,7 +42,6 @@ if COMPARISON:
             spectra=[f"{COMPARE}/spectra/{rotor}/{method}.nc" for rotor in ROTORS for method in METHODS],
             estimates=[f"{COMPARE}/estimates/{rotor}/{estimator}.nc" for rotor in ROTORS for estimator in ESTIMATORS],
             bias=[f"{COMPARE}/bias/{rotor}/{estimator}.nc" for rotor in BIASED for estimator in ESTIMATORS],
-            code=code("compare.py"),
         output:
             comparison=f"{COMPARE}/comparison.nc",
             ranking=f"{COMPARE}/ranking.csv",
@@ -54,6 +53,8 @@ if COMPARISON:
                 for name in COMPARISON_FIGURES
             ],
             svg=[f"{COMPARE}/figures/{name}.svg" for name in COMPARISON_FIGURES],
+        params:
+            code=code("compare.py"),
         log:
             f"{RESULTS}/logs/compare/compare.log",
         script:

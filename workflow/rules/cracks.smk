@@ -5,10 +5,11 @@ if settings.cracks:
     rule cracks:
         input:
             config=str(ROOT / settings.cracks),
-            code=code("cracks.py"),
             plugins=plugin_files([CRACKS.base], [p for kind, p in registry() if kind in ("crack", "depth")]),
         output:
             f"{RESULTS}/cracks/comparison.nc",
+        params:
+            code=code("cracks.py"),
         log:
             f"{RESULTS}/logs/cracks/comparison.log",
         script:
@@ -18,9 +19,6 @@ if settings.cracks:
         input:
             config=str(ROOT / settings.cracks),
             comparison=rules.cracks.output[0],
-            code=code(
-                "figures.py", "rotorstudy.studies.cracks.load_cracks", "rotorstudy.presentation.crack_figures.figures"
-            ),
         output:
             png=[
                 in_report(f"{RESULTS}/cracks/figures/{name}.png", f"cracks_{name}", "Crack models", "Figures")
@@ -28,6 +26,9 @@ if settings.cracks:
             ],
             svg=[f"{RESULTS}/cracks/figures/{name}.svg" for name in CRACK_FIGURES],
         params:
+            code=code(
+                "figures.py", "rotorstudy.studies.cracks.load_cracks", "rotorstudy.presentation.crack_figures.figures"
+            ),
             load="rotorstudy.studies.cracks.load_cracks",
             function="rotorstudy.presentation.crack_figures.figures",
         log:

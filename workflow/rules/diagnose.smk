@@ -2,7 +2,6 @@
 rule diagnose:
     input:
         unpack(diagnosed),
-        code=code("diagnose.py"),
         plugins=EFFECTS,
     output:
         verdict=f"{DIAGNOSIS}/{{diagnosis}}/verdict.json",
@@ -14,6 +13,8 @@ rule diagnose:
             for name in DIAGNOSIS_FIGURES
         ],
         svg=[f"{DIAGNOSIS}/{{diagnosis}}/figures/{name}.svg" for name in DIAGNOSIS_FIGURES],
+    params:
+        code=code("diagnose.py"),
     log:
         f"{RESULTS}/logs/diagnosis/{{diagnosis}}.log",
     script:
@@ -25,10 +26,11 @@ if REPLAYED:
     rule diagnose_left_out:
         input:
             unpack(diagnosed),
-            code=code("diagnose_left_out.py"),
             plugins=EFFECTS,
         output:
             f"{DIAGNOSIS}/{{diagnosis}}/left_out.json",
+        params:
+            code=code("diagnose_left_out.py"),
         log:
             f"{RESULTS}/logs/diagnosis/{{diagnosis}}_left_out.log",
         script:
@@ -41,10 +43,11 @@ if REPLAYED:
             data=[f"{DIAGNOSIS}/{name}/verdict.nc" for name in REPLAYED],
             left_out=[f"{DIAGNOSIS}/{name}/left_out.json" for name in REPLAYED],
             published=f"{REFERENCE}/identified_parameters.csv",
-            code=code("diagnose_replays.py"),
         output:
             csv=[f"{DIAGNOSIS}/replays_{sheet}.csv" for sheet in REPLAY_SHEETS],
             html=in_report(f"{DIAGNOSIS}/replays.html", "diagnosis_replays", "Diagnosis", "Pages"),
+        params:
+            code=code("diagnose_replays.py"),
         log:
             f"{RESULTS}/logs/diagnosis/replays.log",
         script:

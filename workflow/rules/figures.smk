@@ -18,11 +18,11 @@ if "chapter_2" in STUDIES:
                 f"{RESULTS}/chapter_2/monte_carlo/thesis/{file_name(case)}.nc" for case in STUDIES["chapter_2"].cases
             ],
             published=PUBLISHED,
-            code=code("figures.py", "rotorstudy.studies.config.load_study", "rotorstudy.presentation.chapter_2.figures"),
         output:
             png=captioned("chapter_2"),
             svg=pictures("chapter_2", "svg"),
         params:
+            code=code("figures.py", "rotorstudy.studies.config.load_study", "rotorstudy.presentation.chapter_2.figures"),
             load="rotorstudy.studies.config.load_study",
             function="rotorstudy.presentation.chapter_2.figures",
             reference=published_folder,
@@ -48,11 +48,11 @@ if "chapter_4" in STUDIES:
             monte_carlo=f"{RESULTS}/chapter_4/monte_carlo/physical/20_to_50_Hz.nc",
             monte_carlo_thesis=f"{RESULTS}/chapter_4/monte_carlo/thesis/20_to_50_Hz.nc",
             published=PUBLISHED,
-            code=code("figures.py", "rotorstudy.studies.config.load_study", "rotorstudy.presentation.chapter_4.figures"),
         output:
             png=captioned("chapter_4"),
             svg=pictures("chapter_4", "svg"),
         params:
+            code=code("figures.py", "rotorstudy.studies.config.load_study", "rotorstudy.presentation.chapter_4.figures"),
             load="rotorstudy.studies.config.load_study",
             function="rotorstudy.presentation.chapter_4.figures",
             reference=published_folder,
@@ -81,11 +81,11 @@ if "chapter_6" in STUDIES:
                 f"{RESULTS}/chapter_6/monte_carlo/physical/{file_name(case)}.nc" for case in STUDIES["chapter_6"].cases
             ],
             published=PUBLISHED,
-            code=code("figures.py", "rotorstudy.studies.config.load_study", "rotorstudy.presentation.chapter_6.figures"),
         output:
             png=captioned("chapter_6"),
             svg=pictures("chapter_6", "svg"),
         params:
+            code=code("figures.py", "rotorstudy.studies.config.load_study", "rotorstudy.presentation.chapter_6.figures"),
             load="rotorstudy.studies.config.load_study",
             function="rotorstudy.presentation.chapter_6.figures",
             reference=published_folder,
@@ -106,11 +106,11 @@ for name in REPLAYS:
             spectra=f"{RESULTS}/{name}/spectra.nc",
             identification=f"{RESULTS}/{name}/identification.nc",
             published=PUBLISHED,
-            code=code("figures.py", "rotorstudy.thesis.config.load_replay", "rotorstudy.presentation.replay_figures.figures"),
         output:
             png=captioned(name),
             svg=pictures(name, "svg"),
         params:
+            code=code("figures.py", "rotorstudy.thesis.config.load_replay", "rotorstudy.presentation.replay_figures.figures"),
             load="rotorstudy.thesis.config.load_replay",
             function="rotorstudy.presentation.replay_figures.figures",
             reference=published_folder,

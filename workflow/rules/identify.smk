@@ -2,11 +2,11 @@
 rule identify:
     input:
         config=study_config,
-        code=code("study.py", "rotorstudy.studies.identify.identify"),
         plugins=study_plugins("spectrum", "estimator"),
     output:
         f"{RESULTS}/{{study}}/identification/{{rig}}.nc",
     params:
+        code=code("study.py", "rotorstudy.studies.identify.identify"),
         function="rotorstudy.studies.identify.identify",
         rig="{rig}",
     log:
@@ -18,11 +18,11 @@ rule identify:
 rule monte_carlo:
     input:
         config=study_config,
-        code=code("study.py", "rotorstudy.studies.identify.monte_carlo"),
         plugins=study_plugins("estimator"),
     output:
         f"{RESULTS}/{{study}}/monte_carlo/{{rig}}/{{case}}.nc",
     params:
+        code=code("study.py", "rotorstudy.studies.identify.monte_carlo"),
         function="rotorstudy.studies.identify.monte_carlo",
         rig="{rig}",
         case="{case}",
@@ -39,11 +39,11 @@ for stage, (function, kinds) in STUDY_STAGES.items():
             stage
         input:
             config=study_config,
-            code=code("study.py", function),
             plugins=study_plugins(*kinds),
         output:
             f"{RESULTS}/{{study}}/{stage}.nc",
         params:
+            code=code("study.py", function),
             function=function,
         log:
             f"{RESULTS}/logs/{{study}}/{stage}.log",

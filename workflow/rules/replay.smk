@@ -3,10 +3,10 @@ rule replay_records:
     input:
         config=replay_config,
         published=PUBLISHED,
-        code=code("replay.py", "rotorstudy.thesis.replay.records"),
     output:
         f"{RESULTS}/{{replay}}/records.nc",
     params:
+        code=code("replay.py", "rotorstudy.thesis.replay.records"),
         function="rotorstudy.thesis.replay.records",
         reference=published_folder,
     log:
@@ -19,11 +19,11 @@ rule replay_spectra:
     input:
         config=replay_config,
         records=rules.replay_records.output[0],
-        code=code("replay.py", "rotorstudy.thesis.replay.spectra"),
         plugins=lambda wildcards: plugin_files([], replay_methods(wildcards)["spectrum"].values()),
     output:
         f"{RESULTS}/{{replay}}/spectra.nc",
     params:
+        code=code("replay.py", "rotorstudy.thesis.replay.spectra"),
         function="rotorstudy.thesis.replay.spectra",
     log:
         f"{RESULTS}/logs/{{replay}}/spectra.log",
@@ -36,13 +36,13 @@ rule replay_identify:
         config=replay_config,
         published=PUBLISHED,
         spectra=rules.replay_spectra.output[0],
-        code=code("replay.py", "rotorstudy.thesis.replay.identify"),
         plugins=lambda wildcards: plugin_files(
             [REPLAYS[wildcards.replay].rig], replay_methods(wildcards)["estimator"].values()
         ),
     output:
         f"{RESULTS}/{{replay}}/identification.nc",
     params:
+        code=code("replay.py", "rotorstudy.thesis.replay.identify"),
         function="rotorstudy.thesis.replay.identify",
         reference=published_folder,
     log:

@@ -2,11 +2,11 @@
 rule simulate:
     input:
         config=study_config,
-        code=code("study.py", "rotorstudy.studies.simulate.simulate"),
         plugins=study_plugins(),
     output:
         f"{RESULTS}/{{study}}/records/{{rig}}.nc",
     params:
+        code=code("study.py", "rotorstudy.studies.simulate.simulate"),
         function="rotorstudy.studies.simulate.simulate",
         rig="{rig}",
     log:
@@ -19,11 +19,11 @@ rule spectra:
     input:
         config=study_config,
         records=rules.simulate.output[0],
-        code=code("study.py", "rotorstudy.studies.simulate.spectra"),
         plugins=study_plugins("spectrum"),
     output:
         f"{RESULTS}/{{study}}/spectra/{{rig}}.nc",
     params:
+        code=code("study.py", "rotorstudy.studies.simulate.spectra"),
         function="rotorstudy.studies.simulate.spectra",
     log:
         f"{RESULTS}/logs/{{study}}/spectra_{{rig}}.log",

@@ -12,12 +12,12 @@ if "chapter_2" in STUDIES:
             ],
             published=PUBLISHED,
             reasons=f"{REFERENCE}/reasons.yaml",
-            code=code("tables.py", "rotorstudy.studies.config.load_study", "rotorstudy.thesis.chapter_2.tables"),
         output:
             scored=f"{RESULTS}/chapter_2/scored.csv",
             csv=table_sheets("chapter_2"),
             html=table_pages("chapter_2"),
         params:
+            code=code("tables.py", "rotorstudy.studies.config.load_study", "rotorstudy.thesis.chapter_2.tables"),
             load="rotorstudy.studies.config.load_study",
             function="rotorstudy.thesis.chapter_2.tables",
             reference=published_folder,
@@ -37,12 +37,12 @@ if "chapter_4" in STUDIES:
             monte_carlo=f"{RESULTS}/chapter_4/monte_carlo/thesis/20_to_50_Hz.nc",
             published=PUBLISHED,
             reasons=f"{REFERENCE}/reasons.yaml",
-            code=code("tables.py", "rotorstudy.studies.config.load_study", "rotorstudy.thesis.chapter_4.tables"),
         output:
             scored=f"{RESULTS}/chapter_4/scored.csv",
             csv=table_sheets("chapter_4"),
             html=table_pages("chapter_4"),
         params:
+            code=code("tables.py", "rotorstudy.studies.config.load_study", "rotorstudy.thesis.chapter_4.tables"),
             load="rotorstudy.studies.config.load_study",
             function="rotorstudy.thesis.chapter_4.tables",
             reference=published_folder,
@@ -61,12 +61,12 @@ if "chapter_6" in STUDIES:
             variants=f"{RESULTS}/chapter_6/variants.nc",
             published=PUBLISHED,
             reasons=f"{REFERENCE}/reasons.yaml",
-            code=code("tables.py", "rotorstudy.studies.config.load_study", "rotorstudy.thesis.chapter_6.tables"),
         output:
             scored=f"{RESULTS}/chapter_6/scored.csv",
             csv=table_sheets("chapter_6"),
             html=table_pages("chapter_6"),
         params:
+            code=code("tables.py", "rotorstudy.studies.config.load_study", "rotorstudy.thesis.chapter_6.tables"),
             load="rotorstudy.studies.config.load_study",
             function="rotorstudy.thesis.chapter_6.tables",
             reference=published_folder,
@@ -87,12 +87,12 @@ for name in REPLAYS:
             identification=f"{RESULTS}/{name}/identification.nc",
             published=PUBLISHED,
             reasons=f"{REFERENCE}/reasons.yaml",
-            code=code("tables.py", "rotorstudy.thesis.config.load_replay", "rotorstudy.thesis.replay_tables.tables"),
         output:
             scored=f"{RESULTS}/{name}/scored.csv",
             csv=table_sheets(name),
             html=table_pages(name),
         params:
+            code=code("tables.py", "rotorstudy.thesis.config.load_replay", "rotorstudy.thesis.replay_tables.tables"),
             load="rotorstudy.thesis.config.load_replay",
             function="rotorstudy.thesis.replay_tables.tables",
             reference=published_folder,
@@ -105,10 +105,11 @@ for name in REPLAYS:
 rule scoreboard:
     input:
         scored=[f"{RESULTS}/{chapter}/scored.csv" for chapter in CHAPTERS],
-        code=code("scoreboard.py"),
     output:
         csv=f"{RESULTS}/scoreboard.csv",
         html=in_report(f"{RESULTS}/scoreboard.html", "scoreboard", "Scoreboard", "All chapters"),
+    params:
+        code=code("scoreboard.py"),
     log:
         f"{RESULTS}/logs/scoreboard.log",
     script:
@@ -132,10 +133,11 @@ if PAGES:
             spectra=f"{RESULTS}/chapter_5/spectra.nc",
             identification=f"{RESULTS}/chapter_5/identification.nc",
             variants=f"{RESULTS}/chapter_6/variants.nc",
-            code=code("errata.py"),
         output:
             csv=f"{RESULTS}/errata.csv",
             html=in_report(f"{RESULTS}/errata.html", "errata", "Scoreboard", "All chapters"),
+        params:
+            code=code("errata.py"),
         log:
             f"{RESULTS}/logs/errata.log",
         script:
@@ -147,12 +149,16 @@ if PAGES:
             identification=[f"{RESULTS}/{name}/identification.nc" for name in ("chapter_3", "chapter_5")],
             spectra=[f"{RESULTS}/{name}/spectra.nc" for name in ("chapter_3", "chapter_5")],
             published=PUBLISHED,
-            code=code("compare_rigs.py"),
         output:
-            csv=f"{RESULTS}/rigs/comparison.csv",
-            html=in_report(f"{RESULTS}/rigs/comparison.html", "rigs_comparison", "Both rigs", "Tables"),
+            csv=[f"{RESULTS}/rigs/comparison.csv", f"{RESULTS}/rigs/backward_1X.csv"],
+            html=[
+                in_report(f"{RESULTS}/rigs/{name}.html", f"rigs_{name}", "Both rigs", "Tables")
+                for name in ("comparison", "backward_1X")
+            ],
             png=in_report(f"{RESULTS}/rigs/comparison.png", "rigs_comparison", "Both rigs", "Figures"),
             svg=f"{RESULTS}/rigs/comparison.svg",
+        params:
+            code=code("compare_rigs.py"),
         log:
             f"{RESULTS}/logs/compare_rigs.log",
         script:

@@ -7,11 +7,13 @@ with job(snakemake):
     from rotorstudy.presentation.replay_figures import rigs_figure
     from rotorstudy.presentation.tables import write_tables
     from rotorstudy.store import load
+    from rotorstudy.thesis.backward_1x import backward_1x_table
     from rotorstudy.thesis.config import load_replay
     from rotorstudy.thesis.rigs import rigs_table
 
     given = zip(snakemake.input.configs, snakemake.input.identification, snakemake.input.spectra, strict=True)
     replays = [(load_replay(path), load(found), load(seen)) for path, found, seen in given]
     table = rigs_table(replays, Path(snakemake.input.published[0]).parent)
-    write_tables({"comparison": table}, [snakemake.output.csv, snakemake.output.html])
+    tables = {"comparison": table, "backward_1X": backward_1x_table(replays)}
+    write_tables(tables, [*snakemake.output.csv, *snakemake.output.html])
     save_figure(rigs_figure(replays, table.rows), snakemake.output.png, snakemake.output.svg)

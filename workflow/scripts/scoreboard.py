@@ -9,7 +9,7 @@ with job(snakemake):
 
     scored = pd.concat([pd.read_csv(path, dtype={"table": str, "item": str}) for path in snakemake.input.scored])
     scored = in_table_order(scored[COLUMNS])
-    computed, measured = (scored[scored.road == road] for road in ("computed anew", "measured again"))
+    computed, measured = (scored[scored.origin == origin] for origin in ("computed anew", "measured again"))
 
     def reproduced(rows):
         return (rows.status == "reproduced").sum()

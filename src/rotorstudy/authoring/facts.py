@@ -8,6 +8,7 @@ from rotorstudy.authoring.invariants.bench import bench_of, bench_structure, typ
 from rotorstudy.model.kinds import KINDS
 from rotorstudy.model.options import option_names
 from rotorstudy.model.registry import registry
+from rotorstudy.units import percent
 
 GIVEN = {  # arguments passed by the engine, which are not options of a rig file
     "crack": ("angle",),
@@ -25,6 +26,8 @@ def facts(kind, plugin):
     found["options"] = _options(kind, plugin)
     if kind in ("bearing", "effect"):
         found["parameters"] = _parameters(kind, plugin)
+    if kind == "rotor":
+        found["uncertain by"] = ", ".join(f"{path} {percent(share)}" for path, share in plugin.uncertain.items())
     found["claims"] = ", ".join(name.replace("_", " ") for name in _claims(plugin))
     found["confounders"] = "; ".join(
         f"{confounder}: {separation}" for confounder, separation in getattr(plugin, "confounders", ())

@@ -66,7 +66,7 @@ ACTS = {
         physics.gravity_direction, physics.stiffness_error, physics.support_stiffness, physics.gyroscopic_error,
         signed=True,
     ),
-    **_named("rotor", physics.breathing_crack, physics.breathing_crack_weight, most=1.5),
+    **_named("rotor", physics.breathing_crack, most=1.5),
     **_named("output", chain.swapped_probes, chain.reversed_probe, chain.runout, chain.delay, chain.ac_coupling),
     **_named(
         "output", chain.probe_gain, chain.probe_angle, chain.surface_profile, chain.phase_reference, signed=True

@@ -2,31 +2,32 @@
 
 import numpy as np
 
+from rotorstudy.inference.prior import prior_of, with_rotor
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import make_term
+from rotorstudy.model.rotor_numbers import with_rotor_numbers
 from rotorstudy.response.measured import measured_response_and_jacobian
 
 
 def left_by_base(change, spectrum, model, stated):
     """Rms of the part of a change that the base model cannot absorb, in standard deviations of the spectrum.
 
-    Base parameters and calibration are refitted under their stated standard deviations, linearised.
+    Base parameters (numbers of the rotor among them) and calibration are refitted under their stated standard
+    deviations, linearised.
 
     change   : (speed, sensor, harmonic) complex, m
     spectrum : Spectrum as measured, for its noise;  model : Model of the rig file
-    stated   : "uncertainty" with its default, relative; "nuisance" kind -> standard deviation
+    stated   : "uncertainty" with its default and that of the rotor, relative; "nuisance" kind -> standard deviation
     """
     calibration = [
         make_term("effect", {"kind": kind, "label": f"{kind} {i}", **place}, model.structure, model.sensors)
         for kind in stated["nuisance"]
         for i, place in enumerate(registry().get("effect", kind).places(model.structure, model.sensors))
     ]
-    std = {}
-    for term in model.terms:
-        for p in term.parameters:
-            size, name = abs(term.values[p.name]), term.full_name(p)
-            parts = (f"{name}_real", f"{name}_imag") if p.is_complex else (name,)
-            std |= dict.fromkeys(parts, stated["uncertainty"]["default"] * size)
+    uncertainty = with_rotor(stated["uncertainty"], model.structure)
+    model = with_rotor_numbers(model, uncertainty)
+    prior = prior_of(model, uncertainty)
+    std = dict(zip(prior.names, prior.std, strict=True))
     std |= {u.name: stated["nuisance"][term.kind] for term in calibration for u in term.unknowns}
     whole = model.plus(*calibration)
     theta = np.nan_to_num(np.concatenate([term.theta for term in whole.terms]))

@@ -43,6 +43,7 @@ class BlindConfig(Strict):
     fewest_speeds, most_speeds : of a case
     mesh_factor    : elements of the machine per element of the rig file
     base_share     : relative standard deviation of each base parameter about its value in the rig file *
+    rotor_share    : the same of the uncertain numbers of the rotor (modulus, density, masses) *
     model_error    : relative discretisation error of a harmonic on the mesh of the rig file *
     phase_mark_std_rad, gain_std : standard deviations of the phase mark and of the probe gains *
     records        : number of cases whose records are also written as NetCDF
@@ -65,6 +66,7 @@ class BlindConfig(Strict):
     most_speeds: int = Field(ge=3)
     mesh_factor: int = Field(ge=1)
     base_share: float = Field(ge=0, lt=0.5)
+    rotor_share: float = Field(ge=0, lt=0.5)
     model_error: float = Field(ge=0, lt=0.5)
     phase_mark_std_rad: float = Field(ge=0, lt=0.2)
     gain_std: float = Field(ge=0, lt=0.2)

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from rotorstudy.blind.acts import ACTS, Foreign, Scale
-from rotorstudy.blind.machine import steady_motion
+from rotorstudy.blind.machine import STEPS, steady_motion
+from rotorstudy.blind.physics import OPENINGS
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import make_term
@@ -108,8 +109,10 @@ def _options(plugin, where, setting, generator):
         "clearance_m": radius * generator.uniform(0.3, 0.9),
         "lift_m": radius * generator.uniform(0, 0.5),
         "friction_ratio": generator.uniform(0.05, 0.3),
+        "crack_angle_rad": 2 * np.pi / STEPS * generator.integers(-STEPS // 2, STEPS // 2),  # opens between two steps
     }
-    return {key: float(value) for key, value in options.items() if key in plugin.shape}
+    chosen = {"crack": str(generator.choice(list(OPENINGS)))} if "crack" in plugin.alternatives else {}
+    return {key: float(value) for key, value in options.items() if key in plugin.shape} | chosen
 
 
 def hide_foreign(name, setting, generator):

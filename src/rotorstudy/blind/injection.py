@@ -83,7 +83,7 @@ def _draw(config, kind, generator, truth):
     together = change(acting) if len(acting) > 1 else (alone[0] if alone else 0.0)
     records, spectrum = measure(config, setting, signals, level, colour, generator)
     stated = {
-        "uncertainty": {"default": config.base_share},
+        "uncertainty": {"default": config.base_share, "rotor": config.rotor_share},
         "nuisance": {"phase_reference": config.phase_mark_std_rad, "probe_gain": config.gain_std},
         "model_error": config.model_error,
         "leave_out": left_out,

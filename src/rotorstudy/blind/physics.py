@@ -8,9 +8,6 @@ Hysteretic damping has no form in time: its loss is applied to each harmonic, as
 
 import numpy as np
 
-CRACK_ANGLES = 4096  # of a revolution, at which the breathing function of a crack is sampled
-CRACK_HARMONICS = 9
-
 
 def _node(where, plant):
     return where.get("node", plant.nominal.nodes[0])
@@ -86,8 +83,15 @@ def external_damping(plant, values, where):
 
 
 def internal_damping(plant, values, where):
-    """Damping of the shaft's motion in rotating axes at one node, N s/m."""
-    _rotating_damping(plant, plant.point(_node(where, plant)), values["internal_damping"])
+    """Damping of the shaft's motion in rotating axes, of the only disc, N s/m, or of the bending of one element, s."""
+    pattern = _stiffness_of(plant, where["element"]) if "element" in where else plant.point(_node(where, plant))
+    _rotating_damping(plant, pattern, values["internal_damping"])
+
+
+def _stiffness_of(plant, element):
+    """(dof, dof) stiffness of an element of the rig file, which is several of this mesh."""
+    return sum(plant.structure.stiffness_loss_at(None, e)["stiffness_loss"][0]
+               for e in plant.place(element, element=True))  # fmt: skip
 
 
 def shaft_damping(plant, values, where):
@@ -141,9 +145,10 @@ def support_anisotropy(plant, values, where):
 
 
 def added_mass(plant, values, where):
-    """Inertia only, as the library defines it; the added weight is left out."""
+    """Mass at a node, with its weight."""
     m = values["added_mass"]
     plant.couple(plant.mass, plant.point(_node(where, plant)), xx=m, yy=m)
+    plant.push(_here(plant, where), 0, m * plant.structure.acceleration_of_gravity)
 
 
 def gyroscopic_error(plant, values, where):
@@ -173,33 +178,34 @@ def _lost_stiffness(plant, values, where):
                for name, (pattern, _, _) in plant.structure.stiffness_loss_at(**p).items())  # fmt: skip
 
 
-def _breathing_function(angle):
-    """Of a switching crack: open while its edge points down."""
-    return np.cos(angle) > 0
+OPENINGS = {
+    "switching": lambda angle: np.cos(angle) > 0,
+    "breathing": lambda angle: np.cos(angle / 2) ** 2,
+    "open": lambda angle: 1.0,
+}  # of a crack whose edge is at an angle from the side that the weight stretches
+
+
+def _stretched_above(plant, where):
+    """Half a turn if the weight bends the element of a crack so that its upper side is stretched, else 0."""
+    element = where.get("element")
+    if element is None:
+        return 0.0
+    ends = [plant.place(element), plant.place(element + 1)]
+    tilts = [plant.rest[plant.structure.index(n, "tilt")] if (n, "tilt") in plant.structure.dofs else 0 for n in ends]
+    return np.pi if tilts[1] > tilts[0] else 0.0
 
 
 def breathing_crack(plant, values, where):
     """Crack that opens and closes with the shaft angle, acting on the full motion."""
-    lost, size = _lost_stiffness(plant, values, where), plant.dof
+    lost, size, turned = _lost_stiffness(plant, values, where), plant.dof, where["crack_angle_rad"]
+    opening, above = OPENINGS[where["crack"]], _stretched_above(plant, where)
 
     def force(angle, middle, position, velocity):
-        c, s = np.cos(angle), np.sin(angle)
-        along = _breathing_function(middle) * (c * position[:, :size] + s * position[:, size:]) @ lost
+        c, s = np.cos(angle + turned), np.sin(angle + turned)
+        along = opening(middle + turned - above) * (c * position[:, :size] + s * position[:, size:]) @ lost
         return np.concatenate([c * along, s * along], axis=1)
 
     plant.moving.append(force)
-
-
-def breathing_crack_weight(plant, values, where):
-    """Breathing crack under weight dominance, acting on the static deflection alone."""
-    lost, size = _lost_stiffness(plant, values, where), plant.dof
-    angle = 2 * np.pi * (np.arange(CRACK_ANGLES) + 0.5) / CRACK_ANGLES  # none at an instant of opening or closing
-    along = np.outer(np.cos(angle), plant.rest[:size]) + np.outer(np.sin(angle), plant.rest[size:])
-    force = (_breathing_function(angle) * np.exp(1j * angle))[:, None] * (along @ lost)
-    for n in range(-CRACK_HARMONICS, CRACK_HARMONICS + 1):
-        amplitude = np.mean(np.exp(-1j * n * angle)[:, None] * force, axis=0)
-        for part, factor in ((amplitude.real, 1), (amplitude.imag, 1j)):
-            plant.push(part, n, factor)
 
 
 def _local(plant, where, force):

@@ -1,7 +1,7 @@
 """The machine of a blind test before anything is hidden in it, drawn around the nominal rig.
 
-The diagnosis is given the nominal rig; the machine has other parameter values, a finer mesh and a measuring chain with
-small errors.
+The diagnosis is given the nominal rig; the machine has other parameter values, other numbers of its rotor (modulus,
+density, masses), a finer mesh and a measuring chain with small errors.
 """
 
 import itertools
@@ -16,6 +16,7 @@ from rotorstudy.blind.physics import bearing
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.model import Model
 from rotorstudy.model.rig import build_model, make_term
+from rotorstudy.model.rotor_numbers import rotor_with_changes, uncertain_numbers
 
 RANGE_OF_SPEEDS = (0.35, 1.7)  # of the first critical speed
 KEEP_OFF = 0.04  # smallest relative distance of any speed from a resonance of 1X, 2X or 3X
@@ -51,7 +52,8 @@ class Setting:
 def draw_setting(config, rig, generator):
     """Draw the Setting of a rig dict: base parameters around the nominal ones, speeds, measuring-chain errors."""
     nominal = build_model(rig)
-    structure, place = _machine(rig, config.mesh_factor)
+    rotor = _other_rotor(rig["rotor"], nominal.structure, config.rotor_share, generator)
+    structure, place = _machine(rotor, config.mesh_factor)
     bearings, effects = [], []
     for section, found in (("bearings", bearings), ("effects", effects)):
         for item in rig.get(section) or []:
@@ -73,9 +75,16 @@ def draw_setting(config, rig, generator):
     return Setting(nominal, structure, place, bearings, effects, speeds, gains, float(mark), angle)
 
 
-def _machine(rig, factor):
+def _other_rotor(rotor, structure, share, generator):
+    """The rotor with its uncertain numbers drawn around the nominal ones, with a relative standard deviation."""
+    (own,) = generator.spawn(1)
+    changes = {name: share * np.clip(own.normal(), -2.5, 2.5) for name in uncertain_numbers(structure)}
+    return rotor_with_changes(rotor, structure, changes)
+
+
+def _machine(rotor, factor):
     """Structure of the machine, and the map from a nominal node or element to its mesh."""
-    rotor = deepcopy(rig["rotor"])
+    rotor = deepcopy(rotor)
     if "elements" not in rotor:
         return build_model({"rotor": rotor}).structure, lambda n, element=False: [n] if element else n
 

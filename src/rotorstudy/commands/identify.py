@@ -22,7 +22,11 @@ def add(commands):
         "how to read the files",
     )
     parser.add_argument(
-        "--unknowns", nargs="+", metavar="NAME", help="parameters to estimate (default: those without a value)"
+        "--unknowns",
+        nargs="+",
+        metavar="NAME",
+        help="parameters to estimate (default: those without a value); "
+        "'rotor.youngs_modulus_Pa' is the relative change of that number of the rotor",
     )
     parser.add_argument(
         "--harmonics", type=int, nargs="+", metavar="N", help="measured harmonics to use (default: all)"
@@ -46,10 +50,12 @@ def run(given):
     """Print the estimates with their intervals, and the misfit."""
     import numpy as np
 
-    from rotorstudy.inference.problem import Problem, estimate_by, magnitude_and_phase
+    from rotorstudy.inference.problem import Problem, magnitude_and_phase
+    from rotorstudy.inference.rig_estimate import estimate_rig
     from rotorstudy.measurement.measurement import measured_spectrum
     from rotorstudy.model.estimated_rig import rig_with_estimate, write_rig
     from rotorstudy.model.rig import read_rig
+    from rotorstudy.model.rotor_numbers import with_rotor_numbers
     from rotorstudy.store import dataset, provenance, save
 
     if given.out:
@@ -62,9 +68,10 @@ def run(given):
     spectrum, model, findings = measured_spectrum(given.records, rig, method)
     for finding in findings:
         print(finding, file=sys.stderr)
+    model = with_rotor_numbers(model, given.unknowns or (), "--unknowns")
     unknowns = model.unknown_names(given.unknowns)
     spectrum = _chosen(spectrum, given.harmonics)
-    estimate = estimate_by(estimator, Problem(model, spectrum, unknowns))
+    estimate = estimate_rig(estimator, Problem(model, spectrum, unknowns), rig.given)
     names, theta, covariance = magnitude_and_phase(unknowns, estimate.theta, estimate.covariance)
     std = np.sqrt(np.diag(covariance))
     units = model.reported_units(names)

@@ -1,5 +1,7 @@
 """The hypotheses: every effect of the library at every place, and how much of a residual each explains."""
 
+from dataclasses import replace
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -13,10 +15,12 @@ from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import blamed, registry
 from rotorstudy.model.rig import make_term
+from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import Term
 from rotorstudy.response.measured import Motion, sensitivities
 
 SHAPES_TRIED = 9  # values of a shape option, before the best is refined
+ANGLES_TRIED = 16  # of the angles of a full turn: 11 degrees off at most, which even a fifth harmonic tells from noise
 SWEEPS = 3  # over the parameters of a cause, for their most probable widths
 SCALES = 10.0 ** (-0.5 * np.arange(7))  # widths of the prior over the widest one, equally likely by order of magnitude
 FIXED = 0.02  # standard deviation of an amplitude that is 0 or 1: what the uncertainty of the probe calibration
@@ -29,7 +33,9 @@ class Candidate(NamedTuple):
     positive : names of unknowns that cannot be negative: the prior is the upper half of that normal distribution
     fixed    : its amplitude is known where the effect is present; the width of its prior is not varied
     options  : other options, the same for all candidates of the effect
-    shape    : options inside a nonlinear force (a clearance), at one of the values tried
+    shape    : options that enter nonlinearly (a clearance, an angle), at one of the values tried
+    variant  : the alternatives of the effect that it has (the breathing function of a crack)
+    shape_std : standard deviations of its shape, once that is fitted
     """
 
     effect: str
@@ -39,6 +45,8 @@ class Candidate(NamedTuple):
     positive: tuple = ()
     fixed: bool = False
     shape: dict = {}
+    variant: dict = {}
+    shape_std: dict = {}
     options: dict = {}
 
     @property
@@ -48,8 +56,9 @@ class Candidate(NamedTuple):
 
     @property
     def label(self):
-        """The cause with its shape: unique among the candidates."""
-        return self.cause + "".join(f", {key} {value:.4g}" for key, value in self.shape.items())
+        """The cause with its alternatives and its shape: unique among the candidates."""
+        told = {**self.variant, **{key: f"{value:.4g}" for key, value in self.shape.items()}}
+        return self.cause + "".join(f", {key} {value}" for key, value in told.items())
 
     @property
     def names(self):
@@ -69,6 +78,7 @@ def candidate(
     shape: dict | None = None,
     label: str = "cause",
     prior_width: float = 10.0,
+    variant: dict | None = None,
 ) -> Candidate:
     """An effect at a place, with the prior of its amplitudes.
 
@@ -83,6 +93,8 @@ def candidate(
         Of its term.
     prior_width : float
         Standard deviation of its amplitude, in typical sizes.
+    variant : dict
+        Options that have alternatives.
 
     Returns
     -------
@@ -95,21 +107,86 @@ def candidate(
     """
     plugin = registry().get("effect", effect, "diagnosis")
     options = {**plugin.example, **plugin.hypothesis}
-    item = {"kind": effect, **options, **where, **(shape or {}), "label": label}
+    item = {"kind": effect, **options, **where, **(shape or {}), **(variant or {}), "label": label}
     term = make_term("effect", item, model.structure, model.sensors, f"candidate {effect}")
     mean, std = (1.0, FIXED) if plugin.fixed else (0.0, prior_width)
     prior = {unknown.name: (mean * unknown.typical, std * unknown.typical) for unknown in term.unknowns}
     positive = tuple(prior) if plugin.positive else ()
-    return Candidate(effect, where, term, prior, positive, plugin.fixed, dict(shape or {}), options)
+    chosen = dict(shape or {}), dict(variant or {})
+    return Candidate(effect, where, term, prior, positive, plugin.fixed, *chosen, options=options)
 
 
-def _shapes(plugin):
+def with_shape(model: Model, cause: Candidate, shape: dict, prior_width: float) -> Candidate:
+    """The same cause with another shape; see `candidate`."""
+    return candidate(model, cause.effect, cause.where, shape, cause.term.label, prior_width, cause.variant)
+
+
+class ShapeRange(NamedTuple):
+    """Search range of a shape option, logarithmic if it begins above zero; goes_around : if both ends are alike."""
+
+    low: float
+    high: float
+    goes_around: bool = False
+
+    def place(self, value: float) -> float:
+        """Position (0 to 1) of a value."""
+        if self.low > 0:
+            return float(np.log(value / self.low) / np.log(self.high / self.low))
+        return (value - self.low) / (self.high - self.low)
+
+    def value(self, place: float) -> float:
+        """The value at a position; positions beyond the range are at its end, or go around."""
+        place = place % 1 if self.goes_around else min(max(place, 0.0), 1.0)
+        if self.low > 0:
+            return float(self.low * (self.high / self.low) ** place)
+        return float(self.low + place * (self.high - self.low))
+
+    def slope(self, value: float) -> float:
+        """Change of the value per change of its position."""
+        return float(value * np.log(self.high / self.low)) if self.low > 0 else self.high - self.low
+
+    def tried(self) -> list[float]:
+        """Values over the range, of which the best is refined."""
+        if self.goes_around:
+            count = round(ANGLES_TRIED * (self.high - self.low) / (2 * np.pi))
+            return [self.value(place) for place in np.arange(count) / count]
+        return [self.value(place) for place in np.linspace(0, 1, SHAPES_TRIED)]
+
+
+def shape_ranges(effect: str, structure: Structure) -> dict[str, ShapeRange]:
+    """Shape options of an effect on a rotor -> ShapeRange; angles go around."""
+    ranges = registry().get("effect", effect, "diagnosis").ranges(structure)
+    return {name: ShapeRange(*ends, name.endswith("_rad")) for name, ends in ranges.items()}
+
+
+def _shapes(plugin, structure):
     """Values of the first shape option over its range; [{}] for an effect without one."""
-    if not plugin.shape:
-        return [{}]
-    (name, (low, high)), *_ = plugin.shape.items()
-    values = np.geomspace(low, high, SHAPES_TRIED) if low > 0 else np.linspace(low, high, SHAPES_TRIED)
-    return [{name: float(value)} for value in values]
+    for name, ends in shape_ranges(plugin.name, structure).items():
+        return [{name: value} for value in ends.tried()]
+    return [{}]
+
+
+def _variants(plugin):
+    """Every combination of the alternatives of an effect; [{}] for an effect without them."""
+    values = product(*(known() for known in plugin.alternatives.values()))
+    return [dict(zip(plugin.alternatives, chosen, strict=True)) for chosen in values]
+
+
+def with_vibration(model: Model, spectrum: Spectrum) -> Model:
+    """The model whose usual sizes fit the records: the vibration of the median speed, all harmonics and sensors.
+
+    Parameters
+    ----------
+    model : Model
+    spectrum : Spectrum
+
+    Returns
+    -------
+    Model
+    """
+    moving = spectrum.amplitude[..., spectrum.harmonics != 0, :]
+    size = np.sqrt(np.mean(np.sum(np.abs(moving) ** 2, axis=-2), axis=-1))
+    return replace(model, structure=replace(model.structure, vibration=float(np.median(size))))
 
 
 def candidates(model: Model, settings: Settings) -> tuple[list[Candidate], dict[str, str]]:
@@ -141,10 +218,10 @@ def _candidates_of(plugin, model, settings, first):
     """Candidates of one effect; their terms are labelled by number, from `first` on."""
     found = []
     for place in plugin.places(model.structure, model.sensors):
-        for shape in _shapes(plugin):
+        for variant, shape in product(_variants(plugin), _shapes(plugin, model.structure)):
             label = f"cause {first + len(found)}"
             try:
-                found.append(candidate(model, plugin.name, place, shape, label, settings.prior_width))
+                found.append(candidate(model, plugin.name, place, shape, label, settings.prior_width, variant))
             except CannotAct:  # a place that other options of this rig exclude
                 continue
     return found

@@ -2,8 +2,11 @@
 
 import numpy as np
 
-from rotorstudy.model.estimated_rig import rig_with_estimate
+from rotorstudy.inference.fit import fit
+from rotorstudy.inference.prior import Prior
+from rotorstudy.model.estimated_rig import rig_with_estimate, rig_with_values
 from rotorstudy.model.rig import build_model
+from rotorstudy.model.rotor_numbers import is_rotor_number, with_rotor_numbers
 
 
 def extended_rig(given, diagnosis):
@@ -23,15 +26,47 @@ def extended_rig(given, diagnosis):
     """
     best, causes, rig = diagnosis.best, diagnosis.search.best.causes, dict(given)
     own = build_model(given).names
-    renamed = {name: name for name in best.names if name in own}
+    renamed = {name: name for name in best.names if name in own or is_rotor_number(name)}
     if causes:
         labels = {item.get("label") for item in rig.get("effects") or []}
         free = (f"found {n}" for n in range(1, len(labels) + len(causes) + 1) if f"found {n}" not in labels)
-        items = [{"kind": c.effect, "label": next(free), **c.options, **c.where, **c.shape} for c in causes]
+        items = [
+            {"kind": c.effect, "label": next(free), **c.options, **c.where, **c.variant, **c.shape} for c in causes
+        ]
         rig["effects"] = [*(rig.get("effects") or []), *items]
         for cause, item in zip(causes, items, strict=True):
             mark = f"[{cause.term.label}]"
             renamed |= {name: name.replace(mark, f"[{item['label']}]") for name in cause.names}
+    rig, values, covariance = _with_rotor_built_again(rig, diagnosis, renamed)
     place = [best.names.index(name) for name in renamed]
-    covariance = best.covariance[np.ix_(place, place)]
-    return rig_with_estimate(rig, build_model(rig), list(renamed.values()), best.free[place], covariance)
+    covariance = covariance[np.ix_(place, place)]
+    return rig_with_estimate(rig, build_model(rig), list(renamed.values()), values[place], covariance)
+
+
+def _with_rotor_built_again(rig, diagnosis, renamed):
+    """The rig with the fitted numbers of its rotor, and values (free,) and covariance of a fit of it.
+
+    Effects that depend on the matrices of the rotor did not follow its numbers in the best fit.
+
+    renamed : name of each parameter of the rig in the best fit -> its name in the rig
+    """
+    best = diagnosis.best
+    names = tuple(renamed.get(name, name) for name in best.names)
+    own = np.array([is_rotor_number(name) for name in names])
+    if not own.any():
+        return rig, best.free, best.covariance
+    rig = rig_with_values(rig, build_model(rig), dict(zip(names, best.free, strict=True)))
+    calibration = [
+        term
+        for term in best.model.terms
+        if not term.variation and all(u.name in best.names and u.name not in renamed for u in term.unknowns)
+    ]
+    model = build_model({**rig, "sensors": list(diagnosis.spectrum.sensors)})
+    model = with_rotor_numbers(model, names).plus(*calibration)
+    ratio = np.where(own, 1 + best.free, 1)
+    mean = np.where(own, (1 + best.prior.mean) / ratio - 1, best.prior.mean)
+    prior = Prior(names, mean, best.prior.covariance / np.outer(ratio, ratio))
+    start = np.zeros(len(model.names))
+    start[model.position(names)] = np.where(own, 0, best.free)
+    found = fit(model, diagnosis.spectrum, prior, start=start)
+    return rig, found.free, found.covariance

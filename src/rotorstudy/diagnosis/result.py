@@ -34,8 +34,8 @@ class Place(Result):
 class ParameterEstimate(Result):
     """A parameter of a cause.
 
-    part : an "amplitude", the "magnitude" or "phase" of a complex one, or an option of the "shape" of a nonlinear
-           force, which has its unit in its name and no standard deviation
+    part : an "amplitude", the "magnitude" or "phase" of a complex one, or an option of the "shape", which has its unit
+           in its name and a standard deviation if it was fitted
     """
 
     value: float | None
@@ -45,9 +45,14 @@ class ParameterEstimate(Result):
 
 
 class Cause(Place):
-    """A possible cause; parameters : by name, a complex amplitude `x` as `x` and `x_phase`."""
+    """A possible cause.
+
+    parameters : by name, a complex amplitude `x` as `x` and `x_phase`
+    variant    : which of its alternatives fits best, like {"crack": "breathing"}
+    """
 
     parameters: dict[str, ParameterEstimate]
+    variant: dict[str, str] = {}
     posterior_probability: float
 
 
@@ -72,6 +77,22 @@ class PValues(Result):
 
     before: float
     after: float
+
+
+class ChainHypothesis(Result):
+    """A convention that seems to be stated wrongly, because correcting it explains the records better than any cause.
+
+    hypothesis, remedy : what the records look like, and what to state instead
+    log_odds : natural logarithm of its odds against the stated conventions without causes; the same of the best causes
+    residual_p_value, residual_share : as in `Verdict`, after the correction
+    """
+
+    hypothesis: str
+    remedy: str
+    log_odds: float
+    log_odds_of_best_causes: float
+    residual_p_value: PValues
+    residual_share: float
 
 
 class Gain(Result):
@@ -144,5 +165,6 @@ class Verdict(Result):
     identifiability: Identifiability
     candidates: int
     settings: Settings
+    measuring_chain: ChainHypothesis | None = None
     findings: tuple[Finding, ...] = ()
     provenance: dict[str, str] = {}

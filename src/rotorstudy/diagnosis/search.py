@@ -10,23 +10,26 @@ from rotorstudy.diagnosis.candidates import (
     SCALES,
     Candidate,
     Screened,
-    candidate,
     candidates,
     log_possible,
     log_scales,
     screen,
+    shape_ranges,
+    with_shape,
+    with_vibration,
 )
 from rotorstudy.diagnosis.settings import Settings, base_rate
-from rotorstudy.diagnosis.shape_scan import can_be_scanned, inside, place_of, scan, value_at
+from rotorstudy.diagnosis.shape_scan import can_be_scanned, scan
 from rotorstudy.errors import NoSteadyState, PluginError
 from rotorstudy.inference.fit import HYPOTHESIS, Fit, fit
 from rotorstudy.inference.linear import invert
 from rotorstudy.inference.prediction import predicted
-from rotorstudy.inference.prior import Prior, prior_of
+from rotorstudy.inference.prior import Prior, prior_of, with_rotor
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import blamed, registry
 from rotorstudy.model.rig import make_term
+from rotorstudy.model.rotor_numbers import with_rotor_numbers
 
 TRIAL_STEPS = 5  # of a fit, after which it is decided whether to finish it
 FITTED_FULLY = 4  # least number of explanations per round that are fitted to convergence
@@ -169,7 +172,9 @@ def base_model(model: Model, settings: Settings) -> tuple[Model, Prior]:
             for i, place in enumerate(places)
         ]
     known = {unknown.name: (0.0, settings.nuisance[term.kind]) for term in terms for unknown in term.unknowns}
-    return model.plus(*terms), prior_of(model, settings.uncertainty).plus(Prior.independent(known))
+    uncertainty = with_rotor(settings.uncertainty, model.structure)
+    model = with_rotor_numbers(model, (name for name, share in uncertainty.items() if share))
+    return model.plus(*terms), prior_of(model, uncertainty).plus(Prior.independent(known))
 
 
 def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
@@ -192,6 +197,7 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     RotorstudyError
         If the base model cannot be fitted. A broken plugin of the library raises nothing: see `Search.broken`.
     """
+    model = with_vibration(model, spectrum)
     whole, prior = base_model(model, settings)
     base = fit(whole, spectrum, prior)
     every, faults = candidates(model, settings)
@@ -420,20 +426,20 @@ def _refine(work, model, explanation):
 def _best_of_all_shapes(work, model, explanation):
     """The explanation with the shape options of its last cause optimised by Gauss-Newton steps.
 
-    Options are scaled to their range, logarithmic unless it begins at zero. The linearised columns of a contact depend
+    Options are scaled to their range. The linearised columns of a contact depend
     strongly on its shape and may select a wrong one: where more than noise is left, all shapes are tried first.
     """
     explanation = _best_shape(work, model, explanation)
     *rest, last = explanation.causes
-    ranges = registry().get("effect", last.effect).shape
+    ranges = shape_ranges(last.effect, model.structure)
 
     def explain(place, theta):
-        shape = {name: value_at(x, *ranges[name]) for name, x in zip(ranges, place, strict=True)}
-        moved = candidate(model, last.effect, last.where, shape, last.term.label, work.settings.prior_width)
+        shape = {name: ranges[name].value(x) for name, x in zip(ranges, place, strict=True)}
+        moved = with_shape(model, last, shape, work.settings.prior_width)
         return _explain(work, (*rest, moved), [theta])
 
     best = explanation
-    place = [place_of(last.shape[name], *ranges[name]) if name in last.shape else 0.5 for name in ranges]
+    place = [ranges[name].place(last.shape[name]) if name in last.shape else 0.5 for name in ranges]
     if ranges and set(ranges) != set(last.shape):
         best = explain(place, best.fit.theta) or best
     for _ in range(SHAPE_STEPS if set(ranges) == set(best.causes[-1].shape) and ranges else 0):
@@ -441,7 +447,7 @@ def _best_of_all_shapes(work, model, explanation):
         step, moved = np.split(invert(normal) @ right, [len(right) - len(ranges)])
         tried = None
         for share in SHARES_OF_STEP:
-            ahead = inside(place + share * moved, ranges)
+            ahead = [ends.place(ends.value(x)) for ends, x in zip(ranges.values(), place + share * moved, strict=True)]
             theta = best.fit.theta.copy()
             theta[best.fit.model.position(best.fit.names)] += share * step
             tried = explain(ahead, theta)
@@ -455,10 +461,12 @@ def _best_of_all_shapes(work, model, explanation):
     best = max(best, explanation, key=_odds)
     last = best.causes[-1]
     if ranges and set(ranges) == set(last.shape):  # the amplitude is correlated with the shape
-        place = [place_of(last.shape[name], *ranges[name]) for name in ranges]
+        place = [ranges[name].place(last.shape[name]) for name in ranges]
         normal, _ = _shape_equations(work, model, best, place, ranges)
-        free = len(best.fit.names)
-        best = replace(best, fit=replace(best.fit, covariance=invert(normal)[:free, :free]))
+        free, covariance = len(best.fit.names), invert(normal)
+        std = zip(ranges, np.sqrt(np.diag(covariance)[free:]), strict=True)
+        known = last._replace(shape_std={name: ranges[name].slope(last.shape[name]) * x for name, x in std})
+        best = replace(best, causes=(*rest, known), fit=replace(best.fit, covariance=covariance[:free, :free]))
         work.found[frozenset(c.label for c in best.causes)] = best
     return best
 
@@ -471,10 +479,9 @@ def _best_shape(work, model, explanation):
     if can_be_scanned(last):
         return _rescanned(work, model, explanation)
     looked = []
-    for cause in work.candidates:
-        if cause.cause == last.cause:
-            fitted = _trial_fit(work, (*rest, cause))
-            looked += [(fitted.cost, (*rest, cause), fitted.theta)] if fitted else []
+    for cause in _shapes_worth_a_fit(work, rest, last):
+        fitted = _trial_fit(work, (*rest, cause))
+        looked += [(fitted.cost, (*rest, cause), fitted.theta)] if fitted else []
     _, causes, theta = min(looked, key=lambda one: one[0])
     return max(explanation, _explain(work, causes, [theta]) or explanation, key=_odds)
 
@@ -498,24 +505,37 @@ def _rescanned(work, model, explanation):
     return explanation
 
 
+def _shapes_worth_a_fit(work, rest, last):
+    """The shapes of a cause: all of them, or of each alternative (where it has some) the best when linearised."""
+    same = [cause for cause in work.candidates if cause.cause == last.cause]
+    if not last.variant:
+        return same
+    best = {}
+    for cause, screened in zip(same, _screen(work, _before(work, (*rest, last)), same), strict=True):
+        best.setdefault(tuple(cause.variant.values()), []).append((screened.evidence, cause.label, cause))
+    return [max(shapes, key=lambda one: one[:2])[-1] for shapes in best.values()]
+
+
 def _shape_equations(work, model, explanation, place, ranges):
     """Normal matrix and right side of a Gauss-Newton step: parameters, then shape options scaled to their range."""
     *rest, last = explanation.causes
     fitted, columns = explanation.fit, []
-    for i, name in enumerate(ranges):
+    for i, (name, ends) in enumerate(ranges.items()):
         off = SHAPE_DIFFERENCE if place[i] < 0.5 else -SHAPE_DIFFERENCE
-        shape = {**last.shape, name: value_at(place[i] + off, *ranges[name])}
-        moved = candidate(model, last.effect, last.where, shape, last.term.label, work.settings.prior_width)
+        moved = with_shape(model, last, {**last.shape, name: ends.value(place[i] + off)}, work.settings.prior_width)
         extended = work.model.plus(*(c.term for c in (*rest, moved)))
         shown = predicted(extended, work.spectrum, fitted.theta)
         left = work.spectrum.whitened(work.spectrum.amplitude - shown)
         columns.append((fitted.residual - left) / off)
     data = np.column_stack([fitted.jacobian, *columns])
     free, count = len(fitted.names), len(data.T)
-    rows, distance = np.eye(count), np.zeros(count)  # of the priors; that of a shape is centred in its range
+    rows, distance = (
+        np.eye(count),
+        np.zeros(count),
+    )  # of the priors; that of a shape is centred between its ends
     rows[:free, :free] = fitted.prior.whitener
     distance[:free] = fitted.prior.whitener @ (fitted.prior.mean - fitted.free)
-    distance[free:] = 0.5 - np.array(place)
+    distance[free:] = [0 if ends.goes_around else 0.5 - x for ends, x in zip(ranges.values(), place, strict=True)]
     return data.T @ data + rows.T @ rows, data.T @ fitted.residual + rows.T @ distance
 
 

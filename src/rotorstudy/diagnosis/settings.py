@@ -8,6 +8,7 @@ from pydantic import Field
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.registry import registry
+from rotorstudy.model.rotor_numbers import with_rotor_numbers
 
 
 def stated_nuisance():
@@ -19,7 +20,7 @@ class Settings(Strict):
     """Assumptions of a diagnosis.
 
     uncertainty          : of base parameters, standard deviation relative to their value, by name; "default" for the
-                           others
+                           others, "rotor" for the numbers of the rotor that its plugin states
     model_error          : standard deviation of the model error as a fraction of each harmonic
     model_floor          : the same as a fraction of the rms vibration at a sensor and a speed, for harmonics near zero
     covariance_error     : fraction by which the stated variances, which come from a few blocks, may be too small
@@ -64,7 +65,8 @@ def read_settings(rig, where):
 
 def check_names(settings, model, where):
     """Raise RotorstudyError unless every parameter and effect that the settings name exists."""
-    known = {"default"}
+    model = with_rotor_numbers(model, settings.uncertainty, f"{where}.uncertainty")
+    known = {"default", "rotor"}
     for term in model.terms:
         known |= {name for p in term.parameters for name in (p.name, term.full_name(p))}
     for name, share in settings.uncertainty.items():

@@ -6,16 +6,16 @@ of the rotor with a free force at the node. Each shape is then judged by least s
 refined by sampling about it.
 """
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.diagnosis.candidates import Candidate, Screened, candidate, screen
+from rotorstudy.diagnosis.candidates import Candidate, Screened, screen, shape_ranges, with_shape
 from rotorstudy.inference.fit import Fit
 from rotorstudy.inference.prediction import carried_order
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
-from rotorstudy.model.registry import registry
 from rotorstudy.model.terms import Entry, Unknown
 from rotorstudy.response.measured import Motion, carried_motion, replies
 
@@ -32,25 +32,9 @@ class Scanned(NamedTuple):
     screened: Screened
 
 
-def place_of(value, low, high):
-    """Position (0 to 1) of the value of a shape option in its range, logarithmic if that begins above zero."""
-    return np.log(value / low) / np.log(high / low) if low > 0 else (value - low) / (high - low)
-
-
-def value_at(place, low, high):
-    """Value of a shape option at a position in its range; see `place_of`."""
-    return float(low * (high / low) ** place if low > 0 else low + place * (high - low))
-
-
-def inside(places, names):
-    """Positions (..., option) moved into their ranges: angles go around, other options stop at the ends."""
-    around = np.array([name.endswith("_rad") for name in names])
-    return np.where(around, np.mod(places, 1), np.clip(places, 0, 1))
-
-
 def can_be_scanned(cause):
     """Whether a cause acts at a node, with a force whose shape is to be found."""
-    return bool(cause.shape) and "node" in cause.where and not cause.term.acts_on_output
+    return bool(cause.shape) and not cause.variant and "node" in cause.where and not cause.term.acts_on_output
 
 
 def motion_by_a_free_force(fitted, spectrum, node):
@@ -137,21 +121,21 @@ class _Scan(NamedTuple):
 
     @property
     def ranges(self):
-        return registry().get("effect", self.cause.effect).shape
+        return shape_ranges(self.cause.effect, self.model.structure)
+
+    def with_place(self, place, label):
+        """The cause with the shape at a position (option,)."""
+        shape = {name: ends.value(x) for (name, ends), x in zip(self.ranges.items(), place, strict=True)}
+        labelled = self.cause._replace(term=replace(self.cause.term, label=label))
+        return with_shape(self.model, labelled, shape, self.prior_width)
 
     def best(self, places):
         """The best of some positions (shape, option)."""
-        ranges, (effect, where, term) = self.ranges, self.cause[:3]
-        shapes = [{name: value_at(x, *ranges[name]) for name, x in zip(ranges, place, strict=True)} for place in places]
-        labels = [f"{term.label} {i}" for i in range(len(shapes))]
-        chosen = [
-            candidate(self.model, effect, where, shape, label, self.prior_width)
-            for shape, label in zip(shapes, labels, strict=True)
-        ]
+        label = self.cause.term.label
+        chosen = [self.with_place(place, f"{label} {i}") for i, place in enumerate(places)]
         judged = screen(self.fitted, self.spectrum, chosen, self.motion)
         i = max(range(len(judged)), key=lambda i: judged[i].evidence)
-        same = candidate(self.model, effect, where, shapes[i], term.label, self.prior_width)
-        return _Judged(places[i], same, judged[i])
+        return _Judged(places[i], self.with_place(places[i], label), judged[i])
 
     def first(self):
         """The best of shapes over the whole range."""
@@ -164,6 +148,6 @@ class _Scan(NamedTuple):
         """Scanned, from the best of rounds of ever closer shapes."""
         random = np.random.default_rng(0)  # the same numbers for the same records
         for spread in SPREADS:
-            about = inside(best.place + spread * random.standard_normal((SAMPLES, len(self.ranges))), self.ranges)
+            about = best.place + spread * random.standard_normal((SAMPLES, len(self.ranges)))
             best = max(best, self.best(about), key=lambda one: one.screened.evidence)
         return Scanned(best.cause, best.screened)

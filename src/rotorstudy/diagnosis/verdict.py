@@ -5,8 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rotorstudy.diagnosis.measuring_chain import LEAST_LOG_ODDS as LEAST_CHAIN_LOG_ODDS
+from rotorstudy.diagnosis.measuring_chain import best_hypothesis
 from rotorstudy.diagnosis.result import (
     Cause,
+    ChainHypothesis,
     DetectionLimit,
     Gain,
     Identifiability,
@@ -25,12 +28,13 @@ from rotorstudy.diagnosis.words import place, readable, summary
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.inference.fit import Fit
 from rotorstudy.inference.prediction import predicted, whitened_prediction, with_model_error
+from rotorstudy.inference.prior import with_rotor
 from rotorstudy.inference.problem import magnitude_and_phase
 from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
-from rotorstudy.units import quantity
+from rotorstudy.units import percent, quantity
 
 STATED_SET = 0.99  # posterior probability that the causes named contain the true one
 LEFT_OVER = 0.1  # of the excess rms: if more is left, and it is significant, the cause is rejected
@@ -99,11 +103,12 @@ def investigate(
     settings = Settings(**settings) if isinstance(settings, dict) else settings or Settings()
     if tuple(spectrum.sensors) != tuple(model.sensors):
         raise RotorstudyError(f"the spectrum is of sensors {spectrum.sensors}, the model of {model.sensors}")
-    fitted, held = _split(spectrum, settings.hold_out_rad_s if hold_out is None else hold_out)
-    fitted = with_model_error(fitted, settings)
+    measured, held = _split(spectrum, settings.hold_out_rad_s if hold_out is None else hold_out)
+    fitted = with_model_error(measured, settings)
     held = None if held is None else with_model_error(held, settings)
     found = search(model, fitted, settings)
-    found = replace(found, upheld=_is_upheld(found, held))
+    chain = _chain_hypothesis(found, measured, settings)
+    found = replace(found, upheld=chain is None and _is_upheld(found, held))
     base, best = found.base, found.best
     rows = 2 * fitted.amplitude.size
     p_values = PValues(before=_p_value(base.cost, rows), after=_p_value(best.fit.cost, rows))
@@ -126,7 +131,9 @@ def investigate(
         kind = "cause"
     labels = _parameter_labels(best.fit.model, best.causes)
     moved = _moved(best.fit, found.prior.by_name)
-    if kind != "nothing":
+    if chain is not None:
+        findings = [*findings, _wrong_convention(chain)]
+    elif kind != "nothing":
         findings = [*findings, *_far_from_the_rig(found, spectrum, moved, labels, settings)]
     odds = [e.log_posterior_odds for e in found.explanations if e.causes]
     verdict = Verdict(
@@ -146,7 +153,8 @@ def investigate(
         base_parameters=moved,
         identifiability=_identifiability(best.fit, found.prior.by_name),
         candidates=len(found.candidates),
-        settings=settings,
+        settings=settings.model_copy(update={"uncertainty": with_rotor(settings.uncertainty, model.structure)}),
+        measuring_chain=chain,
         findings=worst_first(findings),
     )
     verdict = verdict.model_copy(update={"summary": summary(verdict)})
@@ -214,9 +222,14 @@ def _cause(candidate, fitted, probability):
             value, std = next(estimates)
             parameters[name] = ParameterEstimate(value=value, std=std, unit=unit, part=part)
     for name, value in candidate.shape.items():
-        parameters[name] = ParameterEstimate(value=value, std=None, unit="", part="shape")
+        unit = "rad" if name.endswith("_rad") else ""
+        parameters[name] = ParameterEstimate(value=value, std=candidate.shape_std.get(name), unit=unit, part="shape")
     return Cause(
-        effect=candidate.effect, where=candidate.where, parameters=parameters, posterior_probability=probability
+        effect=candidate.effect,
+        where=candidate.where,
+        parameters=parameters,
+        variant=candidate.variant,
+        posterior_probability=probability,
     )
 
 
@@ -233,6 +246,48 @@ def _gain(base, best, held):
     (before_m, before_sigma), (after_m, after_sigma) = error(base), error(best)
     ratio, sigma = after_m / before_m if before_m else 1.0, {"before_sigma": before_sigma, "after_sigma": after_sigma}
     return Gain(speeds=held.speed, before_m=before_m, after_m=after_m, ratio=ratio, **sigma)
+
+
+def _chain_hypothesis(found, spectrum, settings):
+    """The ChainHypothesis that explains the records better than any cause under the stated conventions, or None.
+
+    It must explain them by the standards of a cause: what it leaves is noise or little, the base parameters stay
+    plausible, and they move less than under the stated conventions.
+    """
+    base, rows = found.base, 2 * spectrum.amplitude.size
+    p_before, p_base = _p_value(base.cost, rows), _p_value(base.penalty, len(base.names))
+    if min(p_before, p_base) >= settings.significance:
+        return None
+    tested = best_hypothesis(found.model, spectrum, base, settings)
+    beyond = tested.log_odds - max(0.0, found.best.log_posterior_odds)
+    left = _residual_share(base.cost, tested.fit.cost, rows)
+    p_after, p_parameters = _p_value(tested.fit.cost, rows), _p_value(tested.fit.penalty, len(base.names))
+    if (
+        beyond < LEAST_CHAIN_LOG_ODDS
+        or (p_after < settings.significance and left > LEFT_OVER)
+        or p_parameters < settings.significance
+        or tested.fit.penalty > base.penalty
+    ):
+        return None
+    return ChainHypothesis(
+        hypothesis=tested.hypothesis.name,
+        remedy=tested.hypothesis.remedy,
+        log_odds=tested.log_odds,
+        log_odds_of_best_causes=found.best.log_posterior_odds,
+        residual_p_value=PValues(before=p_before, after=p_after),
+        residual_share=left,
+    )
+
+
+def _wrong_convention(chain):
+    """The warning that a convention seems to be stated wrongly."""
+    text = (
+        f"the records look as if {chain.hypothesis}: corrected for that, the rig explains all but "
+        f"{percent(chain.residual_share)} of the excess error (rms), better than any cause (log odds "
+        f"{chain.log_odds:.3g}, best causes {chain.log_odds_of_best_causes:.3g}). No cause is named: {chain.remedy}, "
+        "then diagnose again"
+    )
+    return Finding("warning", "measuring chain", "records and rig", text)
 
 
 def _is_upheld(found, held):
@@ -371,7 +426,7 @@ def _parameter_labels(model, causes):
     for term in model.terms:
         cause, label = of_cause.get(id(term)), f" ({term.label})" if term.label else ""
         for p, part, unknown in _parts(term):
-            text = f"{readable(p.name)}{label}"
+            text = f"relative change of {p.name}" if term.variation else f"{readable(p.name)}{label}"
             if cause:
                 text = place(cause) if p.name == cause.effect else f"{readable(p.name)} of {place(cause)}"
             labels[unknown.name] = f"{text}, {part} part" if part in PARTS else text

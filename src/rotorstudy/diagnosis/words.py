@@ -17,8 +17,7 @@ def readable(name):
 
 def place(named):
     """'unbalance at node 2' for a Place, Cause, DetectionLimit or Candidate."""
-    at = "of the probes at node" if registry().get("effect", named.effect).acts_on_output else "at node"
-    where = " ".join(f"{at} {value}" if key == "node" else f"({key} {value})" for key, value in named.where.items())
+    where = " ".join(f"at node {value}" if key == "node" else f"({key} {value})" for key, value in named.where.items())
     return f"{readable(named.effect)} {where}".strip()
 
 
@@ -52,9 +51,15 @@ def cause_in_words(cause):
             value, std = _angle(one, fold)
             texts[-1] += f" {word} {quantity(value, one.unit, std)}"
         else:
-            label = "" if name == cause.effect else f"{readable(name)} "
+            label = "" if name == cause.effect else f"{_without_unit(name, one)} "
             texts.append(label + quantity(one.value, one.unit, one.std))
+    texts += [f"{readable(option)} {readable(value)}" for option, value in cause.variant.items()]
     return f"{place(cause)} ({', '.join(texts)})"
+
+
+def _without_unit(name, estimate):
+    """Readable name of a parameter; the unit of an angle is said with its value."""
+    return readable(name.removesuffix("_rad") if estimate.unit == "rad" else name)
 
 
 def sizes(cause):
@@ -68,11 +73,11 @@ def sizes(cause):
         else:
             stem = name
         if stem != cause.effect:
-            label = f"{readable(stem)}, {label}" if one.part == "phase" else readable(stem)
+            label = f"{readable(stem)}, {label}" if one.part == "phase" else _without_unit(stem, one)
         text = quantity(value, one.unit, std)
         known = std is not None and np.isfinite(std) and std > 0
         found[label] = f"{text} (95 %: {interval(value, one.unit, std)})" if known else text
-    return found
+    return found | {readable(option): readable(value) for option, value in cause.variant.items()}
 
 
 def summary(verdict):
@@ -99,6 +104,12 @@ def _said(verdict):
         text = f"Nothing is missing: noise and the stated model error explain the residual ({residual})."
         found = smallest_detected(verdict)
         return f"{text} Smallest sizes detected with a probability of 95 %: {', '.join(found)}." if found else text
+    if verdict.measuring_chain:
+        chain = verdict.measuring_chain
+        return (
+            f"The records look as if {chain.hypothesis}. That explains them better than any cause, so none is named. "
+            f"Remedy: {chain.remedy}. Then diagnose again."
+        )
     implausible = ""
     if verdict.verdict == "unknown" and verdict.parameter_p_value < verdict.settings.significance:
         implausible = f"parameters implausibly far from their stated values ({p_value(verdict.parameter_p_value)})"

@@ -7,6 +7,8 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.model import Model
+from rotorstudy.model.rotor_numbers import uncertain_numbers
+from rotorstudy.model.structure import Structure
 
 
 @dataclass(frozen=True)
@@ -66,6 +68,27 @@ class Prior:
             np.concatenate([self.mean, other.mean]),
             block_diag(self.covariance, other.covariance),
         )
+
+
+def with_rotor(uncertainty: dict[str, float], structure: Structure) -> dict[str, float]:
+    """Relative standard deviations with those of the numbers of the rotor that its plugin states.
+
+    Parameters
+    ----------
+    uncertainty : dict
+        As stated. A number that is named keeps its value, `rotor` gives another one to all that are not, and
+        `default: 0` holds them.
+    structure : Structure
+        Of the rotor.
+
+    Returns
+    -------
+    dict
+    """
+    if not uncertainty.get("rotor", uncertainty.get("default", True)):
+        return uncertainty
+    usual = uncertain_numbers(structure)
+    return {name: uncertainty.get("rotor", share) for name, share in usual.items()} | uncertainty
 
 
 def prior_of(model: Model, uncertainty: dict[str, float]) -> Prior:

@@ -80,7 +80,7 @@ def analyse(raw):
             (amplitude,), (covariance,) = compensate(amplitude[None], covariance[None], *psi)
         of_node[node] = amplitude, covariance
         findings += _check_harmonics(amplitude, covariance, found.blocks, harmonics, f"{where}, node {node}")
-        facts.nodes[node] = node_facts(amplitude, harmonics, found.noise_std, found.shrinkage)
+        facts.nodes[node] = node_facts(amplitude, harmonics, found.noise_std, found.shrinkage, found.lines)
         facts.blocks = len(found.blocks)
     findings += quality.check_length(revolutions, facts.blocks, where)
     if any(finding.severity == "error" for finding in findings):

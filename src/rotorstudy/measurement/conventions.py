@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 import numpy as np
 from annotated_types import Ge, Gt, Lt
 
-from rotorstudy.errors import RotorstudyError
+from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.response.coupling import check_harmonics
 from rotorstudy.units import METRES, RAD_PER_S
@@ -100,6 +100,9 @@ class Conventions(Strict):
     csv: CsvLayout = CsvLayout()
     table_node: int | None = None
     table_noise_m: Annotated[float, Ge(0)] = 0.0
+    table_phase: Literal["lead", "lag"] = "lead"
+    displacement_zero: Literal["at_rest", "unloaded_line"] = "at_rest"
+    node_of_label: dict[int | str, int] = {}
 
     @property
     def sense(self):
@@ -115,6 +118,15 @@ class Conventions(Strict):
         """Angle (rad) of the shaft's reference line from x when the mark passes its sensor."""
         mark = self.sense * np.deg2rad(self.keyphasor.mark_angle_deg)
         return float(self.direction_rad(self.keyphasor.sensor_angle_deg) - mark)
+
+    def node(self, label, where):
+        """Node of the rig for the label of a node in a file."""
+        if not self.node_of_label:
+            return int(label)
+        known = {str(one): node for one, node in self.node_of_label.items()}
+        if str(label) not in known:
+            raise unknown_name("node label", str(label), known, f"{where}; list it under 'measurement: node_of_label:'")
+        return known[str(label)]
 
     def label_rad_per_s(self, name):
         """The speed stated for a file in rad/s, or None."""

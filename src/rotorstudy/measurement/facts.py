@@ -18,6 +18,7 @@ class NodeFacts:
     noise_std: float = _fact("m", "standard deviation of the noise of a sample of x or y")
     variance_shrinkage: float = _fact("1", "weight of the common variance in the covariance")
     correlation_shrinkage: float = _fact("1", "weight of zero correlation in the covariance")
+    lines: tuple = ()
 
 
 @dataclass
@@ -44,7 +45,7 @@ def facts_of(kind):
     return [(one.name, *one.metadata.values()) for one in fields(kind) if one.metadata]
 
 
-def node_facts(amplitude, harmonics, noise_std=np.nan, shrinkage=(np.nan, np.nan)):
+def node_facts(amplitude, harmonics, noise_std=np.nan, shrinkage=(np.nan, np.nan), lines=()):
     """NodeFacts of the amplitudes (harmonic,) of a node, m."""
     size = dict(zip((int(n) for n in harmonics), np.abs(amplitude), strict=True))
-    return NodeFacts(size.get(1, np.nan), size.get(-1, np.nan), noise_std, *shrinkage)
+    return NodeFacts(size.get(1, np.nan), size.get(-1, np.nan), noise_std, *shrinkage, lines)

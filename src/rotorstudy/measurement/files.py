@@ -200,6 +200,7 @@ def _read_netcdf(path, conventions, nodes):
     if not len(values):
         raise RotorstudyError(f"{path}: no record; the dimension 'speed' is empty")
     speeds = _scaled(data.speed, RAD_PER_S, "rad/s", path) if "speed" in data.coords else [None] * len(values)
+    held_nodes = [conventions.node(label, str(path)) for label in data.node.values.tolist()]
     records = []
     for i, speed in enumerate(speeds):
         label = conventions.label_rad_per_s(path.name) if speed is None else float(speed)
@@ -211,11 +212,11 @@ def _read_netcdf(path, conventions, nodes):
                     "direction", probe.channel, directions, f"{path}; the channel of a probe is a direction"
                 )
             factor, d = probe.metres(stated, str(path)), directions.index(probe.channel)
-            for k, node in enumerate(data.node.values):
-                if probe.node in (None, int(node)):
-                    readings.append((probe, int(node), factor * values[i, k, d]))
+            for k, node in enumerate(held_nodes):
+                if probe.node in (None, node):
+                    readings.append((probe, node, factor * values[i, k, d]))
         if not readings:
-            held = ", ".join(str(int(node)) for node in data.node.values)
+            held = ", ".join(map(str, held_nodes))
             raise RotorstudyError(f"{where}: no probe of the rig file is at a node of this file (nodes {held})")
         signals = {}
         for name in ("keyphasor", "reference"):

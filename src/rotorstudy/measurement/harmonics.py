@@ -4,9 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rotorstudy.measurement.lines import Line, line_basis, orders_of_lines
 from rotorstudy.response.series import rotating_basis
 
 MOST_BLOCKS = 32
+SLOWEST = 64  # records: noise of power 1/f is taken to reach down to this period
+WHITE = (0.5, 0.99)  # prior probability that a record has no noise of power 1/f: of the mean, of another harmonic
+CORNERS = 12  # between white noise and noise of power 1/f
 FEWEST_BLOCKS = 6  # with fewer their scatter is too uncertain; the noise floor is used instead
 
 
@@ -83,6 +87,7 @@ class Harmonics:
     blocks     : (block, harmonic) complex, m; empty if there were too few revolutions
     noise_std  : standard deviation of a sample of x or y, m, from the residual
     shrinkage  : weights (0 to 1) of the common variance, and of zero correlation
+    lines      : Line of each spectral line that is not synchronous; they are in no other quantity
     """
 
     amplitude: np.ndarray
@@ -90,6 +95,7 @@ class Harmonics:
     blocks: np.ndarray
     noise_std: float
     shrinkage: tuple
+    lines: tuple[Line, ...] = ()
 
 
 def block_edges(revolutions):
@@ -101,14 +107,16 @@ def block_edges(revolutions):
 def estimate(signal, angle, revolutions, harmonics):
     """Harmonics of a record of whole revolutions.
 
-    The mean is harmonic 0. The covariance is that of the blocks of whole revolutions, shrunk (`shrunk_covariance`),
-    divided by the number of blocks in the record.
+    The mean is harmonic 0. Lines that are not synchronous are fitted together with the harmonics. The covariance is
+    that of the blocks of whole revolutions without these lines, shrunk (`shrunk_covariance`), divided by the number of
+    blocks in the record, with noise that is slower than a block (`with_slow_noise`).
 
     signal : (time,) complex, m; NaN where missing;  angle : (time,) rad, increasing;  harmonics : (harmonic,)
     """
     harmonics = np.asarray(harmonics)
     usable = np.isfinite(signal)
     basis = rotating_basis(angle, 1.0, harmonics)
+    signal, widened, lines = _without_lines(signal, angle, usable, basis, harmonics)
     amplitude, residual, inverse = fit_basis(signal[usable], basis[:, usable])
     freedom = max(1, usable.sum() - len(harmonics))
     noise_std = float(np.sqrt(np.sum(np.abs(residual) ** 2) / freedom / 2))
@@ -118,19 +126,62 @@ def estimate(signal, angle, revolutions, harmonics):
     full = np.flatnonzero(sizes >= 0.8 * (2 * np.pi * length) / np.median(np.diff(angle)))
     full = full[sizes[full] > 2 * len(harmonics)]
     if len(full) < FEWEST_BLOCKS:
-        lines = np.unique(np.rint(harmonics * revolutions).astype(int) % len(residual))
-        return Harmonics(
-            amplitude,
-            white_noise_covariance(residual, inverse, lines),
-            np.zeros((0, len(harmonics))),
-            noise_std,
-            (1, 1),
-        )
+        at = np.unique(np.rint(harmonics * revolutions).astype(int) % len(residual))
+        covariance = white_noise_covariance(residual, inverse, at) * widened
+        return Harmonics(amplitude, covariance, np.zeros((0, len(harmonics))), noise_std, (1, 1), lines)
     blocks = np.array([fit_basis(signal[c], basis[:, c])[0] for c in (usable & (block == b) for b in full)])
     parts = np.concatenate([blocks.real, blocks.imag], axis=1)
     covariance, shrinkage = shrunk_covariance(parts)
+    covariance = with_slow_noise(covariance, parts, harmonics)
     share = sizes[full].mean() / usable.sum()  # of a block in the record, by which the variance of the whole is smaller
-    return Harmonics(amplitude, covariance * share, blocks, noise_std, shrinkage)
+    return Harmonics(amplitude, covariance * share * widened, blocks, noise_std, shrinkage, lines)
+
+
+def _without_lines(signal, angle, usable, basis, harmonics):
+    """A signal without its lines that are not synchronous; what the covariance is multiplied by; the lines.
+
+    signal : (time,) complex, m, usable (time,) where it is finite;  basis : (harmonic, time)
+    """
+    orders = orders_of_lines(signal[usable], angle[usable], harmonics)
+    if not len(orders):
+        return signal, 1.0, ()
+    both = np.concatenate([basis, line_basis(angle, orders)])
+    amplitude, _, inverse = fit_basis(signal[usable], both[:, usable])
+    alone = np.linalg.inv(basis[:, usable].conj() @ basis[:, usable].T)
+    count = len(basis)
+    wider = np.tile(np.sqrt((np.diag(inverse)[:count] / np.diag(alone)).real), 2)
+    forward, backward = np.split(np.abs(amplitude[count:]), 2)
+    lines = tuple(map(Line, orders.tolist(), forward.tolist(), backward.tolist()))
+    return signal - amplitude[count:] @ both[count:], np.outer(wider, wider), lines
+
+
+def with_slow_noise(covariance, draws, harmonics):
+    """Covariance of draws (draw, component) that includes noise slower than a draw, which their scatter does not show.
+
+    The power of the draws at line k of their Fourier transform is B (1 + c / k): white noise plus noise of power 1/f,
+    down to one period in SLOWEST records. The variance of their mean, times their number, is then B times the integral
+    of (1 + c / |x|) sinc^2 x. It is averaged over the corner c, with the prior WHITE that there is no such noise; B is
+    marginalised (exponentially distributed powers). A line within a cycle of a harmonic is seen as slow noise of it.
+    """
+    count, size = len(draws), len(harmonics)
+    lines = np.arange(1, (count - 1) // 2 + 1)
+    power = np.abs(np.fft.fft(draws, axis=0)[lines]) ** 2 / count
+    power = power.reshape(len(lines), 2, size)  # real and imaginary parts have levels of their own
+    white, variance = np.diag(covariance).reshape(2, size), np.maximum(power.mean(axis=0), np.finfo(float).tiny)
+    corners = np.geomspace(1.0, 2.0 * count, CORNERS)
+    shape = 1 + np.concatenate([[0.0], corners])[:, None] / lines  # (corner, line)
+    level = np.maximum(
+        np.mean(power / shape[..., None, None], axis=1), np.finfo(float).tiny
+    )  # (corner, part, harmonic)
+    evidence = -2 * np.log(shape).sum(axis=1)[:, None] - len(lines) * np.log(level / variance).sum(axis=1)
+    prior = np.where(harmonics == 0, *WHITE)
+    known = np.concatenate([[prior], np.broadcast_to((1 - prior) / CORNERS, (CORNERS, size))])
+    weight = known * np.exp(evidence - evidence.max(axis=0))
+    weight = weight / weight.sum(axis=0)
+    slow = 3 - 2 * np.euler_gamma - 2 * np.log(2 * np.pi / SLOWEST)  # integral of sinc^2 x / |x| beyond 1 / SLOWEST
+    found = weight[0] * white + np.einsum("ch,cph->ph", weight[1:] * (1 + slow * corners)[:, None], level[1:])
+    wider = np.sqrt(np.maximum(found / np.maximum(white, np.finfo(float).tiny), 1)).ravel()
+    return covariance * np.outer(wider, wider)
 
 
 def shrunk_covariance(draws):

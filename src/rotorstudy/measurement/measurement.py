@@ -13,6 +13,7 @@ from rotorstudy.measurement.conventions import read_conventions
 from rotorstudy.measurement.facts import RecordFacts, node_facts
 from rotorstudy.measurement.files import is_table, read_file
 from rotorstudy.measurement.findings import Finding, worst_first
+from rotorstudy.measurement.nonsynchronous import check_lines
 from rotorstudy.measurement.records import Record, full_spectrum
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.measurement.spectrum_file import is_spectrum, load_imported
@@ -21,6 +22,7 @@ from rotorstudy.model.kinds import SpectrumMethod
 from rotorstudy.model.model import Model
 from rotorstudy.model.rig import RigFile, read_rig
 from rotorstudy.response.measured import measured_response
+from rotorstudy.response.statics import static_deflection
 
 
 @dataclass(frozen=True)
@@ -170,12 +172,14 @@ def read_measurement(paths: Sequence[str | Path], rig: str | Path | RigFile) -> 
     for path in paths:
         if is_table(path, conventions):
             spectra, notes = read_table(path, conventions, nodes)
-            found += [_of_table(path, speed, harmonics, conventions) for speed, harmonics in spectra]
+            read = [(_of_table(path, speed, harmonics, conventions), conventions) for speed, harmonics in spectra]
             findings += notes
         else:
-            found += [analyse(raw) for raw in read_file(path, conventions, nodes)]
+            read = [(analyse(raw), raw.conventions) for raw in read_file(path, conventions, nodes)]
+        found += [_about_rest(one, stated, rig.model) for one, stated in read]
     facts = [one.facts for one in found]
     findings += [finding for one in found for finding in one.findings]
+    findings += check_lines(facts)
     model = rig.measured_at(_sensors(rig, _common_nodes(facts)))
     usable = sorted((one for one in found if one.harmonics is not None), key=lambda one: one.speed)
     if not usable:
@@ -197,6 +201,29 @@ def _of_table(path, speed, of_node, conventions):
     """Analysed of one speed of a table."""
     nodes = {node: node_facts(amplitude, conventions.harmonics) for node, (amplitude, _) in of_node.items()}
     return Analysed(RecordFacts(f"{path}, {speed:.6g} rad/s", nodes, speed), [], speed, of_node)
+
+
+def _about_rest(analysed, conventions, model):
+    """The Analysed with displacements from the position at rest, the static deflection, if they count from the
+    unloaded line."""
+    harmonics = list(conventions.harmonics)
+    if conventions.displacement_zero == "at_rest" or analysed.harmonics is None:
+        return analysed
+    rotor = np.concatenate([np.zeros(0), *(term.theta for term in model.terms)])[: len(model.rotor_unknowns)]
+    sag = np.atleast_2d(static_deflection(model, [analysed.speed], rotor).value)[0]
+    if not np.isfinite(sag).all():
+        raise RotorstudyError(
+            "measurement.displacement_zero: unloaded_line needs the static deflection of the rig, and a bearing has no "
+            "value; give it one"
+        )
+    at = {node: sag[model.structure.index(node)] for node in analysed.harmonics}
+    shift = np.array([n == 0 for n in harmonics])
+    moved = {node: (size - shift * at[node], spread) for node, (size, spread) in analysed.harmonics.items()}
+    record = analysed.record
+    if record is not None:
+        sags = np.array([at[node] for node in record.sensors])
+        record = replace(record, displacement=record.displacement - sags[:, None])
+    return replace(analysed, harmonics=moved, record=record)
 
 
 def _common_nodes(facts):

@@ -34,7 +34,8 @@ def read_table(path, conventions, nodes):
     harmonic, node = _whole(text, "harmonic", path), _nodes(text, conventions, nodes, path)
     values, steps, inferred = _quantities(text, path)
     steps["reference_phase"] = np.where(harmonic == 0, 0, steps["reference_phase"])  # the mean has no reference phase
-    amplitude = values["amplitude"] * np.exp(1j * (values["phase"] - values["reference_phase"]))
+    lead = np.where((harmonic != 0) & (conventions.table_phase == "lag"), -1, 1)
+    amplitude = values["amplitude"] * np.exp(1j * lead * (values["phase"] - values["reference_phase"]))
     noise = conventions.table_noise_m**2
     along = steps["amplitude"] ** 2 / 12 + noise
     across = np.abs(amplitude) ** 2 * (steps["phase"] ** 2 + steps["reference_phase"] ** 2) / 12 + noise
@@ -73,7 +74,8 @@ def _open(path, layout):
 def _nodes(text, conventions, nodes, path):
     """(row,) node of the rig."""
     if "node" in text:
-        node = _whole(text, "node", path)
+        labels = _whole(text, "node", path)
+        node = np.array([conventions.node(label, str(path)) for label in labels.tolist()])
     elif conventions.table_node is not None:
         node = np.full(len(text), conventions.table_node)
     elif len(nodes) == 1:

@@ -6,9 +6,14 @@ dK [[s_xi, s_xe], [s_xe, s_eta]](a). The force on z is therefore
     dK e^{ja} (m(a) r + d(a) conj r),   m = (s_xi + s_eta) / 2,   d = (s_xi - s_eta) / 2 + j s_xe.
 
 The Fourier series of m and d give entries m_k on z with shift k and d_k on conj(z) with shift k + 2; an entry of shift
-n is multiplied by e^{jn*position}. Under weight dominance z is replaced by the static deflection (thesis Eqs. 2.16 to
-2.20, for a breathing function along xi alone).
+n is multiplied by e^{jn*position}.
+
+Under weight dominance z is replaced by the static deflection (thesis Eqs. 2.16 to 2.20, for a breathing function along
+xi alone). Breathing functions are stated for a shaft that the weight stretches below; where it stretches the upper side
+(`Structure.tension_side`), m and d are those of a + pi, so that m_k and d_k are multiplied by (-1)^k.
 """
+
+from functools import lru_cache
 
 import numpy as np
 
@@ -71,8 +76,14 @@ def crack_series(crack, order, options=None):
         given = crack.series(order, **(options or {}))
         _check_series(crack, given)
         return {k: np.append(s, [0, 0]) if np.ndim(s) == 0 else np.asarray(s) for k, s in given.items()}
+    return _transformed(crack, order, tuple(sorted((options or {}).items())))
+
+
+@lru_cache(maxsize=64)  # a diagnosis asks for the same one at every place and angle
+def _transformed(crack, order, options):
+    """Coefficients {k: (3,)} above round-off of a breathing function, by a discrete Fourier transform."""
     angle = (np.arange(SAMPLES) + 0.5) * 2 * np.pi / SAMPLES  # jumps at fractions of a revolution lie between samples
-    transform = np.fft.fft(breathing_function(crack, angle, options)) / SAMPLES
+    transform = np.fft.fft(breathing_function(crack, angle, dict(options))) / SAMPLES
     orders = range(-order, order + 1)
     found = {k: transform[:, k] * np.exp(-1j * k * angle[0]) for k in orders}
     return {k: s for k, s in found.items() if np.abs(s).max() > NOTHING}
@@ -118,12 +129,13 @@ def crack_parameters(
     options   : of the plugin
     """
     parameters, on = [], ("static", "static conj") if weight_dominance else ("z", "conj")
+    side = structure.tension_side(element)
     acting = {k: _on_z_and_conj(s) for k, s in crack_series(crack, order, options).items()}
     for name, (pattern, unit, typical) in structure.stiffness_loss_at(node, element).items():
         entries = []
         for k, factors in acting.items():
             for source, shift, factor in zip(on, (k, k + 2), factors, strict=True):
-                turned = factor * np.exp(1j * shift * angle_rad) if angle_rad else factor
+                turned = (side**k) * factor * np.exp(1j * shift * angle_rad) if angle_rad else (side**k) * factor
                 entries.append(Entry(pattern * turned, on=source, shift=shift))
         parameters.append(Parameter(name, unit, tuple(entries), typical))
     return parameters

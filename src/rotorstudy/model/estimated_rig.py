@@ -9,6 +9,7 @@ from rotorstudy.model.depth import keys_from_depth
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import SECTIONS, make_term
+from rotorstudy.model.rotor_numbers import is_rotor_number, rotor_with_changes
 from rotorstudy.model.uncertainty import uncertainty_section
 from rotorstudy.store import write_text
 
@@ -16,6 +17,7 @@ from rotorstudy.store import write_text
 def rig_with_estimate(rig: dict, model: Model, names: Sequence[str], theta: np.ndarray, covariance: np.ndarray) -> dict:
     """A rig dict with the estimated values, and their covariance in its section `prior`.
 
+    Numbers of the rotor become those of its options; their standard deviations are relative to the new values.
     Parameters that were not estimated keep their values and their stated covariance. An amplitude that the data do not
     determine (NaN, or infinite variance) is treated as not estimated.
 
@@ -36,9 +38,12 @@ def rig_with_estimate(rig: dict, model: Model, names: Sequence[str], theta: np.n
     -------
     dict
     """
+    theta = np.asarray(theta)
+    relative = np.array([1 + value if is_rotor_number(name) else 1.0 for name, value in zip(names, theta, strict=True)])
+    covariance = np.asarray(covariance) / np.outer(relative, relative)  # relative to the new value
     known = np.isfinite(theta) & np.isfinite(np.diag(covariance)) & (np.diag(covariance) > 0)
-    names, theta = [name for name, good in zip(names, known, strict=True) if good], np.asarray(theta)[known]
-    covariance = np.asarray(covariance)[np.ix_(known, known)]
+    names, theta = [name for name, good in zip(names, known, strict=True) if good], theta[known]
+    covariance = covariance[np.ix_(known, known)]
     result = rig_with_values(rig, model, dict(zip(names, theta, strict=True)))
     if model.uncertainty is not None:
         kept = [i for i, name in enumerate(model.uncertainty.names) if name not in names]
@@ -66,6 +71,9 @@ def rig_with_values(rig: dict, model: Model, values: dict[str, float]) -> dict:
     dict
     """
     result = dict(rig)
+    changes = {name: value for name, value in values.items() if is_rotor_number(name)}
+    if changes:
+        result["rotor"] = rotor_with_changes(rig["rotor"], model.structure, changes)
     for section in ("cracks", "bearings", "effects"):
         items = [_item(SECTIONS[section], item, model, values) for item in rig.get(section) or []]
         if items:

@@ -45,7 +45,13 @@ class Plugin:
 
 @dataclass(frozen=True)
 class Rotor(Plugin):
-    """function(**options) -> Structure"""
+    """function(**options) -> Structure
+
+    uncertain : path of a number among its options -> relative standard deviation where a rig states none, see
+                `rotorstudy.model.rotor_numbers`
+    """
+
+    uncertain: dict = field(default_factory=dict, compare=False)
 
 
 @dataclass(frozen=True)
@@ -92,14 +98,17 @@ class Bearing(Plugin):
 
 @dataclass(frozen=True)
 class Effect(Plugin):
-    """function(structure, **options) -> list of Parameter; for acts_on "output" function(sensors, **options).
+    """function(structure, **options) -> list of Parameter; for acts_on "output" function(sensors, **options),
+    or function(sensors, structure, **options) where the typical size follows from the rotor.
 
     confounders : names of effects it can be confused with, and what separates them; each must name this one too
     places    : function(structure, sensors) -> list of option dicts, one for each place where it can act; by default
                 each node (each sensor) if it has an option `node`, else one place without options
     candidate : whether diagnosis considers it as a cause; a free force at every harmonic would explain anything
     hypothesis : options with which diagnosis tries it, where a cause has more freedom than the defaults give
-    shape     : option -> (low, high), the search range of an option that enters nonlinearly
+    shape     : option -> (low, high), the search range of an option that enters nonlinearly, or (low, high, scale) in
+                units of one of the usual sizes of the rotor: `length`, `frequency`
+    alternatives : option -> function() -> its possible values, of which diagnosis tries each; the cause is the same
     fixed     : present with its typical amplitude or absent: a cable is swapped or not
     fold      : ratio of the phase of its amplitude to the angle of its direction: 2 for two stiffnesses
     positive  : its amplitudes cannot be negative (damping, stiffness loss of a crack)
@@ -113,6 +122,7 @@ class Effect(Plugin):
     candidate: bool = True
     hypothesis: dict = field(default_factory=dict, compare=False)
     shape: dict = field(default_factory=dict, compare=False)
+    alternatives: dict = field(default_factory=dict, compare=False)
     fixed: bool = False
     fold: int = 1
     positive: bool = False
@@ -127,6 +137,14 @@ class Effect(Plugin):
     def acts_on_output(self):
         """Whether it changes the measured displacement; otherwise it acts on the rotor."""
         return self.acts_on == "output"
+
+    def ranges(self, structure):
+        """Option -> (low, high), the search ranges of `shape` on a rotor, in the units of the options."""
+        found = {}
+        for name, (low, high, *scale) in self.shape.items():
+            size = getattr(structure.scales, scale[0]) if scale else 1.0
+            found[name] = (low * size, high * size)
+        return found
 
     def _usual_places(self, structure, sensors):
         if "node" not in option_names(self.function):

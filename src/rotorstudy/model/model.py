@@ -3,16 +3,24 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError, unknown_name
-from rotorstudy.model.structure import Structure
+from rotorstudy.model.structure import Matrices, Structure
 from rotorstudy.model.terms import NonlinearForce, Term, Unknown
+from rotorstudy.model.variation import Variation
 
 if TYPE_CHECKING:  # pydantic behind it takes half of the time in which the plugin library loads
     from rotorstudy.model.uncertainty import Uncertainty
+
+
+class Varied(NamedTuple):
+    """The numbers of the rotor that are parameters: positions (number,) in `rotor_unknowns`, and their Variation."""
+
+    positions: tuple[int, ...]
+    variation: Variation
 
 
 @dataclass(frozen=True)
@@ -87,6 +95,38 @@ class Model:
         return tuple(u for term in self.terms if not term.acts_on_output for u in term.unknowns)
 
     @cached_property
+    def varied(self) -> Varied | None:
+        """The numbers of the rotor that are parameters; None if all are known."""
+        for term in self.terms:
+            if term.variation:
+                first = self.names.index(term.unknowns[0].name)
+                return Varied(tuple(range(first, first + len(term.unknowns))), term.variation)
+        return None
+
+    @cached_property
+    def acting(self) -> tuple[tuple[int, Unknown], ...]:
+        """(position in `rotor_unknowns`, Unknown) of the amplitudes of effects, cracks and bearings."""
+        own = self.varied.positions if self.varied else ()
+        return tuple((p, unknown) for p, unknown in enumerate(self.rotor_unknowns) if p not in own)
+
+    def matrices(self, theta: np.ndarray) -> Matrices:
+        """Matrices of the rotor with the numbers that are parameters.
+
+        Parameters
+        ----------
+        theta : array (..., parameter)
+            Amplitudes in the order of `rotor_unknowns`, in the units of the parameters.
+
+        Returns
+        -------
+        Matrices
+            In SI, (..., dof, dof) and (..., dof); without the leading dimensions if no number is a parameter.
+        """
+        if self.varied is None:
+            return self.structure.matrices
+        return self.varied.variation.at(theta[..., self.varied.positions])
+
+    @cached_property
     def nonlinear_forces(self) -> tuple[tuple[int, NonlinearForce], ...]:
         """(position in `rotor_unknowns`, NonlinearForce) of the amplitudes that multiply a force in time."""
         return tuple((p, u.force) for p, u in enumerate(self.rotor_unknowns) if u.force)
@@ -106,7 +146,7 @@ class Model:
         """Positions (coordinate,), int, of the coordinates that are measured, or that a term depends or acts on."""
         seen = np.zeros(len(self.structure.dofs), bool)
         seen[self.measured] = True
-        for entry in (e for u in self.rotor_unknowns for e in u.entries):
+        for entry in (e for _, u in self.acting for e in u.entries):
             matrix = np.asarray(entry.matrix)
             seen |= matrix != 0 if matrix.ndim == 1 else (matrix != 0).any(axis=0) | (matrix != 0).any(axis=1)
         for _, force in self.nonlinear_forces:
@@ -132,7 +172,7 @@ class Model:
             return np.zeros(len(structure.dofs))
         springs = (
             e
-            for u in self.rotor_unknowns
+            for _, u in self.acting
             for e in u.entries
             if e.reads_motion and not (e.is_conjugate or e.order or e.shift)
         )

@@ -10,13 +10,14 @@ from rotorstudy.model.depth import keys_from_depth
 from rotorstudy.model.model import Model
 from rotorstudy.model.options import Whole, check_options, number_hint, option_names
 from rotorstudy.model.registry import registry
-from rotorstudy.model.structure import Structure
+from rotorstudy.model.structure import Origin, Structure
 from rotorstudy.model.terms import Entry, Parameter, Term
-from rotorstudy.model.uncertainty import read_uncertainty
+from rotorstudy.model.uncertainty import with_uncertainty
 from rotorstudy.store import read_yaml
 
 SECTIONS = {"rotor": "rotor", "cracks": "crack", "bearings": "bearing", "effects": "effect"}
 # `measurement` is read by rotorstudy.measurement, `diagnosis` by rotorstudy.diagnosis
+SPEEDS_TRIED = 12  # halved each time, to find one at which a bearing is defined
 OTHER = ("sensors", "static_deflection_m", "prior", "measurement", "diagnosis")
 
 
@@ -119,8 +120,11 @@ def build_model(rig: dict, where: str = "the rig") -> Model:
         raise RotorstudyError(f"section 'rotor' is missing in {where}")
     place = f"{where}, rotor"
     plugin = registry().get("rotor", _kind(rig["rotor"], place), place)
-    structure = plugin.function(**check_options(plugin.function, _rest(rig["rotor"]), place))
+    options = check_options(plugin.function, _rest(rig["rotor"]), place)
+    structure = plugin.function(**options)
     _check_structure(structure, plugin, place)
+    origin = Origin(plugin.function, options, plugin.uncertain)
+    structure = replace(structure, bearing_nodes=_bearing_nodes(rig), origin=origin)
     sensors = _sensors(rig.get("sensors"), structure, where)
     terms = []
     for section in ("cracks", "bearings", "effects"):
@@ -130,11 +134,46 @@ def build_model(rig: dict, where: str = "the rig") -> Model:
             )
         for i, item in enumerate(rig.get(section) or []):
             terms.append(make_term(SECTIONS[section], item, structure, sensors, f"{where}, {section}[{i}]"))
+        if section == "bearings" and rig.get(section):
+            structure = replace(structure, support=_support(structure, terms))
     held = _held_deflection(rig.get("static_deflection_m"), structure, where)
     model = Model(structure, tuple(terms), sensors, held)
     if rig.get("prior") is None:
         return model
-    return replace(model, uncertainty=read_uncertainty(rig["prior"], model, f"{where}, prior"))
+    return with_uncertainty(model, rig["prior"], f"{where}, prior")
+
+
+def _support(structure, terms):
+    """Static stiffness (dof, dof) of the bearings, N/m, those without a value with their typical one.
+
+    It gives the usual sizes of effects alone, so that a film may be taken at any speed at which it exists.
+    """
+    import numpy as np
+
+    found, speeds = np.zeros_like(structure.stiffness), structure.scales.frequency * 0.5 ** np.arange(SPEEDS_TRIED)
+    for term in (term for term in terms if term.carries):
+        for unknown, value in zip(term.unknowns, term.theta, strict=True):
+            size = unknown.typical if np.isnan(value) else value
+            for entry in unknown.entries:
+                if entry.on == "z" and entry.order == 0 and entry.shift == 0:
+                    found -= size * _gain_somewhere(entry, speeds) * np.real(entry.matrix)
+    return (found + found.T) / 2
+
+
+def _gain_somewhere(entry, speeds):
+    """Gain (real) of an entry at 0X at the first of some speeds where it exists; 0 if at none."""
+    for speed in speeds:
+        try:
+            return entry.gain_at(speed, 0).real
+        except RotorstudyError:  # outside its table, or without a film
+            continue
+    return 0.0
+
+
+def _bearing_nodes(rig):
+    """Nodes of the bearings; mistakes are found when their terms are made."""
+    items = rig.get("bearings") if isinstance(rig.get("bearings"), list) else []
+    return tuple(item["node"] for item in items if isinstance(item, dict) and isinstance(item.get("node"), int))
 
 
 def _held_deflection(given, structure, where):
@@ -218,7 +257,9 @@ def make_term(
             given = {**keys_from_depth(depth, plugin, structure, given, where), **given}
         options = _crack_options(plugin, given, where)
     else:
-        fixed = {"sensors": sensors} if acts_on == "output" else {"structure": structure}
+        fixed = {"sensors": sensors} if acts_on == "output" else {}
+        if acts_on != "output" or "structure" in option_names(function):
+            fixed["structure"] = structure
         names = option_names(function, fixed)
         options = check_options(function, {k: v for k, v in given.items() if k in names}, where, fixed)
     parameters = _parameters(function(**fixed, **options), plugin, where)

@@ -3,10 +3,36 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from rotorstudy.errors import CannotAct, unknown_name
+from rotorstudy.model.scales import Scales
+
+
+class Matrices(NamedTuple):
+    """Mass, stiffness and gyroscopic matrix (..., dof, dof), and static load (..., dof), of a rotor."""
+
+    mass: np.ndarray
+    stiffness: np.ndarray
+    gyroscopic: np.ndarray
+    static_load: np.ndarray
+
+
+class Origin(NamedTuple):
+    """What a structure was built from: the function of its rotor plugin, all its options, and its uncertain numbers.
+
+    uncertain : path of a number -> usual relative standard deviation, as the plugin states
+    """
+
+    function: Callable
+    options: dict
+    uncertain: dict
+
+    def rebuilt(self, options: dict) -> "Structure":
+        """The Structure with other options."""
+        return self.function(**options)
 
 
 @dataclass(frozen=True)
@@ -19,6 +45,12 @@ class Structure:
     stiffness_loss : name -> (pattern (dof, dof), unit, typical size), the stiffness lost by a crack; if it can be at
                      several places, a function(node, element) -> such a dict, one argument being None
     shape_at    : position along the shaft, m -> (dof,) deflection there by a unit of each coordinate; None if unknown
+    curvature_at : element -> (dof,) mean curvature of the shaft there by a unit of each coordinate; None if unknown
+    bearing_nodes : nodes carried by bearings, which are terms
+    gravity     : its acceleration, m/s^2; None if it follows from the static load, see `acceleration_of_gravity`
+    support     : (dof, dof) static stiffness of the bearings, N/m; for usual sizes alone, as bearings are terms
+    vibration   : usual vibration in the records to be explained, m; for usual sizes alone
+    origin      : the Origin, set where a rig is read; None for a structure without a plugin
     """
 
     mass: np.ndarray
@@ -28,6 +60,40 @@ class Structure:
     dofs: tuple[tuple[int, str], ...]
     stiffness_loss: dict | Callable = field(default_factory=dict)
     shape_at: Callable | None = None
+    curvature_at: Callable | None = None
+    bearing_nodes: tuple[int, ...] = ()
+    gravity: float | None = None
+    support: np.ndarray | None = None
+    vibration: float = 0.0
+    origin: Origin | None = None
+
+    @cached_property
+    def along(self) -> np.ndarray:
+        """Motion (dof,) of all nodes by one in the same direction, of unit 1."""
+        return np.array([float(motion == "translation") for _, motion in self.dofs])
+
+    @cached_property
+    def acceleration_of_gravity(self) -> float:
+        """Along the downward x axis, m/s^2: as stated, else static load over mass (exact if no node is held)."""
+        if self.gravity is not None:
+            return self.gravity
+        inertia = self.mass @ self.along
+        return float(self.static_load @ inertia / (inertia @ inertia)) if inertia.any() else 0.0
+
+    @cached_property
+    def scales(self) -> Scales:
+        """Usual sizes of this rotor on its supports, for the typical sizes of effects."""
+        return Scales(self)
+
+    @property
+    def supported_stiffness(self) -> np.ndarray:
+        """Stiffness (dof, dof) with that of the bearings where known, N/m."""
+        return self.stiffness if self.support is None else self.stiffness + self.support
+
+    @property
+    def matrices(self) -> Matrices:
+        """Mass, stiffness, gyroscopic matrix and static load."""
+        return Matrices(self.mass, self.stiffness, self.gyroscopic, self.static_load)
 
     @property
     def nodes(self) -> tuple[int, ...]:
@@ -161,11 +227,37 @@ class Structure:
             found.append({"element": element})
         return found
 
+    def tension_side(self, element: int | None) -> int:
+        """On which side of an element bending by the weight stretches the shaft: there a crack is open.
+
+        It is the lower side between bearings and the upper one of an overhung end. The bearings are taken as rigid,
+        which is exact for two of them: the moment then follows from equilibrium alone.
+
+        Parameters
+        ----------
+        element : int or None
+            None for a crack whose place along the shaft is not known.
+
+        Returns
+        -------
+        int
+            1 below (also where the moment is zero or not known), -1 above.
+        """
+        if element is None or self.curvature_at is None or not np.any(self.static_load):
+            return 1
+        held = [i for i, (node, motion) in enumerate(self.dofs) if node in self.bearing_nodes and motion != "tilt"]
+        free = np.setdiff1d(np.arange(len(self.dofs)), held)
+        carried = self.stiffness[np.ix_(free, free)]
+        if not _is_regular(carried):
+            return 1
+        deflection = np.zeros(len(self.dofs))
+        deflection[free] = np.linalg.solve(carried, self.static_load[free])
+        return -1 if self.curvature_at(element) @ deflection > 0 else 1
+
     @cached_property
     def is_supported(self) -> bool:
         """Whether rigid supports carry the load; otherwise bearings do, which are terms."""
-        scale = np.sqrt(np.abs(np.diag(self.stiffness)))  # translations and tilts have different units
-        return bool(scale.all() and np.linalg.cond(self.stiffness / np.outer(scale, scale)) < 1e14)
+        return _is_regular(self.stiffness)
 
     @cached_property
     def static_deflection(self) -> np.ndarray:
@@ -173,6 +265,12 @@ class Structure:
         if not np.any(self.static_load) or not self.is_supported:
             return np.zeros(len(self.dofs))
         return np.linalg.solve(self.stiffness, self.static_load)
+
+
+def _is_regular(stiffness):
+    """Whether a stiffness matrix (dof, dof) carries every load."""
+    scale = np.sqrt(np.abs(np.diag(stiffness)))  # translations and tilts have different units
+    return bool(scale.all() and np.linalg.cond(stiffness / np.outer(scale, scale)) < 1e14)
 
 
 def sensor_unit(sensors, node=None):

@@ -15,12 +15,16 @@ The response, the regression columns, the Jacobian and the force in time all fol
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from rotorstudy.errors import PluginError
+
+if TYPE_CHECKING:
+    from rotorstudy.model.variation import Variation
+FEW_PLACES = 4  # nonzero elements of a matrix, up to which their single products are faster
 
 
 @dataclass(frozen=True)
@@ -224,6 +228,7 @@ class Term:
     acts_on : "rotor" (right-hand side of the equations of motion) or "output" (the measured displacement)
     carries : whether it carries the static load (a bearing), so that it does not act on the static deflection
     label   : distinguishes terms of the same kind; it becomes part of the names, "eccentricity[left]"
+    variation : of the numbers of the rotor, its matrices at any change of them; the entries are their derivatives
     """
 
     kind: str
@@ -232,6 +237,7 @@ class Term:
     acts_on: Literal["rotor", "output"] = "rotor"
     label: str = ""
     carries: bool = False
+    variation: "Variation | None" = None
 
     @property
     def acts_on_output(self) -> bool:
@@ -327,6 +333,11 @@ def apply_entries(entries, amplitudes, speed, harmonics, reference=None):
         factor = _gain(entry, speed[:, None], np.array(order)[row])
         if entry.order:
             factor = factor * (1j * source_harmonic * speed[:, None]) ** entry.order
+        if len(entry.places) > FEW_PLACES:
+            source = amplitudes[..., column, :]
+            moved = (source.conj() if mirrored else source) @ np.asarray(entry.matrix).T
+            force[..., row, :] += np.asarray(factor)[..., None] * moved
+            continue
         for i, j, value in entry.places:
             source = amplitudes[..., column, j]
             force[..., row, i] += (factor * value) * (source.conj() if mirrored else source)

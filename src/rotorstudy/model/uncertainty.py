@@ -12,6 +12,7 @@ The values themselves stay in the items of the rig.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -19,6 +20,8 @@ from pydantic import Field
 
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.configuration import Strict, check_config
+from rotorstudy.model.model import Model
+from rotorstudy.model.rotor_numbers import with_rotor_numbers
 
 ROUND_OFF = 1e-9  # of a correlation: tolerated asymmetry of a matrix that is read
 REGULAR = 1e-9  # least eigenvalue of correlations that are written: smaller ones are round-off of a singular fit
@@ -44,21 +47,20 @@ class Section(Strict):
     correlations: list[list[float]] | None = None
 
 
-def read_uncertainty(section: dict, model, where: str) -> Uncertainty:
-    """The Uncertainty stated in a rig.
+def with_uncertainty(model: Model, section: dict, where: str) -> Model:
+    """The model with the Uncertainty stated in a rig; numbers of its rotor named there become parameters.
 
     Parameters
     ----------
+    model : Model
     section : dict
         The section `prior`.
-    model : Model
-        Model with the named parameters.
     where : str
         Place of the section, for error messages.
 
     Returns
     -------
-    Uncertainty
+    Model
 
     Raises
     ------
@@ -69,6 +71,7 @@ def read_uncertainty(section: dict, model, where: str) -> Uncertainty:
     if not isinstance(section, dict):
         raise RotorstudyError(f"{where}: must be keys and values (parameters, standard_deviations, correlations)")
     given = check_config(Section, section, where)
+    model = with_rotor_numbers(model, given.parameters, where)
     names, count = given.parameters, len(given.parameters)
     values = dict(zip(model.names, np.concatenate([term.theta for term in model.terms] or [[]]), strict=True))
     for name in names:
@@ -83,7 +86,8 @@ def read_uncertainty(section: dict, model, where: str) -> Uncertainty:
     if len(given.standard_deviations) != count:
         raise RotorstudyError(f"{len(given.standard_deviations)} standard deviations in {where} for {count} parameters")
     std = np.array(given.standard_deviations)
-    return Uncertainty(tuple(names), np.outer(std, std) * _correlation(given.correlations, count, where))
+    covariance = np.outer(std, std) * _correlation(given.correlations, count, where)
+    return replace(model, uncertainty=Uncertainty(tuple(names), covariance))
 
 
 def _correlation(rows, count, where):

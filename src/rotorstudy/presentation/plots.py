@@ -46,15 +46,23 @@ def figure(rows=1, columns=1, height=2.4, width=COLUMN_WIDTH, **options):
     return plt.subplots(rows, columns, figsize=size, layout="constrained", squeeze=False, **options)
 
 
+def _lay_out(picture, dpi):
+    """Fix the layout of a figure that is then saved with this dpi; with a layout engine, each file is drawn twice."""
+    picture.set_dpi(dpi)
+    if engine := picture.get_layout_engine():
+        engine.execute(picture)
+        picture.set_layout_engine(None)
+
+
 def save_figure(picture, *paths):
     """Write a figure to every path given (PNG, SVG, PDF), atomically and without the date: rebuilds are identical."""
     import matplotlib.pyplot as plt
 
     without_date = {".png": {"Software": None}, ".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+    _lay_out(picture, STYLE["savefig.dpi"])
     for path in paths:
         with atomic(path) as temporary:
             picture.savefig(temporary, metadata=without_date[temporary.suffix])
-        picture.set_layout_engine("none")  # keep the layout of the first
     plt.close(picture)
 
 
@@ -65,6 +73,7 @@ def png_bytes(picture, dpi=80):
     import matplotlib.pyplot as plt
 
     stream = io.BytesIO()
+    _lay_out(picture, dpi)
     picture.savefig(stream, format="png", dpi=dpi, metadata={"Software": None})
     plt.close(picture)
     return stream.getvalue()

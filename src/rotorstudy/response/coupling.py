@@ -57,6 +57,14 @@ def layout(model, harmonics, order=COUPLED_ORDER):
     return _layout(*links, bool(model.nonlinear_forces), tuple(int(n) for n in harmonics), order)
 
 
+def layout_without_turning(model, blocks):
+    """The Layout of the same harmonics if no coefficient turned with the shaft."""
+    rotor = frozenset(
+        (e.is_conjugate, 0) for u in model.rotor_unknowns for e in u.entries if e.reads_motion and not e.shift
+    )
+    return _layout(rotor, frozenset(), False, tuple(blocks.harmonics.tolist()), 0)
+
+
 @lru_cache(maxsize=256)
 def _layout(rotor, output, has_local_forces, harmonics, order):
     """The Layout for the entries of the rotor and of the output, each given as (conjugate, shift)."""

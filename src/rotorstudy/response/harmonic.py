@@ -20,12 +20,15 @@ from rotorstudy.response.coupling import (
     check_speed,
     gather,
     layout,
+    layout_without_turning,
     linked_members,
     mirrored_unknown,
 )
 from rotorstudy.response.statics import static_deflection
+from rotorstudy.response.turning import touched_by_turning, turning
 
 NUMBERS_AT_ONCE = 5e7  # complex numbers in the matrices of one solve, 0.8 GB; above it, speeds are split into parts
+FEWER_BY = 2  # harmonics are coupled on the coordinates that turn if that takes less than a half of the operations
 CONDENSED_AT_MOST = 1e4  # ratio of the condensed part to the stiffness; above it four of sixteen digits would be lost
 
 
@@ -128,8 +131,8 @@ def positions(harmonics, blocks):
     return [int(np.flatnonzero(blocks.harmonics == n)[0]) for n in harmonics]
 
 
-def operator(model, theta, speed, blocks, kept=None):
-    """Dynamic stiffness D of each group, D q = force.
+def operator(model, theta, speed, blocks, kept=None, *, turning=True):
+    """Dynamic stiffness D of each group, D q = force; without the coefficients that turn, unless `turning`.
 
     theta   : (..., rotor parameter)
     speed   : (speed,) rad/s
@@ -137,25 +140,23 @@ def operator(model, theta, speed, blocks, kept=None):
     returns : list of (..., speed, block, member * dof, member * dof) complex
     raises  : LinAlgError if the condensed coordinates resonate by themselves, so that digits would be lost
     """
-    structure, carried = model.structure, blocks.harmonics
+    structure, carried, matrices = model.structure, blocks.harmonics, model.matrices(theta)
     kept = np.arange(len(structure.dofs)) if kept is None else kept
     count, dof = len(carried), len(kept)
     speed = np.asarray(speed, float)
     result = []
     for group in blocks.groups:
         n = np.where(group < count, carried[group % count], -carried[group % count])  # harmonic of the equation
-        nw = n * speed[:, None, None]
-        base = structure.stiffness - (nw**2)[..., None, None] * structure.mass
-        base = base + (nw * speed[:, None, None])[..., None, None] * structure.gyroscopic
+        base = _uncoupled(matrices, n, speed[:, None, None])
         base = _condensed(base, kept, np.diag(structure.stiffness))
         base = np.where((group < count)[..., None, None], base, base.conj())
         full = np.zeros((*theta.shape[:-1], len(speed), *group.shape, dof, group.shape[1], dof), complex)
         for m in range(group.shape[1]):
-            full[..., m, :, m, :] = base[:, :, m]
+            full[..., m, :, m, :] = base[..., m, :, :]
         result.append(full)
     at = {int(coordinate): i for i, coordinate in enumerate(kept)}
-    for p, unknown in enumerate(model.rotor_unknowns):
-        for entry in (e for e in unknown.entries if e.reads_motion and e.places):
+    for p, unknown in model.acting:
+        for entry in (e for e in unknown.entries if e.reads_motion and e.places and (turning or not e.shift)):
             i, j, value = (np.array(part) for part in zip(*entry.places, strict=True))
             i, j = ([at[k] for k in part.tolist()] for part in (i, j))
             for full, (n, is_w, block, row, column) in zip(
@@ -168,6 +169,14 @@ def operator(model, theta, speed, blocks, kept=None):
                 both = np.where(is_w[:, None], both.conj(), both)
                 full[..., block, row, i, column, j] -= theta[..., p, None, None, None] * both
     return [full.reshape(*full.shape[:-4], full.shape[-4] * dof, full.shape[-4] * dof) for full in result]
+
+
+def _uncoupled(matrices, n, speed):
+    """Dynamic stiffness (..., harmonics and speeds, dof, dof) of the rotor alone; n and speed broadcast together."""
+    nw = n * speed
+    lead = (..., *[None] * nw.ndim, slice(None), slice(None))
+    base = matrices.stiffness[lead] - (nw**2)[..., None, None] * matrices.mass[lead]
+    return base + (nw * speed)[..., None, None] * matrices.gyroscopic[lead]
 
 
 def _condensed(matrix, kept, stiffness):
@@ -183,6 +192,45 @@ def _condensed(matrix, kept, stiffness):
     return rows[..., kept] - passed
 
 
+def solver(model, theta, speed, blocks, kept=None):
+    """Function from force to motion, both (..., speed, harmonic, dof, column), and the coordinates where it is nonzero.
+
+    theta : (..., rotor parameter);  speed : (speed,) rad/s;  kept : see `operator`; all coordinates by default
+    """
+    dof = len(model.structure.dofs)
+    kept = np.arange(dof) if kept is None else kept
+    touched = touched_by_turning(model)
+    whole = sum(len(group) * (group.shape[1] * len(kept)) ** 3 for group in blocks.groups)
+    # complex numbers take four times as long as the real ones of the coordinates touched
+    few = len(touched) and FEWER_BY * (2 * len(blocks.harmonics) * len(touched)) ** 3 < 4 * whole
+    own = layout_without_turning(model, blocks) if few else blocks
+    try:
+        matrices = operator(model, theta, speed, own, kept, turning=not few)
+    except np.linalg.LinAlgError:
+        kept = np.arange(dof)
+        matrices = operator(model, theta, speed, own, turning=not few)
+
+    def solved(force):
+        if len(kept) == dof:
+            return solve(matrices, force, own, speed)
+        found = np.zeros(force.shape, complex)
+        found[..., kept, :] = solve(matrices, force[..., kept, :], own, speed)
+        return found
+
+    if not few:
+        return solved, kept
+    coupled = turning(model, theta, speed, blocks.harmonics, touched, solved)
+
+    def solved_with_turning(force):
+        try:
+            found = coupled.added_to(solved(force))
+        except np.linalg.LinAlgError:
+            found = np.array(np.nan)
+        return _checked_motion(found, speed)
+
+    return solved_with_turning, kept
+
+
 def reference_of(unknown, deflection):
     """The static deflection that an amplitude acts on: none for bearings, whose static force balances the load."""
     return None if unknown.carries else deflection
@@ -192,7 +240,7 @@ def static_force(model, theta, speed, carried, deflection):
     """Force harmonics (..., speed, harmonic, dof), N, at the static deflection (dof,) or (..., speed, dof)."""
     rest = np.zeros((len(speed), len(carried), len(model.structure.dofs)), complex)
     force = np.zeros((*theta.shape[:-1], *rest.shape), complex)
-    for p, unknown in enumerate(model.rotor_unknowns):
+    for p, unknown in model.acting:
         given = tuple(e for e in unknown.entries if e.order == 0)
         if given:
             column = apply_entries(given, rest, speed, carried, reference_of(unknown, deflection))
@@ -212,38 +260,32 @@ def carried_response(model, speed, theta, blocks, jacobian, kept=None):
         found, derivatives = zip(*parts, strict=True)
         return np.concatenate(found, axis=-3), np.concatenate(derivatives, axis=-4) if jacobian else None
     rotor = theta[..., : len(model.rotor_unknowns)]
-    try:
-        matrices = operator(model, rotor, speed, blocks, kept)
-    except np.linalg.LinAlgError:
-        kept = np.arange(dof)
-        matrices = operator(model, rotor, speed, blocks)
-
-    def solved(force):  # (..., speed, harmonic, dof, column)
-        if len(kept) == dof:
-            return solve(matrices, force, blocks, speed)
-        found = np.zeros(force.shape, complex)
-        found[..., kept, :] = solve(matrices, force[..., kept, :], blocks, speed)
-        return found
-
+    solved, kept = solver(model, rotor, speed, blocks, kept)
     deflection, moved = static_deflection(model, speed, rotor, jacobian=jacobian)
     force = static_force(model, rotor, speed, blocks.harmonics, deflection)
-    force[..., blocks.harmonics == 0, :] += model.static_residual
+    if model.static_residual.any():
+        load = model.matrices(rotor).static_load
+        force[..., blocks.harmonics == 0, :] += load if load.ndim == 1 else load[..., None, None, :]
     found = solved(force[..., None])[..., 0]
     tangents = None
     if model.nonlinear_forces:
-        found, tangents = _with_nonlinear_forces(model, rotor, speed, blocks, matrices, deflection, found)
+        found, tangents = _with_nonlinear_forces(model, rotor, speed, blocks, solved, deflection, found)
     if not jacobian:
         return found, None
-    columns = [
-        apply_entries(u.entries, found, speed, blocks.harmonics, reference_of(u, deflection))
-        for u in model.rotor_unknowns
-    ]
+    columns = {
+        p: apply_entries(u.entries, found, speed, blocks.harmonics, reference_of(u, deflection))
+        for p, u in model.acting
+    }
+    if model.varied:
+        own = _columns_of_the_rotor(model, rotor, speed, blocks.harmonics, found, kept)
+        columns |= dict(zip(model.varied.positions, own, strict=True))
     for p, local in model.nonlinear_forces:
         columns[p] = nonlinear_column(local, found, speed, blocks.harmonics, deflection)
     if moved:
         forces = _moved_force(model, rotor, speed, blocks.harmonics, np.stack(list(moved.values())))
         for p, force in zip(moved, np.broadcast_to(forces, (len(moved), *found.shape)), strict=True):
             columns[p] = columns[p] + force
+    columns = [columns[p] for p in range(len(columns))]
     columns = np.stack(columns, axis=-1) if columns else np.zeros((*found.shape, 0))
     derivatives = np.zeros((*found.shape, theta.shape[-1]), complex)
     changes = solved(columns)
@@ -254,6 +296,30 @@ def carried_response(model, speed, theta, blocks, jacobian, kept=None):
     return found, derivatives
 
 
+def _columns_of_the_rotor(model, theta, speed, carried, found, kept):
+    """Derivatives (number, ..., speed, harmonic, dof) of the force by the numbers of the rotor; zero except at `kept`.
+
+    Coordinates that are condensed follow the others; what acts on them is passed on to the others.
+    """
+    varied, gone = model.varied, np.setdiff1d(np.arange(found.shape[-1]), kept)
+    slopes = varied.variation.slopes_at(theta[..., varied.positions])
+    if len(gone):
+        rows = _uncoupled(model.matrices(theta), carried, speed[:, None])[..., gone, :]
+        inner, outer = rows[..., gone], rows[..., kept]
+        found = found.copy()
+        found[..., gone] = -np.linalg.solve(inner, outer @ found[..., kept, None])[..., 0]
+    nw = (speed[:, None] * carried)[..., None]
+    pairs = ((slopes.stiffness, -1.0), (slopes.mass, nw**2), (slopes.gyroscopic, -nw * speed[:, None, None]))
+    columns = sum(np.einsum("...pij,...shj->p...shi", slope, factor * found) for slope, factor in pairs)
+    if model.static_residual.any():
+        columns[..., carried == 0, :] += np.moveaxis(slopes.static_load, -2, 0)[..., None, None, :]
+    if len(gone):  # the matrices of a rotor are symmetric
+        passed = np.linalg.solve(inner, np.moveaxis(columns[..., gone], 0, -1))
+        columns[..., kept] -= np.moveaxis(np.swapaxes(outer, -1, -2) @ passed, -1, 0)
+        columns[..., gone] = 0
+    return columns
+
+
 def solve(matrices, force, blocks, speed):
     """Solve D q = force in every group; force and result (..., speed, harmonic, dof, column)."""
     try:
@@ -261,6 +327,11 @@ def solve(matrices, force, blocks, speed):
             found = _solve_groups(matrices, force, blocks)
     except np.linalg.LinAlgError:
         found = np.array(np.nan)
+    return _checked_motion(found, speed)
+
+
+def _checked_motion(found, speed):
+    """The motion, or NoSteadyState unless it is finite."""
     if not np.isfinite(found).all():
         raise NoSteadyState(
             f"no steady state at one of {_some(speed)} rad/s: a harmonic coincides with an undamped natural "
@@ -290,7 +361,7 @@ def _solve_groups(matrices, force, blocks):
     return result
 
 
-def _with_nonlinear_forces(model, theta, speed, blocks, matrices, deflection, linear):
+def _with_nonlinear_forces(model, theta, speed, blocks, solved, deflection, linear):
     """Harmonics (..., speed, harmonic, dof) with the nonlinear forces, and Tangents (..., speed)."""
     carried, dof = blocks.harmonics, len(model.structure.dofs)
     seen = seen_coordinates([force for _, force in model.nonlinear_forces])
@@ -299,7 +370,7 @@ def _with_nonlinear_forces(model, theta, speed, blocks, matrices, deflection, li
     unit[row, column, row, seen[column]] = 1
     unit = np.moveaxis(unit.reshape(-1, len(carried), dof), 0, -1)
     unit = np.broadcast_to(np.concatenate([unit, 1j * unit], axis=-1), (*linear.shape, 2 * unit.shape[-1]))
-    reply = solve(matrices, unit, blocks, speed)
+    reply = solved(unit)
     deflection = np.broadcast_to(deflection, (*linear.shape[:-2], dof))
     found, tangents = np.empty_like(linear), np.empty(linear.shape[:-2], object)
     for place in np.ndindex(tangents.shape):
@@ -314,7 +385,7 @@ def _moved_force(model, theta, speed, carried, change):
     """Change of `static_force` by changes (change, ..., speed, dof) of the static deflection."""
     rest = np.zeros((len(speed), len(carried), len(model.structure.dofs)), complex)
     force = np.zeros((), complex)
-    for p, unknown in enumerate(model.rotor_unknowns):
+    for p, unknown in model.acting:
         acting = tuple(e for e in unknown.entries if e.order == 0 and not e.is_constant)
         if acting and not unknown.carries:
             force = force + theta[..., p, None, None, None] * apply_entries(acting, rest, speed, carried, change)

@@ -5,6 +5,7 @@ from numpy.typing import ArrayLike
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.model import Model
+from rotorstudy.response.coefficients import time_matrices
 from rotorstudy.response.coupling import check_speed, forced_harmonics
 from rotorstudy.response.harmonic import harmonic_response
 from rotorstudy.response.series import rotating_basis
@@ -88,7 +89,7 @@ def time_response(
     if model.held_deflection is not None:
         raise RotorstudyError("a prescribed static deflection is no equilibrium: it cannot be integrated in time")
     reference = np.broadcast_to(static_deflection(model, [speed], theta).value, (1, dof))[0]
-    constant, stiffness, damping, mass = _time_matrices(model, theta, speed, reference)
+    constant, stiffness, damping, mass = time_matrices(model, theta, speed, reference)
     inverse_mass = np.linalg.inv(structure.mass + mass)
     shifts = np.array(sorted({*constant, *stiffness["z"], *stiffness["conj"], *damping["z"], *damping["conj"], 0}))
     table = {
@@ -159,29 +160,3 @@ def transient_response(model, speed, time, theta=None, *, start=None):
     share = np.linalg.solve(modes, np.concatenate([displacement, velocity]))
     steady = rotating_basis(time, speed, harmonics).T @ amplitude
     return steady + np.exp(np.multiply.outer(time, values)) @ (share[:, None] * modes[:dof].T)
-
-
-def _time_matrices(model, theta, speed, deflection):
-    """Sums of all entries by shift: constant force, stiffness and damping on z and conj(z), and added mass."""
-    constant, mass = {}, 0
-    stiffness, damping = {"z": {}, "conj": {}}, {"z": {}, "conj": {}}
-    for value, unknown in zip(theta, model.rotor_unknowns, strict=False):
-        for entry in unknown.entries:
-            if entry.frequency_only:
-                raise RotorstudyError(
-                    f"{unknown.name!r} is defined in the frequency domain only: it cannot be integrated in time"
-                )
-            amount = value * entry.gain_at(speed, 0) * np.asarray(entry.matrix)
-            if not entry.reads_motion:
-                target = constant
-                if not entry.is_constant:
-                    amount = amount @ (np.conj(deflection) if entry.is_conjugate else deflection)
-            elif entry.order < 2:
-                target = (stiffness, damping)[entry.order][entry.on]
-            elif not (entry.is_conjugate or entry.shift):
-                mass = mass - amount
-                continue
-            else:
-                raise RotorstudyError(f"{unknown.name!r} has an inertia that rotates; it cannot be integrated in time")
-            target[entry.shift] = target.get(entry.shift, 0) + amount
-    return constant, stiffness, damping, mass

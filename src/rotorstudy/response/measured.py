@@ -13,11 +13,10 @@ from rotorstudy.response.coupling import COUPLED_ORDER, layout
 from rotorstudy.response.harmonic import (
     Linearised,
     carried_response,
-    operator,
     positions,
     reference_of,
     response_inputs,
-    solve,
+    solver,
 )
 from rotorstudy.response.statics import static_deflection
 
@@ -135,7 +134,7 @@ def replies(model, speed, harmonics, unknowns, theta=None, *, order=COUPLED_ORDE
     still = np.zeros((len(speed), len(blocks.harmonics), len(model.structure.dofs)))
     forces = [apply_entries(u.entries, still, speed, blocks.harmonics) for u in unknowns]
     own = theta[: len(model.rotor_unknowns)]
-    return solve(operator(model, own, speed, blocks), np.stack(forces, axis=-1), blocks, speed)
+    return solver(model, own, speed, blocks)[0](np.stack(forces, axis=-1))
 
 
 def sensitivities(model, speed, harmonics, unknowns, theta=None, *, order=COUPLED_ORDER, motion=None):
@@ -160,7 +159,8 @@ def sensitivities(model, speed, harmonics, unknowns, theta=None, *, order=COUPLE
             else nonlinear_column(u.force, found, speed, blocks.harmonics, deflection)
             for u in rotor
         ]
-        moved = solve(operator(model, own, speed, blocks), np.stack(forces, axis=-1), blocks, speed)
+        solved, _ = solver(model, own, speed, blocks)
+        moved = solved(np.stack(forces, axis=-1))
         shown[..., : len(rotor)] = moved[..., model.measured, :]
     true = found[..., model.measured]
     for p, unknown in enumerate(output, start=len(rotor)):

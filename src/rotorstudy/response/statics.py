@@ -29,14 +29,17 @@ def static_deflection(model, speed, theta, *, jacobian=False):
     theta : (..., parameter), of which only the amplitudes that carry load matter
     raises : NoSteadyState if the bearings do not carry the load
     """
-    structure = model.structure
-    if model.held_deflection is not None or not model.is_carried or not structure.static_load.any():
-        held = model.held_deflection
-        return Deflection(structure.static_deflection if held is None else held, {})
+    structure, varied, held = model.structure, model.varied, model.held_deflection
+    if held is not None:
+        return Deflection(held, {})
+    if not structure.static_load.any() or not (model.is_carried or (varied and structure.is_supported)):
+        return Deflection(structure.static_deflection, {})
+    matrices = model.matrices(theta)
     carrying = [p for p, unknown in enumerate(model.rotor_unknowns) if unknown.carries]
     dof, speed = len(structure.dofs), np.asarray(speed, float)
     springs = {p: _springs(model.rotor_unknowns[p], speed, dof) for p in carrying}  # on z and on conj(z)
-    on_z = np.broadcast_to(structure.stiffness, (*theta.shape[:-1], len(speed), dof, dof)).astype(complex)
+    shape = (*theta.shape[:-1], len(speed), dof, dof)
+    on_z = np.broadcast_to(matrices.stiffness[..., None, :, :], shape).astype(complex)
     on_conj = np.zeros_like(on_z)
     for p, (direct, mirrored) in springs.items():
         amount = theta[..., p, None, None, None]
@@ -51,12 +54,16 @@ def static_deflection(model, speed, theta, *, jacobian=False):
         except np.linalg.LinAlgError:
             raise NoSteadyState("the bearings do not carry the rotor: their stiffness matrix is singular") from None
 
-    value = solve(structure.static_load.astype(complex)[:, None])[..., 0]
+    value = solve(matrices.static_load[..., None, :, None].astype(complex))[..., 0]
     if not jacobian:
         return Deflection(value, {})
-    forces = [_times(direct, value) + _times(mirrored, value.conj()) for direct, mirrored in springs.values()]
-    changes = solve(np.stack(forces, axis=-1))
-    return Deflection(value, dict(zip(springs, np.moveaxis(changes, -1, 0), strict=True)))
+    forces = {p: _times(direct, value) + _times(mirrored, value.conj()) for p, (direct, mirrored) in springs.items()}
+    if varied:
+        slopes = varied.variation.slopes_at(theta[..., varied.positions])
+        more = slopes.static_load[..., None, :] - np.einsum("...pij,...sj->...psi", slopes.stiffness, value)
+        forces |= dict(zip(varied.positions, np.moveaxis(more, -3, 0), strict=True))
+    changes = solve(np.stack(list(forces.values()), axis=-1))
+    return Deflection(value, dict(zip(forces, np.moveaxis(changes, -1, 0), strict=True)))
 
 
 def _springs(unknown, speed, dof):

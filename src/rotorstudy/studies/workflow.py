@@ -5,6 +5,7 @@ import functools
 import sys
 import traceback
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from hashlib import sha256
 from importlib import import_module
 from pathlib import Path
 
@@ -96,9 +97,10 @@ def named_function(name):
 def called(snakemake, config, **given):
     """Result of the function of a job (`params.function`) for a configuration.
 
-    Further arguments are the Datasets among the inputs, the other params of the rule except `load`, and `given`.
+    Further arguments are the Datasets among the inputs, the other params of the rule except `load` and `code`, and
+    `given`.
     """
-    params = {name: value for name, value in snakemake.params.items() if name not in ("function", "load")}
+    params = {name: value for name, value in snakemake.params.items() if name not in ("function", "load", "code")}
     function = named_function(snakemake.params.function)
     return function(config, **params, **opened(snakemake.input), **given)
 
@@ -148,6 +150,16 @@ def imported_files(script, *functions):
         waiting += new
     templates = {page for file in seen for page in file.parent.glob("templates/*.html")}
     return sorted(map(str, seen | templates))
+
+
+@functools.cache
+def _file_digest(path):
+    return sha256(Path(path).read_bytes()).digest()
+
+
+def code_digest(script, *functions):
+    """One text for all that `imported_files` lists, with the same arguments; another if any of it changes."""
+    return sha256(b"".join(map(_file_digest, imported_files(script, *functions)))).hexdigest()
 
 
 def plugin_files(rigs, plugins=()):

@@ -7,7 +7,7 @@ import numpy as np
 from rotorstudy.errors import RotorstudyError, unknown_name
 
 KEYS = ["table", "case", "item", "noise_percent", "quantity", "method"]
-COLUMNS = [*KEYS, "published", "last_digit", "computed", "unit", "road", "status", "reason"]
+COLUMNS = [*KEYS, "published", "last_digit", "computed", "unit", "origin", "status", "reason"]
 STATUSES = ("reproduced", "explained", "not reproducible")
 
 
@@ -65,8 +65,8 @@ def score(printed, computed, reasons, measured_again=()):
             )
         status.append(rule["status"])
         text.append(" ".join(rule["reason"].format(**row).split()))
-    road = np.where(merged.table.isin(measured_again), "measured again", "computed anew")
-    return merged.assign(status=status, reason=text, road=road)[COLUMNS]
+    origin = np.where(merged.table.isin(measured_again), "measured again", "computed anew")
+    return merged.assign(status=status, reason=text, origin=origin)[COLUMNS]
 
 
 def _matches(rule, row):

@@ -38,7 +38,7 @@ def effect_offers_places(plugin):
 def effect_shape_is_open(plugin):
     """has shape options with ranges that contain their defaults"""
     known = inspect.signature(plugin.function).parameters
-    for name, (low, high) in plugin.shape.items():
+    for name, (low, high) in plugin.ranges(bench_of(plugin)[0]).items():
         require(name in known, f"shape '{name}' is not an option of the function")
         require(low < high, f"shape '{name}' has the range {low:g} to {high:g}")
         default = known[name].default

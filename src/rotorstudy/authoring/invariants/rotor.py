@@ -1,9 +1,14 @@
 """Invariants of a rotor: matrices of a mechanical system, weight, and the stiffness losses of a crack."""
 
+import re
+
 import numpy as np
 
 from rotorstudy.authoring.invariants.base import ROUND_OFF, require
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.model.options import option_names
 from rotorstudy.model.rig import build_model
+from rotorstudy.model.rotor_numbers import rotor_numbers, rotor_term, uncertain_numbers
 
 
 def _example_structure(plugin):
@@ -51,4 +56,23 @@ def rotor_losses_take_away(plugin):
             require(unit and typical > 0, f"{name} lacks its unit or typical size")
 
 
-CHECKS = (rotor_is_mechanical, rotor_weighs, rotor_losses_take_away)
+def rotor_numbers_move(plugin):
+    """has numbers that change its matrices; those it states to be uncertain are among its options"""
+    structure, options = _example_structure(plugin), option_names(plugin.function)
+    for path, share in plugin.uncertain.items():
+        require(re.split(r"[.\[]", path)[0] in options, f"uncertain: '{path}' is no option; known: {options}")
+        require(0 < share < 1, f"uncertain: {path} has the relative standard deviation {share!r}; give 0.005 for 0.5 %")
+    moving = [name for name in rotor_numbers(structure) if _moves(structure, name)]
+    require(moving, f"none of its numbers {rotor_numbers(structure)} changes a matrix: pass numbers as float options")
+    if plugin.uncertain:
+        require(uncertain_numbers(structure), "none of the numbers that are uncertain changes a matrix of its example")
+
+
+def _moves(structure, name):
+    try:
+        return bool(rotor_term(structure, [name]))
+    except RotorstudyError:
+        return False
+
+
+CHECKS = (rotor_is_mechanical, rotor_weighs, rotor_losses_take_away, rotor_numbers_move)

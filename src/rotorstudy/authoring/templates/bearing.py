@@ -11,8 +11,12 @@ def my_model(structure, node: int | None = None):
     # An entry is a force: matrix @ (d/dt)^order of z, of its conjugate (on="conj") or of a constant (on="one").
     # gain=lambda speed: ... makes it depend on the spin speed in rad/s, shift=k multiplies it by e^{jkwt}.
     return [
-        Parameter("bearing_stiffness", "N/m", (Entry(-(1 + 0.1j) * here),), typical=1e7),
-        Parameter("bearing_damping", "N s/m", (Entry(-here, order=1),), typical=1e3),
+        Parameter(
+            "bearing_stiffness", "N/m", (Entry(-(1 + 0.1j) * here),), typical=10 * structure.scales.stiffness(node)
+        ),
+        Parameter(
+            "bearing_damping", "N s/m", (Entry(-here, order=1),), typical=0.4 * structure.scales.critical_damping(node)
+        ),
     ]
 
 

@@ -10,7 +10,8 @@ def my_model(structure, node: int | None = None):
     # An entry is a force: matrix @ (d/dt)^order of z, of its conjugate (on="conj") or of a constant (on="one").
     # gain=lambda speed: ... makes it depend on the spin speed in rad/s, shift=k multiplies it by e^{jkwt}.
     drag = Entry(-np.outer(here, here), order=1, gain=lambda speed: speed / 100)
-    return [Parameter("drag", "N s/m", (drag,), typical=50.0)]
+    # What is typical is a share of a size of the rotor, so that it holds for small and large ones.
+    return [Parameter("drag", "N s/m", (drag,), typical=0.02 * structure.scales.critical_damping(node))]
 
 
 @hookimpl

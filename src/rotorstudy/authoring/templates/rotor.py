@@ -24,5 +24,6 @@ def rotorstudy_rotor():
         my_model,
         source="the paper and equation it comes from",
         checked="the published or closed-form numbers it was compared with",
+        uncertain={"stiffness_N_per_m": 0.005},  # relative standard deviations where a rig states none
         example={"disc_mass_kg": 2.0, "stiffness_N_per_m": 7e5},
     )

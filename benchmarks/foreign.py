@@ -1,0 +1,324 @@
+"""The diagnosis on records of the independent simulator in tests/foreign: python benchmarks/foreign.py --cases 100
+
+Each case walks the public road: record and rig file on disk, spectrum, verdict. One row a case goes to `cases.csv`, the
+shares with their 95 % bounds to `summary.csv`; the truth and the verdict of each case stay in `cases/`.
+"""
+
+import argparse
+import json
+import os
+import shutil
+import sys
+import tempfile
+import time
+import warnings
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads slow them down
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT / "tests"))
+
+import numpy as np  # noqa: E402
+import pandas as pd  # noqa: E402
+from foreign.cases import CHAIN_FAULTS, draw_case  # noqa: E402
+from foreign.files import write_case  # noqa: E402
+from foreign.measuring import expected_harmonics  # noqa: E402
+from foreign.stepping import NoSteadyState  # noqa: E402
+
+from rotorstudy.blind.scoring import calibration, share_bounds  # noqa: E402
+from rotorstudy.diagnosis import investigate  # noqa: E402
+from rotorstudy.diagnosis.search import base_model  # noqa: E402
+from rotorstudy.diagnosis.settings import read_settings  # noqa: E402
+from rotorstudy.errors import RotorstudyError  # noqa: E402
+from rotorstudy.inference.fit import fit  # noqa: E402
+from rotorstudy.inference.prediction import with_model_error  # noqa: E402
+from rotorstudy.measurement.measurement import measured_spectrum  # noqa: E402
+from rotorstudy.model.registry import registry  # noqa: E402
+from rotorstudy.model.rig import read_rig  # noqa: E402
+
+LARGE = 3.0  # size from which an effect must be found
+VISIBLE = 0.01  # least change of a harmonic by an effect, over the healthy 1X; a smaller one is drawn again
+SLOW = 30.0  # seconds of a diagnosis that is reported
+NODE, ELEMENT, STRETCH, ANY = "node", "element", "stretch", "any"
+
+# Truth -> names of the package that are this effect, where they must be, and names that may stand beside them because
+# they are part of the same truth. Only exact physical equivalents are listed.
+MEANS = {
+    "unbalance": (("unbalance",), NODE, ()),
+    "couple_unbalance": (("couple_unbalance",), NODE, ()),
+    # the law of opening is the crack's shape, not its name
+    "crack": (("breathing_crack", "breathing_crack_weight", "crack"), ELEMENT, ()),
+    "open_crack": (("breathing_crack", "breathing_crack_weight", "crack", "open_crack"), ELEMENT, ()),
+    # a fixed offset of an isotropic coupling is a constant force, its 2X a rotating stiffness: both may be named
+    "misalignment": (("parallel_misalignment", "angular_misalignment", "misalignment"), NODE, ("static_preload",)),
+    "rub": (("rub", "seal_ring"), NODE, ()),
+    "looseness": (("looseness",), NODE, ()),
+    # along one direction: half of it isotropic, half anisotropic, at the same node
+    "support_loss": (("support_anisotropy", "support_loss", "looseness"), NODE, ("support_stiffness",)),
+    "pedestal": (("pedestal", "foundation"), NODE, ()),
+    "seal": (("seal",), NODE, ()),
+    # an eccentric mass is an unbalance at its node, too
+    "added_mass": (("added_mass",), NODE, ("unbalance",)),
+    # a bow is a shape along the whole shaft; the node says only by which of the library's shapes it is described
+    "bow": (("bow",), ANY, ()),
+    "thermal_bow": (("bow", "thermal_bow"), ANY, ()),
+    "preload": (("static_preload",), NODE, ()),
+    "cubic_bearing": (("cubic_stiffness",), NODE, ()),
+    "internal_damping": (("internal_damping", "shaft_damping"), STRETCH, ()),
+    "external_damping": (("external_damping",), NODE, ()),
+    # of some elements, where the library has that of the whole shaft
+    "asymmetry": (("shaft_asymmetry",), STRETCH, ()),
+    "swapped": (("swapped_probes",), NODE, ()),
+    "reversed": (("reversed_probe",), NODE, ()),
+    "phase_offset": (("phase_reference",), ANY, ()),
+    "delay": (("delay",), ANY, ()),
+    "angle_error": (("probe_angle",), NODE, ()),
+    "gain": (("probe_gain",), NODE, ()),
+    "runout": (("runout", "surface_profile"), NODE, ("runout", "surface_profile")),
+    "unloaded_zero": ((), ANY, ()),
+}
+# Faults that the verdict states as a wrong convention of the records, by the words of that hypothesis
+CONVENTIONS = {"unloaded_zero": "displacements count from the unloaded line"}
+PAIRED = [name for name in MEANS if name not in CHAIN_FAULTS]
+KINDS = ["healthy", *MEANS, "pair"]
+
+
+def in_library(family):
+    """Whether the package has a candidate for a family."""
+    zoo = registry().plugins["effect"]
+    return family in CONVENTIONS or any(name in zoo and zoo[name].candidate for name in MEANS[family][0])
+
+
+def is_there(rule, true, where):
+    """Whether the place of a cause (options of the package) is that of the truth."""
+    if rule == ANY:
+        return True
+    if rule == NODE:
+        return where.get("node", true["node"]) == true["node"]
+    if rule == ELEMENT:  # within one, and at a node: next to it
+        if "element" in where:
+            return abs(where["element"] - true["element"]) <= 1
+        return where.get("node") in (true["element"], true["element"] + 1)
+    first, last = true["elements"][0], true["elements"][-1]
+    place = where.get("element", where.get("node"))
+    return place is None or first <= place <= last + ("node" in where)
+
+
+def compared(true, cause):
+    """Whether a cause has the name of a true effect, whether it is at its place too, and whether it is a companion."""
+    names, rule, companions = MEANS[true["family"]]
+    named = cause.effect in names
+    return named, named and is_there(rule, true, cause.where), cause.effect in companions
+
+
+def truth_of(case, fault):
+    """List of true effects: those of the machine, and the fault of the measuring chain."""
+    true = [one for one in case.effects if one["family"] != "healthy"]
+    return true + ([{"family": fault, "node": case.truth["faulty_node"]}] if fault else [])
+
+
+def change_of(case, harmonics):
+    """What each effect alone changes of the measured harmonics (speed, harmonic, node), without noise, m."""
+
+    def seen(steady, probes, chain, zero):
+        return expected_harmonics(steady, case.nodes, probes, chain, harmonics, zero)
+
+    sound = replace(case.chain, swapped=(), phase_offset=0.0, delay=0.0)
+    good = {node: tuple(replace(p, gain=1.0, angle_error=0.0, reversed=False, runout={}) for p in pair)
+            for node, pair in case.probes.items()}  # fmt: skip
+    if case.truth["chain_fault"] is None:
+        return [seen(one, good, sound, None) - seen(case.healthy, good, sound, None) for one in case.alone]
+    return [seen(case.healthy, case.probes, case.chain, case.zero) - seen(case.healthy, good, sound, case.sag)]
+
+
+def left_by_base(change, model, spectrum, settings):
+    """Rms of the part of a change that base parameters and calibration cannot absorb, in standard deviations."""
+    whole, prior = base_model(model, settings)
+    base = fit(whole, spectrum, prior)
+    known = np.vstack([base.jacobian, prior.whitener])
+    change = np.concatenate([spectrum.whitened(change), np.zeros(len(prior.mean))])
+    basis, _ = np.linalg.qr(known / np.linalg.norm(known, axis=0))
+    left = change - basis @ (basis.T @ change)
+    return float(np.sqrt(left @ left / spectrum.amplitude.size / 2))
+
+
+def judged(case, true, verdict):
+    """What is right about a verdict."""
+    causes, others = (verdict.causes, verdict.ambiguous_with) if verdict.verdict in ("cause", "ambiguous") else ((), ())
+    stated = [*causes, *others]
+    match = {id(cause): [compared(one, cause) for one in true] for cause in stated}
+    if verdict.measuring_chain is not None:
+        said = verdict.measuring_chain.hypothesis
+        right = len(true) == 1 and CONVENTIONS.get(true[0]["family"]) == said
+        return {"verdict": "convention", "named": said, "stated": "", "alone": right, "in_set": right,
+                "name_in_set": right, "wrong": not right, "probability": np.nan, "first_right": right,
+                "gain": np.nan}  # fmt: skip
+    return {
+        "verdict": verdict.verdict,
+        "named": " + ".join(name_of(cause) for cause in verdict.causes),
+        "stated": " | ".join(name_of(cause) for cause in others),
+        "alone": verdict.verdict == "cause"
+        and all(any(match[id(c)][i][1] for c in causes) for i in range(len(true)))
+        and all(any(there or beside for _, there, beside in match[id(c)]) for c in causes),
+        "in_set": bool(true) and all(any(match[id(c)][i][1] for c in stated) for i in range(len(true))),
+        "name_in_set": bool(true) and all(any(match[id(c)][i][0] for c in stated) for i in range(len(true))),
+        "wrong": verdict.verdict == "cause"
+        and any(not any(name or beside for name, _, beside in match[id(c)]) for c in causes),
+        "probability": causes[0].posterior_probability if causes else np.nan,
+        "first_right": bool(causes) and any(there for _, there, _ in match[id(causes[0])]),
+        "gain": verdict.gain.ratio if verdict.gain and causes else np.nan,
+    }
+
+
+def name_of(cause):
+    """Effect and place in a few characters."""
+    return cause.effect + "".join(f" {value}" for value in cause.where.values())
+
+
+def drawn(seed, kind):
+    """A case of a kind: healthy, one family, a fault of the chain, or a pair of families."""
+    rng = np.random.default_rng([seed, 1])
+    if kind == "pair":
+        kind = "+".join(rng.choice(PAIRED, 2, replace=False))
+    if kind in CHAIN_FAULTS:
+        return draw_case(seed, "healthy", chain_fault=kind), kind
+    return draw_case(seed, kind, visible=0.0 if kind == "healthy" else VISIBLE), None
+
+
+def run_case(given):
+    """Row of one case; `given` is its number, seed, kind, folder of results and the size of the rig's errors."""
+    number, seed, kind, out, error = given
+    row = {"case": number, "seed": seed, "kind": kind}
+    try:
+        case, fault = drawn(seed, kind)
+    except (NoSteadyState, ValueError) as problem:
+        return row | {"verdict": "not drawn", "named": str(problem)}
+    true = truth_of(case, fault)
+    row |= {
+        "families": "+".join(one["family"] for one in true),
+        "mass_kg": case.rotor.mass,
+        "elements": len(case.rotor.elements),
+        "probed_nodes": len(case.nodes),
+        "known": all(in_library(one["family"]) for one in true),
+        "size": np.nan,
+    }
+    folder = Path(out) / "cases" / f"{number:04d}"
+    try:
+        with tempfile.TemporaryDirectory() as files, warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            write_case(case, files, 0.005 * error, 0.02 * error, 0.05 * error, seed)
+            start = time.process_time()
+            rig = read_rig(Path(files) / "rig.yaml")
+            spectrum, model, findings = measured_spectrum([Path(files) / "record.nc"], rig)
+            settings = read_settings(rig.given, "rig.yaml")
+            found = investigate(spectrum, model, settings=settings, findings=findings)
+            seconds = time.process_time() - start
+            folder.mkdir(parents=True, exist_ok=True)
+            for name in ("rig.yaml", "truth.json"):
+                shutil.copy(Path(files) / name, folder)
+    except RotorstudyError as problem:
+        return row | {"verdict": "failed", "named": str(problem)}
+    (folder / "verdict.json").write_text(found.verdict.model_dump_json(indent=1), encoding="utf-8")
+    whole = with_model_error(spectrum, settings)
+    sizes = [
+        left_by_base(change, model, whole, settings) for change in (change_of(case, spectrum.harmonics) if true else [])
+    ]
+    return row | judged(case, true, found.verdict) | {
+        "size": min(sizes, default=0.0),
+        "p_before": found.verdict.residual_p_value.before,
+        "p_after": found.verdict.residual_p_value.after,
+        "residual_share": found.verdict.residual_share,
+        "seconds": seconds,
+    }  # fmt: skip
+
+
+def share(what, of, right):
+    """A row of the summary: how many are right among some cases, with 95 % bounds."""
+    right = np.asarray(right, bool)
+    count, cases = int(right.sum()), len(of)
+    low, high = share_bounds(count, cases)
+    return {"what": what, "value": count / cases if cases else np.nan, "low": low, "high": high, "cases": cases}
+
+
+def summary(rows):
+    """The shares that count, with 95 % bounds."""
+    done = rows[~rows.verdict.isin(["not drawn", "failed"])]
+    healthy, single = done[done.kind == "healthy"], done[~done.kind.isin(["healthy", "pair"])]
+    known = single[single.known.astype(bool) & (single["size"] >= LARGE)]
+    outside = single[~single.known.astype(bool) & (single["size"] >= LARGE)]
+    cracks = single[single.kind.isin(["crack", "open_crack"]) & (single["size"] >= LARGE)]
+    pairs = done[(done.kind == "pair") & (done["size"] >= LARGE)]
+    stated = done[done.probability.notna()]
+    held = done[done.gain.notna()]
+    error = calibration(stated.probability.to_numpy(float), stated.first_right.to_numpy(float))[-1]
+    return pd.DataFrame(
+        [
+            share("single, named alone at the right place", known, known.alone),
+            share("single, in the stated set", known, known.in_set),
+            share("single, called unknown", known, known.verdict == "unknown"),
+            share("single, called nothing", known, known.verdict == "nothing"),
+            share("single, wrong name", known, known.wrong),
+            share("all cases, wrong name", done, done.wrong),
+            share("cracks named, element within one", cracks, cracks.alone),
+            share("cracks in the stated set", cracks, cracks.in_set),
+            share("pairs, both in the stated set", pairs, pairs.in_set),
+            share("clean called nothing", healthy, healthy.verdict == "nothing"),
+            share("outside effects called unknown", outside, outside.verdict == "unknown"),
+            {"what": "calibration error of the stated probability", "value": error, "cases": len(stated)},
+            {"what": "held-out error after over before, median", "value": held.gain.median(), "cases": len(held)},
+            share("held-out error worse", held, held.gain > 1),
+            share(f"slower than {SLOW:g} s of processor time", done, done.seconds > SLOW),
+            {"what": "seconds of a diagnosis, median", "value": done.seconds.median(), "cases": len(done)},
+        ]
+    )
+
+
+def by_kind(rows):
+    """Counts of each kind of case, for sizes of at least LARGE (all healthy ones)."""
+    seen = rows[(rows.kind == "healthy") | ~(rows["size"] < LARGE)]
+    table = seen.groupby("kind", sort=False).agg(
+        cases=("case", "size"), alone=("alone", "sum"), in_set=("in_set", "sum"), wrong=("wrong", "sum"),
+        seconds=("seconds", "median"),
+    )  # fmt: skip
+    for verdict in ("nothing", "cause", "ambiguous", "unknown", "convention", "failed", "not drawn"):
+        table[verdict] = seen.groupby("kind").verdict.agg(lambda said, v=verdict: int((said == v).sum()))
+    return table
+
+
+def main():
+    """Draw, diagnose, score, write."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--cases", type=int, default=100)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--families", nargs="+", choices=KINDS, default=KINDS, metavar="FAMILY")
+    parser.add_argument("--out", type=Path, default=Path("foreign_cases"))
+    parser.add_argument("--processes", type=int, default=1)
+    parser.add_argument("--rig-error", type=float, default=1.0, help="0: the rig file is exact; 1: as real ones are")
+    given = parser.parse_args()
+    given.out.mkdir(parents=True, exist_ok=True)
+    work = [
+        (i, 100_000 * given.seed + i, given.families[i % len(given.families)], given.out, given.rig_error)
+        for i in range(given.cases)
+    ]
+    rows = []
+    with ProcessPoolExecutor(given.processes) as pool:
+        for row in pool.map(run_case, work):
+            rows.append(row)
+            said = {
+                key: row.get(key) for key in ("case", "kind", "size", "verdict", "named", "stated", "alone", "seconds")
+            }
+            print(json.dumps(said, default=str), flush=True)
+            pd.DataFrame(rows).to_csv(given.out / "cases.csv", index=False)
+    table = pd.DataFrame(rows)
+    shares = summary(table)
+    shares.to_csv(given.out / "summary.csv", index=False)
+    with pd.option_context("display.width", 200, "display.max_columns", 30, "display.max_colwidth", 60):
+        print(by_kind(table).to_string())
+        print(shares.to_string(index=False, float_format=lambda value: f"{value:.3f}"))
+
+
+if __name__ == "__main__":
+    main()

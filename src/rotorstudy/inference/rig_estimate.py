@@ -1,0 +1,52 @@
+"""Estimates of a rig, numbers of its rotor included."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from rotorstudy.inference.problem import Estimate, Problem, estimate_by
+from rotorstudy.model.estimated_rig import rig_with_values
+from rotorstudy.model.kinds import Estimator
+from rotorstudy.model.rig import build_model
+from rotorstudy.model.rotor_numbers import is_rotor_number, with_rotor_numbers
+
+SETTLED = 1e-2  # standard deviations by which a number still changes when the rotor is built again
+REBUILDS = 10
+
+
+def estimate_rig(estimator: Estimator, problem: Problem, rig: dict) -> Estimate:
+    """The Estimate of some parameters of a rig.
+
+    Effects that take a matrix of the rotor into their tables (the mass of an unbalance, shaft damping) have that of the
+    rig. Where numbers of the rotor are estimated, it is therefore built with the new numbers and the estimate repeated.
+
+    Parameters
+    ----------
+    estimator : Estimator
+    problem : Problem
+    rig : dict
+        From which the model of the problem was built.
+
+    Returns
+    -------
+    Estimate
+        Numbers of the rotor as changes relative to the rig.
+
+    Raises
+    ------
+    RotorstudyError
+        As the estimator, and `build_model` for numbers that no rotor can have.
+    """
+    found = estimate_by(estimator, problem)
+    own = np.array([is_rotor_number(name) for name in problem.names])
+    ratio = np.ones(len(own))
+    for _ in range(REBUILDS if own.any() else 0):
+        if np.all(np.abs(found.theta[own]) <= SETTLED * found.std[own]):
+            break
+        ratio = np.where(own, ratio * (1 + found.theta), 1)
+        values = {name: value for name, value in zip(found.names, found.theta, strict=True) if np.isfinite(value)}
+        rig = {**rig_with_values(rig, problem.model, values), "sensors": list(problem.model.sensors)}
+        problem = replace(problem, model=with_rotor_numbers(build_model(rig), problem.names))
+        found = estimate_by(estimator, problem)
+    theta = np.where(own, ratio * (1 + found.theta) - 1, found.theta)
+    return replace(found, theta=theta, covariance=found.covariance * np.outer(ratio, ratio))

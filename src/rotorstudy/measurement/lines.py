@@ -1,0 +1,106 @@
+"""Spectral lines beside the harmonics of the spin speed: whirl, subharmonics, hum, natural frequencies."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rotorstudy.response.series import rotating_basis
+
+MOST_LINES = 6
+LEAST_POWER = 35.0  # of a line over the noise around it; noise alone exceeds that once in 1e4 records
+LEAST_SHARE = 1e-4  # of the rms vibration; a smaller line does not matter
+LEAST_CYCLES = 5.0  # in the record; slower motion is drift
+BESIDE_HARMONIC = 3.0  # cycles in the record within which a line may be a modulated harmonic
+NARROW, WIDE = 4, 12  # lines on either side from which the noise at a line follows, of slow and of other lines
+STEPS = 4  # Gauss-Newton, from within half a line
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line that is not synchronous.
+
+    order    : its frequency over the spin speed
+    forward, backward : amplitudes of its circular parts, m
+    """
+
+    order: float
+    forward: float
+    backward: float
+
+
+def orders_of_lines(signal, angle, harmonics):
+    """(line,) orders of the lines in a record beside its harmonics, those of most power first.
+
+    signal : (time,) complex, m, finite;  angle : (time,) rad, increasing
+    """
+    synchronous, found, left_out = rotating_basis(angle, 1.0, harmonics), np.zeros(0), np.zeros(0)
+    cycle = 2 * np.pi / (angle[-1] - angle[0])
+    left = _without(signal, synchronous)
+    for _ in range(MOST_LINES):
+        order = _strongest(left, angle, np.append(found, left_out), LEAST_SHARE * signal.std())
+        if order is None:
+            break
+        refined = _refined(signal, angle, synchronous, np.append(found, order))
+        beside = np.concatenate([found, [np.rint(refined[-1])]])
+        if np.abs(refined[-1] - beside).min() <= BESIDE_HARMONIC * cycle:  # the skirt of another line
+            left_out = np.append(left_out, order)
+            continue
+        found = refined
+        left = _without(signal, np.concatenate([synchronous, line_basis(angle, found)]))
+    return found
+
+
+def line_basis(angle, orders):
+    """(2 * line, time) forward parts of all lines, then backward parts."""
+    forward = np.exp(1j * np.multiply.outer(orders, angle))
+    return np.concatenate([forward, forward.conj()])
+
+
+def _without(signal, basis):
+    """A signal (..., time) without its least-squares fit on a basis (column, time)."""
+    return signal - np.linalg.solve(basis.conj() @ basis.T, basis.conj() @ signal.T).T @ basis
+
+
+def _strongest(residual, angle, known, least):
+    """Order of the strongest line in a residual, above an amplitude (m) and beside known ones, or None.
+
+    The transform has a Hann window. The noise at a line is the median of the power around it, which it does not change.
+    """
+    from scipy.ndimage import median_filter
+
+    samples = len(residual)
+    revolutions = samples * (angle[-1] - angle[0]) / (samples - 1) / (2 * np.pi)
+    window = np.sin(np.pi * (np.arange(samples) + 0.5) / samples) ** 2
+    power = np.abs(np.fft.fft(residual * window)) ** 2
+    cycles = np.fft.fftfreq(samples, 1 / samples)
+    around = [median_filter(power, 2 * width + 1, mode="wrap") / np.log(2) for width in (NARROW, WIDE)]
+    noise = np.where(np.abs(cycles) < 2 * WIDE, *around)
+    orders = cycles / revolutions
+    others = np.concatenate([[np.inf], known, -known])
+    apart = np.minimum(np.abs(orders - np.rint(orders)), np.abs(orders[:, None] - others).min(axis=1)) * revolutions
+    usable = (np.abs(cycles) >= LEAST_CYCLES) & (apart > BESIDE_HARMONIC)
+    ratio = np.where(usable, power / np.maximum(noise, np.finfo(float).tiny), 0)
+    strong = np.flatnonzero((ratio > LEAST_POWER) & (power > (least * window.sum()) ** 2))
+    if not len(strong):
+        return None
+    top = strong[power[strong].argmax()]
+    below, here, above = np.log(power[[top - 1, top, (top + 1) % samples]])
+    offset = 0.5 * (below - above) / (below - 2 * here + above)
+    return abs(cycles[top] + float(np.clip(offset, -0.5, 0.5))) / revolutions
+
+
+def _refined(signal, angle, synchronous, orders):
+    """Orders (line,) that minimise the residual of harmonics and lines, by Gauss-Newton steps."""
+    line = 2 * np.pi / (angle[-1] - angle[0])
+    start = orders
+    for _ in range(STEPS):
+        lines = line_basis(angle, orders)
+        basis = np.concatenate([synchronous, lines])
+        amplitude = np.linalg.solve(basis.conj() @ basis.T, basis.conj() @ signal)
+        forward, backward = np.split((1j * amplitude[len(synchronous) :, None] * lines), 2)
+        columns = _without((forward - backward) * (angle - angle.mean()), basis)
+        off = signal - amplitude @ basis
+        normal, right = (columns.conj() @ columns.T).real, (columns.conj() @ off).real
+        step = np.linalg.lstsq(normal, right, rcond=1e-12)[0]
+        orders = np.clip(orders + step, start - line, start + line)
+    return orders

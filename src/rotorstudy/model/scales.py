@@ -1,0 +1,134 @@
+"""Usual sizes of a rotor, from which the typical sizes of effects follow, so that they hold in any units.
+
+A gram-sized rotor and a turbine have the same damping ratios, eccentricities over static deflection, and support errors
+over local stiffness. Mass, length and time of the rotor are therefore the units in which effects state what is usual.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from rotorstudy.model.structure import Structure
+
+SINGULAR = 1e-13  # eigenvalue of the stiffness with a unit diagonal below which a motion is rigid
+RIGID_FREQUENCY = 314.0  # rad/s, of a rigid body without supports, which has none: that of the mains
+STILL_LENGTH = 1e-5  # m, of a rotor without weight and records: 10 um, a usual vibration (ISO 20816)
+
+
+@dataclass(frozen=True)
+class Scales:
+    """Usual sizes of a rotor on its supports.
+
+    Without supports the elastic flexibility is that of the freely accelerating body (inertia relief), which does not
+    depend on the mesh.
+
+    Parameters
+    ----------
+    structure : Structure
+    """
+
+    structure: "Structure"
+
+    @cached_property
+    def flexibility(self) -> np.ndarray:
+        """Displacement (dof, dof) per unit force, m/N, the acceleration of a body without supports subtracted."""
+        mass, stiffness = self.structure.mass, self.structure.supported_stiffness
+        if not np.any(stiffness):
+            stiffness = RIGID_FREQUENCY**2 * mass
+        size = np.sqrt(np.abs(np.diag(stiffness)))  # translations and tilts have different units
+        size = np.where(size > 0, size, 1.0)
+        value, vector = np.linalg.eigh(stiffness / np.outer(size, size))
+        elastic = value > SINGULAR
+        shape, rigid = vector[:, elastic] / size[:, None], vector[:, ~elastic] / size[:, None]
+        inverse = shape / value[elastic] @ shape.T
+        carried = rigid @ np.linalg.solve(rigid.T @ mass @ rigid, rigid.T @ mass)
+        relieved = np.eye(len(mass)) - carried
+        return relieved @ inverse @ relieved.T
+
+    @cached_property
+    def frequency(self) -> float:
+        """Lowest natural frequency of bending at rest, rad/s."""
+        return float(np.linalg.eigvals(self.flexibility @ self.structure.mass).real.max() ** -0.5)
+
+    @cached_property
+    def softest(self) -> float:
+        """Stiffness against a force where the rotor is softest, N/m."""
+        moving = [motion == "translation" for _, motion in self.structure.dofs]
+        return float(1 / np.diag(self.flexibility)[moving].max())
+
+    @property
+    def mass(self) -> float:
+        """Mass that with the softest stiffness has the lowest natural frequency, kg."""
+        return self.softest / self.frequency**2
+
+    @property
+    def length(self) -> float:
+        """Usual displacement, m: the static deflection g / w^2 or the vibration measured, whichever is larger."""
+        sag = self.structure.acceleration_of_gravity / self.frequency**2
+        return max(sag, self.structure.vibration) or STILL_LENGTH
+
+    @property
+    def force(self) -> float:
+        """Force that deflects the softest place by the usual length, N: under gravity about the weight."""
+        return self.softest * self.length
+
+    def stiffness(self, node: int | None, motion: str = "translation") -> float:
+        """Local stiffness of the supported rotor, N/m (N m of a tilt).
+
+        Parameters
+        ----------
+        node : int or None
+            None is the only node of a rotor that has one.
+        motion : str
+            "translation" or "tilt".
+
+        Returns
+        -------
+        float
+
+        Raises
+        ------
+        CannotAct
+            If the rotor has no such coordinate, or has several nodes and none is given.
+        """
+        here = self.structure.index(self.structure.default_node() if node is None else node, motion)
+        return float(1 / self.flexibility[here, here])
+
+    def critical_damping(self, node: int | None) -> float:
+        """Damping 2 k / w at a node that is critical for a mass on its local stiffness, N s/m.
+
+        Parameters
+        ----------
+        node : int or None
+
+        Returns
+        -------
+        float
+
+        Raises
+        ------
+        CannotAct
+            As `stiffness`.
+        """
+        return 2 * self.stiffness(node) / self.frequency
+
+    def lever(self, node: int | None) -> float:
+        """Length by which a moment at a node strains the rotor as much as a force where it is softest, m.
+
+        Parameters
+        ----------
+        node : int or None
+
+        Returns
+        -------
+        float
+
+        Raises
+        ------
+        CannotAct
+            As `stiffness`.
+        """
+        return (self.stiffness(node, "tilt") / self.softest) ** 0.5

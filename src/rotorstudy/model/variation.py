@@ -1,0 +1,88 @@
+"""How the matrices of a rotor follow relative changes of its numbers."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+
+from rotorstudy.errors import NoSteadyState, RotorstudyError
+from rotorstudy.model.structure import Matrices
+
+STEP = 1e-7  # relative, of forward differences: errors of a few 1e-7 (d^4) by truncation, 1e-9 by round-off
+FAR = 0.5  # relative change at which it is tried whether the matrices are linear
+LINEAR = 1e-8  # relative difference up to which they are, by round-off of the slopes
+
+
+@dataclass(frozen=True, eq=False)
+class Variation:
+    """Matrices of a rotor at relative changes of its numbers.
+
+    Modulus, density and masses enter linearly, so that the rotor is built once. With other numbers (lengths, diameters)
+    it is built again for every change: the sum of powers of a length is no stiffness that leaves a rigid motion free.
+
+    build : function(relative change of each number) -> Matrices
+    count : number of numbers
+    """
+
+    build: Callable
+    count: int
+
+    @cached_property
+    def base(self) -> np.ndarray:
+        """(component,) matrices and load without changes, one after the other."""
+        return self._built((0.0,) * self.count)
+
+    @cached_property
+    def slopes(self) -> np.ndarray:
+        """(number, component) derivatives of `base`."""
+        return self._differences((0.0,) * self.count)
+
+    @cached_property
+    def is_linear(self) -> bool:
+        """Whether the matrices are linear in the changes of all numbers together."""
+        far = self._built((FAR,) * self.count)
+        off = _unpacked(far - self.base - FAR * self.slopes.sum(axis=0))
+        return all(np.abs(a).max() <= LINEAR * np.abs(b).max() for a, b in zip(off, _unpacked(far), strict=True))
+
+    def at(self, change: np.ndarray) -> Matrices:
+        """Matrices (..., dof, dof) and load (..., dof) at relative changes (..., number).
+
+        Raises
+        ------
+        NoSteadyState
+            If the plugin builds no rotor with these numbers.
+        """
+        if self.is_linear:
+            return _unpacked(self.base + change @ self.slopes)
+        return _unpacked(np.apply_along_axis(lambda one: self._built(tuple(one.tolist())), -1, change))
+
+    def slopes_at(self, change: np.ndarray) -> Matrices:
+        """Their derivatives (..., number, dof, dof) and (..., number, dof) there; raises as `at`."""
+        if self.is_linear:
+            return _unpacked(np.broadcast_to(self.slopes, (*change.shape[:-1], *self.slopes.shape)))
+        return _unpacked(np.apply_along_axis(lambda one: self._differences(tuple(one.tolist())), -1, change))
+
+    @cached_property
+    def _built(self):
+        """The components (component,) of a rotor, kept for the changes of the last few calls."""
+
+        @lru_cache(maxsize=4 + 2 * self.count)
+        def built(changes):
+            try:
+                return np.concatenate([part.ravel() for part in self.build(changes)])
+            except RotorstudyError as error:
+                raise NoSteadyState(f"no rotor with these numbers: {error}") from None
+
+        return built
+
+    def _differences(self, changes):
+        moved = [(*changes[:i], changes[i] + STEP, *changes[i + 1 :]) for i in range(self.count)]
+        return np.array([(self._built(one) - self._built(changes)) / STEP for one in moved])
+
+
+def _unpacked(components):
+    """The Matrices of components (..., component): three matrices and a vector."""
+    size = round((np.sqrt(12 * components.shape[-1] + 1) - 1) / 6)
+    square = [components[..., i * size**2 : (i + 1) * size**2] for i in range(3)]
+    return Matrices(*(part.reshape(*part.shape[:-1], size, size) for part in square), components[..., 3 * size**2 :])

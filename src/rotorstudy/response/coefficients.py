@@ -1,0 +1,38 @@
+"""The coefficients of the equations of motion in time, summed over the entries of all terms."""
+
+import numpy as np
+
+from rotorstudy.errors import RotorstudyError
+
+
+def time_matrices(model, theta, speed, deflection):
+    """Sums of all entries by shift, as they act on the right-hand side.
+
+    theta      : (parameter,) of the model;  speed : rad/s
+    deflection : (dof,) static deflection, m, for entries that act on it
+    returns    : constant force {shift: (dof,)} in N, stiffness and damping {"z" or "conj": {shift: (dof, dof)}}, and
+                 added mass (dof, dof) or 0
+    raises     : RotorstudyError for an effect without a time-domain form
+    """
+    constant, mass = {}, 0
+    stiffness, damping = {"z": {}, "conj": {}}, {"z": {}, "conj": {}}
+    for value, unknown in zip(theta, model.rotor_unknowns, strict=False):
+        for entry in unknown.entries:
+            if entry.frequency_only:
+                raise RotorstudyError(
+                    f"{unknown.name!r} is defined in the frequency domain only: it cannot be integrated in time"
+                )
+            amount = value * entry.gain_at(speed, 0) * np.asarray(entry.matrix)
+            if not entry.reads_motion:
+                target = constant
+                if not entry.is_constant:
+                    amount = amount @ (np.conj(deflection) if entry.is_conjugate else deflection)
+            elif entry.order < 2:
+                target = (stiffness, damping)[entry.order][entry.on]
+            elif not (entry.is_conjugate or entry.shift):
+                mass = mass - amount
+                continue
+            else:
+                raise RotorstudyError(f"{unknown.name!r} has an inertia that rotates; it cannot be integrated in time")
+            target[entry.shift] = target.get(entry.shift, 0) + amount
+    return constant, stiffness, damping, mass

@@ -1,0 +1,116 @@
+"""A wrongly stated measuring convention is told before any cause is blamed, and no right one is accused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rotorstudy.diagnosis.verdict import investigate
+from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+from rotorstudy.model.rig import build_model
+from rotorstudy.response.measured import measured_response
+from rotorstudy.response.statics import static_deflection
+
+SPEEDS = np.array([60.0, 100.0, 140.0, 180.0])
+HARMONICS = np.array([0, 1, -1, 2, -2])
+NOISE = 3e-8
+QUICK = {"most_causes": 1, "candidates_per_round": 4}
+RIG = {
+    "rotor": {
+        "kind": "finite_element",
+        "elements": [{"length_m": 0.8, "count": 4, "outer_diameter_m": 0.02}],
+        "outer_diameter_m": 0.02,
+        "youngs_modulus_Pa": 2.1e11,
+        "density_kg_per_m3": 7800.0,
+        "discs": [
+            {"node": 2, "mass_kg": 2.0, "polar_moment_kg_m2": 4e-3, "diametral_moment_kg_m2": 2.1e-3},
+            {"node": 4, "mass_kg": 1.0, "polar_moment_kg_m2": 2e-3, "diametral_moment_kg_m2": 1.1e-3},
+        ],
+    },
+    "bearings": [
+        {"kind": "linear", "node": node, "label": str(node), "coefficients": "anisotropic"}
+        | {"bearing_stiffness_xx_N_per_m": 1e6, "bearing_stiffness_yy_N_per_m": 1.6e6}
+        | {"bearing_damping_xx_N_s_per_m": 300.0, "bearing_damping_yy_N_s_per_m": 300.0}
+        for node in (1, 5)
+    ],
+    "effects": [
+        {"kind": "unbalance", "node": 2, "label": "2", "eccentricity_m": 2e-5, "eccentricity_phase_rad": 0.4},
+        {"kind": "shaft_asymmetry", "shaft_asymmetry": 0.02},
+        {"kind": "external_damping", "node": 2, "label": "2", "external_damping_N_s_per_m": 20.0},
+    ],
+    "sensors": [2, 4],
+}
+MODEL = build_model(RIG)
+
+
+def measured(changes=(), seed=1):
+    """Spectrum with noise of the rig with further effects."""
+    model = build_model({**RIG, "effects": [*RIG["effects"], *changes]})
+    shown = measured_response(model, SPEEDS, HARMONICS)
+    draws = np.random.default_rng(seed).normal(0, NOISE / np.sqrt(2), (2, *shown.shape))
+    covariance = independent_covariance(np.full(shown.shape, NOISE**2 / 2))
+    return Spectrum(shown + draws[0] + 1j * draws[1], SPEEDS, HARMONICS, MODEL.sensors, covariance)
+
+
+def read_wrongly(spectrum, change):
+    """The spectrum of the record in time z (speed, time, sensor) over a revolution, after `change` of z."""
+    samples = 16  # more than twice the highest harmonic
+    turning = np.exp(2j * np.pi * np.outer(np.arange(samples), HARMONICS) / samples)
+    z = np.einsum("th,whs->wts", turning, spectrum.amplitude)
+    amplitude = np.einsum("th,wts->whs", turning.conj(), change(z)) / samples
+    scale = np.linalg.norm(amplitude) / np.linalg.norm(spectrum.amplitude)  # the noise is read wrongly too
+    return replace(spectrum, amplitude=amplitude, covariance=spectrum.covariance * scale**2)
+
+
+def at(sensor, change):
+    """A change of one sensor."""
+
+    def changed(z):
+        return np.stack([change(z[..., s]) if s == sensor else z[..., s] for s in range(z.shape[-1])], axis=-1)
+
+    return changed
+
+
+SAG = static_deflection(MODEL, SPEEDS, MODEL.theta[: len(MODEL.rotor_unknowns)]).value[..., MODEL.measured]
+WRONG = {
+    "all readings are 0.03937 times": lambda z: z / 25.4,
+    "all readings are 0.5 times": lambda z: z / 2,
+    "readings at node 4 are 0.03937 times": at(1, lambda z: z / 25.4),
+    "along x at node 2 are 0.03937 times": at(0, lambda z: z.real / 25.4 + 1j * z.imag),
+    "along y at node 4 are 2 times": at(1, lambda z: z.real + 2j * z.imag),
+    "probes are turned by 90 degrees": lambda z: z * -1j,
+    "phase mark is 90 degrees": lambda z: np.roll(z, -4, axis=1),
+    "gravity points -90 degrees": lambda z: np.roll(z, -4, axis=1) * -1j,
+    "turns in the other sense": np.conj,
+    "nodes are in the reverse order": lambda z: z[..., ::-1],
+    "count from the unloaded line": lambda z: z + SAG[:, None],
+}
+
+
+@pytest.mark.parametrize("expected", WRONG)
+def test_a_wrong_convention_is_told_and_no_cause_blamed(expected):
+    verdict = investigate(read_wrongly(measured(), WRONG[expected]), MODEL, settings=QUICK).verdict
+    assert verdict.measuring_chain and expected in verdict.measuring_chain.hypothesis, verdict.summary
+    assert verdict.verdict == "unknown" and not verdict.causes and not verdict.ambiguous_with
+    assert verdict.findings[0].name == "measuring chain" and verdict.measuring_chain.remedy in verdict.summary
+
+
+FAULTS = [
+    {"kind": "unbalance", "node": 4, "label": "more", "eccentricity_m": 2e-5, "eccentricity_phase_rad": 1.0},
+    {"kind": "bow", "node": 2, "label": "more", "bow_m": 2e-5, "bow_phase_rad": -2.0},
+    {"kind": "static_preload", "node": 2, "label": "more", "static_preload_N": 30.0, "static_preload_phase_rad": 0.3},
+    {"kind": "reversed_probe", "node": 4, "probe": "x", "reversed_probe_x": 1.0},
+]
+
+
+@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault["kind"])
+def test_a_fault_is_not_taken_for_a_convention(fault):
+    """Negative control: faults that look like a unit (bow, unbalance), a zero (preload) and a sign (reversed probe)."""
+    verdict = investigate(measured([fault]), MODEL, settings=QUICK).verdict
+    assert verdict.measuring_chain is None
+    assert fault["kind"] in {cause.effect for cause in (*verdict.causes, *verdict.ambiguous_with)}, verdict.summary
+
+
+def test_a_clean_record_is_not_accused():
+    verdict = investigate(measured(), MODEL, settings=QUICK).verdict
+    assert verdict.measuring_chain is None and verdict.verdict == "nothing"

@@ -1,0 +1,179 @@
+"""The numbers of a rotor move in the fits of a diagnosis, and an identification updates them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import yaml
+
+from rotorstudy.commands.line import main
+from rotorstudy.diagnosis.extend import extended_rig
+from rotorstudy.diagnosis.search import base_model
+from rotorstudy.diagnosis.settings import Settings, check_names
+from rotorstudy.diagnosis.verdict import investigate
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.inference.prior import prior_of
+from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+from rotorstudy.model.rig import build_model, load_rig
+from rotorstudy.model.rotor_numbers import rotor_with_changes
+from rotorstudy.response.measured import measured_response
+
+HARMONICS, SPEEDS = np.array([0, 1, -1, 2, -2]), [60.0, 90.0, 120.0, 150.0, 180.0, 230.0, 280.0]
+RIG = {
+    "rotor": {
+        "kind": "finite_element",
+        "elements": [{"length_m": 0.6, "count": 4}],
+        "outer_diameter_m": 0.02,
+        "discs": [
+            {"node": 2, "mass_kg": 2.0, "polar_moment_kg_m2": 0.0048, "diametral_moment_kg_m2": 0.0024},
+            {"node": 4, "mass_kg": 1.5, "polar_moment_kg_m2": 0.0030, "diametral_moment_kg_m2": 0.0015},
+        ],
+        "pinned_nodes": [1, 5],
+    },
+    "effects": [
+        {"kind": "external_damping", "node": 3, "external_damping_N_s_per_m": 60.0},
+        # the mass of an unbalance is that of its node, so it changes with the disc
+        {"kind": "unbalance", "node": 2, "label": "1", "eccentricity_m": 1e-5, "eccentricity_phase_rad": 0.8},
+        {"kind": "unbalance", "node": 4, "label": "2", "eccentricity_m": 8e-6, "eccentricity_phase_rad": -1.0},
+    ],
+    "sensors": [2, 3, 4],
+}
+STRICT = {"uncertainty": {"default": 0.02}, "model_error": 2e-4, "model_floor": 2e-5, "nuisance": {}}
+HELD = {**STRICT, "uncertainty": {"default": 0.02, "rotor": 0}}
+MODULUS = "rotor.youngs_modulus_Pa"
+
+
+def with_changes(rig, **changes):
+    structure = build_model(rig).structure
+    return {**rig, "rotor": rotor_with_changes(rig["rotor"], structure, {f"rotor.{k}": v for k, v in changes.items()})}
+
+
+def record(rig, seed, noise=2e-9):
+    model = build_model(rig)
+    shown = measured_response(model, SPEEDS, HARMONICS)
+    draws = np.random.default_rng(seed).normal(0, noise / np.sqrt(2), (2, *shown.shape))
+    covariance = independent_covariance(np.full(shown.shape, noise**2 / 2))
+    return Spectrum(shown + draws[0] + 1j * draws[1], np.array(SPEEDS), HARMONICS, model.sensors, covariance)
+
+
+def free_values(fitted):
+    return dict(zip(fitted.names, fitted.free, strict=True))
+
+
+def test_a_clean_record_of_a_rotor_with_another_modulus_is_called_nothing_with_the_modulus_moved():
+    spectrum = record(with_changes(RIG, youngs_modulus_Pa=0.01), 1)
+    diagnosis = investigate(spectrum, build_model(RIG), settings=STRICT)
+    assert diagnosis.verdict.verdict == "nothing"
+    found = free_values(diagnosis.best)
+    # speed errors apart, the response shows stiffness over mass: the three numbers share the change by their variances
+    assert found[MODULUS] - found["rotor.discs"] == pytest.approx(0.01, abs=1e-3)
+    assert abs(found[MODULUS]) > 2e-3
+    # negative control: with the rotor held something is claimed
+    assert investigate(spectrum, build_model(RIG), settings=HELD).verdict.verdict != "nothing"
+
+
+def test_a_modulus_that_moved_far_is_reported():
+    stated = {**STRICT, "uncertainty": {"default": 0.02, "rotor": 0, MODULUS: 0.005}}
+    verdict = investigate(record(with_changes(RIG, youngs_modulus_Pa=0.015), 2), build_model(RIG), settings=stated)
+    (moved,) = (row for row in verdict.verdict.base_parameters if row.name == MODULUS)
+    assert moved.value == pytest.approx(0.015, abs=1e-3) and moved.stated == 0
+    assert moved.stated_std == 0.005 and moved.moved_sigma == pytest.approx(3, abs=0.2)
+
+
+def test_an_added_mass_is_found_although_modulus_density_and_discs_are_uncertain():
+    item = {"kind": "added_mass", "node": 3, "label": "x", "added_mass_kg": 0.4}
+    true = with_changes({**RIG, "effects": [*RIG["effects"], item]}, youngs_modulus_Pa=0.004)
+    verdict = investigate(record(true, 3), build_model(RIG), settings=STRICT).verdict
+    assert verdict.verdict in ("cause", "ambiguous")
+    (cause,) = verdict.causes
+    assert (cause.effect, cause.where) == ("added_mass", {"node": 3})
+    mass = cause.parameters["added_mass"]
+    assert abs(mass.value - 0.4) < 4 * mass.std
+
+
+def test_the_extended_rig_has_the_new_numbers_and_their_covariance():
+    true = with_changes(RIG, youngs_modulus_Pa=0.01, **{"discs[0]": 0.006})
+    stated = {**STRICT, "uncertainty": {"default": 0.02, "rotor": 0, MODULUS: 0.01, "rotor.discs[0]": 0.01}}
+    spectrum = record(true, 4)
+    diagnosis = investigate(spectrum, build_model(RIG), settings=stated)
+    assert diagnosis.verdict.verdict == "nothing"
+    rig = yaml.safe_load(yaml.safe_dump(extended_rig(RIG, diagnosis)))
+    found = free_values(diagnosis.best)
+    assert rig["rotor"]["youngs_modulus_Pa"] == pytest.approx(2.1e11 * (1 + found[MODULUS]), rel=2e-4)
+    assert rig["rotor"]["discs"][0]["mass_kg"] == pytest.approx(2.0 * (1 + found["rotor.discs[0]"]), rel=2e-4)
+    assert rig["rotor"]["discs"][1] == RIG["rotor"]["discs"][1]
+    model = build_model(rig)
+    assert {MODULUS, "rotor.discs[0]"} <= set(model.uncertainty.names)
+    # the rig explains the record as the fit does: the unbalance of the new disc was estimated again
+    off = spectrum.whitened(spectrum.amplitude - measured_response(model, SPEEDS, HARMONICS))
+    assert np.sum(off**2) < 1.3 * len(off)
+    # the next diagnosis starts from the new rotor, with what is now known of it
+    known = investigate(record(true, 5), model, settings=stated)
+    assert known.search.prior.by_name[MODULUS][0] == 0
+    assert known.search.prior.by_name[MODULUS][1] < 0.01
+    assert known.verdict.verdict == "nothing"
+
+
+def test_a_geometry_that_is_25_per_cent_off_is_updated_by_identify(tmp_path, capsys):
+    rig, records, out = tmp_path / "rig.yaml", tmp_path / "records.nc", tmp_path / "identified.yaml"
+    given = {**RIG, "measurement": {"harmonics": HARMONICS.tolist()}}
+    true = with_changes(given, **{"outer_diameter_m": 0.25, "discs[0]": -0.2})
+    rig.write_text(yaml.safe_dump(true))
+    assert main(["simulate", str(rig), "--speeds", *map(str, SPEEDS), "--noise", "1e-6", "--out", str(records)]) == 0
+    rig.write_text(yaml.safe_dump(given))
+    names = ["rotor.outer_diameter_m", "rotor.discs[0]", "eccentricity[1]", "eccentricity[2]", "external_damping"]
+    identify = ["identify", str(records), "--rig", str(rig), "--rig-out", str(out), "--unknowns", *names]
+    assert main(identify) == 0
+    assert "rotor.outer_diameter_m" in capsys.readouterr().out
+    found = yaml.safe_load(out.read_text())
+    assert found["rotor"]["outer_diameter_m"] == pytest.approx(0.025, rel=1e-4)
+    assert found["rotor"]["discs"][0]["mass_kg"] == pytest.approx(1.6, rel=1e-3)
+    model = load_rig(out)
+    true_model = build_model(true)
+    for name in ("eccentricity[1]_real", "eccentricity[2]_imag", "external_damping"):
+        one, other = (m.theta[m.names.index(name)] for m in (model, true_model))
+        assert one == pytest.approx(other, rel=1e-3)
+    assert main([*identify[: -len(names)], "rotor.outer_diamete_m"]) == 1
+    assert "did you mean 'rotor.outer_diameter_m'" in capsys.readouterr().err
+
+
+def test_the_numbers_that_are_uncertain_are_those_stated_or_those_of_the_plugin():
+    usual = {MODULUS: 0.005, "rotor.density_kg_per_m3": 0.005, "rotor.discs": 0.005}
+
+    def free(**uncertainty):
+        _, prior = base_model(build_model(RIG), Settings(uncertainty=uncertainty, nuisance={}))
+        return {name: std for name, (_, std) in prior.by_name.items() if name.startswith("rotor.")}
+
+    assert free(default=0.1) == usual
+    assert free(default=0.1, rotor=0.02) == dict.fromkeys(usual, 0.02)
+    assert free(default=0.1, **{MODULUS: 0.03}) == {**usual, MODULUS: 0.03}
+    assert free(default=0.1, rotor=0, **{"rotor.discs[1].mass_kg": 0.02}) == {"rotor.discs[1].mass_kg": 0.02}
+    assert free(default=0.1, **{MODULUS: 0}) == {name: std for name, std in usual.items() if name != MODULUS}
+    assert free(default=0.1, rotor=0) == free(default=0) == {}
+
+
+def test_a_name_that_is_no_number_of_the_rotor_is_refused():
+    with pytest.raises(RotorstudyError, match=r"diagnosis.uncertainty.*did you mean 'rotor.youngs_modulus_Pa'"):
+        check_names(Settings(uncertainty={"rotor.youngs_modulus": 0.1}), build_model(RIG), "rig.yaml, diagnosis")
+    check_names(Settings(uncertainty={"rotor": 0.1, MODULUS: 0.1}), build_model(RIG), "rig.yaml, diagnosis")
+
+
+def test_a_prior_may_name_numbers_of_the_rotor():
+    section = {"parameters": [MODULUS, "external_damping"], "standard_deviations": [0.002, 3.0],
+               "correlations": [[1.0], [0.5, 1.0]]}  # fmt: skip
+    model = build_model({**RIG, "prior": section})
+    assert MODULUS in model.names
+    prior = prior_of(model, {"default": 0.1})
+    place = [prior.names.index(name) for name in section["parameters"]]
+    assert prior.covariance[np.ix_(place, place)] == pytest.approx(np.array([[4e-6, 3e-3], [3e-3, 9.0]]))
+    plain = build_model(RIG)
+    assert measured_response(model, SPEEDS, HARMONICS) == pytest.approx(measured_response(plain, SPEEDS, HARMONICS))
+    with pytest.raises(RotorstudyError, match="did you mean"):
+        build_model({**RIG, "prior": {**section, "parameters": ["rotor.density_kg", "external_damping"]}})
+
+
+def test_a_structure_without_a_plugin_has_no_uncertain_numbers():
+    model = build_model(RIG)
+    bare = replace(model, structure=replace(model.structure, origin=None))
+    _, prior = base_model(bare, Settings(nuisance={}))
+    assert not any(name.startswith("rotor.") for name in prior.names)

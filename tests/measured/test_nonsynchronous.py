@@ -1,0 +1,81 @@
+"""Lines that are not synchronous are found, named by their kind, and change no harmonic; a clean record has none."""
+
+import numpy as np
+import pytest
+from machine import TIME, records, write, write_rig
+
+from rotorstudy.measurement.lines import orders_of_lines
+from rotorstudy.measurement.measurement import read_measurement
+
+SPEEDS = [85.0, 100.0]
+SIZE = 3e-6
+
+
+def line(kind, speed):
+    """(time,) complex, m: what is added to the motion of all nodes."""
+    return {
+        "whirl": SIZE * np.exp(0.47j * speed * TIME),
+        "backward": SIZE * np.exp(-0.47j * speed * TIME),
+        "half": SIZE * np.cos(speed / 2 * TIME + 0.3),
+        "third": SIZE * np.exp(1j * speed / 3 * TIME),
+        "hum": 1j * SIZE * np.cos(2 * np.pi * 50.02 * TIME),
+        "natural frequency": SIZE * np.exp(2j * np.pi * 21.3 * TIME),
+    }[kind]
+
+
+def read(folder, kind, speeds=SPEEDS):
+    made = records(2, speeds)
+    for record in made:
+        record.displacement[:] += line(kind, record.speed) if kind else 0
+    return read_measurement([write("csv", folder, record) for record in made], write_rig(folder / "rig.yaml"))
+
+
+KINDS = {
+    "whirl": ("fluid whirl", "forward"),
+    "backward": ("not clear", "backward"),
+    "half": ("exactly 1/2", "without a clear sense"),
+    "third": ("exactly 1/3", "forward"),
+    "hum": ("hum of the mains: 1 x 50 Hz", "without a clear sense"),
+    "natural frequency": ("a natural frequency", "forward"),
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_each_kind_is_named_and_changes_no_harmonic(kind, tmp_path):
+    (tmp_path / "with").mkdir()
+    (tmp_path / "without").mkdir()
+    found, clean = read(tmp_path / "with", kind), read(tmp_path / "without", None)
+    (finding,) = found.findings
+    assert finding.name == "non-synchronous line" and finding.severity == "warning"
+    assert all(word in finding.text for word in (*KINDS[kind], "2 records")), finding.text
+    assert clean.findings == []
+    both = [one.spectrum for one in (found, clean)]
+    std = np.sqrt(np.diagonal(both[1].covariance, axis1=-2, axis2=-1))
+    std = np.sqrt(std[..., : std.shape[-1] // 2] ** 2 + std[..., std.shape[-1] // 2 :] ** 2).swapaxes(1, 2)
+    assert np.all(np.abs(both[0].amplitude - both[1].amplitude) < std)
+    # negative control: the line is a hundred times what it changes
+    assert 100 * np.abs(both[0].amplitude - both[1].amplitude).max() < SIZE
+
+
+def test_the_line_is_measured(tmp_path):
+    facts = read(tmp_path, "whirl", [80.0]).facts[0]
+    for one in facts.nodes.values():
+        (found,) = one.lines
+        assert found.order == pytest.approx(0.47, abs=1e-4)
+        assert found.forward == pytest.approx(SIZE, rel=0.02) and found.backward < 0.02 * SIZE
+
+
+@pytest.mark.parametrize("colour", ["white", "1/f"])
+def test_noise_has_no_lines(colour):
+    """Of 200 records with harmonics beyond those fitted, none has a line; 1 % would be two."""
+    generator = np.random.default_rng(4)
+    samples, turns = 2000, 25
+    angle = 2 * np.pi * turns * np.arange(samples) / samples
+    clean = 10 * np.exp(1j * angle) + 3 * np.exp(-2j * angle) + np.exp(7j * angle)
+    frequency = np.abs(np.fft.fftfreq(samples, 1 / samples))
+    shape = 1.0 if colour == "white" else 1 / np.sqrt(np.maximum(frequency, 0.5) / turns)
+    for _ in range(200):
+        draws = generator.normal(size=(2, samples))
+        noise = np.fft.ifft(np.fft.fft(draws[0] + 1j * draws[1]) * shape)
+        assert len(orders_of_lines(clean + noise, angle, [0, 1, -1, 2, -2])) == 0
+    assert len(orders_of_lines(clean + noise + np.exp(0.47j * angle), angle, [0, 1, -1, 2, -2])) == 1

@@ -1,0 +1,71 @@
+"""Conventions that the rig file states: the zero of displacement, node labels, and the sense of phases in tables."""
+
+import numpy as np
+import pytest
+import yaml
+
+from rotorstudy import RotorstudyError, load_rig, measured_response
+from rotorstudy.measurement.measurement import read_measurement
+from rotorstudy.measurement.records import records_dataset
+
+HARMONICS = [0, 1, -1]
+RIG = {
+    "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
+    "effects": [
+        {"kind": "external_damping", "external_damping_N_s_per_m": 100.0},
+        {"kind": "unbalance", "eccentricity_m": 5e-6, "eccentricity_phase_rad": 0.7},
+    ],
+}
+SAG = 2.0 * 9.81 / 7.6e5
+
+
+def rig_file(folder, **stated):
+    path = folder / "rig.yaml"
+    path.write_text(yaml.safe_dump({**RIG, "measurement": {"harmonics": HARMONICS, **stated}}))
+    return path
+
+
+def foreign_file(folder, label=1, shift=0.0):
+    """Records with phase marks that no attribute declares as the project's own; x counts from `shift`."""
+    from rotorstudy import simulate_records
+
+    folder.mkdir(exist_ok=True)
+    model = load_rig(rig_file(folder))
+    made = simulate_records(model, [100.0], [0, 1], np.arange(4000) / 2000)
+    data = records_dataset(made).drop_vars("reference")
+    data.displacement.loc[{"direction": "x"}] += shift
+    data = data.assign_coords(node=[label])
+    data.to_netcdf(folder / "foreign.nc")
+    return folder / "foreign.nc", measured_response(model, [100.0], HARMONICS)[0, :, 0]
+
+
+def test_displacements_from_the_unloaded_line(tmp_path):
+    """The static deflection m g / k is subtracted where the rig says so, from harmonics and records; else it stays."""
+    path, true = foreign_file(tmp_path / "a", shift=SAG)
+    for zero, left in (("unloaded_line", 0.0), ("at_rest", SAG)):
+        found = read_measurement(path, rig_file(tmp_path, displacement_zero=zero))
+        assert found.spectrum.amplitude[0, :, 0] == pytest.approx(true + left * np.array([1, 0, 0]), abs=1e-11)
+        assert found.records[0].displacement.mean() == pytest.approx(true[0] + left, abs=1e-9)
+
+
+def test_node_labels_that_count_from_zero(tmp_path):
+    path, true = foreign_file(tmp_path / "a", label=0)
+    found = read_measurement(path, rig_file(tmp_path, node_of_label={0: 1}))
+    assert found.spectrum.sensors == (1,) and found.spectrum.amplitude[0, :, 0] == pytest.approx(true, abs=1e-11)
+    with pytest.raises(RotorstudyError, match="unknown node '0'"):
+        read_measurement(path, rig_file(tmp_path))
+    with pytest.raises(RotorstudyError, match=r"node label '0'.*node_of_label"):
+        read_measurement(path, rig_file(tmp_path, node_of_label={7: 1}))
+
+
+def test_phases_of_a_table_as_lags(tmp_path):
+    """A table of lags is that of leads with the sign of all phases changed, but for the direction of the mean."""
+    rows = [(0, 1.0, 0.5), (1, 4.0, 0.7), (-1, 2.0, -1.1)]
+    found = {}
+    for phase, sign in (("lead", 1), ("lag", -1)):
+        lines = [f"100.0,1,{n},{size}e-6,{(sign if n else 1) * angle}" for n, size, angle in rows]
+        table = tmp_path / f"{phase}.csv"
+        table.write_text("\n".join(["speed_rad_per_s,node,harmonic,amplitude_m,phase_rad", *lines]))
+        found[phase] = read_measurement(table, rig_file(tmp_path, table_phase=phase)).spectrum
+    assert found["lag"].amplitude == pytest.approx(found["lead"].amplitude, rel=1e-12)
+    assert found["lead"].amplitude[0, 1, 0] == pytest.approx(4e-6 * np.exp(0.7j), rel=1e-12)

@@ -1,0 +1,180 @@
+"""Cracks at any angle about the shaft against motions integrated in real x and y."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from cracked_rotor import OPENINGS, Shaft
+from scipy.integrate import solve_ivp
+
+from rotorstudy.model.rig import build_model
+from rotorstudy.response.measured import measured_response
+from rotorstudy.response.statics import static_deflection
+
+MASS, STIFFNESS, DAMPING, LOSS, PUSH = 2.0, 7.6e5, 120.0, 0.1 * 7.6e5, 2e-5 * np.exp(0.8j)
+ORDERS = [0, 1, -1, 2, -2, 3, -3, 4, 5]
+
+
+def jeffcott(**crack):
+    """A Jeffcott rotor; crack : options of the effect, if it has one."""
+    return build_model({
+        "rotor": {"kind": "jeffcott", "mass_kg": MASS, "stiffness_N_per_m": STIFFNESS},
+        "effects": [
+            {"kind": "external_damping", "external_damping_N_s_per_m": DAMPING},
+            {"kind": "unbalance", "eccentricity_m": abs(PUSH) / MASS, "eccentricity_phase_rad": np.angle(PUSH)},
+            *([{"stiffness_loss_N_per_m": LOSS, **crack}] if crack else []),
+        ],
+    })  # fmt: skip
+
+
+def integrated_jeffcott(speed, opening, angle, weight_only, turns=60, samples=64):
+    """Harmonics of x + j y of m r'' + c r' + k r = m g + m e w^2 + dk sigma xi (xi . r), about the rest."""
+    rest = MASS * 9.81 / STIFFNESS
+
+    def slope(turn, state):
+        x, y, vx, vy = state
+        phase = turn + angle
+        xi = np.array([np.cos(phase), np.sin(phase)])
+        seen = np.array([rest, 0.0]) if weight_only else np.array([x, y])
+        force = LOSS * OPENINGS[opening](phase) * xi * (xi @ seen)
+        push = PUSH * speed**2 * np.exp(1j * turn)
+        ax = (push.real + MASS * 9.81 + force[0] - DAMPING * vx - STIFFNESS * x) / MASS
+        ay = (push.imag + force[1] - DAMPING * vy - STIFFNESS * y) / MASS
+        return np.array([vx, vy, ax, ay]) / speed
+
+    state, seen = np.array([rest, 0.0, 0.0, 0.0]), []
+    # a switching crack jumps where cos(turn + angle) = 0: integrate from jump to jump
+    jumps = np.sort((np.pi / 2 * np.array([1, 3]) - angle) % (2 * np.pi))
+    sampled = 2 * np.pi * np.arange(samples) / samples
+    for turn in range(turns):
+        edges = 2 * np.pi * turn + np.concatenate([[0.0], jumps, [2 * np.pi]])
+        for start, end in pairwise(edges):
+            if end - start < 1e-12:
+                continue
+            last = turn == turns - 1
+            inside = 2 * np.pi * turn + sampled
+            inside = inside[(inside >= start) & (inside < end)] if last else np.array([])
+            shrunk = (end - start) * 1e-12  # the opening on this side of the jump
+            found = solve_ivp(
+                slope, (start + shrunk, end - shrunk), state, method="DOP853", rtol=1e-9, atol=1e-14,
+                t_eval=np.append(np.clip(inside, start + shrunk, end - shrunk), end - shrunk),
+            )  # fmt: skip
+            seen += [column[0] + 1j * column[1] for column in found.y.T[:-1]]
+            state = found.y[:, -1]
+    return np.fft.fft(np.array(seen) - rest) / samples
+
+
+@pytest.mark.parametrize("weight_only", [False, True])
+@pytest.mark.parametrize(
+    "opening, degrees", [("switching", 60), ("breathing", 200), ("power_cosine", -35), ("open", 110)]
+)
+def test_a_crack_at_any_angle_moves_the_rotor_as_integrated(opening, degrees, weight_only):
+    """Harmonics above those carried, and of 64 samples folded, are below 1e-4 of the effect even for a jump."""
+    angle, speed = np.deg2rad(degrees), 200.0
+    kind = "breathing_crack_weight" if weight_only else "breathing_crack"
+    own = jeffcott(kind=kind, crack=opening, crack_angle_rad=float(angle))
+    seen = integrated_jeffcott(speed, opening, angle, weight_only)[ORDERS]
+    shown = measured_response(own, [speed], ORDERS)[0, :, 0]
+    effect = np.abs(shown - measured_response(jeffcott(), [speed], ORDERS)[0, :, 0]).max()
+    assert np.abs(shown - seen).max() < 1e-3 * effect
+    unturned = jeffcott(kind=kind, crack=opening)
+    assert np.abs(measured_response(unturned, [speed], ORDERS)[0, :, 0] - seen).max() > 0.1 * effect
+
+
+def test_a_full_turn_changes_nothing_and_no_angle_is_the_phase_mark():
+    without, turned, none = (
+        measured_response(jeffcott(kind="breathing_crack", **given), [200.0], ORDERS)
+        for given in ({}, {"crack_angle_rad": float(2 * np.pi)}, {"crack_angle_rad": 0.0})
+    )
+    assert (without == none).all()
+    assert np.allclose(without, turned, rtol=1e-10, atol=0)
+
+
+SHAFT_SPEEDS = [70.0, 120.0]  # low enough for the slowest mode to decay to 1e-3 in 50 turns
+BETWEEN = {
+    "discs": {2: (2.0, 0.0048, 0.0024), 4: (1.5, 0.003, 0.0015)},
+    "bearings": {1: (1e6, 8e5, 600.0), 5: (1.2e6, 9e5, 600.0)},
+    "unbalance": {2: 2e-5 * np.exp(0.8j), 4: 1e-5 * np.exp(0.3j)},
+}
+OVERHUNG = {
+    "discs": {5: (2.0, 0.0048, 0.0024)},
+    "bearings": {1: (1e6, 8e5, 600.0), 3: (1.2e6, 9e5, 600.0)},
+    "unbalance": {5: 1e-6 * np.exp(0.8j)},
+}
+
+
+def finite_elements(machine, crack=None):
+    """The same shaft as `Shaft(0.15, 4, 0.02, ..., beta=1e-4)`; crack : options of the effect."""
+    return build_model({
+        "rotor": {
+            "kind": "finite_element", "outer_diameter_m": 0.02, "theory": "euler_bernoulli",
+            "shaft_inertia": "translation", "elements": [{"length_m": 0.6, "count": 4}],
+            "discs": [
+                {"node": n, "mass_kg": m, "polar_moment_kg_m2": p, "diametral_moment_kg_m2": d}
+                for n, (m, p, d) in machine["discs"].items()
+            ],
+        },
+        "bearings": [
+            {"kind": "linear", "node": n, "label": str(n), "coefficients": "anisotropic",
+             "bearing_stiffness_xx_N_per_m": kx, "bearing_stiffness_yy_N_per_m": ky,
+             "bearing_damping_xx_N_s_per_m": c, "bearing_damping_yy_N_s_per_m": c}
+            for n, (kx, ky, c) in machine["bearings"].items()
+        ],
+        "effects": [
+            {"kind": "shaft_damping", "shaft_damping_s": 1e-4},
+            *(
+                {"kind": "unbalance", "node": n, "label": str(n), "mass_kg": 1.0, "eccentricity_m": float(abs(u)),
+                 "eccentricity_phase_rad": float(np.angle(u))}
+                for n, u in machine["unbalance"].items()
+            ),
+            *([{"kind": "breathing_crack", **crack}] if crack else []),
+        ],
+    })  # fmt: skip
+
+
+def moved_by_a_crack(machine, crack):
+    """Harmonics at all nodes that a crack of the package adds to those without it."""
+    with_crack, without = (measured_response(finite_elements(machine, c), SHAFT_SPEEDS, ORDERS) for c in (crack, None))
+    return with_crack, np.abs(with_crack - without).max()
+
+
+@pytest.mark.parametrize("degrees", [60, 200])
+def test_a_crack_in_an_element_moves_the_rotor_as_integrated(degrees):
+    """The tolerance is the period error of 256 steps a turn, 1e-3 at 5X, and what is left of the start."""
+    angle = float(np.deg2rad(degrees))
+    seen = Shaft(0.15, 4, 0.02, **BETWEEN, crack=(2, 0.15, angle, "breathing"), beta=1e-4)
+    seen = seen.harmonics(SHAFT_SPEEDS, ORDERS, steps=256)
+    crack = {"crack": "breathing", "crack_angle_rad": angle, "element": 2, "stiffness_loss": 0.15}
+    shown, effect = moved_by_a_crack(BETWEEN, crack)
+    assert np.abs(shown - seen).max() < 1e-2 * effect
+
+
+@pytest.mark.parametrize("machine, element", [(OVERHUNG, 4), (BETWEEN, 2)], ids=["overhung", "between"])
+def test_a_crack_opens_where_the_weight_stretches_the_shaft(machine, element):
+    """The integrated crack opens by the curvature of the moving shaft, which the weight dominates here."""
+    small = {**machine, "unbalance": {node: 0.05 * u for node, u in machine["unbalance"].items()}}
+    seen = Shaft(0.15, 4, 0.02, **small, crack=(element, 0.05, 1.0, "curvature"), beta=1e-4)
+    seen = seen.harmonics(SHAFT_SPEEDS, ORDERS, steps=256)
+    crack = {"crack": "switching", "crack_angle_rad": 1.0, "element": element, "stiffness_loss": 0.05}
+    shown, effect = moved_by_a_crack(small, crack)
+    assert np.abs(shown - seen).max() < 1e-2 * effect
+    other_side, _ = moved_by_a_crack(small, {**crack, "crack_angle_rad": 1.0 + np.pi})
+    assert np.abs(other_side - seen).max() > 0.5 * effect
+
+
+def test_the_side_that_the_weight_stretches_is_that_of_the_deflection_on_the_bearings():
+    for machine, sides in ((BETWEEN, [1, 1, 1, 1]), (OVERHUNG, [-1, -1, -1, -1])):
+        model = finite_elements(machine)
+        deflection = static_deflection(model, np.array([100.0]), model.theta).value[0]
+        found = [model.structure.tension_side(element) for element in (1, 2, 3, 4)]
+        bent = [model.structure.curvature_at(element) @ deflection for element in (1, 2, 3, 4)]
+        assert found == [int(-np.sign(one.real)) for one in bent] == sides
+        assert model.structure.tension_side(None) == 1
+
+
+def test_a_crack_without_a_known_bending_opens_below():
+    model = finite_elements(OVERHUNG)
+    weightless = replace(model.structure, static_load=np.zeros(len(model.structure.dofs)))
+    one_bearing = replace(model.structure, bearing_nodes=(3,))
+    assert weightless.tension_side(4) == one_bearing.tension_side(4) == jeffcott().structure.tension_side(None) == 1

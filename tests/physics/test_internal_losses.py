@@ -1,0 +1,72 @@
+"""What the shaft loses inside is no force from outside: no net force, no net moment, nothing on a rigid motion."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from rotorstudy.diagnosis.candidates import candidates
+from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.model.registry import registry
+from rotorstudy.model.rig import build_model, make_term
+
+ROOT = Path(__file__).parents[2]
+FREE = {
+    "kind": "finite_element",
+    "elements": [{"length_m": 0.3, "count": 2}, {"length_m": 0.5, "count": 1, "outer_diameter_m": 0.03}],
+    "outer_diameter_m": 0.02,
+    "discs": [{"node": 2, "mass_kg": 2.0, "polar_moment_kg_m2": 0.005, "diametral_moment_kg_m2": 0.0025}],
+}
+POSITIONS = np.array([0.0, 0.15, 0.3, 0.8])
+RIGID = np.array([np.kron(np.ones(4), [1, 0]), np.kron(POSITIONS, [1, 0]) + np.kron(np.ones(4), [0, 1])]).T
+INSIDE = ("breathing_crack", "breathing_crack_weight", "internal_damping")
+ROUND_OFF = 1e-12
+
+
+def outside(structure, effect, place):
+    """Largest net force or moment, and force on a rigid motion, of a loss, relative to its largest stiffness."""
+    term = make_term("effect", {"kind": effect, **place}, structure, structure.nodes)
+    matrices = [np.asarray(e.matrix) for unknown in term.unknowns for e in unknown.entries]
+    return max(
+        np.abs(part).max() / np.abs(matrix).max() for matrix in matrices for part in (RIGID.T @ matrix, matrix @ RIGID)
+    )
+
+
+@pytest.mark.parametrize("theory", ["timoshenko", "euler_bernoulli"])
+@pytest.mark.parametrize("effect", INSIDE)
+def test_a_loss_in_an_element_is_internal(effect, theory):
+    structure = build_model({"rotor": {**FREE, "theory": theory}}).structure
+    for element in (1, 2, 3):
+        assert outside(structure, effect, {"element": element}) < ROUND_OFF
+    assert outside(structure, effect, {"node": 2}) > 0.1  # the thesis's form holds the shaft from outside
+
+
+def test_every_rotor_on_free_ends_cracks_in_its_elements_only():
+    """A rotor with one place has its rigid bearings in its stiffness: what the crack loses they take."""
+    for plugin in registry().plugins["rotor"].values():
+        structure = plugin.function(**plugin.example)
+        places = structure.crack_places()
+        if structure.is_supported:
+            assert places == [{}]
+        else:
+            assert places and all(set(place) == {"element"} for place in places)
+
+
+def test_no_hypothesis_loses_stiffness_or_damping_at_a_node():
+    found, _ = candidates(build_model({"rotor": FREE}), Settings())
+    inside = [c for c in found if c.effect in INSIDE]
+    assert {c.effect for c in inside} == {"breathing_crack", "internal_damping"}
+    assert all(set(c.where) == {"element"} for c in inside)
+
+
+@pytest.mark.parametrize(
+    "path", ["examples/two_discs.yaml", "workflow/config/blind.yaml", "workflow/config/test/blind.yaml"]
+)
+def test_examples_and_blind_tests_lose_nothing_at_a_node(path):
+    given = yaml.safe_load((ROOT / path).read_text())
+    rigs = [entry["rig"] for entry in given["rigs"].values()] if "rigs" in given else [given]
+    for rig in rigs:
+        if rig["rotor"]["kind"] == "finite_element":
+            losses = [*rig.get("cracks", []), *(e for e in rig["effects"] if e["kind"] in INSIDE)]
+            assert not any("node" in loss for loss in losses)

@@ -1,0 +1,93 @@
+"""Growth of the free motion of rotors whose stiffness turns with the shaft: closed form, and integrated turns."""
+
+import numpy as np
+import pytest
+from cracked_rotor import OPENINGS
+from scipy.integrate import solve_ivp
+
+from rotorstudy.errors import NoSteadyState
+from rotorstudy.model.rig import build_model
+from rotorstudy.response.stability import check_stable, growth_rate, periodic_growth_rate, varies_in_time
+
+MASS, STIFFNESS = 2.0, 7.6e5
+NATURAL = np.sqrt(STIFFNESS / MASS)
+FREQUENCY_ERROR = 4e-4  # relative, of 256 steps a turn at about the spin speed
+
+
+def jeffcott(*effects, damping=0.0):
+    return build_model({
+        "rotor": {"kind": "jeffcott", "mass_kg": MASS, "stiffness_N_per_m": STIFFNESS},
+        "effects": [{"kind": "external_damping", "external_damping_N_s_per_m": damping}, *effects],
+    })  # fmt: skip
+
+
+def asymmetric(share, damping=0.0):
+    effect = {"kind": "shaft_asymmetry", "shaft_asymmetry": share, "shaft_asymmetry_phase_rad": 0.3}
+    return jeffcott(effect, damping=damping)
+
+
+def growth_in_turning_axes(share, speed, damping):
+    """r = z e^{-jwt}: m (r'' + 2 j w r' - w^2 r) + c (r' + j w r) + k r + share k conj(r) = 0 has constant terms."""
+    w, c = speed, damping / MASS
+    k = np.diag([(1 + share) * NATURAL**2 - w**2, (1 - share) * NATURAL**2 - w**2]) + c * w * np.array(
+        [[0, -1], [1, 0]]
+    )
+    g = c * np.eye(2) + 2 * w * np.array([[0, -1], [1, 0]])
+    return np.linalg.eigvals(np.block([[np.zeros((2, 2)), np.eye(2)], [-k, -g]])).real.max()
+
+
+def test_an_asymmetric_shaft_grows_between_its_critical_speeds_as_in_closed_form():
+    """Without damping s^2 = sqrt(4 w^2 wn^2 + e^2 wn^4) - (w^2 + wn^2), positive for wn sqrt(1 -+ e) alone."""
+    share, speeds = 0.1, NATURAL * np.array([0.97, 1.0, 1.03])
+    square = np.sqrt(4 * speeds**2 * NATURAL**2 + share**2 * NATURAL**4) - speeds**2 - NATURAL**2
+    growth = periodic_growth_rate(asymmetric(share), speeds)
+    assert growth == pytest.approx(np.sqrt(square), abs=20 * FREQUENCY_ERROR * share * NATURAL)
+    for speed in NATURAL * np.sqrt([1 - share, 1 + share]):
+        inside, outside = (1 + 2e-3, 1 - 2e-3) if speed < NATURAL else (1 - 2e-3, 1 + 2e-3)
+        with pytest.raises(NoSteadyState, match=r"grows by [\d.]+ 1/s"):
+            check_stable(asymmetric(share), [speed * inside])
+        check_stable(asymmetric(share), [speed * outside])
+
+
+@pytest.mark.parametrize("damping", [20.0, 100.0])
+def test_damping_slows_the_growth_of_an_asymmetric_shaft_as_in_turning_axes(damping):
+    speeds = NATURAL * np.array([0.6, 0.97, 1.0, 1.04, 1.3])
+    expected = [growth_in_turning_axes(0.1, w, damping) for w in speeds]
+    found = periodic_growth_rate(asymmetric(0.1, damping), speeds)
+    assert found == pytest.approx(expected, abs=2e-3 * max(np.abs(expected)))
+    assert found.min() < 0 < found.max()
+
+
+@pytest.mark.parametrize(
+    ("opening", "ratio"), [("breathing", 1.8), ("breathing", 0.97), ("switching", 1.8), ("switching", 0.6)]
+)
+def test_a_breathing_crack_grows_as_its_integrated_turn(opening, ratio):
+    """The multipliers of four free motions in real x and y, integrated through one turn."""
+    loss, speed, damping = 0.3 * STIFFNESS, ratio * NATURAL, 5.0
+    crack = {"kind": "breathing_crack", "crack": opening, "crack_angle_rad": 0.0, "stiffness_loss_N_per_m": loss}
+
+    def slope(turn, state):
+        xi = np.array([np.cos(turn), np.sin(turn)])
+        position, velocity = state.reshape(2, 2, 4)
+        force = loss * OPENINGS[opening](turn) * np.outer(xi, xi @ position)
+        acceleration = (force - damping * velocity - STIFFNESS * position) / MASS
+        return np.concatenate([velocity, acceleration]).ravel() / speed
+
+    state = np.eye(4).ravel()
+    for start, end in ((0, 0.5), (0.5, 1.5), (1.5, 2)):  # times pi: where a switching crack jumps
+        shrunk = 1e-12
+        turns = (np.pi * start + shrunk, np.pi * end - shrunk)
+        state = solve_ivp(slope, turns, state, method="DOP853", rtol=1e-9, atol=1e-12).y[:, -1]
+    expected = np.log(np.abs(np.linalg.eigvals(state.reshape(4, 4))).max()) * speed / (2 * np.pi)
+    found = periodic_growth_rate(jeffcott(crack, damping=damping), [speed])[0]
+    assert found == pytest.approx(expected, abs=2e-4 * NATURAL)
+    assert (found > 0) == (expected > 0)
+
+
+def test_without_a_turning_stiffness_it_is_the_growth_of_the_eigenvalues():
+    model = jeffcott({"kind": "internal_damping", "internal_damping_N_s_per_m": 100.0}, damping=50.0)
+    speeds = NATURAL * np.array([0.5, 1.2, 2.0])
+    assert not varies_in_time(model)
+    assert periodic_growth_rate(model, speeds) == pytest.approx(growth_rate(model, speeds), rel=1e-3)
+    with pytest.raises(NoSteadyState, match=r"grows by [\d.]+ 1/s"):
+        check_stable(model, speeds)

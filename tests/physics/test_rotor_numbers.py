@@ -1,0 +1,202 @@
+"""The numbers of a rotor as parameters: their table against rotors that are built anew with other numbers."""
+
+import numpy as np
+import pytest
+
+from rotorstudy import registry
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.inference.problem import Problem
+from rotorstudy.model.estimated_rig import rig_with_estimate
+from rotorstudy.model.rig import build_model
+from rotorstudy.model.rotor_numbers import rotor_with_changes, with_rotor_numbers
+from rotorstudy.response.harmonic import harmonic_response
+from rotorstudy.response.measured import measured_response, measured_response_and_jacobian
+from rotorstudy.response.statics import static_deflection
+
+SPEEDS, HARMONICS = [60.0, 140.0, 260.0], [0, 1, -1, 2, -2]
+SHAFT = {
+    "kind": "finite_element",
+    "elements": [{"length_m": 0.25, "count": 3}, {"length_m": 0.35, "count": 4, "outer_diameter_m": 0.022}],
+    "outer_diameter_m": 0.02,
+    "discs": [
+        {"node": 3, "mass_kg": 2.0, "polar_moment_kg_m2": 0.0048, "diametral_moment_kg_m2": 0.0024},
+        {"node": 6, "mass_kg": 1.5, "polar_moment_kg_m2": 0.0030, "diametral_moment_kg_m2": 0.0015},
+    ],
+}
+# effects that do not take a matrix of the rotor into their own table
+EFFECTS = [
+    {"kind": "external_damping", "node": 4, "external_damping_N_s_per_m": 80.0},
+    {"kind": "unbalance", "node": 3, "mass_kg": 2.0, "eccentricity_m": 1e-5, "eccentricity_phase_rad": 0.4},
+]
+BEARINGS = [
+    {
+        "kind": "linear",
+        "node": node,
+        "label": str(node),
+        "coefficients": "anisotropic",
+        "bearing_stiffness_xx_N_per_m": 8e5,
+        "bearing_stiffness_yy_N_per_m": 5e5,
+        "bearing_damping_xx_N_s_per_m": 300.0,
+        "bearing_damping_yy_N_s_per_m": 250.0,
+    }
+    for node in (1, 8)
+]
+SPRINGS = [
+    {"kind": "support_stiffness", "node": node, "label": str(node), "support_stiffness_N_per_m": 6e5} for node in (1, 8)
+]
+CRACK = [{"kind": "switching", "node": 4, "stiffness_loss_22_N_per_m": 3e4, "stiffness_loss_44_N_m": 0.0}]
+SUPPORTS = {
+    "bearings": {"rotor": SHAFT, "bearings": BEARINGS, "cracks": CRACK, "effects": EFFECTS},
+    "rigid supports": {"rotor": {**SHAFT, "pinned_nodes": [1, 8]}, "cracks": CRACK, "effects": EFFECTS},
+    "springs of effects": {"rotor": SHAFT, "effects": [*EFFECTS, *SPRINGS]},
+    "periodic crack": {
+        "rotor": {**SHAFT, "pinned_nodes": [1, 8]},
+        "cracks": [{**CRACK[0], "weight_dominance": False}],
+        "effects": EFFECTS,
+    },
+}
+NUMBERS = ("rotor.youngs_modulus_Pa", "rotor.discs[0]", "rotor.outer_diameter_m", "rotor.elements[1].length_m")
+
+
+def changed(rig, name, change):
+    return build_model({**rig, "rotor": rotor_with_changes(rig["rotor"], build_model(rig).structure, {name: change})})
+
+
+@pytest.mark.parametrize("sensors", [[3, 6], [2, 3, 4, 5, 6, 7]], ids=["two sensors", "six sensors"])
+@pytest.mark.parametrize("supports", SUPPORTS)
+def test_the_derivatives_are_those_of_rotors_that_are_built_with_other_numbers(supports, sensors):
+    rig = {**SUPPORTS[supports], "sensors": sensors}
+    model = with_rotor_numbers(build_model(rig), NUMBERS)
+    found = measured_response_and_jacobian(model, SPEEDS, HARMONICS, order=5)
+    assert found.response == pytest.approx(measured_response(build_model(rig), SPEEDS, HARMONICS, order=5), rel=1e-9)
+    step = 1e-5
+    for name in NUMBERS:
+        above, below = (measured_response(changed(rig, name, s), SPEEDS, HARMONICS, order=5) for s in (step, -step))
+        difference = (above - below) / (2 * step)
+        column = found.jacobian[..., model.names.index(name)]
+        # differences of the response: truncation step^2 times the third power of the resonance magnification
+        assert np.abs(column - difference).max() < 1e-5 * np.abs(difference).max(), name
+        assert np.abs(difference).max() > 1e-3 * np.abs(found.response).max()
+
+
+@pytest.mark.parametrize("supports", SUPPORTS)
+def test_large_changes_are_those_of_a_rotor_that_is_built_with_other_numbers(supports):
+    rig = {**SUPPORTS[supports], "sensors": [3, 6]}
+    model = with_rotor_numbers(build_model(rig), NUMBERS)
+    theta = model.theta.copy()
+    theta[model.position(NUMBERS)] = changes = [0.1, -0.2, 0.25, -0.15]
+    there = rotor_with_changes(rig["rotor"], model.structure, dict(zip(NUMBERS, changes, strict=True)))
+    true = build_model({**rig, "rotor": there})
+    shown = measured_response(model, SPEEDS, HARMONICS, theta, order=5)
+    expected = measured_response(true, SPEEDS, HARMONICS, order=5)
+    assert np.abs(shown - expected).max() < 1e-9 * np.abs(expected).max()
+    at = static_deflection(model, SPEEDS, theta[: len(model.rotor_unknowns)]).value
+    expected = static_deflection(true, SPEEDS, true.theta[: len(true.rotor_unknowns)]).value
+    assert np.abs(at - expected).max() <= 1e-9 * np.abs(expected).max()
+    column = measured_response_and_jacobian(model, SPEEDS, HARMONICS, theta, order=5).jacobian[..., -1]
+    step = np.zeros_like(theta)
+    step[model.names.index(NUMBERS[-1])] = 1e-6
+    above, below = (measured_response(model, SPEEDS, HARMONICS, theta + s * step, order=5) for s in (1, -1))
+    difference = (above - below) / 2e-6
+    assert model.names[-1] == NUMBERS[-1]
+    assert np.abs(column - difference).max() < 1e-5 * np.abs(difference).max()
+
+
+def test_numbers_that_enter_linearly_build_no_rotor_again():
+    model = build_model(SUPPORTS["bearings"])
+    for names, linear in ((NUMBERS[:2], True), (NUMBERS, False)):
+        (term,) = (term for term in with_rotor_numbers(model, names).terms if term.variation)
+        assert term.variation.is_linear == linear
+        change = np.full(len(names), 0.03)
+        found, true = term.variation.at(change), term.variation.build(tuple(change))
+        for one, other in zip(found, true, strict=True):
+            assert np.abs(one - other).max() <= 1e-9 * np.abs(other).max()
+
+
+def test_condensed_coordinates_change_nothing():
+    rig = {**SUPPORTS["periodic crack"], "sensors": [3, 6]}
+    model = with_rotor_numbers(build_model(rig), NUMBERS)
+    theta = model.theta.copy()
+    theta[model.position(NUMBERS)] = [0.01, 0.02, -0.01, 0.01]
+    assert len(model.involved) < len(model.structure.dofs)
+    whole = harmonic_response(model, SPEEDS, HARMONICS, theta, order=5)[..., model.measured]
+    shown = measured_response(model, SPEEDS, HARMONICS, theta, order=5)
+    assert np.abs(shown - whole).max() < 1e-10 * np.abs(whole).max()
+
+
+def test_many_trials_are_each_their_own():
+    model = with_rotor_numbers(build_model({**SUPPORTS["bearings"], "sensors": [3, 6]}), NUMBERS)
+    theta = np.tile(model.theta, (3, 1))
+    theta[:, model.position(NUMBERS)] = np.random.default_rng(1).normal(0, 0.01, (3, 4))
+    together = measured_response_and_jacobian(model, SPEEDS, HARMONICS, theta)
+    for i in range(3):
+        alone = measured_response_and_jacobian(model, SPEEDS, HARMONICS, theta[i])
+        assert np.abs(together.response[i] - alone.response).max() < 1e-12 * np.abs(alone.response).max()
+        assert together.jacobian[i] == pytest.approx(alone.jacobian, rel=1e-9, abs=1e-18)
+
+
+@pytest.mark.parametrize("plugin", registry().plugins["rotor"].values(), ids=lambda plugin: plugin.name)
+def test_every_rotor_has_numbers_that_move(plugin):
+    model = build_model({"rotor": {"kind": plugin.name, **plugin.example}})
+    assert plugin.uncertain, f"{plugin.name} states no uncertain number"
+    names = [f"rotor.{path}" for path in plugin.uncertain]
+    working = []
+    for name in names:
+        try:
+            working.append(with_rotor_numbers(model, [name]).names)
+        except RotorstudyError:  # another way to describe that rotor
+            continue
+    assert working
+
+
+def test_a_new_rotor_keeps_what_was_not_changed_and_has_the_new_numbers():
+    rig = {**SUPPORTS["bearings"], "sensors": [3, 6]}
+    model = with_rotor_numbers(build_model(rig), NUMBERS[:2])
+    found = rig_with_estimate(rig, model, NUMBERS[:2], np.array([0.1, -0.2]), np.diag([0.011, 0.004]) ** 2)
+    assert found["rotor"]["youngs_modulus_Pa"] == pytest.approx(1.1 * 2.1e11)  # a default before
+    assert found["rotor"]["discs"][0]["mass_kg"] == pytest.approx(1.6)
+    assert found["rotor"]["discs"][0]["polar_moment_kg_m2"] == pytest.approx(0.8 * 0.0048)
+    assert found["rotor"]["discs"][1] == rig["rotor"]["discs"][1]
+    assert found["rotor"]["elements"] == rig["rotor"]["elements"]
+    assert found["prior"]["standard_deviations"] == pytest.approx([0.01, 0.005])  # relative to the new value
+    again = build_model(found)
+    assert again.uncertainty.names == NUMBERS[:2]
+    assert again.theta[again.position(NUMBERS[:2])] == pytest.approx([0, 0])
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("rotor.youngs_modulus", "did you mean 'rotor.youngs_modulus_Pa'"),
+        ("rotor.discs[7].mass_kg", r"did you mean 'rotor.discs\[1\].mass_kg'"),
+        ("rotor.inner_diameter_m", "unknown number of the rotor"),  # zero: a share of it is nothing
+        ("rotor.theory", "unknown number of the rotor"),
+    ],
+)
+def test_a_number_that_the_rotor_does_not_have_is_refused(name, words):
+    with pytest.raises(RotorstudyError, match=words):
+        with_rotor_numbers(build_model(SUPPORTS["bearings"]), [name])
+
+
+def test_a_number_that_the_rotor_does_not_depend_on_is_refused():
+    rotor = {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5}
+    model = with_rotor_numbers(build_model({"rotor": rotor}), ["rotor.gravity_m_per_s2"])  # the weight
+    assert model.names == ("rotor.gravity_m_per_s2",)
+    stiff = {"kind": "offset_disc", **registry().plugins["rotor"]["offset_disc"].example}
+    for key in ("a_m", "b_m", "diameter_m"):
+        stiff.pop(key)
+    stiff |= {"k22_N_per_m": 3.5e5, "k24_N": 2e4, "k44_N_m": 1.7e4}
+    with pytest.raises(RotorstudyError, match="does not depend on it"):
+        with_rotor_numbers(build_model({"rotor": stiff}), ["rotor.youngs_modulus_Pa"])
+
+
+def test_estimators_of_the_equations_refuse_the_numbers_of_the_rotor():
+    from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+
+    rig = {**SUPPORTS["bearings"], "sensors": [1, 2, 3, 4, 5, 6, 7, 8]}
+    model = with_rotor_numbers(build_model(rig), NUMBERS[:1])
+    shown = measured_response(model, SPEEDS, HARMONICS)
+    covariance = independent_covariance(np.full(shown.shape, 1e-16))
+    spectrum = Spectrum(shown, np.array(SPEEDS), np.array(HARMONICS), model.sensors, covariance)
+    with pytest.raises(RotorstudyError, match="maximum_likelihood"):
+        Problem(model, spectrum, NUMBERS[:1]).equations()
