@@ -10,14 +10,15 @@ from rotorstudy.diagnosis.candidates import candidate, candidates
 from rotorstudy.diagnosis.odds import SCALES, log_possible, log_scales, odds_of
 from rotorstudy.diagnosis.search import search
 from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.diagnosis.shape_scan import motion_by_a_free_force
 from rotorstudy.diagnosis.verdict import investigate
 from rotorstudy.inference.fit import fit
-from rotorstudy.inference.prediction import with_model_error
+from rotorstudy.inference.prediction import carried_order, with_model_error
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.spectrum import Spectrum, components, independent_covariance
 from rotorstudy.model.registry import Registry, plugin_folders, registry, using
 from rotorstudy.model.rig import build_model, make_term
-from rotorstudy.response.measured import measured_response
+from rotorstudy.response.measured import carried_motion, measured_response
 
 SPEEDS, HARMONICS, NOISE = np.array([150.0, 300.0, 450.0]), np.array([0, 1, -1, 2]), 1e-7
 MODEL = build_model({
@@ -121,6 +122,31 @@ def test_the_shape_of_a_contact_is_found_though_it_bends_its_columns():
     assert odds_of(work.best) > odds_of(work.explain((true,), [work.best.fit.theta])) - 0.5
     assert cause.shape["clearance_m"] == pytest.approx(3e-6, rel=0.3)
     assert work.best.fit.cost < len(work.best.fit.residual) + 3 * np.sqrt(2 * len(work.best.fit.residual))
+
+
+def test_a_ring_off_centre_is_found_with_its_side():
+    item = {"kind": "rub", "label": "hidden", "rub_stiffness_N_per_m": 2e5, "clearance_m": 3e-6, "offset_ratio": 0.5,
+            "contact_angle_rad": 2.0}  # fmt: skip
+    rub = make_term("effect", item, MODEL.structure, MODEL.sensors)
+    settings = Settings(uncertainty={"default": 0.02}, most_causes=1)
+    work = search(MODEL, with_model_error(noisy(MODEL.plus(rub), 4), settings), settings)
+    (cause,) = work.best.causes
+    assert cause.effect == "rub"
+    assert cause.shape["clearance_m"] == pytest.approx(3e-6, rel=0.35)
+    assert cause.shape["contact_angle_rad"] == pytest.approx(2.0, abs=0.4)
+    assert work.best.fit.cost < len(work.best.fit.residual) + 3 * np.sqrt(2 * len(work.best.fit.residual))
+
+
+def test_a_free_force_at_the_node_gives_its_motion():
+    """With the records of the rotor itself it is none; with those of a rotor that is pushed, the pushed motion."""
+    push = {"kind": "parallel_misalignment", "label": "p", "misalignment_force_2X_N": 4.0, "harmonics": [2]}
+    pushed = MODEL.plus(make_term("effect", push, MODEL.structure, MODEL.sensors))
+    for model in (MODEL, pushed):
+        data = spectrum(measured_response(model, SPEEDS, HARMONICS))
+        held = Prior.independent({"external_damping": (100.0, 1.0)})
+        found = motion_by_a_free_force(fit(MODEL, data, held, steps=0), data, 1).amplitude
+        true = carried_motion(model, SPEEDS, HARMONICS, order=carried_order(data)).amplitude
+        assert np.abs(found - true).max() < 1e-9 * np.abs(true).max()
 
 
 BROKEN = """import numpy as np

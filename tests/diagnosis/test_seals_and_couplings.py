@@ -121,6 +121,15 @@ def test_external_damping_is_a_seal_without_swirl_at_most():
     assert named(found) == {("external_damping", 3)}
 
 
+def test_a_support_that_lost_stiffness_along_one_direction_is_one_cause():
+    along = np.array([np.cos(1.4), np.sin(1.4)])
+    found = diagnosed(coefficients=lambda w: [("stiffness", 1, -1e5 * np.outer(along, along))])
+    assert named(found) == {("support_loss", 1)}
+    size = {name: one.value for name, one in found.verdict.causes[0].parameters.items()}
+    assert size["support_stiffness_loss"] == pytest.approx(1e5, rel=0.2)
+    assert size["direction_rad"] == pytest.approx(1.4, abs=0.1)
+
+
 def coupling(*places):
     """Elliptic and constant forces of a coupling, N, on some (node, sign)."""
     sizes = {0: (3.0, -1.0), 1: (2.0, 1.0j), 2: (6.0, -2.0 + 1.0j), 3: (0.0, 1.0)}

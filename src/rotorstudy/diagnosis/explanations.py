@@ -139,6 +139,12 @@ class Search:
         extended, known, fresh = self._extension(causes)
         return self._fit(causes, extended, known, fresh if start is None else start, steps=TRIAL_STEPS)
 
+    def held(self, causes, fitted: Fit) -> Fit:
+        """The model with some causes at the values of a fit, those of the base parameters included."""
+        extended, known, _ = self._extension(causes)
+        own = dict(zip(fitted.model.names, fitted.theta, strict=True))
+        return fit(extended, self.spectrum, known, start=self.start(causes, own), steps=0)
+
     def start(self, causes, values: dict) -> np.ndarray:
         """(parameter,) of the model extended by some causes: values by name, the stated ones for the others."""
         extended = self._extended(causes)

@@ -16,7 +16,7 @@ from rotorstudy.inference.fit import Fit
 from rotorstudy.inference.prediction import carried_order
 from rotorstudy.inference.prior import log_narrowing
 from rotorstudy.measurement.spectrum import Spectrum
-from rotorstudy.response.measured import sensitivities
+from rotorstudy.response.measured import Motion, sensitivities
 
 
 class Screened(NamedTuple):
@@ -45,8 +45,14 @@ class Projected(NamedTuple):
     theta: dict[str, float]
 
 
-def project(fitted: Fit, spectrum: Spectrum, chosen: list[Candidate], without: tuple[str, ...] = ()) -> Projected:
-    """Columns of candidates at the motion of a fit.
+def project(
+    fitted: Fit,
+    spectrum: Spectrum,
+    chosen: list[Candidate],
+    without: tuple[str, ...] = (),
+    motion: Motion | None = None,
+) -> Projected:
+    """Columns of candidates at a motion.
 
     Parameters
     ----------
@@ -55,6 +61,8 @@ def project(fitted: Fit, spectrum: Spectrum, chosen: list[Candidate], without: t
     chosen : list of Candidate
     without : tuple of str
         Amplitudes of the fit that are taken out.
+    motion : Motion, optional
+        On which the candidates act; by default that of the fit.
 
     Returns
     -------
@@ -73,6 +81,7 @@ def project(fitted: Fit, spectrum: Spectrum, chosen: list[Candidate], without: t
         (on_rotor, on_output),
         fitted.theta,
         order=carried_order(spectrum),
+        motion=motion,
     )
     columns = spectrum.whitened(np.moveaxis(columns, -1, 0)).T  # (component, unknown)
     out = np.isin(fitted.names, without)

@@ -9,8 +9,9 @@ from scipy.optimize import brentq
 from rotorstudy.diagnosis.candidates import Candidate, candidates, with_vibration
 from rotorstudy.diagnosis.explanations import Search
 from rotorstudy.diagnosis.odds import Explanation, odds_of
-from rotorstudy.diagnosis.screening import screen, screen_pairs
+from rotorstudy.diagnosis.screening import Screened, screen, screen_pairs
 from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.diagnosis.shape_scan import can_be_scanned, scan
 from rotorstudy.diagnosis.shapes import refine
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.fit import fit
@@ -33,6 +34,7 @@ ALTERNATIVES = 12  # most alternatives to each cause that are fitted in a round
 ROUNDS = 3  # of alternatives, each at the motion of the best of the last one
 REFINED = 3  # most explanations of a round of which the shape is refined
 LEFT_BY_SHAPE = 0.05  # of what a cause explains, if its shape is half a step of those tried from the true one
+NOT_SCREENED = Screened(0.0, -np.inf, np.zeros(0), np.zeros(0))
 PAIRS = 6  # pairs fitted in a round
 PAIRS_OF_A_CAUSE = 2  # of these; with more, a single good cause would fill them with any other
 
@@ -108,11 +110,8 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     every, faults = candidates(model, settings)
     work = Search(model, whole, widened, settings, prior, base, every, faults=faults, cause_error=settings.cause_error)
     work.screened.extend(work.screen(base, every))
-    screenings = [work.screened]
-    if imitates:
-        screenings.append(work.screen(fit(whole, widened, prior, steps=0), every))
     work.found[frozenset()] = Explanation((), base, 0.0)
-    best = _added(work, work.found[frozenset()], screenings)
+    best = _added(work, work.found[frozenset()], [base, fit(whole, widened, prior, steps=0)] if imitates else None)
     settled = _settled(work, spectrum, missing, best)
     _added(settled, max(settled.explanations, key=odds_of))
     _drop_growing(settled)
@@ -131,14 +130,14 @@ def _drop_growing(work):
             return
 
 
-def _added(work, current, screenings=None):
-    """The best explanation after causes were added to one as long as that increases its odds."""
+def _added(work, current, fits=None):
+    """The best explanation after causes were added to one as long as that increases its odds; fits : as for `_add`."""
     while True:
-        tried = _add(work, current, screenings)
+        tried = _add(work, current, fits)
         better = max((refine(work, e) for e in _to_refine(tried, current.fit.cost)), key=odds_of, default=current)
         if odds_of(better) <= odds_of(current):
             return current
-        current, screenings = _with_alternatives(work, better), None
+        current, fits = _with_alternatives(work, better), None
         if len(current.causes) > 1:
             current = _drop(work, current)
 
@@ -176,12 +175,18 @@ def _is_allowed(work, causes):
     return len({c.fault for c in causes}) <= work.settings.most_causes and len({c.cause for c in causes}) == len(causes)
 
 
-def _add(work, current, screenings=None):
-    """Explanations with one more cause, of the candidates worth a fit."""
+def _add(work, current, fits=None):
+    """Explanations with one more cause, of the candidates worth a fit.
+
+    fits : list of Fit of the current explanation at which candidates are screened, by default its own
+    """
     chosen = [c for c in work.candidates if _is_allowed(work, (*current.causes, c))]
     if not chosen:
         return []
-    screenings = screenings or [work.screen(current.fit, chosen)]
+    fits = fits or [current.fit]
+    screenings = [work.screened if f is work.base else work.screen(f, chosen) for f in fits]
+    if current.fit.cost > len(current.fit.residual):  # more than noise is left
+        chosen, screenings = _with_scanned(work, chosen, screenings, fits)
     promising = _promising(work, chosen, screenings, work.settings.candidates_per_round)
     theta = dict(zip(current.fit.model.names, current.fit.theta, strict=True))
     return _fit_closest(
@@ -192,6 +197,19 @@ def _add(work, current, screenings=None):
         ],
         from_stated=True,
     )
+
+
+def _with_scanned(work, chosen, screenings, fits):
+    """Candidates and their screenings, with those added whose shape a scan at each fit has found."""
+    first = list({c.cause: c for c in reversed(chosen)}.values())
+    for number, fitted in enumerate(fits):
+        scanned = scan(work, fitted, first)
+        chosen = [*chosen, *(one.cause for one in scanned)]
+        screenings = [
+            [*rows, *(one.screened if i == number else NOT_SCREENED for one in scanned)]
+            for i, rows in enumerate(screenings)
+        ]
+    return chosen, screenings
 
 
 def _promising(work, chosen, screenings, most):
@@ -217,7 +235,7 @@ def _fit_closest(work, options, from_stated=False):
     looked = []
     for causes, start in options:
         start = work.start(causes, start)
-        fitted = work.trial_fit(causes, None if from_stated else start)
+        fitted = work.trial_fit(causes, None if from_stated and not can_be_scanned(causes[-1]) else start)
         looked += [(fitted.cost, len(looked), causes, [fitted.theta, start])] if fitted else []
     tried = []
     for rank, (cost, _, causes, starts) in enumerate(sorted(looked, key=lambda one: one[:2])):

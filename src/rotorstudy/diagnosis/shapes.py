@@ -7,10 +7,12 @@ import numpy as np
 from rotorstudy.diagnosis.candidates import shape_ranges, with_shape
 from rotorstudy.diagnosis.explanations import Search
 from rotorstudy.diagnosis.odds import Explanation, odds_of
+from rotorstudy.diagnosis.shape_scan import can_be_scanned, scan
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.linear import invert
 from rotorstudy.inference.prediction import predicted
 
+RESCANS = 4  # of the shape of a cause, each at its last fit
 SHAPE_STEPS = 8  # of the shape options of a cause
 SHAPE_DIFFERENCE = 1e-4  # of the range of a shape option, for its derivative
 SHAPE_GAIN = 0.25  # convergence tolerance of the shape, in log posterior odds
@@ -91,6 +93,8 @@ def _best_shape(work, explanation):
     *rest, last = explanation.causes
     if not last.shape or explanation.fit.cost < len(explanation.fit.residual):
         return explanation
+    if can_be_scanned(last):
+        return _rescanned(work, explanation)
     looked = []
     for cause in _shapes_worth_a_fit(work, rest, last):
         fitted = work.trial_fit((*rest, cause))
@@ -99,6 +103,25 @@ def _best_shape(work, explanation):
         return explanation
     _, causes, theta = min(looked, key=lambda one: one[0])
     return max(explanation, work.explain(causes, [theta]) or explanation, key=odds_of)
+
+
+def _rescanned(work, explanation):
+    """The explanation with the shape of its last cause scanned at its own fit, as long as that improves it."""
+    for _ in range(RESCANS):
+        *rest, last = explanation.causes
+        scanned = scan(work, work.held(rest, explanation.fit), [last])
+        if not scanned:
+            break
+        ((cause, screened),) = scanned
+        own = dict(zip(explanation.fit.model.names, explanation.fit.theta, strict=True))
+        start = work.start((*rest, cause), own | dict(zip(cause.names, screened.start, strict=True)))
+        tried = work.explain((*rest, cause), [start])
+        if not tried or odds_of(tried) <= odds_of(explanation):
+            break
+        gained, explanation = odds_of(tried) - odds_of(explanation), tried
+        if gained < SHAPE_GAIN:
+            break
+    return explanation
 
 
 def _shapes_worth_a_fit(work, rest, last):

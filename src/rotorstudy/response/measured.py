@@ -1,6 +1,7 @@
 """What the sensors show: the response at the sensors changed by the output terms, and its derivatives."""
 
 from collections.abc import Iterable
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -107,19 +108,49 @@ def _measured(model, speed, harmonics, theta, order, jacobian):
     return Linearised(shown[..., chosen, :], change[..., chosen, :, :] if jacobian else None)
 
 
-def sensitivities(model, speed, harmonics, unknowns, theta=None, *, order=COUPLED_ORDER):
+class Motion(NamedTuple):
+    """A steady motion.
+
+    amplitude  : (speed, harmonic, dof) complex, about the deflection, m; harmonics as carried by `sensitivities`
+    deflection : (..., dof) static deflection, m
+    """
+
+    amplitude: np.ndarray
+    deflection: np.ndarray
+
+
+def carried_motion(model, speed, harmonics, theta=None, *, order=COUPLED_ORDER):
+    """The Motion of a model at all harmonics that are carried; arguments as for `sensitivities`."""
+    speed, harmonics, theta, _ = response_inputs(model, speed, harmonics, theta, order)
+    blocks = layout(model, np.union1d(np.arange(-order, order + 1), harmonics), order)
+    deflection = static_deflection(model, speed, theta[: len(model.rotor_unknowns)]).value
+    return Motion(carried_response(model, speed, theta, blocks, False)[0], deflection)
+
+
+def replies(model, speed, harmonics, unknowns, theta=None, *, order=COUPLED_ORDER):
+    """Motion (speed, carried harmonic, dof, unknown) by one unit of given forces (Unknown), which read no motion."""
+    speed, harmonics, theta, _ = response_inputs(model, speed, harmonics, theta, order)
+    blocks = layout(model, np.union1d(np.arange(-order, order + 1), harmonics), order)
+    still = np.zeros((len(speed), len(blocks.harmonics), len(model.structure.dofs)))
+    forces = [apply_entries(u.entries, still, speed, blocks.harmonics) for u in unknowns]
+    own = theta[: len(model.rotor_unknowns)]
+    return solver(model, own, speed, blocks)[0](np.stack(forces, axis=-1))
+
+
+def sensitivities(model, speed, harmonics, unknowns, theta=None, *, order=COUPLED_ORDER, motion=None):
     """First-order change of the measured harmonics by one unit of amplitudes that the model does not contain.
 
     unknowns : two lists of Unknown of further terms, those that act on the rotor and those that act on the output
     theta    : (parameter,) of the model;  harmonics -order..order are carried
+    motion   : the Motion on which forces on the rotor act, by default that of the model; with the motion that
+               results, the change is exact
     returns  : (speed, harmonic, sensor, unknown) complex, m per unit
     """
     rotor, output = unknowns
     speed, harmonics, theta, _ = response_inputs(model, speed, harmonics, theta, order)
     blocks = layout(model, np.union1d(np.arange(-order, order + 1), harmonics), order)
     own = theta[: len(model.rotor_unknowns)]
-    deflection = static_deflection(model, speed, own).value
-    found, _ = carried_response(model, speed, theta, blocks, False)
+    found, deflection = motion or carried_motion(model, speed, harmonics, theta, order=order)
     shown = np.zeros((len(speed), len(blocks.harmonics), len(model.sensors), len(rotor) + len(output)), complex)
     if rotor:
         forces = [

@@ -1,0 +1,154 @@
+"""The shape of a cause from its columns at a known motion: many shapes at once, without a fit.
+
+A force that depends on the motion (a contact, a resonant support) is a known function of time once the motion of its
+node is known, whatever causes it, and linear in its amplitude. That motion follows from the records and the receptances
+of the rotor with a free force at the node. Each shape is then judged by least squares, as in `screen`; the best one is
+refined by sampling about it.
+"""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from rotorstudy.diagnosis.candidates import Candidate, shape_ranges, with_shape
+from rotorstudy.diagnosis.explanations import Search
+from rotorstudy.diagnosis.screening import Screened, project, screen
+from rotorstudy.errors import NoSteadyState
+from rotorstudy.inference.fit import Fit
+from rotorstudy.inference.prediction import carried_order
+from rotorstudy.model.terms import Entry, Unknown
+from rotorstudy.response.measured import Motion, carried_motion, replies
+
+FIRST_SAMPLES = (0, 16, 32, 64, 64)  # shapes over the whole range, by the number of options
+SAMPLES = 24  # shapes per round about the best one
+REFINED = 2  # places of each effect at which the best shape is refined
+SPREADS = (0.12, 0.05, 0.02, 0.008, 0.003)  # of those rounds, in shares of the range
+
+
+class Scanned(NamedTuple):
+    """A Candidate with the best shape found, and its Screened."""
+
+    cause: Candidate
+    screened: Screened
+
+
+def can_be_scanned(cause):
+    """Whether a cause acts at a node, with a force whose shape is to be found."""
+    return bool(cause.shape) and not cause.variant and "node" in cause.where and not cause.term.acts_on_output
+
+
+def motion_by_a_free_force(fitted, spectrum, node):
+    """The Motion of a fitted model with the force at one node, free at every harmonic and speed, that explains most.
+
+    Parameters
+    ----------
+    fitted : Fit
+    spectrum : Spectrum
+    node : int
+
+    Returns
+    -------
+    Motion
+    """
+    model, speed, order = fitted.model, spectrum.speed, carried_order(spectrum)
+    unit = model.structure.unit(node)
+    pushes = [
+        Unknown(f"{factor} {n}X", "N", (Entry(factor * unit, on="one", shift=int(n)),), 1.0)
+        for factor in (1, 1j)
+        for n in spectrum.harmonics
+    ]
+    moved = replies(model, speed, spectrum.harmonics, pushes, fitted.theta, order=order)
+    carried = np.union1d(np.arange(-order, order + 1), spectrum.harmonics)
+    seen = moved[:, np.searchsorted(carried, spectrum.harmonics)][:, :, model.measured]
+    columns = spectrum.whitened(np.moveaxis(seen, -1, 0)).T.reshape(len(speed), -1, len(pushes))
+    residual = fitted.residual.reshape(len(speed), -1)
+    found = carried_motion(model, speed, spectrum.harmonics, fitted.theta, order=order)
+    forces = np.array([np.linalg.lstsq(a, b, rcond=1e-9)[0] for a, b in zip(columns, residual, strict=True)])
+    return Motion(found.amplitude + np.einsum("whdp,wp->whd", moved, forces), found.deflection)
+
+
+def scan(work: Search, fitted: Fit, chosen: list[Candidate]) -> list[Scanned]:
+    """The shapes of causes at which their columns explain most, at the best places of each effect.
+
+    Parameters
+    ----------
+    work : Search
+    fitted : Fit
+        Without the causes.
+    chosen : list of Candidate
+        One for each effect and place; those at a node whose effect has shape options are considered.
+
+    Returns
+    -------
+    list of Scanned
+        Without those whose plugin fails, which is recorded as broken.
+    """
+    motions, looked = {}, {}
+    for cause in filter(can_be_scanned, chosen):
+        node = cause.where["node"]
+        try:
+            if node not in motions:
+                motions[node] = motion_by_a_free_force(fitted, work.spectrum, node)
+            one = _Scan(work, fitted, cause, motions[node])
+            looked.setdefault(cause.effect, []).append((one, one.first()))
+        except NoSteadyState:
+            continue
+        except Exception as error:
+            work.note_broken([cause], error)
+    found = []
+    for places in looked.values():
+        places.sort(key=lambda place: -place[1].screened.evidence)
+        found += [one.refined(best) for one, best in places[:REFINED]]
+    return found
+
+
+class _Judged(NamedTuple):
+    """A shape at a position (option,) in its ranges, judged."""
+
+    place: np.ndarray
+    cause: Candidate
+    screened: Screened
+
+
+class _Scan(NamedTuple):
+    """The scan of one cause at one motion."""
+
+    work: Search
+    fitted: Fit
+    cause: Candidate
+    motion: Motion
+
+    @property
+    def ranges(self):
+        return shape_ranges(self.cause.effect, self.work.rig.structure)
+
+    def with_place(self, place, label):
+        """The cause with the shape at a position (option,)."""
+        shape = {name: ends.value(x) for (name, ends), x in zip(self.ranges.items(), place, strict=True)}
+        labelled = self.cause._replace(term=replace(self.cause.term, label=label))
+        return with_shape(self.work.rig, labelled, shape, self.work.settings.prior_width)
+
+    def best(self, places):
+        """The best of some positions (shape, option)."""
+        label = self.cause.term.label
+        chosen = [self.with_place(place, f"{label} {i}") for i, place in enumerate(places)]
+        projected = project(self.fitted, self.work.spectrum, chosen, motion=self.motion)
+        judged = [screen(projected, cause) for cause in chosen]
+        i = max(range(len(judged)), key=lambda i: judged[i].evidence)
+        return _Judged(places[i], self.with_place(places[i], label), judged[i])
+
+    def first(self):
+        """The best of shapes over the whole range."""
+        from scipy.stats import qmc
+
+        options = len(self.ranges)
+        return self.best(qmc.Sobol(options, scramble=False).random(FIRST_SAMPLES[options]))
+
+    def refined(self, best):
+        """Scanned, from the best of rounds of ever closer shapes."""
+        random = np.random.default_rng(0)  # the same numbers for the same records
+        for spread in SPREADS:
+            about = best.place + spread * random.standard_normal((SAMPLES, len(self.ranges)))
+            best = max(best, self.best(about), key=lambda one: one.screened.evidence)
+        return Scanned(best.cause, best.screened)
