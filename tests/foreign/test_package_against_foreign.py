@@ -29,6 +29,8 @@ def read(case, folder, rig_error=1.0, modulus=1.0):
     write_case(case, folder, 0.005 * rig_error, 0.02 * rig_error, 0.05 * rig_error, harmonics=HARMONICS)
     given = read_rig(folder / "rig.yaml").given
     given["rotor"]["youngs_modulus_Pa"] *= modulus
+    if modulus != 1:
+        given["diagnosis"]["uncertainty"]["rotor.youngs_modulus_Pa"] = 0.01
     rig = RigFile(folder / "rig.yaml", given)
     spectrum, _, findings = measured_spectrum([folder / "record.nc"], rig)
     return spectrum, rig, findings
