@@ -125,7 +125,7 @@ def test_the_shape_of_a_contact_is_found_though_it_bends_its_columns():
 
 
 def test_a_ring_off_centre_is_found_with_its_side():
-    item = {"kind": "rub", "label": "hidden", "rub_stiffness_N_per_m": 2e5, "clearance_m": 3e-6, "offset_ratio": 0.5,
+    item = {"kind": "rub", "label": "hidden", "rub_stiffness_N_per_m": 1e6, "clearance_m": 3e-6, "offset_ratio": 0.5,
             "contact_angle_rad": 2.0}  # fmt: skip
     rub = make_term("effect", item, MODEL.structure, MODEL.sensors)
     settings = Settings(uncertainty={"default": 0.02}, most_causes=1)
