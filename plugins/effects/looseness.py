@@ -1,20 +1,27 @@
 import numpy as np
 
-from rotorstudy.plugins import Effect, NonlinearForce, NonNegative, Parameter, hookimpl
+from rotorstudy.plugins import Effect, NonlinearForce, NonNegative, Parameter, Positive, hookimpl
 
 
-def looseness(structure, node: int | None = None, lift_m: NonNegative = 5e-6, direction_rad: float = 0.0):
-    """Support that lifts off: where the lift s from the static deflection exceeds l, force -k (s - l) d.
+def looseness(
+    structure,
+    node: int | None = None,
+    lift_m: NonNegative = 5e-6,
+    direction_rad: float = 0.0,
+    play_m: Positive | None = None,
+):
+    """Support that lifts off: where the lift s from the static deflection exceeds l, force -k min(s - l, p) d.
 
     d is the direction that presses the shaft on its support, at direction_rad from x (gravity points along +x), and
-    s = -d . r. k is the part of the modelled stiffness that is lost.
+    s = -d . r. k is the part of the modelled stiffness that is lost, until the bolts hold after a play p; by default
+    they never do.
     """
     here = structure.unit(structure.default_node() if node is None else node)[None]
     along = np.exp(1j * direction_rad)
 
     def lifted(displacement, velocity, deflection):
         lift = -((displacement - deflection) * along.conj()).real
-        return -np.maximum(lift - lift_m, 0) * along
+        return -np.clip(lift - lift_m, 0, play_m) * along
 
     usual = 0.13 * structure.scales.stiffness(node)
     return [Parameter("stiffness_lost_in_lift", "N/m", (), typical=usual, force=NonlinearForce(here, lifted))]
