@@ -16,6 +16,7 @@ from rotorstudy import (
     simulate_records,
 )
 from rotorstudy.measurement.records import full_spectrum
+from rotorstudy.response.measured import measured_response_and_jacobian
 from rotorstudy.response.stability import growth_rate
 
 MASS, STIFFNESS = 2.0, 7.6e5
@@ -216,10 +217,22 @@ def test_probes_that_are_wrong_change_x_and_y(item, exact, tolerance):
 
 
 def test_a_delay_shifts_the_record():
-    time, late = np.arange(256) * 1e-4, 1e-4 / 150
+    time, late = np.arange(256) * 1e-4, 0.7 / 150
     true = simulate_records(model_of(PLAIN, *SHAKEN), [150.0], [1], time - late)[0].displacement
     seen = simulate_records(model_of(PLAIN, *SHAKEN, {"kind": "delay", "delay_s": late}), [150.0], [1], time)[0]
-    assert same(seen.displacement, true, 1e-7)
+    assert same(seen.displacement, true, 1e-12)
+
+
+def test_a_delay_has_the_derivatives_of_its_harmonics():
+    """Of all sensors and of several delays at once, also through the rotor's own parameters."""
+    model = model_of(PLAIN, *SHAKEN, {"kind": "delay", "delay_s": 0.004})
+    harmonics = [0, 1, 2, -1]
+    _, change = measured_response_and_jacobian(model, SPEEDS, harmonics)
+    for p, value in enumerate(model.theta):
+        step = 1e-4 * (abs(value) or 1e-6) * np.eye(len(model.theta))[p]
+        up, down = measured_response(model, SPEEDS, harmonics, model.theta + np.stack([step, -step]))
+        numerical = (up - down) / (2 * step[p])
+        assert np.abs(change[..., p] - numerical).max() < 1e-6 * np.abs(numerical).max()
 
 
 def test_a_wrong_phase_mark_is_a_record_that_starts_at_an_angle():
