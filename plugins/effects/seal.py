@@ -6,8 +6,8 @@ from rotorstudy.plugins import Effect, Entry, Parameter, Share, hookimpl
 def seal(structure, node: int | None = None, swirl_ratio: Share = 0.45):
     """Annular seal: force -(K - j k) z - (C - j c) dz/dt - M d2z/dt2, with the cross stiffness k = k_0 + lambda C w.
 
-    lambda C w comes from the fluid that turns with the shaft at lambda w, k_0 from a swirl at the inlet, the same at all
-    speeds. c comes from the inertia of the fluid. K is negative where the pressure drop pulls.
+    lambda C w comes from the fluid that turns with the shaft at lambda w, k_0 from a swirl at the inlet, the same at
+    all speeds. c comes from the inertia of the fluid. K is negative where the pressure drop pulls.
     """
     here = structure.unit(structure.default_node() if node is None else node)
     here, scales = np.outer(here, here), structure.scales

@@ -139,6 +139,7 @@ SHOWN = {  # what the probe shows in addition
     ],
     "probe_gain": [lambda w, t, z, v: z.real + 1j * z.imag, lambda w, t, z, v: z.real - 1j * z.imag],
     "probe_angle": [lambda w, t, z, v: z.imag - 1j * z.real, lambda w, t, z, v: -1j * z.real],
+    "probe_error": [lambda w, t, z, v: z.real, lambda w, t, z, v: z.imag],  # of x alone
     "swapped_probes": [lambda w, t, z, v: z.imag + 1j * z.real - z],
     "reversed_probe": [lambda w, t, z, v: -z.real + 1j * z.imag - z],
     "phase_reference": [lambda w, t, z, v: v / w],
