@@ -163,11 +163,15 @@ def bearing_coefficients(plant, values, where):
 
 
 def seal(plant, values, where):
-    """Fluid that turns at a share of the spin speed: it drags the shaft along, and moves with it."""
+    """Fluid that turns at a share of the spin speed: it drags the shaft along, and moves with it.
+
+    Its direct stiffness and its cross coefficients beyond that drag are zero where they are not given.
+    """
+    k, k_0, c_x = (values.get(f"seal_{name}", 0.0) for name in ("stiffness", "cross_stiffness", "cross_damping"))
     here, c, m = plant.point(_node(where, plant)), values["seal_damping"], values["seal_fluid_mass"]
-    carried = c * where["swirl_ratio"] * plant.speed
-    plant.couple(plant.damping, here, xx=c, yy=c)
-    plant.couple(plant.stiffness, here, xy=carried, yx=-carried)
+    carried = c * where["swirl_ratio"] * plant.speed + k_0
+    plant.couple(plant.damping, here, xx=c, yy=c, xy=c_x, yx=-c_x)
+    plant.couple(plant.stiffness, here, xx=k, yy=k, xy=carried, yx=-carried)
     plant.couple(plant.mass, here, xx=m, yy=m)
 
 
