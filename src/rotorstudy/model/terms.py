@@ -191,7 +191,7 @@ class Parameter:
     typical : a typical size in that unit, the scale of priors and checks
     force   : NonlinearForce multiplied by the (real) parameter, whose table of entries is then empty
     exact   : function(real amplitude) -> table of entries of an effect on the output that is not linear in its
-              amplitude; `entries` are then its derivative at zero
+              amplitude, and acts on what the others show; `entries` are then its derivative at zero
     """
 
     name: str

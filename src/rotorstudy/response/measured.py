@@ -99,13 +99,6 @@ def _measured(model, speed, harmonics, theta, order, jacobian):
         change, rotor = derivatives.copy(), np.moveaxis(derivatives[..., :first], -1, 0)
     for p, unknown in enumerate(model.output_unknowns, start=first):
         if unknown.exact:
-            step, size = EXACT_STEP * unknown.typical, theta[..., p]
-            shown += _exact_change(unknown, size, true, speed, blocks.harmonics)
-            if jacobian:
-                up, down = (_exact_change(unknown, size + h, true, speed, blocks.harmonics) for h in (step, -step))
-                change[..., p] += (up - down) / (2 * step)
-                through = _exact_change(unknown, size, rotor, speed, blocks.harmonics)
-                change[..., :first] += np.moveaxis(through, 0, -1)
             continue
         amplitude = theta[..., p, None, None, None]
         column = apply_entries(unknown.entries, true, speed, blocks.harmonics)
@@ -116,6 +109,15 @@ def _measured(model, speed, harmonics, theta, order, jacobian):
             if moving and first:
                 through = apply_entries(moving, rotor, speed, blocks.harmonics)
                 change[..., :first] += np.moveaxis(amplitude * through, 0, -1)
+    for p, unknown in enumerate(model.output_unknowns, start=first):
+        if unknown.exact:  # of any size, hence of what the others show
+            step, size, seen = EXACT_STEP * unknown.typical, theta[..., p], shown
+            shown = seen + _exact_change(unknown, size, seen, speed, blocks.harmonics)
+            if jacobian:
+                columns = np.moveaxis(change, -1, 0)
+                change += np.moveaxis(_exact_change(unknown, size, columns, speed, blocks.harmonics), 0, -1)
+                up, down = (_exact_change(unknown, size + h, seen, speed, blocks.harmonics) for h in (step, -step))
+                change[..., p] += (up - down) / (2 * step)
     return Linearised(shown[..., chosen, :], change[..., chosen, :, :] if jacobian else None)
 
 
