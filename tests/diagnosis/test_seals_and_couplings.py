@@ -38,7 +38,7 @@ def planar(matrix):
 def solved(coefficients=lambda speed: (), forces=lambda speed: {}):
     """Harmonics (speed, harmonic, sensor) of m q'' + c q' + k q = f with q = (all x, all y).
 
-    coefficients(speed) : (kind, node, 2 x 2) of further mass, damping, stiffness
+    coefficients(speed) : (kind, node, 2 x 2) of further mass, damping, stiffness; of the whole rotor if node is None
     forces(speed)       : {harmonic: (node, x, y) list}, of e^{jnwt}, real parts
     """
     s, size = MODEL.structure, len(MODEL.structure.dofs)
@@ -48,9 +48,9 @@ def solved(coefficients=lambda speed: (), forces=lambda speed: {}):
     weight = np.concatenate([s.static_load, 0 * s.static_load])
 
     def add(matrices, given):
-        for kind, node, two in given:
-            rows = [s.index(node), size + s.index(node)]
-            matrices[kind][np.ix_(rows, rows)] += two
+        for kind, node, added in given:
+            rows = range(2 * size) if node is None else [s.index(node), size + s.index(node)]
+            matrices[kind][np.ix_(rows, rows)] += added
 
     for i, w in enumerate(SPEEDS):
         matrices = {"mass": planar(s.mass), "damping": planar(-1j * w * s.gyroscopic), "stiffness": planar(s.stiffness)}
@@ -112,8 +112,16 @@ def test_a_seal_is_not_internal_damping(swirl, mass):
 
 
 def test_internal_damping_is_not_a_seal():
-    found = diagnosed(coefficients=seal(60.0, 1.0))
-    assert named(found) == {("internal_damping", 3)}
+    """In an element of the shaft; at a node, between the shaft and the ground, only a fluid that turns can damp so."""
+    ((element, _, _),) = MODEL.structure.stiffness_loss_at(None, 2).values()
+    c = 2e-4  # s
+    found = diagnosed(
+        coefficients=lambda w: [
+            ("damping", None, c * planar(element)),  # -c K (z' - j w z)
+            ("stiffness", None, c * planar(-1j * w * element)),
+        ]
+    )
+    assert named(found) == {("internal_damping", 2)}
 
 
 def test_external_damping_is_a_seal_without_swirl_at_most():
