@@ -80,13 +80,13 @@ def rub_force(x, y):
     return push * (-x + 0.1 * y) / r, push * (-y - 0.1 * x) / r
 
 
-STOP = {**RUB, "clearance_m": 2e-5, "offset_ratio": 0.7, "contact_angle_rad": 2.0}
+STOP = {**RUB, "clearance_m": 1.5e-5, "offset_ratio": 0.7, "contact_angle_rad": 2.0}
 ASIDE = {**LOOSE, "direction_rad": -1.1}
 
 
 def stop_force(x, y):
-    """Ring of radial clearance R, whose wall is 20 um from the shaft at rest on one side."""
-    radial = 2e-5 / 0.3
+    """Ring of radial clearance R, whose wall is 15 um from the shaft at rest on one side."""
+    radial = 1.5e-5 / 0.3
     x, y = x - MASS * 9.81 / STIFFNESS + 0.7 * radial * np.cos(2.0), y + 0.7 * radial * np.sin(2.0)
     r = np.hypot(x, y)
     push = 2e5 * max(r - radial, 0)

@@ -304,12 +304,16 @@ def share_of(unknown: Unknown, other: Unknown) -> float:
 def _entry_share(mine, its):
     """Factor between the matrices of two entries that are otherwise equal; 0 if they are not."""
     kinds = ((e.on, e.order, e.shift, e.frequency_only, np.shape(e.matrix)) for e in (mine, its))
-    if len(set(kinds)) > 1 or not np.allclose(*(e.gain_at(SPEEDS_COMPARED, 1) for e in (mine, its)), rtol=1e-9, atol=0):
+    if len(set(kinds)) > 1:
         return 0.0
     size = np.vdot(mine.matrix, mine.matrix)
     factor = np.vdot(mine.matrix, its.matrix) / size if size else 0.0
-    alike = np.allclose(its.matrix, factor * np.asarray(mine.matrix), atol=1e-12 * np.abs(its.matrix).max())
-    return float(np.real(factor)) if alike and abs(np.imag(factor)) < 1e-12 * abs(factor) else 0.0
+    if not abs(np.imag(factor)) < 1e-12 * abs(factor):  # zero, above all: other coordinates
+        return 0.0
+    off = np.abs(its.matrix - factor * np.asarray(mine.matrix)).max()
+    gains = [e.gain_at(SPEEDS_COMPARED, 1) for e in (mine, its)]
+    alike = off <= 1e-9 * np.abs(its.matrix).max() and np.all(np.abs(gains[0] - gains[1]) <= 1e-9 * np.abs(gains[1]))
+    return float(np.real(factor)) if alike else 0.0
 
 
 def planar_entries(direction, matrix, order=0, gain=None, *, frequency_only=False):
