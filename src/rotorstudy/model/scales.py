@@ -54,6 +54,11 @@ class Scales:
         """Lowest natural frequency of bending at rest, rad/s."""
         return float(np.linalg.eigvals(self.flexibility @ self.structure.mass).real.max() ** -0.5)
 
+    @property
+    def time(self) -> float:
+        """Of a radian at the lowest natural frequency, s."""
+        return 1 / self.frequency
+
     @cached_property
     def softest(self) -> float:
         """Stiffness against a force where the rotor is softest, N/m."""

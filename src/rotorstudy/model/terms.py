@@ -190,6 +190,8 @@ class Parameter:
     entries : its table
     typical : a typical size in that unit, the scale of priors and checks
     force   : NonlinearForce multiplied by the (real) parameter, whose table of entries is then empty
+    exact   : function(real amplitude) -> table of entries of an effect on the output that is not linear in its
+              amplitude; `entries` are then its derivative at zero
     """
 
     name: str
@@ -198,6 +200,7 @@ class Parameter:
     typical: float
     is_complex: bool = False
     force: NonlinearForce | None = None
+    exact: Callable | None = None
 
     @property
     def key(self) -> str:
@@ -220,6 +223,7 @@ class Unknown:
     typical: float
     carries: bool = False
     force: NonlinearForce | None = None
+    exact: Callable | None = None
 
 
 @dataclass(frozen=True)
@@ -270,7 +274,7 @@ class Term:
                 found.append(Unknown(f"{name}_real", p.unit, p.entries, p.typical, self.carries))
                 found.append(Unknown(f"{name}_imag", p.unit, imaginary, p.typical, self.carries))
             else:
-                found.append(Unknown(name, p.unit, p.entries, p.typical, self.carries, p.force))
+                found.append(Unknown(name, p.unit, p.entries, p.typical, self.carries, p.force, p.exact))
         return tuple(found)
 
     @property
