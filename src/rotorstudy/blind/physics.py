@@ -163,15 +163,17 @@ def bearing_coefficients(plant, values, where):
 
 
 def seal(plant, values, where):
-    """Fluid that turns at a share of the spin speed: it drags the shaft along, and moves with it.
+    """Fluid that turns at a share of the spin speed: its drag and its inertia act on the motion relative to it.
 
-    Its direct stiffness and its cross coefficients beyond that drag are zero where they are not given.
+    In axes that turn with it the inertia has a Coriolis and a centrifugal force. Its direct stiffness and its cross
+    coefficients beyond those are zero where they are not given.
     """
     k, k_0, c_x = (values.get(f"seal_{name}", 0.0) for name in ("stiffness", "cross_stiffness", "cross_damping"))
     here, c, m = plant.point(_node(where, plant)), values["seal_damping"], values["seal_fluid_mass"]
-    carried = c * where["swirl_ratio"] * plant.speed + k_0
-    plant.couple(plant.damping, here, xx=c, yy=c, xy=c_x, yx=-c_x)
-    plant.couple(plant.stiffness, here, xx=k, yy=k, xy=carried, yx=-carried)
+    turning = where["swirl_ratio"] * plant.speed
+    dragged, coriolis, pulled = c * turning + k_0, 2 * m * turning + c_x, k - m * turning**2
+    plant.couple(plant.damping, here, xx=c, yy=c, xy=coriolis, yx=-coriolis)
+    plant.couple(plant.stiffness, here, xx=pulled, yy=pulled, xy=dragged, yx=-dragged)
     plant.couple(plant.mass, here, xx=m, yy=m)
 
 
