@@ -1,3 +1,5 @@
+from typing import Literal
+
 import numpy as np
 
 from rotorstudy.plugins import Effect, NonNegative, Parameter, Positive, hookimpl, planar_entries
@@ -9,8 +11,9 @@ def pedestal_resonance(
     natural_frequency_rad_per_s: Positive = 300.0,
     damping_ratio: Positive = 0.05,
     bearing_time_s: NonNegative = 0.0,
+    direction: Literal["x", "y", "both"] = "both",
 ):
-    """Support that yields at a resonance of its own, along x and along y, at the frequency v = n w.
+    """Support that yields at a resonance of its own, along x, y or both, at the frequency v = n w.
 
     The force is +k (1 + j v T)^2 w0^2 / (w0^2 - v^2 + 2j zeta w0 v). By exactly that the dynamic stiffness
     k_b + j v c_b of a bearing, T = c_b / k_b, changes on a pedestal k_p + j v c_p - v^2 m behind it, with
@@ -26,13 +29,19 @@ def pedestal_resonance(
 
     return [
         Parameter(
-            f"stiffness_loss_at_rest_{direction}",
+            f"stiffness_loss_at_rest_{axis}",
             "N/m",
-            planar_entries(direction, np.outer(here, here), gain=gain, frequency_only=True),
+            planar_entries(axis, np.outer(here, here), gain=gain, frequency_only=True),
             typical=0.03 * structure.scales.stiffness(node),
         )
-        for direction in ("xx", "yy")
+        for axis in ("xx", "yy")
+        if direction in (axis[0], "both")
     ]
+
+
+def each_direction(structure, sensors):
+    """Each node along x and along y: a pedestal has a resonance in each direction."""
+    return [{"node": node, "direction": direction} for node in structure.nodes for direction in "xy"]
 
 
 @hookimpl
@@ -46,6 +55,8 @@ def rotorstudy_effect():
             "damping_ratio": (0.005, 0.5),
             "bearing_time_s": (0.0, 1.0, "time"),
         },
+        places=each_direction,
+        parts="direction",
         positive=True,
         checked="a rotor on flexible_pedestal, with and without damping of the bearing, to 1e-10",
         confounders=(

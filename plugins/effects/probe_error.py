@@ -6,8 +6,8 @@ from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, sensor_unit
 def probe_error(sensors, node: int | None = None, direction_rad: float = 0.0):
     """One probe of a pair reads wrongly: r = (x, y) is measured as r + d (p d . r + q e . r).
 
-    d is square to the other probe, at direction_rad from x, and e is a quarter turn ahead of d. With
-    a gain g and an error a of its angle p = g cos a - 1 and q = g sin a, exact at any size.
+    d, at direction_rad from x, is square to the other probe, and e a quarter turn ahead of d. Of probes at right angles
+    the wrong one is along d: with its gain g and an error a of its angle, p = g cos a - 1 and q = g sin a exactly.
     """
     here, turned = np.diag(sensor_unit(sensors, node)) / 2, np.exp(2j * direction_rad)
     along = (Entry(here), Entry(turned * here, on="conj"))

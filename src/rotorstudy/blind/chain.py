@@ -29,6 +29,16 @@ def probe_angle(signal, angle, speed, values, where, sensors):
     return signal
 
 
+def probe_error(signal, angle, speed, values, where, sensors):
+    """One probe off by a share of the motion along its direction, and of that a quarter turn ahead."""
+    c, s = np.cos(where["direction_rad"]), np.sin(where["direction_rad"])
+    for i in _chosen(where, sensors):
+        x, y = signal[i].real, signal[i].imag
+        off = values["probe_error_along"] * (c * x + s * y) + values["probe_error_across"] * (c * y - s * x)
+        signal[i] = x + c * off + 1j * (y + s * off)
+    return signal
+
+
 def swapped_probes(signal, angle, speed, values, where, sensors):
     """The x and y probes exchanged."""
     for s in _chosen(where, sensors):

@@ -189,8 +189,9 @@ def pedestal_resonance(plant, values, where):
     def passed_on(n):
         found = np.zeros((len(plant.speed), 2 * plant.dof, 2 * plant.dof), complex)
         for name, loss in values.items():
-            k_b, k_sum = 2 * loss, 4 * loss
-            m, c, v = k_sum / frequency**2, 2 * ratio * k_sum / frequency, n * plant.speed
+            v = n * plant.speed
+            k_b, k_sum = 2 * loss * (1 + 1j * where["bearing_time_s"] * v), 4 * loss
+            m, c = k_sum / frequency**2, 2 * ratio * k_sum / frequency
             pedestal = k_b / (k_sum - m * v**2 + 1j * c * v) if loss else np.zeros_like(v)
             factors = {name[-2:]: -k_b * pedestal}
             plant.couple(found, here, **factors)
@@ -299,7 +300,7 @@ def looseness(plant, values, where):
     k, c, s = values["stiffness_lost_in_lift"], np.cos(where["direction_rad"]), np.sin(where["direction_rad"])
 
     def force(x, y, vx, vy):
-        lost = k * np.maximum((rest[0] - x) * c + (rest[1] - y) * s - where["lift_m"], 0)
+        lost = k * np.clip((rest[0] - x) * c + (rest[1] - y) * s - where["lift_m"], 0, where["play_m"])
         return -lost * c, -lost * s
 
     rest = _local(plant, where, force)
