@@ -70,7 +70,8 @@ ACTS = {
     **_named("rotor", physics.breathing_crack, most=1.5),
     **_named("output", chain.swapped_probes, chain.reversed_probe, chain.runout, chain.delay, chain.ac_coupling),
     **_named(
-        "output", chain.probe_gain, chain.probe_angle, chain.surface_profile, chain.phase_reference, signed=True
+        "output", chain.probe_gain, chain.probe_angle, chain.probe_error, chain.surface_profile, chain.phase_reference,
+        signed=True,
     ),
     "speed_error": Act("speed", signed=True),
     "coulomb_friction": Foreign(

@@ -115,6 +115,8 @@ def _options(plugin, where, setting, generator):
         "swirl_ratio": generator.uniform(0.2, 0.6),
         "natural_frequency_rad_per_s": np.median(setting.speeds) * generator.uniform(0.5, 2),
         "damping_ratio": generator.uniform(0.02, 0.2),
+        "bearing_time_s": generator.uniform(0, 0.3) / np.median(setting.speeds),
+        "play_m": radius * generator.uniform(0.3, 2),
         "crack_angle_rad": 2 * np.pi / STEPS * generator.integers(-STEPS // 2, STEPS // 2),  # opens between two steps
     }
     chosen = {"crack": str(generator.choice(list(OPENINGS)))} if "crack" in plugin.alternatives else {}
