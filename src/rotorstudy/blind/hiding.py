@@ -117,8 +117,6 @@ def _options(plugin, where, setting, generator):
         "play_m": radius * generator.uniform(0.3, 3),
         "bearing_time_s": generator.uniform(0, 0.3) / np.median(setting.speeds),
         "damping_ratio": generator.uniform(0.02, 0.2),
-        "bearing_time_s": generator.uniform(0, 0.3) / np.median(setting.speeds),
-        "play_m": radius * generator.uniform(0.3, 2),
         "crack_angle_rad": 2 * np.pi / STEPS * generator.integers(-STEPS // 2, STEPS // 2),  # opens between two steps
     }
     chosen = {"crack": str(generator.choice(list(OPENINGS)))} if "crack" in plugin.alternatives else {}

@@ -189,11 +189,11 @@ def pedestal_resonance(plant, values, where):
     def passed_on(n):
         found = np.zeros((len(plant.speed), 2 * plant.dof, 2 * plant.dof), complex)
         for name, loss in values.items():
-    """Fluid that turns at a share of the spin speed: its drag and its inertia act on the motion relative to it.
-
-    In axes that turn with it the inertia has a Coriolis and a centrifugal force.
-    """
-    k, k_0, c_x = (values[f"seal_{name}"] for name in ("stiffness", "cross_stiffness", "cross_damping"))
+            k_b, k_sum = 2 * loss, 4 * loss
+            m, c, v = k_sum / frequency**2, 2 * ratio * k_sum / frequency, n * plant.speed
+            bearing_force = k_b * (1 + 1j * v * lag)  # of a unit motion
+            pedestal = bearing_force / (k_sum - m * v**2 + 1j * c * v) if loss else 0.0
+            plant.couple(found, here, **{name[-2:]: -bearing_force * pedestal})
         return found
 
     plant.stiffness_of_harmonic.append(passed_on)
