@@ -4,18 +4,24 @@ from rotorstudy.plugins import Effect, Entry, Parameter, Share, hookimpl
 
 
 def seal(structure, node: int | None = None, swirl_ratio: Share = 0.45):
-    """Annular seal: force -(K - j k) z - (C - j c) dz/dt - M d2z/dt2, with the cross stiffness k = k_0 + lambda C w.
+    """Annular seal, a fluid that turns at lambda w: force -K z - C (z' - j lambda w z) - M (d/dt - j lambda w)^2 z.
 
-    lambda C w comes from the fluid that turns with the shaft at lambda w, k_0 from a swirl at the inlet, the same at
-    all speeds. c comes from the inertia of the fluid. K is negative where the pressure drop pulls.
+    Damping and inertia act on the motion relative to the fluid: the direct stiffness is K - lambda^2 M w^2, the cross
+    stiffness lambda C w, the cross damping 2 lambda M w. Added to these are a cross stiffness and a cross damping that
+    do not depend on the speed, of a swirl at the inlet. K is negative where the pressure drop pulls.
     """
     here = structure.unit(structure.default_node() if node is None else node)
     here, scales = np.outer(here, here), structure.scales
     stiffness, damping = scales.stiffness(node), scales.critical_damping(node)
     film = (Entry(-here, order=1), Entry(1j * swirl_ratio * here, gain=lambda speed: speed))
+    fluid = (
+        Entry(-here, order=2),
+        Entry(2j * swirl_ratio * here, order=1, gain=lambda speed: speed),
+        Entry(swirl_ratio**2 * here, gain=lambda speed: speed**2),
+    )
     return [
         Parameter("seal_damping", "N s/m", film, typical=0.04 * damping),
-        Parameter("seal_fluid_mass", "kg", (Entry(-here, order=2),), typical=0.05 * scales.mass),
+        Parameter("seal_fluid_mass", "kg", fluid, typical=0.05 * scales.mass),
         Parameter("seal_stiffness", "N/m", (Entry(-here),), typical=0.03 * stiffness),
         Parameter("seal_cross_stiffness", "N/m", (Entry(1j * here),), typical=0.007 * stiffness),
         Parameter("seal_cross_damping", "N s/m", (Entry(1j * here, order=1),), typical=0.004 * damping),

@@ -49,9 +49,9 @@ def solved(coefficients=lambda speed: (), forces=lambda speed: {}, rotating_damp
     weight = np.concatenate([s.static_load, 0 * s.static_load])
 
     def add(matrices, given):
-        for kind, node, two in given:
+        for kind, node, added in given:
             rows = [s.index(node), size + s.index(node)]
-            matrices[kind][np.ix_(rows, rows)] += two
+            matrices[kind][np.ix_(rows, rows)] += added
 
     for i, w in enumerate(SPEEDS):
         matrices = {"mass": planar(s.mass), "damping": planar(-1j * w * s.gyroscopic), "stiffness": planar(s.stiffness)}
@@ -99,10 +99,11 @@ def test_the_rotor_itself_is_called_clean():
 
 
 def seal(c, swirl, mass=0.0, stiffness=0.0, cross=0.0):
+    """Stiffness, damping and mass of a short seal as matrices of x and y; Black 1969."""
     turn = np.array([[0, 1], [-1, 0]])  # F_x = -c x' - c lambda w y, F_y = -c y' + c lambda w x
     return lambda w: [
-        ("damping", 3, c * np.eye(2)),
-        ("stiffness", 3, stiffness * np.eye(2) + (w * c * swirl + cross) * turn),
+        ("damping", 3, c * np.eye(2) + 2 * mass * swirl * w * turn),
+        ("stiffness", 3, (stiffness - mass * (swirl * w) ** 2) * np.eye(2) + (w * c * swirl + cross) * turn),
         ("mass", 3, mass * np.eye(2)),
     ]
 

@@ -102,7 +102,8 @@ FORMS = {  # force of the unit amplitude in time, one for each parameter
     ],
     "seal": [
         lambda s, w, t, z, v: -(v - 0.45j * w * z) @ at_disc(s),
-        lambda s, w, t, z, v: -acceleration(w, z) @ at_disc(s),
+        # the second derivative in axes that turn at 0.45 w, with its Coriolis and centrifugal parts
+        lambda s, w, t, z, v: -(acceleration(w, z) - 0.9j * w * v - 0.45**2 * w**2 * z) @ at_disc(s),
         lambda s, w, t, z, v: -z @ at_disc(s),
         # -F_x = k y and -F_y = -k x, and so for c (Childs 1993, chapter 4)
         lambda s, w, t, z, v: (-z.imag + 1j * z.real) @ at_disc(s),

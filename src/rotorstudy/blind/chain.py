@@ -30,12 +30,12 @@ def probe_angle(signal, angle, speed, values, where, sensors):
 
 
 def probe_error(signal, angle, speed, values, where, sensors):
-    """One probe off by a share of the motion along its direction, and of that a quarter turn ahead."""
+    """The probe along one direction reads `probe_error_along` more of the motion there, and some of that across."""
     c, s = np.cos(where["direction_rad"]), np.sin(where["direction_rad"])
     for i in _chosen(where, sensors):
         x, y = signal[i].real, signal[i].imag
-        off = values["probe_error_along"] * (c * x + s * y) + values["probe_error_across"] * (c * y - s * x)
-        signal[i] = x + c * off + 1j * (y + s * off)
+        wrong = values["probe_error_along"] * (c * x + s * y) + values["probe_error_across"] * (c * y - s * x)
+        signal[i] = signal[i] + wrong * (c + 1j * s)
     return signal
 
 

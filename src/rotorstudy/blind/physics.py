@@ -163,36 +163,37 @@ def bearing_coefficients(plant, values, where):
 
 
 def seal(plant, values, where):
-    """Fluid that turns at a share of the spin speed: it drags the shaft along, and moves with it.
+    """Fluid that turns at a share of the spin speed: its drag and its inertia act on the motion relative to it.
 
-    Its direct stiffness and its cross coefficients beyond that drag are zero where they are not given.
+    In axes that turn with it the inertia has a Coriolis and a centrifugal force.
     """
-    k, k_0, c_x = (values.get(f"seal_{name}", 0.0) for name in ("stiffness", "cross_stiffness", "cross_damping"))
+    k, k_0, c_x = (values[f"seal_{name}"] for name in ("stiffness", "cross_stiffness", "cross_damping"))
     here, c, m = plant.point(_node(where, plant)), values["seal_damping"], values["seal_fluid_mass"]
-    carried = c * where["swirl_ratio"] * plant.speed + k_0
-    plant.couple(plant.damping, here, xx=c, yy=c, xy=c_x, yx=-c_x)
-    plant.couple(plant.stiffness, here, xx=k, yy=k, xy=carried, yx=-carried)
+    turning = where["swirl_ratio"] * plant.speed
+    dragged, coriolis, pulled = c * turning + k_0, 2 * m * turning + c_x, k - m * turning**2
+    plant.couple(plant.damping, here, xx=c, yy=c, xy=coriolis, yx=-coriolis)
+    plant.couple(plant.stiffness, here, xx=pulled, yy=pulled, xy=dragged, yx=-dragged)
     plant.couple(plant.mass, here, xx=m, yy=m)
 
 
 def pedestal_resonance(plant, values, where):
     """Bearing k_b on a mass m on springs k_p, where a rigid support was modelled; m and k_p + k_b from the resonance.
 
-    The bearing passes on k_b (u - p) of the motion p of the pedestal, m p'' + c p' + (k_p + k_b) p = k_b u. The ratio
-    of k_b to k_p + k_b is free: the shaft sees only the loss at rest k_b^2 / (k_p + k_b).
+    The bearing, with damping c_b, passes on its force of u - p, where m p'' + c p' + (k_p + k_b) p = c_b u' + k_b u is
+    the motion p of the pedestal, c the sum of both dampings. The ratio of k_b to k_p + k_b is free: the shaft sees only
+    the loss at rest k_b^2 / (k_p + k_b).
     """
-    frequency, ratio = where["natural_frequency_rad_per_s"], where["damping_ratio"]
+    frequency, ratio, lag = (where[key] for key in ("natural_frequency_rad_per_s", "damping_ratio", "bearing_time_s"))
     here = plant.point(_node(where, plant))
 
     def passed_on(n):
         found = np.zeros((len(plant.speed), 2 * plant.dof, 2 * plant.dof), complex)
         for name, loss in values.items():
-            v = n * plant.speed
-            k_b, k_sum = 2 * loss * (1 + 1j * where["bearing_time_s"] * v), 4 * loss
-            m, c = k_sum / frequency**2, 2 * ratio * k_sum / frequency
-            pedestal = k_b / (k_sum - m * v**2 + 1j * c * v) if loss else np.zeros_like(v)
-            factors = {name[-2:]: -k_b * pedestal}
-            plant.couple(found, here, **factors)
+            k_b, k_sum = 2 * loss, 4 * loss
+            m, c, v = k_sum / frequency**2, 2 * ratio * k_sum / frequency, n * plant.speed
+            bearing_force = k_b * (1 + 1j * v * lag)  # of a unit motion
+            pedestal = bearing_force / (k_sum - m * v**2 + 1j * c * v) if loss else 0.0
+            plant.couple(found, here, **{name[-2:]: -bearing_force * pedestal})
         return found
 
     plant.stiffness_of_harmonic.append(passed_on)
@@ -294,7 +295,10 @@ def rub(plant, values, where):
 
 
 def looseness(plant, values, where):
-    """Support that loses stiffness, N/m, once the journal lifts off, against the direction that presses it down."""
+    """Support that loses stiffness, N/m, once the journal lifts off, until its bolts hold it after a play.
+
+    It lifts off against the direction that presses it down.
+    """
     k, c, s = values["stiffness_lost_in_lift"], np.cos(where["direction_rad"]), np.sin(where["direction_rad"])
 
     def force(x, y, vx, vy):
