@@ -26,7 +26,7 @@ def rotorstudy_effect():
         "looseness",
         looseness,
         source="bilinear support as in Chu and Tang 2001; Muszynska and Goldman 1995",
-        shape={"lift_m": (0.0, 4.0, "length"), "direction_rad": (-np.pi, np.pi)},
+        shape={"lift_m": (0.0, 4.0, "vibration"), "direction_rad": (-np.pi, np.pi)},
         example={"lift_m": 0.0},
         positive=True,
         checked="time integration to 2e-3 of its effect; no force below the lift to 1e-12; the mean rises",

@@ -304,10 +304,10 @@ def share_of(unknown: Unknown, other: Unknown) -> float:
 def _entry_share(mine, its):
     """Factor between the matrices of two entries that are otherwise equal; 0 if they are not."""
     kinds = ((e.on, e.order, e.shift, e.frequency_only, np.shape(e.matrix)) for e in (mine, its))
-    if len(set(kinds)) > 1 or not np.allclose(*(e.gain_at(SPEEDS_COMPARED, 1) for e in (mine, its)), rtol=1e-9, atol=0):
+    product = np.vdot(mine.matrix, its.matrix) if len(set(kinds)) == 1 else 0.0
+    if not product or not np.allclose(*(e.gain_at(SPEEDS_COMPARED, 1) for e in (mine, its)), rtol=1e-9, atol=0):
         return 0.0
-    size = np.vdot(mine.matrix, mine.matrix)
-    factor = np.vdot(mine.matrix, its.matrix) / size if size else 0.0
+    factor = product / np.vdot(mine.matrix, mine.matrix)
     alike = np.allclose(its.matrix, factor * np.asarray(mine.matrix), atol=1e-12 * np.abs(its.matrix).max())
     return float(np.real(factor)) if alike and abs(np.imag(factor)) < 1e-12 * abs(factor) else 0.0
 
