@@ -6,6 +6,7 @@ from machine import TIME, records, write, write_rig
 
 from rotorstudy.measurement.lines import orders_of_lines
 from rotorstudy.measurement.measurement import read_measurement
+from rotorstudy.measurement.nonsynchronous import Seen, likely_kind
 
 SPEEDS = [85.0, 100.0]
 SIZE = 3e-6
@@ -33,8 +34,8 @@ def read(folder, kind, speeds=SPEEDS):
 KINDS = {
     "whirl": ("fluid whirl", "forward"),
     "backward": ("not clear", "backward"),
-    "half": ("exactly 1/2", "without a clear sense"),
-    "third": ("exactly 1/3", "forward"),
+    "half": ("nonlinearity: 1/2", "without a clear sense"),
+    "third": ("nonlinearity: 1/3", "forward"),
     "hum": ("hum of the mains: 1 x 50 Hz", "without a clear sense"),
     "natural frequency": ("a natural frequency", "forward"),
 }
@@ -55,6 +56,14 @@ def test_each_kind_is_named_and_changes_no_harmonic(kind, tmp_path):
     assert np.all(np.abs(both[0].amplitude - both[1].amplitude) < std)
     # negative control: the line is a hundred times what it changes
     assert 100 * np.abs(both[0].amplitude - both[1].amplitude).max() < SIZE
+
+
+@pytest.mark.parametrize(("order", "whirl"), [(0.49, True), (0.5, False)])
+def test_a_short_record_does_not_tell_a_whirl_near_one_half_from_a_subharmonic(order, whirl):
+    seen = Seen("here", 100.0, 10.0, order, SIZE, 0.0, 1)  # 10 revolutions: orders are told apart to about 0.02
+    said = likely_kind(np.array([100.0]), np.array([order]), seen)
+    assert "nonlinearity: 1/2 of the speed to 0.02" in said
+    assert ("fluid whirl" in said) == whirl
 
 
 def test_the_line_is_measured(tmp_path):

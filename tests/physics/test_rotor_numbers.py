@@ -7,10 +7,12 @@ from rotorstudy import registry
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.inference.problem import Problem
 from rotorstudy.model.estimated_rig import rig_with_estimate
-from rotorstudy.model.rig import build_model
+from rotorstudy.model.rig import build_model, make_term
 from rotorstudy.model.rotor_numbers import rotor_with_changes, with_rotor_numbers
 from rotorstudy.response.harmonic import harmonic_response
+from rotorstudy.response.integration import time_response
 from rotorstudy.response.measured import measured_response, measured_response_and_jacobian
+from rotorstudy.response.stability import eigenvalues, periodic_growth_rate
 from rotorstudy.response.statics import static_deflection
 
 SPEEDS, HARMONICS = [60.0, 140.0, 260.0], [0, 1, -1, 2, -2]
@@ -100,6 +102,50 @@ def test_large_changes_are_those_of_a_rotor_that_is_built_with_other_numbers(sup
     difference = (above - below) / 2e-6
     assert model.names[-1] == NUMBERS[-1]
     assert np.abs(column - difference).max() < 1e-5 * np.abs(difference).max()
+
+
+def test_free_and_transient_motions_are_those_of_a_rotor_that_is_built_with_other_numbers():
+    rig = SUPPORTS["rigid supports"] | {"cracks": []}
+    model = with_rotor_numbers(build_model(rig), NUMBERS)
+    theta = model.theta.copy()
+    theta[model.position(NUMBERS)] = changes = [0.1, -0.2, 0.25, -0.15]
+    there = rotor_with_changes(rig["rotor"], model.structure, dict(zip(NUMBERS, changes, strict=True)))
+    true, nominal = build_model({**rig, "rotor": there}), build_model(rig)
+    found, expected, stated = eigenvalues(model, SPEEDS, theta), eigenvalues(true, SPEEDS), eigenvalues(nominal, SPEEDS)
+    assert np.abs(found - expected).max() < 1e-6 * np.abs(expected).max()
+    assert np.abs(stated - expected).max() > 0.05 * np.abs(expected).max()
+    time, still = np.linspace(0, 2e-3, 5), np.zeros(len(model.structure.dofs))
+    start = [still + 1e-6, still]
+    moved, expected, stated = (
+        time_response(one, SPEEDS[1], time, given, start=start)
+        for one, given in ((model, theta), (true, None), (nominal, None))
+    )
+    assert np.abs(moved - expected).max() < 1e-6 * np.abs(expected).max()
+    assert np.abs(stated - expected).max() > 0.05 * np.abs(expected).max()
+
+
+def test_a_turning_stiffness_grows_at_the_speeds_of_the_rotor_that_is_built_with_other_numbers():
+    rotor = {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5}
+    effects = [
+        {"kind": "external_damping", "external_damping_N_s_per_m": 20.0},
+        {"kind": "shaft_asymmetry", "shaft_asymmetry": 0.05, "shaft_asymmetry_phase_rad": 0.3},
+    ]
+    model = with_rotor_numbers(build_model({"rotor": rotor, "effects": effects}), ["rotor.stiffness_N_per_m"])
+    theta = model.theta.copy()
+    theta[model.position(["rotor.stiffness_N_per_m"])] = 0.05
+    true, nominal = (
+        build_model({"rotor": {**rotor, "stiffness_N_per_m": k}, "effects": effects[:1]}) for k in (1.05 * 7.6e5, 7.6e5)
+    )
+    # the asymmetry takes its pattern from the nominal stiffness: 0.05 of it
+    turning = {"kind": "shaft_asymmetry", "shaft_asymmetry": 0.05 / 1.05, "shaft_asymmetry_phase_rad": 0.3}
+    true = true.plus(make_term("effect", turning, true.structure, true.sensors))
+    nominal = nominal.plus(make_term("effect", effects[1], nominal.structure, nominal.sensors))
+    speeds = np.sqrt(7.6e5 / 2.0) * np.array([1.0, 1.024, 1.05])
+    found, expected, stated = (
+        periodic_growth_rate(one, speeds, given) for one, given in ((model, theta), (true, None), (nominal, None))
+    )
+    assert found == pytest.approx(expected, abs=1e-6)
+    assert (np.sign(expected) != np.sign(stated)).any()
 
 
 def test_numbers_that_enter_linearly_build_no_rotor_again():

@@ -117,8 +117,8 @@ def likely_kind(speeds, orders, seen):
         off = max(SUBHARMONIC_OFF, 0.2 / seen.revolutions)
         name = next((name for name, order in SUBHARMONICS.items() if abs(seen.order - order) < off), None)
         if name:
-            kinds.append(f"a subharmonic of looseness, rub or another nonlinearity: exactly {name} of the speed")
-        elif WHIRL[0] < seen.order < WHIRL[1] and _sense(seen) == "forward":
+            kinds.append(f"a subharmonic of looseness, rub or another nonlinearity: {name} of the speed to {off:.1g}")
+        if WHIRL[0] < seen.order < WHIRL[1] and _sense(seen) == "forward":
             kinds.append(f"fluid whirl of a bearing or seal: forward, {seen.order:.2f} times the speed")
     if not kinds:
         return "Its kind is not clear; a record at another speed tells whether its frequency follows the speed"

@@ -44,7 +44,8 @@ class Scales:
         elastic = value > SINGULAR
         shape, rigid = vector[:, elastic] / size[:, None], vector[:, ~elastic] / size[:, None]
         inverse = shape / value[elastic] @ shape.T
-        carried = rigid @ np.linalg.solve(rigid.T @ mass @ rigid, rigid.T @ mass)
+        # of a coordinate with neither stiffness nor mass, which only a bearing holds, nothing is carried
+        carried = rigid @ np.linalg.pinv(rigid.T @ mass @ rigid, hermitian=True) @ rigid.T @ mass
         relieved = np.eye(len(mass)) - carried
         return relieved @ inverse @ relieved.T
 
@@ -52,6 +53,11 @@ class Scales:
     def frequency(self) -> float:
         """Lowest natural frequency of bending at rest, rad/s."""
         return float(np.linalg.eigvals(self.flexibility @ self.structure.mass).real.max() ** -0.5)
+
+    @property
+    def time(self) -> float:
+        """Of a radian at the lowest natural frequency, s."""
+        return 1 / self.frequency
 
     @cached_property
     def softest(self) -> float:

@@ -6,7 +6,9 @@ from rotorstudy.errors import RotorstudyError
 
 
 def time_matrices(model, theta, speed, deflection):
-    """Sums of all entries by shift, as they act on the right-hand side.
+    """Sums of the entries of effects, cracks and bearings by shift, as they act on the right-hand side.
+
+    The numbers of the rotor that are parameters are in `model.matrices`, exactly, and not here.
 
     theta      : (parameter,) of the model;  speed : rad/s
     deflection : (dof,) static deflection, m, for entries that act on it
@@ -16,13 +18,13 @@ def time_matrices(model, theta, speed, deflection):
     """
     constant, mass = {}, 0
     stiffness, damping = {"z": {}, "conj": {}}, {"z": {}, "conj": {}}
-    for value, unknown in zip(theta, model.rotor_unknowns, strict=False):
+    for position, unknown in model.acting:
         for entry in unknown.entries:
             if entry.frequency_only:
                 raise RotorstudyError(
                     f"{unknown.name!r} is defined in the frequency domain only: it cannot be integrated in time"
                 )
-            amount = value * entry.gain_at(speed, 0) * np.asarray(entry.matrix)
+            amount = theta[position] * entry.gain_at(speed, 0) * np.asarray(entry.matrix)
             if not entry.reads_motion:
                 target = constant
                 if not entry.is_constant:

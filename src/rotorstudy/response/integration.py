@@ -85,12 +85,12 @@ def time_response(
 
     speed = check_speed(speed)[0]
     theta = np.asarray(model.theta if theta is None else theta, float)
-    structure, dof = model.structure, len(model.structure.dofs)
+    own, dof = model.matrices(theta), len(model.structure.dofs)
     if model.held_deflection is not None:
         raise RotorstudyError("a prescribed static deflection is no equilibrium: it cannot be integrated in time")
     reference = np.broadcast_to(static_deflection(model, [speed], theta).value, (1, dof))[0]
     constant, stiffness, damping, mass = time_matrices(model, theta, speed, reference)
-    inverse_mass = np.linalg.inv(structure.mass + mass)
+    inverse_mass = np.linalg.inv(own.mass + mass)
     shifts = np.array(sorted({*constant, *stiffness["z"], *stiffness["conj"], *damping["z"], *damping["conj"], 0}))
     table = {
         name: np.array([part.get(s, np.zeros((dof, dof))) for s in shifts], complex)
@@ -102,10 +102,10 @@ def time_response(
         )
     }
     still = int(np.flatnonzero(shifts == 0)[0])
-    table["kz"][still] -= structure.stiffness
-    table["cz"][still] += 1j * speed * structure.gyroscopic
+    table["kz"][still] -= own.stiffness
+    table["cz"][still] += 1j * speed * own.gyroscopic
     force = np.array([constant.get(s, np.zeros(dof)) for s in shifts], complex)
-    force[still] += structure.static_load
+    force[still] += own.static_load
     table = {name: inverse_mass @ value for name, value in table.items() if np.any(value)}
     force = force @ inverse_mass.T
 

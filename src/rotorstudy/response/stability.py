@@ -22,14 +22,14 @@ def state_matrix(model, speed, theta=None):
     """
     speed = check_speed(speed)
     theta = np.asarray(model.theta if theta is None else theta, float)
-    structure, dof = model.structure, len(model.structure.dofs)
+    own, dof = model.matrices(theta), len(model.structure.dofs)
     shape = (len(speed), dof, dof)
     on_z = {order: np.zeros(shape, complex) for order in range(3)}
     on_conj = {order: np.zeros(shape, complex) for order in range(3)}
-    on_z[0] += structure.stiffness
-    on_z[1] -= 1j * speed[:, None, None] * structure.gyroscopic
-    on_z[2] += structure.mass
-    for value, unknown in zip(theta, model.rotor_unknowns, strict=False):
+    on_z[0] += own.stiffness
+    on_z[1] -= 1j * speed[:, None, None] * own.gyroscopic
+    on_z[2] += own.mass
+    for position, unknown in model.acting:
         if unknown.force:
             raise RotorstudyError(f"{unknown.name!r} is nonlinear; the model has no eigenvalues")
         for entry in (e for e in unknown.entries if e.reads_motion):
@@ -38,7 +38,7 @@ def state_matrix(model, speed, theta=None):
                     f"{unknown.name!r} makes the model time-varying or frequency-dependent; it has no eigenvalues"
                 )
             target = on_conj if entry.is_conjugate else on_z
-            target[entry.order] -= value * entry.gain_at(speed, 0)[:, None, None] * entry.matrix
+            target[entry.order] -= theta[position] * entry.gain_at(speed, 0)[:, None, None] * entry.matrix
     if any(np.any(part) for part in on_conj.values()):
         k, c, m = (
             np.concatenate(
