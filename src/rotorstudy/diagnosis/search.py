@@ -266,8 +266,10 @@ def _with_alternatives(work, current):
 
     All candidates in the place of each cause, and all pairs if the explanation is rejected, are judged at its motion.
     """
-    for _ in range(ROUNDS):
+    for number in range(ROUNDS):
         tried = [e for cause in current.causes for e in _instead_of(work, current, cause)]
+        if number == 0:
+            tried += [e for cause in current.causes for e in _elsewhere(work, current, cause)]
         if current.fit.is_rejected(work.settings.significance):
             tried += _pairs(work, current)
         shaped = sorted((e for e in tried if e.causes[-1].shape), key=odds_of, reverse=True)[:REFINED]
@@ -297,6 +299,27 @@ def _instead_of(work, current, cause):
             best.setdefault(one.cause, one)
     theta = dict(zip(current.fit.model.names, current.fit.theta, strict=True))
     options = [Option((*rest, c), theta | dict(zip(c.names, odds[c.label].start, strict=True))) for c in best.values()]
+    return _fit_closest(work, options)
+
+
+def _elsewhere(work, current, cause):
+    """Explanations with the effect of a cause at its other places, in the best shape that a scan finds at each."""
+    rest = tuple(c for c in current.causes if c is not cause)
+    chosen = {
+        c.cause: c
+        for c in work.candidates
+        if c.effect == cause.effect and c.cause != cause.cause and _is_allowed(work, (*rest, c))
+    }
+    if not can_be_scanned(cause) or not chosen:
+        return []
+    found = scan(work, work.held(rest, current.fit), list(chosen.values()), refined=len(chosen))
+    theta = dict(zip(current.fit.model.names, current.fit.theta, strict=True))
+    least = max((s.evidence - LEFT_BY_SHAPE * s.explained for _, s in found), default=0.0) - REACH
+    options = [
+        Option((*rest, one), theta | dict(zip(one.names, screened.start, strict=True)))
+        for one, screened in found
+        if screened.evidence >= least
+    ]
     return _fit_closest(work, options)
 
 

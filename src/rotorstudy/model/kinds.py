@@ -107,7 +107,7 @@ class Effect(Plugin):
     candidate : whether diagnosis considers it as a cause; a free force at every harmonic would explain anything
     hypothesis : options with which diagnosis tries it, where a cause has more freedom than the defaults give
     shape     : option -> (low, high), the search range of an option that enters nonlinearly, or (low, high, scale) in
-                units of one of the usual sizes of the rotor: `length`, `frequency`, `time`
+                units of one of the usual sizes of the rotor: `length`, `vibration`, `frequency`, `time`
     alternatives : option -> function() -> its possible values, of which diagnosis tries each; the cause is the same
     fixed     : present with its typical amplitude or absent: a cable is swapped or not
     fold      : ratio of the phase of its amplitude to the angle of its direction: 2 for two stiffnesses

@@ -77,6 +77,11 @@ class Scales:
         return max(sag, self.structure.vibration) or STILL_LENGTH
 
     @property
+    def vibration(self) -> float:
+        """Usual vibration, m: the one measured, which may be far below the static deflection; else the usual length."""
+        return self.structure.vibration or self.length
+
+    @property
     def force(self) -> float:
         """Force that deflects the softest place by the usual length, N: under gravity about the weight."""
         return self.softest * self.length
@@ -102,6 +107,24 @@ class Scales:
         """
         here = self.structure.index(self.structure.default_node() if node is None else node, motion)
         return float(1 / self.flexibility[here, here])
+
+    def displacement(self, node: int | None) -> float:
+        """Displacement by the usual force at a node, m: small at a stiff bearing.
+
+        Parameters
+        ----------
+        node : int or None
+
+        Returns
+        -------
+        float
+
+        Raises
+        ------
+        CannotAct
+            As `stiffness`.
+        """
+        return self.force / self.stiffness(node)
 
     def critical_damping(self, node: int | None) -> float:
         """Damping 2 k / w at a node that is critical for a mass on its local stiffness, N s/m.
