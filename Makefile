@@ -1,11 +1,12 @@
 # make        set up .venv, rebuild all results, write the report
 # make test   set up .venv, run all checks and tests
 # make foreign  diagnose 300 records of the independent simulator (tests/foreign), about an hour
+# make ross     diagnose records of the package ROSS, in an environment of its own
 PYTHON ?= python3
 CORES ?= all
 SNAKEMAKE = .venv/bin/snakemake --cores $(CORES)
 
-.PHONY: all results report test check bench foreign clean
+.PHONY: all results report test check bench foreign ross clean
 
 all: report
 	@echo
@@ -36,6 +37,10 @@ bench: .venv/ready
 foreign: .venv/ready
 	.venv/bin/python benchmarks/foreign.py --cases 300 --processes 2 --out results/foreign
 
+ross: .venv/ready .venv-ross/ready
+	.venv-ross/bin/python benchmarks/ross/simulate.py results/ross
+	.venv/bin/python benchmarks/ross/diagnose.py results/ross
+
 clean:
 	rm -rf results/* .snakemake
 
@@ -46,4 +51,9 @@ clean:
 	$(PYTHON) -m venv .venv
 	.venv/bin/python -m pip install --quiet --disable-pip-version-check --requirement environment.txt
 	.venv/bin/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --editable .
+	@touch $@
+
+.venv-ross/ready: benchmarks/ross/requirements.txt
+	$(PYTHON) -m venv .venv-ross
+	.venv-ross/bin/python -m pip install --quiet --disable-pip-version-check --requirement $<
 	@touch $@

@@ -1,0 +1,142 @@
+"""Records of a rotor by ROSS (github.com/petrobras/ross), a second opinion: python benchmarks/ross/simulate.py OUT
+
+For each case OUT has a folder with one CSV a speed (time, x and y of each probed node, phase mark) and `truth.json`.
+The healthy machine is in OUT/machine.json, in the words and axes of ROSS: nodes from 0, y upwards, weight along -y, the
+shaft turns from x to y, and displacements count from the straight shaft. Runs in `.venv-ross`; it knows nothing of
+rotorstudy.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import ross
+
+STEEL = {"rho": 7850.0, "E": 2.1e11, "Poisson": 0.3}
+SHAFT = {"count": 6, "length": 0.1, "diameter": 0.025}
+DISCS = ({"n": 2, "m": 3.0, "Id": 0.0040, "Ip": 0.0075}, {"n": 4, "m": 2.0, "Id": 0.0022, "Ip": 0.0040})
+BEARINGS = (
+    {"n": 0, "kxx": 2.0e6, "kyy": 1.6e6, "cxx": 1500.0, "cyy": 1200.0},
+    {"n": 6, "kxx": 1.8e6, "kyy": 1.4e6, "cxx": 1500.0, "cyy": 1200.0},
+)
+UNBALANCE = {"node": [2, 4], "unbalance_magnitude": [3.0e-5, 1.6e-5], "unbalance_phase": [0.4, 2.0]}  # kg m, rad
+GRAVITY = 9.8065  # of ROSS, where it counts weight at all
+PROBES = (0, 2, 4, 6)
+SPEEDS = (150.0, 190.0, 230.0, 270.0, 310.0, 350.0, 400.0, 450.0)  # rad/s; critical speeds at 361 and 373
+STEPS = 256  # a revolution
+SETTLING = 1.2  # s; the slowest transient decays as exp(-13 t/s)
+REVOLUTIONS = 16
+NOISE = 1e-8  # m rms
+
+
+def rotor(discs=DISCS, bearings=BEARINGS, seals=(), masses=()):
+    """The machine in ROSS."""
+    steel = ross.Material("steel", **STEEL)
+    size = {"L": SHAFT["length"], "idl": 0.0, "odl": SHAFT["diameter"], "material": steel}
+    return ross.Rotor(
+        [ross.ShaftElement(n=n, **size) for n in range(SHAFT["count"])],
+        [ross.DiskElement(**disc) for disc in discs],
+        [ross.BearingElement(**bearing) for bearing in bearings]
+        + [ross.SealElement(**seal) for seal in seals],
+        [ross.PointMass(**mass) for mass in masses],
+    )  # fmt: skip
+
+
+def linear(machine, unbalance=UNBALANCE):
+    """Run of a machine whose only force is the unbalance: function of speed and time."""
+
+    def run(speed, time):
+        node, magnitude, phase = unbalance.values()
+        force = machine.unbalance_force_over_time(node, magnitude, phase, speed, time)
+        return machine.run_time_response(speed, force.T, time)
+
+    return run
+
+
+def faulty(method, **fault):
+    """Run of the healthy machine with a fault, by that method of ROSS."""
+    return lambda speed, time: getattr(rotor(), method)(**fault, **UNBALANCE, speed=speed, t=time)
+
+
+def changed(number, **values):
+    """The bearings with other values of one of them."""
+    return [bearing | values if i == number else bearing for i, bearing in enumerate(BEARINGS)]
+
+
+def seal(node, damping, swirl):
+    """A seal of a liquid: its cross stiffness grows with the speed."""
+    speeds = np.array([0.0, 1000.0])
+    cross, none, c = swirl * damping * speeds, 0 * speeds, damping + 0 * speeds
+    return {"n": node, "frequency": speeds, "kxx": none, "kxy": cross, "kyx": -cross, "kyy": none, "cxx": c, "cyy": c}
+
+
+def cases():
+    """Name, truth (family and ROSS's number of node or element) and run of each case."""
+    extra = UNBALANCE | {"node": [2, 4, 4], "unbalance_magnitude": [3e-5, 1.6e-5, 1e-5],
+                         "unbalance_phase": [0.4, 2.0, -1.0]}  # fmt: skip
+    heavier = (DISCS[0], DISCS[1] | {"m": 2.2})
+    coupling = {"coupling": "flex", "n": 0, "radial_stiffness": 4e4, "bending_stiffness": 4e4, "mis_distance_x": 1e-4,
+                "mis_distance_y": 1e-4, "mis_angle": 0.03}  # fmt: skip
+    rub = {"n": 3, "distance": 1e-5, "contact_stiffness": 2e5, "contact_damping": 0.0}
+    yield "healthy", {}, linear(rotor())
+    yield "unbalance", {"family": "unbalance", "node": 4}, linear(rotor(), extra)
+    yield "disc_mass", {"family": "added_mass", "node": 4}, linear(rotor(discs=heavier))
+    yield "soft_support", {"family": "support_loss", "node": 6}, linear(rotor(bearings=changed(1, kyy=1.1e6)))
+    cross = changed(0, kxy=1e5, kyx=-1e5)
+    yield "cross_coupling", {"family": "cross_coupling", "node": 0}, linear(rotor(bearings=cross))
+    yield "seal", {"family": "seal", "node": 3}, linear(rotor(seals=[seal(3, 60.0, 0.45)]))
+    yield (
+        "parallel",
+        {"family": "misalignment", "element": 0},
+        faulty("run_misalignment", mis_type="parallel", **coupling),
+    )
+    yield (
+        "angular",
+        {"family": "misalignment", "element": 0},
+        faulty("run_misalignment", mis_type="angular", **coupling),
+    )
+    rigid = {"coupling": "rigid", "n": 0, "mis_distance": 1e-6}
+    yield "rigid", {"family": "misalignment", "element": 0}, faulty("run_misalignment", **rigid)
+    yield "rub", {"family": "rub", "node": 3}, faulty("run_rubbing", friction_coeff=0.0, **rub)
+    yield "rub_friction", {"family": "rub", "node": 3}, faulty("run_rubbing", friction_coeff=0.2, **rub)
+    # Its two other laws replace the element by a piece of other length: not the intact element at depth zero
+    for model in ("Mayes", "Gasch"):
+        for depth in (0.1, 0.25):
+            run = faulty("run_crack", n=2, depth_ratio=depth, crack_model=model)
+            yield f"{model.lower()}_{depth:g}", {"family": "crack", "element": 2, "weight": True}, run
+
+
+def record(run, speed, random):
+    """Columns of a settled record: time, x and y of each probed node with noise, and the pulses of the phase mark."""
+    step = 2 * np.pi / speed / STEPS
+    time = np.arange(round(SETTLING / step) + REVOLUTIONS * STEPS) * step
+    here = [6 * node + direction for node in PROBES for direction in (0, 1)]
+    shown = run(speed, time).yout[-REVOLUTIONS * STEPS :: 2, here]
+    time = time[-REVOLUTIONS * STEPS :: 2]
+    angle = np.mod(speed * time + np.pi, 2 * np.pi) - np.pi  # zero: the shaft as it is at time zero
+    pulse = 5.0 * np.exp(-((angle / 0.15) ** 2) / 2)
+    return np.column_stack([time, shown + NOISE * random.normal(size=shown.shape), pulse])
+
+
+def main(out):
+    """Write the machine and all cases."""
+    random = np.random.default_rng(1)
+    header = ",".join(["time", *(f"{direction}{node}" for node in PROBES for direction in "xy"), "key"])
+    response = rotor().run_unbalance_response(*UNBALANCE.values(), np.array(SPEEDS)).forced_resp
+    machine = {"steel": STEEL, "shaft": SHAFT, "discs": DISCS, "bearings": BEARINGS, "unbalance": UNBALANCE,
+               "probes": PROBES, "gravity": GRAVITY, "speeds": SPEEDS,
+               "response": [[[value.real, value.imag] for value in row] for row in response]}  # fmt: skip
+    out.mkdir(parents=True, exist_ok=True)
+    (out / "machine.json").write_text(json.dumps(machine, indent=1))
+    for name, truth, run in cases():
+        (out / name).mkdir(exist_ok=True)
+        (out / name / "truth.json").write_text(json.dumps(truth))
+        for speed in SPEEDS:
+            columns = record(run, speed, random)
+            np.savetxt(out / name / f"run_{speed:g}.csv", columns, "%.9e", ",", header=header, comments="")
+        print(name, flush=True)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))
