@@ -93,6 +93,16 @@ def test_the_error_of_a_cause_widens_its_intervals_as_far_as_it_is_needed():
     assert [one.value for one in found] == pytest.approx([2e-5, 2e-5], abs=4 * found[1].std)
 
 
+@pytest.mark.parametrize("stiffness", [5e4, 7e4])
+def test_an_explanation_by_which_a_motion_grows_is_dropped(stiffness):
+    """Cross-coupling drives a whirl from c w_n = 6.2e4 N/m on; records beyond that can only be made in frequency."""
+    model = build_model(JEFFCOTT)
+    known = ONE.model_copy(update={"uncertainty": {"default": 0.0}})  # damping may not make it stable
+    spectrum = measured(model, hidden(model, "cross_coupling", node=1, cross_coupling_N_per_m=stiffness))
+    found = {c.effect for c in investigate(spectrum, model, settings=known).verdict.causes}
+    assert ("cross_coupling" in found) == (stiffness < 100 * np.sqrt(7.6e5 / 2.0))
+
+
 def test_pairs_are_judged_as_if_each_were_fitted_alone():
     model = build_model(TWO_DISCS)
     spectrum = measured(model, hidden(model, "bow", node=3, bow_m=1e-5))
