@@ -84,7 +84,7 @@ def test_every_effect_is_as_likely_as_another_whatever_its_places():
     data = noisy(MODEL, 2)
     work = search(MODEL, with_model_error(data, Settings()), Settings())
     share = {}
-    for cause in work.candidates:
+    for cause in {(c.cause, *c.variant.values()): c for c in work.candidates}.values():  # each in one shape
         share[cause.effect] = share.get(cause.effect, 0) + work.prior_odds.of(cause)
     rates = {name: registry().get("effect", name).base_rate for name in share}
     assert share == pytest.approx({name: rate / sum(rates.values()) for name, rate in rates.items()})
@@ -120,7 +120,7 @@ def test_the_shape_of_a_contact_is_found_though_it_bends_its_columns():
     shape = {"clearance_m": 3e-6, "friction_ratio": 0.2}  # the damping of the base moves with the friction
     true = candidate(work.rig, "rub", cause.where, shape, cause.term.label, settings.prior_width)
     assert odds_of(work.best) > odds_of(work.explain((true,), [work.best.fit.theta])) - 0.5
-    assert cause.shape["clearance_m"] == pytest.approx(3e-6, rel=0.3)
+    assert abs(cause.shape["clearance_m"] - 3e-6) < 3 * cause.shape_std["clearance_m"]
     assert work.best.fit.cost < len(work.best.fit.residual) + 3 * np.sqrt(2 * len(work.best.fit.residual))
 
 

@@ -1,22 +1,25 @@
 """Explanations under trial: sets of causes, their fits and posterior odds, and the plugins that failed on the way."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
-from rotorstudy.diagnosis.candidates import Candidate
+from rotorstudy.diagnosis.candidates import Candidate, shape_ranges, with_shape
 from rotorstudy.diagnosis.odds import LEAST_LOG_PROBABILITY, Explanation, PriorOdds, log_posterior_odds, odds_of
 from rotorstudy.diagnosis.screening import Projected, Screened, project, screen
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import NoSteadyState, PluginError
 from rotorstudy.inference.fit import HYPOTHESIS, Fit, fit
+from rotorstudy.inference.linear import invert
+from rotorstudy.inference.prediction import predicted
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import blamed, registry
 
 LEAST_LOG_ODDS = 2.0  # log posterior odds that an explanation needs: seven to one that something is missing
+SHAPE_DIFFERENCE = 1e-4  # of the range of a shape option, for its derivative
 TRIAL_STEPS = 5  # of a fit, after which it is decided whether to finish it
 
 
@@ -130,7 +133,7 @@ class Search:
             if fitted is None:
                 return None
             odds = log_posterior_odds(tuple(causes), fitted, self.base, self.prior_odds)
-            self.found[key] = Explanation(tuple(causes), fitted, odds)
+            self.found[key] = _with_free_shapes(self, Explanation(tuple(causes), fitted, odds))
         return self.found[key]
 
     def trial_fit(self, causes, start=None) -> Fit | None:
@@ -188,6 +191,68 @@ class Search:
         except Exception as error:
             self.note_broken(causes, error)
             return None
+
+
+def shape_equations(work: Search, causes, fitted: Fit, cause: Candidate):
+    """The equations of a Gauss-Newton step of all parameters and of the shape options of one cause, in their ranges.
+
+    Parameters
+    ----------
+    work : Search
+    causes : sequence of Candidate
+    fitted : Fit
+        Of these causes.
+    cause : Candidate
+        One of them.
+
+    Returns
+    -------
+    normal : ndarray (parameter, parameter)
+        Free parameters, then shape options. The prior of an option has the width of its range.
+    right : ndarray (parameter,)
+    """
+    ranges = {
+        name: ends for name, ends in shape_ranges(cause.effect, work.rig.structure).items() if name in cause.shape
+    }
+    place, columns = [ends.place(cause.shape[name]) for name, ends in ranges.items()], []
+    for (name, ends), x in zip(ranges.items(), place, strict=True):
+        off = SHAPE_DIFFERENCE if x < 0.5 else -SHAPE_DIFFERENCE
+        moved = with_shape(work.rig, cause, {**cause.shape, name: ends.value(x + off)}, work.settings.prior_width)
+        extended = work.model.plus(*((moved if c is cause else c).term for c in causes))
+        shown = predicted(extended, work.spectrum, fitted.theta)
+        left = work.spectrum.whitened(work.spectrum.amplitude - shown)
+        columns.append((fitted.residual - left) / off)
+    data = np.column_stack([fitted.jacobian, *columns])
+    free, count = len(fitted.names), len(data.T)
+    rows, distance = np.eye(count), np.zeros(count)  # of the priors; that of a shape is centred between its ends
+    rows[:free, :free] = fitted.prior.whitener
+    distance[:free] = fitted.prior.whitener @ (fitted.prior.mean - fitted.free)
+    distance[free:] = [0 if ends.goes_around else 0.5 - x for ends, x in zip(ranges.values(), place, strict=True)]
+    return data.T @ data + rows.T @ rows, data.T @ fitted.residual + rows.T @ distance
+
+
+def _with_free_shapes(work, explanation):
+    """An explanation whose odds and covariance include that its shapes were searched, with their standard deviations.
+
+    The Occam factor of a shape is how much the data narrow its range; its amplitudes are correlated with it.
+    """
+    fitted, odds, known = explanation.fit, explanation.log_posterior_odds, []
+    free, covariance = len(fitted.names), fitted.covariance
+    for cause in explanation.causes:
+        if cause.shape:
+            try:
+                normal, _ = shape_equations(work, explanation.causes, fitted, cause)
+            except NoSteadyState:  # of a shape next to it
+                known.append(cause)
+                continue
+            odds -= 0.5 * (np.linalg.slogdet(normal)[1] - np.linalg.slogdet(normal[:free, :free])[1])
+            whole, ranges = invert(normal), shape_ranges(cause.effect, work.rig.structure)
+            searched = [name for name in ranges if name in cause.shape]
+            std = np.sqrt(np.diag(whole)[free:])
+            spread = {n: ranges[n].slope(cause.shape[n]) * x for n, x in zip(searched, std, strict=True)}
+            cause, covariance = cause._replace(shape_std=spread), whole[:free, :free]
+        known.append(cause)
+    return Explanation(tuple(known), replace(fitted, covariance=covariance), float(odds))
 
 
 def _nothing(cause):

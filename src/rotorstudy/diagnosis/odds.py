@@ -114,13 +114,13 @@ def log_possible(mean: np.ndarray, std: np.ndarray, prior: np.ndarray = 0.0) -> 
 
 
 class PriorOdds:
-    """Prior odds of causes: the base rate of an effect in the library, divided among its places and shapes.
+    """Prior odds of causes: the base rate of an effect in the library, divided among its places and alternatives.
 
     A further part of a fault that is there already (another harmonic of a runout) is as likely as not, whichever it is.
     """
 
     def __init__(self, candidates: list[Candidate], settings: Settings):
-        effects = [c.effect for c in candidates]
+        effects = [effect for effect, _, _ in {(c.effect, c.cause, tuple(c.variant.values())) for c in candidates}]
         faults = [c.fault for c in candidates]
         rates = {name: base_rate(name, settings) for name in effects}
         self.of_effect = {name: rate / (sum(rates.values()) * effects.count(name)) for name, rate in rates.items()}

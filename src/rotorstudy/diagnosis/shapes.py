@@ -1,20 +1,16 @@
 """The shape options of a cause (a clearance) refined by Gauss-Newton steps, together with all amplitudes."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from rotorstudy.diagnosis.candidates import shape_ranges, with_shape
-from rotorstudy.diagnosis.explanations import Search
+from rotorstudy.diagnosis.explanations import Search, shape_equations
 from rotorstudy.diagnosis.odds import Explanation, odds_of
 from rotorstudy.diagnosis.shape_scan import can_be_scanned, scan
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.linear import invert
-from rotorstudy.inference.prediction import predicted
 
 RESCANS = 4  # of the shape of a cause, each at its last fit
 SHAPE_STEPS = 8  # of the shape options of a cause
-SHAPE_DIFFERENCE = 1e-4  # of the range of a shape option, for its derivative
 SHAPE_GAIN = 0.25  # convergence tolerance of the shape, in log posterior odds
 SHARES_OF_STEP = (1.0, 0.3, 0.1)
 
@@ -60,7 +56,7 @@ def _best_of_all_shapes(work, explanation):
     if ranges and set(ranges) != set(last.shape):
         best = explain(place, best.fit.theta) or best
     for _ in range(SHAPE_STEPS if set(ranges) == set(best.causes[-1].shape) and ranges else 0):
-        normal, right = _shape_equations(work, best, place, ranges)
+        normal, right = shape_equations(work, best.causes, best.fit, best.causes[-1])
         step, moved = np.split(invert(normal) @ right, [len(right) - len(ranges)])
         tried = None
         for share in SHARES_OF_STEP:
@@ -75,17 +71,7 @@ def _best_of_all_shapes(work, explanation):
         gained, best, place = odds_of(tried) - odds_of(best), tried, ahead
         if gained < SHAPE_GAIN:
             break
-    best = max(best, explanation, key=odds_of)
-    last = best.causes[-1]
-    if ranges and set(ranges) == set(last.shape):  # the amplitude is correlated with the shape
-        place = [ranges[name].place(last.shape[name]) for name in ranges]
-        normal, _ = _shape_equations(work, best, place, ranges)
-        free, covariance = len(best.fit.names), invert(normal)
-        std = zip(ranges, np.sqrt(np.diag(covariance)[free:]), strict=True)
-        known = last._replace(shape_std={name: ranges[name].slope(last.shape[name]) * x for name, x in std})
-        best = replace(best, causes=(*rest, known), fit=replace(best.fit, covariance=covariance[:free, :free]))
-        work.found[frozenset(c.label for c in best.causes)] = best
-    return best
+    return max(best, explanation, key=odds_of)
 
 
 def _best_shape(work, explanation):
@@ -133,23 +119,3 @@ def _shapes_worth_a_fit(work, rest, last):
     for cause, screened in zip(same, work.screen(work.before((*rest, last)), same), strict=True):
         best.setdefault(tuple(cause.variant.values()), []).append((screened.evidence, cause.label, cause))
     return [max(shapes, key=lambda one: one[:2])[-1] for shapes in best.values()]
-
-
-def _shape_equations(work, explanation, place, ranges):
-    """Normal matrix and right side of a Gauss-Newton step: parameters, then shape options scaled to their range."""
-    *rest, last = explanation.causes
-    fitted, columns = explanation.fit, []
-    for i, (name, ends) in enumerate(ranges.items()):
-        off = SHAPE_DIFFERENCE if place[i] < 0.5 else -SHAPE_DIFFERENCE
-        moved = with_shape(work.rig, last, {**last.shape, name: ends.value(place[i] + off)}, work.settings.prior_width)
-        extended = work.model.plus(*(c.term for c in (*rest, moved)))
-        shown = predicted(extended, work.spectrum, fitted.theta)
-        left = work.spectrum.whitened(work.spectrum.amplitude - shown)
-        columns.append((fitted.residual - left) / off)
-    data = np.column_stack([fitted.jacobian, *columns])
-    free, count = len(fitted.names), len(data.T)
-    rows, distance = np.eye(count), np.zeros(count)  # of the priors; that of a shape is centred between its ends
-    rows[:free, :free] = fitted.prior.whitener
-    distance[:free] = fitted.prior.whitener @ (fitted.prior.mean - fitted.free)
-    distance[free:] = [0 if ends.goes_around else 0.5 - x for ends, x in zip(ranges.values(), place, strict=True)]
-    return data.T @ data + rows.T @ rows, data.T @ fitted.residual + rows.T @ distance
