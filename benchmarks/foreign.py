@@ -81,8 +81,8 @@ MEANS = {
     "reversed": (("reversed_probe",), NODE, ()),
     "phase_offset": (("phase_reference",), ANY, ()),
     "delay": (("delay",), ANY, ()),
-    "angle_error": (("probe_angle",), NODE, ()),
-    "gain": (("probe_gain",), NODE, ()),
+    "angle_error": (("probe_error", "probe_angle"), NODE, ()),
+    "gain": (("probe_error", "probe_gain"), NODE, ()),
     "runout": (("runout", "surface_profile"), NODE, ("runout", "surface_profile")),
     "unloaded_zero": ((), ANY, ()),
 }

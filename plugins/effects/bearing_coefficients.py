@@ -37,6 +37,7 @@ def rotorstudy_effect():
             ("support_loss", "a loss is along one direction, without damping; change the speed, hence the film"),
             ("external_damping", "one damping in all directions, without stiffness; change the film: speed, oil, load"),
             ("cross_coupling", "a fluid that swirls has equal and opposite cross stiffnesses; change its swirl"),
+            ("seal", "equal at one speed; the cross stiffness of a seal grows with the speed"),
             ("pedestal_resonance", "constant coefficients have no resonance of their own; tap the pedestal"),
         ),
     )

@@ -10,7 +10,7 @@ def cubic_stiffness(structure, node: int | None = None):
     def stiffening(displacement, velocity, deflection):
         return -(np.abs(displacement) ** 2) * displacement
 
-    usual = 0.01 * structure.scales.stiffness(node) / structure.scales.length**2
+    usual = 0.03 * structure.scales.stiffness(node) / structure.scales.displacement(node) ** 2
     return [Parameter("cubic_stiffness", "N/m3", (), typical=usual, force=NonlinearForce(here, stiffening))]
 
 

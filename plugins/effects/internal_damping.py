@@ -41,7 +41,7 @@ def rotorstudy_effect():
         confounders=(
             (
                 "seal",
-                "equal with external damping at the node; only the force of a seal changes with its pressure drop",
+                "equal with external damping on a rotor of one coordinate; only a seal depends on its pressure drop",
             ),
             ("external_damping", "internal damping has no force at +1X and gives a static cross force at 0X"),
             ("shaft_damping", "equal on a rotor of one coordinate; internal damping acts in one element"),

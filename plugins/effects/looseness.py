@@ -1,20 +1,27 @@
 import numpy as np
 
-from rotorstudy.plugins import Effect, NonlinearForce, NonNegative, Parameter, hookimpl
+from rotorstudy.plugins import Effect, NonlinearForce, Parameter, Positive, hookimpl
 
 
-def looseness(structure, node: int | None = None, lift_m: NonNegative = 5e-6, direction_rad: float = 0.0):
-    """Support that lifts off: where the lift s from the static deflection exceeds l, force -k (s - l) d.
+def looseness(
+    structure,
+    node: int | None = None,
+    lift_m: float = 5e-6,
+    direction_rad: float = 0.0,
+    play_m: Positive | None = None,
+):
+    """Support that lifts off: where the lift s from the static deflection exceeds l, force -k min(s - l, p) d.
 
     d is the direction that presses the shaft on its support, at direction_rad from x (gravity points along +x), and
-    s = -d . r. k is the part of the modelled stiffness that is lost.
+    s = -d . r. k is the part of the modelled stiffness that is lost, until the bolts hold after a play p; by default
+    they never do. l is negative where the support has lifted off at rest.
     """
     here = structure.unit(structure.default_node() if node is None else node)[None]
     along = np.exp(1j * direction_rad)
 
     def lifted(displacement, velocity, deflection):
         lift = -((displacement - deflection) * along.conj()).real
-        return -np.maximum(lift - lift_m, 0) * along
+        return -np.clip(lift - lift_m, 0, play_m) * along
 
     usual = 0.13 * structure.scales.stiffness(node)
     return [Parameter("stiffness_lost_in_lift", "N/m", (), typical=usual, force=NonlinearForce(here, lifted))]
@@ -26,7 +33,11 @@ def rotorstudy_effect():
         "looseness",
         looseness,
         source="bilinear support as in Chu and Tang 2001; Muszynska and Goldman 1995",
-        shape={"lift_m": (0.0, 4.0, "length"), "direction_rad": (-np.pi, np.pi)},
+        shape={
+            "lift_m": (-4.0, 4.0, "length"),
+            "direction_rad": (-np.pi, np.pi),
+            "play_m": (0.04, 40.0, "length"),
+        },
         example={"lift_m": 0.0},
         positive=True,
         checked="time integration to 2e-3 of its effect; no force below the lift to 1e-12; the mean rises",

@@ -1,6 +1,8 @@
+from typing import Literal
+
 import numpy as np
 
-from rotorstudy.plugins import Effect, Parameter, Positive, hookimpl, planar_entries
+from rotorstudy.plugins import Effect, NonNegative, Parameter, Positive, hookimpl, planar_entries
 
 
 def pedestal_resonance(
@@ -8,27 +10,38 @@ def pedestal_resonance(
     node: int | None = None,
     natural_frequency_rad_per_s: Positive = 300.0,
     damping_ratio: Positive = 0.05,
+    bearing_time_s: NonNegative = 0.0,
+    direction: Literal["x", "y", "both"] = "both",
 ):
-    """Support that yields at a resonance of its own: force +k w0^2 / (w0^2 - v^2 + 2j zeta w0 v) along x, and along y.
+    """Support that yields at a resonance of its own, along x, y or both, at the frequency v = n w.
 
-    A mass m on k_p behind a bearing k_b changes its dynamic stiffness, which was modelled as k_b, by exactly that, with
-    k = k_b^2 / (k_b + k_p) and w0^2 = (k_b + k_p) / m at the frequency v = n w. It is defined in the frequency domain.
+    The force is +k (1 + j v T)^2 w0^2 / (w0^2 - v^2 + 2j zeta w0 v). By exactly that the dynamic stiffness
+    k_b + j v c_b of a bearing, T = c_b / k_b, changes on a pedestal k_p + j v c_p - v^2 m behind it, with
+    k = k_b^2 / (k_b + k_p), w0^2 = (k_b + k_p) / m and 2 zeta w0 = (c_b + c_p) / m.
+    It is defined in the frequency domain.
     """
     here = structure.unit(structure.default_node() if node is None else node)
 
     def gain(speed, harmonic):
         share = harmonic * speed / natural_frequency_rad_per_s
-        return 1 / (1 - share**2 + 2j * damping_ratio * share)
+        passed = 1 + 1j * harmonic * speed * bearing_time_s
+        return passed**2 / (1 - share**2 + 2j * damping_ratio * share)
 
     return [
         Parameter(
-            f"stiffness_loss_at_rest_{direction}",
+            f"stiffness_loss_at_rest_{axis}",
             "N/m",
-            planar_entries(direction, np.outer(here, here), gain=gain, frequency_only=True),
+            planar_entries(axis, np.outer(here, here), gain=gain, frequency_only=True),
             typical=0.03 * structure.scales.stiffness(node),
         )
-        for direction in ("xx", "yy")
+        for axis in ("xx", "yy")
+        if direction in (axis[0], "both")
     ]
+
+
+def each_direction(structure, sensors):
+    """Each node along x and along y: a pedestal has a resonance in each direction."""
+    return [{"node": node, "direction": direction} for node in structure.nodes for direction in "xy"]
 
 
 @hookimpl
@@ -37,9 +50,15 @@ def rotorstudy_effect():
         "pedestal_resonance",
         pedestal_resonance,
         source="Kirk and Gunter 1972, effect of support flexibility and damping; two dynamic stiffnesses in series",
-        shape={"natural_frequency_rad_per_s": (0.1, 10.0, "frequency"), "damping_ratio": (0.005, 0.5)},
+        shape={
+            "natural_frequency_rad_per_s": (0.1, 10.0, "frequency"),
+            "damping_ratio": (0.005, 0.5),
+            "bearing_time_s": (0.0, 1.0, "time"),
+        },
+        places=each_direction,
+        parts="direction",
         positive=True,
-        checked="a rotor on flexible_pedestal, without damping of the bearing, to 1e-10",
+        checked="a rotor on flexible_pedestal, with and without damping of the bearing, to 1e-10",
         confounders=(
             ("support_stiffness", "equal far below its resonance; tap the pedestal, or measure its motion"),
             ("support_anisotropy", "equal far below its resonance; tap the pedestal, or measure its motion"),

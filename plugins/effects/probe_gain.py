@@ -34,6 +34,10 @@ def rotorstudy_effect():
                 "probe_angle",
                 "a gain scales, an angle rotates; the mirrored parts of mismatch and skew are 90 degrees apart",
             ),
+            (
+                "probe_error",
+                "equal for the gain of a probe along x or y; exchange the probes, and the error moves along",
+            ),
             ("reversed_probe", "a reversed probe mirrors the entire signal, a gain mismatch a few per cent of it"),
         ),
     )

@@ -4,18 +4,27 @@ from rotorstudy.plugins import Effect, Entry, Parameter, Share, hookimpl
 
 
 def seal(structure, node: int | None = None, swirl_ratio: Share = 0.45):
-    """Annular seal: force -c (dz/dt - j lambda w z) - m d2z/dt2, the fluid turning at lambda w about the shaft.
+    """Annular seal, a fluid that turns at lambda w: force -K z - C (z' - j lambda w z) - M (d/dt - j lambda w)^2 z.
 
-    It is the sum of external damping (1 - lambda) c and internal damping lambda c at its node, with the added mass of
-    the fluid.
+    Damping and inertia act on the motion relative to the fluid: the direct stiffness is K - lambda^2 M w^2, the cross
+    stiffness lambda C w, the cross damping 2 lambda M w. Added to these are a cross stiffness and a cross damping that
+    do not depend on the speed, of a swirl at the inlet. K is negative where the pressure drop pulls.
     """
     here = structure.unit(structure.default_node() if node is None else node)
-    here = np.outer(here, here)
-    usual = 0.04 * structure.scales.critical_damping(node)
+    here, scales = np.outer(here, here), structure.scales
+    stiffness, damping = scales.stiffness(node), scales.critical_damping(node)
     film = (Entry(-here, order=1), Entry(1j * swirl_ratio * here, gain=lambda speed: speed))
+    fluid = (
+        Entry(-here, order=2),
+        Entry(2j * swirl_ratio * here, order=1, gain=lambda speed: speed),
+        Entry(swirl_ratio**2 * here, gain=lambda speed: speed**2),
+    )
     return [
-        Parameter("seal_damping", "N s/m", film, typical=usual),
-        Parameter("seal_fluid_mass", "kg", (Entry(-here, order=2),), typical=0.05 * structure.scales.mass),
+        Parameter("seal_damping", "N s/m", film, typical=0.04 * damping),
+        Parameter("seal_fluid_mass", "kg", fluid, typical=0.05 * scales.mass),
+        Parameter("seal_stiffness", "N/m", (Entry(-here),), typical=0.03 * stiffness),
+        Parameter("seal_cross_stiffness", "N/m", (Entry(1j * here),), typical=0.007 * stiffness),
+        Parameter("seal_cross_damping", "N s/m", (Entry(1j * here, order=1),), typical=0.004 * damping),
     ]
 
 
@@ -26,13 +35,15 @@ def rotorstudy_effect():
         seal,
         source="Black 1969, J. Mech. Eng. Sci. 11; Childs 1993, Turbomachinery Rotordynamics; Muszynska 2005",
         shape={"swirl_ratio": (0.0, 0.8)},
-        positive=True,
-        checked="equal to external damping, internal damping and added mass to 1e-12; unstable from w = w_n / lambda",
+        positive=("seal_damping", "seal_fluid_mass"),
+        checked="the forces of Childs' five coefficients along x and y to 1e-12; unstable from w = w_n / lambda",
         confounders=(
             (
                 "internal_damping",
-                "equal with external damping at the node; only the force of a seal changes with its pressure drop",
+                "equal with external damping on a rotor of one coordinate; only a seal depends on its pressure drop",
             ),
+            ("bearing_coefficients", "equal at one speed; the cross stiffness of a seal grows with the speed"),
+            ("support_stiffness", "a seal also damps, and its stiffness changes with the pressure drop"),
             (
                 "external_damping",
                 "equal without swirl, which gives a cross force at 0X; change the pressure drop or the pre-swirl",

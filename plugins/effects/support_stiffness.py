@@ -28,6 +28,7 @@ def rotorstudy_effect():
                 "stiffness_error",
                 "equal on a rotor of one coordinate; otherwise measurements at more nodes separate them",
             ),
+            ("seal", "a seal also damps, and its stiffness changes with the pressure drop"),
             ("looseness", "looseness gives multiples of 1X and depends on the amplitude"),
             ("cubic_stiffness", "cubic stiffness depends on the amplitude: change the unbalance"),
         ),

@@ -22,7 +22,8 @@ from rotorstudy.response.measured import measured_response
 from .conftest import SEED
 
 CLOSE = 1e-3  # of the change: STEPS of a revolution when marching
-FIRST_ORDER = {"delay", "phase_reference", "probe_angle", "gravity_direction"}  # linear in the library, exact here
+FIRST_ORDER = {"phase_reference", "probe_angle", "gravity_direction"}  # linear in the library, exact here
+ROUGH = {*FIRST_ORDER, "looseness"}  # whose force has two kinks between the steps of a revolution
 SMALL = 0.02  # size, so that second order is below 2e-3
 
 
@@ -63,13 +64,11 @@ def test_every_effect_is_the_one_the_library_knows(exact):
                 machine, tables = both_ways(exact, setting, name, places)
                 off = np.abs(machine - tables).max() / np.abs(machine).max()
                 # a wrong speed changes the unbalance too, which the library leaves to the unbalance's own parameter
-                limit = 0.3 if ACTS[name].on == "speed" else 2e-3 if name in FIRST_ORDER else CLOSE
+                limit = 0.3 if ACTS[name].on == "speed" else 2e-3 if name in ROUGH else CLOSE
                 assert off < limit, (rig, name, off)
                 checked.add(name)
     known = {name for name, plugin in registry().plugins["effect"].items() if plugin.candidate}
-    assert known - checked <= {"foundation"}, (
-        "effects of the library that no blind test hides; add them to blind/acts.py"
-    )
+    assert known <= checked, "effects of the library that no blind test hides; add them to blind/acts.py"
 
 
 def test_the_comparison_sees_a_wrong_sign(exact, monkeypatch):
@@ -98,7 +97,8 @@ def test_sizes_are_those_asked_for(config, cases):
 
 
 def test_noise_of_the_spectrum_is_the_stated_one(cases):
-    ratio = []
+    """Of the mean less than stated: 16 revolutions cannot exclude noise slower than the record."""
+    ratio, mean = [], []
     for case in cases:
         real, imag = np.array(case.truth["without_noise"])
         off = case.spectrum.amplitude - np.swapaxes(real + 1j * imag, 1, 2)
@@ -106,13 +106,18 @@ def test_noise_of_the_spectrum_is_the_stated_one(cases):
         variance = np.diagonal(case.spectrum.covariance, axis1=-2, axis2=-1)
         variance = np.swapaxes(variance[..., :count] + variance[..., count:], 1, 2)
         if case.truth["foreign"] != "mains_modulation":
-            ratio.append(np.mean(np.abs(off) ** 2) / np.mean(variance))
+            still = case.spectrum.harmonics == 0
+            ratio.append(np.mean(np.abs(off[:, ~still]) ** 2) / np.mean(variance[:, ~still]))
+            mean.append(np.mean(np.abs(off[:, still]) ** 2) / np.mean(variance[:, still]))
     assert 0.9 < np.mean(ratio) < 1.1
+    assert 0.05 < np.mean(mean) < 1
 
 
 def test_files_give_the_spectrum_that_memory_gives(cases, tmp_path):
-    assert len(cases) >= 4
-    for case in cases[:4]:
+    # in loud noise a probe that shows no motion at a quiet speed is refused as dead
+    quiet = [case for case in cases if case.truth["noise_percent"] <= 1]
+    assert len(quiet) >= 4
+    for case in quiet[:4]:
         folder = tmp_path / str(case.truth["case"])
         folder.mkdir()
         measured = read_measurement(write_records(case, folder), folder / "rig.yaml")

@@ -57,7 +57,7 @@ def check_always(rows, verdicts, truths, seals, where):
         assert verdict["verdict"] in ("nothing", "cause", "ambiguous", "unknown"), (where, verdict)
         assert {key: isinstance(verdict[key], kind) for key, kind in KINDS.items()} == dict.fromkeys(KINDS, True), where
         for cause in [*verdict["causes"], *verdict["ambiguous_with"]]:
-            assert set(cause) == {"effect", "where", "parameters", "posterior_probability"}, where
+            assert set(cause) == {"effect", "where", "variant", "parameters", "posterior_probability"}, where
             assert cause["effect"] in registry().plugins["effect"], where
             assert 0 <= cause["posterior_probability"] <= 1 + 1e-9, where
             assert all(np.isfinite(value["value"]) for value in cause["parameters"].values()), where
@@ -88,11 +88,12 @@ def test_clean_records_are_not_accused(config, tmp_path):
 
 
 def test_most_large_effects_are_found_or_not_ruled_out(config, tmp_path):
-    """Of most, not of all, as even a good diagnosis errs now and then."""
+    """Of most, not of all, as even a good diagnosis errs now and then; large is what the base cannot take over."""
     large = quick(config, shares=only("single"), size=(8.0, 30.0), noise_percent=[0.5, 1.0])
     found = run(large, tmp_path, LARGE, FIXED_SEED)
     check_always(*found, f"seed {FIXED_SEED}")
-    rows = found[0]
+    rows = found[0][found[0].beyond >= 3]
+    assert len(rows) > LARGE / 2
     assert rows.inside.mean() > 0.5, rows[["truth", "verdict", "answer", "size"]]
     assert (rows.verdict != "nothing").mean() > 0.5
 

@@ -156,8 +156,8 @@ HIDDEN = {
 
 
 def diagnosed(rig, hidden, speeds, scale):
-    slow = [] if hidden and hidden["kind"] == "rub" else ["rub", "looseness", "cubic_stiffness", "pedestal_resonance"]
-    settings = Settings(most_causes=1, candidates_per_round=4, leave_out=slow)  # all effects: the test above
+    slow = {"rub", "looseness", "cubic_stiffness", "pedestal_resonance"} - {hidden["kind"] if hidden else ""}
+    settings = Settings(most_causes=1, candidates_per_round=4, leave_out=sorted(slow))  # all effects: the test above
     spectrum = record(hidden_in(rig, *([hidden] if hidden else [])), speeds, scale)
     return investigate(spectrum, build_model(rescaled(rig, scale)), settings=settings)
 
@@ -166,7 +166,8 @@ def diagnosed(rig, hidden, speeds, scale):
 def test_a_whole_diagnosis_is_the_same_in_any_units(case):
     name, hidden = HIDDEN[case]
     scale = UNITS["turbine"]
-    one, other = (diagnosed(RIGS[name], hidden, SPEEDS[name], s) for s in (SI, scale))
+    speeds = SPEEDS[name][1:4] if case == "rub" else SPEEDS[name]  # a contact is slow to fit
+    one, other = (diagnosed(RIGS[name], hidden, speeds, s) for s in (SI, scale))
     one, other = one.verdict, other.verdict
     assert one.verdict == other.verdict == ("cause" if hidden else "nothing")
     assert one.log_posterior_odds == pytest.approx(other.log_posterior_odds, abs=1e-4)

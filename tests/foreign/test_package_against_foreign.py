@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from foreign.cases import draw_case
+from foreign.contacts import add_cubic_bearing, add_rub
 from foreign.crack import add_crack
 from foreign.effects import add_added_mass, add_seal
 from foreign.faults import FAMILIES
@@ -139,6 +140,38 @@ def test_a_seal_is_never_called_internal_damping(monkeypatch, tmp_path):
 
     verdict = verdict_on(special(monkeypatch, 1, add), tmp_path, rig_error=0.0)
     assert "seal" in {cause.effect for cause in (*verdict.causes, *verdict.ambiguous_with)}
+
+
+@pytest.mark.parametrize("side", np.deg2rad([50.0, 200.0]))
+def test_a_rub_on_one_side_is_named(side, monkeypatch, tmp_path):
+    """The gap is a share of the vibration, which is below the static deflection."""
+
+    def add(draw):
+        swing, towards = draw.swing(1), np.array([np.cos(side), np.sin(side)])
+        assert swing < 0.2 * draw.rest(1)[0]
+        radius = draw.rotor.elements[0].outer_diameter / 2
+        add_rub(draw.machine, 1, 0.2 * draw.stiffness, 2 * swing, 0.1, radius, draw.rest(1) - 1.4 * swing * towards)
+        return {"node": 2}
+
+    verdict = verdict_on(special(monkeypatch, 1, add), tmp_path, rig_error=0.0)
+    assert verdict.verdict == "cause"
+    assert names(verdict) == {("rub", 2)}
+    (cause,) = verdict.causes
+    assert abs(np.angle(np.exp(1j * (cause.parameters["contact_angle_rad"].value - side)))) < np.deg2rad(10)
+
+
+def test_a_cubic_bearing_that_moves_little_is_named(monkeypatch, tmp_path):
+    """A stiff bearing moves far less than the shaft: its cubic force is usual in units of its own motion."""
+
+    def add(draw):
+        bearing = draw.rotor.bearings[0]
+        moved = draw.healthy.displacement[:, :, :2]
+        add_cubic_bearing(draw.machine, 0, 0.3 * bearing.stiffness[0, 0] / np.max(np.sum(moved**2, axis=2)))
+        return {"node": 1}
+
+    verdict = verdict_on(special(monkeypatch, 1, add), tmp_path, rig_error=0.0)
+    assert verdict.verdict == "cause"
+    assert names(verdict) == {("cubic_stiffness", 1)}
 
 
 def scaled(rig, factor):

@@ -80,13 +80,14 @@ def rub_force(x, y):
     return push * (-x + 0.1 * y) / r, push * (-y - 0.1 * x) / r
 
 
-STOP = {**RUB, "clearance_m": 2e-5, "offset_ratio": 0.7, "contact_angle_rad": 2.0}
+STOP = {**RUB, "clearance_m": 1.5e-5, "offset_ratio": 0.7, "contact_angle_rad": 2.0}
 ASIDE = {**LOOSE, "direction_rad": -1.1}
+BOLTED = {**LOOSE, "direction_rad": 2.0, "lift_m": -3e-6, "play_m": 8e-6}
 
 
 def stop_force(x, y):
-    """Ring of radial clearance R, whose wall is 20 um from the shaft at rest on one side."""
-    radial = 2e-5 / 0.3
+    """Ring of radial clearance R, whose wall is 15 um from the shaft at rest on one side."""
+    radial = 1.5e-5 / 0.3
     x, y = x - MASS * 9.81 / STIFFNESS + 0.7 * radial * np.cos(2.0), y + 0.7 * radial * np.sin(2.0)
     r = np.hypot(x, y)
     push = 2e5 * max(r - radial, 0)
@@ -97,6 +98,13 @@ def aside_force(x, y):
     lift = -((x - MASS * 9.81 / STIFFNESS) * np.cos(-1.1) + y * np.sin(-1.1))
     lost = -3e5 * max(lift - 1e-5, 0)
     return lost * np.cos(-1.1), lost * np.sin(-1.1)
+
+
+def bolted_force(x, y):
+    """Lifted by 3 um at rest, held 8 um above the seat."""
+    lift = -((x - MASS * 9.81 / STIFFNESS) * np.cos(2.0) + y * np.sin(2.0)) + 3e-6
+    lost = -3e5 * min(max(lift, 0), 8e-6)
+    return lost * np.cos(2.0), lost * np.sin(2.0)
 
 
 def loose_force(x, y):
@@ -115,9 +123,10 @@ PRELOAD = {"kind": "static_preload", "static_preload_N": 12.0}  # off the middle
     ("effects", "force", "w", "tolerance"),
     [
         pytest.param([RUB, PRELOAD], lambda x, y: np.add(rub_force(x, y), (12, 0)), 450.0, 2e-3, id="partial rub"),
-        pytest.param([STOP], stop_force, 450.0, 2e-3, id="stop on one side"),
+        pytest.param([STOP], stop_force, 480.0, 2e-3, id="stop on one side"),
         pytest.param([LOOSE], loose_force, 450.0, 2e-3, id="looseness"),
         pytest.param([ASIDE], aside_force, 450.0, 2e-3, id="looseness aside"),
+        pytest.param([BOLTED], bolted_force, 450.0, 2e-3, id="looseness held by bolts"),
         pytest.param([LOOSE], loose_force, 480.0, 2e-3, id="more looseness"),
         pytest.param([CUBIC], cubic_force, 300.0, 1e-6, id="cubic"),
     ],

@@ -16,6 +16,7 @@ from rotorstudy import (
     simulate_records,
 )
 from rotorstudy.measurement.records import full_spectrum
+from rotorstudy.response.measured import measured_response_and_jacobian
 from rotorstudy.response.stability import growth_rate
 
 MASS, STIFFNESS = 2.0, 7.6e5
@@ -205,6 +206,27 @@ CHAIN = [  # what x, y become, exactly
 ]
 
 
+def wrong_probe(x, y):
+    """Probes at 10 and 85 degrees, as the user believes; the first reads 1.25 times the motion along 25 degrees."""
+    first, second, true = np.deg2rad([10, 85, 25])
+    read = [1.25 * (np.cos(true) * x + np.sin(true) * y), np.cos(second) * x + np.sin(second) * y]
+    believed = np.array([[np.cos(first), np.sin(first)], [np.cos(second), np.sin(second)]])
+    return np.einsum("ij,jtn->itn", np.linalg.inv(believed), np.array(read))
+
+
+def error_of_wrong_probe():
+    """Its effect: what is shown along -5 degrees, square to the second probe, is off by a part of the motion."""
+    direction = np.deg2rad(85 - 90)
+    d, e = np.array([np.cos(direction), np.sin(direction)]), np.array([-np.sin(direction), np.cos(direction)])
+    unit = np.array([wrong_probe(*np.reshape(one, (2, 1, 1)))[:, 0, 0] - one for one in (d, e)])
+    along, across = unit @ d
+    return {"kind": "probe_error", "direction_rad": float(direction), "probe_error_along": float(along),
+            "probe_error_across": float(across)}  # fmt: skip
+
+
+CHAIN += [(error_of_wrong_probe(), wrong_probe, 1e-12)]
+
+
 @pytest.mark.parametrize(("item", "exact", "tolerance"), CHAIN, ids=[str(c[0]) for c in CHAIN])
 def test_probes_that_are_wrong_change_x_and_y(item, exact, tolerance):
     shaken, time = (*SHAKEN, {"kind": "support_anisotropy", "support_anisotropy_N_per_m": 5e4}), np.arange(256) * 1e-4
@@ -216,10 +238,22 @@ def test_probes_that_are_wrong_change_x_and_y(item, exact, tolerance):
 
 
 def test_a_delay_shifts_the_record():
-    time, late = np.arange(256) * 1e-4, 1e-4 / 150
+    time, late = np.arange(256) * 1e-4, 0.7 / 150
     true = simulate_records(model_of(PLAIN, *SHAKEN), [150.0], [1], time - late)[0].displacement
     seen = simulate_records(model_of(PLAIN, *SHAKEN, {"kind": "delay", "delay_s": late}), [150.0], [1], time)[0]
-    assert same(seen.displacement, true, 1e-7)
+    assert same(seen.displacement, true, 1e-12)
+
+
+def test_a_delay_has_the_derivatives_of_its_harmonics():
+    """Of all sensors and of several delays at once, also through the rotor's own parameters."""
+    model = model_of(PLAIN, *SHAKEN, {"kind": "delay", "delay_s": 0.004})
+    harmonics = [0, 1, 2, -1]
+    _, change = measured_response_and_jacobian(model, SPEEDS, harmonics)
+    for p, value in enumerate(model.theta):
+        step = 1e-5 * (abs(value) or 1.0) * np.eye(len(model.theta))[p]
+        up, down = measured_response(model, SPEEDS, harmonics, model.theta + np.stack([step, -step]))
+        numerical = (up - down) / (2 * step[p])
+        assert np.abs(change[..., p] - numerical).max() < 1e-8 * np.abs(numerical).max()
 
 
 def test_a_wrong_phase_mark_is_a_record_that_starts_at_an_angle():

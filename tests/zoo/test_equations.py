@@ -102,7 +102,12 @@ FORMS = {  # force of the unit amplitude in time, one for each parameter
     ],
     "seal": [
         lambda s, w, t, z, v: -(v - 0.45j * w * z) @ at_disc(s),
-        lambda s, w, t, z, v: -acceleration(w, z) @ at_disc(s),
+        # the second derivative in axes that turn at 0.45 w, with its Coriolis and centrifugal parts
+        lambda s, w, t, z, v: -(acceleration(w, z) - 0.9j * w * v - 0.45**2 * w**2 * z) @ at_disc(s),
+        lambda s, w, t, z, v: -z @ at_disc(s),
+        # -F_x = k y and -F_y = -k x, and so for c (Childs 1993, chapter 4)
+        lambda s, w, t, z, v: (-z.imag + 1j * z.real) @ at_disc(s),
+        lambda s, w, t, z, v: (-v.imag + 1j * v.real) @ at_disc(s),
     ],
     "shaft_damping": [lambda s, w, t, z, v: -(v - 1j * w * z) @ s.stiffness],
     "unbalance": [lambda s, w, t, z, v: 2.0 * w**2 * turn(1, w, t) * s.unit(1)],
@@ -135,6 +140,7 @@ SHOWN = {  # what the probe shows in addition
     ],
     "probe_gain": [lambda w, t, z, v: z.real + 1j * z.imag, lambda w, t, z, v: z.real - 1j * z.imag],
     "probe_angle": [lambda w, t, z, v: z.imag - 1j * z.real, lambda w, t, z, v: -1j * z.real],
+    "probe_error": [lambda w, t, z, v: z.real, lambda w, t, z, v: z.imag],  # of x alone
     "swapped_probes": [lambda w, t, z, v: z.imag + 1j * z.real - z],
     "reversed_probe": [lambda w, t, z, v: -z.real + 1j * z.imag - z],
     "phase_reference": [lambda w, t, z, v: v / w],

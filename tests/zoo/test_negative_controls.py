@@ -39,7 +39,12 @@ from rotorstudy.authoring.invariants.estimator import (
     estimator_tolerates_outliers,
     estimator_uses_covariance,
 )
-from rotorstudy.authoring.invariants.rotor import rotor_is_mechanical, rotor_losses_take_away, rotor_weighs
+from rotorstudy.authoring.invariants.rotor import (
+    rotor_is_mechanical,
+    rotor_losses_take_away,
+    rotor_numbers_move,
+    rotor_weighs,
+)
 from rotorstudy.authoring.invariants.spectrum import (
     spectrum_covariance_is_honest,
     spectrum_follows_the_marks,
@@ -130,6 +135,8 @@ CONTROLS = [
     (rotor_is_mechanical, rotor(mass=1j), "mass is not real"),
     (rotor_weighs, rotor(load=0.0), "static load is zero"),
     (rotor_losses_take_away, rotor(loss=-1.0), "adds stiffness"),
+    (rotor_numbers_move, rotor(), "none of its numbers"),
+    (rotor_numbers_move, replace(ZOO.get("rotor", "jeffcott"), uncertain={"weight": 0.01}), "'weight' is no option"),
     (crack_is_bounded, crack(lambda a: 0.5 + 0.6 * np.cos(a)), "goes from -0.1 to 1.1"),
     (crack_is_bounded, crack(lambda a: np.stack([0 * a, 1.2 + 0 * a, 0 * a])), "along eta"),
     (crack_is_bounded, crack(lambda a: np.nan * a), "NaN"),

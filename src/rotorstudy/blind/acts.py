@@ -59,17 +59,19 @@ ACTS = {
         physics.parallel_misalignment, physics.base_motion, physics.static_preload, physics.external_damping,
         physics.internal_damping, physics.shaft_damping, physics.hysteretic_damping, physics.cross_coupling,
         physics.support_anisotropy, physics.added_mass, physics.shaft_asymmetry, physics.rub, physics.looseness,
-        physics.cubic_stiffness,
+        physics.cubic_stiffness, physics.seal, physics.pedestal_resonance,
     ),
     **_named(
         "rotor",
         physics.gravity_direction, physics.stiffness_error, physics.support_stiffness, physics.gyroscopic_error,
+        physics.support_loss, physics.bearing_coefficients,
         signed=True,
     ),
     **_named("rotor", physics.breathing_crack, most=1.5),
     **_named("output", chain.swapped_probes, chain.reversed_probe, chain.runout, chain.delay, chain.ac_coupling),
     **_named(
-        "output", chain.probe_gain, chain.probe_angle, chain.surface_profile, chain.phase_reference, signed=True
+        "output", chain.probe_gain, chain.probe_angle, chain.probe_error, chain.surface_profile, chain.phase_reference,
+        signed=True,
     ),
     "speed_error": Act("speed", signed=True),
     "coulomb_friction": Foreign(

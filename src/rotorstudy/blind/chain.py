@@ -29,6 +29,16 @@ def probe_angle(signal, angle, speed, values, where, sensors):
     return signal
 
 
+def probe_error(signal, angle, speed, values, where, sensors):
+    """The probe along one direction reads `probe_error_along` more of the motion there, and some of that across."""
+    c, s = np.cos(where["direction_rad"]), np.sin(where["direction_rad"])
+    for i in _chosen(where, sensors):
+        x, y = signal[i].real, signal[i].imag
+        wrong = values["probe_error_along"] * (c * x + s * y) + values["probe_error_across"] * (c * y - s * x)
+        signal[i] = signal[i] + wrong * (c + 1j * s)
+    return signal
+
+
 def swapped_probes(signal, angle, speed, values, where, sensors):
     """The x and y probes exchanged."""
     for s in _chosen(where, sensors):

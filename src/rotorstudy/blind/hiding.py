@@ -109,10 +109,18 @@ def _options(plugin, where, setting, generator):
         "clearance_m": radius * generator.uniform(0.3, 0.9),
         "lift_m": radius * generator.uniform(0, 0.5),
         "friction_ratio": generator.uniform(0.05, 0.3),
+        "offset_ratio": generator.uniform(0, 0.9),
+        "contact_angle_rad": generator.uniform(-np.pi, np.pi),
+        "direction_rad": generator.uniform(*plugin.shape.get("direction_rad", (0, 1))),
+        "swirl_ratio": generator.uniform(0.2, 0.6),
+        "natural_frequency_rad_per_s": np.median(setting.speeds) * generator.uniform(0.5, 2),
+        "play_m": radius * generator.uniform(0.3, 3),
+        "bearing_time_s": generator.uniform(0, 0.3) / np.median(setting.speeds),
+        "damping_ratio": generator.uniform(0.02, 0.2),
         "crack_angle_rad": 2 * np.pi / STEPS * generator.integers(-STEPS // 2, STEPS // 2),  # opens between two steps
     }
     chosen = {"crack": str(generator.choice(list(OPENINGS)))} if "crack" in plugin.alternatives else {}
-    return {key: float(value) for key, value in options.items() if key in plugin.shape} | chosen
+    return {key: float(options[key]) for key in plugin.shape} | chosen
 
 
 def hide_foreign(name, setting, generator):

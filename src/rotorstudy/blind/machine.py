@@ -23,7 +23,7 @@ class Plant:
     speed     : (speed,) rad/s
     mass, damping, stiffness : (speed, 2 dof, 2 dof)
     forces    : n >= 0 -> (speed, 2 dof) complex
-    stiffness_of_harmonic : functions n -> (2 dof, 2 dof) complex, defined in frequency only
+    stiffness_of_harmonic : functions n -> ([speed,] 2 dof, 2 dof) complex, defined in frequency only
     moving    : functions (angle, middle of the step, position (speed, 2 dof), velocity) -> force (speed, 2 dof)
     structure : of the mesh;  place : node of the nominal mesh -> node of this mesh
     """
@@ -67,7 +67,7 @@ class Plant:
         n, block = self.dof, np.asarray(matrix)
         for row, column, factor in ((0, 0, xx), (n, n, yy), (0, n, xy), (n, 0, yx)):
             if np.any(factor):
-                factor = np.broadcast_to(np.asarray(factor, float), self.speed.shape)[:, None, None]
+                factor = np.broadcast_to(factor, self.speed.shape)[:, None, None]
                 target[:, row : row + n, column : column + n] += factor * block
 
     def point(self, node, motion="translation"):

@@ -3,7 +3,7 @@
 Each is a function(plant, values, where) that adds forces, damping or stiffness to a Plant, named as the effect of the
 plugin library; the last three are foreign to it (see `acts`).
 values : by parameter name, SI, complex where they have a direction;  where : place and shape
-Hysteretic damping has no form in time: its loss is applied to each harmonic, as in the library.
+Hysteretic damping and a pedestal (whose own motion is no coordinate of the plant) are applied to each harmonic.
 """
 
 import numpy as np
@@ -50,9 +50,13 @@ def angular_misalignment(plant, values, where):
 
 
 def parallel_misalignment(plant, values, where):
-    """Forces at multiples of the spin speed, complex, N."""
+    """Forces at multiples of the spin speed, complex, N; opposite ones at the ends of a coupling that is an element."""
+    if "element" in where:
+        here = _here(plant, {"node": where["element"]}) - _here(plant, {"node": where["element"] + 1})
+    else:
+        here = _here(plant, where)
     for name, value in values.items():
-        plant.push(_here(plant, where), _order(name), value)
+        plant.push(here, _order(name), value)
 
 
 def _order(name):
@@ -144,6 +148,57 @@ def support_anisotropy(plant, values, where):
     plant.couple(plant.stiffness, here, xx=c, yy=-c, xy=s, yx=s)
 
 
+def support_loss(plant, values, where):
+    """Spring to ground that is missing along one direction, N/m."""
+    k, c, s = values["support_stiffness_loss"], np.cos(where["direction_rad"]), np.sin(where["direction_rad"])
+    here = plant.point(_node(where, plant))
+    plant.couple(plant.stiffness, here, xx=-k * c * c, yy=-k * s * s, xy=-k * c * s, yx=-k * c * s)
+
+
+def bearing_coefficients(plant, values, where):
+    """Springs and dashpots to ground, with cross terms, N/m and N s/m."""
+    for name, value in values.items():
+        target = plant.stiffness if "stiffness" in name else plant.damping
+        plant.couple(target, plant.point(_node(where, plant)), **{name[-2:]: value})
+
+
+def seal(plant, values, where):
+    """Fluid that turns at a share of the spin speed: its drag and its inertia act on the motion relative to it.
+
+    In axes that turn with it the inertia has a Coriolis and a centrifugal force.
+    """
+    k, k_0, c_x = (values[f"seal_{name}"] for name in ("stiffness", "cross_stiffness", "cross_damping"))
+    here, c, m = plant.point(_node(where, plant)), values["seal_damping"], values["seal_fluid_mass"]
+    turning = where["swirl_ratio"] * plant.speed
+    dragged, coriolis, pulled = c * turning + k_0, 2 * m * turning + c_x, k - m * turning**2
+    plant.couple(plant.damping, here, xx=c, yy=c, xy=coriolis, yx=-coriolis)
+    plant.couple(plant.stiffness, here, xx=pulled, yy=pulled, xy=dragged, yx=-dragged)
+    plant.couple(plant.mass, here, xx=m, yy=m)
+
+
+def pedestal_resonance(plant, values, where):
+    """Bearing k_b on a mass m on springs k_p, where a rigid support was modelled; m and k_p + k_b from the resonance.
+
+    The bearing, with damping c_b, passes on its force of u - p, where m p'' + c p' + (k_p + k_b) p = c_b u' + k_b u is
+    the motion p of the pedestal, c the sum of both dampings. The ratio of k_b to k_p + k_b is free: the shaft sees only
+    the loss at rest k_b^2 / (k_p + k_b).
+    """
+    frequency, ratio, lag = (where[key] for key in ("natural_frequency_rad_per_s", "damping_ratio", "bearing_time_s"))
+    here = plant.point(_node(where, plant))
+
+    def passed_on(n):
+        found = np.zeros((len(plant.speed), 2 * plant.dof, 2 * plant.dof), complex)
+        for name, loss in values.items():
+            k_b, k_sum = 2 * loss, 4 * loss
+            m, c, v = k_sum / frequency**2, 2 * ratio * k_sum / frequency, n * plant.speed
+            bearing_force = k_b * (1 + 1j * v * lag)  # of a unit motion
+            pedestal = bearing_force / (k_sum - m * v**2 + 1j * c * v) if loss else 0.0
+            plant.couple(found, here, **{name[-2:]: -bearing_force * pedestal})
+        return found
+
+    plant.stiffness_of_harmonic.append(passed_on)
+
+
 def added_mass(plant, values, where):
     """Mass at a node, with its weight."""
     m = values["added_mass"]
@@ -222,24 +277,33 @@ def _local(plant, where, force):
 
 
 def rub(plant, values, where):
-    """Contact with a ring around the rest position, with friction; stiffness in N/m beyond the clearance."""
-    clearance, friction, k = where["clearance_m"], where["friction_ratio"], values["rub_stiffness"]
+    """Contact with a ring, with friction; stiffness in N/m beyond the gap.
+
+    The shaft at rest is nearest to the ring on the side of the contact angle; the ring's centre is away from there.
+    """
+    friction, k, angle = where["friction_ratio"], values["rub_stiffness"], where["contact_angle_rad"]
+    radius = where["clearance_m"] / (1 - where["offset_ratio"])
+    away = radius - where["clearance_m"]
 
     def force(x, y, vx, vy):
-        x, y = x - rest[0], y - rest[1]
+        x, y = x - rest[0] + away * np.cos(angle), y - rest[1] + away * np.sin(angle)
         distance = np.hypot(x, y)
-        press = k * np.maximum(distance - clearance, 0) / np.maximum(distance, 1e-30)
+        press = k * np.maximum(distance - radius, 0) / np.maximum(distance, 1e-30)
         return -press * (x - friction * y), -press * (y + friction * x)
 
     rest = _local(plant, where, force)
 
 
 def looseness(plant, values, where):
-    """Support that loses stiffness, N/m, once the journal lifts off."""
-    k = values["stiffness_lost_in_lift"]
+    """Support that loses stiffness, N/m, once the journal lifts off, until its bolts hold it after a play.
+
+    It lifts off against the direction that presses it down.
+    """
+    k, c, s = values["stiffness_lost_in_lift"], np.cos(where["direction_rad"]), np.sin(where["direction_rad"])
 
     def force(x, y, vx, vy):
-        return -k * np.maximum(rest[0] - x - where["lift_m"], 0), 0 * y
+        lost = k * np.clip((rest[0] - x) * c + (rest[1] - y) * s - where["lift_m"], 0, where["play_m"])
+        return -lost * c, -lost * s
 
     rest = _local(plant, where, force)
 

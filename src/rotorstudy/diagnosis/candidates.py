@@ -112,7 +112,8 @@ def candidate(
     term = make_term("effect", item, model.structure, model.sensors, f"candidate {effect}")
     mean, std = (1.0, FIXED) if plugin.fixed else (0.0, prior_width)
     prior = {unknown.name: (mean * unknown.typical, std * unknown.typical) for unknown in term.unknowns}
-    positive = {unknown.name: _same(unknown, term, model) for unknown in term.unknowns if plugin.positive}
+    limited = {term.full_name(p) for p in term.parameters if plugin.is_positive(p.name)}
+    positive = {unknown.name: _same(unknown, term, model) for unknown in term.unknowns if unknown.name in limited}
     chosen = dict(shape or {}), dict(variant or {})
     return Candidate(effect, where, term, prior, positive, plugin.fixed, *chosen, options=options)
 

@@ -25,7 +25,8 @@ class Search:
     """A search under way, and its outcome.
 
     rig             : Model without the nuisance terms
-    model, spectrum : with the nuisance terms; with the model error
+    model, stated   : with the nuisance terms; the Spectrum with the model error
+    spectrum        : that with the error of the causes too
     prior           : Prior of the parameters that are free in every fit;  base : Fit of these alone
     candidates      : list of Candidate;  screened : Screened of each, at the base fit
     found           : labels of the causes -> Explanation, for every one fitted
@@ -36,6 +37,7 @@ class Search:
 
     rig: Model
     model: Model
+    stated: Spectrum
     spectrum: Spectrum
     settings: Settings
     prior: Prior
@@ -144,6 +146,12 @@ class Search:
         extended, known, _ = self._extension(causes)
         own = dict(zip(fitted.model.names, fitted.theta, strict=True))
         return fit(extended, self.spectrum, known, start=self.start(causes, own), steps=0)
+
+    def is_rejected_as_stated(self, explanation: Explanation) -> bool:
+        """Whether noise and the stated model error, without an error of the causes, do not explain what is left."""
+        known = explanation.fit
+        exact = fit(known.model, self.stated, known.prior, start=known.theta)
+        return exact.is_rejected(self.settings.significance)
 
     def start(self, causes, values: dict) -> np.ndarray:
         """(parameter,) of the model extended by some causes: values by name, the stated ones for the others."""

@@ -59,7 +59,13 @@ def log_scales(mean: np.ndarray, covariance: np.ndarray, parameter: np.ndarray) 
     """
     narrow, vectors = np.linalg.eigh(covariance)
     narrow = np.clip(narrow, 1e-30, 1)
-    pull = vectors @ (vectors.T @ mean / narrow)
+    along = vectors.T @ mean / narrow
+    if parameter[-1] == 0:  # one width: the posterior keeps its axes
+        precision = 1 + SCALES[:, None] ** 2 * (1 / narrow - 1)
+        found = 0.5 * np.sum((SCALES[:, None] * along) ** 2 / precision - np.log(precision), axis=-1)
+        widest = 0.5 * np.sum(along**2 * narrow + np.log(narrow))
+        return float(np.logaddexp.reduce(found) - np.log(len(SCALES)) - widest)
+    pull = vectors @ along
     data = (vectors * (1 / narrow - 1)) @ vectors.T  # precision that the data give
 
     def value(scales):
@@ -71,12 +77,11 @@ def log_scales(mean: np.ndarray, covariance: np.ndarray, parameter: np.ndarray) 
         return 0.5 * (np.sum(drawn * solved, axis=-1) - np.linalg.slogdet(precision)[1])
 
     count = int(parameter[-1]) + 1
-    widths, chance = SCALES, np.full(len(SCALES), -np.log(len(SCALES)))
-    if count > 1:
-        widths, chance = np.append(0, SCALES), np.append(0, chance) - np.log(2)
+    widths = np.append(0, SCALES)
+    chance = np.append(0, np.full(len(SCALES), -np.log(len(SCALES)))) - np.log(2)
     best = np.ones(count)
     widest = value(best)
-    for _ in range(SWEEPS if count > 1 else 1):
+    for _ in range(SWEEPS):
         factor = 0.0
         for i in range(count):
             tried = np.tile(best, (len(widths), 1))

@@ -157,6 +157,7 @@ class Verdict(Result):
     unexplained: tuple[Unexplained, ...]
     residual_p_value: PValues
     residual_share: float
+    cause_error: float
     log_posterior_odds: float | None
     parameter_p_value: float
     detection_limit: tuple[DetectionLimit, ...]

@@ -22,7 +22,7 @@ from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import make_term
 from rotorstudy.model.rotor_numbers import with_rotor_numbers
-from rotorstudy.response.stability import check_stable, varies_in_time
+from rotorstudy.response.stability import growth_of_free_motion
 
 FITTED_FULLY = 4  # least number of explanations per round that are fitted to convergence
 CLOSE = 15.0  # excess over the lowest cost of a round (likelihood ratio e^-7.5) beyond which a fit is not finished
@@ -31,6 +31,7 @@ WORTH_FITTING = 0.1  # of what the best candidate explains when linearised, whic
 REACH = 10.0  # log odds below the best, at its motion, beyond which an alternative cannot change a probability
 INACCURACY = 0.01  # of what is explained: further log odds within reach, as columns at the best motion are not exact
 ALTERNATIVES = 12  # most alternatives to each cause that are fitted in a round
+GROWTH = 1e-3  # of the speed: growth rate of a free motion by which a record of some seconds is not steady
 ROUNDS = 3  # of alternatives, each at the motion of the best of the last one
 REFINED = 3  # most explanations of a round of which the shape is refined
 LEFT_BY_SHAPE = 0.05  # of what a cause explains, if its shape is half a step of those tried from the true one
@@ -108,7 +109,9 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     widened = with_cause_error(spectrum, missing, settings.cause_error)
     base = fit(whole, widened, prior, start=base.theta)
     every, faults = candidates(model, settings)
-    work = Search(model, whole, widened, settings, prior, base, every, faults=faults, cause_error=settings.cause_error)
+    work = Search(
+        model, whole, spectrum, widened, settings, prior, base, every, faults=faults, cause_error=settings.cause_error
+    )
     work.screened.extend(work.screen(base, every))
     work.found[frozenset()] = Explanation((), base, 0.0)
     best = _added(work, work.found[frozenset()], [base, fit(whole, widened, prior, steps=0)] if imitates else None)
@@ -119,15 +122,19 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
 
 
 def _drop_growing(work):
-    """Drop the best explanation while its turning stiffness lets a free motion grow: records of it cannot be steady."""
-    while work.best.causes and varies_in_time(work.best.fit.model):
-        best = work.best
-        try:
-            check_stable(best.fit.model, work.spectrum.speed, best.fit.theta)
-        except NoSteadyState:
-            del work.found[frozenset(c.label for c in best.causes)]
-        else:
+    """Drop explanations by which a free motion grows at a measured speed: records of it cannot be steady."""
+    while True:
+        least = odds_of(work.best) - REACH
+        grown = [e for e in work.explanations if e.causes and odds_of(e) >= least and _grows(work, e)]
+        for one in grown:
+            del work.found[frozenset(c.label for c in one.causes)]
+        if not grown:
             return
+
+
+def _grows(work, explanation):
+    speed = work.spectrum.speed
+    return bool((growth_of_free_motion(explanation.fit.model, speed, explanation.fit.theta) > GROWTH * speed).any())
 
 
 def _added(work, current, fits=None):
@@ -153,10 +160,12 @@ def _settled(work, spectrum, missing, best):
         whitened = with_cause_error(spectrum, missing, error).whitened(off)
         return whitened @ whitened + best.fit.penalty - len(whitened)
 
-    if not best.causes or excess(work.cause_error) >= 0:
+    if not best.causes:
         return work
-    error, exact = 0.0, fit(best.fit.model, spectrum, best.fit.prior, start=best.fit.theta)
-    if exact.is_rejected(work.settings.significance):
+    error = 0.0
+    if work.is_rejected_as_stated(best):
+        if excess(work.cause_error) >= 0:
+            return work
         error = brentq(excess, 0.0, work.cause_error, xtol=1e-3 * work.cause_error)
     narrower = with_cause_error(spectrum, missing, error)
     base = fit(work.model, narrower, work.prior, start=work.base.theta)
@@ -266,9 +275,11 @@ def _with_alternatives(work, current):
 
     All candidates in the place of each cause, and all pairs if the explanation is rejected, are judged at its motion.
     """
-    for _ in range(ROUNDS):
+    for number in range(ROUNDS):
         tried = [e for cause in current.causes for e in _instead_of(work, current, cause)]
-        if current.fit.is_rejected(work.settings.significance):
+        if number == 0:
+            tried += [e for cause in current.causes for e in _elsewhere(work, current, cause)]
+        if work.is_rejected_as_stated(current):
             tried += _pairs(work, current)
         shaped = sorted((e for e in tried if e.causes[-1].shape), key=odds_of, reverse=True)[:REFINED]
         best = max([*tried, *(refine(work, e) for e in shaped)], key=odds_of, default=current)
@@ -297,6 +308,27 @@ def _instead_of(work, current, cause):
             best.setdefault(one.cause, one)
     theta = dict(zip(current.fit.model.names, current.fit.theta, strict=True))
     options = [Option((*rest, c), theta | dict(zip(c.names, odds[c.label].start, strict=True))) for c in best.values()]
+    return _fit_closest(work, options)
+
+
+def _elsewhere(work, current, cause):
+    """Explanations with the effect of a cause at its other places, in the best shape that a scan finds at each."""
+    rest = tuple(c for c in current.causes if c is not cause)
+    chosen = {
+        c.cause: c
+        for c in work.candidates
+        if c.effect == cause.effect and c.cause != cause.cause and _is_allowed(work, (*rest, c))
+    }
+    if not can_be_scanned(cause) or not chosen:
+        return []
+    found = scan(work, work.held(rest, current.fit), list(chosen.values()), refined=len(chosen))
+    theta = dict(zip(current.fit.model.names, current.fit.theta, strict=True))
+    least = max((s.evidence - LEFT_BY_SHAPE * s.explained for _, s in found), default=0.0) - REACH
+    options = [
+        Option((*rest, one), theta | dict(zip(one.names, screened.start, strict=True)))
+        for one, screened in found
+        if screened.evidence >= least
+    ]
     return _fit_closest(work, options)
 
 

@@ -20,9 +20,11 @@ from rotorstudy.inference.prediction import carried_order
 from rotorstudy.model.terms import Entry, Unknown
 from rotorstudy.response.measured import Motion, carried_motion, replies
 
-FIRST_SAMPLES = (0, 16, 32, 64, 64)  # shapes over the whole range, by the number of options
-SAMPLES = 24  # shapes per round about the best one
+FIRST_SAMPLES = (0, 16, 32, 64, 128)  # shapes over the whole range, by the number of options
+STARTS = 3  # best of these, about which closer ones are tried: a force at one instant has several near-equal shapes
+SAMPLES = 9  # shapes per round and option about the best ones
 REFINED = 2  # places of each effect at which the best shape is refined
+LEAST_SEEN = 0.01  # of what is left, explained by the best coarse shape of a place that is refined
 SPREADS = (0.12, 0.05, 0.02, 0.008, 0.003)  # of those rounds, in shares of the range
 
 
@@ -68,7 +70,7 @@ def motion_by_a_free_force(fitted, spectrum, node):
     return Motion(found.amplitude + np.einsum("whdp,wp->whd", moved, forces), found.deflection)
 
 
-def scan(work: Search, fitted: Fit, chosen: list[Candidate]) -> list[Scanned]:
+def scan(work: Search, fitted: Fit, chosen: list[Candidate], refined: int = REFINED) -> list[Scanned]:
     """The shapes of causes at which their columns explain most, at the best places of each effect.
 
     Parameters
@@ -78,6 +80,8 @@ def scan(work: Search, fitted: Fit, chosen: list[Candidate]) -> list[Scanned]:
         Without the causes.
     chosen : list of Candidate
         One for each effect and place; those at a node whose effect has shape options are considered.
+    refined : int
+        Most places of each effect, those where coarse shapes explain most.
 
     Returns
     -------
@@ -98,8 +102,9 @@ def scan(work: Search, fitted: Fit, chosen: list[Candidate]) -> list[Scanned]:
             work.note_broken([cause], error)
     found = []
     for places in looked.values():
-        places.sort(key=lambda place: -place[1].screened.evidence)
-        found += [one.refined(best) for one, best in places[:REFINED]]
+        places.sort(key=lambda place: -place[1][0].screened.evidence)
+        least = LEAST_SEEN * fitted.cost
+        found += [one.refined(best) for one, best in places[:refined] if best[0].screened.explained > least]
     return found
 
 
@@ -129,26 +134,29 @@ class _Scan(NamedTuple):
         labelled = self.cause._replace(term=replace(self.cause.term, label=label))
         return with_shape(self.work.rig, labelled, shape, self.work.settings.prior_width)
 
-    def best(self, places):
-        """The best of some positions (shape, option)."""
+    def judged(self, places):
+        """Some positions (shape, option), judged, the best first."""
         label = self.cause.term.label
         chosen = [self.with_place(place, f"{label} {i}") for i, place in enumerate(places)]
         projected = project(self.fitted, self.work.spectrum, chosen, motion=self.motion)
-        judged = [screen(projected, cause) for cause in chosen]
-        i = max(range(len(judged)), key=lambda i: judged[i].evidence)
-        return _Judged(places[i], self.with_place(places[i], label), judged[i])
+        found = [_Judged(place, cause, screen(projected, cause)) for place, cause in zip(places, chosen, strict=True)]
+        return sorted(found, key=lambda one: -one.screened.evidence)
 
     def first(self):
         """The best of shapes over the whole range."""
         from scipy.stats import qmc
 
         options = len(self.ranges)
-        return self.best(qmc.Sobol(options, scramble=False).random(FIRST_SAMPLES[options]))
+        return self.judged(qmc.Sobol(options, scramble=False).random(FIRST_SAMPLES[options]))[:STARTS]
 
-    def refined(self, best):
-        """Scanned, from the best of rounds of ever closer shapes."""
+    def refined(self, starts):
+        """Scanned, from rounds of ever closer shapes about the best ones, of which the very best remains."""
         random = np.random.default_rng(0)  # the same numbers for the same records
         for spread in SPREADS:
-            about = best.place + spread * random.standard_normal((SAMPLES, len(self.ranges)))
-            best = max(best, self.best(about), key=lambda one: one.screened.evidence)
-        return Scanned(best.cause, best.screened)
+            count = SAMPLES * len(self.ranges) // len(starts)
+            about = [one.place + spread * random.standard_normal((count, len(self.ranges))) for one in starts]
+            closer = self.judged(np.concatenate(about))
+            kept = 1 if spread == SPREADS[-1] else max(len(starts) - 1, 1)
+            starts = sorted([*starts, *closer], key=lambda one: -one.screened.evidence)[:kept]
+        (best,) = starts
+        return Scanned(self.with_place(best.place, self.cause.term.label), best.screened)

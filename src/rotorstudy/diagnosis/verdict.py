@@ -123,6 +123,7 @@ def investigate(
         kind = "nothing" if min(p_values.before, p_parameters) >= settings.significance else "unknown"
     elif (
         p_values.after < settings.significance
+        or _has_wrong_form(found)
         or p_parameters < settings.significance
         or is_worse(base, best.fit, expected, settings)
     ):
@@ -147,6 +148,7 @@ def investigate(
         broken_plugins=[*registry().failures, *found.broken],
         unexplained=_unexplained(best.fit, fitted, settings) if kind == "unknown" or best.causes else [],
         residual_p_value=p_values,
+        cause_error=found.cause_error if best.causes else 0.0,
         residual_share=left,
         log_posterior_odds=max(odds, default=None),
         parameter_p_value=p_parameters,
@@ -162,6 +164,14 @@ def investigate(
     verdict = verdict.model_copy(update={"summary": summary(verdict)})
     alternatives = frozenset(c.cause for c, _ in stated)
     return Diagnosis(verdict, fitted, held, found, best.fit, settings, alternatives, labels)
+
+
+def _has_wrong_form(found):
+    """Whether the best causes leave more than an error of the form of one cause, as far as it is allowed.
+
+    The error of one cause must not hide what a second one explains: several are named if they leave only noise.
+    """
+    return found.cause_error > 0 and (len(found.best.faults) > 1 or found.cause_error >= found.settings.cause_error)
 
 
 def _misfit(found, spectrum):

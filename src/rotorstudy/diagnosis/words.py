@@ -129,6 +129,10 @@ def _said(verdict):
     likely = f"posterior probability {probability(min(c.posterior_probability for c in verdict.causes))}"
     if verdict.verdict == "cause":
         text = f"Something is missing, and it is most likely {named}; {likely}."
+        if verdict.cause_error:
+            text += (
+                f" Its form is off by {percent(verdict.cause_error)} of what is missing; the intervals include that."
+            )
     elif verdict.verdict == "ambiguous":
         text = f"Something is missing. It may be {named} ({likely})"
         rest = ", ".join(dict.fromkeys(map(place, verdict.ambiguous_with)))

@@ -306,9 +306,10 @@ def magnitude_and_phase(
     Returns
     -------
     names, theta, covariance
-        As given, (..., parameter) and (..., parameter, parameter), phases in rad.
+        As given, (..., parameter) and (..., parameter, parameter), phases in rad. An amplitude of zero has any phase,
+        with the variance pi^2 / 3 of a uniform one.
     """
-    names, theta = list(names), np.array(theta, float)
+    names, theta, without_phase = list(names), np.array(theta, float), []
     slope = np.broadcast_to(np.eye(len(names)), (*theta.shape[:-1], len(names), len(names))).copy()
     for i, name in enumerate(names):
         stem = name.removesuffix("_real")
@@ -316,8 +317,15 @@ def magnitude_and_phase(
             continue
         a, b = theta[..., i].copy(), theta[..., i + 1].copy()
         size = np.hypot(a, b)
-        slope[..., i, i], slope[..., i, i + 1] = a / size, b / size
-        slope[..., i + 1, i], slope[..., i + 1, i + 1] = -b / size**2, a / size**2
+        still = size == 0
+        length = np.where(still, 1, size)
+        cosine, sine = np.where(still, 1, a / length), b / length
+        slope[..., i, i], slope[..., i, i + 1] = cosine, sine
+        slope[..., i + 1, i], slope[..., i + 1, i + 1] = -sine / length, np.where(still, 0, cosine / length)
+        without_phase.append((i + 1, still))
         theta[..., i], theta[..., i + 1] = size, np.arctan2(b, a)
         names[i], names[i + 1] = stem, f"{stem}_phase"
-    return tuple(names), theta, slope @ covariance @ np.swapaxes(slope, -1, -2)
+    covariance = slope @ covariance @ np.swapaxes(slope, -1, -2)
+    for i, still in without_phase:
+        covariance[..., i, i] = np.where(still, np.pi**2 / 3, covariance[..., i, i])
+    return tuple(names), theta, covariance

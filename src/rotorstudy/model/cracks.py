@@ -129,9 +129,10 @@ def crack_parameters(
     options   : of the plugin
     """
     parameters, on = [], ("static", "static conj") if weight_dominance else ("z", "conj")
+    losses = structure.stiffness_loss_at(node, element)  # refuses a place that does not exist
     side = structure.tension_side(element)
     acting = {k: _on_z_and_conj(s) for k, s in crack_series(crack, order, options).items()}
-    for name, (pattern, unit, typical) in structure.stiffness_loss_at(node, element).items():
+    for name, (pattern, unit, typical) in losses.items():
         entries = []
         for k, factors in acting.items():
             for source, shift, factor in zip(on, (k, k + 2), factors, strict=True):

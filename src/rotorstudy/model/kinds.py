@@ -107,11 +107,12 @@ class Effect(Plugin):
     candidate : whether diagnosis considers it as a cause; a free force at every harmonic would explain anything
     hypothesis : options with which diagnosis tries it, where a cause has more freedom than the defaults give
     shape     : option -> (low, high), the search range of an option that enters nonlinearly, or (low, high, scale) in
-                units of one of the usual sizes of the rotor: `length`, `frequency`
+                units of one of the usual sizes of the rotor: `length`, `vibration`, `frequency`, `time`
     alternatives : option -> function() -> its possible values, of which diagnosis tries each; the cause is the same
     fixed     : present with its typical amplitude or absent: a cable is swapped or not
     fold      : ratio of the phase of its amplitude to the angle of its direction: 2 for two stiffnesses
-    positive  : its amplitudes cannot be negative (damping, stiffness loss of a crack), together with those of the rig
+    positive  : its amplitudes cannot be negative (damping, stiffness loss of a crack), together with those of the rig;
+                or the names of those that cannot, if others can
     base_rate : how often it is a cause, relative to a usual effect, before anything is measured
     parts     : option that numbers the parts of one fault (the harmonics of a runout), which count as one cause
     nuisance  : standard deviation of its amplitude in any measuring chain, where it is never exactly zero
@@ -126,7 +127,7 @@ class Effect(Plugin):
     alternatives: dict = field(default_factory=dict, compare=False)
     fixed: bool = False
     fold: int = 1
-    positive: bool = False
+    positive: bool | tuple[str, ...] = False
     parts: str = ""
     base_rate: float = 1.0
     nuisance: float = 0.0
@@ -139,6 +140,10 @@ class Effect(Plugin):
     def acts_on_output(self):
         """Whether it changes the measured displacement; otherwise it acts on the rotor."""
         return self.acts_on == "output"
+
+    def is_positive(self, parameter):
+        """Whether the amplitude of this name cannot be negative."""
+        return parameter in self.positive if isinstance(self.positive, tuple) else self.positive
 
     def ranges(self, structure):
         """Option -> (low, high), the search ranges of `shape` on a rotor, in the units of the options."""

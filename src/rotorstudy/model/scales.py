@@ -44,7 +44,8 @@ class Scales:
         elastic = value > SINGULAR
         shape, rigid = vector[:, elastic] / size[:, None], vector[:, ~elastic] / size[:, None]
         inverse = shape / value[elastic] @ shape.T
-        carried = rigid @ np.linalg.solve(rigid.T @ mass @ rigid, rigid.T @ mass)
+        # of a coordinate with neither stiffness nor mass, which only a bearing holds, nothing is carried
+        carried = rigid @ np.linalg.pinv(rigid.T @ mass @ rigid, hermitian=True) @ rigid.T @ mass
         relieved = np.eye(len(mass)) - carried
         return relieved @ inverse @ relieved.T
 
@@ -52,6 +53,11 @@ class Scales:
     def frequency(self) -> float:
         """Lowest natural frequency of bending at rest, rad/s."""
         return float(np.linalg.eigvals(self.flexibility @ self.structure.mass).real.max() ** -0.5)
+
+    @property
+    def time(self) -> float:
+        """Of a radian at the lowest natural frequency, s."""
+        return 1 / self.frequency
 
     @cached_property
     def softest(self) -> float:
@@ -69,6 +75,11 @@ class Scales:
         """Usual displacement, m: the static deflection g / w^2 or the vibration measured, whichever is larger."""
         sag = self.structure.acceleration_of_gravity / self.frequency**2
         return max(sag, self.structure.vibration) or STILL_LENGTH
+
+    @property
+    def vibration(self) -> float:
+        """Usual vibration, m: the one measured, which may be far below the static deflection; else the usual length."""
+        return self.structure.vibration or self.length
 
     @property
     def force(self) -> float:
@@ -96,6 +107,24 @@ class Scales:
         """
         here = self.structure.index(self.structure.default_node() if node is None else node, motion)
         return float(1 / self.flexibility[here, here])
+
+    def displacement(self, node: int | None) -> float:
+        """Displacement by the usual force at a node, m: small at a stiff bearing.
+
+        Parameters
+        ----------
+        node : int or None
+
+        Returns
+        -------
+        float
+
+        Raises
+        ------
+        CannotAct
+            As `stiffness`.
+        """
+        return self.force / self.stiffness(node)
 
     def critical_damping(self, node: int | None) -> float:
         """Damping 2 k / w at a node that is critical for a mass on its local stiffness, N s/m.

@@ -190,6 +190,8 @@ class Parameter:
     entries : its table
     typical : a typical size in that unit, the scale of priors and checks
     force   : NonlinearForce multiplied by the (real) parameter, whose table of entries is then empty
+    exact   : function(real amplitude) -> table of entries of an effect on the output that is not linear in its
+              amplitude, and acts on what the others show; `entries` are then its derivative at zero
     """
 
     name: str
@@ -198,6 +200,7 @@ class Parameter:
     typical: float
     is_complex: bool = False
     force: NonlinearForce | None = None
+    exact: Callable | None = None
 
     @property
     def key(self) -> str:
@@ -220,6 +223,7 @@ class Unknown:
     typical: float
     carries: bool = False
     force: NonlinearForce | None = None
+    exact: Callable | None = None
 
 
 @dataclass(frozen=True)
@@ -270,7 +274,7 @@ class Term:
                 found.append(Unknown(f"{name}_real", p.unit, p.entries, p.typical, self.carries))
                 found.append(Unknown(f"{name}_imag", p.unit, imaginary, p.typical, self.carries))
             else:
-                found.append(Unknown(name, p.unit, p.entries, p.typical, self.carries, p.force))
+                found.append(Unknown(name, p.unit, p.entries, p.typical, self.carries, p.force, p.exact))
         return tuple(found)
 
     @property
@@ -304,12 +308,16 @@ def share_of(unknown: Unknown, other: Unknown) -> float:
 def _entry_share(mine, its):
     """Factor between the matrices of two entries that are otherwise equal; 0 if they are not."""
     kinds = ((e.on, e.order, e.shift, e.frequency_only, np.shape(e.matrix)) for e in (mine, its))
-    if len(set(kinds)) > 1 or not np.allclose(*(e.gain_at(SPEEDS_COMPARED, 1) for e in (mine, its)), rtol=1e-9, atol=0):
+    if len(set(kinds)) > 1:
         return 0.0
     size = np.vdot(mine.matrix, mine.matrix)
     factor = np.vdot(mine.matrix, its.matrix) / size if size else 0.0
-    alike = np.allclose(its.matrix, factor * np.asarray(mine.matrix), atol=1e-12 * np.abs(its.matrix).max())
-    return float(np.real(factor)) if alike and abs(np.imag(factor)) < 1e-12 * abs(factor) else 0.0
+    if not abs(np.imag(factor)) < 1e-12 * abs(factor):  # zero, above all: other coordinates
+        return 0.0
+    off = np.abs(its.matrix - factor * np.asarray(mine.matrix)).max()
+    gains = [e.gain_at(SPEEDS_COMPARED, 1) for e in (mine, its)]
+    alike = off <= 1e-9 * np.abs(its.matrix).max() and np.all(np.abs(gains[0] - gains[1]) <= 1e-9 * np.abs(gains[1]))
+    return float(np.real(factor)) if alike else 0.0
 
 
 def planar_entries(direction, matrix, order=0, gain=None, *, frequency_only=False):

@@ -20,6 +20,8 @@ from rotorstudy.response.harmonic import (
 )
 from rotorstudy.response.statics import static_deflection
 
+EXACT_STEP = 1e-4  # of a typical amplitude: relative errors of the derivative of 1e-11, by truncation and round-off
+
 
 def measured_response(
     model: Model,
@@ -96,6 +98,8 @@ def _measured(model, speed, harmonics, theta, order, jacobian):
         derivatives = derivatives[..., model.measured, :]
         change, rotor = derivatives.copy(), np.moveaxis(derivatives[..., :first], -1, 0)
     for p, unknown in enumerate(model.output_unknowns, start=first):
+        if unknown.exact:
+            continue
         amplitude = theta[..., p, None, None, None]
         column = apply_entries(unknown.entries, true, speed, blocks.harmonics)
         shown += amplitude * column
@@ -105,7 +109,26 @@ def _measured(model, speed, harmonics, theta, order, jacobian):
             if moving and first:
                 through = apply_entries(moving, rotor, speed, blocks.harmonics)
                 change[..., :first] += np.moveaxis(amplitude * through, 0, -1)
+    for p, unknown in enumerate(model.output_unknowns, start=first):
+        if unknown.exact:  # of any size, hence of what the others show
+            step, size, seen = EXACT_STEP * unknown.typical, theta[..., p], shown
+            shown = seen + _exact_change(unknown, size, seen, speed, blocks.harmonics)
+            if jacobian:
+                columns = np.moveaxis(change, -1, 0)
+                change += np.moveaxis(_exact_change(unknown, size, columns, speed, blocks.harmonics), 0, -1)
+                up, down = (_exact_change(unknown, size + h, seen, speed, blocks.harmonics) for h in (step, -step))
+                change[..., p] += (up - down) / (2 * step)
     return Linearised(shown[..., chosen, :], change[..., chosen, :, :] if jacobian else None)
+
+
+def _exact_change(unknown, amplitude, motion, speed, harmonics):
+    """What an output term that is not linear in its amplitude (...) adds to a motion (..., speed, harmonic, sensor)."""
+    lead = np.broadcast_shapes(amplitude.shape, motion.shape[:-3])
+    found = np.empty((*lead, *motion.shape[-3:]), complex)
+    amplitude, motion = np.broadcast_to(amplitude, lead), np.broadcast_to(motion, found.shape)
+    for i in np.ndindex(lead):
+        found[i] = apply_entries(unknown.exact(amplitude[i]), motion[i], speed, harmonics)
+    return found
 
 
 class Motion(NamedTuple):

@@ -213,22 +213,28 @@ def _real_state_matrices(model, theta, speed, turned):
     return np.concatenate([upper, lower], axis=-2)
 
 
+def growth_of_free_motion(model, speeds, theta=None):
+    """Growth rate (speed,) of the fastest growing free motion, 1/s; -inf if nonlinear or stated in frequency only.
+
+    speeds : (speed,) rad/s;  theta : (parameter,), the model's own by default
+    """
+    in_frequency = any(e.reads_motion and e.frequency_only for u in model.rotor_unknowns for e in u.entries)
+    if in_frequency or model.nonlinear_forces:
+        return np.full(len(speeds), -np.inf)
+    return (periodic_growth_rate if varies_in_time(model) else growth_rate)(model, speeds, theta)
+
+
 def check_stable(model, speeds, theta=None):
     """Raise if a free motion grows at one of the speeds; models nonlinear or stated in frequency only are not checked.
 
     speeds : (speed,) rad/s;  theta : (parameter,), the model's own by default
     raises : NoSteadyState with the growth rate
     """
-    in_frequency = any(e.reads_motion and e.frequency_only for u in model.rotor_unknowns for e in u.entries)
-    if in_frequency or model.nonlinear_forces:
-        return
-    speeds = check_speed(speeds)
+    growth, speeds = growth_of_free_motion(model, speeds, theta), check_speed(speeds)
     if varies_in_time(model):
-        growth = periodic_growth_rate(model, speeds, theta)
         unstable = growth * 2 * np.pi / speeds > SLOWEST_GROWTH
         why = "the turning stiffness (a crack, an asymmetric shaft) or internal damping feeds a whirl there; "
     else:
-        growth = growth_rate(model, speeds, theta)
         unstable = growth > 0
         why = "internal damping or cross-coupled bearings make the rotor unstable there; "
     if unstable.any():

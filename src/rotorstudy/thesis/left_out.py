@@ -143,7 +143,7 @@ def compared_parameters(config, data, folder):
                 base, extended = ((one * factor, std * factor) for one, std in fitted)
                 kind = {
                     "is_phase": name != full,
-                    "is_positive": bool(effect and effect.positive),
+                    "is_positive": bool(effect and effect.is_positive(p.name)),
                     "on_weight": {entry.on for entry in p.entries} == {"static"},
                 }
                 fits_of = {"thesis": value * factor, "base": base, "extended": extended}

@@ -36,13 +36,16 @@ def effect_offers_places(plugin):
 
 
 def effect_shape_is_open(plugin):
-    """has shape options with ranges that contain their defaults"""
+    """has shape options with ranges that contain their defaults, or do nothing by default"""
     known = inspect.signature(plugin.function).parameters
     for name, (low, high) in plugin.ranges(bench_of(plugin)[0]).items():
         require(name in known, f"shape '{name}' is not an option of the function")
         require(low < high, f"shape '{name}' has the range {low:g} to {high:g}")
         default = known[name].default
-        require(low <= default <= high, f"shape '{name}' has the default {default} outside {low:g} to {high:g}")
+        require(
+            default is None or low <= default <= high,
+            f"shape '{name}' has the default {default} outside {low:g} to {high:g}",
+        )
 
 
 def term_states_units(plugin):
