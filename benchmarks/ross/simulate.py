@@ -101,7 +101,7 @@ def cases():
     yield "rigid", {"family": "misalignment", "element": 0}, faulty("run_misalignment", **rigid)
     yield "rub", {"family": "rub", "node": 3}, faulty("run_rubbing", friction_coeff=0.0, **rub)
     yield "rub_friction", {"family": "rub", "node": 3}, faulty("run_rubbing", friction_coeff=0.2, **rub)
-    # Its two other laws replace the element by a piece of other length: not the intact element at depth zero
+    # ROSS has two more laws, which at depth zero are not the intact element
     for model in ("Mayes", "Gasch"):
         for depth in (0.1, 0.25):
             run = faulty("run_crack", n=2, depth_ratio=depth, crack_model=model)
