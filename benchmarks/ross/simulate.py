@@ -24,8 +24,9 @@ UNBALANCE = {"node": [2, 4], "unbalance_magnitude": [3.0e-5, 1.6e-5], "unbalance
 GRAVITY = 9.8065  # of ROSS, where it counts weight at all
 PROBES = (0, 2, 4, 6)
 SPEEDS = (150.0, 190.0, 230.0, 270.0, 310.0, 350.0, 400.0, 450.0)  # rad/s; critical speeds at 361 and 373
-STEPS = 256  # a revolution
-SETTLING = 1.2  # s; the slowest transient decays as exp(-13 t/s)
+STEPS = 1024  # a revolution; the forces of ROSS's faults are those of the step before, late by 2 pi / STEPS
+KEPT = 8  # one of these in the record
+SETTLING = 0.8  # s; the slowest transient decays as exp(-13 t/s)
 REVOLUTIONS = 16
 NOISE = 1e-8  # m rms
 
@@ -100,7 +101,7 @@ def cases():
     yield "rigid", {"family": "misalignment", "element": 0}, faulty("run_misalignment", **rigid)
     yield "rub", {"family": "rub", "node": 3}, faulty("run_rubbing", friction_coeff=0.0, **rub)
     yield "rub_friction", {"family": "rub", "node": 3}, faulty("run_rubbing", friction_coeff=0.2, **rub)
-    # Its two other laws replace the element by a piece of other length: not the intact element at depth zero
+    # ROSS has two more laws, which at depth zero are not the intact element
     for model in ("Mayes", "Gasch"):
         for depth in (0.1, 0.25):
             run = faulty("run_crack", n=2, depth_ratio=depth, crack_model=model)
@@ -112,8 +113,8 @@ def record(run, speed, random):
     step = 2 * np.pi / speed / STEPS
     time = np.arange(round(SETTLING / step) + REVOLUTIONS * STEPS) * step
     here = [6 * node + direction for node in PROBES for direction in (0, 1)]
-    shown = run(speed, time).yout[-REVOLUTIONS * STEPS :: 2, here]
-    time = time[-REVOLUTIONS * STEPS :: 2]
+    shown = run(speed, time).yout[-REVOLUTIONS * STEPS :: KEPT, here]
+    time = time[-REVOLUTIONS * STEPS :: KEPT]
     angle = np.mod(speed * time + np.pi, 2 * np.pi) - np.pi  # zero: the shaft as it is at time zero
     pulse = 5.0 * np.exp(-((angle / 0.15) ** 2) / 2)
     return np.column_stack([time, shown + NOISE * random.normal(size=shown.shape), pulse])
