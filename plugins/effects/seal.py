@@ -35,6 +35,7 @@ def rotorstudy_effect():
         seal,
         source="Black 1969, J. Mech. Eng. Sci. 11; Childs 1993, Turbomachinery Rotordynamics; Muszynska 2005",
         shape={"swirl_ratio": (0.0, 0.8)},
+        base_rate=0.2,  # five numbers describe what a simpler effect explains too
         positive=("seal_damping", "seal_fluid_mass"),
         checked="the forces of Childs' five coefficients along x and y to 1e-12; unstable from w = w_n / lambda",
         confounders=(
