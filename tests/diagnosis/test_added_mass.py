@@ -66,9 +66,11 @@ def test_an_added_mass_is_a_rotor_built_with_it_and_sags_as_it(gravity):
 )
 def test_fifty_grams_are_named_as_such_and_a_loss_of_stiffness_too(built, cause):
     verdict = diagnosed(built, {"default": 0.1, "rotor": 0.0})
-    assert verdict.verdict == "cause", verdict.summary
     (found,) = verdict.causes
-    assert found.effect == cause and found.where in ({"node": 3}, {})
+    assert found.effect == cause and found.where in ({"node": 3}, {}), verdict.summary
+    assert verdict.verdict in ("cause", "ambiguous") and found.posterior_probability > 0.9
+    # a seal of which the direct stiffness alone is felt is a support stiffness exactly
+    assert {one.effect for one in verdict.ambiguous_with} <= ({"seal"} if cause == "support_stiffness" else set())
     if cause == "added_mass":
         assert found.parameters["added_mass"].value == pytest.approx(0.05, rel=0.03)
 
