@@ -1,6 +1,6 @@
 # make        set up .venv, rebuild all results, write the report
 # make test   set up .venv, run all checks and tests
-# make foreign  diagnose 300 records of the independent simulator (tests/foreign), about an hour
+# make foreign  diagnose 300 records of the independent simulator (tests/foreign), several hours on 2 cores
 # make ross     diagnose records of the package ROSS, in an environment of its own
 PYTHON ?= python3
 CORES ?= all
