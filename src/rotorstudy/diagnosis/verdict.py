@@ -204,7 +204,7 @@ def _stated(weights, best):
 def _probability(weights):
     """Posterior probability of every fault: of all explanations with any of its parts."""
     faults = {c.fault for e, _ in weights for c in e.causes}
-    return {fault: sum(w for e, w in weights if fault in e.faults) for fault in faults}
+    return {fault: min(sum(w for e, w in weights if fault in e.faults), 1.0) for fault in faults}
 
 
 def _causes(explanation, probability):
