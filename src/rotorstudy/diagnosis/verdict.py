@@ -195,7 +195,7 @@ def _stated(weights, best):
         if not explanation.causes or best.named <= explanation.named:
             continue
         for c in explanation.causes:
-            if c.cause not in seen:
+            if c.cause not in seen and c.fault not in best.faults:  # other parts of a fault are not another cause
                 seen.add(c.cause)
                 found.append((c, explanation))
     return found
