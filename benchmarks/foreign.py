@@ -14,7 +14,9 @@ import time
 import warnings
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
+from itertools import cycle
 from pathlib import Path
+from typing import NamedTuple
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads slow them down
 os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -214,10 +216,27 @@ def drawn(seed, kind, quick):
     return draw_case(seed, kind, visible=0.0 if kind == "healthy" else VISIBLE, **size), None
 
 
-def run_case(given):
-    """Row of one case; `given` is its number, seed, kind, folder of results, size of the rig's errors, and speed."""
-    number, seed, kind, out, error, quick = given
-    row = {"case": number, "seed": seed, "kind": kind}
+class Work(NamedTuple):
+    """A case to be diagnosed.
+
+    out           : folder of results
+    rig_error     : of the rig file, 0: none, 1: as real ones have
+    without_truth : whether the effects that are its truth are left out of the library
+    """
+
+    number: int
+    seed: int
+    kind: str
+    out: Path
+    rig_error: float
+    quick: bool
+    without_truth: bool
+
+
+def run_case(work):
+    """Row of one case."""
+    seed, kind, quick = work.seed, work.kind, work.quick
+    row = {"case": work.number, "seed": seed, "kind": kind}
     try:
         case, fault = drawn(seed, kind, quick)
     except (NoSteadyState, ValueError) as problem:
@@ -231,15 +250,19 @@ def run_case(given):
         "known": all(in_library(one["family"]) for one in true),
         "size": np.nan,
     }
-    folder = Path(out) / "cases" / f"{number:04d}"
+    error = np.array([0.005, 0.02, 0.05]) * work.rig_error  # of modulus, bearings, unbalance
+    folder = Path(work.out) / "cases" / f"{work.number:04d}"
     try:
         with tempfile.TemporaryDirectory() as files, warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            write_case(case, files, 0.005 * error, 0.02 * error, 0.05 * error, seed, QUICK if quick else None)
+            write_case(case, files, *error, seed, QUICK if quick else None)
             start = time.process_time()
             rig = read_rig(Path(files) / "rig.yaml")
             spectrum, model, findings = measured_spectrum([Path(files) / "record.nc"], rig)
             settings = read_settings(rig.given, "rig.yaml")
+            if work.without_truth:
+                names = sorted({name for one in true for name in MEANS[one["family"]][0]})
+                settings = settings.model_copy(update={"leave_out": names})
             found = investigate(spectrum, model, settings=settings, findings=findings)
             seconds = time.process_time() - start
             folder.mkdir(parents=True, exist_ok=True)
@@ -327,11 +350,12 @@ def main():
     parser.add_argument("--processes", type=int, default=1)
     parser.add_argument("--rig-error", type=float, default=1.0, help="0: the rig file is exact; 1: as real ones are")
     parser.add_argument("--quick", action="store_true", help="rotors of 2 to 5 elements, 6 speeds, harmonics to 3X")
+    parser.add_argument("--without-truth", action="store_true", help="leave the effects that are the truth out")
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
     work = [
-        (i, 100_000 * given.seed + i, given.families[i % len(given.families)], given.out, given.rig_error, given.quick)
-        for i in range(given.cases)
+        Work(i, 100_000 * given.seed + i, kind, given.out, given.rig_error, given.quick, given.without_truth)
+        for i, kind in zip(range(given.cases), cycle(given.families))
     ]
     rows = []
     with ProcessPoolExecutor(given.processes) as pool:
