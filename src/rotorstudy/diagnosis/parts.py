@@ -53,5 +53,5 @@ def _supported(work: Search, projected: Projected, parts: list[Candidate]) -> tu
         if odds((*together, best)) <= reached:
             break
         together, reached = (*together, best), odds((*together, best))
-        parts = [cause for cause in parts if cause.label != best.label]
+        parts = [cause for cause in parts if cause.cause != best.cause]  # each in one shape
     return together
