@@ -44,7 +44,7 @@ from rotorstudy.model.rig import read_rig  # noqa: E402
 
 VISIBLE = 0.01  # least change of a harmonic by an effect, over the healthy 1X; a smaller one is drawn again
 QUICK = (0, 1, -1, 2, -2, 3, -3)  # harmonics of a quick run
-CRACKS = ("breathing_crack", "breathing_crack_weight", "open_crack")
+CRACKS = ("transverse_crack", "breathing_crack", "breathing_crack_weight")
 NODE, ELEMENT, STRETCH, ANY = "node", "element", "stretch", "any"
 
 # Truth -> names of the package that are this effect, where they must be, and names that may stand beside them because
@@ -97,8 +97,8 @@ KINDS = [*FAMILIES, *CHAIN_FAULTS, "pair", "outside"]  # outside: any family, wi
 # Truth -> {parameter of its effect: true value}, where both state the same number. Phases are those of the moment.
 SIZES = {
     "unbalance": {"eccentricity_phase": "phase_rad"},
-    "crack": {"crack_angle_rad": "phase_rad"},
-    "open_crack": {"crack_angle_rad": "phase_rad"},
+    "crack": {"position_m": "position_m", "depth_ratio": "depth_ratio", "angle_rad": "phase_rad"},
+    "open_crack": {"position_m": "position_m", "depth_ratio": "depth_ratio", "angle_rad": "phase_rad"},
     "added_mass": {"added_mass": "mass_kg"},
     "preload": {"static_preload": "force_N", "static_preload_phase": "angle_rad"},
     "cubic_bearing": {"cubic_stiffness": "cubic_N_per_m3"},
@@ -118,8 +118,11 @@ def in_library(family):
     return family in CONVENTIONS or any(name in zoo and zoo[name].candidate for name in MEANS[family][0])
 
 
-def is_there(rule, true, where):
-    """Whether the place of a cause (options of the package) is that of the truth."""
+def is_there(rule, true, cause):
+    """Whether the place of a cause is that of the truth."""
+    where = cause.where
+    if "position_m" in cause.parameters:
+        where = {"element": int(np.searchsorted(true["nodes_m"], cause.parameters["position_m"].value))}
     if rule == ANY:
         return True
     if rule == NODE:
@@ -137,7 +140,7 @@ def compared(true, cause):
     """Whether a cause has the name of a true effect, whether it is at its place too, and whether it is a companion."""
     names, rule, companions = MEANS[true["family"]]
     named = cause.effect in names
-    return named, named and is_there(rule, true, cause.where), cause.effect in companions
+    return named, named and is_there(rule, true, cause), cause.effect in companions
 
 
 def acting_as(case, one):
@@ -160,6 +163,12 @@ def acting_as(case, one):
 def truth_of(case, fault):
     """List of true effects: those of the machine, and the fault of the measuring chain."""
     true = [one | {"family": acting_as(case, one)} for one in case.effects if one["family"] != "healthy"]
+    nodes = np.cumsum([0.0, *(element.length for element in case.rotor.elements)])
+    for one in true:
+        if "position_in_element" in one:
+            first, last = nodes[one["element"] - 1 : one["element"] + 1]
+            one["position_m"] = first + one["position_in_element"] * (last - first)
+            one |= {"nodes_m": nodes.tolist(), "depth_ratio": one["depth_over_radius"] / 2}
     return true + ([{"family": fault, "node": case.truth["faulty_node"]}] if fault else [])
 
 
@@ -226,7 +235,8 @@ def errors_of(true, causes):
                 if stated is None or stated.std is None or key not in one:
                     continue
                 error = stated.value - one[key]
-                error = np.angle(np.exp(1j * error)) if key.endswith("_rad") else error
+                fold = 2 if one["family"] == "open_crack" else 1  # which faces either way
+                error = np.angle(np.exp(1j * fold * error)) / fold if key.endswith("_rad") else error
                 found.append((name, float(error), stated.std))
     return found
 
@@ -234,7 +244,7 @@ def errors_of(true, causes):
 def sizes_judged(true, causes):
     """Number of sizes to compare, of 95 % intervals that hold theirs, and whether the angle of a crack is right."""
     errors = errors_of(true, causes)
-    angles = [error for name, error, _ in errors if name == "crack_angle_rad"]
+    angles = [error for name, error, _ in errors if name == "angle_rad"]
     return {
         "sizes": len(errors),
         "covered": sum(abs(error) <= INTERVAL * std for _, error, std in errors),

@@ -20,8 +20,8 @@ def breathing_crack(
 
 
 def where_it_cracks(structure, sensors):
-    """Places where the rotor can crack."""
-    return structure.crack_places()
+    """Places where the rotor can crack, unless it is a solid shaft, whose crack is a transverse one."""
+    return [] if structure.is_solid else structure.crack_places()
 
 
 def every_breathing_function():

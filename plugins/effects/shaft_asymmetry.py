@@ -27,6 +27,11 @@ def rotorstudy_effect():
                 "lowers the mean stiffness",
             ),
             (
+                "transverse_crack",
+                "under gravity a constant asymmetry gives 2X only, a breathing crack 1X and 3X too; an open crack also "
+                "lowers the mean stiffness",
+            ),
+            (
                 "parallel_misalignment",
                 "the 2X of an asymmetric shaft is caused by gravity and remains when the shaft is uncoupled",
             ),

@@ -1,6 +1,10 @@
-from typing import Literal
+from typing import Literal, get_args
+
+import numpy as np
 
 from rotorstudy.plugins import DepthRatio, Effect, NonNegative, Parameter, crack_at, hookimpl
+
+Breathing = Literal["gradual", "sudden", "none"]
 
 
 def transverse_crack(
@@ -8,25 +12,32 @@ def transverse_crack(
     position_m: NonNegative,
     depth_ratio: DepthRatio = 0.2,
     angle_rad: float = 0.0,
-    breathing: Literal["by moment", "by weight", "open"] = "by moment",
+    breathing: Breathing = "gradual",
+    opened_by: Literal["moment", "weight"] = "moment",
     flexibility: str = "strip_integration",
 ):
     """Straight-fronted crack across a solid shaft: a kink of the shaft by the moment that opens it.
 
     position_m: from node 1.  depth_ratio: depth over the diameter.  angle_rad: of the middle of the crack edge from the
-    phase mark, in the direction of rotation.  breathing: opened by the moment of the instant (weight and vibration), by
-    that of the weight, or a notch that never closes.  flexibility: name of a depth plugin.
+    phase mark, in the direction of rotation.  breathing: it opens by the part of its front in tension, at once as a
+    hinge, or is a notch that never closes.  opened_by: the moment of the instant, or that of the weight alone.
+    flexibility: name of a depth plugin.
     """
-    hinge = crack_at(structure, position_m, depth_ratio, angle_rad, flexibility)
-    if breathing == "by moment":
+    hinge = crack_at(structure, position_m, depth_ratio, angle_rad, flexibility, breathing == "sudden")
+    if breathing != "none" and opened_by == "moment":
         return [Parameter("flexibility_factor", "1", (), typical=1.0, force=hinge.force())]
-    entries = hinge.entries_by_weight() if breathing == "by weight" else hinge.open_entries()
+    entries = hinge.open_entries() if breathing == "none" else hinge.entries_by_weight()
     return [Parameter("flexibility_factor", "1", entries, typical=1.0)]
 
 
 def where_it_cracks(structure, sensors):
-    """One place, the shaft: the position is an option."""
+    """The shaft, if its cross sections are known; the position on it is an option."""
     return [{}] if structure.section_at else []
+
+
+def depth_in_metres(structure, position_m, depth_ratio, angle_rad):
+    """The depth at that place of the shaft."""
+    return {"depth_m": ("depth_ratio", structure.section_at(position_m).outer_diameter_m)}
 
 
 @hookimpl
@@ -34,11 +45,20 @@ def rotorstudy_effect():
     return Effect(
         "transverse_crack",
         transverse_crack,
-        source="Papadopoulos and Dimarogonas 1987; Darpe, Gupta, Chawla 2004, J. Sound Vib. (crack closure line)",
+        source="Papadopoulos and Dimarogonas 1987; closing: Darpe, Gupta, Chawla 2004; hinge: Gasch 1993",
         places=where_it_cracks,
-        candidate=False,
+        shape={"position_m": (0.0, 1.0, "shaft"), "depth_ratio": (0.02, 0.5), "angle_rad": (-np.pi, np.pi)},
+        stated=depth_in_metres,
+        alternatives={"breathing": lambda: get_args(Breathing)},
         example={"position_m": 0.2},
         positive=True,
         fixed=True,
-        checked="rotational spring between two beam elements to 1e-12; integrated x-y motion",
+        checked="two beams joined by a spring to 1e-9; integrated x-y motion to 5e-3 of its effect; 4 to 40 elements",
+        confounders=(
+            ("shaft_asymmetry", "under gravity a constant asymmetry gives 2X only, a breathing crack 1X and 3X too"),
+            (
+                "parallel_misalignment",
+                "a misaligned coupling acts at its own node and has no 0X related to 2X; run the rotor uncoupled",
+            ),
+        ),
     )

@@ -181,6 +181,7 @@ def finite_element(
         curvature_at=curvature_at,
         section_at=section_at,
         length=length,
+        is_solid=all(element["inner_diameter_m"] == 0 for element in shaft),
         gravity=gravity_m_per_s2,
     )
 

@@ -10,7 +10,7 @@ from rotorstudy.diagnosis.candidates import candidate, candidates
 from rotorstudy.diagnosis.odds import SCALES, log_possible, log_scales, odds_of
 from rotorstudy.diagnosis.search import search
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.diagnosis.shape_scan import motion_by_a_free_force
+from rotorstudy.diagnosis.shape_scan import FreeForces
 from rotorstudy.diagnosis.verdict import investigate
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import carried_order, with_model_error
@@ -144,7 +144,7 @@ def test_a_free_force_at_the_node_gives_its_motion():
     for model in (MODEL, pushed):
         data = spectrum(measured_response(model, SPEEDS, HARMONICS))
         held = Prior.independent({"external_damping": (100.0, 1.0)})
-        found = motion_by_a_free_force(fit(MODEL, data, held, steps=0), data, 1).amplitude
+        found = FreeForces(fit(MODEL, data, held, steps=0), data).motion(MODEL.structure.unit(1)).amplitude
         true = carried_motion(model, SPEEDS, HARMONICS, order=carried_order(data)).amplitude
         assert np.abs(found - true).max() < 1e-9 * np.abs(true).max()
 

@@ -110,15 +110,23 @@ def special(monkeypatch, seed, add, **options):
     return small(seed, "special", speeds=5, count=2, steps=128, **options)
 
 
-def test_a_crack_at_sixty_degrees_is_named(monkeypatch, tmp_path):
+@pytest.mark.parametrize(("kind", "breathing"), [("switching", "sudden"), ("gradual", "gradual")])
+def test_a_crack_at_sixty_degrees_is_named(monkeypatch, tmp_path, kind, breathing):
     def add(draw):
-        add_crack(draw.machine, 0, 0.8, 0.8, np.deg2rad(60.0), "switching")
+        add_crack(draw.machine, 0, 0.8, 0.8, np.deg2rad(60.0), kind)
         return {"element": 1}
 
     case = special(monkeypatch, 1, add)
     verdict = verdict_on(case, tmp_path, rig_error=0.0)
     assert verdict.verdict == "cause"
-    assert any("crack" in found[0] and found[1] in (1, 2) for found in names(verdict))
+    (cause,) = verdict.causes
+    assert (cause.effect, cause.variant) == ("transverse_crack", {"breathing": breathing})
+    found = {name: one.value for name, one in cause.parameters.items()}
+    assert found["position_m"] == pytest.approx(
+        0.8 * case.rotor.elements[0].length, abs=0.05 * case.rotor.positions[-1]
+    )
+    assert found["depth_ratio"] == pytest.approx(0.4, rel=0.15)
+    assert found["angle_rad"] == pytest.approx(np.deg2rad(60.0), abs=np.deg2rad(10.0))
 
 
 def test_an_added_mass_is_named(monkeypatch, tmp_path):

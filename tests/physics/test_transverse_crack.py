@@ -11,6 +11,7 @@ STRIPS = registry().get("depth", "strip_integration")
 UNIT = {"diameter_m": 2.0, "youngs_modulus_Pa": 1.0, "poissons_ratio": 0.0}
 LENGTH, DIAMETER, YOUNG, POISSON, MASS = 0.6, 0.02, 2.1e11, 0.3, 2.0
 HARMONICS = np.arange(-6, 7)
+LAWS = ({"breathing": "gradual"}, {"breathing": "sudden"}, {"opened_by": "weight"}, {"breathing": "none"})
 
 
 def rotor(count, *effects, density=7850.0, bearings=True, **options):
@@ -126,10 +127,10 @@ def test_a_hinge_in_an_element_is_the_condensation_of_its_two_parts(x):
     assert np.abs(lost).max() > 1e-2 * rigidity
 
 
-@pytest.mark.parametrize("breathing", ["by moment", "by weight", "open"])
-def test_a_crack_is_internal(breathing):
+@pytest.mark.parametrize("law", LAWS, ids=["gradual", "sudden", "by weight", "none"])
+def test_a_crack_is_internal(law):
     """It exerts neither a force nor a moment on the rotor as a whole, and does not resist its rigid motion."""
-    model = rotor(3, crack(breathing=breathing), gravity_m_per_s2=0.0)
+    model = rotor(3, crack(**law), gravity_m_per_s2=0.0)
     structure, unknown = model.structure, model.rotor_unknowns[-1]
     place = np.array([LENGTH / 3 * (node - 1) for node, _ in structure.dofs])
     translation, tilt = structure.along, np.where(structure.along == 1, place, 1)
@@ -142,19 +143,19 @@ def test_a_crack_is_internal(breathing):
     assert np.abs(matrices).max() > 0
 
 
-@pytest.mark.parametrize("breathing", ["by moment", "by weight", "open"])
+@pytest.mark.parametrize("law", LAWS, ids=["gradual", "sudden", "by weight", "none"])
 @pytest.mark.parametrize("heavy", [False, True])
-def test_the_mesh_does_not_matter(breathing, heavy):
+def test_the_mesh_does_not_matter(law, heavy):
     """4, 8 and 16 elements give what 40 give; what is left is the inertia of the shaft between the nodes."""
     speeds = [70.0, 130.0, 230.0]  # away from the resonances, which a mesh shifts by itself
     density = 7850.0 * (2 if heavy else 1)  # the shaft then weighs 3.0 kg, the disc 2.0
     change = {}
     for count in (4, 8, 16, 40):
         bare = at_disc(count, speeds, density=density)
-        change[count] = at_disc(count, speeds, crack(breathing=breathing), density=density) - bare
+        change[count] = at_disc(count, speeds, crack(**law), density=density) - bare
     for count in (4, 8, 16):
         assert np.abs(change[count] - change[40]).max() < 0.01 * np.abs(change[40]).max()
-    elsewhere = at_disc(8, speeds, crack(0.27, breathing=breathing), density=density)
+    elsewhere = at_disc(8, speeds, crack(0.27, **law), density=density)
     elsewhere = elsewhere - at_disc(8, speeds, density=density)
     assert np.abs(elsewhere - change[8]).max() > 0.05 * np.abs(change[8]).max()  # 40 mm further it does
 
@@ -167,7 +168,8 @@ def test_the_mesh_does_not_matter(breathing, heavy):
         ({"position_m": 0.7}, ["position 0.7 m is not on the shaft of 0 to 0.6 m"]),
         ({"position_m": 0.3}, ["position_m = 0.3", "disc"]),
         ({"flexibility": "strips"}, ["unknown depth 'strips'", "strip_integration"]),
-        ({"breathing": "weight"}, ["breathing = 'weight'"]),
+        ({"breathing": "always"}, ["breathing = 'always'"]),
+        ({"opened_by": "gravity"}, ["opened_by = 'gravity'"]),
     ],
 )
 def test_what_is_wrong_with_a_crack_is_said_in_one_line(changes, words):
@@ -257,7 +259,7 @@ def test_steady_state_is_what_integration_in_real_coordinates_settles_to(speed, 
     item = crack(0.23, depth, angle_rad=0.0)
     bare = at_disc(2, [speed], drag, **light)[0]
     found = at_disc(2, [speed], drag, item, **light)[0]
-    by_weight = at_disc(2, [speed], drag, {**item, "breathing": "by weight"}, **light)[0]
+    by_weight = at_disc(2, [speed], drag, {**item, "opened_by": "weight"}, **light)[0]
     expected = integrated(0.23, depth, speed, damping)
     size = np.abs(expected - bare).max()
     assert size > 0.01 * np.abs(bare).max()

@@ -93,6 +93,8 @@ def test_places_are_the_nodes_the_sensors_or_the_elements():
     assert found("unbalance") == [{"node": node} for node in (1, 2, 3, 4)]
     assert found("probe_gain") == [{"node": node} for node in (2, 3)]
     assert found("bow") == [{"node": node} for node in (2, 3)]  # a shaft without supports has none at its ends
+    assert (found("transverse_crack"), found("breathing_crack")) == ([{}], [])  # of a solid shaft
+    free = build_model({"rotor": {**rotor, "inner_diameter_m": 0.01}}).structure
     assert found("breathing_crack") == [{"element": element} for element in (1, 2, 3)]
     assert found("delay") == [{}, {"node": 2}, {"node": 3}]
     assert effects["couple_unbalance"].places(STRUCTURE, (1,)) == []

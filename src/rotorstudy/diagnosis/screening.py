@@ -50,9 +50,9 @@ def project(
     spectrum: Spectrum,
     chosen: list[Candidate],
     without: tuple[str, ...] = (),
-    motion: Motion | None = None,
+    motions: list[Motion] | None = None,
 ) -> Projected:
-    """Columns of candidates at a motion.
+    """Columns of candidates at the motion of a fit, or each at one of its own.
 
     Parameters
     ----------
@@ -61,8 +61,8 @@ def project(
     chosen : list of Candidate
     without : tuple of str
         Amplitudes of the fit that are taken out.
-    motion : Motion, optional
-        On which the candidates act; by default that of the fit.
+    motions : list of Motion, optional
+        On which the candidates act, all on the rotor; by default that of the fit.
 
     Returns
     -------
@@ -81,7 +81,7 @@ def project(
         (on_rotor, on_output),
         fitted.theta,
         order=carried_order(spectrum),
-        motion=motion,
+        motions=motions and [m for c, m in zip(chosen, motions, strict=True) for _ in c.term.unknowns],
     )
     columns = spectrum.whitened(np.moveaxis(columns, -1, 0)).T  # (component, unknown)
     out = np.isin(fitted.names, without)

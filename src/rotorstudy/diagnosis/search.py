@@ -212,7 +212,7 @@ def _add(work, current, fits=None):
 
 def _with_scanned(work, chosen, screenings, fits):
     """Candidates and their screenings, with those added whose shape a scan at each fit has found."""
-    first = list({c.cause: c for c in reversed(chosen)}.values())
+    first = list({(c.cause, *c.variant.values()): c for c in reversed(chosen)}.values())
     for number, fitted in enumerate(fits):
         scanned = scan(work, fitted, first)
         chosen = [*chosen, *(one.cause for one in scanned)]

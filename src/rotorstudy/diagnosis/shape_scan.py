@@ -1,12 +1,13 @@
 """The shape of a cause from its columns at a known motion: many shapes at once, without a fit.
 
-A force that depends on the motion (a contact, a resonant support) is a known function of time once the motion of its
-node is known, whatever causes it, and linear in its amplitude. That motion follows from the records and the receptances
-of the rotor with a free force at the node. Each shape is then judged by least squares, as in `screen`; the best one is
-refined by sampling about it.
+A force that depends on the motion (a contact, a resonant support, a crack) is a known function of time once the motion
+where it acts is known, whatever causes it, and linear in its amplitude. That motion follows from the records and the
+receptances of the rotor with a free force there. Each shape is then judged by least squares, as in `screen`; the best
+one is refined by sampling about it.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -14,14 +15,19 @@ import numpy as np
 from rotorstudy.diagnosis.candidates import Candidate, shape_ranges, with_shape
 from rotorstudy.diagnosis.explanations import Search
 from rotorstudy.diagnosis.screening import Screened, project, screen
-from rotorstudy.errors import NoSteadyState
+from rotorstudy.errors import CannotAct, NoSteadyState
 from rotorstudy.inference.fit import Fit
 from rotorstudy.inference.prediction import carried_order
+from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.model.registry import registry
 from rotorstudy.model.terms import Entry, Unknown
 from rotorstudy.response.measured import Motion, carried_motion, replies
 
 FIRST_SAMPLES = (0, 16, 32, 64, 128)  # shapes over the whole range, by the number of options
 STARTS = 3  # best of these, about which closer ones are tried: a force at one instant has several near-equal shapes
+MORE_WITH_PLACE = 4  # times as many shapes where the place is one of the options
+PARTS = 6  # of the shaft and, of an angle, HALVES of the turn, each with a start of its own: they may look alike
+HALVES = 2
 SAMPLES = 9  # shapes per round and option about the best ones
 REFINED = 2  # places of each effect at which the best shape is refined
 LEAST_SEEN = 0.01  # of what is left, explained by the best coarse shape of a place that is refined
@@ -36,38 +42,80 @@ class Scanned(NamedTuple):
 
 
 def can_be_scanned(cause):
-    """Whether a cause acts at a node, with a force whose shape is to be found."""
-    return bool(cause.shape) and not cause.variant and "node" in cause.where and not cause.term.acts_on_output
+    """Whether a cause acts on the rotor with a force whose shape is to be found: at a node, or of several options."""
+    at_node = "node" in cause.where and not cause.variant
+    several = len(registry().get("effect", cause.effect).shape) > 1
+    return bool(cause.shape) and not cause.term.acts_on_output and (at_node or several)
 
 
-def motion_by_a_free_force(fitted, spectrum, node):
-    """The Motion of a fitted model with the force at one node, free at every harmonic and speed, that explains most.
+def _acts_on(cause, structure):
+    """The coordinate (dof,) that a cause acts on: its node, or a deformation of the shaft."""
+    if "node" in cause.where:
+        return structure.unit(cause.where["node"])
+    (unknown,) = cause.term.unknowns
+    matrix = unknown.force.matrix if unknown.force else np.real(unknown.entries[0].matrix)
+    return matrix[np.argmax(np.linalg.norm(matrix, axis=1))]
+
+
+@dataclass(frozen=True)
+class FreeForces:
+    """Motions of a fitted model with a force that is free at every harmonic and speed, and explains most.
 
     Parameters
     ----------
     fitted : Fit
     spectrum : Spectrum
-    node : int
-
-    Returns
-    -------
-    Motion
+    replies : dict
+        Coordinate -> motion by the free forces on it, as far as known.
     """
-    model, speed, order = fitted.model, spectrum.speed, carried_order(spectrum)
-    unit = model.structure.unit(node)
-    pushes = [
-        Unknown(f"{factor} {n}X", "N", (Entry(factor * unit, on="one", shift=int(n)),), 1.0)
-        for factor in (1, 1j)
-        for n in spectrum.harmonics
-    ]
-    moved = replies(model, speed, spectrum.harmonics, pushes, fitted.theta, order=order)
-    carried = np.union1d(np.arange(-order, order + 1), spectrum.harmonics)
-    seen = moved[:, np.searchsorted(carried, spectrum.harmonics)][:, :, model.measured]
-    columns = spectrum.whitened(np.moveaxis(seen, -1, 0)).T.reshape(len(speed), -1, len(pushes))
-    residual = fitted.residual.reshape(len(speed), -1)
-    found = carried_motion(model, speed, spectrum.harmonics, fitted.theta, order=order)
-    forces = np.array([np.linalg.lstsq(a, b, rcond=1e-9)[0] for a, b in zip(columns, residual, strict=True)])
-    return Motion(found.amplitude + np.einsum("whdp,wp->whd", moved, forces), found.deflection)
+
+    fitted: Fit
+    spectrum: Spectrum
+    replies: dict = field(default_factory=dict)
+
+    @cached_property
+    def own(self) -> Motion:
+        """The Motion without a free force."""
+        fitted, spectrum = self.fitted, self.spectrum
+        order = carried_order(spectrum)
+        return carried_motion(fitted.model, spectrum.speed, spectrum.harmonics, fitted.theta, order=order)
+
+    def _reply(self, coordinate):
+        """Motion (speed, harmonic, dof, force) by a unit force on a coordinate at each harmonic, and by j times it."""
+        if coordinate not in self.replies:
+            fitted, spectrum = self.fitted, self.spectrum
+            unit = np.eye(len(fitted.model.structure.dofs))[coordinate]
+            pushes = [
+                Unknown(f"{factor} {n}X", "N", (Entry(factor * unit, on="one", shift=int(n)),), 1.0)
+                for factor in (1, 1j)
+                for n in spectrum.harmonics
+            ]
+            order = carried_order(spectrum)
+            self.replies[coordinate] = replies(
+                fitted.model, spectrum.speed, spectrum.harmonics, pushes, fitted.theta, order=order
+            )
+        return self.replies[coordinate]
+
+    def motion(self, row: np.ndarray) -> Motion:
+        """With a free force on one coordinate.
+
+        Parameters
+        ----------
+        row : ndarray (dof,)
+            The coordinate, by a unit of each of the model.
+
+        Returns
+        -------
+        Motion
+        """
+        model, spectrum, order = self.fitted.model, self.spectrum, carried_order(self.spectrum)
+        moved = sum(row[i] * self._reply(int(i)) for i in np.flatnonzero(row))
+        carried = np.union1d(np.arange(-order, order + 1), spectrum.harmonics)
+        seen = moved[:, np.searchsorted(carried, spectrum.harmonics)][:, :, model.measured]
+        columns = spectrum.whitened(np.moveaxis(seen, -1, 0)).T.reshape(len(spectrum.speed), -1, moved.shape[-1])
+        residual = self.fitted.residual.reshape(len(spectrum.speed), -1)
+        forces = np.array([np.linalg.lstsq(a, b, rcond=1e-9)[0] for a, b in zip(columns, residual, strict=True)])
+        return Motion(self.own.amplitude + np.einsum("whdp,wp->whd", moved, forces), self.own.deflection)
 
 
 def scan(work: Search, fitted: Fit, chosen: list[Candidate], refined: int = REFINED) -> list[Scanned]:
@@ -79,7 +127,7 @@ def scan(work: Search, fitted: Fit, chosen: list[Candidate], refined: int = REFI
     fitted : Fit
         Without the causes.
     chosen : list of Candidate
-        One for each effect and place; those at a node whose effect has shape options are considered.
+        One for each effect, place and alternative; those that `can_be_scanned` are considered.
     refined : int
         Most places of each effect, those where coarse shapes explain most.
 
@@ -88,13 +136,10 @@ def scan(work: Search, fitted: Fit, chosen: list[Candidate], refined: int = REFI
     list of Scanned
         Without those whose plugin fails, which is recorded as broken.
     """
-    motions, looked = {}, {}
+    forces, looked = FreeForces(fitted, work.spectrum), {}
     for cause in filter(can_be_scanned, chosen):
-        node = cause.where["node"]
         try:
-            if node not in motions:
-                motions[node] = motion_by_a_free_force(fitted, work.spectrum, node)
-            one = _Scan(work, fitted, cause, motions[node])
+            one = _Scan(work, forces, cause)
             looked.setdefault(cause.effect, []).append((one, one.first()))
         except NoSteadyState:
             continue
@@ -117,12 +162,11 @@ class _Judged(NamedTuple):
 
 
 class _Scan(NamedTuple):
-    """The scan of one cause at one motion."""
+    """The scan of one cause."""
 
     work: Search
-    fitted: Fit
+    forces: FreeForces
     cause: Candidate
-    motion: Motion
 
     @property
     def ranges(self):
@@ -136,10 +180,21 @@ class _Scan(NamedTuple):
 
     def judged(self, places):
         """Some positions (shape, option), judged, the best first."""
-        label = self.cause.term.label
-        chosen = [self.with_place(place, f"{label} {i}") for i, place in enumerate(places)]
-        projected = project(self.fitted, self.work.spectrum, chosen, motion=self.motion)
-        found = [_Judged(place, cause, screen(projected, cause)) for place, cause in zip(places, chosen, strict=True)]
+        possible, chosen, motions, known = [], [], [], {}
+        for i, place in enumerate(places):
+            try:
+                cause = self.with_place(place, f"{self.cause.term.label} {i}")
+            except CannotAct:  # with that shape, such as a crack in a hollow part of the shaft
+                continue
+            row = _acts_on(cause, self.work.rig.structure)
+            if row.tobytes() not in known:
+                known[row.tobytes()] = self.forces.motion(row)
+            possible, chosen = [*possible, place], [*chosen, cause]
+            motions.append(known[row.tobytes()])
+        if not chosen:
+            raise NoSteadyState(f"{self.cause.effect} cannot act with any of {len(places)} shapes")
+        projected = project(self.forces.fitted, self.work.spectrum, chosen, motions=motions)
+        found = [_Judged(*one, screen(projected, one[1])) for one in zip(possible, chosen, strict=True)]
         return sorted(found, key=lambda one: -one.screened.evidence)
 
     def first(self):
@@ -147,16 +202,33 @@ class _Scan(NamedTuple):
         from scipy.stats import qmc
 
         options = len(self.ranges)
-        return self.judged(qmc.Sobol(options, scramble=False).random(FIRST_SAMPLES[options]))[:STARTS]
+        count = FIRST_SAMPLES[options] * self._more
+        return self._distinct(self.judged(qmc.Sobol(options, scramble=False).random(count)))[: STARTS * self._more]
+
+    @property
+    def _more(self):
+        """How many times as many shapes are tried where the place is an option of the shape, too."""
+        return 1 if self.cause.where else MORE_WITH_PLACE
+
+    def _distinct(self, found):
+        """Shapes, the best first; where the place is an option, the best of each part of the shaft and of the turn."""
+        if self.cause.where:
+            return found
+        parts = np.array([HALVES if ends.goes_around else PARTS for ends in self.ranges.values()])
+        best = {}
+        for one in found:
+            best.setdefault(tuple((parts * one.place % parts).astype(int)), one)
+        return list(best.values())
 
     def refined(self, starts):
         """Scanned, from rounds of ever closer shapes about the best ones, of which the very best remains."""
         random = np.random.default_rng(0)  # the same numbers for the same records
         for spread in SPREADS:
-            count = SAMPLES * len(self.ranges) // len(starts)
+            count = SAMPLES * len(self.ranges) * self._more // len(starts)
             about = [one.place + spread * random.standard_normal((count, len(self.ranges))) for one in starts]
             closer = self.judged(np.concatenate(about))
             kept = 1 if spread == SPREADS[-1] else max(len(starts) - 1, 1)
-            starts = sorted([*starts, *closer], key=lambda one: -one.screened.evidence)[:kept]
+            found = sorted([*starts, *closer], key=lambda one: -one.screened.evidence)
+            starts = self._distinct(found)[:kept]
         (best,) = starts
         return Scanned(self.with_place(best.place, self.cause.term.label), best.screened)

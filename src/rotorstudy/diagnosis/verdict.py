@@ -250,6 +250,11 @@ def _parameters(candidate, fitted):
     for name, value in candidate.shape.items():
         unit = "rad" if name.endswith("_rad") else ""
         parameters[name] = ParameterEstimate(value=value, std=candidate.shape_std.get(name), unit=unit, part="shape")
+    stated = registry().get("effect", candidate.effect).stated
+    for name, (option, factor) in stated(fitted.model.structure, **candidate.shape).items() if stated else ():
+        known = parameters[option]
+        std = None if known.std is None else factor * known.std
+        parameters[name] = ParameterEstimate(value=factor * known.value, std=std, unit="", part="shape")
     return parameters
 
 

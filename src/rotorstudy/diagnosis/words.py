@@ -6,6 +6,7 @@ from rotorstudy.model.registry import registry
 from rotorstudy.units import interval, p_value, percent, probability, quantity
 
 FEW = 3  # detection limits, or unexplained harmonics, in a sentence
+SMALL = 1e-3  # m; lengths below are said in µm
 ABSENT = 3.0  # standard deviations; of a cause with many amplitudes, a sentence names those above
 WORTH_SAYING = 0.05  # probability that the true cause is not among those stated
 HARDLY = 3.0  # standard deviations (rms) below which a longer record helps to separate causes
@@ -62,21 +63,32 @@ def cause_in_words(cause):
             texts[-1] += f" {word} {quantity(value, one.unit, std)}"
         else:
             label = "" if name == cause.effect else f"{_without_unit(name, one)} "
-            texts.append(label + quantity(one.value, one.unit, one.std))
+            texts.append(label + quantity(*_in_its_unit(name, one)))
     texts += [f"{readable(option)} {readable(value)}" for option, value in cause.variant.items()]
     return f"{place(cause)} ({', '.join(texts)})"
 
 
 def _without_unit(name, estimate):
-    """Readable name of a parameter; the unit of an angle is said with its value."""
-    return readable(name.removesuffix("_rad") if estimate.unit == "rad" else name)
+    """Readable name of a parameter; the unit of an angle or a length is said with its value."""
+    unit = _in_its_unit(name, estimate)[1]
+    return readable(name.removesuffix("_rad") if unit == "rad" else name.removesuffix("_m") if unit else name)
+
+
+def _in_its_unit(name, estimate):
+    """Value, unit and standard deviation of a parameter; of a length in its shape in mm, or in m where it is small."""
+    value, std = estimate.value, estimate.std
+    if estimate.part != "shape" or not name.endswith("_m"):
+        return value, estimate.unit, std
+    if abs(value) < SMALL:
+        return value, "m", std
+    return 1e3 * value, "mm", None if std is None else 1e3 * std
 
 
 def sizes(cause):
     """{label: text} of the parameters of a cause with their 95 % intervals; angles are those of the direction."""
     found, stem, (_, fold) = {}, "", _direction(cause)
     for name, one in cause.parameters.items():
-        value, std, label = one.value, one.std, "size"
+        (value, unit, std), label = _in_its_unit(name, one), "size"
         if one.part == "phase":
             value, std = _angle(one, fold)
             label = "phase" if fold == 1 else "stiff direction"
@@ -84,9 +96,9 @@ def sizes(cause):
             stem = name
         if stem != cause.effect:
             label = f"{readable(stem)}, {label}" if one.part == "phase" else _without_unit(stem, one)
-        text = quantity(value, one.unit, std)
+        text = quantity(value, unit, std)
         known = std is not None and np.isfinite(std) and std > 0
-        found[label] = f"{text} (95 %: {interval(value, one.unit, std)})" if known else text
+        found[label] = f"{text} (95 %: {interval(value, unit, std)})" if known else text
     return found | {readable(option): readable(value) for option, value in cause.variant.items()}
 
 

@@ -6,8 +6,9 @@ is internal, so that it has no resultant and does not resist rigid motion. All t
 two parts of the element and exact for it, wherever the crack lies.
 
 In the turning frame, r = z e^{-ja} with a = wt + the angular position of the crack, the moment mu = -m e^{-ja} pulls
-at the angle psi = arg mu. The kink is the gradient of a strain energy of degree 2, g = |mu| g(psi) (see
-`CrackDepth.partly_open`). Hence, of the rotation phi = -(m / s) e^{-ja} that the nodes impose,
+at the angle psi = arg mu. The kink is the gradient of a strain energy of degree 2, g = |mu| g(psi): that of
+`CrackDepth.partly_open`, or of a hinge along xi that opens while Re mu > 0. Hence, of the rotation
+phi = -(m / s) e^{-ja} that the nodes impose,
 
     phi = mu / s + g,   g = |phi| h(arg phi),   h(x) = sum of h_k e^{jkx}:
 
@@ -15,49 +16,62 @@ one periodic function of the direction, with real h_k as the crack is symmetric.
 psi turns with the shaft and the derivative C of g by mu is a periodic matrix: g = (1 + s C)^-1 s C phi.
 """
 
-from functools import lru_cache
-from typing import NamedTuple
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
 
 import numpy as np
 
 from rotorstudy.errors import CannotAct, RotorstudyError
 from rotorstudy.model.depth import compliance
+from rotorstudy.model.kinds import CrackDepth
 from rotorstudy.model.registry import registry
 from rotorstudy.model.structure import Section, Structure
 from rotorstudy.model.terms import Entry, NonlinearForce
 
-DIRECTIONS = 64  # of a full turn, of which as many coefficients follow
+DIRECTIONS = 128  # of a full turn, between which the kink is interpolated: an error of 2e-4 of it
 ORDER = 15  # of the series; the coefficients decrease with the cube of k, beyond it lies less than 1e-3 of the kink
-SMOOTH_SHARE = 1e-12  # of a rotation, rad, below which the direction of the moment is undefined
 
 
-class Hinge(NamedTuple):
+@dataclass(frozen=True)
+class Hinge:
     """A crack in a section of the shaft.
 
     section : where it is
-    series  : (k,) h_k for k = -ORDER..ORDER, shares of the imposed rotation by which the breathing crack kinks
-    by_weight : (2, k) the same by which it kinks where the weight opens it: on the rotation and on its conjugate
-    open_shares : (2,) the same along xi and eta if it never closes
+    depth, depth_ratio : plugin of the flexibility, and the depth over the diameter
     angle   : of the middle of the crack edge from the phase mark, rad
+    sudden  : whether it opens at once, along xi alone, while the moment pulls on the middle of its edge
     side    : 1 if the weight stretches the lower side of the shaft there, else -1
     """
 
     section: Section
-    series: np.ndarray
-    by_weight: np.ndarray
-    open_shares: np.ndarray
+    depth: CrackDepth
+    depth_ratio: float
     angle: float
+    sudden: bool
     side: int
 
     @property
-    def row(self):
+    def row(self) -> np.ndarray:
         """Imposed rotation (dof,) by a unit of each coordinate, 1/m (1)."""
         return self.section.moment / self.section.stiffness
 
     @property
-    def own_rotation(self):
-        """Imposed rotation by the weight of the element, rad."""
-        return self.section.own_moment / self.section.stiffness
+    def open_shares(self) -> np.ndarray:
+        """Shares (2,) of the imposed rotation by which an open crack kinks along xi and eta."""
+        softer = self.section.stiffness * self._open_compliance
+        return softer / (1 + softer)
+
+    @property
+    def _open_compliance(self):
+        return compliance(self.depth, self.depth_ratio, "the transverse crack", **_shaft(self.section))
+
+    @cached_property
+    def _kink(self):
+        """Kink (direction,) by moments of a unit imposed rotation that pull at all angles, rad."""
+        if self.sudden:
+            return self.section.stiffness * self._open_compliance[0] * np.maximum(np.cos(_pull()), 0) + 0j
+        shaft = tuple(_shaft(self.section).items())
+        return self.section.stiffness * _partly_open(self.depth.name, float(self.depth_ratio), shaft)
 
     def force(self) -> NonlinearForce:
         """The moment by which the kink acts, opened by the moment of the same instant.
@@ -66,14 +80,16 @@ class Hinge(NamedTuple):
         -------
         NonlinearForce
         """
+        series, stiffness = self._series(), self.section.stiffness
+        own_rotation = self.section.own_moment / stiffness
 
         def moment(rotation, velocity, deflection, shaft_angle):
             turned = np.exp(1j * (shaft_angle + self.angle))
-            imposed = -(rotation + self.own_rotation) / turned
+            imposed = -(rotation + own_rotation) / turned
             size = np.abs(imposed)
             direction = imposed / np.where(size > 0, size, 1)
-            share = np.polyval(self.series[::-1], direction) * direction.conj() ** ORDER
-            return -self.section.stiffness * size * share * turned
+            share = np.polyval(series[::-1], direction) * direction.conj() ** ORDER
+            return -stiffness * size * share * turned
 
         return NonlinearForce(self.row[None], moment, turns=True)
 
@@ -84,7 +100,7 @@ class Hinge(NamedTuple):
         -------
         tuple of Entry
         """
-        shares = zip(range(-ORDER, ORDER + 1), *self.by_weight, strict=True)
+        shares = zip(range(-ORDER, ORDER + 1), *self._series_by_weight(), strict=True)
         return self._entries({-k: (self.side**k * direct, self.side**k * mirrored) for k, direct, mirrored in shares})
 
     def open_entries(self) -> tuple[Entry, ...]:
@@ -105,13 +121,41 @@ class Hinge(NamedTuple):
             sources = ("z", direct * pattern), ("conj", mirrored * pattern)
             alone = (direct + mirrored) * self.section.own_moment * self.row
             found += [
-                Entry(matrix * turn, on=on, shift=int(shift)) for on, matrix in (*sources, ("one", alone))
+                Entry(matrix * turn, on=on, shift=int(shift))
+                for on, matrix in (*sources, ("one", alone))
                 if np.any(matrix)
-            ]  # fmt: skip
+            ]
         return tuple(found)
 
+    def _series(self):
+        """h_k (k,) for k = -ORDER..ORDER."""
+        imposed = np.exp(1j * _pull()) + self._kink
+        share = self._kink / np.abs(imposed)
+        return _coefficients(np.interp(_pull(), np.unwrap(np.angle(imposed)), share, period=2 * np.pi))
 
-def crack_at(structure: Structure, position_m: float, depth_ratio: float, angle_rad: float, flexibility: str) -> Hinge:
+    def _series_by_weight(self):
+        """Coefficients (2, k) of the shares of the imposed rotation and of its conjugate.
+
+        The derivative of |mu| g(psi) is g along mu and dg/dpsi across it. In the fixed frame the static moment keeps
+        its direction.
+        """
+        orders = np.fft.fftfreq(DIRECTIONS, 1 / DIRECTIONS)
+        across = np.fft.ifft(1j * orders * np.fft.fft(self._kink))
+        along, sideways = (one * np.exp(-1j * _pull()) for one in (self._kink, across))  # of mu in its own direction
+        softer = np.array([[along.real, sideways.real], [along.imag, sideways.imag]])
+        softer = np.moveaxis(softer, -1, 0)
+        (rr, rs), (sr, ss) = np.moveaxis(np.linalg.solve(np.eye(2) + softer, softer), 0, -1)
+        return _coefficients((rr + ss + 1j * (sr - rs)) / 2), _coefficients((rr - ss + 1j * (sr + rs)) / 2)
+
+
+def crack_at(
+    structure: Structure,
+    position_m: float,
+    depth_ratio: float,
+    angle_rad: float,
+    flexibility: str,
+    sudden: bool = False,
+) -> Hinge:
     """The Hinge of a transverse crack in a solid round shaft.
 
     Parameters
@@ -125,6 +169,8 @@ def crack_at(structure: Structure, position_m: float, depth_ratio: float, angle_
         Of the middle of the crack edge from the phase mark, rad.
     flexibility : str
         Name of the depth plugin.
+    sudden : bool, optional
+        Whether it opens at once, along xi alone, while the moment pulls on the middle of its edge.
 
     Returns
     -------
@@ -135,7 +181,7 @@ def crack_at(structure: Structure, position_m: float, depth_ratio: float, angle_
     CannotAct
         If the sections of the rotor are not known, or the shaft is hollow there.
     RotorstudyError
-        For a position outside the shaft, or a depth out of range.
+        For a position outside the shaft, or a depth plugin that does not say how a crack closes.
     """
     if structure.section_at is None:
         raise CannotAct("a transverse crack needs a rotor that knows its cross sections, such as finite_element")
@@ -145,50 +191,32 @@ def crack_at(structure: Structure, position_m: float, depth_ratio: float, angle_
             f"position_m = {position_m:g}: the shaft is hollow there (inner diameter {section.inner_diameter_m:g} m); "
             "the flexibility of a transverse crack is known for solid shafts"
         )
-    depth = registry().get("depth", flexibility, "transverse crack")
+    depth = registry().get("depth", flexibility, "the transverse crack")
     if depth.partly_open is None:
         raise RotorstudyError(f"flexibility = {flexibility!r}: that depth plugin does not say how a crack closes")
-    shaft = section.outer_diameter_m, section.youngs_modulus_Pa, section.poissons_ratio
-    opened = section.stiffness * compliance(depth, depth_ratio, "transverse crack", **_options(shaft))
-    series = _series(depth.name, float(depth_ratio), *map(float, shaft), float(section.stiffness))
-    side = structure.tension_side_at(section)
-    return Hinge(section, *series, opened / (1 + opened), angle_rad, side)
+    return Hinge(section, depth, depth_ratio, angle_rad, sudden, structure.tension_side_at(section))
 
 
-def _options(shaft):
-    return dict(zip(("diameter_m", "youngs_modulus_Pa", "poissons_ratio"), shaft, strict=True))
+def _shaft(section):
+    """Options of a depth plugin."""
+    return {
+        "diameter_m": section.outer_diameter_m,
+        "youngs_modulus_Pa": section.youngs_modulus_Pa,
+        "poissons_ratio": section.poissons_ratio,
+    }
 
 
-@lru_cache(maxsize=256)  # a search turns the same crack, and a model is built anew for each of its causes
-def _series(name, depth_ratio, diameter, modulus, ratio, stiffness):
-    """`Hinge.series` and `Hinge.by_weight` of a crack whose kink is held back by a stiffness."""
-    from scipy.interpolate import CubicSpline
-
-    depth = registry().get("depth", name, "transverse crack")
-    half = 2 * np.pi / DIRECTIONS * np.arange(DIRECTIONS // 2)
-    kink = stiffness * depth.partly_open(depth_ratio, half, **_options((diameter, modulus, ratio)))
-    pull = np.concatenate([half, np.pi + half])
-    kink = np.concatenate([kink, [0], kink[:0:-1].conj()])  # in pure compression it is closed
-    imposed = np.exp(1j * pull) + kink
-    angle, share = np.unwrap(np.angle(imposed)), kink / np.abs(imposed)
-    periodic = CubicSpline(np.append(angle, angle[0] + 2 * np.pi), np.append(share, share[0]), bc_type="periodic")
-    return _coefficients(periodic(pull)), _expanded(pull, kink)
+def _pull():
+    """Directions (direction,) of the moment, rad."""
+    return 2 * np.pi / DIRECTIONS * np.arange(DIRECTIONS)
 
 
-def _expanded(pull, kink):
-    """Coefficients (2, k) of the share of the imposed rotation, where its small changes do not move the opening.
-
-    The derivative of |mu| g(psi) is g along mu and dg/dpsi across it. The share of the conjugate is that in the fixed
-    frame, where the static moment keeps its direction.
-    """
-    orders = np.fft.fftfreq(DIRECTIONS, 1 / DIRECTIONS)
-    across = np.fft.ifft(1j * orders * np.fft.fft(kink))
-    along, sideways = kink * np.exp(-1j * pull), across * np.exp(-1j * pull)  # of mu in its own direction
-    compliance = np.stack([np.stack([along.real, sideways.real]), np.stack([along.imag, sideways.imag])])
-    compliance = np.moveaxis(compliance, -1, 0)
-    (rr, rs), (sr, ss) = np.moveaxis(np.linalg.solve(np.eye(2) + compliance, compliance), 0, -1)
-    direct, mirrored = (rr + ss + 1j * (sr - rs)) / 2, (rr - ss + 1j * (sr + rs)) / 2
-    return np.stack([_coefficients(direct), _coefficients(mirrored)])
+@lru_cache(maxsize=64)  # a search turns and moves the same crack
+def _partly_open(name, depth_ratio, shaft):
+    """Rotation (direction,) by a unit moment in all directions, rad/(N m)."""
+    half = _pull()[: DIRECTIONS // 2]
+    found = registry().get("depth", name, "the transverse crack").partly_open(depth_ratio, half, **dict(shaft))
+    return np.concatenate([found, [0], found[:0:-1].conj()])  # closed in pure compression, and symmetric
 
 
 def _coefficients(values):

@@ -111,7 +111,9 @@ class Effect(Plugin):
     candidate : whether diagnosis considers it as a cause; a free force at every harmonic would explain anything
     hypothesis : options with which diagnosis tries it, where a cause has more freedom than the defaults give
     shape     : option -> (low, high), the search range of an option that enters nonlinearly, or (low, high, scale) in
-                units of one of the usual sizes of the rotor: `length`, `vibration`, `frequency`, `time`
+                units of one of the usual sizes of the rotor: `length`, `vibration`, `frequency`, `time`, `shaft`
+    stated    : function(structure, **shape) -> {name: (option, factor)}, further sizes of a verdict, each an option
+                of the shape times a factor: the depth of a crack in m by its share of the diameter
     alternatives : option -> function() -> its possible values, of which diagnosis tries each; the cause is the same
     fixed     : present with its typical amplitude or absent: a cable is swapped or not
     fold      : ratio of the phase of its amplitude to the angle of its direction: 2 for two stiffnesses
@@ -128,6 +130,7 @@ class Effect(Plugin):
     candidate: bool = True
     hypothesis: dict = field(default_factory=dict, compare=False)
     shape: dict = field(default_factory=dict, compare=False)
+    stated: Callable | None = field(default=None, compare=False)
     alternatives: dict = field(default_factory=dict, compare=False)
     fixed: bool = False
     fold: int = 1

@@ -82,6 +82,11 @@ class Scales:
         return self.structure.vibration or self.length
 
     @property
+    def shaft(self) -> float:
+        """Length of the shaft, m; 0 if unknown."""
+        return self.structure.length
+
+    @property
     def force(self) -> float:
         """Force that deflects the softest place by the usual length, N: under gravity about the weight."""
         return self.softest * self.length

@@ -68,6 +68,7 @@ class Structure:
     curvature_at : element -> (dof,) mean curvature of the shaft there by a unit of each coordinate; None if unknown
     section_at  : position along the shaft, m -> Section; None if unknown
     length      : of the shaft, m; 0 if unknown
+    is_solid    : whether its cross sections are known and none is hollow
     bearing_nodes : nodes carried by bearings, which are terms
     gravity     : its acceleration, m/s^2; None if it follows from the static load, see `acceleration_of_gravity`
     support     : (dof, dof) static stiffness of the bearings, N/m; for usual sizes alone, as bearings are terms
@@ -85,6 +86,7 @@ class Structure:
     curvature_at: Callable | None = None
     section_at: Callable | None = None
     length: float = 0.0
+    is_solid: bool = False
     bearing_nodes: tuple[int, ...] = ()
     gravity: float | None = None
     support: np.ndarray | None = None

@@ -160,32 +160,32 @@ def replies(model, speed, harmonics, unknowns, theta=None, *, order=COUPLED_ORDE
     return solver(model, own, speed, blocks)[0](np.stack(forces, axis=-1))
 
 
-def sensitivities(model, speed, harmonics, unknowns, theta=None, *, order=COUPLED_ORDER, motion=None):
+def sensitivities(model, speed, harmonics, unknowns, theta=None, *, order=COUPLED_ORDER, motions=None):
     """First-order change of the measured harmonics by one unit of amplitudes that the model does not contain.
 
     unknowns : two lists of Unknown of further terms, those that act on the rotor and those that act on the output
     theta    : (parameter,) of the model;  harmonics -order..order are carried
-    motion   : the Motion on which forces on the rotor act, by default that of the model; with the motion that
-               results, the change is exact
+    motions  : a Motion for each unknown on the rotor, on which it acts, by default that of the model; with the motion
+               that results, the change is exact
     returns  : (speed, harmonic, sensor, unknown) complex, m per unit
     """
     rotor, output = unknowns
     speed, harmonics, theta, _ = response_inputs(model, speed, harmonics, theta, order)
     blocks = layout(model, np.union1d(np.arange(-order, order + 1), harmonics), order)
     own = theta[: len(model.rotor_unknowns)]
-    found, deflection = motion or carried_motion(model, speed, harmonics, theta, order=order)
+    own_motion = carried_motion(model, speed, harmonics, theta, order=order) if output or not motions else None
     shown = np.zeros((len(speed), len(blocks.harmonics), len(model.sensors), len(rotor) + len(output)), complex)
     if rotor:
         forces = [
             apply_entries(u.entries, found, speed, blocks.harmonics, reference_of(u, deflection))
             if u.force is None
             else nonlinear_column(u.force, found, speed, blocks.harmonics, deflection)
-            for u in rotor
+            for u, (found, deflection) in zip(rotor, motions or [own_motion] * len(rotor), strict=True)
         ]
         solved, _ = solver(model, own, speed, blocks)
         moved = solved(np.stack(forces, axis=-1))
         shown[..., : len(rotor)] = moved[..., model.measured, :]
-    true = found[..., model.measured]
     for p, unknown in enumerate(output, start=len(rotor)):
+        true = own_motion.amplitude[..., model.measured]
         shown[..., p] = apply_entries(unknown.entries, true, speed, blocks.harmonics)
     return shown[:, positions(harmonics, blocks)]

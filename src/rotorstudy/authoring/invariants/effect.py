@@ -41,7 +41,7 @@ def effect_shape_is_open(plugin):
     for name, (low, high) in plugin.ranges(bench_of(plugin)[0]).items():
         require(name in known, f"shape '{name}' is not an option of the function")
         require(low < high, f"shape '{name}' has the range {low:g} to {high:g}")
-        default = known[name].default
+        default = plugin.example[name] if known[name].default is inspect.Parameter.empty else known[name].default
         require(
             default is None or low <= default <= high,
             f"shape '{name}' has the default {default} outside {low:g} to {high:g}",
