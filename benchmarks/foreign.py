@@ -240,7 +240,8 @@ def run_case(given):
             rig = read_rig(Path(files) / "rig.yaml")
             spectrum, model, findings = measured_spectrum([Path(files) / "record.nc"], rig)
             settings = read_settings(rig.given, "rig.yaml")
-            found = investigate(spectrum, model, settings=settings, findings=findings)
+            conventions = read_conventions(rig.given, "rig.yaml")
+            found = investigate(spectrum, model, settings=settings, findings=findings, conventions=conventions)
             seconds = time.process_time() - start
             folder.mkdir(parents=True, exist_ok=True)
             for name in ("rig.yaml", "truth.json"):

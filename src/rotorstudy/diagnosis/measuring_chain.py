@@ -11,12 +11,16 @@ import numpy as np
 from rotorstudy.inference.fit import Fit, fit
 from rotorstudy.inference.linear import invert
 from rotorstudy.inference.prediction import carried_order, with_model_error
+from rotorstudy.inference.prior import Prior
+from rotorstudy.measurement.conventions import Conventions
 from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.model.terms import Entry, Parameter, Term, apply_entries
 from rotorstudy.response.measured import measured_response_and_jacobian
 from rotorstudy.response.statics import static_deflection
 
 PRIOR_ODDS = 0.02  # that some convention is stated wrongly, divided among the hypotheses
 LEAST_LOG_ODDS = 5.0  # beyond the stated conventions and beyond the best causes under them
+SMALLEST = 1e-6  # of the static deflection: an error without any other reason
 FITTED = 3  # hypotheses that are fitted, the best linearised ones
 
 FACTORS = {  # true over read
@@ -45,6 +49,7 @@ class Hypothesis:
     direct, mirrored, conjugate : (harmonic, sensor) complex
     shift : (speed, harmonic, sensor) complex, m
     order : (sensor,) position of the sensor that each node's data are read from
+    is_uncertain : whether the shift has the errors of the static deflection; else it is exact
     """
 
     name: str
@@ -54,6 +59,7 @@ class Hypothesis:
     conjugate: np.ndarray
     shift: np.ndarray
     order: np.ndarray
+    is_uncertain: bool = False
 
     def corrected(self, spectrum: Spectrum) -> tuple[Spectrum, float]:
         """The corrected Spectrum, and the logarithm of the determinant of the change."""
@@ -84,23 +90,100 @@ class Hypothesis:
 
 @dataclass(frozen=True)
 class Tested:
-    """A hypothesis fitted: its Spectrum with the model error, Fit, and log odds against the stated conventions."""
+    """A hypothesis fitted.
+
+    fit        : to the corrected spectrum with the model error
+    log_factor : logarithm of what its likelihood is multiplied by: its prior odds, and the determinant of the change
+    """
 
     hypothesis: Hypothesis
-    spectrum: Spectrum
     fit: Fit
-    log_odds: float
+    log_factor: float
 
 
-def hypotheses(model, spectrum, deflection) -> list[Hypothesis]:
-    """Every hypothesis that a spectrum allows.
+@dataclass(frozen=True)
+class Sag:
+    """Static deflection as the probes show it.
+
+    value  : (speed, sensor) m, by the stated values
+    change : (speed, sensor, error) complex, m, by one standard deviation of independent errors: those of the probes,
+             which act on the deflection too, and of the numbers of the rotor and its bearings
+    """
+
+    value: np.ndarray
+    change: np.ndarray
+
+    def spread(self, harmonics) -> np.ndarray:
+        """(speed, sensor, component, component) covariance of the harmonics by the errors, m^2; zero but at 0X."""
+        count = len(harmonics)
+        parts = np.zeros((*self.change.shape[:2], 2 * count, self.change.shape[-1]))
+        for mean in np.flatnonzero(np.equal(harmonics, 0)):
+            parts[..., mean, :], parts[..., mean + count, :] = self.change.real, self.change.imag
+        return parts @ np.swapaxes(parts, -1, -2)
+
+    def constant(self) -> tuple[Term, Prior]:
+        """The errors as a constant reading at each sensor, the same at all speeds, and its Prior."""
+        mean = self.change.mean(axis=0)
+        parameters = tuple(
+            Parameter(f"static_deflection_error_{s}", "m", (Entry(unit, on="one", shift=0),), 1.0, is_complex=True)
+            for s, unit in enumerate(np.eye(len(mean)))
+        )
+        term = Term("measuring chain", parameters, {p.name: 0.0 for p in parameters}, acts_on="output")
+        parts = np.stack([mean.real, mean.imag], axis=1).reshape(2 * len(mean), -1)
+        covariance = parts @ parts.T
+        floor = (SMALLEST * np.abs(self.value).max()) ** 2 * np.eye(len(covariance))
+        names = tuple(unknown.name for unknown in term.unknowns)
+        return term, Prior(names, np.zeros(len(names)), covariance + floor)
+
+
+def shown_sag(model, prior, spectrum) -> Sag:
+    """The Sag of a model at the speeds of a spectrum.
 
     Parameters
     ----------
     model : Model
+        With the nuisance terms.
+    prior : Prior
+        Of its free parameters.
     spectrum : Spectrum
-    deflection : array (speed, sensor)
-        Static deflection, m.
+    """
+    theta = np.concatenate([term.theta for term in model.terms])
+    theta[model.position(prior.names)] = prior.mean
+    found = static_deflection(model, spectrum.speed, theta[: len(model.rotor_unknowns)], jacobian=True)
+    grid = (len(spectrum.speed), len(spectrum.sensors))
+    value = np.broadcast_to(found.value[..., model.measured], grid)
+    slopes = np.zeros((*grid, len(theta)), complex)
+    for position, change in found.changes.items():
+        slopes[..., position] = np.broadcast_to(change[..., model.measured], grid)
+    for position, unknown in enumerate(model.output_unknowns, start=len(model.rotor_unknowns)):
+        reading = tuple(entry for entry in unknown.entries if entry.reads_motion)
+        if reading:
+            slopes[..., position] = apply_entries(reading, value[:, None], spectrum.speed, [0])[:, 0]
+    return Sag(value, slopes[..., model.position(prior.names)] @ prior.factor)
+
+
+def probes_of(conventions: Conventions | None, node: int) -> list[tuple[str, complex, complex]]:
+    """Each probe of a node: its name, its direction, and the motion z that one unit of its reading alone gives.
+
+    conventions : of the records; None for probes along x and y
+    """
+    stated = [one for one in conventions.probes if one.node in (None, node)] if conventions else []
+    names = [f"of channel '{one.channel}'" for one in stated] or ["along x", "along y"]
+    angles = conventions.direction_rad([one.angle_deg for one in stated]) if stated else np.array([0, np.pi / 2])
+    along = np.exp(1j * np.asarray(angles))
+    x, y = np.linalg.pinv(np.column_stack([along.real, along.imag]))
+    return list(zip(names, along, x + 1j * y, strict=True))
+
+
+def hypotheses(spectrum, sag, conventions=None) -> list[Hypothesis]:
+    """Every hypothesis that a spectrum allows.
+
+    Parameters
+    ----------
+    spectrum : Spectrum
+    sag : Sag
+    conventions : Conventions, optional
+        Stated for the records.
 
     Returns
     -------
@@ -113,8 +196,8 @@ def hypotheses(model, spectrum, deflection) -> list[Hypothesis]:
     symmetric = set(n.tolist()) == set((-n).tolist())
     found = []
 
-    def suppose(name, remedy, direct=whole, mirrored=none, conjugate=none, shift=still, order=every):
-        found.append(Hypothesis(name, remedy, direct, mirrored, conjugate, shift, order))
+    def suppose(name, remedy, direct=whole, mirrored=none, conjugate=none, shift=still, order=every, **options):
+        found.append(Hypothesis(name, remedy, direct, mirrored, conjugate, shift, order, **options))
 
     def only(column, value):
         return np.where(every == column, value, 1.0) * whole
@@ -125,9 +208,11 @@ def hypotheses(model, spectrum, deflection) -> list[Hypothesis]:
             text = f"the readings at node {node} are {1 / factor:.4g} times the true ones"
             suppose(text, remedy, only(s, factor))
         for s, node in enumerate(sensors if symmetric else ()):
-            for sign, axis in ((1, "x"), (-1, "y")):
-                text = f"the readings along {axis} at node {node} are {1 / factor:.4g} times the true ones"
-                suppose(text, remedy, only(s, (1 + factor) / 2), (every == s) * sign * (factor - 1) / 2 * whole)
+            for probe, along, alone in probes_of(conventions, node):
+                # the reading (z e^-ja + conj(z) e^ja) / 2 of the probe, the missing part of it added to z
+                text = f"the readings {probe} at node {node} are {1 / factor:.4g} times the true ones"
+                direct, mirrored = ((factor - 1) * alone * turned / 2 for turned in (along.conj(), along))
+                suppose(text, remedy, only(s, 1 + direct), (every == s) * mirrored * whole)
     turn = np.outer(n, np.ones(len(sensors)))
     for angle in ANGLES_DEG:
         by = np.deg2rad(angle)
@@ -158,55 +243,69 @@ def hypotheses(model, spectrum, deflection) -> list[Hypothesis]:
         suppose("x and y are swapped at all nodes", "exchange the channels of the probes", none, 1j * whole)
     if len(sensors) > 1:
         suppose("the nodes are in the reverse order", "correct the 'node:' of the probes", order=every[::-1])
-    if 0 in n and deflection.any():
+    if 0 in n and sag.value.any():
         for sign, zero in ((-1, "unloaded_line"), (1, "at_rest")):
             shift = still.copy()
-            shift[:, list(n).index(0)] = sign * deflection
+            shift[:, list(n).index(0)] = sign * sag.value
             said = "unloaded line" if sign < 0 else "position of the shaft at rest"
-            suppose(f"displacements count from the {said}", f"state 'displacement_zero: {zero}'", shift=shift)
+            suppose(
+                f"displacements count from the {said}",
+                f"state 'displacement_zero: {zero}'",
+                shift=shift,
+                is_uncertain=sign < 0,  # what the reading subtracted is known
+            )
     return found
 
 
-def best_hypothesis(model, spectrum, base, settings):
-    """The Tested hypothesis with the highest odds against the stated conventions, or None.
+def best_hypothesis(spectrum, model, prior, about, settings, conventions=None) -> Tested:
+    """The Tested hypothesis with the highest odds.
 
     Parameters
     ----------
-    model : Model
-        With the nuisance terms.
     spectrum : Spectrum
         Without the model error.
-    base : Fit
-        Under the stated conventions, without causes.
+    model : Model
+        With the nuisance terms, and with causes, if any.
+    prior : Prior
+        Of its free parameters.
+    about : ndarray (parameter,)
+        Values of all parameters, about which the model is linearised to choose the hypotheses that are fitted.
     settings : Settings
+    conventions : Conventions, optional
+        Stated for the records.
     """
-    theta = np.concatenate([term.theta for term in model.terms])
-    theta[model.position(base.names)] = base.prior.mean
-    rotor = theta[: len(model.rotor_unknowns)]
-    deflection = static_deflection(model, spectrum.speed, rotor).value[..., model.measured]
-    deflection = np.broadcast_to(deflection, (len(spectrum.speed), len(spectrum.sensors)))
-    every = hypotheses(model, spectrum, deflection)
-    shown, change = measured_response_and_jacobian(
-        model, spectrum.speed, spectrum.harmonics, theta, order=carried_order(spectrum)
-    )
-    change = np.moveaxis(change[..., model.position(base.names)], -1, 0)
-    stated = _volume(with_model_error(spectrum, settings))
-    screened = []
+    sag = shown_sag(model, prior, spectrum)
+    every = hypotheses(spectrum, sag, conventions)
+    term, errors = sag.constant()
+    models = {
+        False: (model, prior, about),
+        True: (model.plus(term), prior.plus(errors), np.concatenate([about, errors.mean])),
+    }
+    linearised = {uncertain: _linearised(*one, spectrum) for uncertain, one in models.items()}
+    stated, screened = _volume(with_model_error(spectrum, settings)), []
     for hypothesis in every:
-        corrected, log_volume = _corrected(hypothesis, spectrum, settings)
-        log_volume += _volume(corrected) - stated
-        screened.append((_linear_evidence(corrected, shown, change, base.prior) + log_volume, hypothesis))
+        corrected, log_volume = hypothesis.corrected(spectrum)
+        corrected = with_model_error(corrected, settings)
+        log_factor = log_volume + _volume(corrected) - stated + np.log(PRIOR_ODDS / len(every))
+        evidence = _linear_evidence(corrected, *linearised[hypothesis.is_uncertain])
+        screened.append((evidence + log_factor, log_factor, hypothesis))
     screened.sort(key=lambda one: -one[0])
-    return max(
-        (_tested(one, model, spectrum, base, settings, len(every)) for _, one in screened[:FITTED]),
-        key=lambda one: one.log_odds,
-        default=None,
+    tested = []
+    for _, log_factor, hypothesis in screened[:FITTED]:
+        corrected = with_model_error(hypothesis.corrected(spectrum)[0], settings)
+        extended, known, start = models[hypothesis.is_uncertain]
+        tested.append(Tested(hypothesis, fit(extended, corrected, known, start=start), float(log_factor)))
+    return max(tested, key=lambda one: one.fit.evidence + one.log_factor)
+
+
+def _linearised(model, prior, about, spectrum):
+    """Harmonics of a model at the mean of a prior, linearised about other values; their derivatives; the prior."""
+    shown, change = measured_response_and_jacobian(
+        model, spectrum.speed, spectrum.harmonics, about, order=carried_order(spectrum)
     )
-
-
-def _corrected(hypothesis, spectrum, settings):
-    corrected, log_volume = hypothesis.corrected(spectrum)
-    return with_model_error(corrected, settings), log_volume
+    free = model.position(prior.names)
+    shown = shown + change[..., free] @ (prior.mean - about[free])
+    return shown, np.moveaxis(change[..., free], -1, 0), prior
 
 
 def _volume(spectrum):
@@ -215,16 +314,8 @@ def _volume(spectrum):
 
 
 def _linear_evidence(spectrum, shown, change, prior):
-    """Log evidence of a spectrum less a constant, of the model linearised at the prior mean."""
+    """Log evidence of a spectrum less a constant; shown : by the linearised model at the prior mean."""
     off, columns = spectrum.whitened(spectrum.amplitude - shown), spectrum.whitened(change).T @ prior.factor
     normal = np.eye(columns.shape[1]) + columns.T @ columns
     along = columns.T @ off
     return float(-0.5 * (off @ off - along @ invert(normal) @ along + np.linalg.slogdet(normal)[1]))
-
-
-def _tested(hypothesis, model, spectrum, base, settings, count):
-    corrected, log_volume = _corrected(hypothesis, spectrum, settings)
-    log_volume += _volume(corrected) - _volume(with_model_error(spectrum, settings))
-    found = fit(model, corrected, base.prior)
-    odds = found.evidence - base.evidence + log_volume + np.log(PRIOR_ODDS / count)
-    return Tested(hypothesis, corrected, found, float(odds))

@@ -7,7 +7,8 @@ import numpy as np
 from rotorstudy.diagnosis.explanations import LEAST_LOG_ODDS, Search
 from rotorstudy.diagnosis.held_out import gain_of, is_upheld, is_worse, split
 from rotorstudy.diagnosis.measuring_chain import LEAST_LOG_ODDS as LEAST_CHAIN_LOG_ODDS
-from rotorstudy.diagnosis.measuring_chain import best_hypothesis
+from rotorstudy.diagnosis.measuring_chain import best_hypothesis, shown_sag
+from rotorstudy.diagnosis.odds import log_posterior_odds
 from rotorstudy.diagnosis.result import (
     Cause,
     ChainHypothesis,
@@ -22,7 +23,7 @@ from rotorstudy.diagnosis.result import (
     Unexplained,
     Verdict,
 )
-from rotorstudy.diagnosis.search import search
+from rotorstudy.diagnosis.search import base_model, search
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.words import place, readable, summary
 from rotorstudy.errors import RotorstudyError
@@ -30,6 +31,7 @@ from rotorstudy.inference.fit import Fit, chi_square_p_value, fit
 from rotorstudy.inference.prediction import predicted, with_cause_error, with_model_error
 from rotorstudy.inference.prior import with_rotor
 from rotorstudy.inference.problem import magnitude_and_phase
+from rotorstudy.measurement.conventions import Conventions
 from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
@@ -40,6 +42,7 @@ STATED_SET = 0.99  # posterior probability that the causes named contain the tru
 SEEN = 0.5  # of the prior standard deviation: an amplitude known no better from the data has no detection limit
 POWER = 1.645  # standard deviations above the threshold for a detection probability of 95 %
 MOVED = 2.0  # stated standard deviations beyond which a parameter is listed as moved
+SMALL_SHARE = 0.1  # of the excess error, which a wrong convention may leave: a fault beside it
 CONTRADICTED = 5.0  # stated standard deviations beyond which the records contradict the rig
 PARTS = ("real", "imaginary")
 TRADED_OFF = 0.95  # correlation above which two parameters can hardly be separated
@@ -66,9 +69,13 @@ class Diagnosis:
     labels: dict[str, str]
 
 
-def diagnose(spectrum: Spectrum, model: Model, *, hold_out=None, settings=None, findings=()) -> Verdict:
+def diagnose(
+    spectrum: Spectrum, model: Model, *, hold_out=None, settings=None, findings=(), conventions=None
+) -> Verdict:
     """The Verdict on what a model lacks to explain a spectrum; see `investigate`."""
-    return investigate(spectrum, model, hold_out=hold_out, settings=settings, findings=findings).verdict
+    return investigate(
+        spectrum, model, hold_out=hold_out, settings=settings, findings=findings, conventions=conventions
+    ).verdict
 
 
 def investigate(
@@ -78,6 +85,7 @@ def investigate(
     hold_out: list[float] | None = None,
     settings: Settings | dict | None = None,
     findings: tuple[Finding, ...] = (),
+    conventions: Conventions | None = None,
 ) -> Diagnosis:
     """What a model lacks to explain a spectrum.
 
@@ -93,6 +101,8 @@ def investigate(
         Settings, or a dict of some of them.
     findings
         Findings on the records, to be included in the verdict.
+    conventions
+        Stated for the records; by default two probes along x and y, which read zero with the shaft at rest.
 
     Raises
     ------
@@ -102,6 +112,9 @@ def investigate(
     settings = Settings(**settings) if isinstance(settings, dict) else settings or Settings()
     if tuple(spectrum.sensors) != tuple(model.sensors):
         raise RotorstudyError(f"the spectrum is of sensors {spectrum.sensors}, the model of {model.sensors}")
+    if conventions is not None and conventions.displacement_zero == "unloaded_line":
+        sag = shown_sag(*base_model(model, settings), spectrum)
+        spectrum = replace(spectrum, covariance=spectrum.covariance + sag.spread(spectrum.harmonics))
     measured, held = split(spectrum, settings.hold_out_rad_s if hold_out is None else hold_out)
     fitted = with_model_error(measured, settings)
     held = None if held is None else with_model_error(held, settings)
@@ -109,7 +122,7 @@ def investigate(
     base, expected = found.base, None
     if held is not None:
         expected = with_cause_error(held, held.amplitude - predicted(base.model, held, base.theta), found.cause_error)
-    chain = _chain_hypothesis(found, measured, settings)
+    chain = _chain_hypothesis(found, measured, settings, conventions)
     found = replace(found, upheld=chain is None and is_upheld(found, expected))
     best = found.best
     rows = 2 * fitted.amplitude.size
@@ -253,45 +266,64 @@ def _parameters(candidate, fitted):
     return parameters
 
 
-def _chain_hypothesis(found, spectrum, settings):
+def _chain_hypothesis(found, spectrum, settings, conventions):
     """The ChainHypothesis that explains the records better than any cause under the stated conventions, or None.
 
-    It must explain them by the standards of a cause: what it leaves is noise, the base parameters stay plausible,
-    and they move less than under the stated conventions.
+    It is tried without causes and, where the best causes leave more than noise or change the readings themselves, with
+    those of them that act on the rotor. It must explain the records by the standards of a cause (what it leaves is
+    noise, the base parameters stay plausible), or all but a small share; and the base parameters move no more than
+    expected, or less than under the stated conventions.
     """
-    stated, rows = with_model_error(spectrum, settings), 2 * spectrum.amplitude.size
+    stated, rows, best = with_model_error(spectrum, settings), 2 * spectrum.amplitude.size, found.best
     base = fit(found.model, stated, found.prior, start=found.base.theta)  # without the error of a cause
     p_before, p_base = chi_square_p_value(base.cost, rows), chi_square_p_value(base.penalty, len(base.names))
     if min(p_before, p_base) >= settings.significance:
         return None
-    tested = best_hypothesis(found.model, spectrum, base, settings)
-    beyond = tested.log_odds - max(0.0, found.best.log_posterior_odds)
-    left = _residual_share(base.cost, tested.fit.cost, rows)
-    p_after, p_parameters = (
-        chi_square_p_value(tested.fit.cost, rows),
-        chi_square_p_value(tested.fit.penalty, len(base.names)),
+    as_stated = fit(best.fit.model, stated, best.fit.prior, start=best.fit.theta)
+    odds_as_stated = max(
+        0.0, best.log_posterior_odds, log_posterior_odds(best.causes, as_stated, base, found.prior_odds)
     )
+    start = _stated_values(base)
+    tried = [((), best_hypothesis(spectrum, base.model, base.prior, start, settings, conventions))]
+    on_rotor = tuple(cause for cause in best.causes if not cause.term.acts_on_output)
+    if on_rotor and (len(on_rotor) < len(best.causes) or as_stated.is_rejected(settings.significance)):
+        rest = found.held(on_rotor, best.fit)
+        tested = best_hypothesis(spectrum, rest.model, rest.prior, rest.theta, settings, conventions)
+        tried.append((on_rotor, tested))
+    odds = [log_posterior_odds(causes, one.fit, base, found.prior_odds) + one.log_factor for causes, one in tried]
+    causes, tested = tried[int(np.argmax(odds))]
+    left = _residual_share(base.cost, tested.fit.cost, rows)
+    p_after = chi_square_p_value(tested.fit.cost, rows)
+    p_parameters = chi_square_p_value(tested.fit.penalty, len(tested.fit.names))
     if (
-        beyond < LEAST_CHAIN_LOG_ODDS
-        or p_after < settings.significance
-        or p_parameters < settings.significance
-        or tested.fit.penalty > base.penalty
+        max(odds) - odds_as_stated < LEAST_CHAIN_LOG_ODDS
+        or (min(p_after, p_parameters) < settings.significance and left > SMALL_SHARE)
+        or tested.fit.penalty > max(base.penalty, len(tested.fit.names))  # as many as names are expected
     ):
         return None
     return ChainHypothesis(
         hypothesis=tested.hypothesis.name,
         remedy=tested.hypothesis.remedy,
-        log_odds=tested.log_odds,
-        log_odds_of_best_causes=found.best.log_posterior_odds,
+        beside=[Place(effect=cause.effect, where=cause.where) for cause in causes],
+        log_odds=max(odds),
+        log_odds_of_best_causes=best.log_posterior_odds,
         residual_p_value=PValues(before=p_before, after=p_after),
         residual_share=left,
     )
 
 
+def _stated_values(fitted):
+    """(parameter,) values of a model, the free ones at the mean of their prior."""
+    theta = fitted.theta.copy()
+    theta[fitted.model.position(fitted.names)] = fitted.prior.mean
+    return theta
+
+
 def _wrong_convention(chain):
     """The warning that a convention seems to be stated wrongly."""
+    beside = f" with {' and '.join(map(place, chain.beside))}" if chain.beside else ""
     text = (
-        f"the records look as if {chain.hypothesis}: corrected for that, the rig explains all but "
+        f"the records look as if {chain.hypothesis}: corrected for that, the rig{beside} explains all but "
         f"{percent(chain.residual_share)} of the excess error (rms), better than any cause (log odds "
         f"{chain.log_odds:.3g}, best causes {chain.log_odds_of_best_causes:.3g}). No cause is named: {chain.remedy}, "
         "then diagnose again"
