@@ -36,6 +36,7 @@ from rotorstudy.diagnosis.settings import read_settings  # noqa: E402
 from rotorstudy.errors import RotorstudyError  # noqa: E402
 from rotorstudy.inference.fit import fit  # noqa: E402
 from rotorstudy.inference.prediction import with_model_error  # noqa: E402
+from rotorstudy.measurement.conventions import read_conventions  # noqa: E402
 from rotorstudy.measurement.measurement import measured_spectrum  # noqa: E402
 from rotorstudy.model.registry import registry  # noqa: E402
 from rotorstudy.model.rig import read_rig  # noqa: E402

@@ -24,7 +24,7 @@ HARMONICS = [0, 1, -1, 2, -2, 3, -3]
 
 
 def read(case, folder, rig_error=1.0, modulus=1.0, zero="at_rest"):
-    """Spectrum, rig and findings of a case, from its files.
+    """Spectrum, rig, model and findings of a case, from its files.
 
     rig_error : 0: the rig file is exact, 1: as real ones are;  modulus : the stated one over that
     zero      : where displacements count from, as stated
@@ -36,15 +36,15 @@ def read(case, folder, rig_error=1.0, modulus=1.0, zero="at_rest"):
         given["diagnosis"]["uncertainty"]["rotor.youngs_modulus_Pa"] = 0.01
     given["measurement"]["displacement_zero"] = zero
     rig = RigFile(folder / "rig.yaml", given)
-    spectrum, _, findings = measured_spectrum([folder / "record.nc"], rig)
-    return spectrum, rig, findings
+    spectrum, model, findings = measured_spectrum([folder / "record.nc"], rig)
+    return spectrum, rig, model, findings
 
 
 def verdict_on(case, folder, rig_error=1.0, modulus=1.0, zero="at_rest"):
-    spectrum, rig, findings = read(case, folder, rig_error, modulus, zero)
+    spectrum, rig, model, findings = read(case, folder, rig_error, modulus, zero)
     settings = read_settings(rig.given, "rig.yaml").model_copy(update={"candidates_per_round": 5})  # for speed
     conventions = read_conventions(rig.given, "rig.yaml")
-    return investigate(spectrum, rig.model, settings=settings, findings=findings, conventions=conventions).verdict
+    return investigate(spectrum, model, settings=settings, findings=findings, conventions=conventions).verdict
 
 
 def names(verdict):
@@ -80,7 +80,7 @@ def test_a_healthy_machine_is_predicted(mass, seed):
 
 def test_the_spectrum_read_from_the_files_is_the_expected_one(tmp_path):
     case = small(3, "crack", visible=0.05, chain_fault="gain")
-    spectrum, _, _ = read(case, tmp_path)
+    spectrum, *_ = read(case, tmp_path)
     shown = expected_harmonics(case.steady, case.nodes, case.probes, case.chain, spectrum.harmonics, case.zero)
     size = np.abs(shown[:, spectrum.harmonics == 1]).max()
     # run-to-run scatter and noise: a few parts in a thousand each
@@ -192,7 +192,7 @@ def scaled(rig, factor):
 
 def test_the_verdict_does_not_depend_on_the_scale_of_forces(tmp_path):
     verdicts = []
-    spectrum, rig, _ = read(small(1, "preload", speeds=5, count=2), tmp_path, rig_error=0.0)
+    spectrum, rig, *_ = read(small(1, "preload", speeds=5, count=2), tmp_path, rig_error=0.0)
     for factor in (1.0, 1e3):
         verdict = investigate(
             spectrum, build_model(scaled(rig.given, factor)), settings=read_settings(rig.given, "rig.yaml")

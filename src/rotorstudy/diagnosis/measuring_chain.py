@@ -8,20 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rotorstudy.inference.fit import Fit, fit
-from rotorstudy.inference.linear import invert
-from rotorstudy.inference.prediction import carried_order, with_model_error
-from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.conventions import Conventions
 from rotorstudy.measurement.spectrum import Spectrum
-from rotorstudy.model.terms import Entry, Parameter, Term, apply_entries
-from rotorstudy.response.measured import measured_response_and_jacobian
-from rotorstudy.response.statics import static_deflection
-
-PRIOR_ODDS = 0.02  # that some convention is stated wrongly, divided among the hypotheses
-LEAST_LOG_ODDS = 5.0  # beyond the stated conventions and beyond the best causes under them
-SMALLEST = 1e-6  # of the static deflection: an error without any other reason
-FITTED = 3  # hypotheses that are fitted, the best linearised ones
 
 FACTORS = {  # true over read
     25.4: "the file is in mil and read as um; state 'unit: mil'",
@@ -43,13 +31,12 @@ ANGLES_DEG = (90, 180, -90, 45, -45)
 class Hypothesis:
     """A convention that may be stated wrongly, and the change of the data that corrects it.
 
-    The corrected harmonics are direct R_n + mirrored conj(R_-n) + conjugate conj(R_n) + shift, of the nodes in `order`.
+    The corrected harmonics are direct R_n + mirrored conj(R_-n) + conjugate conj(R_n), of the nodes in `order`.
 
     name, remedy : what the records look like, and what to state
     direct, mirrored, conjugate : (harmonic, sensor) complex
-    shift : (speed, harmonic, sensor) complex, m
     order : (sensor,) position of the sensor that each node's data are read from
-    is_uncertain : whether the shift has the errors of the static deflection; else it is exact
+    other_zero : whether the zero of displacement is the other one, which changes the model instead of the data
     """
 
     name: str
@@ -57,9 +44,8 @@ class Hypothesis:
     direct: np.ndarray
     mirrored: np.ndarray
     conjugate: np.ndarray
-    shift: np.ndarray
     order: np.ndarray
-    is_uncertain: bool = False
+    other_zero: bool = False
 
     def corrected(self, spectrum: Spectrum) -> tuple[Spectrum, float]:
         """The corrected Spectrum, and the logarithm of the determinant of the change."""
@@ -70,7 +56,7 @@ class Hypothesis:
         real, imag = np.split(moved, 2, axis=1)
         covariance = matrix @ covariance @ np.swapaxes(matrix, -1, -2)
         log_volume = len(spectrum.speed) * np.linalg.slogdet(matrix)[1].sum()
-        changed = replace(spectrum, amplitude=real + 1j * imag + self.shift, covariance=covariance)
+        changed = replace(spectrum, amplitude=real + 1j * imag, covariance=covariance)
         return changed, float(log_volume)
 
     def _matrix(self, harmonics):
@@ -88,80 +74,6 @@ class Hypothesis:
         return np.concatenate([upper, lower], axis=-2)
 
 
-@dataclass(frozen=True)
-class Tested:
-    """A hypothesis fitted.
-
-    fit        : to the corrected spectrum with the model error
-    log_factor : logarithm of what its likelihood is multiplied by: its prior odds, and the determinant of the change
-    """
-
-    hypothesis: Hypothesis
-    fit: Fit
-    log_factor: float
-
-
-@dataclass(frozen=True)
-class Sag:
-    """Static deflection as the probes show it.
-
-    value  : (speed, sensor) m, by the stated values
-    change : (speed, sensor, error) complex, m, by one standard deviation of independent errors: those of the probes,
-             which act on the deflection too, and of the numbers of the rotor and its bearings
-    """
-
-    value: np.ndarray
-    change: np.ndarray
-
-    def spread(self, harmonics) -> np.ndarray:
-        """(speed, sensor, component, component) covariance of the harmonics by the errors, m^2; zero but at 0X."""
-        count = len(harmonics)
-        parts = np.zeros((*self.change.shape[:2], 2 * count, self.change.shape[-1]))
-        for mean in np.flatnonzero(np.equal(harmonics, 0)):
-            parts[..., mean, :], parts[..., mean + count, :] = self.change.real, self.change.imag
-        return parts @ np.swapaxes(parts, -1, -2)
-
-    def constant(self) -> tuple[Term, Prior]:
-        """The errors as a constant reading at each sensor, the same at all speeds, and its Prior."""
-        mean = self.change.mean(axis=0)
-        parameters = tuple(
-            Parameter(f"static_deflection_error_{s}", "m", (Entry(unit, on="one", shift=0),), 1.0, is_complex=True)
-            for s, unit in enumerate(np.eye(len(mean)))
-        )
-        term = Term("measuring chain", parameters, {p.name: 0.0 for p in parameters}, acts_on="output")
-        parts = np.stack([mean.real, mean.imag], axis=1).reshape(2 * len(mean), -1)
-        covariance = parts @ parts.T
-        floor = (SMALLEST * np.abs(self.value).max()) ** 2 * np.eye(len(covariance))
-        names = tuple(unknown.name for unknown in term.unknowns)
-        return term, Prior(names, np.zeros(len(names)), covariance + floor)
-
-
-def shown_sag(model, prior, spectrum) -> Sag:
-    """The Sag of a model at the speeds of a spectrum.
-
-    Parameters
-    ----------
-    model : Model
-        With the nuisance terms.
-    prior : Prior
-        Of its free parameters.
-    spectrum : Spectrum
-    """
-    theta = np.concatenate([term.theta for term in model.terms])
-    theta[model.position(prior.names)] = prior.mean
-    found = static_deflection(model, spectrum.speed, theta[: len(model.rotor_unknowns)], jacobian=True)
-    grid = (len(spectrum.speed), len(spectrum.sensors))
-    value = np.broadcast_to(found.value[..., model.measured], grid)
-    slopes = np.zeros((*grid, len(theta)), complex)
-    for position, change in found.changes.items():
-        slopes[..., position] = np.broadcast_to(change[..., model.measured], grid)
-    for position, unknown in enumerate(model.output_unknowns, start=len(model.rotor_unknowns)):
-        reading = tuple(entry for entry in unknown.entries if entry.reads_motion)
-        if reading:
-            slopes[..., position] = apply_entries(reading, value[:, None], spectrum.speed, [0])[:, 0]
-    return Sag(value, slopes[..., model.position(prior.names)] @ prior.factor)
-
-
 def probes_of(conventions: Conventions | None, node: int) -> list[tuple[str, complex, complex]]:
     """Each probe of a node: its name, its direction, and the motion z that one unit of its reading alone gives.
 
@@ -175,13 +87,13 @@ def probes_of(conventions: Conventions | None, node: int) -> list[tuple[str, com
     return list(zip(names, along, x + 1j * y, strict=True))
 
 
-def hypotheses(spectrum, sag, conventions=None) -> list[Hypothesis]:
+def hypotheses(spectrum, model, conventions=None) -> list[Hypothesis]:
     """Every hypothesis that a spectrum allows.
 
     Parameters
     ----------
     spectrum : Spectrum
-    sag : Sag
+    model : Model
     conventions : Conventions, optional
         Stated for the records.
 
@@ -192,12 +104,11 @@ def hypotheses(spectrum, sag, conventions=None) -> list[Hypothesis]:
     n, sensors = spectrum.harmonics, spectrum.sensors
     shape, every = (len(n), len(sensors)), np.arange(len(sensors))
     none, whole = np.zeros(shape, complex), np.ones(shape, complex)
-    still = np.zeros((len(spectrum.speed), *shape), complex)
     symmetric = set(n.tolist()) == set((-n).tolist())
     found = []
 
-    def suppose(name, remedy, direct=whole, mirrored=none, conjugate=none, shift=still, order=every, **options):
-        found.append(Hypothesis(name, remedy, direct, mirrored, conjugate, shift, order, **options))
+    def suppose(name, remedy, direct=whole, mirrored=none, conjugate=none, order=every, other_zero=False):
+        found.append(Hypothesis(name, remedy, direct, mirrored, conjugate, order, other_zero))
 
     def only(column, value):
         return np.where(every == column, value, 1.0) * whole
@@ -243,79 +154,9 @@ def hypotheses(spectrum, sag, conventions=None) -> list[Hypothesis]:
         suppose("x and y are swapped at all nodes", "exchange the channels of the probes", none, 1j * whole)
     if len(sensors) > 1:
         suppose("the nodes are in the reverse order", "correct the 'node:' of the probes", order=every[::-1])
-    if 0 in n and sag.value.any():
-        for sign, zero in ((-1, "unloaded_line"), (1, "at_rest")):
-            shift = still.copy()
-            shift[:, list(n).index(0)] = sign * sag.value
-            said = "unloaded line" if sign < 0 else "position of the shaft at rest"
-            suppose(
-                f"displacements count from the {said}",
-                f"state 'displacement_zero: {zero}'",
-                shift=shift,
-                is_uncertain=sign < 0,  # what the reading subtracted is known
-            )
+    if 0 in n and model.structure.static_load.any():
+        zero, at = ("at_rest", "position of the shaft at rest")
+        if not model.from_unloaded_line:
+            zero, at = ("unloaded_line", "unloaded line")
+        suppose(f"displacements count from the {at}", f"state 'displacement_zero: {zero}'", other_zero=True)
     return found
-
-
-def best_hypothesis(spectrum, model, prior, about, settings, conventions=None) -> Tested:
-    """The Tested hypothesis with the highest odds.
-
-    Parameters
-    ----------
-    spectrum : Spectrum
-        Without the model error.
-    model : Model
-        With the nuisance terms, and with causes, if any.
-    prior : Prior
-        Of its free parameters.
-    about : ndarray (parameter,)
-        Values of all parameters, about which the model is linearised to choose the hypotheses that are fitted.
-    settings : Settings
-    conventions : Conventions, optional
-        Stated for the records.
-    """
-    sag = shown_sag(model, prior, spectrum)
-    every = hypotheses(spectrum, sag, conventions)
-    term, errors = sag.constant()
-    models = {
-        False: (model, prior, about),
-        True: (model.plus(term), prior.plus(errors), np.concatenate([about, errors.mean])),
-    }
-    linearised = {uncertain: _linearised(*one, spectrum) for uncertain, one in models.items()}
-    stated, screened = _volume(with_model_error(spectrum, settings)), []
-    for hypothesis in every:
-        corrected, log_volume = hypothesis.corrected(spectrum)
-        corrected = with_model_error(corrected, settings)
-        log_factor = log_volume + _volume(corrected) - stated + np.log(PRIOR_ODDS / len(every))
-        evidence = _linear_evidence(corrected, *linearised[hypothesis.is_uncertain])
-        screened.append((evidence + log_factor, log_factor, hypothesis))
-    screened.sort(key=lambda one: -one[0])
-    tested = []
-    for _, log_factor, hypothesis in screened[:FITTED]:
-        corrected = with_model_error(hypothesis.corrected(spectrum)[0], settings)
-        extended, known, start = models[hypothesis.is_uncertain]
-        tested.append(Tested(hypothesis, fit(extended, corrected, known, start=start), float(log_factor)))
-    return max(tested, key=lambda one: one.fit.evidence + one.log_factor)
-
-
-def _linearised(model, prior, about, spectrum):
-    """Harmonics of a model at the mean of a prior, linearised about other values; their derivatives; the prior."""
-    shown, change = measured_response_and_jacobian(
-        model, spectrum.speed, spectrum.harmonics, about, order=carried_order(spectrum)
-    )
-    free = model.position(prior.names)
-    shown = shown + change[..., free] @ (prior.mean - about[free])
-    return shown, np.moveaxis(change[..., free], -1, 0), prior
-
-
-def _volume(spectrum):
-    """Logarithm of the determinant of the whitener."""
-    return float(np.linalg.slogdet(spectrum.whitener)[1].sum())
-
-
-def _linear_evidence(spectrum, shown, change, prior):
-    """Log evidence of a spectrum less a constant; shown : by the linearised model at the prior mean."""
-    off, columns = spectrum.whitened(spectrum.amplitude - shown), spectrum.whitened(change).T @ prior.factor
-    normal = np.eye(columns.shape[1]) + columns.T @ columns
-    along = columns.T @ off
-    return float(-0.5 * (off @ off - along @ invert(normal) @ along + np.linalg.slogdet(normal)[1]))

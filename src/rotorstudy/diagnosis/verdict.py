@@ -6,12 +6,8 @@ import numpy as np
 
 from rotorstudy.diagnosis.explanations import LEAST_LOG_ODDS, Search
 from rotorstudy.diagnosis.held_out import gain_of, is_upheld, is_worse, split
-from rotorstudy.diagnosis.measuring_chain import LEAST_LOG_ODDS as LEAST_CHAIN_LOG_ODDS
-from rotorstudy.diagnosis.measuring_chain import best_hypothesis, shown_sag
-from rotorstudy.diagnosis.odds import log_posterior_odds
 from rotorstudy.diagnosis.result import (
     Cause,
-    ChainHypothesis,
     DetectionLimit,
     Identifiability,
     MovedParameter,
@@ -23,11 +19,12 @@ from rotorstudy.diagnosis.result import (
     Unexplained,
     Verdict,
 )
-from rotorstudy.diagnosis.search import base_model, search
+from rotorstudy.diagnosis.search import search
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.words import place, readable, summary
+from rotorstudy.diagnosis.wrong_convention import chain_hypothesis, finding_of
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.inference.fit import Fit, chi_square_p_value, fit
+from rotorstudy.inference.fit import Fit, chi_square_p_value, residual_share
 from rotorstudy.inference.prediction import predicted, with_cause_error, with_model_error
 from rotorstudy.inference.prior import with_rotor
 from rotorstudy.inference.problem import magnitude_and_phase
@@ -36,13 +33,12 @@ from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
-from rotorstudy.units import percent, quantity
+from rotorstudy.units import quantity
 
 STATED_SET = 0.99  # posterior probability that the causes named contain the true one
 SEEN = 0.5  # of the prior standard deviation: an amplitude known no better from the data has no detection limit
 POWER = 1.645  # standard deviations above the threshold for a detection probability of 95 %
 MOVED = 2.0  # stated standard deviations beyond which a parameter is listed as moved
-SMALL_SHARE = 0.1  # of the excess error, which a wrong convention may leave: a fault beside it
 CONTRADICTED = 5.0  # stated standard deviations beyond which the records contradict the rig
 PARTS = ("real", "imaginary")
 TRADED_OFF = 0.95  # correlation above which two parameters can hardly be separated
@@ -102,7 +98,7 @@ def investigate(
     findings
         Findings on the records, to be included in the verdict.
     conventions
-        Stated for the records; by default two probes along x and y, which read zero with the shaft at rest.
+        Stated for the records; by default two probes along x and y.
 
     Raises
     ------
@@ -112,9 +108,6 @@ def investigate(
     settings = Settings(**settings) if isinstance(settings, dict) else settings or Settings()
     if tuple(spectrum.sensors) != tuple(model.sensors):
         raise RotorstudyError(f"the spectrum is of sensors {spectrum.sensors}, the model of {model.sensors}")
-    if conventions is not None and conventions.displacement_zero == "unloaded_line":
-        sag = shown_sag(*base_model(model, settings), spectrum)
-        spectrum = replace(spectrum, covariance=spectrum.covariance + sag.spread(spectrum.harmonics))
     measured, held = split(spectrum, settings.hold_out_rad_s if hold_out is None else hold_out)
     fitted = with_model_error(measured, settings)
     held = None if held is None else with_model_error(held, settings)
@@ -122,13 +115,13 @@ def investigate(
     base, expected = found.base, None
     if held is not None:
         expected = with_cause_error(held, held.amplitude - predicted(base.model, held, base.theta), found.cause_error)
-    chain = _chain_hypothesis(found, measured, settings, conventions)
+    chain = chain_hypothesis(found, measured, settings, conventions)
     found = replace(found, upheld=chain is None and is_upheld(found, expected))
     best = found.best
     rows = 2 * fitted.amplitude.size
     p_values = PValues(before=chi_square_p_value(base.cost, rows), after=chi_square_p_value(best.fit.cost, rows))
     p_parameters = chi_square_p_value(best.fit.penalty, len(best.fit.names))
-    left = _residual_share(_misfit(base, fitted), _misfit(best.fit, fitted), rows)
+    left = residual_share(_misfit(base, fitted), _misfit(best.fit, fitted), rows)
     weights = found.posterior()
     probability = _probability(weights)
     stated = _stated(weights, best)
@@ -148,7 +141,7 @@ def investigate(
     labels = _parameter_labels(best.fit.model, best.causes)
     moved = _moved(best.fit, found.prior.by_name)
     if chain is not None:
-        findings = [*findings, _wrong_convention(chain)]
+        findings = [*findings, finding_of(chain)]
     elif kind != "nothing":
         findings = [*findings, *_far_from_the_rig(found, spectrum, moved, labels, settings)]
     odds = [e.log_posterior_odds for e in found.explanations if e.causes]
@@ -191,11 +184,6 @@ def _misfit(found, spectrum):
     """Weighted sum of squares of what a fit leaves of a spectrum, by the stated noise and model error alone."""
     off = spectrum.whitened(spectrum.amplitude - predicted(found.model, spectrum, found.theta))
     return float(off @ off)
-
-
-def _residual_share(before, after, rows):
-    """Remaining share of the excess error (rms): 0 if all is explained, 1 if nothing."""
-    return float(np.sqrt(max(after - rows, 0) / max(before - rows, 1e-300))) if before > rows else 0.0
 
 
 def _stated(weights, best):
@@ -264,71 +252,6 @@ def _parameters(candidate, fitted):
         unit = "rad" if name.endswith("_rad") else ""
         parameters[name] = ParameterEstimate(value=value, std=candidate.shape_std.get(name), unit=unit, part="shape")
     return parameters
-
-
-def _chain_hypothesis(found, spectrum, settings, conventions):
-    """The ChainHypothesis that explains the records better than any cause under the stated conventions, or None.
-
-    It is tried without causes and, where the best causes leave more than noise or change the readings themselves, with
-    those of them that act on the rotor. It must explain the records by the standards of a cause (what it leaves is
-    noise, the base parameters stay plausible), or all but a small share; and the base parameters move no more than
-    expected, or less than under the stated conventions.
-    """
-    stated, rows, best = with_model_error(spectrum, settings), 2 * spectrum.amplitude.size, found.best
-    base = fit(found.model, stated, found.prior, start=found.base.theta)  # without the error of a cause
-    p_before, p_base = chi_square_p_value(base.cost, rows), chi_square_p_value(base.penalty, len(base.names))
-    if min(p_before, p_base) >= settings.significance:
-        return None
-    as_stated = fit(best.fit.model, stated, best.fit.prior, start=best.fit.theta)
-    odds_as_stated = max(
-        0.0, best.log_posterior_odds, log_posterior_odds(best.causes, as_stated, base, found.prior_odds)
-    )
-    start = _stated_values(base)
-    tried = [((), best_hypothesis(spectrum, base.model, base.prior, start, settings, conventions))]
-    on_rotor = tuple(cause for cause in best.causes if not cause.term.acts_on_output)
-    if on_rotor and (len(on_rotor) < len(best.causes) or as_stated.is_rejected(settings.significance)):
-        rest = found.held(on_rotor, best.fit)
-        tested = best_hypothesis(spectrum, rest.model, rest.prior, rest.theta, settings, conventions)
-        tried.append((on_rotor, tested))
-    odds = [log_posterior_odds(causes, one.fit, base, found.prior_odds) + one.log_factor for causes, one in tried]
-    causes, tested = tried[int(np.argmax(odds))]
-    left = _residual_share(base.cost, tested.fit.cost, rows)
-    p_after = chi_square_p_value(tested.fit.cost, rows)
-    p_parameters = chi_square_p_value(tested.fit.penalty, len(tested.fit.names))
-    if (
-        max(odds) - odds_as_stated < LEAST_CHAIN_LOG_ODDS
-        or (min(p_after, p_parameters) < settings.significance and left > SMALL_SHARE)
-        or tested.fit.penalty > max(base.penalty, len(tested.fit.names))  # as many as names are expected
-    ):
-        return None
-    return ChainHypothesis(
-        hypothesis=tested.hypothesis.name,
-        remedy=tested.hypothesis.remedy,
-        beside=[Place(effect=cause.effect, where=cause.where) for cause in causes],
-        log_odds=max(odds),
-        log_odds_of_best_causes=best.log_posterior_odds,
-        residual_p_value=PValues(before=p_before, after=p_after),
-        residual_share=left,
-    )
-
-
-def _stated_values(fitted):
-    """(parameter,) values of a model, the free ones at the mean of their prior."""
-    theta = fitted.theta.copy()
-    theta[fitted.model.position(fitted.names)] = fitted.prior.mean
-    return theta
-
-
-def _wrong_convention(chain):
-    """The warning that a convention seems to be stated wrongly."""
-    beside = f" with {' and '.join(map(place, chain.beside))}" if chain.beside else ""
-    text = (
-        f"the records look as if {chain.hypothesis}: corrected for that, the rig{beside} explains all but "
-        f"{percent(chain.residual_share)} of the excess error (rms), better than any cause (log odds "
-        f"{chain.log_odds:.3g}, best causes {chain.log_odds_of_best_causes:.3g}). No cause is named: {chain.remedy}, "
-        "then diagnose again"
-    )
-    return Finding("warning", "measuring chain", "records and rig", text)
 
 
 def residual_map(fitted, spectrum):
