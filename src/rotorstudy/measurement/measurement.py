@@ -241,31 +241,33 @@ def _with_sensors(record, sensors):
 
 
 def _check_together(spectrum, rig, where):
-    """Findings that need all speeds: units, mean and sense of rotation, against the prediction of the rig."""
-    harmonics = list(spectrum.harmonics)
-    fluctuating = spectrum.amplitude[:, np.array(harmonics) != 0]
-    rms = np.sqrt(np.sum(np.abs(fluctuating) ** 2, axis=1))
-    expected, backward, mean = _expected(rig, spectrum.speed)
-    findings = quality.check_units(rms, expected, where)
+    """Findings that need all speeds: units, mean, probes and sense of rotation, against the prediction of the rig."""
+    harmonics, nodes = list(spectrum.harmonics), spectrum.sensors
+    moving = spectrum.harmonics != 0
+    fluctuating = np.abs(spectrum.amplitude[:, moving])
+    variance = np.diagonal(spectrum.covariance, axis1=-2, axis2=-1)
+    std = np.sqrt(sum(np.swapaxes(part, 1, 2) for part in np.split(variance, 2, axis=-1)))[:, moving]
+    rms = np.sqrt(np.sum(fluctuating**2, axis=1))
+    largest, expected, mean = _expected(rig, spectrum.speed)
+    findings = quality.check_units(rms, largest, where)
+    findings += quality.check_detected(fluctuating, std, expected.max(axis=0), nodes, where)
     if 0 in harmonics:
-        findings += quality.check_mean(spectrum.amplitude[:, harmonics.index(0)], mean, rms, spectrum.sensors, where)
+        findings += quality.check_mean(spectrum.amplitude[:, harmonics.index(0)], mean, rms, nodes, where)
     if -1 in harmonics:
         forward, turned = (np.abs(spectrum.amplitude[:, harmonics.index(n)]) for n in (1, -1))
-        findings += quality.check_sense(forward, turned, backward, spectrum.sensors, where)
+        findings += quality.check_sense(forward, turned, expected[1] > expected[0], nodes, where)
     return findings
 
 
 def _expected(rig, speeds):
-    """Prediction by the rig's own values: largest amplitude (m) or None; (sensor,) whether backward; 0X there, m.
+    """Prediction by the rig's own values, m: largest amplitude or None; rms +1X and -1X (2, sensor); 0X there.
 
-    Without values for all parameters the amplitude is the static deflection, and the whirl is forward.
+    Without values for all parameters the largest amplitude is the static deflection, and no whirl is predicted.
     """
     try:
         shown = measured_response(rig, speeds, [1, -1, 0])
     except RotorstudyError:
         deflection = rig.structure.static_deflection
-        at_sensors = deflection[list(rig.measured)]
-        return float(np.abs(deflection).max()) or None, np.zeros(len(rig.sensors), bool), at_sensors
+        return float(np.abs(deflection).max()) or None, np.zeros((2, len(rig.sensors))), deflection[list(rig.measured)]
     size = np.abs(shown[:, :2])
-    power = np.sum(size**2, axis=0)
-    return float(size.max()) or None, power[1] > power[0], shown[:, 2]
+    return float(size.max()) or None, np.sqrt(np.mean(size**2, axis=0)), shown[:, 2]
