@@ -160,6 +160,7 @@ class Verdict(Result):
     cause_error: float
     log_posterior_odds: float | None
     parameter_p_value: float
+    outside_probability: float = 0.0
     detection_limit: tuple[DetectionLimit, ...]
     gain: Gain | None
     base_parameters: tuple[MovedParameter, ...]

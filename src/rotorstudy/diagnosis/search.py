@@ -9,6 +9,7 @@ from scipy.optimize import brentq
 from rotorstudy.diagnosis.candidates import Candidate, candidates, with_vibration
 from rotorstudy.diagnosis.explanations import Search
 from rotorstudy.diagnosis.odds import Explanation, odds_of
+from rotorstudy.diagnosis.parts import faults_of_several_parts
 from rotorstudy.diagnosis.screening import Screened, screen, screen_pairs
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.shape_scan import can_be_scanned, scan
@@ -197,14 +198,16 @@ def _add(work, current, fits=None):
         chosen, screenings = _with_scanned(work, chosen, screenings, fits)
     promising = _promising(work, chosen, screenings, work.settings.candidates_per_round)
     theta = dict(zip(current.fit.model.names, current.fit.theta, strict=True))
-    return _fit_closest(
-        work,
-        [
-            Option((*current.causes, chosen[i]), theta | dict(zip(chosen[i].names, one.start, strict=True)))
-            for i, one in promising.items()
-        ],
-        from_stated=True,
-    )
+    options = [
+        Option((*current.causes, chosen[i]), theta | dict(zip(chosen[i].names, one.start, strict=True)))
+        for i, one in promising.items()
+    ]
+    several = [
+        Option((*current.causes, *parts), start)
+        for fitted in fits
+        for parts, start in faults_of_several_parts(work, fitted, chosen)
+    ]
+    return [*_fit_closest(work, options, from_stated=True), *_fit_closest(work, several)]
 
 
 def _with_scanned(work, chosen, screenings, fits):

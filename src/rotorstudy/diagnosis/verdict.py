@@ -195,7 +195,7 @@ def _stated(weights, best):
         if not explanation.causes or best.named <= explanation.named:
             continue
         for c in explanation.causes:
-            if c.cause not in seen:
+            if c.cause not in seen and c.fault not in best.faults:  # other parts of a fault are not another cause
                 seen.add(c.cause)
                 found.append((c, explanation))
     return found
@@ -204,7 +204,7 @@ def _stated(weights, best):
 def _probability(weights):
     """Posterior probability of every fault: of all explanations with any of its parts."""
     faults = {c.fault for e, _ in weights for c in e.causes}
-    return {fault: sum(w for e, w in weights if fault in e.faults) for fault in faults}
+    return {fault: min(sum(w for e, w in weights if fault in e.faults), 1.0) for fault in faults}
 
 
 def _causes(explanation, probability):

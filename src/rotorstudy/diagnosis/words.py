@@ -7,6 +7,7 @@ from rotorstudy.units import interval, p_value, percent, probability, quantity
 
 FEW = 3  # detection limits, or unexplained harmonics, in a sentence
 ABSENT = 3.0  # standard deviations; of a cause with many amplitudes, a sentence names those above
+WORTH_SAYING = 0.05  # probability that the true cause is not among those stated
 HARDLY = 3.0  # standard deviations (rms) below which a longer record helps to separate causes
 
 
@@ -137,6 +138,8 @@ def _said(verdict):
         text = f"Something is missing. It may be {named} ({likely})"
         rest = ", ".join(dict.fromkeys(map(place, verdict.ambiguous_with)))
         text += f", but these cannot be ruled out: {rest}." if rest else ", but that is not certain."
+        if verdict.outside_probability > WORTH_SAYING:
+            text += f" With a probability of {probability(verdict.outside_probability)} it is none of these."
     else:
         near = " together with ".join(map(place, verdict.causes))  # its sizes would mislead
         text = f"Something is missing that no effect of the library explains. The closest explanation is {near}, which "
