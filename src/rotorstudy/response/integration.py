@@ -108,7 +108,8 @@ def time_response(
         acceleration = turned @ np.concatenate([position, position.conj(), velocity, velocity.conj(), [1]])
         for p, local in model.nonlinear_forces:
             seen = [(local.matrix @ vector)[None] for vector in (position, velocity, reference)]
-            acceleration = acceleration + theta[p] * inverse_mass @ (local.at(*seen)[0] @ local.matrix)
+            force_now = local.at(*seen, [speed * t])[0]
+            acceleration = acceleration + theta[p] * inverse_mass @ (force_now @ local.matrix)
         return np.concatenate([velocity, acceleration])
 
     initial = np.zeros(2 * dof, complex) if start is None else np.concatenate(start).astype(complex)
