@@ -138,9 +138,12 @@ def _grows(work, explanation):
 
 
 def _added(work, current, fits=None):
-    """The best explanation after causes were added to one as long as that increases its odds; fits : as for `_add`."""
+    """The best explanation after causes were added to one as long as that increases its odds.
+
+    fits : as for `with_one_more`
+    """
     while True:
-        tried = _add(work, current, fits)
+        tried = with_one_more(work, current, fits)
         better = max((refine(work, e) for e in _to_refine(tried, current.fit.cost)), key=odds_of, default=current)
         if odds_of(better) <= odds_of(current):
             return current
@@ -184,7 +187,7 @@ def _is_allowed(work, causes):
     return len({c.fault for c in causes}) <= work.settings.most_causes and len({c.cause for c in causes}) == len(causes)
 
 
-def _add(work, current, fits=None):
+def with_one_more(work, current, fits=None):
     """Explanations with one more cause, of the candidates worth a fit.
 
     fits : list of Fit of the current explanation at which candidates are screened, by default its own
