@@ -276,8 +276,9 @@ class Term:
         """The real amplitudes of this term; a complex parameter has two."""
         found = []
         for p in self.parameters:
-            name, imaginary = self.full_name(p), tuple(e.times(1j) for e in p.entries)
+            name = self.full_name(p)
             if p.is_complex:
+                imaginary = tuple(e.times(1j) for e in p.entries)
                 found.append(Unknown(f"{name}_real", p.unit, p.entries, p.typical, self.carries))
                 found.append(Unknown(f"{name}_imag", p.unit, imaginary, p.typical, self.carries))
             else:
@@ -314,8 +315,9 @@ def share_of(unknown: Unknown, other: Unknown) -> float:
 
 def _entry_share(mine, its):
     """Factor between the matrices of two entries that are otherwise equal; 0 if they are not."""
-    kinds = ((e.on, e.order, e.shift, e.frequency_only, np.shape(e.matrix)) for e in (mine, its))
-    if len(set(kinds)) > 1:
+    if mine.on != its.on or mine.order != its.order or mine.shift != its.shift:
+        return 0.0
+    if mine.frequency_only != its.frequency_only or np.shape(mine.matrix) != np.shape(its.matrix):
         return 0.0
     size = np.vdot(mine.matrix, mine.matrix)
     factor = np.vdot(mine.matrix, its.matrix) / size if size else 0.0

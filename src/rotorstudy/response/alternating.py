@@ -6,6 +6,7 @@ receptances of the rotor. Of several steady states, it is the one reached from t
 forces from zero (continuation).
 """
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -39,23 +40,38 @@ class Tangent(NamedTuple):
 
 
 def one_revolution(harmonics):
-    """Equally spaced shaft angles (time,) of one revolution, rad, and e^{jn angle} (time, harmonic)."""
-    count = SAMPLES_PER_HARMONIC * max(2, max(abs(int(n)) for n in harmonics))
+    """Shaft angles (time,) of one revolution, equally spaced, rad, and e^{jn angle} (time, harmonic); read-only."""
+    return _one_revolution(tuple(int(n) for n in harmonics))
+
+
+@lru_cache(maxsize=64)
+def _one_revolution(harmonics):
+    count = SAMPLES_PER_HARMONIC * max(2, *(abs(n) for n in harmonics))
     angle = 2 * np.pi / count * np.arange(count)
-    return angle, np.exp(2j * np.pi / count * np.outer(np.arange(count), harmonics))
+    basis = np.exp(2j * np.pi / count * np.outer(np.arange(count), harmonics))
+    for one in (angle, basis):
+        one.setflags(write=False)
+    return angle, basis
 
 
-def nonlinear_column(force, amplitudes, speed, harmonics, deflection):
-    """Force harmonics of one unit of a nonlinear force at given displacement harmonics.
+def nonlinear_columns(forces, amplitudes, speed, harmonics, deflection):
+    """Force harmonics of one unit of each of some nonlinear forces at given displacement harmonics.
 
+    forces     : list of NonlinearForce
     amplitudes : (..., speed, harmonic, dof) complex, m, about the deflection (dof,) or (..., speed, dof)
-    returns    : (..., speed, harmonic, dof) complex, N; harmonics not listed are taken as zero
+    returns    : (..., speed, harmonic, dof, force) complex, N; harmonics not listed are taken as zero
     """
-    angle, basis = one_revolution(harmonics)
+    (angle, basis), deflection = one_revolution(harmonics), np.asarray(deflection)
     rate = 1j * np.asarray(harmonics)[:, None] * np.asarray(speed, float)[:, None, None]
-    seen, still = amplitudes @ force.matrix.T, (np.asarray(deflection) @ force.matrix.T)[..., None, :]
-    given = force.at(basis @ seen + still, basis @ (rate * seen), still, angle)
-    return basis.conj().T @ given / len(basis) @ force.matrix
+    columns, in_time = np.empty((*amplitudes.shape, len(forces)), complex), {}
+    for p, force in enumerate(forces):
+        which = force.matrix.tobytes()  # many forces act on the same coordinates
+        if which not in in_time:
+            seen, still = amplitudes @ force.matrix.T, (deflection @ force.matrix.T)[..., None, :]
+            in_time[which] = basis @ seen + still, basis @ (rate * seen), still
+        given = force.at(*in_time[which], angle)
+        columns[..., p] = basis.conj().T @ given / len(basis) @ force.matrix
+    return columns
 
 
 def _real(complex_rows):

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.model.model import Model
 from rotorstudy.model.terms import apply_entries
-from rotorstudy.response.alternating import nonlinear_column, seen_coordinates, steady_state
+from rotorstudy.response.alternating import nonlinear_columns, seen_coordinates, steady_state
 from rotorstudy.response.coupling import (
     COUPLED_ORDER,
     check_harmonics,
@@ -279,8 +279,8 @@ def carried_response(model, speed, theta, blocks, jacobian, kept=None):
     if model.varied:
         own = _columns_of_the_rotor(model, rotor, speed, blocks.harmonics, found, kept)
         columns |= dict(zip(model.varied.positions, own, strict=True))
-    for p, local in model.nonlinear_forces:
-        columns[p] = nonlinear_column(local, found, speed, blocks.harmonics, deflection)
+    local = nonlinear_columns([f for _, f in model.nonlinear_forces], found, speed, blocks.harmonics, deflection)
+    columns |= {p: local[..., i] for i, (p, _) in enumerate(model.nonlinear_forces)}
     if moved:
         forces = _moved_force(model, rotor, speed, blocks.harmonics, np.stack(list(moved.values())))
         for p, force in zip(moved, np.broadcast_to(forces, (len(moved), *found.shape)), strict=True):
