@@ -118,7 +118,7 @@ class Effect(Plugin):
     positive  : its amplitudes cannot be negative (damping, stiffness loss of a crack), together with those of the rig;
                 or the names of those that cannot, if others can
     base_rate : how often it is a cause, relative to a usual effect, before anything is measured
-    parts     : option that numbers the parts of one fault (the harmonics of a runout), which count as one cause
+    parts     : options that number the parts of one fault (the harmonics of a runout), which count as one cause
     nuisance  : standard deviation of its amplitude in any measuring chain, where it is never exactly zero
     """
 
@@ -132,7 +132,7 @@ class Effect(Plugin):
     fixed: bool = False
     fold: int = 1
     positive: bool | tuple[str, ...] = False
-    parts: str = ""
+    parts: tuple[str, ...] = ()
     base_rate: float = 1.0
     nuisance: float = 0.0
 

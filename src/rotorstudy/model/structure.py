@@ -251,6 +251,50 @@ class Structure:
             found.append({"element": element})
         return found
 
+    def stiffness_of(self, element: int, last_element: int | None = None) -> np.ndarray:
+        """Stiffness of an element of the shaft, or of all from that to a last one.
+
+        Parameters
+        ----------
+        element, last_element : int
+            Numbers of elements, from 1.
+
+        Returns
+        -------
+        array (dof, dof)
+            N/m (N m of a tilt).
+
+        Raises
+        ------
+        CannotAct
+            If the rotor does not state the stiffness of its elements, or has no such elements.
+        """
+        last = element if last_element is None else last_element
+        if last < element:
+            raise CannotAct(f"last_element {last} lies before element {element}")
+        losses = [self.stiffness_loss_at(None, number) for number in range(element, last + 1)]
+        shares = [pattern for loss in losses for pattern, unit, _ in loss.values() if unit == "1"]
+        if not shares:
+            raise CannotAct("this rotor states no stiffness of its elements")
+        return sum(shares)
+
+    def stretches(self) -> list[dict]:
+        """Options for each stretch of neighbouring elements that is shorter than the shaft, single elements first.
+
+        Returns
+        -------
+        list[dict]
+            `element`, and `last_element` where there are several; none for a rotor without elements.
+        """
+        numbers = [place["element"] for place in self.crack_places() if place]
+        longer = [
+            {"element": first, "last_element": last}
+            for first in numbers
+            for last in numbers[first:]
+            if last - first + 1 < len(numbers)
+        ]
+        return [{"element": number} for number in numbers if len(numbers) > 1] + longer
+
     def tension_side(self, element: int | None) -> int:
         """On which side of an element bending by the weight stretches the shaft: there a crack is open.
 
