@@ -10,7 +10,7 @@ from rotorstudy.diagnosis.candidates import Candidate, candidates, with_vibratio
 from rotorstudy.diagnosis.explanations import Search
 from rotorstudy.diagnosis.odds import Explanation, odds_of
 from rotorstudy.diagnosis.parts import faults_of_several_parts
-from rotorstudy.diagnosis.screening import Screened, screen, screen_pairs
+from rotorstudy.diagnosis.screening import Screened, screen, screen_each, screen_pairs
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.shape_scan import can_be_scanned, scan
 from rotorstudy.diagnosis.shapes import refine
@@ -299,7 +299,7 @@ def _instead_of(work, current, cause):
     rest = tuple(c for c in current.causes if c is not cause)
     chosen = [c for c in work.candidates if _is_allowed(work, (*rest, c)) and c.cause != cause.cause]
     projected, usable = work.project(current.fit, [*chosen, cause], cause.names)
-    odds = {c.label: screen(projected, c) for c in usable}
+    odds = dict(zip((c.label for c in usable), screen_each(projected, usable), strict=True))
 
     def judged(one):
         return odds[one.label].evidence + work.prior_odds.log_odds((*rest, one))
@@ -340,7 +340,7 @@ def _elsewhere(work, current, cause):
 def _pairs(work, current):
     """Explanations by two causes that explain most together, at the motion of an explanation."""
     projected, usable = work.project(current.fit, work.candidates, tuple(n for c in current.causes for n in c.names))
-    alone = {c.label: screen(projected, c).evidence for c in usable}
+    alone = {c.label: one.evidence for c, one in zip(usable, screen_each(projected, usable), strict=True)}
     first = list({c.cause: c for c in sorted(usable, key=lambda c: alone[c.label])}.values())  # each in its best shape
     second = [c for c in usable if not c.fixed]
     gain = 0.5 * screen_pairs(projected, first, second)

@@ -187,7 +187,10 @@ def _misfit(found, spectrum):
 
 
 def _stated(weights, best):
-    """(candidate, explanation) of the other causes needed for a credible set of probability `STATED_SET`."""
+    """(candidate, explanation) of the other causes needed for a credible set of probability `STATED_SET`.
+
+    Other parts of a fault that is named (another shape of a bow) are no other causes.
+    """
     total, found, seen = 0.0, [], set(best.named)
     for explanation, weight in weights:
         if total >= STATED_SET:
@@ -196,7 +199,7 @@ def _stated(weights, best):
         if not explanation.causes or best.named <= explanation.named:
             continue
         for c in explanation.causes:
-            if c.cause not in seen and c.fault not in best.faults:  # other parts of a fault are not another cause
+            if c.cause not in seen and c.fault not in best.faults:
                 seen.add(c.cause)
                 found.append((c, explanation))
     return found
@@ -219,13 +222,13 @@ def _causes(explanation, probability):
 def _cause(parts, fitted, probability):
     """The Cause of the parts of a fault, whose options are listed where they differ."""
     where = {}
-    for key in parts[0].where:
-        values = sorted({part.where[key] for part in parts})
+    for key in dict.fromkeys(key for part in parts for key in part.where):
+        values = sorted({part.where[key] for part in parts if key in part.where})
         where[key] = values if len(values) > 1 else values[0]
     parameters = {}
     for part in parts:
         found = _parameters(part, fitted)
-        taken = "".join(f"_{key}_{part.where[key]}" for key, value in where.items() if isinstance(value, list))
+        taken = "".join(f"_{key}_{own}" for key, own in part.where.items() if isinstance(where[key], list))
         parameters |= {f"{name}{taken}" if name in parameters else name: one for name, one in found.items()}
     return Cause(
         effect=parts[0].effect,
