@@ -1,15 +1,16 @@
 import numpy as np
 
-from rotorstudy.plugins import Effect, Entry, Parameter, Whole, hookimpl, sensor_unit
+from rotorstudy.plugins import Effect, Entry, Parameter, Whole, hookimpl, probe_axis, sensor_unit
 
 
 def surface_profile(sensors, structure, node: int | None = None, order: Whole = 2):
     """Surface profile under two probes: y shows what x showed a quarter revolution before.
 
     x shows Re(c e^{jkwt}), so z shows c (1 + j e^{-jk pi/2}) / 2 at k and the mirrored term at -k: order 1 is only
-    forward, order 3 only backward, order 2 both. Amplitudes are the cosine and sine part of the profile under x.
+    forward, order 3 only backward, order 2 both. Amplitudes are the cosine and sine part of the profile under x. Here x
+    and y are along the probes, at an angle a to those of the rotor, which turns z by e^{ja}.
     """
-    here = sensor_unit(sensors, node)
+    here = probe_axis(structure, sensors, node) * sensor_unit(sensors, node)
     forward, backward = (1 + 1j * (-1j) ** order) / 2, (1 + 1j * 1j**order) / 2
     parameters, usual = [], 0.04 * structure.scales.length
     for part, c in (("cosine", 1), ("sine", -1j)):

@@ -28,7 +28,6 @@ from rotorstudy.inference.fit import Fit, chi_square_p_value, residual_share
 from rotorstudy.inference.prediction import predicted, with_cause_error, with_model_error
 from rotorstudy.inference.prior import with_rotor
 from rotorstudy.inference.problem import magnitude_and_phase
-from rotorstudy.measurement.conventions import Conventions
 from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
@@ -65,13 +64,9 @@ class Diagnosis:
     labels: dict[str, str]
 
 
-def diagnose(
-    spectrum: Spectrum, model: Model, *, hold_out=None, settings=None, findings=(), conventions=None
-) -> Verdict:
+def diagnose(spectrum: Spectrum, model: Model, *, hold_out=None, settings=None, findings=()) -> Verdict:
     """The Verdict on what a model lacks to explain a spectrum; see `investigate`."""
-    return investigate(
-        spectrum, model, hold_out=hold_out, settings=settings, findings=findings, conventions=conventions
-    ).verdict
+    return investigate(spectrum, model, hold_out=hold_out, settings=settings, findings=findings).verdict
 
 
 def investigate(
@@ -81,7 +76,6 @@ def investigate(
     hold_out: list[float] | None = None,
     settings: Settings | dict | None = None,
     findings: tuple[Finding, ...] = (),
-    conventions: Conventions | None = None,
 ) -> Diagnosis:
     """What a model lacks to explain a spectrum.
 
@@ -97,8 +91,6 @@ def investigate(
         Settings, or a dict of some of them.
     findings
         Findings on the records, to be included in the verdict.
-    conventions
-        Stated for the records; by default two probes along x and y.
 
     Raises
     ------
@@ -115,7 +107,7 @@ def investigate(
     base, expected = found.base, None
     if held is not None:
         expected = with_cause_error(held, held.amplitude - predicted(base.model, held, base.theta), found.cause_error)
-    chain = chain_hypothesis(found, measured, settings, conventions)
+    chain = chain_hypothesis(found, measured, settings)
     found = replace(found, upheld=chain is None and is_upheld(found, expected))
     best = found.best
     rows = 2 * fitted.amplitude.size
