@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.model.model import Model
 from rotorstudy.model.terms import force_columns, summed_entries
-from rotorstudy.response.alternating import nonlinear_columns, seen_coordinates, steady_state
+from rotorstudy.response.alternating import nonlinear_columns, seen_coordinates, steady_states
 from rotorstudy.response.coupling import (
     COUPLED_ORDER,
     check_harmonics,
@@ -295,8 +295,8 @@ def carried_response(model, speed, theta, blocks, jacobian, kept=None):
     derivatives = np.zeros((*found.shape, theta.shape[-1]), complex)
     changes = solved(columns)
     if tangents is not None:
-        for place, tangent in np.ndenumerate(tangents):
-            changes[place] = tangent.response(changes[place])
+        for trial, tangent in np.ndenumerate(tangents):
+            changes[trial] = tangent.response(changes[trial])
     derivatives[..., : columns.shape[-1]] = changes
     return found, derivatives
 
@@ -367,7 +367,7 @@ def _solve_groups(matrices, force, blocks):
 
 
 def _with_nonlinear_forces(model, theta, speed, blocks, solved, deflection, linear):
-    """Harmonics (..., speed, harmonic, dof) with the nonlinear forces, and Tangents (..., speed)."""
+    """Harmonics (..., speed, harmonic, dof) with the nonlinear forces, and Tangents (...)."""
     carried, dof = blocks.harmonics, len(model.structure.dofs)
     seen = seen_coordinates([force for _, force in model.nonlinear_forces])
     unit = np.zeros((len(carried), len(seen), len(carried), dof), complex)
@@ -377,10 +377,10 @@ def _with_nonlinear_forces(model, theta, speed, blocks, solved, deflection, line
     unit = np.broadcast_to(np.concatenate([unit, 1j * unit], axis=-1), (*linear.shape, 2 * unit.shape[-1]))
     reply = solved(unit)
     deflection = np.broadcast_to(deflection, (*linear.shape[:-2], dof))
-    found, tangents = np.empty_like(linear), np.empty(linear.shape[:-2], object)
-    for place in np.ndindex(tangents.shape):
-        forces = [(theta[(*place[:-1], p)], force) for p, force in model.nonlinear_forces]
-        found[place], tangents[place] = steady_state(
-            forces, speed[place[-1]], carried, deflection[place], linear[place], reply[place]
+    found, tangents = np.empty_like(linear), np.empty(linear.shape[:-3], object)
+    for trial in np.ndindex(tangents.shape):
+        forces = [(theta[(*trial, p)], force) for p, force in model.nonlinear_forces]
+        found[trial], tangents[trial] = steady_states(
+            forces, speed, carried, deflection[trial], linear[trial], reply[trial]
         )
     return found, tangents
