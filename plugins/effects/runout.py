@@ -20,7 +20,7 @@ def rotorstudy_effect():
         source="API 670; thesis Eq. (3.1)",
         acts_on="output",
         places=usual_harmonics,
-        parts="harmonic",
+        parts=("harmonic",),
         checked="the same harmonic at every speed to 1e-12",
         confounders=(
             ("unbalance", "a runout is the same at all speeds, also at the critical speed"),

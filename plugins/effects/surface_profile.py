@@ -32,7 +32,7 @@ def rotorstudy_effect():
         source="API 670; Bently and Hatch 2002, Fundamentals of Rotating Machinery Diagnostics",
         acts_on="output",
         places=orders,
-        parts="order",
+        parts=("order",),
         checked="x and y of a profile of orders 1 to 4, in time, to 1e-12",
         confounders=(
             (

@@ -12,6 +12,7 @@ SWEEPS = 3  # over the parameters of a cause, for their most probable widths
 SCALES = 10.0 ** (-0.5 * np.arange(7))  # widths of the prior over the widest one, equally likely by order of magnitude
 FURTHER_PART = 0.5  # prior probability that a fault has one more of its parts: as likely as not
 THRESHOLD_STEPS = 20  # of a fixed-point iteration that converges quickly
+ROUND_OFF = 1e-15  # of the largest eigenvalue of a covariance: smaller ones have no correct digits
 LEAST_LOG_PROBABILITY = -700.0  # keeps posterior probabilities from underflow to zero
 
 
@@ -58,7 +59,7 @@ def log_scales(mean: np.ndarray, covariance: np.ndarray, parameter: np.ndarray) 
     ndarray (...)
     """
     narrow, vectors = np.linalg.eigh(covariance)
-    narrow = np.clip(narrow, 1e-30, 1)
+    narrow = np.clip(narrow, np.maximum(1e-30, ROUND_OFF * narrow[..., -1:]), 1)
     along = (mean[..., None, :] @ vectors)[..., 0, :] / narrow
     if parameter[-1] == 0:  # one width: the posterior keeps its axes
         precision = 1 + SCALES[:, None] ** 2 * (1 / narrow - 1)[..., None, :]

@@ -9,6 +9,7 @@ from scipy.optimize import brentq
 from rotorstudy.diagnosis.candidates import Candidate, candidates, with_vibration
 from rotorstudy.diagnosis.explanations import Search
 from rotorstudy.diagnosis.odds import Explanation, odds_of
+from rotorstudy.diagnosis.parts import faults_of_several_parts
 from rotorstudy.diagnosis.screening import TIE, Screened, screen, screen_each, screen_pairs
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.shape_scan import can_be_scanned, scan
@@ -137,9 +138,12 @@ def _grows(work, explanation):
 
 
 def _added(work, current, fits=None):
-    """The best explanation after causes were added to one as long as that increases its odds; fits : as for `_add`."""
+    """The best explanation after causes were added to one as long as that increases its odds.
+
+    fits : as for `with_one_more`
+    """
     while True:
-        tried = _add(work, current, fits)
+        tried = with_one_more(work, current, fits)
         better = max((refine(work, e) for e in _to_refine(tried, current.fit.cost)), key=odds_of, default=current)
         if odds_of(better) <= odds_of(current):
             return current
@@ -183,7 +187,7 @@ def _is_allowed(work, causes):
     return len({c.fault for c in causes}) <= work.settings.most_causes and len({c.cause for c in causes}) == len(causes)
 
 
-def _add(work, current, fits=None):
+def with_one_more(work, current, fits=None):
     """Explanations with one more cause, of the candidates worth a fit.
 
     fits : list of Fit of the current explanation at which candidates are screened, by default its own
@@ -197,14 +201,16 @@ def _add(work, current, fits=None):
         chosen, screenings = _with_scanned(work, chosen, screenings, fits)
     promising = _promising(work, chosen, screenings, work.settings.candidates_per_round)
     theta = dict(zip(current.fit.model.names, current.fit.theta, strict=True))
-    return _fit_closest(
-        work,
-        [
-            Option((*current.causes, chosen[i]), theta | dict(zip(chosen[i].names, one.start, strict=True)))
-            for i, one in promising.items()
-        ],
-        from_stated=True,
-    )
+    options = [
+        Option((*current.causes, chosen[i]), theta | dict(zip(chosen[i].names, one.start, strict=True)))
+        for i, one in promising.items()
+    ]
+    several = [
+        Option((*current.causes, *parts), start)
+        for fitted in fits
+        for parts, start in faults_of_several_parts(work, fitted, chosen)
+    ]
+    return [*_fit_closest(work, options, from_stated=True), *_fit_closest(work, several)]
 
 
 def _with_scanned(work, chosen, screenings, fits):

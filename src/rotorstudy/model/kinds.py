@@ -78,9 +78,13 @@ class CrackDepth(Plugin):
     The compliance is that of the open crack; depth_ratio is its depth over the diameter of the shaft.
 
     valid : lowest and highest valid depth ratio
+    partly_open : function(depth_ratio, direction, **options) -> complex rotation (...), along xi + j eta, by a unit
+                  moment that pulls most at the angle `direction` (...) from xi, where only what is in tension opens;
+                  the gradient of a strain energy, so that it is continuous and symmetric in the direction
     """
 
     valid: tuple[float, float] = (0.0, 0.5)
+    partly_open: Callable = None
 
 
 @dataclass(frozen=True)
@@ -114,7 +118,7 @@ class Effect(Plugin):
     positive  : its amplitudes cannot be negative (damping, stiffness loss of a crack), together with those of the rig;
                 or the names of those that cannot, if others can
     base_rate : how often it is a cause, relative to a usual effect, before anything is measured
-    parts     : option that numbers the parts of one fault (the harmonics of a runout), which count as one cause
+    parts     : options that number the parts of one fault (the harmonics of a runout), which count as one cause
     nuisance  : standard deviation of its amplitude in any measuring chain, where it is never exactly zero
     """
 
@@ -128,7 +132,7 @@ class Effect(Plugin):
     fixed: bool = False
     fold: int = 1
     positive: bool | tuple[str, ...] = False
-    parts: str = ""
+    parts: tuple[str, ...] = ()
     base_rate: float = 1.0
     nuisance: float = 0.0
 

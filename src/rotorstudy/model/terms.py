@@ -145,15 +145,19 @@ class Entry:
 class NonlinearForce:
     """A nonlinear force that depends on the motion of some coordinates at the same instant.
 
-    matrix   : (coordinate, dof) selects the coordinates it depends and acts on
+    matrix   : (coordinate, dof) the coordinates it depends and acts on: a node, or a deformation of an element
     function : (displacement (..., time, coordinate), velocity, deflection) -> force of that shape, N; the displacement
                includes the static deflection, which is also passed by itself, constant in time
+    turns    : whether the function takes the shaft angle too, (time, 1) rad, as its fourth argument
     """
 
     matrix: np.ndarray
     function: Callable
+    turns: bool = False
 
-    def at(self, displacement: ArrayLike, velocity: ArrayLike, deflection: ArrayLike) -> np.ndarray:
+    def at(
+        self, displacement: ArrayLike, velocity: ArrayLike, deflection: ArrayLike, shaft_angle: ArrayLike
+    ) -> np.ndarray:
         """The force at a motion.
 
         Parameters
@@ -164,6 +168,8 @@ class NonlinearForce:
             In m/s.
         deflection : array (..., 1, coordinate)
             Static deflection, m.
+        shaft_angle : array (time,)
+            In rad.
 
         Returns
         -------
@@ -175,7 +181,8 @@ class NonlinearForce:
         PluginError
             If the plugin returns another shape, or NaN for a finite motion.
         """
-        found = self.function(displacement, velocity, deflection)
+        angle = (np.asarray(shaft_angle, float)[:, None],) if self.turns else ()
+        found = self.function(displacement, velocity, deflection, *angle)
         shape = np.shape(displacement)
         if np.shape(found) == shape and not (np.isnan(found).any() and np.isfinite(displacement).all()):
             return found

@@ -1,4 +1,4 @@
-"""Steady state under nonlinear forces (rub, looseness) by alternating frequency and time: Cameron and Griffin 1989.
+"""Steady state under nonlinear forces (rub, breathing crack) by alternating frequency and time: Cameron, Griffin 1989.
 
 The motion is synthesised over one revolution, the force is evaluated at each sample and transformed back to harmonics.
 Newton's method acts on the harmonics of the coordinates that these forces depend on; the linear part stays in the
@@ -25,7 +25,7 @@ class Tangent(NamedTuple):
 
     slope : (speed, component, component) derivative of the force harmonics with respect to the motion, N/m
     reply : (speed, harmonic, dof, component) motion by a unit force, m/N
-    seen  : (coordinate,) positions of the coordinates that the forces depend on
+    seen  : (coordinate, dof) the coordinates that the forces depend on
     """
 
     slope: np.ndarray
@@ -34,22 +34,24 @@ class Tangent(NamedTuple):
 
     def response(self, change):
         """Change (speed, harmonic, dof, parameter), m per unit, with the nonlinear forces, from that without them."""
-        moved = _real(change[:, :, self.seen])
-        stiff = np.eye(moved.shape[1]) - _real(self.reply[:, :, self.seen]) @ self.slope
+        moved = _real(self.seen @ change)
+        stiff = np.eye(moved.shape[1]) - _real(self.seen @ self.reply) @ self.slope
         return change + self.reply @ (self.slope @ np.linalg.solve(stiff, moved))[:, None]
 
 
 def one_revolution(harmonics):
-    """e^{jn phi} (time, harmonic) at equally spaced angles of one revolution; not to be written to."""
+    """Shaft angles (time,) of one revolution, equally spaced, rad, and e^{jn angle} (time, harmonic); read-only."""
     return _one_revolution(tuple(int(n) for n in harmonics))
 
 
 @lru_cache(maxsize=64)
 def _one_revolution(harmonics):
     count = SAMPLES_PER_HARMONIC * max(2, *(abs(n) for n in harmonics))
+    angle = 2 * np.pi / count * np.arange(count)
     basis = np.exp(2j * np.pi / count * np.outer(np.arange(count), harmonics))
-    basis.setflags(write=False)
-    return basis
+    for one in (angle, basis):
+        one.setflags(write=False)
+    return angle, basis
 
 
 def nonlinear_columns(forces, amplitudes, speed, harmonics, deflection):
@@ -59,7 +61,7 @@ def nonlinear_columns(forces, amplitudes, speed, harmonics, deflection):
     amplitudes : (..., speed, harmonic, dof) complex, m, about the deflection (dof,) or (..., speed, dof)
     returns    : (..., speed, harmonic, dof, force) complex, N; harmonics not listed are taken as zero
     """
-    basis, deflection = one_revolution(harmonics), np.asarray(deflection)
+    (angle, basis), deflection = one_revolution(harmonics), np.asarray(deflection)
     rate = 1j * np.asarray(harmonics)[:, None] * np.asarray(speed, float)[:, None, None]
     columns, in_time = np.empty((*amplitudes.shape, len(forces)), complex), {}
     for p, force in enumerate(forces):
@@ -67,7 +69,7 @@ def nonlinear_columns(forces, amplitudes, speed, harmonics, deflection):
         if which not in in_time:
             seen, still = amplitudes @ force.matrix.T, (deflection @ force.matrix.T)[..., None, :]
             in_time[which] = basis @ seen + still, basis @ (rate * seen), still
-        given = force.at(*in_time[which])
+        given = force.at(*in_time[which], angle)
         columns[..., p] = basis.conj().T @ given / len(basis) @ force.matrix
     return columns
 
@@ -92,18 +94,18 @@ def steady_states(forces, speed, harmonics, deflection, linear, reply):
     raises : NoSteadyState if the continuation from the linear response fails
     """
     seen = seen_coordinates([force for _, force in forces])
-    basis, place, order = one_revolution(harmonics), np.asarray(harmonics), len(harmonics)
-    rate, still = 1j * place * speed[:, None], deflection[:, None, seen]
-    start, receptance = _real(linear[:, :, seen]), _real(reply[:, :, seen])
+    (angle, basis), place, order = one_revolution(harmonics), np.asarray(harmonics), len(harmonics)
+    rate, still = 1j * place * speed[:, None], (deflection @ seen.T)[:, None]
+    start, receptance = _real(linear @ seen.T), _real(seen @ reply)
+    chosen = [_chosen(force, seen) for _, force in forces]
     difference, total = ((place[:, None] + sign * place) % len(basis) for sign in (-1, 1))
     # (unit, coordinate, speed, time, seen)
     units = np.array([1, 1j])[:, None, None, None, None] * np.eye(len(seen))[:, None, None, :]
 
     def in_time(z, v, at_rest):
         return sum(
-            amplitude * force.at(z @ s.T, v @ s.T, at_rest @ s.T) @ s
-            for amplitude, force in forces
-            for s in [force.matrix[:, seen]]
+            amplitude * force.at(z @ s.T, v @ s.T, at_rest @ s.T, angle) @ s
+            for (amplitude, force), s in zip(forces, chosen, strict=True)
         )
 
     def force_and_slope(x, at):
@@ -113,7 +115,8 @@ def steady_states(forces, speed, harmonics, deflection, linear, reply):
         """
         a, turn, rates = _complex(x, len(seen)), speed[at, None, None], rate[at]
         z, v = basis @ a + still[at], basis @ (rates[..., None] * a)
-        size = DIFFERENCE * (np.abs(a).max(axis=(1, 2))[:, None, None] + 1e-12)
+        largest = np.swapaxes(np.abs(a).max(axis=1), 0, 1)[..., None, None]
+        size = DIFFERENCE * (largest + 1e-12)  # (coordinate, speed, 1, 1): of each coordinate, in its own unit
         step, rest = size * units, 0 * size * units
         up_z, down_z, up_v, down_v = in_time(
             z + np.stack([step, -step, rest, rest]), v + turn * np.stack([rest, rest, step, -step]), still[at]
@@ -175,5 +178,10 @@ def _solved(matrices, right):
 
 
 def seen_coordinates(forces):
-    """Positions (coordinate,) of the coordinates that nonlinear forces depend and act on."""
-    return np.flatnonzero(np.any([np.any(force.matrix, axis=0) for force in forces], axis=0))
+    """The coordinates (coordinate, dof) that nonlinear forces depend and act on, each once."""
+    return np.unique(np.concatenate([force.matrix for force in forces]), axis=0)[::-1]
+
+
+def _chosen(force, seen):
+    """Selects (coordinate of the force, coordinate seen) the coordinates of one force."""
+    return (force.matrix[:, None] == seen).all(axis=-1).astype(float)

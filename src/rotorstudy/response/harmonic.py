@@ -371,8 +371,7 @@ def _with_nonlinear_forces(model, theta, speed, blocks, solved, deflection, line
     carried, dof = blocks.harmonics, len(model.structure.dofs)
     seen = seen_coordinates([force for _, force in model.nonlinear_forces])
     unit = np.zeros((len(carried), len(seen), len(carried), dof), complex)
-    row, column = np.ix_(range(len(carried)), range(len(seen)))
-    unit[row, column, row, seen[column]] = 1
+    unit[range(len(carried)), :, range(len(carried))] = seen
     unit = np.moveaxis(unit.reshape(-1, len(carried), dof), 0, -1)
     unit = np.broadcast_to(np.concatenate([unit, 1j * unit], axis=-1), (*linear.shape, 2 * unit.shape[-1]))
     reply = solved(unit)

@@ -33,6 +33,8 @@ def measured_response(
 ) -> np.ndarray:
     """Displacement harmonics shown by the sensors: the translations at `model.sensors` changed by the output terms.
 
+    They count from the static deflection, or from the unloaded line if the model says so.
+
     Parameters
     ----------
     model, harmonics, order
@@ -92,10 +94,10 @@ def _measured(model, speed, harmonics, theta, order, jacobian):
     """The Linearised response at the sensors, its Jacobian None unless asked for."""
     speed, harmonics, theta, blocks = response_inputs(model, speed, harmonics, theta, order)
     found, derivatives = carried_response(model, speed, theta, blocks, jacobian, model.involved)
-    true, first, chosen = found[..., model.measured], len(model.rotor_unknowns), positions(harmonics, blocks)
+    first, chosen = len(model.rotor_unknowns), positions(harmonics, blocks)
+    true, derivatives = _at_sensors(model, speed, theta[..., :first], blocks.harmonics, found, derivatives)
     shown = true.copy()
     if jacobian:
-        derivatives = derivatives[..., model.measured, :]
         change, rotor = derivatives.copy(), np.moveaxis(derivatives[..., :first], -1, 0)
     linear = [(p, u) for p, u in enumerate(model.output_unknowns, start=first) if not u.exact]
     shown += apply_summed(summed_entries(linear, theta), true, speed, blocks.harmonics)
@@ -113,6 +115,19 @@ def _measured(model, speed, harmonics, theta, order, jacobian):
                 up, down = (_exact_change(unknown, size + h, seen, speed, blocks.harmonics) for h in (step, -step))
                 change[..., p] += (up - down) / (2 * step)
     return Linearised(shown[..., chosen, :], change[..., chosen, :, :] if jacobian else None)
+
+
+def _at_sensors(model, speed, theta, carried, found, derivatives=None):
+    """Displacements (..., speed, harmonic, sensor) from the stated zero, and their derivatives, None unless given."""
+    true = found[..., model.measured]
+    derivatives = None if derivatives is None else derivatives[..., model.measured, :]
+    if model.from_unloaded_line:
+        deflection, changes = static_deflection(model, speed, theta, jacobian=derivatives is not None)
+        for mean in np.flatnonzero(carried == 0):
+            true[..., mean, :] += deflection[..., model.measured]
+            for p, change in changes.items():
+                derivatives[..., mean, :, p] += change[..., model.measured]
+    return true, derivatives
 
 
 def _exact_change(unknown, amplitude, motion, speed, harmonics):
@@ -206,5 +221,7 @@ class Near:
             local = [rotor[p].force for p in in_time]
             force[..., in_time] = nonlinear_columns(local, found, speed, carried, deflection)
             shown[..., : len(rotor)] = self._moved(force)
-        shown[..., len(rotor) :] = force_columns(output, found[..., self.model.measured], speed, carried)
+        own = self.theta[: len(self.model.rotor_unknowns)]
+        true, _ = _at_sensors(self.model, speed, own, carried, found)
+        shown[..., len(rotor) :] = force_columns(output, true, speed, carried)
         return shown[:, positions(self.harmonics, self.blocks)]
