@@ -10,7 +10,7 @@ from rotorstudy.diagnosis.candidates import Candidate, candidates, with_vibratio
 from rotorstudy.diagnosis.explanations import Search
 from rotorstudy.diagnosis.odds import Explanation, odds_of
 from rotorstudy.diagnosis.parts import faults_of_several_parts
-from rotorstudy.diagnosis.screening import Screened, screen, screen_each, screen_pairs
+from rotorstudy.diagnosis.screening import TIE, Screened, screen, screen_each, screen_pairs
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.shape_scan import can_be_scanned, scan
 from rotorstudy.diagnosis.shapes import refine
@@ -347,9 +347,9 @@ def _pairs(work, current):
     prior = {c.label: np.log(work.prior_odds.of(c)) for c in usable}
     gain += np.array([prior[c.label] for c in first])[:, None] + np.array([prior[c.label] for c in second])
     options, often = {}, {}
-    for place in np.argsort(-gain, axis=None):
+    for place in np.argsort(-np.round(gain, TIE), axis=None, kind="stable"):
         i, j = np.unravel_index(place, gain.shape)
-        both = first[i], second[j]
+        both = tuple(sorted((first[i], second[j]), key=lambda c: bool(c.shape)))  # the shape of the last is refined
         names = frozenset(c.cause for c in both)
         if len(options) == PAIRS or gain[i, j] == -np.inf:
             break
