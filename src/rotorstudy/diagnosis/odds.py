@@ -7,6 +7,7 @@ import numpy as np
 from rotorstudy.diagnosis.candidates import Candidate
 from rotorstudy.diagnosis.settings import Settings, base_rate
 from rotorstudy.inference.fit import Fit
+from rotorstudy.model.registry import registry
 
 SWEEPS = 3  # over the parameters of a cause, for their most probable widths
 SCALES = 10.0 ** (-0.5 * np.arange(7))  # widths of the prior over the widest one, equally likely by order of magnitude
@@ -33,6 +34,20 @@ class Explanation:
     def faults(self):
         """Names of the faults that the causes are parts of."""
         return frozenset(cause.fault for cause in self.causes)
+
+
+def faults_of(causes: tuple[Candidate, ...]) -> dict[str, Candidate]:
+    """Faults that causes are parts of, each with its first part.
+
+    The parts have the same fault by name, or one brings the other: an eccentric mass has an unbalance.
+    """
+    effects, found = registry().plugins["effect"], {}
+    brought = {name + "".join(f", {key} {value}" for key, value in c.where.items())
+               for c in causes for name in effects[c.effect].brings}  # fmt: skip
+    for cause in causes:
+        if cause.cause not in brought:
+            found.setdefault(cause.fault, cause)
+    return found
 
 
 def odds_of(explanation: Explanation) -> float:
@@ -133,11 +148,8 @@ class PriorOdds:
 
     def log_odds(self, causes: tuple[Candidate, ...]) -> float:
         """Logarithm of those of several causes together."""
-        total, seen = 0.0, set()
-        for cause in causes:
-            total += np.log(self.further_part[cause.fault] if cause.fault in seen else self.of(cause))
-            seen.add(cause.fault)
-        return float(total)
+        first = {cause.label for cause in faults_of(causes).values()}
+        return float(sum(np.log(self.of(c) if c.label in first else self.further_part[c.fault]) for c in causes))
 
     def even_odds_gain(self, cause: Candidate) -> float:
         """Decrease of the cost at which a cause has even posterior odds: it offsets prior odds and Occam factor.

@@ -8,6 +8,7 @@ from rotorstudy.diagnosis.explanations import LEAST_LOG_ODDS, Search
 from rotorstudy.diagnosis.held_out import gain_of, is_upheld, is_worse, split
 from rotorstudy.diagnosis.measuring_chain import LEAST_LOG_ODDS as LEAST_CHAIN_LOG_ODDS
 from rotorstudy.diagnosis.measuring_chain import best_hypothesis
+from rotorstudy.diagnosis.odds import faults_of
 from rotorstudy.diagnosis.result import (
     Cause,
     ChainHypothesis,
@@ -171,7 +172,9 @@ def _has_wrong_form(found):
 
     The error of one cause must not hide what a second one explains: several are named if they leave only noise.
     """
-    return found.cause_error > 0 and (len(found.best.faults) > 1 or found.cause_error >= found.settings.cause_error)
+    return found.cause_error > 0 and (
+        len(faults_of(found.best.causes)) > 1 or found.cause_error >= found.settings.cause_error
+    )
 
 
 def _misfit(found, spectrum):
