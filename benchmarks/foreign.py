@@ -1,7 +1,7 @@
 """The diagnosis on records of the independent simulator in tests/foreign: python benchmarks/foreign.py --cases 100
 
 Each case walks the public road: record and rig file on disk, spectrum, verdict. One row a case goes to `cases.csv`, the
-shares with their 95 % bounds to `summary.csv`; the truth and the verdict of each case stay in `cases/`.
+shares with their 95 % bounds (`foreign_scores.py`) to `summary.csv`; truth and verdict of each case stay in `cases/`.
 """
 
 import argparse
@@ -14,7 +14,9 @@ import time
 import warnings
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
+from itertools import cycle
 from pathlib import Path
+from typing import NamedTuple
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads slow them down
 os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -28,22 +30,21 @@ from foreign.faults import FAMILIES  # noqa: E402
 from foreign.files import write_case  # noqa: E402
 from foreign.measuring import expected_harmonics  # noqa: E402
 from foreign.stepping import NoSteadyState  # noqa: E402
+from foreign_scores import by_kind, summary  # noqa: E402
 
-from rotorstudy.blind.scoring import calibration, share_bounds  # noqa: E402
 from rotorstudy.diagnosis import investigate  # noqa: E402
 from rotorstudy.diagnosis.search import base_model  # noqa: E402
 from rotorstudy.diagnosis.settings import read_settings  # noqa: E402
 from rotorstudy.errors import RotorstudyError  # noqa: E402
 from rotorstudy.inference.fit import fit  # noqa: E402
 from rotorstudy.inference.prediction import with_model_error  # noqa: E402
+from rotorstudy.measurement.conventions import read_conventions  # noqa: E402
 from rotorstudy.measurement.measurement import measured_spectrum  # noqa: E402
 from rotorstudy.model.registry import registry  # noqa: E402
 from rotorstudy.model.rig import read_rig  # noqa: E402
 
-LARGE = 3.0  # size from which an effect must be found
 VISIBLE = 0.01  # least change of a harmonic by an effect, over the healthy 1X; a smaller one is drawn again
 QUICK = (0, 1, -1, 2, -2, 3, -3)  # harmonics of a quick run
-SLOW = 30.0  # seconds of a diagnosis that is reported
 CRACKS = ("breathing_crack", "breathing_crack_weight", "open_crack")
 NODE, ELEMENT, STRETCH, ANY = "node", "element", "stretch", "any"
 
@@ -90,7 +91,25 @@ CONVENTIONS = {"unloaded_zero": "displacements count from the unloaded line"}
 # Faults for which the records are refused, by the words of the finding after its node
 REFUSED = {"swapped": "swapped probes", "reversed": "swapped probes"}
 PAIRED = [name for name in FAMILIES if name != "healthy"]
-KINDS = [*FAMILIES, *CHAIN_FAULTS, "pair"]
+KINDS = [*FAMILIES, *CHAIN_FAULTS, "pair", "outside"]  # outside: any family, with its effects left out of the library
+
+
+# Truth -> {parameter of its effect: true value}, where both state the same number. Phases are those of the moment.
+SIZES = {
+    "unbalance": {"eccentricity_phase": "phase_rad"},
+    "crack": {"crack_angle_rad": "phase_rad"},
+    "open_crack": {"crack_angle_rad": "phase_rad"},
+    "added_mass": {"added_mass": "mass_kg"},
+    "preload": {"static_preload": "force_N", "static_preload_phase": "angle_rad"},
+    "cubic_bearing": {"cubic_stiffness": "cubic_N_per_m3"},
+    "external_damping": {"external_damping": "change_N_s_per_m"},
+    "rub": {"rub_stiffness": "stiffness_N_per_m", "contact_angle_rad": "side_rad"},
+    "looseness": {"loose_stiffness": "loss_N_per_m"},
+    "support_loss": {"support_stiffness_loss": "loss_N_per_m"},
+    "seal": {"seal_damping": "damping_N_s_per_m", "seal_stiffness": "direct_N_per_m"},
+}
+INTERVAL = 1.96  # standard deviations of a 95 % interval
+CRACK_ANGLE = np.deg2rad(10)  # error of the angle of a crack that is found
 
 
 def in_library(family):
@@ -197,49 +216,99 @@ def judged(case, true, verdict):
     }
 
 
+def errors_of(true, causes):
+    """(parameter, error, standard deviation) of every size that a named true effect states; angles in (-pi, pi]."""
+    found = []
+    for one in true:
+        for cause in causes:
+            for name, key in SIZES.get(one["family"], {}).items() if compared(one, cause)[1] else ():
+                stated = cause.parameters.get(name)
+                if stated is None or stated.std is None or key not in one:
+                    continue
+                error = stated.value - one[key]
+                error = np.angle(np.exp(1j * error)) if key.endswith("_rad") else error
+                found.append((name, float(error), stated.std))
+    return found
+
+
+def sizes_judged(true, causes):
+    """Number of sizes to compare, of 95 % intervals that hold theirs, and whether the angle of a crack is right."""
+    errors = errors_of(true, causes)
+    angles = [error for name, error, _ in errors if name == "crack_angle_rad"]
+    return {
+        "sizes": len(errors),
+        "covered": sum(abs(error) <= INTERVAL * std for _, error, std in errors),
+        "angle_right": all(abs(error) <= CRACK_ANGLE for error in angles),
+    }
+
+
 def name_of(cause):
     """Effect and place in a few characters."""
     return cause.effect + "".join(f" {value}" for value in cause.where.values())
 
 
 def drawn(seed, kind, quick):
-    """A case of a kind: healthy, one family, a fault of the chain, or a pair of families."""
+    """A case of a kind: healthy, one family, a fault of the chain, a pair of families, or any family."""
     rng = np.random.default_rng([seed, 1])
     size = {"speeds": 6, "count": int(rng.integers(2, 6))} if quick else {}
     if kind == "pair":
         kind = "+".join(rng.choice(PAIRED, 2, replace=False))
+    if kind == "outside":
+        kind = str(rng.choice(PAIRED))
     if kind in CHAIN_FAULTS:
         return draw_case(seed, "healthy", chain_fault=kind, **size), kind
     return draw_case(seed, kind, visible=0.0 if kind == "healthy" else VISIBLE, **size), None
 
 
-def run_case(given):
-    """Row of one case; `given` is its number, seed, kind, folder of results, size of the rig's errors, and speed."""
-    number, seed, kind, out, error, quick = given
-    row = {"case": number, "seed": seed, "kind": kind}
+class Work(NamedTuple):
+    """A case to be diagnosed.
+
+    out           : folder of results
+    rig_error     : of the rig file, 0: none, 1: as real ones have
+    without_truth : whether the effects that are its truth are left out of the library
+    """
+
+    number: int
+    seed: int
+    kind: str
+    out: Path
+    rig_error: float
+    quick: bool
+    without_truth: bool
+
+
+def run_case(work):
+    """Row of one case."""
+    seed, kind, quick = work.seed, work.kind, work.quick
+    row = {"case": work.number, "seed": seed, "kind": kind}
     try:
         case, fault = drawn(seed, kind, quick)
     except (NoSteadyState, ValueError) as problem:
         return row | {"verdict": "not drawn", "named": str(problem)}
-    true = truth_of(case, fault)
+    true, left_out = truth_of(case, fault), work.without_truth or kind == "outside"
     row |= {
         "families": "+".join(one["family"] for one in true),
         "mass_kg": case.rotor.mass,
         "elements": len(case.rotor.elements),
         "probed_nodes": len(case.nodes),
-        "known": all(in_library(one["family"]) for one in true),
+        "known": not left_out and all(in_library(one["family"]) for one in true),
         "size": np.nan,
     }
-    folder = Path(out) / "cases" / f"{number:04d}"
+    error = np.array([0.005, 0.02, 0.05]) * work.rig_error  # of modulus, bearings, unbalance
+    folder = Path(work.out) / "cases" / f"{work.number:04d}"
     try:
         with tempfile.TemporaryDirectory() as files, warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            write_case(case, files, 0.005 * error, 0.02 * error, 0.05 * error, seed, QUICK if quick else None)
+            write_case(case, files, *error, seed, QUICK if quick else None)
             start = time.process_time()
             rig = read_rig(Path(files) / "rig.yaml")
             spectrum, model, findings = measured_spectrum([Path(files) / "record.nc"], rig)
             settings = read_settings(rig.given, "rig.yaml")
-            found = investigate(spectrum, model, settings=settings, findings=findings)
+            if left_out:
+                names = sorted({name for one in true for name in MEANS[one["family"]][0]})
+                settings = settings.model_copy(update={"leave_out": names})
+            conventions = read_conventions(rig.given, "rig.yaml")
+            found = investigate(spectrum, model, settings=settings, findings=findings, conventions=conventions)
             seconds = time.process_time() - start
             folder.mkdir(parents=True, exist_ok=True)
             for name in ("rig.yaml", "truth.json"):
@@ -252,68 +321,15 @@ def run_case(given):
     sizes = [
         left_by_base(change, model, whole, settings) for change in (change_of(case, spectrum.harmonics) if true else [])
     ]
-    return row | judged(case, true, found.verdict) | {
+    right = judged(case, true, found.verdict)
+    sized = sizes_judged(true, found.verdict.causes if right["alone"] else ())
+    return row | right | sized | {
         "size": min(sizes, default=0.0),
         "p_before": found.verdict.residual_p_value.before,
         "p_after": found.verdict.residual_p_value.after,
         "residual_share": found.verdict.residual_share,
         "seconds": seconds,
     }  # fmt: skip
-
-
-def share(what, of, right):
-    """A row of the summary: how many are right among some cases, with 95 % bounds."""
-    right = np.asarray(right, bool)
-    count, cases = int(right.sum()), len(of)
-    low, high = share_bounds(count, cases)
-    return {"what": what, "value": count / cases if cases else np.nan, "low": low, "high": high, "cases": cases}
-
-
-def summary(rows):
-    """The shares that count, with 95 % bounds."""
-    done = rows[~rows.verdict.isin(["not drawn", "refused"])]
-    refused = rows[rows.verdict == "refused"]
-    healthy, single = done[done.kind == "healthy"], done[~done.kind.isin(["healthy", "pair"])]
-    known = single[single.known.astype(bool) & (single["size"] >= LARGE)]
-    outside = single[~single.known.astype(bool) & (single["size"] >= LARGE)]
-    cracks = single[single.kind.isin(["crack", "open_crack"]) & (single["size"] >= LARGE)]
-    pairs = done[(done.kind == "pair") & (done["size"] >= LARGE)]
-    stated = done[done.probability.notna()]
-    held = done[done.gain.notna()]
-    error = calibration(stated.probability.to_numpy(float), stated.first_right.to_numpy(float))[-1]
-    return pd.DataFrame(
-        [
-            share("single, named alone at the right place", known, known.alone),
-            share("single, in the stated set", known, known.in_set),
-            share("single, called unknown", known, known.verdict == "unknown"),
-            share("single, called nothing", known, known.verdict == "nothing"),
-            share("single, wrong name", known, known.wrong),
-            share("all cases, wrong name", done, done.wrong),
-            share("cracks named, element within one", cracks, cracks.alone),
-            share("cracks in the stated set", cracks, cracks.in_set),
-            share("pairs, both in the stated set", pairs, pairs.in_set),
-            share("clean called nothing", healthy, healthy.verdict == "nothing"),
-            share("outside effects called unknown", outside, outside.verdict == "unknown"),
-            {"what": "calibration error of the stated probability", "value": error, "cases": len(stated)},
-            {"what": "held-out error after over before, median", "value": held.gain.median(), "cases": len(held)},
-            share("held-out error worse", held, held.gain > 1),
-            share("records refused for the right reason", refused, refused.alone),
-            share(f"slower than {SLOW:g} s of processor time", done, done.seconds > SLOW),
-            {"what": "seconds of a diagnosis, median", "value": done.seconds.median(), "cases": len(done)},
-        ]
-    )
-
-
-def by_kind(rows):
-    """Counts of each kind of case, for sizes of at least LARGE (all healthy ones)."""
-    seen = rows[(rows.kind == "healthy") | ~(rows["size"] < LARGE)]
-    table = seen.groupby("kind", sort=False).agg(
-        cases=("case", "size"), alone=("alone", "sum"), in_set=("in_set", "sum"), wrong=("wrong", "sum"),
-        seconds=("seconds", "median"),
-    )  # fmt: skip
-    for verdict in ("nothing", "cause", "ambiguous", "unknown", "convention", "refused", "not drawn"):
-        table[verdict] = seen.groupby("kind").verdict.agg(lambda said, v=verdict: int((said == v).sum()))
-    return table
 
 
 def main():
@@ -326,11 +342,12 @@ def main():
     parser.add_argument("--processes", type=int, default=1)
     parser.add_argument("--rig-error", type=float, default=1.0, help="0: the rig file is exact; 1: as real ones are")
     parser.add_argument("--quick", action="store_true", help="rotors of 2 to 5 elements, 6 speeds, harmonics to 3X")
+    parser.add_argument("--without-truth", action="store_true", help="leave the effects that are the truth out")
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
     work = [
-        (i, 100_000 * given.seed + i, given.families[i % len(given.families)], given.out, given.rig_error, given.quick)
-        for i in range(given.cases)
+        Work(i, 100_000 * given.seed + i, kind, given.out, given.rig_error, given.quick, given.without_truth)
+        for i, kind in zip(range(given.cases), cycle(given.families))
     ]
     rows = []
     with ProcessPoolExecutor(given.processes) as pool:

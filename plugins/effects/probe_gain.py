@@ -6,7 +6,7 @@ from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, sensor_unit
 def probe_gain(sensors, node: int | None = None):
     """Gain errors of the probes, g + m of x and g - m of y: z is measured as (1 + g) z + m conj(z).
 
-    The static deflection, about which displacements are measured, is not multiplied.
+    The static deflection is multiplied only where displacements count from the unloaded line.
     """
     here = np.diag(sensor_unit(sensors, node))
     return [

@@ -10,6 +10,7 @@ from rotorstudy.plugins import (
     Positive,
     Rotor,
     RotorstudyError,
+    Section,
     Structure,
     TypedDict,
     Whole,
@@ -128,22 +129,46 @@ def finite_element(
                 losses[name] = (np.diag([float(place == (node, motion)) for place in dofs]), unit, typical)
         return losses
 
-    def shape_at(position):
-        """Shape functions (dof,) at a position (m) from node 1."""
+    ends = np.cumsum([element["length_m"] for element in shaft])
+
+    def located(position):
+        """Index of the element at a position (m) from node 1, and the relative position in it."""
         if not 0 <= position <= length * (1 + 1e-12):
             raise RotorstudyError(f"finite_element: position {position:g} m is not on the shaft of 0 to {length:g} m")
-        ends = np.cumsum([element["length_m"] for element in shaft])
         i = min(int(np.searchsorted(ends, position)), len(shaft) - 1)
+        return i, 1 + (position - ends[i]) / shaft[i]["length_m"]
+
+    def of_element(i, values):
+        """Row (dof,) with values (4,) at the coordinates of an element."""
         row = np.zeros(2 * len(nodes))
-        x = np.array([1 + (position - ends[i]) / shaft[i]["length_m"]])
-        row[2 * i : 2 * i + 4] = _deflection(x, shaft[i]["length_m"], _shear(shaft[i], theory == "timoshenko"))[:, 0]
+        row[2 * i : 2 * i + 4] = values
         return row[free]
+
+    def shape_at(position):
+        """Shape functions (dof,) at a position (m) from node 1."""
+        i, x = located(position)
+        phi = _shear(shaft[i], theory == "timoshenko")
+        return of_element(i, _deflection(np.array([x]), shaft[i]["length_m"], phi)[:, 0])
+
+    def section_at(position):
+        """The Section at a position (m) from node 1; of a uniform beam between its nodes, statically exact."""
+        i, x = located(position)
+        at_node = [node for node, s in zip(nodes, [0.0, *ends], strict=True) if abs(position - s) < 1e-9 * length]
+        if any(disc["node"] in at_node for disc in discs):
+            raise CannotAct(f"position_m = {position:g}: a disc is there, at node {at_node[0]}; choose one beside it")
+        element, span, phi = shaft[i], shaft[i]["length_m"], _shear(shaft[i], theory == "timoshenko")
+        rigidity, weight = _rigidity(element), gravity_m_per_s2 * element["density_kg_per_m3"] * _area(element)
+        return Section(
+            position=position,
+            **{key: element[key] for key in Section._fields if key in element},
+            moment=of_element(i, rigidity * np.array(_curvature(x, span, phi)) / (1 + phi)),
+            own_moment=weight * span**2 / 12 * (1 - 6 * x + 6 * x**2),
+            stiffness=rigidity / span * (4 + phi - 12 * x * (1 - x)) / (1 + phi),
+        )
 
     def curvature_at(element):
         """Mean curvature (dof,) of an element: the difference of the tilts of its ends over its length."""
-        row = np.zeros(2 * len(nodes))
-        row[[2 * element - 1, 2 * element + 1]] = np.array([-1, 1]) / shaft[element - 1]["length_m"]
-        return row[free]
+        return of_element(element - 1, np.array([0, -1, 0, 1]) / shaft[element - 1]["length_m"])
 
     return Structure(
         mass=mass[square],
@@ -154,6 +179,8 @@ def finite_element(
         stiffness_loss=stiffness_loss,
         shape_at=shape_at,
         curvature_at=curvature_at,
+        section_at=section_at,
+        length=length,
         gravity=gravity_m_per_s2,
     )
 
@@ -175,6 +202,10 @@ def _rigidity(element):
     return element["youngs_modulus_Pa"] * np.pi / 64 * (outer**4 - inner**4)
 
 
+def _area(element):
+    return np.pi / 4 * (element["outer_diameter_m"] ** 2 - element["inner_diameter_m"] ** 2)
+
+
 def _shear(element, shear):
     """12 E I / (kappa G A l^2), or 0 without shear; shear coefficient kappa of Cowper (1966), solid or hollow."""
     if not shear:
@@ -182,8 +213,8 @@ def _shear(element, shear):
     outer, inner, ratio = (element[key] for key in ("outer_diameter_m", "inner_diameter_m", "poissons_ratio"))
     hollow = (1 + (inner / outer) ** 2) ** 2
     kappa = 6 * (1 + ratio) * hollow / ((7 + 6 * ratio) * hollow + (20 + 12 * ratio) * (inner / outer) ** 2)
-    modulus, area = element["youngs_modulus_Pa"] / (2 * (1 + ratio)), np.pi / 4 * (outer**2 - inner**2)
-    return 12 * _rigidity(element) / (kappa * modulus * area * element["length_m"] ** 2)
+    modulus = element["youngs_modulus_Pa"] / (2 * (1 + ratio))
+    return 12 * _rigidity(element) / (kappa * modulus * _area(element) * element["length_m"] ** 2)
 
 
 def _deflection(x, length, phi):
@@ -197,6 +228,16 @@ def _deflection(x, length, phi):
     return np.array(shapes) / (1 + phi)
 
 
+def _curvature(x, length, phi):
+    """Change of the tilt per length (4) at relative positions x, due to z, tilt, z, tilt of the ends, times 1 + phi."""
+    return [
+        6 * (2 * x - 1) / length**2,
+        (6 * x - 4 - phi) / length,
+        6 * (1 - 2 * x) / length**2,
+        (6 * x - 2 + phi) / length,
+    ]
+
+
 def _matrices(element, shear):
     """Translational mass, rotary inertia and stiffness of one element, each (4, 4) on z, tilt, z, tilt.
 
@@ -204,7 +245,7 @@ def _matrices(element, shear):
     it is the Euler-Bernoulli beam.
     """
     length, rigidity, phi = element["length_m"], _rigidity(element), _shear(element, shear)
-    area = np.pi / 4 * (element["outer_diameter_m"] ** 2 - element["inner_diameter_m"] ** 2)
+    area = _area(element)
     x, root = (1 + GAUSS[0]) / 2, np.sqrt(GAUSS[1] / 2 * length)
     deflection = _deflection(x, length, phi) * (1 + phi)
     tilt = [
@@ -213,12 +254,7 @@ def _matrices(element, shear):
         6 * (x - x**2) / length,
         3 * x**2 - 2 * x + phi * x,
     ]
-    curvature = [
-        6 * (2 * x - 1) / length**2,
-        (6 * x - 4 - phi) / length,
-        6 * (1 - 2 * x) / length**2,
-        (6 * x - 2 + phi) / length,
-    ]
+    curvature = _curvature(x, length, phi)
     sliding = np.sqrt(12 * rigidity * phi / length) / (1 + phi) * np.array([1 / length, 1 / 2, -1 / length, 1 / 2])
     deflection, tilt, curvature = (np.array(part) * root / (1 + phi) for part in (deflection, tilt, curvature))
     density, second_moment = element["density_kg_per_m3"], rigidity / element["youngs_modulus_Pa"]

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from rotorstudy.diagnosis.verdict import investigate
+from rotorstudy.measurement.conventions import read_conventions
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
 from rotorstudy.response.measured import measured_response
 from rotorstudy.response.statics import static_deflection
@@ -14,7 +16,15 @@ from rotorstudy.response.statics import static_deflection
 SPEEDS = np.array([60.0, 100.0, 140.0, 180.0])
 HARMONICS = np.array([0, 1, -1, 2, -2])
 NOISE = 3e-8
-QUICK = {"most_causes": 1, "candidates_per_round": 4}
+BLAMED = (  # causes that wrong conventions look like
+    *("unbalance", "bow", "static_preload", "gravity_direction", "support_stiffness", "stiffness_error"),
+    *("probe_gain", "probe_angle", "phase_reference", "reversed_probe", "swapped_probes", "ac_coupling"),
+)
+QUICK = {
+    "most_causes": 1,
+    "candidates_per_round": 4,
+    "leave_out": [name for name in registry().plugins["effect"] if name not in BLAMED],
+}
 RIG = {
     "rotor": {
         "kind": "finite_element",
@@ -93,6 +103,30 @@ def test_a_wrong_convention_is_told_and_no_cause_blamed(expected):
     assert verdict.measuring_chain and expected in verdict.measuring_chain.hypothesis, verdict.summary
     assert verdict.verdict == "unknown" and not verdict.causes and not verdict.ambiguous_with
     assert verdict.findings[0].name == "measuring chain" and verdict.measuring_chain.remedy in verdict.summary
+
+
+def test_a_probe_at_45_degrees_read_in_another_unit_is_told():
+    """The hypothesis follows the axes of the probes; along x and y it would be one for each of two probes."""
+    spectrum = read_wrongly(measured(), at(1, one_probe_at_45_degrees_halved))
+    probes = [{"channel": name, "angle_deg": angle} for name, angle in (("left", -45), ("right", 45))]
+    stated = read_conventions({"measurement": {"probes": probes}}, "test")
+    verdict = investigate(spectrum, MODEL, settings=QUICK, conventions=stated).verdict
+    assert "of channel 'right' at node 4 are 0.5 times" in verdict.measuring_chain.hypothesis
+    assert not verdict.causes
+
+
+def one_probe_at_45_degrees_halved(z):
+    turned = z * np.exp(-0.25j * np.pi)
+    return (turned.real / 2 + 1j * turned.imag) * np.exp(0.25j * np.pi)
+
+
+@pytest.mark.parametrize("factor", [25.4, 1 / 25.4, 1000.0])
+def test_a_wrong_unit_beside_a_fault_is_told(factor):
+    """The fault would be found beside a gain error of the probes that no probe can have."""
+    spectrum = read_wrongly(measured(FAULTS[:1]), lambda z: z * factor)
+    verdict = investigate(spectrum, MODEL, settings=QUICK | {"most_causes": 2}).verdict
+    assert f"all readings are {factor:.4g} times" in verdict.measuring_chain.hypothesis, verdict.summary
+    assert verdict.verdict == "unknown" and not verdict.causes
 
 
 FAULTS = [

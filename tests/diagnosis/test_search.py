@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from rotorstudy.diagnosis.candidates import candidates
+from rotorstudy.diagnosis.explanations import Search
+from rotorstudy.diagnosis.parts import faults_of_several_parts
 from rotorstudy.diagnosis.screening import project, screen, screen_pairs
 from rotorstudy.diagnosis.search import base_model
 from rotorstudy.diagnosis.settings import Settings
@@ -161,6 +163,20 @@ def test_a_bow_of_another_shape_is_one_cause():
     terms = [hidden(model, "bow", node=n, bow_m=b, bow_phase_rad=p) for n, b, p in ((2, 2e-5, 0.3), (4, 1e-5, 2.0))]
     found = investigate(measured(model, *terms), model, settings=ONE)
     assert {c.effect for c in found.verdict.causes} == {"bow"} and len(found.verdict.causes) == 1
+
+
+@pytest.mark.parametrize("runouts", [{1: 2e-6, 2: 4e-6, 3: 1e-6}, {2: 4e-6}])
+def test_the_parts_of_a_fault_are_tried_together_and_only_those_that_the_data_support(runouts):
+    model = build_model(TWO_DISCS)
+    spectrum = measured(
+        model, *(hidden(model, "runout", node=3, harmonic=n, **{f"runout_{n}X_m": a}) for n, a in runouts.items())
+    )
+    whole, prior = base_model(model, ONE)
+    base = fit(whole, spectrum, prior)
+    work = Search(model, whole, spectrum, spectrum, ONE, prior, base, candidates(model, ONE)[0])
+    tried = {parts[0].fault: parts for parts, _ in faults_of_several_parts(work, base, work.candidates)}
+    found = [cause.where["harmonic"] for cause in tried.get("runout, node 3", ())]
+    assert sorted(found) == (list(runouts) if len(runouts) > 1 else [])
 
 
 def test_a_damping_below_the_stated_one_is_a_change_that_may_be_negative():

@@ -14,6 +14,7 @@ from foreign.measuring import expected_harmonics
 from rotorstudy import build_model, measured_response
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.settings import read_settings
+from rotorstudy.measurement.conventions import read_conventions
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.model.rig import RigFile, make_term, read_rig
 
@@ -23,25 +24,28 @@ pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")
 HARMONICS = [0, 1, -1, 2, -2, 3, -3]
 
 
-def read(case, folder, rig_error=1.0, modulus=1.0):
-    """Spectrum, rig and findings of a case, from its files.
+def read(case, folder, rig_error=1.0, modulus=1.0, zero="at_rest"):
+    """Spectrum, rig, model and findings of a case, from its files.
 
     rig_error : 0: the rig file is exact, 1: as real ones are;  modulus : the stated one over that
+    zero      : where displacements count from, as stated
     """
     write_case(case, folder, 0.005 * rig_error, 0.02 * rig_error, 0.05 * rig_error, harmonics=HARMONICS)
     given = read_rig(folder / "rig.yaml").given
     given["rotor"]["youngs_modulus_Pa"] *= modulus
     if modulus != 1:
         given["diagnosis"]["uncertainty"]["rotor.youngs_modulus_Pa"] = 0.01
+    given["measurement"]["displacement_zero"] = zero
     rig = RigFile(folder / "rig.yaml", given)
-    spectrum, _, findings = measured_spectrum([folder / "record.nc"], rig)
-    return spectrum, rig, findings
+    spectrum, model, findings = measured_spectrum([folder / "record.nc"], rig)
+    return spectrum, rig, model, findings
 
 
-def verdict_on(case, folder, rig_error=1.0, modulus=1.0):
-    spectrum, rig, findings = read(case, folder, rig_error, modulus)
+def verdict_on(case, folder, rig_error=1.0, modulus=1.0, zero="at_rest"):
+    spectrum, rig, model, findings = read(case, folder, rig_error, modulus, zero)
     settings = read_settings(rig.given, "rig.yaml").model_copy(update={"candidates_per_round": 5})  # for speed
-    return investigate(spectrum, rig.model, settings=settings, findings=findings).verdict
+    conventions = read_conventions(rig.given, "rig.yaml")
+    return investigate(spectrum, model, settings=settings, findings=findings, conventions=conventions).verdict
 
 
 def names(verdict):
@@ -126,7 +130,7 @@ def test_an_asymmetric_stretch_is_predicted():
 
 def test_the_spectrum_read_from_the_files_is_the_expected_one(tmp_path):
     case = small(3, "crack", visible=0.05, chain_fault="gain")
-    spectrum, _, _ = read(case, tmp_path)
+    spectrum, *_ = read(case, tmp_path)
     shown = expected_harmonics(case.steady, case.nodes, case.probes, case.chain, spectrum.harmonics, case.zero)
     size = np.abs(shown[:, spectrum.harmonics == 1]).max()
     # run-to-run scatter and noise: a few parts in a thousand each
@@ -282,7 +286,7 @@ def scaled(rig, factor):
 
 def test_the_verdict_does_not_depend_on_the_scale_of_forces(tmp_path):
     verdicts = []
-    spectrum, rig, _ = read(small(1, "preload", speeds=5, count=2), tmp_path, rig_error=0.0)
+    spectrum, rig, *_ = read(small(1, "preload", speeds=5, count=2), tmp_path, rig_error=0.0)
     for factor in (1.0, 1e3):
         verdict = investigate(
             spectrum, build_model(scaled(rig.given, factor)), settings=read_settings(rig.given, "rig.yaml")
@@ -294,12 +298,12 @@ def test_the_verdict_does_not_depend_on_the_scale_of_forces(tmp_path):
         assert other.log_posterior_odds == pytest.approx(first.log_posterior_odds, abs=1e-3)
 
 
-@pytest.mark.xfail(
-    strict=True, reason="issue 12, 14: errors of the probes act on the sag, too, where a zero is on the unloaded line"
-)
 def test_a_zero_on_the_unloaded_line_is_no_preload(tmp_path):
-    verdict = verdict_on(small(1, "healthy", speeds=5, count=2, chain_fault="unloaded_zero"), tmp_path, rig_error=0.0)
-    assert "static_preload" not in {cause.effect for cause in verdict.causes}
+    case = small(1, "healthy", speeds=5, count=2, chain_fault="unloaded_zero")
+    verdict = verdict_on(case, tmp_path, rig_error=0.0)
+    assert verdict.measuring_chain.remedy == "state 'displacement_zero: unloaded_line'"
+    assert not verdict.causes
+    assert verdict_on(case, tmp_path, rig_error=0.0, zero="unloaded_line").verdict == "nothing"
 
 
 def test_a_modulus_within_its_uncertainty_is_no_fault(tmp_path):

@@ -24,7 +24,7 @@ from rotorstudy.authoring.invariants.bench import bench_structure, typical_term
 from rotorstudy.authoring.invariants.effect import check_steady_state
 from rotorstudy.errors import PluginError
 from rotorstudy.measurement.spectrum import independent_covariance
-from rotorstudy.response.alternating import affine_error, nonlinear_column
+from rotorstudy.response.alternating import affine_error, nonlinear_columns
 from rotorstudy.response.coupling import COUPLED_ORDER
 from rotorstudy.response.stability import check_stable, eigenvalues
 
@@ -211,7 +211,7 @@ def test_a_column_for_screening_is_the_force_at_the_motion():
     amplitude = np.zeros((2, len(EVERY), 1), complex)
     amplitude[:, EVERY == 1, 0] = [[3e-5], [4e-5j]]
     (_, force), *_ = model.nonlinear_forces
-    column = nonlinear_column(force, amplitude, np.array([100.0, 200.0]), EVERY, np.zeros(1))
+    column = nonlinear_columns([force], amplitude, np.array([100.0, 200.0]), EVERY, np.zeros(1))[..., 0]
     assert column == pytest.approx(-(np.abs(amplitude) ** 2) * amplitude, abs=1e-25)
 
 

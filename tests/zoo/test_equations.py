@@ -284,7 +284,8 @@ def round_trip(kind, parameters, structure, estimator, acts_on="rotor", share=0.
     return registry().get("estimator", estimator).function(Problem(model, spectrum, names)).theta / expected - 1
 
 
-LOCAL = {"rub", "looseness", "cubic_stiffness"}  # forces in time: tests/physics/test_alternating.py
+# forces in time: tests/physics/test_alternating.py and test_transverse_crack.py
+LOCAL = {"rub", "looseness", "cubic_stiffness", "transverse_crack"}
 AFFINE = [effect for effect in registry().plugins["effect"].values() if effect.name not in LOCAL]
 
 

@@ -9,7 +9,8 @@ from scipy.optimize import brentq
 from rotorstudy.diagnosis.candidates import Candidate, candidates, with_vibration
 from rotorstudy.diagnosis.explanations import Search
 from rotorstudy.diagnosis.odds import Explanation, faults_of, odds_of
-from rotorstudy.diagnosis.screening import Screened, screen, screen_pairs
+from rotorstudy.diagnosis.parts import faults_of_several_parts
+from rotorstudy.diagnosis.screening import Screened, screen, screen_each, screen_pairs
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.shape_scan import can_be_scanned, scan
 from rotorstudy.diagnosis.shapes import refine
@@ -156,9 +157,12 @@ def _grows(work, explanation):
 
 
 def _added(work, current, fits=None):
-    """The best explanation after causes were added to one as long as that increases its odds; fits : as for `_add`."""
+    """The best explanation after causes were added to one as long as that increases its odds.
+
+    fits : as for `with_one_more`
+    """
     while True:
-        tried = _add(work, current, fits)
+        tried = with_one_more(work, current, fits)
         better = max((refine(work, e) for e in _to_refine(tried, current.fit.cost)), key=odds_of, default=current)
         if odds_of(better) <= odds_of(current):
             return current
@@ -202,7 +206,7 @@ def _is_allowed(work, causes):
     return len(faults_of(causes)) <= work.settings.most_causes and len({c.cause for c in causes}) == len(causes)
 
 
-def _add(work, current, fits=None):
+def with_one_more(work, current, fits=None):
     """Explanations with one more cause, of the candidates worth a fit.
 
     fits : list of Fit of the current explanation at which candidates are screened, by default its own
@@ -216,14 +220,16 @@ def _add(work, current, fits=None):
         chosen, screenings = _with_scanned(work, chosen, screenings, fits)
     promising = _promising(work, chosen, screenings, work.settings.candidates_per_round)
     theta = dict(zip(current.fit.model.names, current.fit.theta, strict=True))
-    return _fit_closest(
-        work,
-        [
-            Option((*current.causes, chosen[i]), theta | dict(zip(chosen[i].names, one.start, strict=True)))
-            for i, one in promising.items()
-        ],
-        from_stated=True,
-    )
+    options = [
+        Option((*current.causes, chosen[i]), theta | dict(zip(chosen[i].names, one.start, strict=True)))
+        for i, one in promising.items()
+    ]
+    several = [
+        Option((*current.causes, *parts), start)
+        for fitted in fits
+        for parts, start in faults_of_several_parts(work, fitted, chosen)
+    ]
+    return [*_fit_closest(work, options, from_stated=True), *_fit_closest(work, several)]
 
 
 def _with_scanned(work, chosen, screenings, fits):
@@ -312,7 +318,7 @@ def _instead_of(work, current, cause):
     rest = tuple(c for c in current.causes if c is not cause)
     chosen = [c for c in work.candidates if _is_allowed(work, (*rest, c)) and c.cause != cause.cause]
     projected, usable = work.project(current.fit, [*chosen, cause], cause.names)
-    odds = {c.label: screen(projected, c) for c in usable}
+    odds = dict(zip((c.label for c in usable), screen_each(projected, usable), strict=True))
 
     def judged(one):
         return odds[one.label].evidence + work.prior_odds.log_odds((*rest, one))
@@ -353,7 +359,7 @@ def _elsewhere(work, current, cause):
 def _pairs(work, current):
     """Explanations by two causes that explain most together, at the motion of an explanation."""
     projected, usable = work.project(current.fit, work.candidates, tuple(n for c in current.causes for n in c.names))
-    alone = {c.label: screen(projected, c).evidence for c in usable}
+    alone = {c.label: one.evidence for c, one in zip(usable, screen_each(projected, usable), strict=True)}
     first = list({c.cause: c for c in sorted(usable, key=lambda c: alone[c.label])}.values())  # each in its best shape
     second = [c for c in usable if not c.fixed]
     gain = 0.5 * screen_pairs(projected, first, second)

@@ -13,12 +13,13 @@ import numpy as np
 
 from rotorstudy.diagnosis.candidates import Candidate, shape_ranges, with_shape
 from rotorstudy.diagnosis.explanations import Search
-from rotorstudy.diagnosis.screening import Screened, project, screen
+from rotorstudy.diagnosis.screening import Projection, Screened, screen_each
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.fit import Fit
 from rotorstudy.inference.prediction import carried_order
-from rotorstudy.model.terms import Entry, Unknown
-from rotorstudy.response.measured import Motion, carried_motion, replies
+from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.response.harmonic import positions
+from rotorstudy.response.measured import Motion, Near
 
 FIRST_SAMPLES = (0, 16, 32, 64, 128)  # shapes over the whole range, by the number of options
 STARTS = 3  # best of these, about which closer ones are tried: a force at one instant has several near-equal shapes
@@ -40,7 +41,7 @@ def can_be_scanned(cause):
     return bool(cause.shape) and not cause.variant and "node" in cause.where and not cause.term.acts_on_output
 
 
-def motion_by_a_free_force(fitted, spectrum, node):
+def motion_by_a_free_force(fitted: Fit, spectrum: Spectrum, node: int, near: Near | None = None) -> Motion:
     """The Motion of a fitted model with the force at one node, free at every harmonic and speed, that explains most.
 
     Parameters
@@ -48,26 +49,21 @@ def motion_by_a_free_force(fitted, spectrum, node):
     fitted : Fit
     spectrum : Spectrum
     node : int
+    near : Near, optional
+        Of the fitted model at the speeds and harmonics of the spectrum, where it is known.
 
     Returns
     -------
     Motion
     """
-    model, speed, order = fitted.model, spectrum.speed, carried_order(spectrum)
-    unit = model.structure.unit(node)
-    pushes = [
-        Unknown(f"{factor} {n}X", "N", (Entry(factor * unit, on="one", shift=int(n)),), 1.0)
-        for factor in (1, 1j)
-        for n in spectrum.harmonics
-    ]
-    moved = replies(model, speed, spectrum.harmonics, pushes, fitted.theta, order=order)
-    carried = np.union1d(np.arange(-order, order + 1), spectrum.harmonics)
-    seen = moved[:, np.searchsorted(carried, spectrum.harmonics)][:, :, model.measured]
-    columns = spectrum.whitened(np.moveaxis(seen, -1, 0)).T.reshape(len(speed), -1, len(pushes))
-    residual = fitted.residual.reshape(len(speed), -1)
-    found = carried_motion(model, speed, spectrum.harmonics, fitted.theta, order=order)
+    near = near or Near(fitted.model, spectrum.speed, spectrum.harmonics, fitted.theta, order=carried_order(spectrum))
+    carried, place = len(near.blocks.harmonics), positions(spectrum.harmonics, near.blocks)
+    moved = near.replies(fitted.model.structure.index(node))[..., [*place, *(carried + i for i in place)]]
+    columns = spectrum.whitened(np.moveaxis(moved[:, place][:, :, fitted.model.measured], -1, 0)).T
+    columns = columns.reshape(len(spectrum.speed), -1, moved.shape[-1])
+    residual = fitted.residual.reshape(len(spectrum.speed), -1)
     forces = np.array([np.linalg.lstsq(a, b, rcond=1e-9)[0] for a, b in zip(columns, residual, strict=True)])
-    return Motion(found.amplitude + np.einsum("whdp,wp->whd", moved, forces), found.deflection)
+    return Motion(near.motion.amplitude + np.einsum("whdp,wp->whd", moved, forces), near.motion.deflection)
 
 
 def scan(work: Search, fitted: Fit, chosen: list[Candidate], refined: int = REFINED) -> list[Scanned]:
@@ -88,13 +84,13 @@ def scan(work: Search, fitted: Fit, chosen: list[Candidate], refined: int = REFI
     list of Scanned
         Without those whose plugin fails, which is recorded as broken.
     """
-    motions, looked = {}, {}
+    projection, motions, looked = Projection(fitted, work.spectrum), {}, {}
     for cause in filter(can_be_scanned, chosen):
         node = cause.where["node"]
         try:
             if node not in motions:
-                motions[node] = motion_by_a_free_force(fitted, work.spectrum, node)
-            one = _Scan(work, fitted, cause, motions[node])
+                motions[node] = motion_by_a_free_force(fitted, work.spectrum, node, projection.near)
+            one = _Scan(work, projection, cause, motions[node])
             looked.setdefault(cause.effect, []).append((one, one.first()))
         except NoSteadyState:
             continue
@@ -120,7 +116,7 @@ class _Scan(NamedTuple):
     """The scan of one cause at one motion."""
 
     work: Search
-    fitted: Fit
+    projection: Projection
     cause: Candidate
     motion: Motion
 
@@ -138,8 +134,8 @@ class _Scan(NamedTuple):
         """Some positions (shape, option), judged, the best first."""
         label = self.cause.term.label
         chosen = [self.with_place(place, f"{label} {i}") for i, place in enumerate(places)]
-        projected = project(self.fitted, self.work.spectrum, chosen, motion=self.motion)
-        found = [_Judged(place, cause, screen(projected, cause)) for place, cause in zip(places, chosen, strict=True)]
+        projected = self.projection.of(chosen, self.motion)
+        found = map(_Judged, places, chosen, screen_each(projected, chosen))
         return sorted(found, key=lambda one: -one.screened.evidence)
 
     def first(self):

@@ -6,12 +6,9 @@ import numpy as np
 
 from rotorstudy.diagnosis.explanations import LEAST_LOG_ODDS, Search
 from rotorstudy.diagnosis.held_out import gain_of, is_upheld, is_worse, split
-from rotorstudy.diagnosis.measuring_chain import LEAST_LOG_ODDS as LEAST_CHAIN_LOG_ODDS
-from rotorstudy.diagnosis.measuring_chain import best_hypothesis
 from rotorstudy.diagnosis.odds import faults_of
 from rotorstudy.diagnosis.result import (
     Cause,
-    ChainHypothesis,
     DetectionLimit,
     Identifiability,
     MovedParameter,
@@ -26,16 +23,18 @@ from rotorstudy.diagnosis.result import (
 from rotorstudy.diagnosis.search import search
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.words import place, readable, summary
+from rotorstudy.diagnosis.wrong_convention import chain_hypothesis, finding_of
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.inference.fit import Fit, chi_square_p_value, fit
+from rotorstudy.inference.fit import Fit, chi_square_p_value, residual_share
 from rotorstudy.inference.prediction import predicted, with_cause_error, with_model_error
 from rotorstudy.inference.prior import with_rotor
 from rotorstudy.inference.problem import magnitude_and_phase
+from rotorstudy.measurement.conventions import Conventions
 from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
-from rotorstudy.units import percent, quantity
+from rotorstudy.units import quantity
 
 STATED_SET = 0.99  # posterior probability that the causes named contain the true one
 SEEN = 0.5  # of the prior standard deviation: an amplitude known no better from the data has no detection limit
@@ -67,9 +66,13 @@ class Diagnosis:
     labels: dict[str, str]
 
 
-def diagnose(spectrum: Spectrum, model: Model, *, hold_out=None, settings=None, findings=()) -> Verdict:
+def diagnose(
+    spectrum: Spectrum, model: Model, *, hold_out=None, settings=None, findings=(), conventions=None
+) -> Verdict:
     """The Verdict on what a model lacks to explain a spectrum; see `investigate`."""
-    return investigate(spectrum, model, hold_out=hold_out, settings=settings, findings=findings).verdict
+    return investigate(
+        spectrum, model, hold_out=hold_out, settings=settings, findings=findings, conventions=conventions
+    ).verdict
 
 
 def investigate(
@@ -79,6 +82,7 @@ def investigate(
     hold_out: list[float] | None = None,
     settings: Settings | dict | None = None,
     findings: tuple[Finding, ...] = (),
+    conventions: Conventions | None = None,
 ) -> Diagnosis:
     """What a model lacks to explain a spectrum.
 
@@ -94,6 +98,8 @@ def investigate(
         Settings, or a dict of some of them.
     findings
         Findings on the records, to be included in the verdict.
+    conventions
+        Stated for the records; by default two probes along x and y.
 
     Raises
     ------
@@ -110,13 +116,13 @@ def investigate(
     base, expected = found.base, None
     if held is not None:
         expected = with_cause_error(held, held.amplitude - predicted(base.model, held, base.theta), found.cause_error)
-    chain = _chain_hypothesis(found, measured, settings)
+    chain = chain_hypothesis(found, measured, settings, conventions)
     found = replace(found, upheld=chain is None and is_upheld(found, expected))
     best = found.best
     rows = 2 * fitted.amplitude.size
     p_values = PValues(before=chi_square_p_value(base.cost, rows), after=chi_square_p_value(best.fit.cost, rows))
     p_parameters = chi_square_p_value(best.fit.penalty, len(best.fit.names))
-    left = _residual_share(_misfit(base, fitted), _misfit(best.fit, fitted), rows)
+    left = residual_share(_misfit(base, fitted), _misfit(best.fit, fitted), rows)
     weights = found.posterior()
     probability = _probability(weights)
     stated = _stated(weights, best)
@@ -136,15 +142,15 @@ def investigate(
     labels = _parameter_labels(best.fit.model, best.causes)
     moved = _moved(best.fit, found.prior.by_name)
     if chain is not None:
-        findings = [*findings, _wrong_convention(chain)]
+        findings = [*findings, finding_of(chain)]
     elif kind != "nothing":
         findings = [*findings, *_far_from_the_rig(found, spectrum, moved, labels, settings)]
     odds = [e.log_posterior_odds for e in found.explanations if e.causes]
     verdict = Verdict(
         verdict=kind,
         causes=_causes(best, probability),
-        ambiguous_with=[_cause([c], e.fit, probability[c.fault]) for c, e in stated],
-        separating_measurement=_separating(best.causes, [c for c, _ in stated]),
+        ambiguous_with=[_cause(parts, e.fit, probability[fault]) for fault, parts, e in stated],
+        separating_measurement=_separating(best.causes, [parts[0] for _, parts, _ in stated]),
         not_considered=_not_considered(best.causes, settings, {term.kind for term in model.terms}),
         broken_plugins=[*registry().failures, *found.broken],
         unexplained=_unexplained(best.fit, fitted, settings) if kind == "unknown" or best.causes else [],
@@ -163,7 +169,7 @@ def investigate(
         findings=worst_first(findings),
     )
     verdict = verdict.model_copy(update={"summary": summary(verdict)})
-    alternatives = frozenset(c.cause for c, _ in stated)
+    alternatives = frozenset(c.cause for _, parts, _ in stated for c in parts)
     return Diagnosis(verdict, fitted, held, found, best.fit, settings, alternatives, labels)
 
 
@@ -172,9 +178,7 @@ def _has_wrong_form(found):
 
     The error of one cause must not hide what a second one explains: several are named if they leave only noise.
     """
-    return found.cause_error > 0 and (
-        len(faults_of(found.best.causes)) > 1 or found.cause_error >= found.settings.cause_error
-    )
+    return found.cause_error > 0 and (len(found.best.faults) > 1 or found.cause_error >= found.settings.cause_error)
 
 
 def _misfit(found, spectrum):
@@ -183,41 +187,34 @@ def _misfit(found, spectrum):
     return float(off @ off)
 
 
-def _residual_share(before, after, rows):
-    """Remaining share of the excess error (rms): 0 if all is explained, 1 if nothing."""
-    return float(np.sqrt(max(after - rows, 0) / max(before - rows, 1e-300))) if before > rows else 0.0
-
-
 def _stated(weights, best):
-    """(candidate, explanation) of the other causes needed for a credible set of probability `STATED_SET`.
+    """(fault, its parts, explanation) of other causes needed for a credible set of probability `STATED_SET`.
 
     Other parts of a fault that is named (another shape of a bow) are no other causes.
     """
-    total, found, seen = 0.0, [], set(best.named)
+    total, found, seen = 0.0, [], set(best.faults)
     for explanation, weight in weights:
         if total >= STATED_SET:
             break
         total += weight
         if not explanation.causes or best.named <= explanation.named:
             continue
-        for c in explanation.causes:
-            if c.cause not in seen and c.fault not in best.faults:
-                seen.add(c.cause)
-                found.append((c, explanation))
+        for fault, parts in faults_of(explanation.causes).items():
+            if fault not in seen and not {c.cause for c in parts} <= best.named:
+                seen.add(fault)
+                found.append((fault, parts, explanation))
     return found
 
 
 def _probability(weights):
     """Posterior probability of every fault: of all explanations with any of its parts."""
-    faults = {c.fault for e, _ in weights for c in e.causes}
-    return {fault: sum(w for e, w in weights if fault in e.faults) for fault in faults}
+    faults = {fault for e, _ in weights for fault in e.faults}
+    return {fault: min(sum(w for e, w in weights if fault in e.faults), 1.0) for fault in faults}
 
 
 def _causes(explanation, probability):
     """The Cause of every fault of an explanation; the parts of a fault are one cause."""
-    faults = {}
-    for candidate in explanation.causes:
-        faults.setdefault(candidate.fault, []).append(candidate)
+    faults = faults_of(explanation.causes)
     return [_cause(parts, explanation.fit, probability[fault]) for fault, parts in faults.items()]
 
 
@@ -257,52 +254,6 @@ def _parameters(candidate, fitted):
         unit = "rad" if name.endswith("_rad") else ""
         parameters[name] = ParameterEstimate(value=value, std=candidate.shape_std.get(name), unit=unit, part="shape")
     return parameters
-
-
-def _chain_hypothesis(found, spectrum, settings):
-    """The ChainHypothesis that explains the records better than any cause under the stated conventions, or None.
-
-    It must explain them by the standards of a cause: what it leaves is noise, the base parameters stay plausible,
-    and they move less than under the stated conventions.
-    """
-    stated, rows = with_model_error(spectrum, settings), 2 * spectrum.amplitude.size
-    base = fit(found.model, stated, found.prior, start=found.base.theta)  # without the error of a cause
-    p_before, p_base = chi_square_p_value(base.cost, rows), chi_square_p_value(base.penalty, len(base.names))
-    if min(p_before, p_base) >= settings.significance:
-        return None
-    tested = best_hypothesis(found.model, spectrum, base, settings)
-    beyond = tested.log_odds - max(0.0, found.best.log_posterior_odds)
-    left = _residual_share(base.cost, tested.fit.cost, rows)
-    p_after, p_parameters = (
-        chi_square_p_value(tested.fit.cost, rows),
-        chi_square_p_value(tested.fit.penalty, len(base.names)),
-    )
-    if (
-        beyond < LEAST_CHAIN_LOG_ODDS
-        or p_after < settings.significance
-        or p_parameters < settings.significance
-        or tested.fit.penalty > base.penalty
-    ):
-        return None
-    return ChainHypothesis(
-        hypothesis=tested.hypothesis.name,
-        remedy=tested.hypothesis.remedy,
-        log_odds=tested.log_odds,
-        log_odds_of_best_causes=found.best.log_posterior_odds,
-        residual_p_value=PValues(before=p_before, after=p_after),
-        residual_share=left,
-    )
-
-
-def _wrong_convention(chain):
-    """The warning that a convention seems to be stated wrongly."""
-    text = (
-        f"the records look as if {chain.hypothesis}: corrected for that, the rig explains all but "
-        f"{percent(chain.residual_share)} of the excess error (rms), better than any cause (log odds "
-        f"{chain.log_odds:.3g}, best causes {chain.log_odds_of_best_causes:.3g}). No cause is named: {chain.remedy}, "
-        "then diagnose again"
-    )
-    return Finding("warning", "measuring chain", "records and rig", text)
 
 
 def residual_map(fitted, spectrum):

@@ -7,6 +7,7 @@ from rotorstudy.units import interval, p_value, percent, probability, quantity
 
 FEW = 3  # detection limits, or unexplained harmonics, in a sentence
 ABSENT = 3.0  # standard deviations; of a cause with many amplitudes, a sentence names those above
+WORTH_SAYING = 0.05  # probability that the true cause is not among those stated
 HARDLY = 3.0  # standard deviations (rms) below which a longer record helps to separate causes
 
 
@@ -115,9 +116,10 @@ def _said(verdict):
         return f"{text} Smallest sizes detected with a probability of 95 %: {', '.join(found)}." if found else text
     if verdict.measuring_chain:
         chain = verdict.measuring_chain
+        beside = f" together with {place(chain.beside)}" if chain.beside else ""
         return (
-            f"The records look as if {chain.hypothesis}. That explains them better than any cause, so none is named. "
-            f"Remedy: {chain.remedy}. Then diagnose again."
+            f"The records look as if {chain.hypothesis}. That{beside} explains them better than any cause in the "
+            f"records as stated, so none is named. Remedy: {chain.remedy}. Then diagnose again."
         )
     implausible = ""
     if verdict.verdict == "unknown" and verdict.parameter_p_value < verdict.settings.significance:
@@ -137,6 +139,8 @@ def _said(verdict):
         text = f"Something is missing. It may be {named} ({likely})"
         rest = ", ".join(dict.fromkeys(map(place, verdict.ambiguous_with)))
         text += f", but these cannot be ruled out: {rest}." if rest else ", but that is not certain."
+        if verdict.outside_probability > WORTH_SAYING:
+            text += f" With a probability of {probability(verdict.outside_probability)} it is none of these."
     else:
         near = " together with ".join(map(place, verdict.causes))  # its sizes would mislead
         text = f"Something is missing that no effect of the library explains. The closest explanation is {near}, which "

@@ -385,3 +385,20 @@ def fit(
     covariance = invert(found.jacobian[0].T @ found.jacobian[0])
     evidence = -0.5 * (misfit + penalty + log_narrowing(jacobian, prior.factor))
     return Fit(model, theta, prior, covariance, misfit, penalty, residual, jacobian, evidence)
+
+
+def residual_share(before: float, after: float, rows: int) -> float:
+    """Remaining share of the excess error (rms): 0 if all is explained, 1 if nothing.
+
+    Parameters
+    ----------
+    before, after : float
+        Costs.
+    rows : int
+        Number of residuals, the cost expected by noise alone.
+
+    Returns
+    -------
+    float
+    """
+    return float(np.sqrt(max(after - rows, 0) / max(before - rows, 1e-300))) if before > rows else 0.0

@@ -22,7 +22,6 @@ from rotorstudy.model.kinds import SpectrumMethod
 from rotorstudy.model.model import Model
 from rotorstudy.model.rig import RigFile, read_rig
 from rotorstudy.response.measured import measured_response
-from rotorstudy.response.statics import static_deflection
 
 
 @dataclass(frozen=True)
@@ -81,8 +80,8 @@ def measured_spectrum(
             raise RotorstudyError(f"{imported[0]} is a spectrum over all speeds; give it alone, or give the records")
         if method is not None:
             raise _no_record_for(method, imported[0], "is a spectrum")
-        spectrum, findings = load_imported(imported[0])
-        model = rig.measured_at(spectrum.sensors)
+        spectrum, findings, zero = load_imported(imported[0])
+        model = _measured_model(rig, spectrum.sensors, [zero])
     else:
         measurement = read_measurement(paths, rig)
         spectrum, model, findings = measurement.spectrum, measurement.rig, measurement.findings
@@ -168,7 +167,7 @@ def read_measurement(paths: Sequence[str | Path], rig: str | Path | RigFile) -> 
     rig, paths = read_rig(rig), _listed(paths)
     conventions = read_conventions(rig.given, str(rig.path))
     nodes = rig.model.structure.nodes
-    found, findings = [], []
+    found, findings, zeros = [], [], []
     for path in paths:
         if is_table(path, conventions):
             spectra, notes = read_table(path, conventions, nodes)
@@ -176,11 +175,12 @@ def read_measurement(paths: Sequence[str | Path], rig: str | Path | RigFile) -> 
             findings += notes
         else:
             read = [(analyse(raw), raw.conventions) for raw in read_file(path, conventions, nodes)]
-        found += [_about_rest(one, stated, rig.model) for one, stated in read]
+        found += [one for one, _ in read]
+        zeros += [stated.displacement_zero for _, stated in read]
     facts = [one.facts for one in found]
     findings += [finding for one in found for finding in one.findings]
     findings += check_lines(facts)
-    model = rig.measured_at(_sensors(rig, _common_nodes(facts)))
+    model = _measured_model(rig, _sensors(rig, _common_nodes(facts)), zeros)
     usable = sorted((one for one in found if one.harmonics is not None), key=lambda one: one.speed)
     if not usable:
         return Measurement(None, [], facts, worst_first(findings), model)
@@ -203,27 +203,12 @@ def _of_table(path, speed, of_node, conventions):
     return Analysed(RecordFacts(f"{path}, {speed:.6g} rad/s", nodes, speed), [], speed, of_node)
 
 
-def _about_rest(analysed, conventions, model):
-    """The Analysed with displacements from the position at rest, the static deflection, if they count from the
-    unloaded line."""
-    harmonics = list(conventions.harmonics)
-    if conventions.displacement_zero == "at_rest" or analysed.harmonics is None:
-        return analysed
-    rotor = np.concatenate([np.zeros(0), *(term.theta for term in model.terms)])[: len(model.rotor_unknowns)]
-    sag = np.atleast_2d(static_deflection(model, [analysed.speed], rotor).value)[0]
-    if not np.isfinite(sag).all():
-        raise RotorstudyError(
-            "measurement.displacement_zero: unloaded_line needs the static deflection of the rig, and a bearing has no "
-            "value; give it one"
-        )
-    at = {node: sag[model.structure.index(node)] for node in analysed.harmonics}
-    shift = np.array([n == 0 for n in harmonics])
-    moved = {node: (size - shift * at[node], spread) for node, (size, spread) in analysed.harmonics.items()}
-    record = analysed.record
-    if record is not None:
-        sags = np.array([at[node] for node in record.sensors])
-        record = replace(record, displacement=record.displacement - sags[:, None])
-    return replace(analysed, harmonics=moved, record=record)
+def _measured_model(rig, sensors, zeros):
+    """The Model of a rig file with the measured nodes as sensors, which count from the zero of all records."""
+    if len(set(zeros)) > 1:
+        raise RotorstudyError("displacements of some records count from the unloaded line, of others from the shaft at "
+                              "rest, as in simulated records; give them apart")  # fmt: skip
+    return replace(rig.measured_at(sensors), from_unloaded_line="unloaded_line" in zeros)
 
 
 def _common_nodes(facts):

@@ -78,9 +78,13 @@ class CrackDepth(Plugin):
     The compliance is that of the open crack; depth_ratio is its depth over the diameter of the shaft.
 
     valid : lowest and highest valid depth ratio
+    partly_open : function(depth_ratio, direction, **options) -> complex rotation (...), along xi + j eta, by a unit
+                  moment that pulls most at the angle `direction` (...) from xi, where only what is in tension opens;
+                  the gradient of a strain energy, so that it is continuous and symmetric in the direction
     """
 
     valid: tuple[float, float] = (0.0, 0.5)
+    partly_open: Callable = None
 
 
 @dataclass(frozen=True)

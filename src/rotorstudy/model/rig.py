@@ -334,18 +334,19 @@ def _check_shapes(parameters, size, plugin, where):
                 )
 
 
-def _crack_options(plugin, given, where):
-    def every_crack(
-        weight_dominance: bool = True,
-        order: Whole = SERIES_ORDER,
-        node: int | None = None,
-        element: int | None = None,
-        angle_rad: float = 0.0,
-    ):
-        """Options of every crack."""
+def _every_crack(
+    weight_dominance: bool = True,
+    order: Whole = SERIES_ORDER,
+    node: int | None = None,
+    element: int | None = None,
+    angle_rad: float = 0.0,
+):
+    """Options of every crack."""
 
+
+def _crack_options(plugin, given, where):
     options = {}
-    for function in (every_crack, plugin.function):
+    for function in (_every_crack, plugin.function):
         names = option_names(function, ("angle",))
         for name in {*options, "depth", "label"} & {*names}:
             raise PluginError(

@@ -20,6 +20,26 @@ class Matrices(NamedTuple):
     static_load: np.ndarray
 
 
+class Section(NamedTuple):
+    """A cross section of the shaft, and how it bends.
+
+    position   : m from node 1
+    outer_diameter_m, inner_diameter_m, youngs_modulus_Pa, poissons_ratio : of the shaft there
+    moment     : (dof,) bending moment E I d2z/ds2 by a unit of each coordinate, N (N m)
+    own_moment : moment by the weight between the nodes of its element, N m
+    stiffness  : moment by a kink of the shaft there while the nodes are held, N m/rad
+    """
+
+    position: float
+    outer_diameter_m: float
+    inner_diameter_m: float
+    youngs_modulus_Pa: float
+    poissons_ratio: float
+    moment: np.ndarray
+    own_moment: float
+    stiffness: float
+
+
 class Origin(NamedTuple):
     """What a structure was built from: the function of its rotor plugin, all its options, and its uncertain numbers.
 
@@ -46,6 +66,8 @@ class Structure:
                      several places, a function(node, element) -> such a dict, one argument being None
     shape_at    : position along the shaft, m -> (dof,) deflection there by a unit of each coordinate; None if unknown
     curvature_at : element -> (dof,) mean curvature of the shaft there by a unit of each coordinate; None if unknown
+    section_at  : position along the shaft, m -> Section; None if unknown
+    length      : of the shaft, m; 0 if unknown
     bearing_nodes : nodes carried by bearings, which are terms
     gravity     : its acceleration, m/s^2; None if it follows from the static load, see `acceleration_of_gravity`
     support     : (dof, dof) static stiffness of the bearings, N/m; for usual sizes alone, as bearings are terms
@@ -61,6 +83,8 @@ class Structure:
     stiffness_loss: dict | Callable = field(default_factory=dict)
     shape_at: Callable | None = None
     curvature_at: Callable | None = None
+    section_at: Callable | None = None
+    length: float = 0.0
     bearing_nodes: tuple[int, ...] = ()
     gravity: float | None = None
     support: np.ndarray | None = None
@@ -287,16 +311,35 @@ class Structure:
         int
             1 below (also where the moment is zero or not known), -1 above.
         """
-        if element is None or self.curvature_at is None or not np.any(self.static_load):
+        if element is None or self.curvature_at is None:
             return 1
+        return -1 if self.curvature_at(element) @ self._deflection_on_rigid_bearings > 0 else 1
+
+    def tension_side_at(self, section: Section) -> int:
+        """The same as `tension_side` at a cross section.
+
+        Parameters
+        ----------
+        section : Section
+            Of this rotor.
+
+        Returns
+        -------
+        int
+            1 below (also where the moment is zero or not known), -1 above.
+        """
+        return -1 if section.moment @ self._deflection_on_rigid_bearings + section.own_moment > 0 else 1
+
+    @cached_property
+    def _deflection_on_rigid_bearings(self):
+        """Static deflection (dof,) with the bearings taken as rigid, m; zero if they do not carry the shaft."""
         held = [i for i, (node, motion) in enumerate(self.dofs) if node in self.bearing_nodes and motion != "tilt"]
         free = np.setdiff1d(np.arange(len(self.dofs)), held)
         carried = self.stiffness[np.ix_(free, free)]
-        if not _is_regular(carried):
-            return 1
         deflection = np.zeros(len(self.dofs))
-        deflection[free] = np.linalg.solve(carried, self.static_load[free])
-        return -1 if self.curvature_at(element) @ deflection > 0 else 1
+        if np.any(self.static_load) and _is_regular(carried):
+            deflection[free] = np.linalg.solve(carried, self.static_load[free])
+        return deflection
 
     @cached_property
     def is_supported(self) -> bool:

@@ -140,15 +140,19 @@ class Entry:
 class NonlinearForce:
     """A nonlinear force that depends on the motion of some coordinates at the same instant.
 
-    matrix   : (coordinate, dof) selects the coordinates it depends and acts on
+    matrix   : (coordinate, dof) the coordinates it depends and acts on: a node, or a deformation of an element
     function : (displacement (..., time, coordinate), velocity, deflection) -> force of that shape, N; the displacement
                includes the static deflection, which is also passed by itself, constant in time
+    turns    : whether the function takes the shaft angle too, (time, 1) rad, as its fourth argument
     """
 
     matrix: np.ndarray
     function: Callable
+    turns: bool = False
 
-    def at(self, displacement: ArrayLike, velocity: ArrayLike, deflection: ArrayLike) -> np.ndarray:
+    def at(
+        self, displacement: ArrayLike, velocity: ArrayLike, deflection: ArrayLike, shaft_angle: ArrayLike
+    ) -> np.ndarray:
         """The force at a motion.
 
         Parameters
@@ -159,6 +163,8 @@ class NonlinearForce:
             In m/s.
         deflection : array (..., 1, coordinate)
             Static deflection, m.
+        shaft_angle : array (time,)
+            In rad.
 
         Returns
         -------
@@ -170,7 +176,8 @@ class NonlinearForce:
         PluginError
             If the plugin returns another shape, or NaN for a finite motion.
         """
-        found = self.function(displacement, velocity, deflection)
+        angle = (np.asarray(shaft_angle, float)[:, None],) if self.turns else ()
+        found = self.function(displacement, velocity, deflection, *angle)
         shape = np.shape(displacement)
         if np.shape(found) == shape and not (np.isnan(found).any() and np.isfinite(displacement).all()):
             return found
@@ -269,8 +276,9 @@ class Term:
         """The real amplitudes of this term; a complex parameter has two."""
         found = []
         for p in self.parameters:
-            name, imaginary = self.full_name(p), tuple(e.times(1j) for e in p.entries)
+            name = self.full_name(p)
             if p.is_complex:
+                imaginary = tuple(e.times(1j) for e in p.entries)
                 found.append(Unknown(f"{name}_real", p.unit, p.entries, p.typical, self.carries))
                 found.append(Unknown(f"{name}_imag", p.unit, imaginary, p.typical, self.carries))
             else:
@@ -307,8 +315,9 @@ def share_of(unknown: Unknown, other: Unknown) -> float:
 
 def _entry_share(mine, its):
     """Factor between the matrices of two entries that are otherwise equal; 0 if they are not."""
-    kinds = ((e.on, e.order, e.shift, e.frequency_only, np.shape(e.matrix)) for e in (mine, its))
-    if len(set(kinds)) > 1:
+    if mine.on != its.on or mine.order != its.order or mine.shift != its.shift:
+        return 0.0
+    if mine.frequency_only != its.frequency_only or np.shape(mine.matrix) != np.shape(its.matrix):
         return 0.0
     size = np.vdot(mine.matrix, mine.matrix)
     factor = np.vdot(mine.matrix, its.matrix) / size if size else 0.0

@@ -1,4 +1,4 @@
-"""Steady state under nonlinear forces (rub, looseness) by alternating frequency and time: Cameron and Griffin 1989.
+"""Steady state under nonlinear forces (rub, breathing crack) by alternating frequency and time: Cameron, Griffin 1989.
 
 The motion is synthesised over one revolution, the force is evaluated at each sample and transformed back to harmonics.
 Newton's method acts on the harmonics of the coordinates that these forces depend on; the linear part stays in the
@@ -6,6 +6,7 @@ receptances of the rotor. Of several steady states, it is the one reached from t
 forces from zero (continuation).
 """
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -24,7 +25,7 @@ class Tangent(NamedTuple):
 
     slope : (component, component) derivative of the force harmonics with respect to the motion, N/m
     reply : (harmonic, dof, component) motion by a unit force, m/N
-    seen  : (coordinate,) positions of the coordinates that the forces depend on
+    seen  : (coordinate, dof) the coordinates that the forces depend on
     """
 
     slope: np.ndarray
@@ -33,41 +34,57 @@ class Tangent(NamedTuple):
 
     def response(self, change):
         """Change (harmonic, dof, parameter), m per unit, with the nonlinear forces, from that without them."""
-        moved = _real(change[:, self.seen])
-        stiff = np.eye(len(moved)) - _real(self.reply[:, self.seen]) @ self.slope
+        moved = _real(self.seen @ change)
+        stiff = np.eye(len(moved)) - _real(self.seen @ self.reply) @ self.slope
         return change + self.reply @ (self.slope @ np.linalg.solve(stiff, moved))
 
 
 def one_revolution(harmonics):
-    """e^{jn phi} (time, harmonic) at equally spaced angles of one revolution."""
-    count = SAMPLES_PER_HARMONIC * max(2, max(abs(int(n)) for n in harmonics))
-    return np.exp(2j * np.pi / count * np.outer(np.arange(count), harmonics))
+    """Shaft angles (time,) of one revolution, equally spaced, rad, and e^{jn angle} (time, harmonic); read-only."""
+    return _one_revolution(tuple(int(n) for n in harmonics))
 
 
-def nonlinear_column(force, amplitudes, speed, harmonics, deflection):
-    """Force harmonics of one unit of a nonlinear force at given displacement harmonics.
+@lru_cache(maxsize=64)
+def _one_revolution(harmonics):
+    count = SAMPLES_PER_HARMONIC * max(2, *(abs(n) for n in harmonics))
+    angle = 2 * np.pi / count * np.arange(count)
+    basis = np.exp(2j * np.pi / count * np.outer(np.arange(count), harmonics))
+    for one in (angle, basis):
+        one.setflags(write=False)
+    return angle, basis
 
+
+def nonlinear_columns(forces, amplitudes, speed, harmonics, deflection):
+    """Force harmonics of one unit of each of some nonlinear forces at given displacement harmonics.
+
+    forces     : list of NonlinearForce
     amplitudes : (..., speed, harmonic, dof) complex, m, about the deflection (dof,) or (..., speed, dof)
-    returns    : (..., speed, harmonic, dof) complex, N; harmonics not listed are taken as zero
+    returns    : (..., speed, harmonic, dof, force) complex, N; harmonics not listed are taken as zero
     """
-    basis = one_revolution(harmonics)
+    (angle, basis), deflection = one_revolution(harmonics), np.asarray(deflection)
     rate = 1j * np.asarray(harmonics)[:, None] * np.asarray(speed, float)[:, None, None]
-    seen, still = amplitudes @ force.matrix.T, (np.asarray(deflection) @ force.matrix.T)[..., None, :]
-    given = force.at(basis @ seen + still, basis @ (rate * seen), still)
-    return basis.conj().T @ given / len(basis) @ force.matrix
+    columns, in_time = np.empty((*amplitudes.shape, len(forces)), complex), {}
+    for p, force in enumerate(forces):
+        which = force.matrix.tobytes()  # many forces act on the same coordinates
+        if which not in in_time:
+            seen, still = amplitudes @ force.matrix.T, (deflection @ force.matrix.T)[..., None, :]
+            in_time[which] = basis @ seen + still, basis @ (rate * seen), still
+        given = force.at(*in_time[which], angle)
+        columns[..., p] = basis.conj().T @ given / len(basis) @ force.matrix
+    return columns
 
 
 def affine_error(force, amplitudes, speed, harmonics, deflection):
     """Share (rms) of a nonlinear force that is no affine function of its displacement, the same at all speeds.
 
-    Arguments as for `nonlinear_column`. Zero where a contact stays open, or closed: it is then a constant and a
-    stiffness.
+    Arguments as for `nonlinear_columns`, of one force. Zero where a contact stays open, or closed: it is then a
+    constant and a stiffness.
     """
-    basis = one_revolution(harmonics)
+    angle, basis = one_revolution(harmonics)
     rate = 1j * np.asarray(harmonics)[:, None] * np.asarray(speed, float)[:, None, None]
     seen, still = amplitudes @ force.matrix.T, (np.asarray(deflection) @ force.matrix.T)[..., None, :]
     moved = basis @ seen + still
-    given = force.at(moved, basis @ (rate * seen), still)
+    given = force.at(moved, basis @ (rate * seen), still, angle)
     moved, given = moved.reshape(-1, moved.shape[-1]), given.reshape(-1, given.shape[-1])
     columns = np.concatenate([np.ones((len(moved), 1)), moved, moved.conj()], axis=1)
     columns = columns / np.linalg.norm(columns, axis=0)
@@ -96,15 +113,15 @@ def steady_state(forces, speed, harmonics, deflection, linear, reply):
     raises : NoSteadyState if the continuation from the linear response fails
     """
     seen = seen_coordinates([force for _, force in forces])
-    basis, rate = one_revolution(harmonics), 1j * np.asarray(harmonics) * speed
-    still = deflection[seen]
-    start, receptance = _real(linear[:, seen]), _real(reply[:, seen])
+    (angle, basis), rate = one_revolution(harmonics), 1j * np.asarray(harmonics) * speed
+    still = seen @ deflection
+    start, receptance = _real(linear @ seen.T), _real(seen @ reply)
+    chosen = [_chosen(force, seen) for _, force in forces]
 
     def in_time(z, v):
         return sum(
-            amplitude * force.at(z @ s.T, v @ s.T, still @ s.T) @ s
-            for amplitude, force in forces
-            for s in [force.matrix[:, seen]]
+            amplitude * force.at(z @ s.T, v @ s.T, still @ s.T, angle) @ s
+            for (amplitude, force), s in zip(forces, chosen, strict=True)
         )
 
     place = np.asarray(harmonics)
@@ -115,7 +132,7 @@ def steady_state(forces, speed, harmonics, deflection, linear, reply):
         """Force (component,) and its slope: df = p dz + q conj(dz), so p_{m-n} on a_n and q_{m+n} on conj(a_n)."""
         a = _complex(x, len(seen))
         z, v = basis @ a + still, basis @ (rate[:, None] * a)
-        size = DIFFERENCE * (np.abs(a).max() + 1e-12)
+        size = DIFFERENCE * (np.abs(a).max(axis=0) + 1e-12)[:, None, None]  # of each coordinate, in its own unit
         step, rest = size * units, 0 * units
         up_z, down_z, up_v, down_v = in_time(
             z + np.stack([step, -step, rest, rest]), v + speed * np.stack([rest, rest, step, -step])
@@ -161,5 +178,10 @@ def steady_state(forces, speed, harmonics, deflection, linear, reply):
 
 
 def seen_coordinates(forces):
-    """Positions (coordinate,) of the coordinates that nonlinear forces depend and act on."""
-    return np.flatnonzero(np.any([np.any(force.matrix, axis=0) for force in forces], axis=0))
+    """The coordinates (coordinate, dof) that nonlinear forces depend and act on, each once."""
+    return np.unique(np.concatenate([force.matrix for force in forces]), axis=0)[::-1]
+
+
+def _chosen(force, seen):
+    """Selects (coordinate of the force, coordinate seen) the coordinates of one force."""
+    return (force.matrix[:, None] == seen).all(axis=-1).astype(float)

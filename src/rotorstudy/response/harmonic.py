@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.model.model import Model
 from rotorstudy.model.terms import apply_entries
-from rotorstudy.response.alternating import nonlinear_column, seen_coordinates, steady_state
+from rotorstudy.response.alternating import nonlinear_columns, seen_coordinates, steady_state
 from rotorstudy.response.coupling import (
     COUPLED_ORDER,
     check_harmonics,
@@ -279,8 +279,8 @@ def carried_response(model, speed, theta, blocks, jacobian, kept=None):
     if model.varied:
         own = _columns_of_the_rotor(model, rotor, speed, blocks.harmonics, found, kept)
         columns |= dict(zip(model.varied.positions, own, strict=True))
-    for p, local in model.nonlinear_forces:
-        columns[p] = nonlinear_column(local, found, speed, blocks.harmonics, deflection)
+    local = nonlinear_columns([f for _, f in model.nonlinear_forces], found, speed, blocks.harmonics, deflection)
+    columns |= {p: local[..., i] for i, (p, _) in enumerate(model.nonlinear_forces)}
     if moved:
         forces = _moved_force(model, rotor, speed, blocks.harmonics, np.stack(list(moved.values())))
         for p, force in zip(moved, np.broadcast_to(forces, (len(moved), *found.shape)), strict=True):
@@ -366,8 +366,7 @@ def _with_nonlinear_forces(model, theta, speed, blocks, solved, deflection, line
     carried, dof = blocks.harmonics, len(model.structure.dofs)
     seen = seen_coordinates([force for _, force in model.nonlinear_forces])
     unit = np.zeros((len(carried), len(seen), len(carried), dof), complex)
-    row, column = np.ix_(range(len(carried)), range(len(seen)))
-    unit[row, column, row, seen[column]] = 1
+    unit[range(len(carried)), :, range(len(carried))] = seen
     unit = np.moveaxis(unit.reshape(-1, len(carried), dof), 0, -1)
     unit = np.broadcast_to(np.concatenate([unit, 1j * unit], axis=-1), (*linear.shape, 2 * unit.shape[-1]))
     reply = solved(unit)

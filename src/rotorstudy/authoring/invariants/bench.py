@@ -13,7 +13,7 @@ from rotorstudy.model.cracks import crack_parameters
 from rotorstudy.model.kinds import Crack, Effect
 from rotorstudy.model.model import Model
 from rotorstudy.model.rig import make_term
-from rotorstudy.model.structure import Structure
+from rotorstudy.model.structure import Section, Structure
 from rotorstudy.model.terms import Entry, Parameter, Term
 from rotorstudy.response.measured import measured_response
 
@@ -34,7 +34,8 @@ def bench_structure():
 
 
 def tilting_bench():
-    """The same mass as a disc with tilt and gyroscopic moment, off mid-span, for effects on the tilt."""
+    """The same mass as a disc with tilt and gyroscopic moment, off mid-span, for effects on the tilt or the shaft."""
+    bent = Section(0.2, 0.015, 0.0, 2.1e11, 0.3, moment=np.array([6e4, 2e3]), own_moment=0.1, stiffness=8e3)
     return replace(
         bench_structure(),
         mass=np.diag([2.0, 0.0024]),
@@ -43,6 +44,8 @@ def tilting_bench():
         static_load=np.array([2.0 * 9.81, 0.0]),
         dofs=((1, "translation"), (1, "tilt")),
         stiffness_loss={"stiffness_loss": (np.diag([1.0, 0.0]), "N/m", 0.3 * 7.6e5)},
+        section_at=lambda position: bent,
+        length=0.4,
     )
 
 

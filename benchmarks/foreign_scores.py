@@ -1,0 +1,76 @@
+"""What a run of benchmarks/foreign.py shows: shares with 95 % bounds, and counts by kind of case."""
+
+import numpy as np
+import pandas as pd
+
+from rotorstudy.blind.scoring import calibration, share_bounds
+
+LARGE = 3.0  # size from which an effect must be found
+SLOW = 30.0  # seconds of a diagnosis that is reported
+
+
+def share(what, of, right, asked=""):
+    """A row of the summary: how many are right among some cases, with 95 % bounds, and what share is wanted."""
+    right = np.asarray(right, bool)
+    count, cases = int(right.sum()), len(of)
+    low, high = share_bounds(count, cases)
+    return {
+        "what": what,
+        "value": count / cases if cases else np.nan,
+        "low": low,
+        "high": high,
+        "cases": cases,
+        "asked": asked,
+    }
+
+
+def summary(rows):
+    """The shares that count, with 95 % bounds."""
+    done = rows[~rows.verdict.isin(["not drawn", "refused"])]
+    refused = rows[rows.verdict == "refused"]
+    healthy, single = done[done.kind == "healthy"], done[~done.kind.isin(["healthy", "pair"])]
+    known = single[single.known.astype(bool) & (single["size"] >= LARGE)]
+    outside = single[~single.known.astype(bool) & (single["size"] >= LARGE)]
+    cracks = single[single.kind.isin(["crack", "open_crack"]) & (single["size"] >= LARGE)]
+    named_cracks = cracks[cracks.alone.astype(bool)]
+    pairs = done[(done.kind == "pair") & (done["size"] >= LARGE)]
+    stated = done[done.probability.notna()]
+    held = done[done.gain.notna()]
+    held_sizes = np.arange(int(done.sizes.sum())) < int(done.covered.sum())
+    error = calibration(stated.probability.to_numpy(float), stated.first_right.to_numpy(float))[-1]
+    rows = [
+        share("single effects named alone at the right place", known, known.alone, ">= 80 %"),
+        share("single effects in the stated set", known, known.in_set, ">= 95 %"),
+        share("single effects called unknown", known, known.verdict == "unknown"),
+        share("single effects called nothing", known, known.verdict == "nothing"),
+        share("single effects given a wrong name", known, known.wrong, "<= 2 %"),
+        share("cracks named, element within one", cracks, cracks.alone, ">= 80 %"),
+        share("cracks in the stated set", cracks, cracks.in_set),
+        share("angle of a named crack within 10 degrees", named_cracks, named_cracks.angle_right, "all"),
+        share("pairs, both in the stated set", pairs, pairs.in_set, ">= 80 %"),
+        share("clean records called nothing", healthy, healthy.verdict == "nothing", ">= 99 %"),
+        share("effects left out of the library called unknown", outside, outside.verdict == "unknown", ">= 95 %"),
+        share("effects left out of the library named alone", outside, outside.verdict == "cause"),
+        share("95 % intervals that hold the true size", held_sizes, held_sizes, "93 to 97 %"),
+        share("held-out error worse with the causes", held, held.gain > 1, "<= 1 %"),
+        share("records refused for the right reason", refused, refused.alone),
+        share(f"diagnoses slower than {SLOW:g} s of one core", done, done.seconds > SLOW, "none"),
+    ]
+    numbers = [
+        ("held-out error after over before, median", held.gain.median(), len(held), "<= 0.1"),
+        ("calibration error of the stated probability", error, len(stated), "<= 0.05"),
+        ("seconds of one core for a diagnosis, median", done.seconds.median(), len(done), ""),
+    ]
+    return pd.DataFrame(rows + [dict(zip(("what", "value", "cases", "asked"), one, strict=True)) for one in numbers])
+
+
+def by_kind(rows):
+    """Counts of each kind of case, for sizes of at least LARGE (all healthy ones)."""
+    seen = rows[(rows.kind == "healthy") | ~(rows["size"] < LARGE)]
+    table = seen.groupby("kind", sort=False).agg(
+        cases=("case", "size"), alone=("alone", "sum"), in_set=("in_set", "sum"), wrong=("wrong", "sum"),
+        seconds=("seconds", "median"),
+    )  # fmt: skip
+    for verdict in ("nothing", "cause", "ambiguous", "unknown", "convention", "refused", "not drawn"):
+        table[verdict] = seen.groupby("kind").verdict.agg(lambda said, v=verdict: int((said == v).sum()))
+    return table

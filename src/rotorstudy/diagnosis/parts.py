@@ -1,0 +1,57 @@
+"""Faults of several parts (nodes of a bow, harmonics of a runout), with the parts that the data support together."""
+
+from rotorstudy.diagnosis.candidates import Candidate
+from rotorstudy.diagnosis.explanations import Search
+from rotorstudy.diagnosis.screening import Projected, screen
+from rotorstudy.inference.fit import Fit
+
+
+def faults_of_several_parts(
+    work: Search, fitted: Fit, chosen: list[Candidate]
+) -> list[tuple[tuple[Candidate, ...], dict[str, float]]]:
+    """The parts of each fault that explain most together, chosen one after the other while that increases their odds.
+
+    Parameters
+    ----------
+    work : Search
+    fitted : Fit
+        At whose motion the candidates are judged.
+    chosen : list of Candidate
+
+    Returns
+    -------
+    list of (tuple of Candidate, dict of str)
+        Of two parts or more, and values of the parameters by name to start a fit from.
+    """
+    faults = {}
+    for cause in chosen:
+        if cause.fault != cause.cause:
+            faults.setdefault(cause.fault, []).append(cause)
+    faults = {name: parts for name, parts in faults.items() if len(parts) > 1}
+    if not faults:
+        return []
+    projected, usable = work.project(fitted, [cause for parts in faults.values() for cause in parts])
+    labels, found = {cause.label for cause in usable}, []
+    for parts in faults.values():
+        together = _supported(work, projected, [cause for cause in parts if cause.label in labels])
+        if len(together) > 1:
+            start = screen(projected, *together).start
+            names = [name for cause in together for name in cause.names]
+            found.append((together, projected.theta | dict(zip(names, start, strict=True))))
+    return found
+
+
+def _supported(work: Search, projected: Projected, parts: list[Candidate]) -> tuple[Candidate, ...]:
+    """The parts of a fault with the highest odds, as found by adding one at a time."""
+
+    def odds(together):
+        return screen(projected, *together).evidence + work.prior_odds.log_odds(together)
+
+    together, reached = (), float("-inf")
+    while parts:
+        best = max(parts, key=lambda cause: odds((*together, cause)))
+        if odds((*together, best)) <= reached:
+            break
+        together, reached = (*together, best), odds((*together, best))
+        parts = [cause for cause in parts if cause.cause != best.cause]  # each in one shape
+    return together
