@@ -82,7 +82,7 @@ MEANS = {
     "delay": (("delay",), ANY, ()),
     "angle_error": (("probe_error", "probe_angle"), NODE, ()),
     "gain": (("probe_error", "probe_gain"), NODE, ()),
-    "runout": (("runout", "surface_profile"), NODE, ("runout", "surface_profile")),
+    "runout": (("runout",), NODE, ()),
     "unloaded_zero": ((), ANY, ()),
 }
 # Faults that the verdict states as a wrong convention of the records, by the words of that hypothesis

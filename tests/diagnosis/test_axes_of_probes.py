@@ -126,9 +126,7 @@ EFFECTS = {  # what probes x and y show instead of their phasors (order,)
     "gain_mismatch": ({"kind": "probe_gain"}, lambda x, y: (2 * x, 0 * y)),
     "probe_rotation": ({"kind": "probe_angle"}, lambda x, y: (x + y, y - x)),
     "probe_skew": ({"kind": "probe_angle"}, lambda x, y: (x, y - x)),
-    "profile_cosine_2X": ({"kind": "surface_profile"}, lambda x, y: (x + SECOND, y - SECOND)),
 }
-SECOND = np.array([0, 0, 1.0])  # of a profile of order 2, which y shows a quarter turn, half a period, later
 
 
 @pytest.mark.parametrize("rotation", ["with_angles", "against_angles"])

@@ -7,6 +7,7 @@ import numpy as np
 from rotorstudy.diagnosis.explanations import LEAST_LOG_ODDS, Search
 from rotorstudy.diagnosis.far_from_the_rig import far_from_the_rig
 from rotorstudy.diagnosis.held_out import gain_of, is_upheld, is_worse, split
+from rotorstudy.diagnosis.odds import faults_of
 from rotorstudy.diagnosis.result import (
     Cause,
     DetectionLimit,
@@ -139,8 +140,8 @@ def investigate(
     verdict = Verdict(
         verdict=kind,
         causes=_causes(best, probability),
-        ambiguous_with=[_cause([c], e.fit, probability[c.fault]) for c, e in stated],
-        separating_measurement=_separating(best.causes, [c for c, _ in stated]),
+        ambiguous_with=[_cause(parts, e.fit, probability[fault]) for fault, parts, e in stated],
+        separating_measurement=_separating(best.causes, [parts[0] for _, parts, _ in stated]),
         not_considered=_not_considered(best.causes, settings, {term.kind for term in model.terms}),
         broken_plugins=[*registry().failures, *found.broken],
         unexplained=_unexplained(best.fit, fitted, settings) if kind == "unknown" or best.causes else [],
@@ -159,7 +160,7 @@ def investigate(
         findings=worst_first(findings),
     )
     verdict = verdict.model_copy(update={"summary": summary(verdict)})
-    alternatives = frozenset(c.cause for c, _ in stated)
+    alternatives = frozenset(c.cause for _, parts, _ in stated for c in parts)
     return Diagnosis(verdict, fitted, held, found, best.fit, settings, alternatives, labels)
 
 
@@ -172,35 +173,33 @@ def _has_wrong_form(found):
 
 
 def _stated(weights, best):
-    """(candidate, explanation) of the other causes needed for a credible set of probability `STATED_SET`.
+    """(fault, its parts, explanation) of other causes needed for a credible set of probability `STATED_SET`.
 
     Other parts of a fault that is named (another shape of a bow) are no other causes.
     """
-    total, found, seen = 0.0, [], set(best.named)
+    total, found, seen = 0.0, [], set(best.faults)
     for explanation, weight in weights:
         if total >= STATED_SET:
             break
         total += weight
         if not explanation.causes or best.named <= explanation.named:
             continue
-        for c in explanation.causes:
-            if c.cause not in seen and c.fault not in best.faults:
-                seen.add(c.cause)
-                found.append((c, explanation))
+        for fault, parts in faults_of(explanation.causes).items():
+            if fault not in seen and not {c.cause for c in parts} <= best.named:
+                seen.add(fault)
+                found.append((fault, parts, explanation))
     return found
 
 
 def _probability(weights):
     """Posterior probability of every fault: of all explanations with any of its parts."""
-    faults = {c.fault for e, _ in weights for c in e.causes}
+    faults = {fault for e, _ in weights for fault in e.faults}
     return {fault: min(sum(w for e, w in weights if fault in e.faults), 1.0) for fault in faults}
 
 
 def _causes(explanation, probability):
     """The Cause of every fault of an explanation; the parts of a fault are one cause."""
-    faults = {}
-    for candidate in explanation.causes:
-        faults.setdefault(candidate.fault, []).append(candidate)
+    faults = faults_of(explanation.causes)
     return [_cause(parts, explanation.fit, probability[fault]) for fault, parts in faults.items()]
 
 
