@@ -10,7 +10,6 @@ from rotorstudy.diagnosis.result import ChainHypothesis, Place, PValues
 from rotorstudy.diagnosis.search import with_one_more
 from rotorstudy.diagnosis.words import place
 from rotorstudy.inference.fit import Fit, chi_square_p_value, fit, residual_share
-from rotorstudy.inference.linear import invert
 from rotorstudy.inference.prediction import carried_order, with_model_error
 from rotorstudy.measurement.findings import Finding
 from rotorstudy.measurement.spectrum import Spectrum
@@ -151,7 +150,9 @@ def _volume(spectrum):
 
 def _linear_evidence(spectrum, shown, change, prior):
     """Log evidence of a spectrum less a constant; shown : by the linearised model at the prior mean."""
-    off, columns = spectrum.whitened(spectrum.amplitude - shown), spectrum.whitened(change).T @ prior.factor
-    normal = np.eye(columns.shape[1]) + columns.T @ columns
-    along = columns.T @ off
-    return float(-0.5 * (off @ off - along @ invert(normal) @ along + np.linalg.slogdet(normal)[1]))
+    columns = spectrum.whitened(change).T @ prior.factor
+    off = np.concatenate([spectrum.whitened(spectrum.amplitude - shown), np.zeros(columns.shape[1])])
+    # not by the normal equations: data that a hypothesis shrinks leave them without digits
+    basis, triangle = np.linalg.qr(np.vstack([columns, np.eye(columns.shape[1])]))
+    left = off - basis @ (basis.T @ off)
+    return float(-0.5 * left @ left - np.log(np.abs(np.diag(triangle))).sum())
