@@ -117,8 +117,7 @@ def best_hypothesis(spectrum, base, settings) -> Tested:
         Of the model without causes; the hypotheses are judged about the stated values of its parameters.
     settings : Settings
     """
-    model, prior, about = base.model, base.prior, base.theta.copy()
-    about[model.position(prior.names)] = prior.mean
+    model, prior, about = base.model, base.prior, base.stated_theta
     every = hypotheses(spectrum, model)
     models = (model, replace(model, from_unloaded_line=not model.from_unloaded_line))
     linearised = [_linearised(one, prior.names, about, spectrum) for one in models]
