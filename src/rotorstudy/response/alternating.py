@@ -74,6 +74,25 @@ def nonlinear_columns(forces, amplitudes, speed, harmonics, deflection):
     return columns
 
 
+def affine_error(force, amplitudes, speed, harmonics, deflection):
+    """Share (rms) of a nonlinear force that is no affine function of its displacement, the same at all speeds.
+
+    Arguments as for `nonlinear_columns`, of one force. Zero where a contact stays open, or closed: it is then a
+    constant and a stiffness.
+    """
+    angle, basis = one_revolution(harmonics)
+    rate = 1j * np.asarray(harmonics)[:, None] * np.asarray(speed, float)[:, None, None]
+    seen, still = amplitudes @ force.matrix.T, (np.asarray(deflection) @ force.matrix.T)[..., None, :]
+    moved = basis @ seen + still
+    given = force.at(moved, basis @ (rate * seen), still, angle)
+    moved, given = moved.reshape(-1, moved.shape[-1]), given.reshape(-1, given.shape[-1])
+    columns = np.concatenate([np.ones((len(moved), 1)), moved, moved.conj()], axis=1)
+    columns = columns / np.linalg.norm(columns, axis=0)
+    left = given - columns @ np.linalg.lstsq(columns, given, rcond=None)[0]
+    size = np.linalg.norm(given)
+    return float(np.linalg.norm(left) / size) if size else 0.0
+
+
 def _real(complex_rows):
     """(speed, harmonic, coordinate, ...) complex as (speed, component, ...) real: real parts, then imaginary parts."""
     flat = complex_rows.reshape(len(complex_rows), -1, *complex_rows.shape[3:])
