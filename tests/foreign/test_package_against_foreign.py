@@ -14,7 +14,6 @@ from foreign.measuring import expected_harmonics
 from rotorstudy import build_model, measured_response
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.settings import read_settings
-from rotorstudy.measurement.conventions import read_conventions
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.model.rig import RigFile, make_term, read_rig
 
@@ -44,8 +43,7 @@ def read(case, folder, rig_error=1.0, modulus=1.0, zero="at_rest"):
 def verdict_on(case, folder, rig_error=1.0, modulus=1.0, zero="at_rest"):
     spectrum, rig, model, findings = read(case, folder, rig_error, modulus, zero)
     settings = read_settings(rig.given, "rig.yaml").model_copy(update={"candidates_per_round": 5})  # for speed
-    conventions = read_conventions(rig.given, "rig.yaml")
-    return investigate(spectrum, model, settings=settings, findings=findings, conventions=conventions).verdict
+    return investigate(spectrum, model, settings=settings, findings=findings).verdict
 
 
 def names(verdict):

@@ -7,6 +7,7 @@ import numpy as np
 from rotorstudy.diagnosis.candidates import Candidate
 from rotorstudy.diagnosis.settings import Settings, base_rate
 from rotorstudy.inference.fit import Fit
+from rotorstudy.model.registry import registry
 
 SWEEPS = 3  # over the parameters of a cause, for their most probable widths
 SCALES = 10.0 ** (-0.5 * np.arange(7))  # widths of the prior over the widest one, equally likely by order of magnitude
@@ -32,7 +33,24 @@ class Explanation:
     @property
     def faults(self):
         """Names of the faults that the causes are parts of."""
-        return frozenset(cause.fault for cause in self.causes)
+        return frozenset(faults_of(self.causes))
+
+
+def faults_of(causes: tuple[Candidate, ...]) -> dict[str, list[Candidate]]:
+    """Faults that causes are parts of, each with its parts.
+
+    The parts have the same fault by name, or the first one brings the other: an eccentric mass has an unbalance.
+    """
+    effects = registry().plugins["effect"]
+    brought_by = {
+        name + "".join(f", {key} {value}" for key, value in c.where.items()): c.fault
+        for c in causes
+        for name in effects[c.effect].brings
+    }
+    found = {}
+    for cause in sorted(causes, key=lambda c: c.cause in brought_by):
+        found.setdefault(brought_by.get(cause.cause, cause.fault), []).append(cause)
+    return found
 
 
 def odds_of(explanation: Explanation) -> float:
@@ -135,10 +153,9 @@ class PriorOdds:
 
     def log_odds(self, causes: tuple[Candidate, ...]) -> float:
         """Logarithm of those of several causes together."""
-        total, seen = 0.0, set()
-        for cause in causes:
-            total += np.log(self.further_part[cause.fault] if cause.fault in seen else self.of(cause))
-            seen.add(cause.fault)
+        total = 0.0
+        for first, *others in faults_of(causes).values():
+            total += np.log(self.of(first)) + sum(np.log(self.further_part[c.fault]) for c in others)
         return float(total)
 
     def even_odds_gain(self, cause: Candidate) -> float:
