@@ -28,8 +28,9 @@ def parallel_misalignment(
         here, local = structure.unit(element) - structure.unit(element + 1), scales.softest
     else:
         raise CannotAct("parallel_misalignment: give the node or the element of the coupling, not both")
+    usual = 0.05 * local * scales.length  # an offset of the usual length against a share of the stiffness there
     forces = [
-        Parameter(f"misalignment_force_{n}X", "N", (Entry(here, on="one", shift=n),), 0.05 * scales.force, True)
+        Parameter(f"misalignment_force_{n}X", "N", (Entry(here, on="one", shift=n),), usual, is_complex=True)
         for n in harmonics
     ]
     if not coupled:

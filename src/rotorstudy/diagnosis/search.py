@@ -14,6 +14,7 @@ from rotorstudy.diagnosis.screening import TIE, Screened, screen, screen_each, s
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.shape_scan import can_be_scanned, scan
 from rotorstudy.diagnosis.shapes import refine
+from rotorstudy.diagnosis.supports import loses_more_than_all
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import carried_order, predicted, with_cause_error
 from rotorstudy.inference.prior import Prior, prior_of, with_rotor
@@ -127,16 +128,21 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
 def _drop_impossible(work):
     """Drop explanations by which a free motion grows at a measured speed: records of it cannot be steady.
 
-    Nor is a contact a cause that never opens or closes in the records: it is a constant force and a stiffness.
+    Nor is a contact a cause that never opens or closes in the records: it is a constant force and a stiffness. And a
+    support cannot lose more stiffness than it has.
     """
     while True:
         least = odds_of(work.best) - REACH
         within = [e for e in work.explanations if e.causes and odds_of(e) >= least]
-        impossible = [e for e in within if _grows(work, e) or _never_switches(work, e)]
+        impossible = [e for e in within if _grows(work, e) or _never_switches(work, e) or _takes_too_much(work, e)]
         for one in impossible:
             del work.found[frozenset(c.label for c in one.causes)]
         if not impossible:
             return
+
+
+def _takes_too_much(work, explanation):
+    return loses_more_than_all(explanation, work.rig.structure, work.spectrum.speed)
 
 
 def _never_switches(work, explanation):

@@ -384,20 +384,19 @@ def force_columns(unknowns, amplitudes, speed, harmonics, deflection=None):
     rows, lead = amplitudes.shape[-1], _lead(amplitudes, deflection)
     sources, first, elements, count = [], {}, [], 0
     for u, unknown in enumerate(unknowns):
+        reference = None if unknown.carries else deflection
         for entry in unknown.entries:
             kind = (entry.kind, unknown.carries)
             if kind not in first:
-                reference = None if unknown.carries else deflection
-                source = _source(entry, amplitudes, speed, harmonics, reference)
-                sources.append(np.broadcast_to(source, (*lead, source.shape[-1])))
-                first[kind], count = count, count + source.shape[-1]
+                source = np.moveaxis(_source(entry, amplitudes, speed, harmonics, reference), -1, 0)
+                sources.append(np.broadcast_to(source, (len(source), *lead)).reshape(len(source), -1))
+                first[kind], count = count, count + len(source)
             row, column, value = entry.nonzero
             elements.append((u * rows + row, first[kind] + column, value))
     if not elements:
         return np.zeros((*lead, rows, len(unknowns)), complex)
     row, column, value = (np.concatenate(part) for part in zip(*elements, strict=True))
-    matrix = csr_array((value, (row, column)), (len(unknowns) * rows, count))
-    force = matrix @ np.concatenate(sources, axis=-1).reshape(-1, count).T
+    force = csr_array((value, (row, column)), (len(unknowns) * rows, count)) @ np.concatenate(sources)
     return np.moveaxis(force.reshape(len(unknowns), rows, *lead), (0, 1), (-1, -2))
 
 

@@ -184,12 +184,12 @@ class Near:
     def replies(self, coordinate):
         """Motion (speed, carried harmonic, dof, component) by a unit force on each harmonic of a coordinate, m/N.
 
-        The components are the real, then the imaginary parts of all carried harmonics. Each coordinate is solved once.
+        The components are the real and imaginary part of each carried harmonic. Each coordinate is solved once.
         """
         if coordinate not in self.by_coordinate:
             carried, dof = len(self.blocks.harmonics), len(self.model.structure.dofs)
             force = np.zeros((len(self.speed), carried, dof, 2 * carried), complex)
-            force[:, :, coordinate] = np.concatenate([np.eye(carried), 1j * np.eye(carried)], axis=-1)
+            force[:, :, coordinate] = np.kron(np.eye(carried), [1, 1j])
             self.by_coordinate[coordinate] = self._solved(force)
         return self.by_coordinate[coordinate]
 
@@ -200,8 +200,13 @@ class Near:
         if not acted or 2 * len(self.blocks.harmonics) * fresh >= force.shape[-1]:
             return self._solved(force)[:, :, self.model.measured]
         reply = np.concatenate([self.replies(i)[:, :, self.model.measured] for i in acted], axis=-1)
-        parts = np.concatenate([part[:, :, i] for i in acted for part in (force.real, force.imag)], axis=1)
-        return (reply.reshape(len(self.speed), -1, reply.shape[-1]) @ parts).reshape(*reply.shape[:3], -1)
+        parts = np.ascontiguousarray(force.transpose(0, 3, 2, 1)[:, :, acted]).view(float)
+        reply = np.ascontiguousarray(np.moveaxis(reply, -1, 1)).view(
+            float
+        )  # (speed, component, harmonic, part * sensor)
+        speeds, count, carried = len(self.speed), force.shape[-1], len(self.blocks.harmonics)
+        moved = parts.reshape(speeds, count, -1) @ reply.reshape(speeds, reply.shape[1], -1)
+        return np.moveaxis(moved.view(complex).reshape(speeds, count, carried, -1), 1, -1)
 
     def sensitivities(self, unknowns, motion=None):
         """First-order change of the measured harmonics by one unit of amplitudes that the model does not contain.
