@@ -38,7 +38,6 @@ from rotorstudy.diagnosis.settings import read_settings  # noqa: E402
 from rotorstudy.errors import RotorstudyError  # noqa: E402
 from rotorstudy.inference.fit import fit  # noqa: E402
 from rotorstudy.inference.prediction import with_model_error  # noqa: E402
-from rotorstudy.measurement.conventions import read_conventions  # noqa: E402
 from rotorstudy.measurement.measurement import measured_spectrum  # noqa: E402
 from rotorstudy.model.registry import registry  # noqa: E402
 from rotorstudy.model.rig import read_rig  # noqa: E402
@@ -307,8 +306,7 @@ def run_case(work):
             if left_out:
                 names = sorted({name for one in true for name in MEANS[one["family"]][0]})
                 settings = settings.model_copy(update={"leave_out": names})
-            conventions = read_conventions(rig.given, "rig.yaml")
-            found = investigate(spectrum, model, settings=settings, findings=findings, conventions=conventions)
+            found = investigate(spectrum, model, settings=settings, findings=findings)
             seconds = time.process_time() - start
             folder.mkdir(parents=True, exist_ok=True)
             for name in ("rig.yaml", "truth.json"):

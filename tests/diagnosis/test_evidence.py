@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal, norm
+from slow_effects import SLOW
 
 from rotorstudy.diagnosis.candidates import candidate, candidates
 from rotorstudy.diagnosis.odds import SCALES, log_possible, log_scales, odds_of
@@ -180,7 +181,7 @@ def test_a_broken_plugin_is_named_with_its_line_and_the_rest_of_the_library_is_s
     file.write_text(BROKEN.format(when=when, body=body))
     item = {"kind": "support_anisotropy", "label": "hidden", "support_anisotropy_N_per_m": 3e4}
     hidden = make_term("effect", item, MODEL.structure, MODEL.sensors)
-    settings = Settings(uncertainty={"default": 0.02}, most_causes=1)
+    settings = Settings(uncertainty={"default": 0.02}, most_causes=1, leave_out=SLOW)
     with using(Registry(plugin_folders(), entry_points=False, files=[file])):
         found = investigate(noisy(MODEL.plus(hidden), 5), MODEL, hold_out=[], settings=settings)
     work = found.search

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from rotorstudy.diagnosis.verdict import investigate
-from rotorstudy.measurement.conventions import read_conventions
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
+from rotorstudy.model.structure import Reading
 from rotorstudy.response.measured import measured_response
 from rotorstudy.response.statics import static_deflection
 
@@ -86,8 +86,8 @@ WRONG = {
     "all readings are 0.03937 times": lambda z: z / 25.4,
     "all readings are 0.5 times": lambda z: z / 2,
     "readings at node 4 are 0.03937 times": at(1, lambda z: z / 25.4),
-    "along x at node 2 are 0.03937 times": at(0, lambda z: z.real / 25.4 + 1j * z.imag),
-    "along y at node 4 are 2 times": at(1, lambda z: z.real + 2j * z.imag),
+    "of probe 'x' at node 2 are 0.03937 times": at(0, lambda z: z.real / 25.4 + 1j * z.imag),
+    "of probe 'y' at node 4 are 2 times": at(1, lambda z: z.real + 2j * z.imag),
     "probes are turned by 90 degrees": lambda z: z * -1j,
     "phase mark is 90 degrees": lambda z: np.roll(z, -4, axis=1),
     "gravity points -90 degrees": lambda z: np.roll(z, -4, axis=1) * -1j,
@@ -108,10 +108,9 @@ def test_a_wrong_convention_is_told_and_no_cause_blamed(expected):
 def test_a_probe_at_45_degrees_read_in_another_unit_is_told():
     """The hypothesis follows the axes of the probes; along x and y it would be one for each of two probes."""
     spectrum = read_wrongly(measured(), at(1, one_probe_at_45_degrees_halved))
-    probes = [{"channel": name, "angle_deg": angle} for name, angle in (("left", -45), ("right", 45))]
-    stated = read_conventions({"measurement": {"probes": probes}}, "test")
-    verdict = investigate(spectrum, MODEL, settings=QUICK, conventions=stated).verdict
-    assert "of channel 'right' at node 4 are 0.5 times" in verdict.measuring_chain.hypothesis
+    reading = Reading({node: {"left": -np.pi / 4, "right": np.pi / 4} for node in MODEL.sensors})
+    verdict = investigate(spectrum, build_model(RIG, reading=reading), settings=QUICK).verdict
+    assert "of probe 'right' at node 4 are 0.5 times" in verdict.measuring_chain.hypothesis
     assert not verdict.causes
 
 

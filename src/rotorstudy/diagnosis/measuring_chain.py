@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rotorstudy.measurement.conventions import Conventions
 from rotorstudy.measurement.spectrum import Spectrum
 
 FACTORS = {  # true over read
@@ -31,10 +30,11 @@ ANGLES_DEG = (90, 180, -90, 45, -45)
 class Hypothesis:
     """A convention that may be stated wrongly, and the change of the data that corrects it.
 
-    The corrected harmonics are direct R_n + mirrored conj(R_-n) + conjugate conj(R_n), of the nodes in `order`.
+    The corrected harmonics are direct R_n + mirrored conj(R_-n) + conjugate conj(R_n) + opposite R_-n, of the nodes in
+    `order`.
 
     name, remedy : what the records look like, and what to state
-    direct, mirrored, conjugate : (harmonic, sensor) complex
+    direct, mirrored, conjugate, opposite : (harmonic, sensor) complex
     order : (sensor,) position of the sensor that each node's data are read from
     other_zero : whether the zero of displacement is the other one, which changes the model instead of the data
     """
@@ -44,6 +44,7 @@ class Hypothesis:
     direct: np.ndarray
     mirrored: np.ndarray
     conjugate: np.ndarray
+    opposite: np.ndarray
     order: np.ndarray
     other_zero: bool = False
 
@@ -67,35 +68,32 @@ class Hypothesis:
         def rows(factor, chosen):
             return np.swapaxes(factor, 0, 1)[..., None] * chosen
 
-        plain = rows(self.direct, identity)
+        plain = rows(self.direct, identity) + rows(self.opposite, mirror)
         turned = rows(self.mirrored, mirror) + rows(self.conjugate, identity)
         upper = np.concatenate([(plain + turned).real, (turned - plain).imag], axis=-1)
         lower = np.concatenate([(plain + turned).imag, (plain - turned).real], axis=-1)
         return np.concatenate([upper, lower], axis=-2)
 
 
-def probes_of(conventions: Conventions | None, node: int) -> list[tuple[str, complex, complex]]:
-    """Each probe of a node: its name, its direction, and the motion z that one unit of its reading alone gives.
+def one_probe(reading, node, name):
+    """What a unit of the reading of one probe of a node adds to z, of z and of conj(z).
 
-    conventions : of the records; None for probes along x and y
+    The reading is (z e^{-ja} + conj(z) e^{ja}) / 2, and all readings together give z by least squares.
     """
-    stated = [one for one in conventions.probes if one.node in (None, node)] if conventions else []
-    names = [f"of channel '{one.channel}'" for one in stated] or ["along x", "along y"]
-    angles = conventions.direction_rad([one.angle_deg for one in stated]) if stated else np.array([0, np.pi / 2])
-    along = np.exp(1j * np.asarray(angles))
-    x, y = np.linalg.pinv(np.column_stack([along.real, along.imag]))
-    return list(zip(names, along, x + 1j * y, strict=True))
+    along = np.exp(1j * np.array(list(reading.probes_at(node).values())))
+    at = list(reading.probes_at(node)).index(name)
+    x, y = np.linalg.pinv(np.column_stack([along.real, along.imag]))[:, at]
+    return (x + 1j * y) * along[at].conj() / 2, (x + 1j * y) * along[at] / 2
 
 
-def hypotheses(spectrum, model, conventions=None) -> list[Hypothesis]:
+def hypotheses(spectrum, model) -> list[Hypothesis]:
     """Every hypothesis that a spectrum allows.
 
     Parameters
     ----------
     spectrum : Spectrum
     model : Model
-    conventions : Conventions, optional
-        Stated for the records.
+        Its structure has the Reading of the records.
 
     Returns
     -------
@@ -104,11 +102,13 @@ def hypotheses(spectrum, model, conventions=None) -> list[Hypothesis]:
     n, sensors = spectrum.harmonics, spectrum.sensors
     shape, every = (len(n), len(sensors)), np.arange(len(sensors))
     none, whole = np.zeros(shape, complex), np.ones(shape, complex)
-    symmetric = set(n.tolist()) == set((-n).tolist())
+    reading, symmetric = model.structure.reading, set(n.tolist()) == set((-n).tolist())
     found = []
 
-    def suppose(name, remedy, direct=whole, mirrored=none, conjugate=none, order=every, other_zero=False):
-        found.append(Hypothesis(name, remedy, direct, mirrored, conjugate, order, other_zero))
+    def suppose(
+        name, remedy, direct=whole, mirrored=none, conjugate=none, opposite=none, order=every, other_zero=False
+    ):
+        found.append(Hypothesis(name, remedy, direct, mirrored, conjugate, opposite, order, other_zero))
 
     def only(column, value):
         return np.where(every == column, value, 1.0) * whole
@@ -119,10 +119,9 @@ def hypotheses(spectrum, model, conventions=None) -> list[Hypothesis]:
             text = f"the readings at node {node} are {1 / factor:.4g} times the true ones"
             suppose(text, remedy, only(s, factor))
         for s, node in enumerate(sensors if symmetric else ()):
-            for probe, along, alone in probes_of(conventions, node):
-                # the reading (z e^-ja + conj(z) e^ja) / 2 of the probe, the missing part of it added to z
-                text = f"the readings {probe} at node {node} are {1 / factor:.4g} times the true ones"
-                direct, mirrored = ((factor - 1) * alone * turned / 2 for turned in (along.conj(), along))
+            for probe in reading.probes_at(node):
+                text = f"the readings of probe '{probe}' at node {node} are {1 / factor:.4g} times the true ones"
+                direct, mirrored = ((factor - 1) * share for share in one_probe(reading, node, probe))
                 suppose(text, remedy, only(s, 1 + direct), (every == s) * mirrored * whole)
     turn = np.outer(n, np.ones(len(sensors)))
     for angle in ANGLES_DEG:
@@ -143,15 +142,25 @@ def hypotheses(spectrum, model, conventions=None) -> list[Hypothesis]:
             np.exp(1j * (turn - 1) * by),
         )
     moving = (n != 0)[:, None] * whole
+    marked = np.exp(-2j * turn * reading.mark_rad)  # twice the phases from the mark to the reference line
     suppose(
-        "phases are lags where leads are meant",
+        "phases of the table are lags where leads are meant",
         "state 'table_phase: lag'",
         whole - moving,
-        conjugate=moving,
+        conjugate=np.exp(-2j * reading.gravity_rad) * marked * moving,  # in the user's plane
     )
     if symmetric:
-        suppose("the shaft turns in the other sense", "correct 'rotation:'", none, whole)
-        suppose("x and y are swapped at all nodes", "exchange the channels of the probes", none, 1j * whole)
+        suppose(
+            "phases of the probes are lags where leads are meant",
+            "change the sign of each probe's phases before they are combined to forward and backward harmonics",
+            whole - moving,
+            opposite=marked * moving,  # a real signal with its phases reversed runs backwards in time, and so does z
+        )
+        suppose("the shaft turns in the other sense", "correct 'rotation:'", none, marked.conj())
+        axes = np.array([reading.axis(node) for node in sensors])
+        suppose(
+            "the two probes of all nodes are swapped", "exchange the channels of the probes", none, 1j * axes**2 * whole
+        )
     if len(sensors) > 1:
         suppose("the nodes are in the reverse order", "correct the 'node:' of the probes", order=every[::-1])
     if 0 in n and model.structure.static_load.any():

@@ -18,6 +18,8 @@ from rotorstudy.inference.prediction import carried_order
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.response.measured import Motion, Near
 
+TIE = 6  # decimals of evidence: equal candidates (an open crack has two sides) are not to be ranked by round-off
+
 
 class Screened(NamedTuple):
     """A candidate, or some together, judged by linearised columns.
@@ -185,6 +187,7 @@ def _screen_alike(projected, sets):
         first = part.stop
         if not cause.fixed:
             evidence += log_scales(off[:, part], covariance[:, part, part], cause.parameter)
+    evidence = np.round(evidence, TIE)
     return [Screened(*one) for one in zip(explained.tolist(), evidence.tolist(), start, detection, strict=True)]
 
 

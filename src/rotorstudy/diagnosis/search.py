@@ -10,10 +10,11 @@ from rotorstudy.diagnosis.candidates import Candidate, candidates, with_vibratio
 from rotorstudy.diagnosis.explanations import Search
 from rotorstudy.diagnosis.odds import Explanation, faults_of, odds_of
 from rotorstudy.diagnosis.parts import faults_of_several_parts
-from rotorstudy.diagnosis.screening import Screened, screen, screen_each, screen_pairs
+from rotorstudy.diagnosis.screening import TIE, Screened, screen, screen_each, screen_pairs
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.shape_scan import can_be_scanned, scan
 from rotorstudy.diagnosis.shapes import refine
+from rotorstudy.diagnosis.supports import loses_more_than_all
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import carried_order, predicted, with_cause_error
 from rotorstudy.inference.prior import Prior, prior_of, with_rotor
@@ -127,16 +128,21 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
 def _drop_impossible(work):
     """Drop explanations by which a free motion grows at a measured speed: records of it cannot be steady.
 
-    Nor is a contact a cause that never opens or closes in the records: it is a constant force and a stiffness.
+    Nor is a contact a cause that never opens or closes in the records: it is a constant force and a stiffness. And a
+    support cannot lose more stiffness than it has.
     """
     while True:
         least = odds_of(work.best) - REACH
         within = [e for e in work.explanations if e.causes and odds_of(e) >= least]
-        impossible = [e for e in within if _grows(work, e) or _never_switches(work, e)]
+        impossible = [e for e in within if _grows(work, e) or _never_switches(work, e) or _takes_too_much(work, e)]
         for one in impossible:
             del work.found[frozenset(c.label for c in one.causes)]
         if not impossible:
             return
+
+
+def _takes_too_much(work, explanation):
+    return loses_more_than_all(explanation, work.rig.structure, work.spectrum.speed)
 
 
 def _never_switches(work, explanation):
@@ -366,9 +372,9 @@ def _pairs(work, current):
     prior = {c.label: np.log(work.prior_odds.of(c)) for c in usable}
     gain += np.array([prior[c.label] for c in first])[:, None] + np.array([prior[c.label] for c in second])
     options, often = {}, {}
-    for place in np.argsort(-gain, axis=None):
+    for place in np.argsort(-np.round(gain, TIE), axis=None, kind="stable"):
         i, j = np.unravel_index(place, gain.shape)
-        both = first[i], second[j]
+        both = tuple(sorted((first[i], second[j]), key=lambda c: bool(c.shape)))  # the shape of the last is refined
         names = frozenset(c.cause for c in both)
         if len(options) == PAIRS or gain[i, j] == -np.inf:
             break

@@ -57,8 +57,8 @@ def motion_by_a_free_force(fitted: Fit, spectrum: Spectrum, node: int, near: Nea
     Motion
     """
     near = near or Near(fitted.model, spectrum.speed, spectrum.harmonics, fitted.theta, order=carried_order(spectrum))
-    carried, place = len(near.blocks.harmonics), positions(spectrum.harmonics, near.blocks)
-    moved = near.replies(fitted.model.structure.index(node))[..., [*place, *(carried + i for i in place)]]
+    place = positions(spectrum.harmonics, near.blocks)
+    moved = near.replies(fitted.model.structure.index(node))[..., [2 * i + part for part in (0, 1) for i in place]]
     columns = spectrum.whitened(np.moveaxis(moved[:, place][:, :, fitted.model.measured], -1, 0)).T
     columns = columns.reshape(len(spectrum.speed), -1, moved.shape[-1])
     residual = fitted.residual.reshape(len(spectrum.speed), -1)

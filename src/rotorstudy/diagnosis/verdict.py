@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rotorstudy.diagnosis.explanations import LEAST_LOG_ODDS, Search
+from rotorstudy.diagnosis.far_from_the_rig import far_from_the_rig
 from rotorstudy.diagnosis.held_out import gain_of, is_upheld, is_worse, split
 from rotorstudy.diagnosis.odds import faults_of
 from rotorstudy.diagnosis.result import (
@@ -26,21 +27,18 @@ from rotorstudy.diagnosis.words import place, readable, summary
 from rotorstudy.diagnosis.wrong_convention import chain_hypothesis, finding_of
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.inference.fit import Fit, chi_square_p_value, residual_share
-from rotorstudy.inference.prediction import predicted, with_cause_error, with_model_error
+from rotorstudy.inference.prediction import misfit, predicted, with_cause_error, with_model_error
 from rotorstudy.inference.prior import with_rotor
 from rotorstudy.inference.problem import magnitude_and_phase
-from rotorstudy.measurement.conventions import Conventions
 from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
-from rotorstudy.units import quantity
 
 STATED_SET = 0.99  # posterior probability that the causes named contain the true one
 SEEN = 0.5  # of the prior standard deviation: an amplitude known no better from the data has no detection limit
 POWER = 1.645  # standard deviations above the threshold for a detection probability of 95 %
 MOVED = 2.0  # stated standard deviations beyond which a parameter is listed as moved
-CONTRADICTED = 5.0  # stated standard deviations beyond which the records contradict the rig
 PARTS = ("real", "imaginary")
 TRADED_OFF = 0.95  # correlation above which two parameters can hardly be separated
 
@@ -66,13 +64,9 @@ class Diagnosis:
     labels: dict[str, str]
 
 
-def diagnose(
-    spectrum: Spectrum, model: Model, *, hold_out=None, settings=None, findings=(), conventions=None
-) -> Verdict:
+def diagnose(spectrum: Spectrum, model: Model, *, hold_out=None, settings=None, findings=()) -> Verdict:
     """The Verdict on what a model lacks to explain a spectrum; see `investigate`."""
-    return investigate(
-        spectrum, model, hold_out=hold_out, settings=settings, findings=findings, conventions=conventions
-    ).verdict
+    return investigate(spectrum, model, hold_out=hold_out, settings=settings, findings=findings).verdict
 
 
 def investigate(
@@ -82,7 +76,6 @@ def investigate(
     hold_out: list[float] | None = None,
     settings: Settings | dict | None = None,
     findings: tuple[Finding, ...] = (),
-    conventions: Conventions | None = None,
 ) -> Diagnosis:
     """What a model lacks to explain a spectrum.
 
@@ -98,8 +91,6 @@ def investigate(
         Settings, or a dict of some of them.
     findings
         Findings on the records, to be included in the verdict.
-    conventions
-        Stated for the records; by default two probes along x and y.
 
     Raises
     ------
@@ -116,13 +107,13 @@ def investigate(
     base, expected = found.base, None
     if held is not None:
         expected = with_cause_error(held, held.amplitude - predicted(base.model, held, base.theta), found.cause_error)
-    chain = chain_hypothesis(found, measured, settings, conventions)
+    chain = chain_hypothesis(found, measured, settings)
     found = replace(found, upheld=chain is None and is_upheld(found, expected))
     best = found.best
     rows = 2 * fitted.amplitude.size
     p_values = PValues(before=chi_square_p_value(base.cost, rows), after=chi_square_p_value(best.fit.cost, rows))
     p_parameters = chi_square_p_value(best.fit.penalty, len(best.fit.names))
-    left = residual_share(_misfit(base, fitted), _misfit(best.fit, fitted), rows)
+    left = residual_share(*(misfit(one.model, fitted, one.theta) for one in (base, best.fit)), rows)
     weights = found.posterior()
     probability = _probability(weights)
     stated = _stated(weights, best)
@@ -144,7 +135,7 @@ def investigate(
     if chain is not None:
         findings = [*findings, finding_of(chain)]
     elif kind != "nothing":
-        findings = [*findings, *_far_from_the_rig(found, spectrum, moved, labels, settings)]
+        findings = [*findings, *far_from_the_rig(found, moved, labels)]
     odds = [e.log_posterior_odds for e in found.explanations if e.causes]
     verdict = Verdict(
         verdict=kind,
@@ -179,12 +170,6 @@ def _has_wrong_form(found):
     The error of one cause must not hide what a second one explains: several are named if they leave only noise.
     """
     return found.cause_error > 0 and (len(found.best.faults) > 1 or found.cause_error >= found.settings.cause_error)
-
-
-def _misfit(found, spectrum):
-    """Weighted sum of squares of what a fit leaves of a spectrum, by the stated noise and model error alone."""
-    off = spectrum.whitened(spectrum.amplitude - predicted(found.model, spectrum, found.theta))
-    return float(off @ off)
 
 
 def _stated(weights, best):
@@ -363,35 +348,3 @@ def _parameter_labels(model, causes):
                 text = place(cause) if p.name == cause.effect else f"{readable(p.name)} of {place(cause)}"
             labels[unknown.name] = f"{text}, {part} part" if part in PARTS else text
     return labels
-
-
-def _far_from_the_rig(found, spectrum, moved, labels, settings):
-    """A warning if the records may not be of this rig: another machine, other units, other speeds.
-
-    Then the rig's own values are contradicted, or an amplitude is beyond `prior_width` typical sizes.
-    """
-    said = [
-        f"{labels[row.name]} moved by {abs(row.moved_sigma):.0f} stated standard deviations"
-        for row in moved
-        if abs(row.moved_sigma) > CONTRADICTED
-    ]
-    fitted = found.best.fit
-    theta = dict(zip(fitted.model.names, fitted.theta, strict=True))
-    said += [
-        f"{labels[unknown.name]} would be {quantity(theta[unknown.name], unknown.unit)}"
-        for cause in found.best.causes
-        for unknown in cause.term.unknowns
-        if not cause.fixed and abs(theta[unknown.name]) > settings.prior_width * unknown.typical
-    ]
-    if not said:
-        return []
-    moving = spectrum.harmonics != 0
-    off = spectrum.amplitude - predicted(found.base.model, spectrum, found.base.theta)
-    measured = np.linalg.norm(spectrum.amplitude[:, moving])
-    missed = np.linalg.norm(off[:, moving]) / measured if measured else 0.0
-    text = (
-        f"{'; '.join(said)}; the fitted rig does not explain {100 * missed:.0f} % of the vibration. Are these records "
-        "of this rig, at these speeds, in these units? If so, check the sizes of the causes before relying on them, "
-        "and the values and the 'uncertainty' in the rig file"
-    )
-    return [Finding("warning", "far from the rig", "records and rig", text)]

@@ -37,7 +37,7 @@ class Tested:
     log_factor: float
 
 
-def chain_hypothesis(found, spectrum, settings, conventions=None):
+def chain_hypothesis(found, spectrum, settings):
     """The ChainHypothesis that explains the records better than any cause under the stated conventions, or None.
 
     It is tried without causes and, where neither it nor the best causes leave noise, with a cause on the rotor. It must
@@ -52,7 +52,7 @@ def chain_hypothesis(found, spectrum, settings, conventions=None):
         return None
     as_stated = fit(best.fit.model, stated, best.fit.prior, start=best.fit.theta)
     odds_as_stated = log_posterior_odds(best.causes, as_stated, base, found.prior_odds)
-    tested = best_hypothesis(spectrum, base, settings, conventions)
+    tested = best_hypothesis(spectrum, base, settings)
     gain, tried = tested.fit.evidence - base.evidence + tested.log_factor, [Explanation((), tested.fit, 0.0)]
     if gain > LEAST_LOG_ODDS and all(one.is_rejected(settings.significance) for one in (as_stated, tested.fit)):
         tried += _with_one_cause(found, tested)
@@ -106,7 +106,7 @@ def finding_of(chain):
     return Finding("warning", "measuring chain", "records and rig", text)
 
 
-def best_hypothesis(spectrum, base, settings, conventions=None) -> Tested:
+def best_hypothesis(spectrum, base, settings) -> Tested:
     """The Tested hypothesis with the highest odds.
 
     Parameters
@@ -116,12 +116,9 @@ def best_hypothesis(spectrum, base, settings, conventions=None) -> Tested:
     base : Fit
         Of the model without causes; the hypotheses are judged about the stated values of its parameters.
     settings : Settings
-    conventions : Conventions, optional
-        Stated for the records.
     """
-    model, prior, about = base.model, base.prior, base.theta.copy()
-    about[model.position(prior.names)] = prior.mean
-    every = hypotheses(spectrum, model, conventions)
+    model, prior, about = base.model, base.prior, base.stated_theta
+    every = hypotheses(spectrum, model)
     models = (model, replace(model, from_unloaded_line=not model.from_unloaded_line))
     linearised = [_linearised(one, prior.names, about, spectrum) for one in models]
     stated, screened = _volume(with_model_error(spectrum, settings)), []

@@ -314,6 +314,13 @@ class Fit:
         return chi_square_p_value(self.cost, len(self.residual)) < significance
 
     @property
+    def stated_theta(self) -> np.ndarray:
+        """(parameter,) values with the free parameters at the mean of their prior."""
+        theta = self.theta.copy()
+        theta[self.model.position(self.names)] = self.prior.mean
+        return theta
+
+    @property
     def free(self) -> np.ndarray:
         """(free,) values of the free parameters."""
         return self.theta[self.model.position(self.names)]

@@ -81,7 +81,8 @@ def measured_spectrum(
         if method is not None:
             raise _no_record_for(method, imported[0], "is a spectrum")
         spectrum, findings, zero = load_imported(imported[0])
-        model = _measured_model(rig, spectrum.sensors, [zero])
+        conventions = read_conventions(rig.given, str(rig.path)).model_copy(update={"displacement_zero": zero})
+        model = _measured_model(rig, spectrum.sensors, [conventions])
     else:
         measurement = read_measurement(paths, rig)
         spectrum, model, findings = measurement.spectrum, measurement.rig, measurement.findings
@@ -167,7 +168,7 @@ def read_measurement(paths: Sequence[str | Path], rig: str | Path | RigFile) -> 
     rig, paths = read_rig(rig), _listed(paths)
     conventions = read_conventions(rig.given, str(rig.path))
     nodes = rig.model.structure.nodes
-    found, findings, zeros = [], [], []
+    found, findings, stated = [], [], []
     for path in paths:
         if is_table(path, conventions):
             spectra, notes = read_table(path, conventions, nodes)
@@ -176,11 +177,11 @@ def read_measurement(paths: Sequence[str | Path], rig: str | Path | RigFile) -> 
         else:
             read = [(analyse(raw), raw.conventions) for raw in read_file(path, conventions, nodes)]
         found += [one for one, _ in read]
-        zeros += [stated.displacement_zero for _, stated in read]
+        stated += [one for _, one in read]
     facts = [one.facts for one in found]
     findings += [finding for one in found for finding in one.findings]
     findings += check_lines(facts)
-    model = _measured_model(rig, _sensors(rig, _common_nodes(facts)), zeros)
+    model = _measured_model(rig, _sensors(rig, _common_nodes(facts)), stated)
     usable = sorted((one for one in found if one.harmonics is not None), key=lambda one: one.speed)
     if not usable:
         return Measurement(None, [], facts, worst_first(findings), model)
@@ -203,12 +204,14 @@ def _of_table(path, speed, of_node, conventions):
     return Analysed(RecordFacts(f"{path}, {speed:.6g} rad/s", nodes, speed), [], speed, of_node)
 
 
-def _measured_model(rig, sensors, zeros):
-    """The Model of a rig file with the measured nodes as sensors, which count from the zero of all records."""
-    if len(set(zeros)) > 1:
+def _measured_model(rig, sensors, stated):
+    """The Model of a rig file with the measured nodes as sensors; stated : the Conventions of each record."""
+    zeros = {one.displacement_zero for one in stated}
+    if len(zeros) > 1:
         raise RotorstudyError("displacements of some records count from the unloaded line, of others from the shaft at "
                               "rest, as in simulated records; give them apart")  # fmt: skip
-    return replace(rig.measured_at(sensors), from_unloaded_line="unloaded_line" in zeros)
+    model = rig.measured_at(sensors, stated[0].reading(sensors))
+    return replace(model, from_unloaded_line=zeros == {"unloaded_line"})
 
 
 def _common_nodes(facts):
@@ -241,31 +244,33 @@ def _with_sensors(record, sensors):
 
 
 def _check_together(spectrum, rig, where):
-    """Findings that need all speeds: units, mean and sense of rotation, against the prediction of the rig."""
-    harmonics = list(spectrum.harmonics)
-    fluctuating = spectrum.amplitude[:, np.array(harmonics) != 0]
-    rms = np.sqrt(np.sum(np.abs(fluctuating) ** 2, axis=1))
-    expected, backward, mean = _expected(rig, spectrum.speed)
-    findings = quality.check_units(rms, expected, where)
+    """Findings that need all speeds: units, mean, probes and sense of rotation, against the prediction of the rig."""
+    harmonics, nodes = list(spectrum.harmonics), spectrum.sensors
+    moving = spectrum.harmonics != 0
+    fluctuating = np.abs(spectrum.amplitude[:, moving])
+    variance = np.diagonal(spectrum.covariance, axis1=-2, axis2=-1)
+    std = np.sqrt(sum(np.swapaxes(part, 1, 2) for part in np.split(variance, 2, axis=-1)))[:, moving]
+    rms = np.sqrt(np.sum(fluctuating**2, axis=1))
+    largest, expected, mean = _expected(rig, spectrum.speed)
+    findings = quality.check_units(rms, largest, where)
+    findings += quality.check_detected(fluctuating, std, expected.max(axis=0), nodes, where)
     if 0 in harmonics:
-        findings += quality.check_mean(spectrum.amplitude[:, harmonics.index(0)], mean, rms, spectrum.sensors, where)
+        findings += quality.check_mean(spectrum.amplitude[:, harmonics.index(0)], mean, rms, nodes, where)
     if -1 in harmonics:
         forward, turned = (np.abs(spectrum.amplitude[:, harmonics.index(n)]) for n in (1, -1))
-        findings += quality.check_sense(forward, turned, backward, spectrum.sensors, where)
+        findings += quality.check_sense(forward, turned, expected[1] > expected[0], nodes, where)
     return findings
 
 
 def _expected(rig, speeds):
-    """Prediction by the rig's own values: largest amplitude (m) or None; (sensor,) whether backward; 0X there, m.
+    """Prediction by the rig's own values, m: largest amplitude or None; rms +1X and -1X (2, sensor); 0X there.
 
-    Without values for all parameters the amplitude is the static deflection, and the whirl is forward.
+    Without values for all parameters the largest amplitude is the static deflection, and no whirl is predicted.
     """
     try:
         shown = measured_response(rig, speeds, [1, -1, 0])
     except RotorstudyError:
         deflection = rig.structure.static_deflection
-        at_sensors = deflection[list(rig.measured)]
-        return float(np.abs(deflection).max()) or None, np.zeros(len(rig.sensors), bool), at_sensors
+        return float(np.abs(deflection).max()) or None, np.zeros((2, len(rig.sensors))), deflection[list(rig.measured)]
     size = np.abs(shown[:, :2])
-    power = np.sum(size**2, axis=0)
-    return float(size.max()) or None, power[1] > power[0], shown[:, 2]
+    return float(size.max()) or None, np.sqrt(np.mean(size**2, axis=0)), shown[:, 2]

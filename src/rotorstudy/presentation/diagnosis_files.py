@@ -10,7 +10,6 @@ from rotorstudy.diagnosis.extend import extended_rig
 from rotorstudy.diagnosis.result import Verdict
 from rotorstudy.diagnosis.settings import check_names, read_settings
 from rotorstudy.diagnosis.verdict import investigate
-from rotorstudy.measurement.conventions import read_conventions
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.model.estimated_rig import write_rig
 from rotorstudy.model.registry import registry
@@ -47,10 +46,7 @@ def diagnose_files(
     settings = read_settings(rig, str(rig_path))
     spectrum, model, findings = measured_spectrum(records, rig_file)
     check_names(settings, model, f"{rig_path}, diagnosis")
-    conventions = read_conventions(rig, str(rig_path))
-    diagnosis = investigate(
-        spectrum, model, hold_out=hold_out, settings=settings, findings=findings, conventions=conventions
-    )
+    diagnosis = investigate(spectrum, model, hold_out=hold_out, settings=settings, findings=findings)
     added = [registry().get("effect", cause.effect) for cause in diagnosis.verdict.causes]
     origin = provenance(rig, [*named_plugins(rig), *added])
     origin |= {"records": ", ".join(map(str, records)), "rig": str(rig_path)}

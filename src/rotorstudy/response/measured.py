@@ -8,14 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rotorstudy.model.model import Model
-from rotorstudy.model.terms import apply_entries
+from rotorstudy.model.terms import apply_entries, apply_summed, force_columns, summed_entries
 from rotorstudy.response.alternating import nonlinear_columns
 from rotorstudy.response.coupling import COUPLED_ORDER, layout
 from rotorstudy.response.harmonic import (
     Linearised,
     carried_response,
     positions,
-    reference_of,
     response_inputs,
     solver,
 )
@@ -100,18 +99,12 @@ def _measured(model, speed, harmonics, theta, order, jacobian):
     shown = true.copy()
     if jacobian:
         change, rotor = derivatives.copy(), np.moveaxis(derivatives[..., :first], -1, 0)
-    for p, unknown in enumerate(model.output_unknowns, start=first):
-        if unknown.exact:
-            continue
-        amplitude = theta[..., p, None, None, None]
-        column = apply_entries(unknown.entries, true, speed, blocks.harmonics)
-        shown += amplitude * column
-        if jacobian:
-            change[..., p] += column
-            moving = tuple(e for e in unknown.entries if e.reads_motion)
-            if moving and first:
-                through = apply_entries(moving, rotor, speed, blocks.harmonics)
-                change[..., :first] += np.moveaxis(amplitude * through, 0, -1)
+    linear = [(p, u) for p, u in enumerate(model.output_unknowns, start=first) if not u.exact]
+    shown += apply_summed(summed_entries(linear, theta), true, speed, blocks.harmonics)
+    if jacobian:
+        change[..., [p for p, _ in linear]] += force_columns([u for _, u in linear], true, speed, blocks.harmonics)
+        moving = summed_entries(linear, theta, lambda _, e: e.reads_motion)
+        change[..., :first] += np.moveaxis(apply_summed(moving, rotor, speed, blocks.harmonics), 0, -1)
     for p, unknown in enumerate(model.output_unknowns, start=first):
         if unknown.exact:  # of any size, hence of what the others show
             step, size, seen = EXACT_STEP * unknown.typical, theta[..., p], shown
@@ -191,12 +184,12 @@ class Near:
     def replies(self, coordinate):
         """Motion (speed, carried harmonic, dof, component) by a unit force on each harmonic of a coordinate, m/N.
 
-        The components are the real, then the imaginary parts of all carried harmonics. Each coordinate is solved once.
+        The components are the real and imaginary part of each carried harmonic. Each coordinate is solved once.
         """
         if coordinate not in self.by_coordinate:
             carried, dof = len(self.blocks.harmonics), len(self.model.structure.dofs)
             force = np.zeros((len(self.speed), carried, dof, 2 * carried), complex)
-            force[:, :, coordinate] = np.concatenate([np.eye(carried), 1j * np.eye(carried)], axis=-1)
+            force[:, :, coordinate] = np.kron(np.eye(carried), [1, 1j])
             self.by_coordinate[coordinate] = self._solved(force)
         return self.by_coordinate[coordinate]
 
@@ -207,8 +200,13 @@ class Near:
         if not acted or 2 * len(self.blocks.harmonics) * fresh >= force.shape[-1]:
             return self._solved(force)[:, :, self.model.measured]
         reply = np.concatenate([self.replies(i)[:, :, self.model.measured] for i in acted], axis=-1)
-        parts = np.concatenate([part[:, :, i] for i in acted for part in (force.real, force.imag)], axis=1)
-        return (reply.reshape(len(self.speed), -1, reply.shape[-1]) @ parts).reshape(*reply.shape[:3], -1)
+        parts = np.ascontiguousarray(force.transpose(0, 3, 2, 1)[:, :, acted]).view(float)
+        reply = np.ascontiguousarray(np.moveaxis(reply, -1, 1)).view(
+            float
+        )  # (speed, component, harmonic, part * sensor)
+        speeds, count, carried = len(self.speed), force.shape[-1], len(self.blocks.harmonics)
+        moved = parts.reshape(speeds, count, -1) @ reply.reshape(speeds, reply.shape[1], -1)
+        return np.moveaxis(moved.view(complex).reshape(speeds, count, carried, -1), 1, -1)
 
     def sensitivities(self, unknowns, motion=None):
         """First-order change of the measured harmonics by one unit of amplitudes that the model does not contain.
@@ -223,17 +221,12 @@ class Near:
         speed, carried = self.speed, self.blocks.harmonics
         shown = np.zeros((len(speed), len(carried), len(self.model.sensors), len(rotor) + len(output)), complex)
         if rotor:
-            force = np.empty((*found.shape, len(rotor)), complex)
+            force = force_columns(rotor, found, speed, carried, deflection)
             in_time = [p for p, u in enumerate(rotor) if u.force]
-            force[..., in_time] = nonlinear_columns(
-                [rotor[p].force for p in in_time], found, speed, carried, deflection
-            )
-            for p, u in enumerate(rotor):
-                if not u.force:
-                    force[..., p] = apply_entries(u.entries, found, speed, carried, reference_of(u, deflection))
+            local = [rotor[p].force for p in in_time]
+            force[..., in_time] = nonlinear_columns(local, found, speed, carried, deflection)
             shown[..., : len(rotor)] = self._moved(force)
         own = self.theta[: len(self.model.rotor_unknowns)]
         true, _ = _at_sensors(self.model, speed, own, carried, found)
-        for p, unknown in enumerate(output, start=len(rotor)):
-            shown[..., p] = apply_entries(unknown.entries, true, speed, carried)
+        shown[..., len(rotor) :] = force_columns(output, true, speed, carried)
         return shown[:, positions(self.harmonics, self.blocks)]
