@@ -68,14 +68,13 @@ MEANS = {
     "seal": (("seal",), NODE, ("support_stiffness", "cross_coupling", "external_damping")),
     # an eccentric mass is an unbalance at its node, too
     "added_mass": (("added_mass",), NODE, ("unbalance",)),
-    # a bow is a shape along the whole shaft; the node says only by which of the library's shapes it is described
+    # a bow is a shape along the whole shaft; the place says only by which of the library's shapes it is described
     "bow": (("bow",), ANY, ()),
     "thermal_bow": (("bow",), ANY, ()),
     "preload": (("static_preload",), NODE, ()),
     "cubic_bearing": (("cubic_stiffness",), NODE, ()),
     "internal_damping": (("internal_damping", "shaft_damping"), STRETCH, ()),
     "external_damping": (("external_damping",), NODE, ()),
-    # of some elements, where the library has that of the whole shaft
     "asymmetry": (("shaft_asymmetry",), STRETCH, ()),
     "swapped": (("swapped_probes",), NODE, ()),
     "reversed": (("reversed_probe",), NODE, ()),
@@ -83,7 +82,7 @@ MEANS = {
     "delay": (("delay",), ANY, ()),
     "angle_error": (("probe_error", "probe_angle"), NODE, ()),
     "gain": (("probe_error", "probe_gain"), NODE, ()),
-    "runout": (("runout", "surface_profile"), NODE, ("runout", "surface_profile")),
+    "runout": (("runout",), NODE, ()),
     "unloaded_zero": ((), ANY, ()),
 }
 # Faults that the verdict states as a wrong convention of the records, by the words of that hypothesis
@@ -133,7 +132,7 @@ def is_there(rule, true, cause):
         return where.get("node") in (true["element"], true["element"] + 1)
     first, last = true["elements"][0], true["elements"][-1]
     place = where.get("element", where.get("node"))
-    return place is None or first <= place <= last + ("node" in where)
+    return place is None or (first <= where.get("last_element", place) and place <= last + ("node" in where))
 
 
 def compared(true, cause):

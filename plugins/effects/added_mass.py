@@ -45,6 +45,7 @@ def rotorstudy_effect():
         "added_mass",
         added_mass,
         source="Newton; plane y for thesis Tables 6.2 to 6.7",
+        brings=("unbalance",),
         checked="response equal to that of a rotor built with M + m to 1e-11; thesis Tables 6.2 to 6.7 with plane y",
         confounders=(
             ("pedestal_resonance", "a mass acts at all frequencies alike; measure the motion of the pedestal"),

@@ -1,21 +1,35 @@
+import numpy as np
+
 from rotorstudy.plugins import AtLeastOne, Effect, Entry, Parameter, hookimpl
 
 HARMONICS = (1, 2)
 ALL_HARMONICS = (1, -1, 2, -2, 3, -3, 0)
 
 
-def angular_misalignment(structure, node: int | None = None, harmonics: AtLeastOne[int] = HARMONICS):
+def angular_misalignment(
+    structure, node: int | None = None, harmonics: AtLeastOne[int] = HARMONICS, coupled: bool = False
+):
     """Angular misalignment of a coupling: moments at multiples of the spin speed, independent of the speed.
 
     Each harmonic has its own amplitude and phase, backward ones (-1, -2, -3) and a constant one (0) included; the axial
-    motion at 1X, invisible to radial probes, is not modelled.
+    motion at 1X, invisible to radial probes, is not modelled. coupled: the bending stiffness of the coupling, which the
+    rig does not have, acts on the tilt too; the part that differs between two directions of the turning coupling,
+    -k_d e^{2jwt} conj(dz/ds), gives 2X.
     """
     node = structure.default_node() if node is None else node
-    tilt = structure.unit(node, "tilt")
-    usual = 0.05 * structure.scales.force * structure.scales.lever(node)
-    return [
+    tilt, scales = structure.unit(node, "tilt"), structure.scales
+    usual = 0.05 * scales.force * scales.lever(node)
+    moments = [
         Parameter(f"misalignment_moment_{n}X", "N m", (Entry(tilt, on="one", shift=n),), usual, is_complex=True)
         for n in harmonics
+    ]
+    if not coupled:
+        return moments
+    pattern, usual = np.outer(tilt, tilt), 0.05 * scales.stiffness(node, "tilt")
+    return [
+        *moments,
+        Parameter("coupling_stiffness", "N m", (Entry(-pattern),), usual),
+        Parameter("coupling_asymmetry", "N m", (Entry(-pattern, on="conj", shift=2),), usual, is_complex=True),
     ]
 
 
@@ -31,7 +45,7 @@ def rotorstudy_effect():
         angular_misalignment,
         source="harmonics as in Sekhar and Prabhu 1995, J. Sound Vib. 185; Xu and Marangoni 1994, J. Sound Vib. 176",
         places=tilting_nodes,
-        hypothesis={"harmonics": list(ALL_HARMONICS)},
+        hypothesis={"harmonics": list(ALL_HARMONICS), "coupled": True},
         checked="equal to two opposite parallel forces l apart with moment F l to 5e-3",
         confounders=(
             (

@@ -25,7 +25,7 @@ def rotorstudy_effect():
         base_motion,
         source="Newton, in a frame that accelerates; Genta 2005, Dynamics of Rotating Systems",
         places=usual_harmonics,
-        parts="harmonic",
+        parts=("harmonic",),
         checked="motion solved in the frame at rest to 1e-9",
         confounders=(
             ("unbalance", "base motion accelerates all masses alike; equal on a rotor of one mass: measure the base"),

@@ -3,11 +3,19 @@ import numpy as np
 from rotorstudy.plugins import CannotAct, Effect, Entry, Parameter, hookimpl
 
 
-def bow(structure, node: int | None = None):
-    """Permanent bend r_0 that rotates with the shaft, in the shape due to a load at the node: force K r_0 e^{jwt}.
+def bow(structure, node: int | None = None, element: int | None = None, last_element: int | None = None):
+    """Permanent bend r_0 that rotates with the shaft: force K r_0 e^{jwt}.
 
-    It is measured from the bearing line; for a shaft without rigid supports, from the line through its ends.
+    At a node: in the shape due to a load there, measured from the bearing line; for a shaft without rigid supports,
+    from the line through its ends. In an element, or in all up to a last one: bent by an angle, with a constant
+    curvature (a side that is hotter) and one that grows linearly from minus to plus that of this angle (towards a
+    kink); straight elsewhere.
     """
+    if element is not None:
+        stretch = range(element, (element if last_element is None else last_element) + 1)
+        usual = 1.6 * structure.scales.length / shaft_length(structure)
+        forces = zip(("bow_angle", "bow_angle_skew"), bent(structure, stretch), strict=True)
+        return [Parameter(name, "rad", (Entry(f, on="one", shift=1),), usual, is_complex=True) for name, f in forces]
     node = structure.default_node() if node is None else node
     here, shape = structure.unit(node), np.zeros(len(structure.dofs))
     ends = [] if structure.is_supported else [structure.index(structure.nodes[0]), structure.index(structure.nodes[-1])]
@@ -21,10 +29,39 @@ def bow(structure, node: int | None = None):
     return [Parameter("bow", "m", (Entry(force, on="one", shift=1),), 0.4 * structure.scales.length, is_complex=True)]
 
 
-def between_the_ends(structure, sensors):
-    """Every node; for a shaft without rigid supports, those between its ends."""
+def length_of(structure, element):
+    """Of an element, m: a tilt of one end by 1 rad is a mean curvature of one over it."""
+    return 1 / (structure.curvature_at(element) @ structure.unit(element + 1, "tilt"))
+
+
+def shaft_length(structure):
+    return sum(length_of(structure, place["element"]) for place in structure.crack_places())
+
+
+def bent(structure, stretch):
+    """Force (dof,) of a stretch of elements bent by 1 rad: of constant and of linear curvature.
+
+    A curvature a + b s over an element, s from its middle, tilts its ends by b l^2 / 12 -+ a l / 2 against its chord.
+    """
+    lengths = np.array([length_of(structure, element) for element in stretch])
+    total, constant, linear = lengths.sum(), 0.0, 0.0
+    middles = np.cumsum(lengths) - lengths / 2
+    for element, length, middle in zip(stretch, lengths, middles, strict=True):
+        start, end = structure.unit(element, "tilt"), structure.unit(element + 1, "tilt")
+        turned = structure.stiffness_of(element) @ np.array([end - start, end + start]).T
+        constant = constant + turned[:, 0] * length / total / 2
+        growth, mean = 2 / total**2, (2 * middle / total - 1) / total
+        linear = linear + turned @ [mean * length / 2, growth * length**2 / 12]
+    return constant, linear
+
+
+def between_the_ends_or_a_stretch(structure, sensors):
+    """Every node (for a shaft without rigid supports, those between its ends), and every stretch of elements."""
     nodes = structure.nodes if structure.is_supported else structure.nodes[1:-1]
-    return [{"node": node} for node in nodes]
+    stretches = structure.stretches()
+    if stretches:
+        stretches.append({"element": 1, "last_element": len(structure.crack_places())})
+    return [{"node": node} for node in nodes] + stretches
 
 
 @hookimpl
@@ -32,10 +69,10 @@ def rotorstudy_effect():
     return Effect(
         "bow",
         bow,
-        source="Nicholas, Gunter, Allaire 1976",
-        places=between_the_ends,
-        parts="node",
-        checked="whirl b / |1 - eta^2| of a Jeffcott rotor to 1e-12",
+        source="Nicholas, Gunter, Allaire 1976; of a shaft with a hotter side: Boley and Weiner 1960",
+        places=between_the_ends_or_a_stretch,
+        parts=("node", "element", "last_element"),
+        checked="whirl b / |1 - eta^2| of a Jeffcott rotor to 1e-12; a bent stretch rests in its shape to 1e-9",
         confounders=(
             ("unbalance", "an unbalance grows with the square of the speed and vanishes at slow roll, a bow does not"),
             ("runout", "equal at slow roll; a bow is amplified at the critical speed, a runout is not"),

@@ -1,20 +1,17 @@
 import numpy as np
 
-from rotorstudy.plugins import CannotAct, Effect, Entry, Parameter, hookimpl
+from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
 
 
-def internal_damping(structure, node: int | None = None, element: int | None = None):
+def internal_damping(structure, node: int | None = None, element: int | None = None, last_element: int | None = None):
     """Viscous damping in the rotating shaft: force -c (dz/dt - j w z), that is -j (n - 1) w c z_n on harmonic n.
 
-    In an element c is its stiffness matrix times the amplitude, without a force on a rigid motion. At a node of a rotor
-    with several it acts between the node and the ground, as in the thesis.
+    In an element, or in all up to a last one, c is their stiffness matrix times the amplitude, without a force on a
+    rigid motion. At a node of a rotor with several it acts between the node and the ground, as in the thesis.
     """
     if element is not None:
-        losses = structure.stiffness_loss_at(None, element).values()
-        shares = [pattern for pattern, unit, _ in losses if unit == "1"]
-        if not shares:
-            raise CannotAct("this rotor states no stiffness of its elements; choose 'node:'")
-        here, unit, typical = sum(shares), "s", 0.05 / structure.scales.frequency
+        here = structure.stiffness_of(element, last_element)
+        unit, typical = "s", 0.05 / structure.scales.frequency
     else:
         at = structure.unit(structure.default_node() if node is None else node)
         here, unit, typical = np.outer(at, at), "N s/m", 0.008 * structure.scales.critical_damping(node)
@@ -23,10 +20,13 @@ def internal_damping(structure, node: int | None = None, element: int | None = N
 
 
 def where_the_shaft_is_damped(structure, sensors):
-    """The node of a rotor that has only one, on a shaft carried rigidly; else the elements of the shaft."""
+    """The node of a rotor that has only one, on a shaft carried rigidly; else each stretch of elements.
+
+    Damping of the whole shaft is `shaft_damping`.
+    """
     if len(structure.nodes) == 1:
         return [{"node": structure.nodes[0]}]
-    return [place for place in structure.crack_places() if place]
+    return structure.stretches()
 
 
 @hookimpl

@@ -40,6 +40,7 @@ def rotorstudy_effect():
         },
         example={"lift_m": 0.0},
         positive=True,
+        switches=True,
         checked="time integration to 2e-3 of its effect; no force below the lift to 1e-12; the mean rises",
         confounders=(
             ("support_loss", "a support that lifts depends on the amplitude and gives multiples of 1X"),

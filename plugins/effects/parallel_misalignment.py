@@ -1,3 +1,5 @@
+import numpy as np
+
 from rotorstudy.plugins import AtLeastOne, CannotAct, Effect, Entry, Parameter, hookimpl
 
 HARMONICS = (2, 1, 3)
@@ -5,24 +7,39 @@ ALL_HARMONICS = (1, -1, 2, -2, 3, -3, 0)
 
 
 def parallel_misalignment(
-    structure, node: int | None = None, element: int | None = None, harmonics: AtLeastOne[int] = HARMONICS
+    structure,
+    node: int | None = None,
+    element: int | None = None,
+    harmonics: AtLeastOne[int] = HARMONICS,
+    coupled: bool = False,
 ):
     """Parallel misalignment of a coupling: forces at multiples of the spin speed, independent of the speed.
 
     They act at a node, or for a coupling modelled by an element at both its ends, in opposite directions. Each harmonic
     has its own amplitude and phase, since couplings differ; 2X usually dominates. A force of any other polarisation
     than circular has backward harmonics (-1, -2, -3) too, and a shaft that is bent into line has a constant force (0).
+    coupled: the stiffness of the coupling, which the rig does not have, acts on the motion too; the part that differs
+    between two directions of the turning coupling, -k_d e^{2jwt} conj(z), gives 2X.
     """
+    scales = structure.scales
     if element is None:
-        here = structure.unit(structure.default_node() if node is None else node)
+        here, local = structure.unit(structure.default_node() if node is None else node), scales.stiffness(node)
     elif node is None:
-        here = structure.unit(element) - structure.unit(element + 1)
+        here, local = structure.unit(element) - structure.unit(element + 1), scales.softest
     else:
         raise CannotAct("parallel_misalignment: give the node or the element of the coupling, not both")
-    usual = 0.05 * structure.scales.force
-    return [
-        Parameter(f"misalignment_force_{n}X", "N", (Entry(here, on="one", shift=n),), typical=usual, is_complex=True)
+    usual = 0.05 * local * scales.length  # an offset of the usual length against a share of the stiffness there
+    forces = [
+        Parameter(f"misalignment_force_{n}X", "N", (Entry(here, on="one", shift=n),), usual, is_complex=True)
         for n in harmonics
+    ]
+    if not coupled:
+        return forces
+    pattern, usual = np.outer(here, here), 0.05 * local
+    return [
+        *forces,
+        Parameter("coupling_stiffness", "N/m", (Entry(-pattern),), usual),
+        Parameter("coupling_asymmetry", "N/m", (Entry(-pattern, on="conj", shift=2),), usual, is_complex=True),
     ]
 
 
@@ -39,7 +56,7 @@ def rotorstudy_effect():
         parallel_misalignment,
         source="harmonics as in Sekhar and Prabhu 1995, J. Sound Vib. 185; Xu and Marangoni 1994, J. Sound Vib. 176",
         places=nodes_and_elements,
-        hypothesis={"harmonics": list(ALL_HARMONICS)},
+        hypothesis={"harmonics": list(ALL_HARMONICS), "coupled": True},
         checked="whirl F_n / |k - m n^2 w^2| of a Jeffcott rotor to 1e-12",
         confounders=(
             ("unbalance", "a misaligned coupling does not grow with the square of the speed, and has 2X"),

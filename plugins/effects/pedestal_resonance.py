@@ -40,8 +40,8 @@ def pedestal_resonance(
 
 
 def each_direction(structure, sensors):
-    """Each node along x and along y: a pedestal has a resonance in each direction."""
-    return [{"node": node, "direction": direction} for node in structure.nodes for direction in "xy"]
+    """Each node in both directions with one resonance, and along x and y: a pedestal may have one in each."""
+    return [{"node": node, "direction": direction} for node in structure.nodes for direction in ("both", "x", "y")]
 
 
 @hookimpl
@@ -56,7 +56,7 @@ def rotorstudy_effect():
             "bearing_time_s": (0.0, 1.0, "time"),
         },
         places=each_direction,
-        parts="direction",
+        parts=("direction",),
         positive=True,
         checked="a rotor on flexible_pedestal, with and without damping of the bearing, to 1e-10",
         confounders=(

@@ -1,17 +1,18 @@
 import numpy as np
 
-from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, sensor_unit
+from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, probe_axis, sensor_unit
 
 
-def probe_angle(sensors, node: int | None = None):
+def probe_angle(sensors, structure, node: int | None = None):
     """Probes rotated by rho, y by sigma more: z is measured as z - j rho z - j sigma (z + conj z) / 2.
 
-    Linear in both angles: 1 % error at 8 degrees.
+    x and y are along the probes, at an angle a to those of the rotor: there conj(z) is e^{2ja} conj(z). Linear in both
+    angles: 1 % error at 8 degrees.
     """
-    here = np.diag(sensor_unit(sensors, node))
+    here, mirrored = np.diag(sensor_unit(sensors, node)), probe_axis(structure, sensors, node) ** 2
     return [
         Parameter("probe_rotation", "rad", (Entry(-1j * here),), typical=0.03),
-        Parameter("probe_skew", "rad", (Entry(-0.5j * here), Entry(-0.5j * here, on="conj")), typical=0.03),
+        Parameter("probe_skew", "rad", (Entry(-0.5j * here), Entry(-0.5j * mirrored * here, on="conj")), typical=0.03),
     ]
 
 

@@ -1,17 +1,19 @@
 import numpy as np
 
-from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, sensor_unit
+from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, probe_axis, sensor_unit
 
 
-def probe_gain(sensors, node: int | None = None):
+def probe_gain(sensors, structure, node: int | None = None):
     """Gain errors of the probes, g + m of x and g - m of y: z is measured as (1 + g) z + m conj(z).
 
-    The static deflection, about which displacements are measured, is not multiplied.
+    x and y are along the probes, at an angle a to those of the rotor: there conj(z) is e^{2ja} conj(z).
+
+    The static deflection is multiplied only where displacements count from the unloaded line.
     """
-    here = np.diag(sensor_unit(sensors, node))
+    here, mirrored = np.diag(sensor_unit(sensors, node)), probe_axis(structure, sensors, node) ** 2
     return [
         Parameter("gain_error", "1", (Entry(here),), typical=0.05),
-        Parameter("gain_mismatch", "1", (Entry(here, on="conj"),), typical=0.05),
+        Parameter("gain_mismatch", "1", (Entry(mirrored * here, on="conj"),), typical=0.05),
     ]
 
 

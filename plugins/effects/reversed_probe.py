@@ -2,13 +2,16 @@ from typing import Literal
 
 import numpy as np
 
-from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, sensor_unit
+from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, probe_axis, sensor_unit
 
 
-def reversed_probe(sensors, node: int | None = None, probe: Literal["x", "y"] = "x"):
-    """One probe with the wrong sign: z is measured as -conj(z) for x, as conj(z) for y; 1 is reversed, 0 is not."""
+def reversed_probe(sensors, structure, node: int | None = None, probe: Literal["x", "y"] = "x"):
+    """One probe with the wrong sign: z is measured as -conj(z) for x, as conj(z) for y; 1 is reversed, 0 is not.
+
+    x and y are along the probes, at an angle a to those of the rotor: there conj(z) is e^{2ja} conj(z).
+    """
     here = np.diag(sensor_unit(sensors, node))
-    mirrored = -here if probe == "x" else here
+    mirrored = probe_axis(structure, sensors, node) ** 2 * (-here if probe == "x" else here)
     return [Parameter(f"reversed_probe_{probe}", "1", (Entry(-here), Entry(mirrored, on="conj")), typical=1.0)]
 
 

@@ -1,14 +1,21 @@
 from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
 
 
-def shaft_asymmetry(structure):
+def shaft_asymmetry(structure, element: int | None = None, last_element: int | None = None):
     """Shaft with two bending stiffnesses (keyway, flat, open crack): force -epsilon K e^{2jwt} conj(q).
 
     Stiffer by the share epsilon in a direction that rotates with the shaft, softer across; the phase of the amplitude
-    is twice its angle. Gravity causes 2X.
+    is twice its angle. Gravity causes 2X. K is the stiffness of the whole shaft, of one element, or of those up to a
+    last one.
     """
-    entry = Entry(-structure.stiffness, on="conj", shift=2)
+    shaft = structure.stiffness if element is None else structure.stiffness_of(element, last_element)
+    entry = Entry(-shaft, on="conj", shift=2)
     return [Parameter("shaft_asymmetry", "1", (entry,), typical=0.02, is_complex=True)]
+
+
+def whole_shaft_or_a_stretch(structure, sensors):
+    """The whole shaft, and each stretch of its elements."""
+    return [{}, *structure.stretches()]
 
 
 @hookimpl
@@ -17,6 +24,7 @@ def rotorstudy_effect():
         "shaft_asymmetry",
         shaft_asymmetry,
         source="Tondl 1965; Gasch, Nordmann, Pfuetzner, Rotordynamik, unround shaft",
+        places=whole_shaft_or_a_stretch,
         fold=2,
         checked="0X and 2X from gravity to closed form to 1e-12; no 1X without unbalance",
         confounders=(

@@ -1,12 +1,15 @@
 import numpy as np
 
-from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, sensor_unit
+from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, probe_axis, sensor_unit
 
 
-def swapped_probes(sensors, node: int | None = None):
-    """Cables of x and y swapped: z is measured as j conj(z), forward as backward; 1 is swapped, 0 is not."""
-    here = np.diag(sensor_unit(sensors, node))
-    return [Parameter("swapped_probes", "1", (Entry(-here), Entry(1j * here, on="conj")), typical=1.0)]
+def swapped_probes(sensors, structure, node: int | None = None):
+    """Cables of x and y swapped: z is measured as j conj(z), forward as backward; 1 is swapped, 0 is not.
+
+    x and y are along the probes, at an angle a to those of the rotor: there conj(z) is e^{2ja} conj(z).
+    """
+    here, mirrored = np.diag(sensor_unit(sensors, node)), probe_axis(structure, sensors, node) ** 2
+    return [Parameter("swapped_probes", "1", (Entry(-here), Entry(1j * mirrored * here, on="conj")), typical=1.0)]
 
 
 @hookimpl

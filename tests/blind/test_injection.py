@@ -115,10 +115,9 @@ def test_noise_of_the_spectrum_is_the_stated_one(cases):
 
 
 def test_files_give_the_spectrum_that_memory_gives(cases, tmp_path):
-    # in loud noise a probe that shows no motion at a quiet speed is refused as dead
-    quiet = [case for case in cases if case.truth["noise_percent"] <= 1]
-    assert len(quiet) >= 4
-    for case in quiet[:4]:
+    loud = [case for case in cases if case.truth["noise_percent"] > 1]
+    assert len(loud) >= 2
+    for case in (*cases[:2], *loud[:2]):
         folder = tmp_path / str(case.truth["case"])
         folder.mkdir()
         measured = read_measurement(write_records(case, folder), folder / "rig.yaml")

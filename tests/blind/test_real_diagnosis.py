@@ -13,7 +13,7 @@ from rotorstudy.blind.sealing import check_seal
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.registry import registry
 
-FIXED_SEED, CLEAN, LARGE = 2, 3, 5
+FIXED_SEED, CLEAN, LARGE = 2, 3, 3
 KINDS = {
     "verdict": str,
     "causes": list,

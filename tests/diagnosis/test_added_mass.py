@@ -3,6 +3,9 @@
 import numpy as np
 import pytest
 
+from rotorstudy.diagnosis.candidates import candidates
+from rotorstudy.diagnosis.odds import PriorOdds, faults_of
+from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict import investigate
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.rig import build_model
@@ -89,3 +92,16 @@ def diagnosed(built, uncertainty):
     covariance = independent_covariance(np.full(amplitude.shape, NOISE**2 / 2))
     record = Spectrum(amplitude + draws[0] + 1j * draws[1], SPEEDS, HARMONICS, nominal.sensors, covariance)
     return investigate(record, nominal, settings={"most_causes": 1, "uncertainty": uncertainty}).verdict
+
+
+def test_the_unbalance_of_an_eccentric_mass_is_a_part_of_it():
+    """As likely as not beside the mass at its node; elsewhere, or beside another cause, a fault of its own."""
+    found, _ = candidates(build_model(rig()), Settings())
+    cause = {(c.effect, c.where.get("node")): c for c in found if not c.shape}
+    mass, here, elsewhere = cause["added_mass", 3], cause["unbalance", 3], cause["unbalance", 2]
+    softer, prior = cause["support_stiffness", 3], PriorOdds(found, Settings())
+    (parts,) = faults_of((here, mass)).values()
+    assert [c.effect for c in parts] == ["added_mass", "unbalance"]
+    assert len(faults_of((mass, elsewhere))) == len(faults_of((softer, here))) == 2
+    assert prior.log_odds((mass, here)) == pytest.approx(prior.log_odds((mass,)) + np.log(0.5))
+    assert prior.log_odds((mass, elsewhere)) == pytest.approx(prior.log_odds((mass,)) + prior.log_odds((elsewhere,)))

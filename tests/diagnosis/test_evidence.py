@@ -5,12 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal, norm
+from slow_effects import SLOW
 
 from rotorstudy.diagnosis.candidates import candidate, candidates
 from rotorstudy.diagnosis.odds import SCALES, log_possible, log_scales, odds_of
 from rotorstudy.diagnosis.search import search
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.diagnosis.shape_scan import FreeForces
+from rotorstudy.diagnosis.shape_scan import motion_by_a_free_force
 from rotorstudy.diagnosis.verdict import investigate
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import carried_order, with_model_error
@@ -144,7 +145,7 @@ def test_a_free_force_at_the_node_gives_its_motion():
     for model in (MODEL, pushed):
         data = spectrum(measured_response(model, SPEEDS, HARMONICS))
         held = Prior.independent({"external_damping": (100.0, 1.0)})
-        found = FreeForces(fit(MODEL, data, held, steps=0), data).motion(MODEL.structure.unit(1)).amplitude
+        found = motion_by_a_free_force(fit(MODEL, data, held, steps=0), data, MODEL.structure.unit(1)).amplitude
         true = carried_motion(model, SPEEDS, HARMONICS, order=carried_order(data)).amplitude
         assert np.abs(found - true).max() < 1e-9 * np.abs(true).max()
 
@@ -180,7 +181,7 @@ def test_a_broken_plugin_is_named_with_its_line_and_the_rest_of_the_library_is_s
     file.write_text(BROKEN.format(when=when, body=body))
     item = {"kind": "support_anisotropy", "label": "hidden", "support_anisotropy_N_per_m": 3e4}
     hidden = make_term("effect", item, MODEL.structure, MODEL.sensors)
-    settings = Settings(uncertainty={"default": 0.02}, most_causes=1)
+    settings = Settings(uncertainty={"default": 0.02}, most_causes=1, leave_out=SLOW)
     with using(Registry(plugin_folders(), entry_points=False, files=[file])):
         found = investigate(noisy(MODEL.plus(hidden), 5), MODEL, hold_out=[], settings=settings)
     work = found.search

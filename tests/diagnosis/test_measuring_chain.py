@@ -7,14 +7,24 @@ import pytest
 
 from rotorstudy.diagnosis.verdict import investigate
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
+from rotorstudy.model.structure import Reading
 from rotorstudy.response.measured import measured_response
 from rotorstudy.response.statics import static_deflection
 
 SPEEDS = np.array([60.0, 100.0, 140.0, 180.0])
 HARMONICS = np.array([0, 1, -1, 2, -2])
 NOISE = 3e-8
-QUICK = {"most_causes": 1, "candidates_per_round": 4}
+BLAMED = (  # causes that wrong conventions look like
+    *("unbalance", "bow", "static_preload", "gravity_direction", "support_stiffness", "stiffness_error"),
+    *("probe_gain", "probe_angle", "phase_reference", "reversed_probe", "swapped_probes", "ac_coupling"),
+)
+QUICK = {
+    "most_causes": 1,
+    "candidates_per_round": 4,
+    "leave_out": [name for name in registry().plugins["effect"] if name not in BLAMED],
+}
 RIG = {
     "rotor": {
         "kind": "finite_element",
@@ -76,8 +86,8 @@ WRONG = {
     "all readings are 0.03937 times": lambda z: z / 25.4,
     "all readings are 0.5 times": lambda z: z / 2,
     "readings at node 4 are 0.03937 times": at(1, lambda z: z / 25.4),
-    "along x at node 2 are 0.03937 times": at(0, lambda z: z.real / 25.4 + 1j * z.imag),
-    "along y at node 4 are 2 times": at(1, lambda z: z.real + 2j * z.imag),
+    "of probe 'x' at node 2 are 0.03937 times": at(0, lambda z: z.real / 25.4 + 1j * z.imag),
+    "of probe 'y' at node 4 are 2 times": at(1, lambda z: z.real + 2j * z.imag),
     "probes are turned by 90 degrees": lambda z: z * -1j,
     "phase mark is 90 degrees": lambda z: np.roll(z, -4, axis=1),
     "gravity points -90 degrees": lambda z: np.roll(z, -4, axis=1) * -1j,
@@ -93,6 +103,29 @@ def test_a_wrong_convention_is_told_and_no_cause_blamed(expected):
     assert verdict.measuring_chain and expected in verdict.measuring_chain.hypothesis, verdict.summary
     assert verdict.verdict == "unknown" and not verdict.causes and not verdict.ambiguous_with
     assert verdict.findings[0].name == "measuring chain" and verdict.measuring_chain.remedy in verdict.summary
+
+
+def test_a_probe_at_45_degrees_read_in_another_unit_is_told():
+    """The hypothesis follows the axes of the probes; along x and y it would be one for each of two probes."""
+    spectrum = read_wrongly(measured(), at(1, one_probe_at_45_degrees_halved))
+    reading = Reading({node: {"left": -np.pi / 4, "right": np.pi / 4} for node in MODEL.sensors})
+    verdict = investigate(spectrum, build_model(RIG, reading=reading), settings=QUICK).verdict
+    assert "of probe 'right' at node 4 are 0.5 times" in verdict.measuring_chain.hypothesis
+    assert not verdict.causes
+
+
+def one_probe_at_45_degrees_halved(z):
+    turned = z * np.exp(-0.25j * np.pi)
+    return (turned.real / 2 + 1j * turned.imag) * np.exp(0.25j * np.pi)
+
+
+@pytest.mark.parametrize("factor", [25.4, 1 / 25.4, 1000.0])
+def test_a_wrong_unit_beside_a_fault_is_told(factor):
+    """The fault would be found beside a gain error of the probes that no probe can have."""
+    spectrum = read_wrongly(measured(FAULTS[:1]), lambda z: z * factor)
+    verdict = investigate(spectrum, MODEL, settings=QUICK | {"most_causes": 2}).verdict
+    assert f"all readings are {factor:.4g} times" in verdict.measuring_chain.hypothesis, verdict.summary
+    assert verdict.verdict == "unknown" and not verdict.causes
 
 
 FAULTS = [

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
+from slow_effects import SLOW
 
 from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.extend import extended_rig
@@ -38,7 +39,7 @@ RIG = {
     ],
     "sensors": [2, 3, 4],
 }
-STRICT = {"uncertainty": {"default": 0.02}, "model_error": 2e-4, "model_floor": 2e-5, "nuisance": {}}
+STRICT = {"uncertainty": {"default": 0.02}, "model_error": 2e-4, "model_floor": 2e-5, "nuisance": {}, "leave_out": SLOW}
 HELD = {**STRICT, "uncertainty": {"default": 0.02, "rotor": 0}}
 MODULUS = "rotor.youngs_modulus_Pa"
 

@@ -111,6 +111,41 @@ def test_each_fault_is_named(fault, tmp_path):
     assert "error" not in {s for name, s in found.items() if name not in expected}
 
 
+def still(record, probes=(), noise=1e-6):
+    """Channels of a record in which some probes show noise (rms in m) and nothing else, by default none."""
+    generator, found = np.random.default_rng(5), {}
+    for p in section()["probes"]:
+        if p["channel"] in probes:
+            factor = {"V": 7874.0, "mm": 1e3, "mil": 1 / 2.54e-5, "um": 1e6}[p["unit"]]
+            found[p["channel"]] = factor * noise * generator.normal(size=len(TIME))
+    return found
+
+
+def of_all_speeds(tmp_path, probes, quiet):
+    """(severity, name) of the findings on probes, and the Spectrum; `probes` show noise alone at the speeds `quiet`."""
+    paths = [write("csv", tmp_path, one, **still(one, probes if one.speed in quiet else ())) for one in records()]
+    found = read_measurement(paths, write_rig(tmp_path / "rig.yaml"))
+    told = {"dead probe", "weak probe", "noise floor"}
+    return {(f.severity, f.name) for f in found.findings if f.name in told}, found.spectrum
+
+
+DISC_1 = ("disc 1 left", "disc 1 right")
+
+
+def test_a_shaft_that_is_quiet_at_one_speed_has_no_dead_probes(tmp_path):
+    """Neither probe of a node shows any vibration beyond a noise of a few per cent of that at other speeds."""
+    told, spectrum = of_all_speeds(tmp_path, DISC_1, quiet=[60.0])
+    assert told == {("warning", "noise floor")} and len(spectrum.speed) == 3
+
+
+def test_dead_probes_are_refused(tmp_path):
+    """Negative control: one probe that shows noise while the other vibrates, or both at all speeds."""
+    told, spectrum = of_all_speeds(tmp_path, DISC_1[:1], quiet=[60.0])
+    assert ("error", "dead probe") in told and len(spectrum.speed) == 2
+    told, _ = of_all_speeds(tmp_path, DISC_1, quiet=[60.0, 80.0, 100.0])
+    assert ("error", "dead probe") in told
+
+
 def test_pulses_of_their_own_are_no_fault(tmp_path):
     for sign, base in ((1, 0.0), (-1, 0.0), (-1, -8.0)):
         assert findings(tmp_path, **pulses(MARKS, sign, base, noise=0.05)) == {}

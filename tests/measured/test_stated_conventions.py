@@ -5,8 +5,10 @@ import pytest
 import yaml
 
 from rotorstudy import RotorstudyError, load_rig, measured_response
-from rotorstudy.measurement.measurement import read_measurement
+from rotorstudy.measurement.measurement import measured_spectrum, read_measurement
 from rotorstudy.measurement.records import records_dataset
+from rotorstudy.measurement.spectrum_file import measurement_dataset
+from rotorstudy.store import save
 
 HARMONICS = [0, 1, -1]
 RIG = {
@@ -40,12 +42,16 @@ def foreign_file(folder, label=1, shift=0.0):
 
 
 def test_displacements_from_the_unloaded_line(tmp_path):
-    """The static deflection m g / k is subtracted where the rig says so, from harmonics and records; else it stays."""
+    """The readings stay as they are; where the rig says so, the model shows the static deflection m g / k too."""
     path, true = foreign_file(tmp_path / "a", shift=SAG)
-    for zero, left in (("unloaded_line", 0.0), ("at_rest", SAG)):
+    for zero, shown in (("unloaded_line", SAG), ("at_rest", 0.0)):
         found = read_measurement(path, rig_file(tmp_path, displacement_zero=zero))
-        assert found.spectrum.amplitude[0, :, 0] == pytest.approx(true + left * np.array([1, 0, 0]), abs=1e-11)
-        assert found.records[0].displacement.mean() == pytest.approx(true[0] + left, abs=1e-9)
+        assert found.spectrum.amplitude[0, :, 0] == pytest.approx(true + SAG * np.array([1, 0, 0]), abs=1e-11)
+        expected = measured_response(found.rig, [100.0], HARMONICS)[0, :, 0]
+        assert expected == pytest.approx(true + shown * np.array([1, 0, 0]), abs=1e-11)
+        save(measurement_dataset(found), tmp_path / "spectrum.nc")
+        _, again, _ = measured_spectrum([tmp_path / "spectrum.nc"], rig_file(tmp_path))
+        assert measured_response(again, [100.0], HARMONICS)[0, :, 0] == pytest.approx(expected, abs=1e-15)
 
 
 def test_node_labels_that_count_from_zero(tmp_path):

@@ -24,7 +24,7 @@ from rotorstudy.authoring.invariants.bench import bench_structure, typical_term
 from rotorstudy.authoring.invariants.effect import check_steady_state
 from rotorstudy.errors import PluginError
 from rotorstudy.measurement.spectrum import independent_covariance
-from rotorstudy.response.alternating import nonlinear_column
+from rotorstudy.response.alternating import affine_error, nonlinear_columns
 from rotorstudy.response.coupling import COUPLED_ORDER
 from rotorstudy.response.stability import check_stable, eigenvalues
 
@@ -211,8 +211,20 @@ def test_a_column_for_screening_is_the_force_at_the_motion():
     amplitude = np.zeros((2, len(EVERY), 1), complex)
     amplitude[:, EVERY == 1, 0] = [[3e-5], [4e-5j]]
     (_, force), *_ = model.nonlinear_forces
-    column = nonlinear_column(force, amplitude, np.array([100.0, 200.0]), EVERY, np.zeros(1))
+    column = nonlinear_columns([force], amplitude, np.array([100.0, 200.0]), EVERY, np.zeros(1))[..., 0]
     assert column == pytest.approx(-(np.abs(amplitude) ** 2) * amplitude, abs=1e-25)
+
+
+@pytest.mark.parametrize(("lift", "play", "switches"), [(-1e-3, 2e-3, False), (-1e-3, 1e-4, False), (0.0, None, True)])
+def test_a_support_that_never_lifts_off_or_lands_is_linear(lift, play, switches):
+    """Always lifted a constant and a stiffness, beyond its play a constant: only the third opens and closes."""
+    (_, force), *_ = rotor(
+        {"kind": "looseness", "lift_m": lift, "play_m": play, "stiffness_lost_in_lift_N_per_m": 1e4}
+    ).nonlinear_forces
+    amplitude = np.zeros((2, len(EVERY), 1), complex)
+    amplitude[:, EVERY == 1, 0] = [[3e-5], [4e-5j]]
+    left = affine_error(force, amplitude, np.array([100.0, 200.0]), EVERY, np.array([1e-4]))
+    assert left > 0.1 if switches else left < 1e-9
 
 
 def test_a_rotor_that_is_not_linear_has_no_eigenvalues():

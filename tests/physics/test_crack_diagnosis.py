@@ -38,8 +38,9 @@ def check(verdict, where, opening, angle, loss):
     assert abs(size.value - loss) < 4 * size.std < 0.1 * loss
 
 
-@pytest.mark.parametrize("degrees", [60, 200])
-@pytest.mark.parametrize("opening", ["switching", "breathing", "power_cosine", "open"])
+@pytest.mark.parametrize(
+    ("opening", "degrees"), [("switching", 60), ("breathing", 200), ("power_cosine", 60), ("open", 200)]
+)
 def test_a_crack_of_a_jeffcott_rotor_is_named(opening, degrees):
     speeds, angle = np.array([90.0, 140.0, 180.0, 230.0, 280.0, 350.0, 420.0]), np.deg2rad(degrees)
     motion = np.array([integrated_jeffcott(w, opening, angle)[ORDERS] for w in speeds])[..., None]
@@ -47,9 +48,9 @@ def test_a_crack_of_a_jeffcott_rotor_is_named(opening, degrees):
     check(verdict, {}, opening, angle, LOSS)
 
 
-@pytest.mark.parametrize(("element", "degrees", "opening"), [(2, 60, "breathing"), (3, 200, "switching")])
-def test_a_crack_in_an_element_is_named(element, degrees, opening):
-    speeds, angle = np.array([80.0, 130.0, 170.0, 220.0, 260.0, 380.0, 430.0]), float(np.deg2rad(degrees))
+def test_a_crack_in_an_element_is_named():
+    element, opening, angle = 3, "switching", float(np.deg2rad(200))
+    speeds = np.array([80.0, 130.0, 170.0, 220.0, 260.0, 380.0, 430.0])
     motion = Shaft(0.15, 4, 0.02, **BETWEEN, crack=(element, 0.15, angle, opening), beta=1e-4)
     data = noisy(motion.harmonics(speeds, ORDERS, steps=1024), speeds, (1, 2, 3, 4, 5))
     model = finite_elements(BETWEEN)
@@ -70,10 +71,11 @@ def test_without_a_crack_none_is_named():
 def test_records_of_a_growing_motion_name_no_turning_stiffness():
     """The periodic solution of an asymmetric shaft between its critical speeds exists, but no record can be of it."""
     natural, model = np.sqrt(7.6e5 / 2.0), {"shaft_asymmetry": 0.1, "shaft_asymmetry_phase_rad": 0.3}
+    alike = [*SLOW, "breathing_crack", "parallel_misalignment"]  # at the only node
     for third, kind in ((0.85, "cause"), (0.99, "unknown")):
         speeds = natural * np.array([0.5, 0.7, third, 1.1, 1.2, 1.3, 1.5])
         true = jeffcott(kind="shaft_asymmetry", **model)
         data = noisy(measured_response(true, speeds, ORDERS), speeds, (1,))
-        verdict = investigate(data, jeffcott(), settings={**STATED, "leave_out": [*SLOW, "breathing_crack"]}).verdict
+        verdict = investigate(data, jeffcott(), settings={**STATED, "leave_out": alike}).verdict
         assert verdict.verdict == kind
         assert ("shaft_asymmetry" in {cause.effect for cause in verdict.causes}) == (kind == "cause")

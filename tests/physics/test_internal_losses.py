@@ -8,6 +8,7 @@ import yaml
 
 from rotorstudy.diagnosis.candidates import candidates
 from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model, make_term
 
@@ -42,6 +43,31 @@ def test_a_loss_in_an_element_is_internal(effect, theory):
     assert outside(structure, effect, {"node": 2}) > 0.1  # the thesis's form holds the shaft from outside
 
 
+@pytest.mark.parametrize("effect", ["internal_damping", "shaft_asymmetry"])
+def test_a_stretch_is_the_sum_of_its_elements(effect):
+    structure = build_model({"rotor": FREE}).structure
+
+    def matrices(place):
+        entries = make_term("effect", {"kind": effect, **place}, structure, structure.nodes).unknowns[0].entries
+        return np.array([e.matrix for e in entries])
+
+    both = matrices({"element": 2, "last_element": 3})
+    assert np.array_equal(both, matrices({"element": 2}) + matrices({"element": 3}))
+    assert outside(structure, effect, {"element": 2, "last_element": 3}) < ROUND_OFF
+    with pytest.raises(RotorstudyError, match="last_element 1 lies before element 2"):
+        matrices({"element": 2, "last_element": 1})
+
+
+def test_the_stretches_are_shorter_than_the_shaft():
+    structure = build_model({"rotor": FREE}).structure
+    first, second, third = ({"element": number} for number in (1, 2, 3))
+    assert structure.stretches() == [first, second, third, first | {"last_element": 2}, second | {"last_element": 3}]
+    assert (
+        build_model({"rotor": {"kind": "jeffcott", "mass_kg": 1.0, "stiffness_N_per_m": 1e5}}).structure.stretches()
+        == []
+    )
+
+
 def test_every_rotor_on_free_ends_cracks_in_its_elements_only():
     """A rotor with one place has its rigid bearings in its stiffness: what the crack loses they take."""
     for plugin in registry().plugins["rotor"].values():
@@ -57,7 +83,7 @@ def test_no_hypothesis_loses_stiffness_or_damping_at_a_node():
     found, _ = candidates(build_model({"rotor": FREE}), Settings())
     inside = [c for c in found if c.effect in INSIDE]
     assert {c.effect for c in inside} == {"breathing_crack", "internal_damping"}
-    assert all(set(c.where) == {"element"} for c in inside)
+    assert all({"element"} <= set(c.where) <= {"element", "last_element"} for c in inside)
 
 
 @pytest.mark.parametrize(

@@ -86,6 +86,17 @@ def test_shaft_on_bearings(weight_dominance):
     assert worst(carried(weight_dominance=weight_dominance), [60.0, 100.0], range(-3, 5)) < TOLERANCE
 
 
+def test_displacements_from_the_unloaded_line():
+    """The sensors show the static deflection, which moves with the bearings, with the errors of the probes."""
+    at_rest = carried(weight_dominance=True)
+    model = replace(at_rest.plus(*chain(len(at_rest.sensors))), from_unloaded_line=True)
+    assert worst(model, [60.0, 100.0], range(-3, 5)) < TOLERANCE
+    deflection = static_deflection(at_rest, [60.0], at_rest.theta).value[..., at_rest.measured]
+    loaded, more = (measured_response(m, [60.0], [0, 1]) for m in (at_rest, replace(at_rest, from_unloaded_line=True)))
+    assert more[:, 0] == pytest.approx(loaded[:, 0] + deflection, rel=1e-12)
+    assert (more[:, 1] == loaded[:, 1]).all()
+
+
 def test_holding_the_deflection_costs_the_derivative_by_the_bearings_its_static_part():
     """Negative control: with the deflection held the derivative is another one."""
     model = carried()

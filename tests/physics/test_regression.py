@@ -1,5 +1,7 @@
 """The table read the other way: columns, exact elimination, and what cannot be identified."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from conftest import HARMONICS, jeffcott
@@ -40,9 +42,10 @@ def test_columns_are_the_force_in_time_seen_by_harmonic(machine):
         assert column[2:-2] == pytest.approx(seen, rel=1e-10, abs=1e-12 * np.abs(column).max())
 
 
+@pytest.mark.parametrize("from_unloaded_line", [False, True])
 @pytest.mark.parametrize("speeds", [[88.0], [50.0, 120.0, 199.0]])
-def test_identification_of_what_was_simulated_is_exact(speeds):
-    model = jeffcott()
+def test_identification_of_what_was_simulated_is_exact(speeds, from_unloaded_line):
+    model = replace(jeffcott(), from_unloaded_line=from_unloaded_line)
     # round-off of 1e-16, magnified by the spread of the scaled columns (under a thousand)
     assert solved(model, spectrum_of(model, speeds, HARMONICS), model.names) == pytest.approx(model.theta, rel=1e-11)
 

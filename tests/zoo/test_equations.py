@@ -133,11 +133,6 @@ FORMS = {  # force of the unit amplitude in time, one for each parameter
 SHOWN = {  # what the probe shows in addition
     "runout": [lambda w, t, z, v: turn(1, w, t)],
     "sensor_gap": [lambda w, t, z, v: turn(0, w, t)],
-    # y sees the profile cos 2 phi, sin 2 phi a quarter turn after x
-    "surface_profile": [
-        lambda w, t, z, v: (np.cos(2 * w * t) + 1j * np.cos(2 * w * t - np.pi))[:, None],
-        lambda w, t, z, v: (np.sin(2 * w * t) + 1j * np.sin(2 * w * t - np.pi))[:, None],
-    ],
     "probe_gain": [lambda w, t, z, v: z.real + 1j * z.imag, lambda w, t, z, v: z.real - 1j * z.imag],
     "probe_angle": [lambda w, t, z, v: z.imag - 1j * z.real, lambda w, t, z, v: -1j * z.real],
     "probe_error": [lambda w, t, z, v: z.real, lambda w, t, z, v: z.imag],  # of x alone

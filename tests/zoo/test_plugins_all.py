@@ -92,7 +92,12 @@ def test_places_are_the_nodes_the_sensors_or_the_elements():
 
     assert found("unbalance") == [{"node": node} for node in (1, 2, 3, 4)]
     assert found("probe_gain") == [{"node": node} for node in (2, 3)]
-    assert found("bow") == [{"node": node} for node in (2, 3)]  # a shaft without supports has none at its ends
+    stretches = [{"element": 1}, {"element": 2}, {"element": 3}]
+    stretches += [{"element": 1, "last_element": 2}, {"element": 2, "last_element": 3}]
+    whole = {"element": 1, "last_element": 3}
+    assert found("internal_damping") == stretches
+    # a shaft without supports has no bow at its ends
+    assert found("bow") == [{"node": node} for node in (2, 3)] + [*stretches, whole]
     assert (found("transverse_crack"), found("breathing_crack")) == ([{}], [])  # of a solid shaft
     free = build_model({"rotor": {**rotor, "inner_diameter_m": 0.01}}).structure
     assert found("breathing_crack") == [{"element": element} for element in (1, 2, 3)]

@@ -70,7 +70,7 @@ ACTS = {
     **_named("rotor", physics.breathing_crack, most=1.5),
     **_named("output", chain.swapped_probes, chain.reversed_probe, chain.runout, chain.delay, chain.ac_coupling),
     **_named(
-        "output", chain.probe_gain, chain.probe_angle, chain.probe_error, chain.surface_profile, chain.phase_reference,
+        "output", chain.probe_gain, chain.probe_angle, chain.probe_error, chain.phase_reference,
         signed=True,
     ),
     "speed_error": Act("speed", signed=True),
@@ -83,7 +83,7 @@ ACTS = {
         draw=lambda scale, generator: (scale.force / scale.velocity**2, {}),
     ),
     "gear_mesh": Foreign(
-        "rotor", physics.gear_mesh, size="mesh_force_N", unit="N", confounders=("base_motion", "surface_profile"),
+        "rotor", physics.gear_mesh, size="mesh_force_N", unit="N", confounders=("base_motion", "runout"),
         draw=lambda scale, generator: (
             scale.force,
             {"direction_rad": generator.uniform(0, np.pi), "phase_rad": generator.uniform(-np.pi, np.pi)},

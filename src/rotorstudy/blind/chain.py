@@ -61,18 +61,6 @@ def runout(signal, angle, speed, values, where, sensors):
     return signal
 
 
-def surface_profile(signal, angle, speed, values, where, sensors):
-    """The y probe sees the surface a quarter of a revolution after the x probe."""
-    cosine, sine = (values[f"profile_{part}_{where['order']}X"] for part in ("cosine", "sine"))
-
-    def seen(rotated):
-        return cosine * np.cos(where["order"] * rotated) + sine * np.sin(where["order"] * rotated)
-
-    for s in _chosen(where, sensors):
-        signal[s] += seen(angle) + 1j * seen(angle - np.pi / 2)
-    return signal
-
-
 def phase_reference(signal, angle, speed, values, where, sensors):
     """The phase mark comes late by an angle, so all phases counted from it are advanced by that angle."""
     return _shifted(signal, angle, values["phase_reference"], range(len(signal)))

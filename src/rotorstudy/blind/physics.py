@@ -33,14 +33,41 @@ def couple_unbalance(plant, values, where):
 
 
 def bow(plant, values, where):
-    """Shaft bow, complex, m at its node: the elastic force of the bowed line at 1X."""
-    structure, here = plant.structure, _here(plant, where)
+    """Shaft bow, complex, m at its node or bent by an angle in some elements: the elastic force of the bowed line."""
+    structure = plant.structure
+    if "element" in where:
+        plant.push(structure.stiffness @ _bent(plant, values, where), 1, 1.0)
+        return
+    here = _here(plant, where)
     ends = [] if structure.is_supported else [structure.index(n) for n in (structure.nodes[0], structure.nodes[-1])]
     free = np.setdiff1d(np.arange(plant.dof), ends)
     shape = np.zeros(plant.dof)
     shape[free] = np.linalg.solve(structure.stiffness[np.ix_(free, free)], here[free])
     shape /= here @ shape
     plant.push(structure.stiffness @ shape, 1, values["bow"])
+
+
+def _bent(plant, values, where):
+    """Line (dof,) of a curvature that varies linearly over a stretch, by integrating it twice in small steps."""
+    structure, steps = plant.structure, 2000
+    elements = sorted({node for node, _ in structure.dofs})[:-1]
+    lengths = [1 / np.abs(structure.curvature_at(element)).max() for element in elements]
+    nodes = np.concatenate([[0], np.cumsum(lengths)])
+    first, last = where["element"], where.get("last_element", where["element"])
+    start, end = nodes[plant.place(first, element=True)[0] - 1], nodes[plant.place(last, element=True)[-1]]
+    along = np.unique(np.concatenate([nodes, np.linspace(start, end, steps)]))
+    middle = (along[1:] + along[:-1]) / 2
+    share = np.where((middle > start) & (middle < end), 1 / (end - start), 0.0)
+    skew = 2 * (middle - start) / (end - start) - 1
+    curvature = share * (values["bow_angle"] + skew * values["bow_angle_skew"])
+    slope = np.concatenate([[0], np.cumsum(curvature * np.diff(along))])
+    line = np.concatenate([[0], np.cumsum((slope[1:] + slope[:-1]) / 2 * np.diff(along))])
+    at = np.searchsorted(along, nodes)
+    held = [i for i in range(len(nodes)) if (i + 1, "translation") not in structure.dofs]
+    if len(held) == 2:  # the bearing line
+        tilt = (line[at[held[1]]] - line[at[held[0]]]) / (nodes[held[1]] - nodes[held[0]])
+        line, slope = line - line[at[held[0]]] - tilt * (along - nodes[held[0]]), slope - tilt
+    return np.array([(line if motion == "translation" else slope)[at[node - 1]] for node, motion in structure.dofs])
 
 
 def angular_misalignment(plant, values, where):
@@ -88,14 +115,15 @@ def external_damping(plant, values, where):
 
 def internal_damping(plant, values, where):
     """Damping of the shaft's motion in rotating axes, of the only disc, N s/m, or of the bending of one element, s."""
-    pattern = _stiffness_of(plant, where["element"]) if "element" in where else plant.point(_node(where, plant))
+    pattern = _stiffness_of(plant, where) if "element" in where else plant.point(_node(where, plant))
     _rotating_damping(plant, pattern, values["internal_damping"])
 
 
-def _stiffness_of(plant, element):
-    """(dof, dof) stiffness of an element of the rig file, which is several of this mesh."""
+def _stiffness_of(plant, where):
+    """(dof, dof) stiffness of an element or a stretch of the rig file; each element is several of this mesh."""
+    stretch = range(where["element"], where.get("last_element", where["element"]) + 1)
     return sum(plant.structure.stiffness_loss_at(None, e)["stiffness_loss"][0]
-               for e in plant.place(element, element=True))  # fmt: skip
+               for element in stretch for e in plant.place(element, element=True))  # fmt: skip
 
 
 def shaft_damping(plant, values, where):
@@ -213,9 +241,9 @@ def gyroscopic_error(plant, values, where):
 
 
 def shaft_asymmetry(plant, values, where):
-    """Shaft that is stiffer along one rotating axis and softer across it."""
+    """Shaft, or stretch of it, that is stiffer along one rotating axis and softer across it."""
     share, axis = np.abs(values["shaft_asymmetry"]), np.angle(values["shaft_asymmetry"]) / 2
-    size, stiffness = plant.dof, plant.structure.stiffness
+    size, stiffness = plant.dof, _stiffness_of(plant, where) if "element" in where else plant.structure.stiffness
 
     def force(angle, middle, position, velocity):
         c, s = np.cos(2 * (angle + axis)), np.sin(2 * (angle + axis))

@@ -51,9 +51,9 @@ class Candidate(NamedTuple):
 
     @property
     def fault(self):
-        """Name of the fault that it is a part of: the cause without the option that numbers the parts."""
+        """Name of the fault that it is a part of: the cause without the options that number the parts."""
         parts = registry().get("effect", self.effect).parts
-        return self.effect + "".join(f", {key} {value}" for key, value in self.where.items() if key != parts)
+        return self.effect + "".join(f", {key} {value}" for key, value in self.where.items() if key not in parts)
 
     @property
     def label(self):

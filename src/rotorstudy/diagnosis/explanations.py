@@ -7,7 +7,7 @@ import numpy as np
 
 from rotorstudy.diagnosis.candidates import Candidate, shape_ranges, with_shape
 from rotorstudy.diagnosis.odds import LEAST_LOG_PROBABILITY, Explanation, PriorOdds, log_posterior_odds, odds_of
-from rotorstudy.diagnosis.screening import Projected, Screened, project, screen
+from rotorstudy.diagnosis.screening import Projected, Screened, project, screen_each
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import NoSteadyState, PluginError
 from rotorstudy.inference.fit import HYPOTHESIS, Fit, fit
@@ -112,7 +112,7 @@ class Search:
     def screen(self, fitted: Fit, chosen: list[Candidate]) -> list[Screened]:
         """Screened of each candidate at a fit; one whose columns cannot be computed explains nothing."""
         projected, usable = self.project(fitted, chosen)
-        known = {cause.label: screen(projected, cause) for cause in usable}
+        known = dict(zip((cause.label for cause in usable), screen_each(projected, usable), strict=True))
         return [known.get(cause.label) or _nothing(cause) for cause in chosen]
 
     def explain(self, causes, starts=None) -> Explanation | None:

@@ -4,7 +4,7 @@ import numpy as np
 
 from rotorstudy.inference.prediction import BEYOND
 from rotorstudy.model.terms import Entry, Unknown
-from rotorstudy.response.measured import sensitivities
+from rotorstudy.response.measured import Near
 
 
 def equivalent_residual_force(model, theta, speed, harmonics, residual):
@@ -26,7 +26,7 @@ def equivalent_residual_force(model, theta, speed, harmonics, residual):
         for node, unit in zip(model.sensors, units, strict=True)
     ]
     order = int(np.abs(harmonics).max()) + BEYOND
-    reply = sensitivities(model, speed, harmonics, (pushes, []), theta, order=order)
+    reply = Near(model, speed, harmonics, theta, order=order).sensitivities((pushes, []))
     reply = reply.reshape(len(speed), -1, len(pushes))
     right = residual.reshape(len(speed), -1)
     found = np.linalg.solve(

@@ -8,16 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rotorstudy.inference.fit import Fit, fit
-from rotorstudy.inference.linear import invert
-from rotorstudy.inference.prediction import carried_order, with_model_error
 from rotorstudy.measurement.spectrum import Spectrum
-from rotorstudy.response.measured import measured_response_and_jacobian
-from rotorstudy.response.statics import static_deflection
-
-PRIOR_ODDS = 0.02  # that some convention is stated wrongly, divided among the hypotheses
-LEAST_LOG_ODDS = 5.0  # beyond the stated conventions and beyond the best causes under them
-FITTED = 3  # hypotheses that are fitted, the best linearised ones
 
 FACTORS = {  # true over read
     25.4: "the file is in mil and read as um; state 'unit: mil'",
@@ -39,12 +30,13 @@ ANGLES_DEG = (90, 180, -90, 45, -45)
 class Hypothesis:
     """A convention that may be stated wrongly, and the change of the data that corrects it.
 
-    The corrected harmonics are direct R_n + mirrored conj(R_-n) + conjugate conj(R_n) + shift, of the nodes in `order`.
+    The corrected harmonics are direct R_n + mirrored conj(R_-n) + conjugate conj(R_n) + opposite R_-n, of the nodes in
+    `order`.
 
     name, remedy : what the records look like, and what to state
-    direct, mirrored, conjugate : (harmonic, sensor) complex
-    shift : (speed, harmonic, sensor) complex, m
+    direct, mirrored, conjugate, opposite : (harmonic, sensor) complex
     order : (sensor,) position of the sensor that each node's data are read from
+    other_zero : whether the zero of displacement is the other one, which changes the model instead of the data
     """
 
     name: str
@@ -52,8 +44,9 @@ class Hypothesis:
     direct: np.ndarray
     mirrored: np.ndarray
     conjugate: np.ndarray
-    shift: np.ndarray
+    opposite: np.ndarray
     order: np.ndarray
+    other_zero: bool = False
 
     def corrected(self, spectrum: Spectrum) -> tuple[Spectrum, float]:
         """The corrected Spectrum, and the logarithm of the determinant of the change."""
@@ -64,7 +57,7 @@ class Hypothesis:
         real, imag = np.split(moved, 2, axis=1)
         covariance = matrix @ covariance @ np.swapaxes(matrix, -1, -2)
         log_volume = len(spectrum.speed) * np.linalg.slogdet(matrix)[1].sum()
-        changed = replace(spectrum, amplitude=real + 1j * imag + self.shift, covariance=covariance)
+        changed = replace(spectrum, amplitude=real + 1j * imag, covariance=covariance)
         return changed, float(log_volume)
 
     def _matrix(self, harmonics):
@@ -75,32 +68,32 @@ class Hypothesis:
         def rows(factor, chosen):
             return np.swapaxes(factor, 0, 1)[..., None] * chosen
 
-        plain = rows(self.direct, identity)
+        plain = rows(self.direct, identity) + rows(self.opposite, mirror)
         turned = rows(self.mirrored, mirror) + rows(self.conjugate, identity)
         upper = np.concatenate([(plain + turned).real, (turned - plain).imag], axis=-1)
         lower = np.concatenate([(plain + turned).imag, (plain - turned).real], axis=-1)
         return np.concatenate([upper, lower], axis=-2)
 
 
-@dataclass(frozen=True)
-class Tested:
-    """A hypothesis fitted: its Spectrum with the model error, Fit, and log odds against the stated conventions."""
+def one_probe(reading, node, name):
+    """What a unit of the reading of one probe of a node adds to z, of z and of conj(z).
 
-    hypothesis: Hypothesis
-    spectrum: Spectrum
-    fit: Fit
-    log_odds: float
+    The reading is (z e^{-ja} + conj(z) e^{ja}) / 2, and all readings together give z by least squares.
+    """
+    along = np.exp(1j * np.array(list(reading.probes_at(node).values())))
+    at = list(reading.probes_at(node)).index(name)
+    x, y = np.linalg.pinv(np.column_stack([along.real, along.imag]))[:, at]
+    return (x + 1j * y) * along[at].conj() / 2, (x + 1j * y) * along[at] / 2
 
 
-def hypotheses(model, spectrum, deflection) -> list[Hypothesis]:
+def hypotheses(spectrum, model) -> list[Hypothesis]:
     """Every hypothesis that a spectrum allows.
 
     Parameters
     ----------
-    model : Model
     spectrum : Spectrum
-    deflection : array (speed, sensor)
-        Static deflection, m.
+    model : Model
+        Its structure has the Reading of the records.
 
     Returns
     -------
@@ -109,12 +102,13 @@ def hypotheses(model, spectrum, deflection) -> list[Hypothesis]:
     n, sensors = spectrum.harmonics, spectrum.sensors
     shape, every = (len(n), len(sensors)), np.arange(len(sensors))
     none, whole = np.zeros(shape, complex), np.ones(shape, complex)
-    still = np.zeros((len(spectrum.speed), *shape), complex)
-    symmetric = set(n.tolist()) == set((-n).tolist())
+    reading, symmetric = model.structure.reading, set(n.tolist()) == set((-n).tolist())
     found = []
 
-    def suppose(name, remedy, direct=whole, mirrored=none, conjugate=none, shift=still, order=every):
-        found.append(Hypothesis(name, remedy, direct, mirrored, conjugate, shift, order))
+    def suppose(
+        name, remedy, direct=whole, mirrored=none, conjugate=none, opposite=none, order=every, other_zero=False
+    ):
+        found.append(Hypothesis(name, remedy, direct, mirrored, conjugate, opposite, order, other_zero))
 
     def only(column, value):
         return np.where(every == column, value, 1.0) * whole
@@ -125,9 +119,10 @@ def hypotheses(model, spectrum, deflection) -> list[Hypothesis]:
             text = f"the readings at node {node} are {1 / factor:.4g} times the true ones"
             suppose(text, remedy, only(s, factor))
         for s, node in enumerate(sensors if symmetric else ()):
-            for sign, axis in ((1, "x"), (-1, "y")):
-                text = f"the readings along {axis} at node {node} are {1 / factor:.4g} times the true ones"
-                suppose(text, remedy, only(s, (1 + factor) / 2), (every == s) * sign * (factor - 1) / 2 * whole)
+            for probe in reading.probes_at(node):
+                text = f"the readings of probe '{probe}' at node {node} are {1 / factor:.4g} times the true ones"
+                direct, mirrored = ((factor - 1) * share for share in one_probe(reading, node, probe))
+                suppose(text, remedy, only(s, 1 + direct), (every == s) * mirrored * whole)
     turn = np.outer(n, np.ones(len(sensors)))
     for angle in ANGLES_DEG:
         by = np.deg2rad(angle)
@@ -147,84 +142,30 @@ def hypotheses(model, spectrum, deflection) -> list[Hypothesis]:
             np.exp(1j * (turn - 1) * by),
         )
     moving = (n != 0)[:, None] * whole
+    marked = np.exp(-2j * turn * reading.mark_rad)  # twice the phases from the mark to the reference line
     suppose(
-        "phases are lags where leads are meant",
+        "phases of the table are lags where leads are meant",
         "state 'table_phase: lag'",
         whole - moving,
-        conjugate=moving,
+        conjugate=np.exp(-2j * reading.gravity_rad) * marked * moving,  # in the user's plane
     )
     if symmetric:
-        suppose("the shaft turns in the other sense", "correct 'rotation:'", none, whole)
-        suppose("x and y are swapped at all nodes", "exchange the channels of the probes", none, 1j * whole)
+        suppose(
+            "phases of the probes are lags where leads are meant",
+            "change the sign of each probe's phases before they are combined to forward and backward harmonics",
+            whole - moving,
+            opposite=marked * moving,  # a real signal with its phases reversed runs backwards in time, and so does z
+        )
+        suppose("the shaft turns in the other sense", "correct 'rotation:'", none, marked.conj())
+        axes = np.array([reading.axis(node) for node in sensors])
+        suppose(
+            "the two probes of all nodes are swapped", "exchange the channels of the probes", none, 1j * axes**2 * whole
+        )
     if len(sensors) > 1:
         suppose("the nodes are in the reverse order", "correct the 'node:' of the probes", order=every[::-1])
-    if 0 in n and deflection.any():
-        for sign, zero in ((-1, "unloaded_line"), (1, "at_rest")):
-            shift = still.copy()
-            shift[:, list(n).index(0)] = sign * deflection
-            said = "unloaded line" if sign < 0 else "position of the shaft at rest"
-            suppose(f"displacements count from the {said}", f"state 'displacement_zero: {zero}'", shift=shift)
+    if 0 in n and model.structure.static_load.any():
+        zero, at = ("at_rest", "position of the shaft at rest")
+        if not model.from_unloaded_line:
+            zero, at = ("unloaded_line", "unloaded line")
+        suppose(f"displacements count from the {at}", f"state 'displacement_zero: {zero}'", other_zero=True)
     return found
-
-
-def best_hypothesis(model, spectrum, base, settings):
-    """The Tested hypothesis with the highest odds against the stated conventions, or None.
-
-    Parameters
-    ----------
-    model : Model
-        With the nuisance terms.
-    spectrum : Spectrum
-        Without the model error.
-    base : Fit
-        Under the stated conventions, without causes.
-    settings : Settings
-    """
-    theta = np.concatenate([term.theta for term in model.terms])
-    theta[model.position(base.names)] = base.prior.mean
-    rotor = theta[: len(model.rotor_unknowns)]
-    deflection = static_deflection(model, spectrum.speed, rotor).value[..., model.measured]
-    deflection = np.broadcast_to(deflection, (len(spectrum.speed), len(spectrum.sensors)))
-    every = hypotheses(model, spectrum, deflection)
-    shown, change = measured_response_and_jacobian(
-        model, spectrum.speed, spectrum.harmonics, theta, order=carried_order(spectrum)
-    )
-    change = np.moveaxis(change[..., model.position(base.names)], -1, 0)
-    stated = _volume(with_model_error(spectrum, settings))
-    screened = []
-    for hypothesis in every:
-        corrected, log_volume = _corrected(hypothesis, spectrum, settings)
-        log_volume += _volume(corrected) - stated
-        screened.append((_linear_evidence(corrected, shown, change, base.prior) + log_volume, hypothesis))
-    screened.sort(key=lambda one: -one[0])
-    return max(
-        (_tested(one, model, spectrum, base, settings, len(every)) for _, one in screened[:FITTED]),
-        key=lambda one: one.log_odds,
-        default=None,
-    )
-
-
-def _corrected(hypothesis, spectrum, settings):
-    corrected, log_volume = hypothesis.corrected(spectrum)
-    return with_model_error(corrected, settings), log_volume
-
-
-def _volume(spectrum):
-    """Logarithm of the determinant of the whitener."""
-    return float(np.linalg.slogdet(spectrum.whitener)[1].sum())
-
-
-def _linear_evidence(spectrum, shown, change, prior):
-    """Log evidence of a spectrum less a constant, of the model linearised at the prior mean."""
-    off, columns = spectrum.whitened(spectrum.amplitude - shown), spectrum.whitened(change).T @ prior.factor
-    normal = np.eye(columns.shape[1]) + columns.T @ columns
-    along = columns.T @ off
-    return float(-0.5 * (off @ off - along @ invert(normal) @ along + np.linalg.slogdet(normal)[1]))
-
-
-def _tested(hypothesis, model, spectrum, base, settings, count):
-    corrected, log_volume = _corrected(hypothesis, spectrum, settings)
-    log_volume += _volume(corrected) - _volume(with_model_error(spectrum, settings))
-    found = fit(model, corrected, base.prior)
-    odds = found.evidence - base.evidence + log_volume + np.log(PRIOR_ODDS / count)
-    return Tested(hypothesis, corrected, found, float(odds))

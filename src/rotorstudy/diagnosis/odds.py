@@ -7,11 +7,13 @@ import numpy as np
 from rotorstudy.diagnosis.candidates import Candidate
 from rotorstudy.diagnosis.settings import Settings, base_rate
 from rotorstudy.inference.fit import Fit
+from rotorstudy.model.registry import registry
 
 SWEEPS = 3  # over the parameters of a cause, for their most probable widths
 SCALES = 10.0 ** (-0.5 * np.arange(7))  # widths of the prior over the widest one, equally likely by order of magnitude
 FURTHER_PART = 0.5  # prior probability that a fault has one more of its parts: as likely as not
 THRESHOLD_STEPS = 20  # of a fixed-point iteration that converges quickly
+ROUND_OFF = 1e-15  # of the largest eigenvalue of a covariance: smaller ones have no correct digits
 LEAST_LOG_PROBABILITY = -700.0  # keeps posterior probabilities from underflow to zero
 
 
@@ -31,7 +33,24 @@ class Explanation:
     @property
     def faults(self):
         """Names of the faults that the causes are parts of."""
-        return frozenset(cause.fault for cause in self.causes)
+        return frozenset(faults_of(self.causes))
+
+
+def faults_of(causes: tuple[Candidate, ...]) -> dict[str, list[Candidate]]:
+    """Faults that causes are parts of, each with its parts.
+
+    The parts have the same fault by name, or the first one brings the other: an eccentric mass has an unbalance.
+    """
+    effects = registry().plugins["effect"]
+    brought_by = {
+        name + "".join(f", {key} {value}" for key, value in c.where.items()): c.fault
+        for c in causes
+        for name in effects[c.effect].brings
+    }
+    found = {}
+    for cause in sorted(causes, key=lambda c: c.cause in brought_by):
+        found.setdefault(brought_by.get(cause.cause, cause.fault), []).append(cause)
+    return found
 
 
 def odds_of(explanation: Explanation) -> float:
@@ -39,7 +58,7 @@ def odds_of(explanation: Explanation) -> float:
     return explanation.log_posterior_odds
 
 
-def log_scales(mean: np.ndarray, covariance: np.ndarray, parameter: np.ndarray) -> float:
+def log_scales(mean: np.ndarray, covariance: np.ndarray, parameter: np.ndarray) -> np.ndarray:
     """Logarithm of the Bayes factor of a prior whose widths are unknown against the widest one.
 
     One parameter has one of `SCALES`. Of several, each has a width of its own or is absent with a probability of one
@@ -48,48 +67,50 @@ def log_scales(mean: np.ndarray, covariance: np.ndarray, parameter: np.ndarray) 
 
     Parameters
     ----------
-    mean, covariance : ndarray (unknown,), (unknown, unknown)
+    mean, covariance : ndarray (..., unknown), (..., unknown, unknown)
         Of the posterior under the widest prior, in standard deviations of that prior.
     parameter : ndarray (unknown,)
         Position of the parameter of each amplitude.
 
     Returns
     -------
-    float
+    ndarray (...)
     """
     narrow, vectors = np.linalg.eigh(covariance)
-    narrow = np.clip(narrow, 1e-30, 1)
-    along = vectors.T @ mean / narrow
+    narrow = np.clip(narrow, np.maximum(1e-30, ROUND_OFF * narrow[..., -1:]), 1)
+    along = (mean[..., None, :] @ vectors)[..., 0, :] / narrow
     if parameter[-1] == 0:  # one width: the posterior keeps its axes
-        precision = 1 + SCALES[:, None] ** 2 * (1 / narrow - 1)
-        found = 0.5 * np.sum((SCALES[:, None] * along) ** 2 / precision - np.log(precision), axis=-1)
-        widest = 0.5 * np.sum(along**2 * narrow + np.log(narrow))
-        return float(np.logaddexp.reduce(found) - np.log(len(SCALES)) - widest)
-    pull = vectors @ along
-    data = (vectors * (1 / narrow - 1)) @ vectors.T  # precision that the data give
+        precision = 1 + SCALES[:, None] ** 2 * (1 / narrow - 1)[..., None, :]
+        drawn = SCALES[:, None] * along[..., None, :]
+        found = 0.5 * np.sum(drawn**2 / precision - np.log(precision), axis=-1)
+        widest = 0.5 * np.sum(along**2 * narrow + np.log(narrow), axis=-1)
+        return np.logaddexp.reduce(found, axis=-1) - np.log(len(SCALES)) - widest
+    pull = (vectors @ along[..., None])[..., 0]
+    data = (vectors * (1 / narrow - 1)[..., None, :]) @ np.swapaxes(vectors, -1, -2)  # precision that the data give
 
     def value(scales):
-        """Log evidence, less a constant, of widths (..., parameter)."""
+        """Log evidence (..., trial), less a constant, of widths (..., trial, parameter)."""
         root = scales[..., parameter]
-        precision = np.eye(len(mean)) + root[..., :, None] * data * root[..., None, :]
-        drawn = root * pull
+        precision = np.eye(len(parameter)) + root[..., :, None] * data[..., None, :, :] * root[..., None, :]
+        drawn = root * pull[..., None, :]
         solved = np.linalg.solve(precision, drawn[..., None])[..., 0]
         return 0.5 * (np.sum(drawn * solved, axis=-1) - np.linalg.slogdet(precision)[1])
 
-    count = int(parameter[-1]) + 1
     widths = np.append(0, SCALES)
     chance = np.append(0, np.full(len(SCALES), -np.log(len(SCALES)))) - np.log(2)
-    best = np.ones(count)
-    widest = value(best)
+    best = np.ones((*mean.shape[:-1], 1, int(parameter[-1]) + 1))
+    widest = value(best)[..., 0]
     for _ in range(SWEEPS):
         factor = 0.0
-        for i in range(count):
-            tried = np.tile(best, (len(widths), 1))
-            tried[:, i] = widths
-            found = value(tried) + chance
-            best = tried[found.argmax()]
-            factor += np.logaddexp.reduce(found) - value(best)
-    return float(value(best) + factor - widest)
+        for i in range(best.shape[-1]):
+            tried = np.repeat(best, len(widths), axis=-2)
+            tried[..., i] = widths
+            found = value(tried)
+            top = (found + chance).argmax(axis=-1)[..., None]
+            best = np.take_along_axis(tried, top[..., None], axis=-2)
+            reached = np.take_along_axis(found, top, axis=-1)[..., 0]
+            factor += np.logaddexp.reduce(found + chance, axis=-1) - reached
+    return reached + factor - widest
 
 
 def log_possible(mean: np.ndarray, std: np.ndarray, prior: np.ndarray = 0.0) -> np.ndarray:
@@ -132,10 +153,9 @@ class PriorOdds:
 
     def log_odds(self, causes: tuple[Candidate, ...]) -> float:
         """Logarithm of those of several causes together."""
-        total, seen = 0.0, set()
-        for cause in causes:
-            total += np.log(self.further_part[cause.fault] if cause.fault in seen else self.of(cause))
-            seen.add(cause.fault)
+        total = 0.0
+        for first, *others in faults_of(causes).values():
+            total += np.log(self.of(first)) + sum(np.log(self.further_part[c.fault]) for c in others)
         return float(total)
 
     def even_odds_gain(self, cause: Candidate) -> float:
@@ -163,7 +183,7 @@ def log_posterior_odds(causes: tuple[Candidate, ...], fitted: Fit, base: Fit, pr
         for name in cause.positive:
             odds += float(log_possible(*_total(cause, name, fitted), _stated(cause, name, fitted)))
         if not cause.fixed:
-            odds += log_scales(fitted.free[place] / width, covariance / np.outer(width, width), cause.parameter)
+            odds += float(log_scales(fitted.free[place] / width, covariance / np.outer(width, width), cause.parameter))
     return float(odds)
 
 

@@ -83,12 +83,14 @@ class ChainHypothesis(Result):
     """A convention that seems to be stated wrongly, because correcting it explains the records better than any cause.
 
     hypothesis, remedy : what the records look like, and what to state instead
+    beside : cause on the rotor that the corrected records need as well, or None; the next diagnosis judges it
     log_odds : natural logarithm of its odds against the stated conventions without causes; the same of the best causes
     residual_p_value, residual_share : as in `Verdict`, after the correction
     """
 
     hypothesis: str
     remedy: str
+    beside: Place | None = None
     log_odds: float
     log_odds_of_best_causes: float
     residual_p_value: PValues

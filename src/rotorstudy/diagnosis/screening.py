@@ -6,6 +6,7 @@ first order. As an effect is affine in its amplitude at a given motion, that com
 out is exact where the fit describes the motion, however large they are.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -14,9 +15,10 @@ from rotorstudy.diagnosis.candidates import Candidate
 from rotorstudy.diagnosis.odds import log_possible, log_scales
 from rotorstudy.inference.fit import Fit
 from rotorstudy.inference.prediction import carried_order
-from rotorstudy.inference.prior import log_narrowing
 from rotorstudy.measurement.spectrum import Spectrum
-from rotorstudy.response.measured import Motion, sensitivities
+from rotorstudy.response.measured import Motion, Near
+
+TIE = 6  # decimals of evidence: equal candidates (an open crack has two sides) are not to be ranked by round-off
 
 
 class Screened(NamedTuple):
@@ -45,14 +47,60 @@ class Projected(NamedTuple):
     theta: dict[str, float]
 
 
-def project(
-    fitted: Fit,
-    spectrum: Spectrum,
-    chosen: list[Candidate],
-    without: tuple[str, ...] = (),
-    motions: list[Motion] | None = None,
-) -> Projected:
-    """Columns of candidates at the motion of a fit, or each at one of its own.
+class Projection:
+    """The free parameters of a fit projected out of columns, with their priors.
+
+    Parameters
+    ----------
+    fitted : Fit
+    spectrum : Spectrum
+    without : tuple of str
+        Amplitudes of the fit that are taken out.
+    """
+
+    def __init__(self, fitted: Fit, spectrum: Spectrum, without: tuple[str, ...] = ()):
+        self.spectrum = spectrum
+        self.near = Near(fitted.model, spectrum.speed, spectrum.harmonics, fitted.theta, order=carried_order(spectrum))
+        out = np.isin(fitted.names, without)
+        kept = np.flatnonzero(~out)
+        residual = fitted.residual + fitted.jacobian[:, out] @ fitted.free[out]
+        whitener = fitted.prior.whitener[np.ix_(kept, kept)]  # causes are independent of the base and of each other
+        known = np.vstack([fitted.jacobian[:, kept], whitener])
+        self.basis, _ = np.linalg.qr(known / np.linalg.norm(known, axis=0))
+        self.residual = self._left(np.concatenate([residual, whitener @ (fitted.prior.mean - fitted.free)[kept]]))
+        self.theta = {n: v for n, v in zip(fitted.model.names, fitted.theta, strict=True) if n not in without}
+
+    def _left(self, columns):
+        return columns - self.basis @ (self.basis.T @ columns)
+
+    def of(self, chosen: list[Candidate], motion: Motion | None = None) -> Projected:
+        """The columns of candidates at a motion, projected.
+
+        Parameters
+        ----------
+        chosen : list of Candidate
+        motion : Motion, optional
+            On which the candidates act; by default that of the fit.
+
+        Returns
+        -------
+        Projected
+
+        Raises
+        ------
+        NoSteadyState
+        """
+        on_rotor = [u for c in chosen if not c.term.acts_on_output for u in c.term.unknowns]
+        on_output = [u for c in chosen if c.term.acts_on_output for u in c.term.unknowns]
+        columns = self.near.sensitivities((on_rotor, on_output), motion)
+        columns = self.spectrum.whitened(np.moveaxis(columns, -1, 0)).T  # (component, unknown)
+        columns = self._left(np.vstack([columns, np.zeros((self.basis.shape[1], columns.shape[1]))]))
+        names = [u.name for u in on_rotor + on_output]
+        return Projected(self.residual, dict(zip(names, columns.T, strict=True)), self.theta)
+
+
+def project(fitted: Fit, spectrum: Spectrum, chosen: list[Candidate], without: tuple[str, ...] = ()) -> Projected:
+    """Columns of candidates at the motion of a fit; see `Projection`.
 
     Parameters
     ----------
@@ -61,8 +109,6 @@ def project(
     chosen : list of Candidate
     without : tuple of str
         Amplitudes of the fit that are taken out.
-    motions : list of Motion, optional
-        On which the candidates act, all on the rotor; by default that of the fit.
 
     Returns
     -------
@@ -72,31 +118,7 @@ def project(
     ------
     NoSteadyState
     """
-    on_rotor = [u for c in chosen if not c.term.acts_on_output for u in c.term.unknowns]
-    on_output = [u for c in chosen if c.term.acts_on_output for u in c.term.unknowns]
-    columns = sensitivities(
-        fitted.model,
-        spectrum.speed,
-        spectrum.harmonics,
-        (on_rotor, on_output),
-        fitted.theta,
-        order=carried_order(spectrum),
-        motions=motions and [m for c, m in zip(chosen, motions, strict=True) for _ in c.term.unknowns],
-    )
-    columns = spectrum.whitened(np.moveaxis(columns, -1, 0)).T  # (component, unknown)
-    out = np.isin(fitted.names, without)
-    kept = np.flatnonzero(~out)
-    residual = fitted.residual + fitted.jacobian[:, out] @ fitted.free[out]
-    whitener = fitted.prior.whitener[np.ix_(kept, kept)]  # causes are independent of the base and of each other
-    known = np.vstack([fitted.jacobian[:, kept], whitener])
-    residual = np.concatenate([residual, whitener @ (fitted.prior.mean - fitted.free)[kept]])
-    columns = np.vstack([columns, np.zeros((len(kept), columns.shape[1]))])
-    basis, _ = np.linalg.qr(known / np.linalg.norm(known, axis=0))
-    columns = columns - basis @ (basis.T @ columns)
-    residual = residual - basis @ (basis.T @ residual)
-    names = [u.name for u in on_rotor + on_output]
-    theta = {n: v for n, v in zip(fitted.model.names, fitted.theta, strict=True) if n not in without}
-    return Projected(residual, dict(zip(names, columns.T, strict=True)), theta)
+    return Projection(fitted, spectrum, without).of(chosen)
 
 
 def screen(projected: Projected, *causes: Candidate) -> Screened:
@@ -111,28 +133,62 @@ def screen(projected: Projected, *causes: Candidate) -> Screened:
     -------
     Screened
     """
-    names = [n for c in causes for n in c.names]
-    columns = np.column_stack([projected.columns[n] for n in names])
-    mean, std = np.array([c.prior[n] for c in causes for n in c.names]).T
+    return _screen_alike(projected, [causes])[0]
+
+
+def screen_each(projected: Projected, causes: Sequence[Candidate]) -> list[Screened]:
+    """Judge candidates by their columns, each alone.
+
+    Parameters
+    ----------
+    projected : Projected
+    causes : sequence of Candidate
+
+    Returns
+    -------
+    list of Screened
+    """
+    alike, found = {}, {}
+    for i, cause in enumerate(causes):
+        alike.setdefault((cause.fixed, *cause.parameter.tolist()), []).append(i)
+    for chosen in alike.values():
+        found |= zip(chosen, _screen_alike(projected, [[causes[i]] for i in chosen]), strict=True)
+    return [found[i] for i in range(len(causes))]
+
+
+def _screen_alike(projected, sets):
+    """Screened of sets of candidates with the same numbers of amplitudes; arrays begin with (set,)."""
+    names = [[n for c in causes for n in c.names] for causes in sets]
+    columns = np.array([[projected.columns[n] for n in own] for own in names])  # (set, unknown, component)
+    mean, std = np.moveaxis(np.array([[c.prior[n] for c in causes for n in c.names] for causes in sets]), -1, 0)
     residual = projected.residual
-    left = residual - columns @ mean
-    scaled = columns * std
-    covariance = np.linalg.inv(np.eye(len(std)) + scaled.T @ scaled)
-    off = covariance @ (scaled.T @ left)  # in standard deviations of the prior
-    cost = np.sum((left - scaled @ off) ** 2) + off @ off
-    explained = float(residual @ residual - cost)
-    evidence = 0.5 * (explained - log_narrowing(columns, np.diag(std)))
-    start, detection = mean + std * off, std / np.sqrt(1 + np.sum(scaled**2, axis=0))
+    left = residual - (mean[:, None] @ columns)[:, 0]
+    scaled = columns * std[..., None]
+    precision = np.eye(std.shape[-1]) + scaled @ np.swapaxes(scaled, -1, -2)
+    covariance = np.linalg.inv(precision)
+    off = (covariance @ (scaled @ left[..., None]))[..., 0]  # in standard deviations of the prior
+    cost = np.sum((left - (off[:, None] @ scaled)[:, 0]) ** 2, axis=-1) + np.sum(off**2, axis=-1)
+    explained = residual @ residual - cost
+    evidence = 0.5 * (explained - np.linalg.slogdet(precision)[1])
+    start, detection = mean + std * off, std / np.sqrt(1 + np.sum(scaled**2, axis=-1))
+    limited = [
+        (s, own.index(name), sum(factor * projected.theta[n] for n, factor in same.items()))
+        for s, (causes, own) in enumerate(zip(sets, names, strict=True))
+        for cause in causes
+        for name, same in cause.positive.items()
+    ]
+    if limited:
+        s, i, there = (np.array(part) for part in zip(*limited, strict=True))
+        possible = log_possible(start[s, i] + there, detection[s, i], there / std[s, i])
+        np.add.at(evidence, s, possible)
     first = 0
-    for cause in causes:
+    for cause in sets[0]:
         part = slice(first, first + len(cause.names))
         first = part.stop
-        for name, same in cause.positive.items():
-            i, there = names.index(name), sum(factor * projected.theta[n] for n, factor in same.items())
-            evidence += float(log_possible(start[i] + there, detection[i], there / std[i]))
         if not cause.fixed:
-            evidence += log_scales(off[part], covariance[part, part], cause.parameter)
-    return Screened(explained, evidence, start, detection)
+            evidence += log_scales(off[:, part], covariance[:, part, part], cause.parameter)
+    evidence = np.round(evidence, TIE)
+    return [Screened(*one) for one in zip(explained.tolist(), evidence.tolist(), start, detection, strict=True)]
 
 
 def screen_pairs(projected: Projected, first: list[Candidate], second: list[Candidate]) -> np.ndarray:

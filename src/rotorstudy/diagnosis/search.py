@@ -8,20 +8,23 @@ from scipy.optimize import brentq
 
 from rotorstudy.diagnosis.candidates import Candidate, candidates, with_vibration
 from rotorstudy.diagnosis.explanations import Search
-from rotorstudy.diagnosis.odds import Explanation, odds_of
+from rotorstudy.diagnosis.odds import Explanation, faults_of, odds_of
 from rotorstudy.diagnosis.parts import faults_of_several_parts
-from rotorstudy.diagnosis.screening import Screened, screen, screen_pairs
+from rotorstudy.diagnosis.screening import TIE, Screened, screen, screen_each, screen_pairs
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.shape_scan import can_be_scanned, scan
 from rotorstudy.diagnosis.shapes import refine
+from rotorstudy.diagnosis.supports import loses_more_than_all
 from rotorstudy.inference.fit import fit
-from rotorstudy.inference.prediction import predicted, with_cause_error
+from rotorstudy.inference.prediction import carried_order, predicted, with_cause_error
 from rotorstudy.inference.prior import Prior, prior_of, with_rotor
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import make_term
 from rotorstudy.model.rotor_numbers import with_rotor_numbers
+from rotorstudy.response.alternating import affine_error
+from rotorstudy.response.measured import carried_motion
 from rotorstudy.response.stability import growth_of_free_motion
 
 FITTED_FULLY = 4  # least number of explanations per round that are fitted to convergence
@@ -32,6 +35,7 @@ REACH = 10.0  # log odds below the best, at its motion, beyond which an alternat
 INACCURACY = 0.01  # of what is explained: further log odds within reach, as columns at the best motion are not exact
 ALTERNATIVES = 12  # most alternatives to each cause that are fitted in a round
 GROWTH = 1e-5  # of the speed: growth rate of a free motion beyond round-off; in a minute it becomes visible
+AFFINE = 1e-3  # of the force of a contact (rms): no more than that shows that it opens or closes
 ROUNDS = 3  # of alternatives, each at the motion of the best of the last one
 REFINED = 3  # most explanations of a round of which the shape is refined
 LEFT_BY_SHAPE = 0.05  # of what a cause explains, if its shape is half a step of those tried from the true one
@@ -117,19 +121,40 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     best = _added(work, work.found[frozenset()], [base, fit(whole, widened, prior, steps=0)] if imitates else None)
     settled = _settled(work, spectrum, missing, best)
     _added(settled, max(settled.explanations, key=odds_of))
-    _drop_growing(settled)
+    _drop_impossible(settled)
     return settled
 
 
-def _drop_growing(work):
-    """Drop explanations by which a free motion grows at a measured speed: records of it cannot be steady."""
+def _drop_impossible(work):
+    """Drop explanations by which a free motion grows at a measured speed: records of it cannot be steady.
+
+    Nor is a contact a cause that never opens or closes in the records: it is a constant force and a stiffness. And a
+    support cannot lose more stiffness than it has.
+    """
     while True:
         least = odds_of(work.best) - REACH
-        grown = [e for e in work.explanations if e.causes and odds_of(e) >= least and _grows(work, e)]
-        for one in grown:
+        within = [e for e in work.explanations if e.causes and odds_of(e) >= least]
+        impossible = [e for e in within if _grows(work, e) or _never_switches(work, e) or _takes_too_much(work, e)]
+        for one in impossible:
             del work.found[frozenset(c.label for c in one.causes)]
-        if not grown:
+        if not impossible:
             return
+
+
+def _takes_too_much(work, explanation):
+    return loses_more_than_all(explanation, work.rig.structure, work.spectrum.speed)
+
+
+def _never_switches(work, explanation):
+    """Whether the force of a contact is an affine function of the displacement throughout the records."""
+    effects, fitted, spectrum = registry().plugins["effect"], explanation.fit, work.spectrum
+    forces = [p.force for c in explanation.causes if effects[c.effect].switches for p in c.term.parameters]
+    if not forces:
+        return False
+    order = carried_order(spectrum)
+    motion = carried_motion(fitted.model, spectrum.speed, spectrum.harmonics, fitted.theta, order=order)
+    carried = np.union1d(np.arange(-order, order + 1), spectrum.harmonics)
+    return any(affine_error(f, motion.amplitude, spectrum.speed, carried, motion.deflection) < AFFINE for f in forces)
 
 
 def _grows(work, explanation):
@@ -138,9 +163,12 @@ def _grows(work, explanation):
 
 
 def _added(work, current, fits=None):
-    """The best explanation after causes were added to one as long as that increases its odds; fits : as for `_add`."""
+    """The best explanation after causes were added to one as long as that increases its odds.
+
+    fits : as for `with_one_more`
+    """
     while True:
-        tried = _add(work, current, fits)
+        tried = with_one_more(work, current, fits)
         better = max((refine(work, e) for e in _to_refine(tried, current.fit.cost)), key=odds_of, default=current)
         if odds_of(better) <= odds_of(current):
             return current
@@ -181,10 +209,10 @@ def _settled(work, spectrum, missing, best):
 
 def _is_allowed(work, causes):
     """Whether causes are no more faults than allowed, each named once."""
-    return len({c.fault for c in causes}) <= work.settings.most_causes and len({c.cause for c in causes}) == len(causes)
+    return len(faults_of(causes)) <= work.settings.most_causes and len({c.cause for c in causes}) == len(causes)
 
 
-def _add(work, current, fits=None):
+def with_one_more(work, current, fits=None):
     """Explanations with one more cause, of the candidates worth a fit.
 
     fits : list of Fit of the current explanation at which candidates are screened, by default its own
@@ -296,7 +324,7 @@ def _instead_of(work, current, cause):
     rest = tuple(c for c in current.causes if c is not cause)
     chosen = [c for c in work.candidates if _is_allowed(work, (*rest, c)) and c.cause != cause.cause]
     projected, usable = work.project(current.fit, [*chosen, cause], cause.names)
-    odds = {c.label: screen(projected, c) for c in usable}
+    odds = dict(zip((c.label for c in usable), screen_each(projected, usable), strict=True))
 
     def judged(one):
         return odds[one.label].evidence + work.prior_odds.log_odds((*rest, one))
@@ -337,16 +365,16 @@ def _elsewhere(work, current, cause):
 def _pairs(work, current):
     """Explanations by two causes that explain most together, at the motion of an explanation."""
     projected, usable = work.project(current.fit, work.candidates, tuple(n for c in current.causes for n in c.names))
-    alone = {c.label: screen(projected, c).evidence for c in usable}
+    alone = {c.label: one.evidence for c, one in zip(usable, screen_each(projected, usable), strict=True)}
     first = list({c.cause: c for c in sorted(usable, key=lambda c: alone[c.label])}.values())  # each in its best shape
     second = [c for c in usable if not c.fixed]
     gain = 0.5 * screen_pairs(projected, first, second)
     prior = {c.label: np.log(work.prior_odds.of(c)) for c in usable}
     gain += np.array([prior[c.label] for c in first])[:, None] + np.array([prior[c.label] for c in second])
     options, often = {}, {}
-    for place in np.argsort(-gain, axis=None):
+    for place in np.argsort(-np.round(gain, TIE), axis=None, kind="stable"):
         i, j = np.unravel_index(place, gain.shape)
-        both = first[i], second[j]
+        both = tuple(sorted((first[i], second[j]), key=lambda c: bool(c.shape)))  # the shape of the last is refined
         names = frozenset(c.cause for c in both)
         if len(options) == PAIRS or gain[i, j] == -np.inf:
             break

@@ -6,22 +6,21 @@ receptances of the rotor with a free force there. Each shape is then judged by l
 one is refined by sampling about it.
 """
 
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from rotorstudy.diagnosis.candidates import Candidate, shape_ranges, with_shape
 from rotorstudy.diagnosis.explanations import Search
-from rotorstudy.diagnosis.screening import Screened, project, screen
+from rotorstudy.diagnosis.screening import Projection, Screened, screen_each
 from rotorstudy.errors import CannotAct, NoSteadyState
 from rotorstudy.inference.fit import Fit
 from rotorstudy.inference.prediction import carried_order
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.registry import registry
-from rotorstudy.model.terms import Entry, Unknown
-from rotorstudy.response.measured import Motion, carried_motion, replies
+from rotorstudy.response.harmonic import positions
+from rotorstudy.response.measured import Motion, Near
 
 FIRST_SAMPLES = (0, 16, 32, 64, 128)  # shapes over the whole range, by the number of options
 STARTS = 3  # best of these, about which closer ones are tried: a force at one instant has several near-equal shapes
@@ -57,65 +56,31 @@ def _acts_on(cause, structure):
     return matrix[np.argmax(np.linalg.norm(matrix, axis=1))]
 
 
-@dataclass(frozen=True)
-class FreeForces:
-    """Motions of a fitted model with a force that is free at every harmonic and speed, and explains most.
+def motion_by_a_free_force(fitted: Fit, spectrum: Spectrum, row: np.ndarray, near: Near | None = None) -> Motion:
+    """The Motion of a fitted model with a force on one coordinate, free at every harmonic and speed, fitted best.
 
     Parameters
     ----------
     fitted : Fit
     spectrum : Spectrum
-    replies : dict
-        Coordinate -> motion by the free forces on it, as far as known.
+    row : ndarray (dof,)
+        The coordinate, by a unit of each of the model: a node, or a deformation of the shaft.
+    near : Near, optional
+        Of the fitted model at the speeds and harmonics of the spectrum, where it is known.
+
+    Returns
+    -------
+    Motion
     """
-
-    fitted: Fit
-    spectrum: Spectrum
-    replies: dict = field(default_factory=dict)
-
-    @cached_property
-    def own(self) -> Motion:
-        """The Motion without a free force."""
-        fitted, spectrum = self.fitted, self.spectrum
-        order = carried_order(spectrum)
-        return carried_motion(fitted.model, spectrum.speed, spectrum.harmonics, fitted.theta, order=order)
-
-    def _reply(self, coordinate):
-        """Motion (speed, harmonic, dof, force) by a unit force on a coordinate at each harmonic, and by j times it."""
-        if coordinate not in self.replies:
-            fitted, spectrum = self.fitted, self.spectrum
-            unit = np.eye(len(fitted.model.structure.dofs))[coordinate]
-            pushes = [
-                Unknown(f"{factor} {n}X", "N", (Entry(factor * unit, on="one", shift=int(n)),), 1.0)
-                for factor in (1, 1j)
-                for n in spectrum.harmonics
-            ]
-            order = carried_order(spectrum)
-            self.replies[coordinate] = replies(
-                fitted.model, spectrum.speed, spectrum.harmonics, pushes, fitted.theta, order=order
-            )
-        return self.replies[coordinate]
-
-    def motion(self, row: np.ndarray) -> Motion:
-        """With a free force on one coordinate.
-
-        Parameters
-        ----------
-        row : ndarray (dof,)
-            The coordinate, by a unit of each of the model.
-
-        Returns
-        -------
-        Motion
-        """
-        model, spectrum, order = self.fitted.model, self.spectrum, carried_order(self.spectrum)
-        moved = sum(row[i] * self._reply(int(i)) for i in np.flatnonzero(row))
-        carried = np.union1d(np.arange(-order, order + 1), spectrum.harmonics)
-        seen = moved[:, np.searchsorted(carried, spectrum.harmonics)][:, :, model.measured]
-        columns = spectrum.whitened(np.moveaxis(seen, -1, 0)).T.reshape(len(spectrum.speed), -1, moved.shape[-1])
-        residual = self.fitted.residual.reshape(len(spectrum.speed), -1)
-        forces = np.array([np.linalg.lstsq(a, b, rcond=1e-9)[0] for a, b in zip(columns, residual, strict=True)])
-        return Motion(self.own.amplitude + np.einsum("whdp,wp->whd", moved, forces), self.own.deflection)
+    near = near or Near(fitted.model, spectrum.speed, spectrum.harmonics, fitted.theta, order=carried_order(spectrum))
+    place = positions(spectrum.harmonics, near.blocks)
+    moved = sum(row[i] * near.replies(int(i)) for i in np.flatnonzero(row))
+    moved = moved[..., [2 * i + part for part in (0, 1) for i in place]]
+    columns = spectrum.whitened(np.moveaxis(moved[:, place][:, :, fitted.model.measured], -1, 0)).T
+    columns = columns.reshape(len(spectrum.speed), -1, moved.shape[-1])
+    residual = fitted.residual.reshape(len(spectrum.speed), -1)
+    forces = np.array([np.linalg.lstsq(a, b, rcond=1e-9)[0] for a, b in zip(columns, residual, strict=True)])
+    return Motion(near.motion.amplitude + np.einsum("whdp,wp->whd", moved, forces), near.motion.deflection)
 
 
 def scan(work: Search, fitted: Fit, chosen: list[Candidate], refined: int = REFINED) -> list[Scanned]:
@@ -136,10 +101,10 @@ def scan(work: Search, fitted: Fit, chosen: list[Candidate], refined: int = REFI
     list of Scanned
         Without those whose plugin fails, which is recorded as broken.
     """
-    forces, looked = FreeForces(fitted, work.spectrum), {}
+    projection, motions, looked = Projection(fitted, work.spectrum), {}, {}
     for cause in filter(can_be_scanned, chosen):
         try:
-            one = _Scan(work, forces, cause)
+            one = _Scan(work, fitted, projection, cause, motions)
             looked.setdefault(cause.effect, []).append((one, one.first()))
         except NoSteadyState:
             continue
@@ -162,11 +127,13 @@ class _Judged(NamedTuple):
 
 
 class _Scan(NamedTuple):
-    """The scan of one cause."""
+    """The scan of one cause; motions : those known, by the coordinate with the free force."""
 
     work: Search
-    forces: FreeForces
+    fitted: Fit
+    projection: Projection
     cause: Candidate
+    motions: dict[bytes, Motion]
 
     @property
     def ranges(self):
@@ -179,23 +146,33 @@ class _Scan(NamedTuple):
         return with_shape(self.work.rig, labelled, shape, self.work.settings.prior_width)
 
     def judged(self, places):
-        """Some positions (shape, option), judged, the best first."""
-        possible, chosen, motions, known = [], [], [], {}
+        """Some positions (shape, option), judged, the best first; those where the cause cannot act are left out."""
+        groups = {}
         for i, place in enumerate(places):
             try:
                 cause = self.with_place(place, f"{self.cause.term.label} {i}")
-            except CannotAct:  # with that shape, such as a crack in a hollow part of the shaft
+            except CannotAct:  # such as a crack in a hollow part of the shaft
                 continue
             row = _acts_on(cause, self.work.rig.structure)
-            if row.tobytes() not in known:
-                known[row.tobytes()] = self.forces.motion(row)
-            possible, chosen = [*possible, place], [*chosen, cause]
-            motions.append(known[row.tobytes()])
-        if not chosen:
+            groups.setdefault(row.tobytes(), (row, [], []))
+            groups[row.tobytes()][1].append(place)
+            groups[row.tobytes()][2].append(cause)
+        if not groups:
             raise NoSteadyState(f"{self.cause.effect} cannot act with any of {len(places)} shapes")
-        projected = project(self.forces.fitted, self.work.spectrum, chosen, motions=motions)
-        found = [_Judged(*one, screen(projected, one[1])) for one in zip(possible, chosen, strict=True)]
+        found = []
+        for row, there, chosen in groups.values():
+            projected = self.projection.of(chosen, self._motion(row))
+            found += map(_Judged, there, chosen, screen_each(projected, chosen))
         return sorted(found, key=lambda one: -one.screened.evidence)
+
+    def _motion(self, row):
+        """The motion with a free force on a coordinate; those of nodes are kept, as all shapes there share it."""
+        if row.tobytes() in self.motions:
+            return self.motions[row.tobytes()]
+        motion = motion_by_a_free_force(self.fitted, self.work.spectrum, row, self.projection.near)
+        if self.cause.where:
+            self.motions[row.tobytes()] = motion
+        return motion
 
     def first(self):
         """The best of shapes over the whole range."""

@@ -5,12 +5,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rotorstudy.diagnosis.explanations import LEAST_LOG_ODDS, Search
+from rotorstudy.diagnosis.far_from_the_rig import far_from_the_rig
 from rotorstudy.diagnosis.held_out import gain_of, is_upheld, is_worse, split
-from rotorstudy.diagnosis.measuring_chain import LEAST_LOG_ODDS as LEAST_CHAIN_LOG_ODDS
-from rotorstudy.diagnosis.measuring_chain import best_hypothesis
+from rotorstudy.diagnosis.odds import faults_of
 from rotorstudy.diagnosis.result import (
     Cause,
-    ChainHypothesis,
     DetectionLimit,
     Identifiability,
     MovedParameter,
@@ -25,22 +24,21 @@ from rotorstudy.diagnosis.result import (
 from rotorstudy.diagnosis.search import search
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.words import place, readable, summary
+from rotorstudy.diagnosis.wrong_convention import chain_hypothesis, finding_of
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.inference.fit import Fit, chi_square_p_value, fit
-from rotorstudy.inference.prediction import predicted, with_cause_error, with_model_error
+from rotorstudy.inference.fit import Fit, chi_square_p_value, residual_share
+from rotorstudy.inference.prediction import misfit, predicted, with_cause_error, with_model_error
 from rotorstudy.inference.prior import with_rotor
 from rotorstudy.inference.problem import magnitude_and_phase
 from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
-from rotorstudy.units import percent, quantity
 
 STATED_SET = 0.99  # posterior probability that the causes named contain the true one
 SEEN = 0.5  # of the prior standard deviation: an amplitude known no better from the data has no detection limit
 POWER = 1.645  # standard deviations above the threshold for a detection probability of 95 %
 MOVED = 2.0  # stated standard deviations beyond which a parameter is listed as moved
-CONTRADICTED = 5.0  # stated standard deviations beyond which the records contradict the rig
 PARTS = ("real", "imaginary")
 TRADED_OFF = 0.95  # correlation above which two parameters can hardly be separated
 
@@ -109,13 +107,13 @@ def investigate(
     base, expected = found.base, None
     if held is not None:
         expected = with_cause_error(held, held.amplitude - predicted(base.model, held, base.theta), found.cause_error)
-    chain = _chain_hypothesis(found, measured, settings)
+    chain = chain_hypothesis(found, measured, settings)
     found = replace(found, upheld=chain is None and is_upheld(found, expected))
     best = found.best
     rows = 2 * fitted.amplitude.size
     p_values = PValues(before=chi_square_p_value(base.cost, rows), after=chi_square_p_value(best.fit.cost, rows))
     p_parameters = chi_square_p_value(best.fit.penalty, len(best.fit.names))
-    left = _residual_share(_misfit(base, fitted), _misfit(best.fit, fitted), rows)
+    left = residual_share(*(misfit(one.model, fitted, one.theta) for one in (base, best.fit)), rows)
     weights = found.posterior()
     probability = _probability(weights)
     stated = _stated(weights, best)
@@ -135,15 +133,15 @@ def investigate(
     labels = _parameter_labels(best.fit.model, best.causes)
     moved = _moved(best.fit, found.prior.by_name)
     if chain is not None:
-        findings = [*findings, _wrong_convention(chain)]
+        findings = [*findings, finding_of(chain)]
     elif kind != "nothing":
-        findings = [*findings, *_far_from_the_rig(found, spectrum, moved, labels, settings)]
+        findings = [*findings, *far_from_the_rig(found, moved, labels)]
     odds = [e.log_posterior_odds for e in found.explanations if e.causes]
     verdict = Verdict(
         verdict=kind,
         causes=_causes(best, probability),
-        ambiguous_with=[_cause([c], e.fit, probability[c.fault]) for c, e in stated],
-        separating_measurement=_separating(best.causes, [c for c, _ in stated]),
+        ambiguous_with=[_cause(parts, e.fit, probability[fault]) for fault, parts, e in stated],
+        separating_measurement=_separating(best.causes, [parts[0] for _, parts, _ in stated]),
         not_considered=_not_considered(best.causes, settings, {term.kind for term in model.terms}),
         broken_plugins=[*registry().failures, *found.broken],
         unexplained=_unexplained(best.fit, fitted, settings) if kind == "unknown" or best.causes else [],
@@ -162,7 +160,7 @@ def investigate(
         findings=worst_first(findings),
     )
     verdict = verdict.model_copy(update={"summary": summary(verdict)})
-    alternatives = frozenset(c.cause for c, _ in stated)
+    alternatives = frozenset(c.cause for _, parts, _ in stated for c in parts)
     return Diagnosis(verdict, fitted, held, found, best.fit, settings, alternatives, labels)
 
 
@@ -174,57 +172,47 @@ def _has_wrong_form(found):
     return found.cause_error > 0 and (len(found.best.faults) > 1 or found.cause_error >= found.settings.cause_error)
 
 
-def _misfit(found, spectrum):
-    """Weighted sum of squares of what a fit leaves of a spectrum, by the stated noise and model error alone."""
-    off = spectrum.whitened(spectrum.amplitude - predicted(found.model, spectrum, found.theta))
-    return float(off @ off)
-
-
-def _residual_share(before, after, rows):
-    """Remaining share of the excess error (rms): 0 if all is explained, 1 if nothing."""
-    return float(np.sqrt(max(after - rows, 0) / max(before - rows, 1e-300))) if before > rows else 0.0
-
-
 def _stated(weights, best):
-    """(candidate, explanation) of the other causes needed for a credible set of probability `STATED_SET`."""
-    total, found, seen = 0.0, [], set(best.named)
+    """(fault, its parts, explanation) of other causes needed for a credible set of probability `STATED_SET`.
+
+    Other parts of a fault that is named (another shape of a bow) are no other causes.
+    """
+    total, found, seen = 0.0, [], set(best.faults)
     for explanation, weight in weights:
         if total >= STATED_SET:
             break
         total += weight
         if not explanation.causes or best.named <= explanation.named:
             continue
-        for c in explanation.causes:
-            if c.cause not in seen and c.fault not in best.faults:  # other parts of a fault are not another cause
-                seen.add(c.cause)
-                found.append((c, explanation))
+        for fault, parts in faults_of(explanation.causes).items():
+            if fault not in seen and not {c.cause for c in parts} <= best.named:
+                seen.add(fault)
+                found.append((fault, parts, explanation))
     return found
 
 
 def _probability(weights):
     """Posterior probability of every fault: of all explanations with any of its parts."""
-    faults = {c.fault for e, _ in weights for c in e.causes}
+    faults = {fault for e, _ in weights for fault in e.faults}
     return {fault: min(sum(w for e, w in weights if fault in e.faults), 1.0) for fault in faults}
 
 
 def _causes(explanation, probability):
     """The Cause of every fault of an explanation; the parts of a fault are one cause."""
-    faults = {}
-    for candidate in explanation.causes:
-        faults.setdefault(candidate.fault, []).append(candidate)
+    faults = faults_of(explanation.causes)
     return [_cause(parts, explanation.fit, probability[fault]) for fault, parts in faults.items()]
 
 
 def _cause(parts, fitted, probability):
     """The Cause of the parts of a fault, whose options are listed where they differ."""
     where = {}
-    for key in parts[0].where:
-        values = sorted({part.where[key] for part in parts})
+    for key in dict.fromkeys(key for part in parts for key in part.where):
+        values = sorted({part.where[key] for part in parts if key in part.where})
         where[key] = values if len(values) > 1 else values[0]
     parameters = {}
     for part in parts:
         found = _parameters(part, fitted)
-        taken = "".join(f"_{key}_{part.where[key]}" for key, value in where.items() if isinstance(value, list))
+        taken = "".join(f"_{key}_{own}" for key, own in part.where.items() if isinstance(where[key], list))
         parameters |= {f"{name}{taken}" if name in parameters else name: one for name, one in found.items()}
     return Cause(
         effect=parts[0].effect,
@@ -256,52 +244,6 @@ def _parameters(candidate, fitted):
         std = None if known.std is None else factor * known.std
         parameters[name] = ParameterEstimate(value=factor * known.value, std=std, unit="", part="shape")
     return parameters
-
-
-def _chain_hypothesis(found, spectrum, settings):
-    """The ChainHypothesis that explains the records better than any cause under the stated conventions, or None.
-
-    It must explain them by the standards of a cause: what it leaves is noise, the base parameters stay plausible,
-    and they move less than under the stated conventions.
-    """
-    stated, rows = with_model_error(spectrum, settings), 2 * spectrum.amplitude.size
-    base = fit(found.model, stated, found.prior, start=found.base.theta)  # without the error of a cause
-    p_before, p_base = chi_square_p_value(base.cost, rows), chi_square_p_value(base.penalty, len(base.names))
-    if min(p_before, p_base) >= settings.significance:
-        return None
-    tested = best_hypothesis(found.model, spectrum, base, settings)
-    beyond = tested.log_odds - max(0.0, found.best.log_posterior_odds)
-    left = _residual_share(base.cost, tested.fit.cost, rows)
-    p_after, p_parameters = (
-        chi_square_p_value(tested.fit.cost, rows),
-        chi_square_p_value(tested.fit.penalty, len(base.names)),
-    )
-    if (
-        beyond < LEAST_CHAIN_LOG_ODDS
-        or p_after < settings.significance
-        or p_parameters < settings.significance
-        or tested.fit.penalty > base.penalty
-    ):
-        return None
-    return ChainHypothesis(
-        hypothesis=tested.hypothesis.name,
-        remedy=tested.hypothesis.remedy,
-        log_odds=tested.log_odds,
-        log_odds_of_best_causes=found.best.log_posterior_odds,
-        residual_p_value=PValues(before=p_before, after=p_after),
-        residual_share=left,
-    )
-
-
-def _wrong_convention(chain):
-    """The warning that a convention seems to be stated wrongly."""
-    text = (
-        f"the records look as if {chain.hypothesis}: corrected for that, the rig explains all but "
-        f"{percent(chain.residual_share)} of the excess error (rms), better than any cause (log odds "
-        f"{chain.log_odds:.3g}, best causes {chain.log_odds_of_best_causes:.3g}). No cause is named: {chain.remedy}, "
-        "then diagnose again"
-    )
-    return Finding("warning", "measuring chain", "records and rig", text)
 
 
 def residual_map(fitted, spectrum):
@@ -411,35 +353,3 @@ def _parameter_labels(model, causes):
                 text = place(cause) if p.name == cause.effect else f"{readable(p.name)} of {place(cause)}"
             labels[unknown.name] = f"{text}, {part} part" if part in PARTS else text
     return labels
-
-
-def _far_from_the_rig(found, spectrum, moved, labels, settings):
-    """A warning if the records may not be of this rig: another machine, other units, other speeds.
-
-    Then the rig's own values are contradicted, or an amplitude is beyond `prior_width` typical sizes.
-    """
-    said = [
-        f"{labels[row.name]} moved by {abs(row.moved_sigma):.0f} stated standard deviations"
-        for row in moved
-        if abs(row.moved_sigma) > CONTRADICTED
-    ]
-    fitted = found.best.fit
-    theta = dict(zip(fitted.model.names, fitted.theta, strict=True))
-    said += [
-        f"{labels[unknown.name]} would be {quantity(theta[unknown.name], unknown.unit)}"
-        for cause in found.best.causes
-        for unknown in cause.term.unknowns
-        if not cause.fixed and abs(theta[unknown.name]) > settings.prior_width * unknown.typical
-    ]
-    if not said:
-        return []
-    moving = spectrum.harmonics != 0
-    off = spectrum.amplitude - predicted(found.base.model, spectrum, found.base.theta)
-    measured = np.linalg.norm(spectrum.amplitude[:, moving])
-    missed = np.linalg.norm(off[:, moving]) / measured if measured else 0.0
-    text = (
-        f"{'; '.join(said)}; the fitted rig does not explain {100 * missed:.0f} % of the vibration. Are these records "
-        "of this rig, at these speeds, in these units? If so, check the sizes of the causes before relying on them, "
-        "and the values and the 'uncertainty' in the rig file"
-    )
-    return [Finding("warning", "far from the rig", "records and rig", text)]

@@ -128,9 +128,10 @@ def _said(verdict):
         return f"{text} Smallest sizes detected with a probability of 95 %: {', '.join(found)}." if found else text
     if verdict.measuring_chain:
         chain = verdict.measuring_chain
+        beside = f" together with {place(chain.beside)}" if chain.beside else ""
         return (
-            f"The records look as if {chain.hypothesis}. That explains them better than any cause, so none is named. "
-            f"Remedy: {chain.remedy}. Then diagnose again."
+            f"The records look as if {chain.hypothesis}. That{beside} explains them better than any cause in the "
+            f"records as stated, so none is named. Remedy: {chain.remedy}. Then diagnose again."
         )
     implausible = ""
     if verdict.verdict == "unknown" and verdict.parameter_p_value < verdict.settings.significance:

@@ -79,10 +79,11 @@ def regression(model: Model, spectrum: Spectrum, names: Sequence[str], *, order:
     for unknown in unknowns:
         _check_reads_measured(model, unknown, harmonics, involved)
 
-    displacement = np.zeros((*spectrum.amplitude.shape[:-2], count, dof), complex)
-    places = [int(np.flatnonzero(carried == n)[0]) for n in harmonics]
-    displacement[..., np.array(places)[:, None], model.measured] = _without_output(model, spectrum)
     deflection = static_deflection(model, speed, _nominal_amplitudes(model)).value
+    amplitude = _about_rest(model, spectrum, deflection)
+    displacement = np.zeros((*amplitude.shape[:-2], count, dof), complex)
+    places = [int(np.flatnonzero(carried == n)[0]) for n in harmonics]
+    displacement[..., np.array(places)[:, None], model.measured] = amplitude
     columns = [apply_entries(u.entries, displacement, speed, carried, reference_of(u, deflection)) for u in unknowns]
     columns = np.stack(np.broadcast_arrays(*columns), axis=0)
     force = static_force(model, known, speed, carried, deflection)
@@ -142,7 +143,8 @@ def condensed_regression(model: Model, spectrum: Spectrum, names: Sequence[str])
     frequency = (speed[:, None] * harmonics)[..., None, None]
     static = structure.stiffness - frequency**2 * structure.mass
     transfer = -np.linalg.solve(static[..., hidden, :][..., hidden], static[..., hidden, :][..., model.measured])
-    amplitude = _without_output(model, spectrum)
+    deflection = static_deflection(model, speed, _nominal_amplitudes(model)).value
+    amplitude = _about_rest(model, spectrum, deflection)
     displacement = np.zeros((*amplitude.shape[:-1], len(structure.dofs)), complex)
     displacement[..., model.measured] = amplitude
     displacement[..., hidden] = np.einsum("snhm,...snm->...snh", transfer, amplitude)
@@ -150,10 +152,7 @@ def condensed_regression(model: Model, spectrum: Spectrum, names: Sequence[str])
     def reduced(rows):
         return rows[..., model.measured] + np.einsum("snhm,...snh->...snm", transfer, rows[..., hidden])
 
-    known, deflection = (
-        _known_amplitudes(model, names),
-        static_deflection(model, speed, _nominal_amplitudes(model)).value,
-    )
+    known = _known_amplitudes(model, names)
     dynamic = static + frequency * speed[:, None, None, None] * structure.gyroscopic
     rest = np.einsum("snij,...snj->...sni", dynamic, displacement)
     for value, unknown in zip(known, model.rotor_unknowns, strict=True):
@@ -265,8 +264,8 @@ def _check_reads_measured(model, unknown, harmonics, involved):
                                   "linear in it; use the estimator 'maximum_likelihood'")  # fmt: skip
 
 
-def _without_output(model, spectrum):
-    """Amplitudes (..., speed, harmonic, sensor) m less the known constant output terms."""
+def _about_rest(model, spectrum, deflection):
+    """Amplitudes (..., speed, harmonic, sensor) m less the known constant output terms, from the static deflection."""
     amplitude = spectrum.amplitude
     values = np.concatenate([term.theta for term in model.terms])[len(model.rotor_unknowns) :]
     for value, unknown in zip(values, model.output_unknowns, strict=True):
@@ -276,4 +275,7 @@ def _without_output(model, spectrum):
         if value:
             zeros = np.zeros(amplitude.shape, complex)
             amplitude = amplitude - value * apply_entries(unknown.entries, zeros, spectrum.speed, spectrum.harmonics)
+    if model.from_unloaded_line:
+        mean = (np.asarray(spectrum.harmonics) == 0)[:, None]
+        amplitude = amplitude - mean * deflection[..., None, model.measured]
     return amplitude

@@ -314,6 +314,13 @@ class Fit:
         return chi_square_p_value(self.cost, len(self.residual)) < significance
 
     @property
+    def stated_theta(self) -> np.ndarray:
+        """(parameter,) values with the free parameters at the mean of their prior."""
+        theta = self.theta.copy()
+        theta[self.model.position(self.names)] = self.prior.mean
+        return theta
+
+    @property
     def free(self) -> np.ndarray:
         """(free,) values of the free parameters."""
         return self.theta[self.model.position(self.names)]
@@ -385,3 +392,20 @@ def fit(
     covariance = invert(found.jacobian[0].T @ found.jacobian[0])
     evidence = -0.5 * (misfit + penalty + log_narrowing(jacobian, prior.factor))
     return Fit(model, theta, prior, covariance, misfit, penalty, residual, jacobian, evidence)
+
+
+def residual_share(before: float, after: float, rows: int) -> float:
+    """Remaining share of the excess error (rms): 0 if all is explained, 1 if nothing.
+
+    Parameters
+    ----------
+    before, after : float
+        Costs.
+    rows : int
+        Number of residuals, the cost expected by noise alone.
+
+    Returns
+    -------
+    float
+    """
+    return float(np.sqrt(max(after - rows, 0) / max(before - rows, 1e-300))) if before > rows else 0.0

@@ -42,6 +42,28 @@ def predicted(model: Model, spectrum: Spectrum, theta: np.ndarray) -> np.ndarray
     return measured_response(model, spectrum.speed, spectrum.harmonics, theta, order=carried_order(spectrum))
 
 
+def misfit(model: Model, spectrum: Spectrum, theta: np.ndarray) -> float:
+    """Weighted sum of squares of what a model leaves of a spectrum.
+
+    Parameters
+    ----------
+    model : Model
+    spectrum : Spectrum
+    theta : ndarray (parameter,)
+        Amplitudes in the order of `model.names`.
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    NoSteadyState
+    """
+    off = spectrum.whitened(spectrum.amplitude - predicted(model, spectrum, theta))
+    return float(off @ off)
+
+
 def whitened_prediction(
     model: Model, spectrum: Spectrum, names: Sequence[str], theta: np.ndarray, order: int | None = None
 ) -> tuple[np.ndarray, np.ndarray]:

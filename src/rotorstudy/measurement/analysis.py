@@ -151,9 +151,10 @@ def _check_channels(raw, whole, angle, harmonics):
     findings = []
     for node in raw.nodes:
         of_node = [(name, values[whole]) for name, at, values in raw.channels if at == node]
-        largest = max(np.nanstd(values) for _, values in of_node)
-        for name, values in of_node:
-            findings += quality.check_channel(name, node, values, angle, harmonics, largest, raw.where)
+        seen = [quality.seen_by(values, angle, harmonics) for _, values in of_node]
+        for i, (name, values) in enumerate(of_node):
+            others = seen[:i] + seen[i + 1 :]
+            findings += quality.check_channel(name, node, values, seen[i], others, raw.where)
     return findings
 
 

@@ -7,6 +7,7 @@ from annotated_types import Ge, Gt, Lt
 
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.configuration import Strict, check_config
+from rotorstudy.model.structure import Reading
 from rotorstudy.response.coupling import check_harmonics
 from rotorstudy.units import METRES, RAD_PER_S
 
@@ -118,6 +119,15 @@ class Conventions(Strict):
         """Angle (rad) of the shaft's reference line from x when the mark passes its sensor."""
         mark = self.sense * np.deg2rad(self.keyphasor.mark_angle_deg)
         return float(self.direction_rad(self.keyphasor.sensor_angle_deg) - mark)
+
+    def reading(self, nodes):
+        """The Reading of records of some nodes."""
+        probes = {
+            node: {p.channel: float(self.direction_rad(p.angle_deg)) for p in self.probes if p.node in (None, node)}
+            for node in nodes
+        }
+        gravity = self.sense * np.deg2rad(self.gravity_angle_deg)
+        return Reading({node: found for node, found in probes.items() if found}, float(gravity), self.mark_rad)
 
     def node(self, label, where):
         """Node of the rig for the label of a node in a file."""

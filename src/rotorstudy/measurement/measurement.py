@@ -22,7 +22,6 @@ from rotorstudy.model.kinds import SpectrumMethod
 from rotorstudy.model.model import Model
 from rotorstudy.model.rig import RigFile, read_rig
 from rotorstudy.response.measured import measured_response
-from rotorstudy.response.statics import static_deflection
 
 
 @dataclass(frozen=True)
@@ -81,8 +80,9 @@ def measured_spectrum(
             raise RotorstudyError(f"{imported[0]} is a spectrum over all speeds; give it alone, or give the records")
         if method is not None:
             raise _no_record_for(method, imported[0], "is a spectrum")
-        spectrum, findings = load_imported(imported[0])
-        model = rig.measured_at(spectrum.sensors)
+        spectrum, findings, zero = load_imported(imported[0])
+        conventions = read_conventions(rig.given, str(rig.path)).model_copy(update={"displacement_zero": zero})
+        model = _measured_model(rig, spectrum.sensors, [conventions])
     else:
         measurement = read_measurement(paths, rig)
         spectrum, model, findings = measurement.spectrum, measurement.rig, measurement.findings
@@ -168,7 +168,7 @@ def read_measurement(paths: Sequence[str | Path], rig: str | Path | RigFile) -> 
     rig, paths = read_rig(rig), _listed(paths)
     conventions = read_conventions(rig.given, str(rig.path))
     nodes = rig.model.structure.nodes
-    found, findings = [], []
+    found, findings, stated = [], [], []
     for path in paths:
         if is_table(path, conventions):
             spectra, notes = read_table(path, conventions, nodes)
@@ -176,11 +176,12 @@ def read_measurement(paths: Sequence[str | Path], rig: str | Path | RigFile) -> 
             findings += notes
         else:
             read = [(analyse(raw), raw.conventions) for raw in read_file(path, conventions, nodes)]
-        found += [_about_rest(one, stated, rig.model) for one, stated in read]
+        found += [one for one, _ in read]
+        stated += [one for _, one in read]
     facts = [one.facts for one in found]
     findings += [finding for one in found for finding in one.findings]
     findings += check_lines(facts)
-    model = rig.measured_at(_sensors(rig, _common_nodes(facts)))
+    model = _measured_model(rig, _sensors(rig, _common_nodes(facts)), stated)
     usable = sorted((one for one in found if one.harmonics is not None), key=lambda one: one.speed)
     if not usable:
         return Measurement(None, [], facts, worst_first(findings), model)
@@ -203,27 +204,14 @@ def _of_table(path, speed, of_node, conventions):
     return Analysed(RecordFacts(f"{path}, {speed:.6g} rad/s", nodes, speed), [], speed, of_node)
 
 
-def _about_rest(analysed, conventions, model):
-    """The Analysed with displacements from the position at rest, the static deflection, if they count from the
-    unloaded line."""
-    harmonics = list(conventions.harmonics)
-    if conventions.displacement_zero == "at_rest" or analysed.harmonics is None:
-        return analysed
-    rotor = np.concatenate([np.zeros(0), *(term.theta for term in model.terms)])[: len(model.rotor_unknowns)]
-    sag = np.atleast_2d(static_deflection(model, [analysed.speed], rotor).value)[0]
-    if not np.isfinite(sag).all():
-        raise RotorstudyError(
-            "measurement.displacement_zero: unloaded_line needs the static deflection of the rig, and a bearing has no "
-            "value; give it one"
-        )
-    at = {node: sag[model.structure.index(node)] for node in analysed.harmonics}
-    shift = np.array([n == 0 for n in harmonics])
-    moved = {node: (size - shift * at[node], spread) for node, (size, spread) in analysed.harmonics.items()}
-    record = analysed.record
-    if record is not None:
-        sags = np.array([at[node] for node in record.sensors])
-        record = replace(record, displacement=record.displacement - sags[:, None])
-    return replace(analysed, harmonics=moved, record=record)
+def _measured_model(rig, sensors, stated):
+    """The Model of a rig file with the measured nodes as sensors; stated : the Conventions of each record."""
+    zeros = {one.displacement_zero for one in stated}
+    if len(zeros) > 1:
+        raise RotorstudyError("displacements of some records count from the unloaded line, of others from the shaft at "
+                              "rest, as in simulated records; give them apart")  # fmt: skip
+    model = rig.measured_at(sensors, stated[0].reading(sensors))
+    return replace(model, from_unloaded_line=zeros == {"unloaded_line"})
 
 
 def _common_nodes(facts):
@@ -256,31 +244,33 @@ def _with_sensors(record, sensors):
 
 
 def _check_together(spectrum, rig, where):
-    """Findings that need all speeds: units, mean and sense of rotation, against the prediction of the rig."""
-    harmonics = list(spectrum.harmonics)
-    fluctuating = spectrum.amplitude[:, np.array(harmonics) != 0]
-    rms = np.sqrt(np.sum(np.abs(fluctuating) ** 2, axis=1))
-    expected, backward, mean = _expected(rig, spectrum.speed)
-    findings = quality.check_units(rms, expected, where)
+    """Findings that need all speeds: units, mean, probes and sense of rotation, against the prediction of the rig."""
+    harmonics, nodes = list(spectrum.harmonics), spectrum.sensors
+    moving = spectrum.harmonics != 0
+    fluctuating = np.abs(spectrum.amplitude[:, moving])
+    variance = np.diagonal(spectrum.covariance, axis1=-2, axis2=-1)
+    std = np.sqrt(sum(np.swapaxes(part, 1, 2) for part in np.split(variance, 2, axis=-1)))[:, moving]
+    rms = np.sqrt(np.sum(fluctuating**2, axis=1))
+    largest, expected, mean = _expected(rig, spectrum.speed)
+    findings = quality.check_units(rms, largest, where)
+    findings += quality.check_detected(fluctuating, std, expected.max(axis=0), nodes, where)
     if 0 in harmonics:
-        findings += quality.check_mean(spectrum.amplitude[:, harmonics.index(0)], mean, rms, spectrum.sensors, where)
+        findings += quality.check_mean(spectrum.amplitude[:, harmonics.index(0)], mean, rms, nodes, where)
     if -1 in harmonics:
         forward, turned = (np.abs(spectrum.amplitude[:, harmonics.index(n)]) for n in (1, -1))
-        findings += quality.check_sense(forward, turned, backward, spectrum.sensors, where)
+        findings += quality.check_sense(forward, turned, expected[1] > expected[0], nodes, where)
     return findings
 
 
 def _expected(rig, speeds):
-    """Prediction by the rig's own values: largest amplitude (m) or None; (sensor,) whether backward; 0X there, m.
+    """Prediction by the rig's own values, m: largest amplitude or None; rms +1X and -1X (2, sensor); 0X there.
 
-    Without values for all parameters the amplitude is the static deflection, and the whirl is forward.
+    Without values for all parameters the largest amplitude is the static deflection, and no whirl is predicted.
     """
     try:
         shown = measured_response(rig, speeds, [1, -1, 0])
     except RotorstudyError:
         deflection = rig.structure.static_deflection
-        at_sensors = deflection[list(rig.measured)]
-        return float(np.abs(deflection).max()) or None, np.zeros(len(rig.sensors), bool), at_sensors
+        return float(np.abs(deflection).max()) or None, np.zeros((2, len(rig.sensors))), deflection[list(rig.measured)]
     size = np.abs(shown[:, :2])
-    power = np.sum(size**2, axis=0)
-    return float(size.max()) or None, power[1] > power[0], shown[:, 2]
+    return float(size.max()) or None, np.sqrt(np.mean(size**2, axis=0)), shown[:, 2]

@@ -1,5 +1,7 @@
 """Checks of a record. Each returns findings; a good record has none."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from rotorstudy.measurement.findings import Finding
@@ -17,6 +19,8 @@ LOUD = 15.0  # power of a harmonic over its expectation in pure noise; p-value 3
 FLAT_SAMPLES, FLAT_RATIO = 6, 4.0  # samples at the top, and their ratio to those one step below
 FLAT_SHARE = 8e-4  # of the samples; fewer meet at the greatest value by chance
 WEAK = 0.01  # of the motion at the other probes of the node
+DEAD = 10.0  # times what a probe resolves, or times all that the others show; flatter orbits are rare
+SIGNIFICANT = 5.0  # standard deviations
 BACKWARD = 2.0  # ratio of backward to forward 1X
 HUGE_M, TINY_M = 5e-3, 1e-9  # more than a shaft can vibrate, less than a probe resolves
 SCALE = 20.0  # ratio to the predicted vibration, either way; mil taken as µm gives 25
@@ -102,30 +106,51 @@ def check_gaps(part, irregular, where):
     return found
 
 
-def check_channel(name, node, readings, angle, harmonics, largest, where):
-    """Findings on one probe: dead, noise only, weak beside the others, clipped.
+class Seen(NamedTuple):
+    """What a probe shows, rms in m: harmonics; noise; the least harmonic that exceeds it; the greatest harmonic."""
 
-    readings : (time,) m, whole revolutions;  angle : (time,) rad;  largest : rms motion of any probe of the node, m
-    """
-    place = f"{where}, node {node}, channel '{name}'"
+    moving: float
+    noise: float
+    resolved: float
+    greatest: float
+
+
+def seen_by(readings, angle, harmonics):
+    """The Seen of a probe. readings : (time,) m, whole revolutions;  angle : (time,) rad."""
     usable = np.isfinite(readings)
     readings, angle = readings[usable], angle[usable]
-    swing = np.ptp(readings)
-    if swing <= 1e-9 * max(np.abs(readings).max(), 1e-300):
-        text = f"constant at {um(readings[0], 3)}: the probe is dead or not connected; leave it out or repair it"
-        return [Finding("error", "dead probe", place, text)]
     orders = np.arange(1, max(abs(int(n)) for n in harmonics) + 1)
     both = np.concatenate([[0], orders, -orders])
     amplitude, residual, _ = fit_basis(readings.astype(complex), rotating_basis(angle, 1.0, both))
-    power = np.sum(np.abs(residual) ** 2) / max(1, len(residual) - len(both)) / len(residual)
-    moving = float(np.sqrt(2 * np.sum(np.abs(amplitude[1 : 1 + len(orders)]) ** 2)))  # rms of the harmonics
-    found = []
-    if np.max(np.abs(amplitude[1 : 1 + len(orders)]) ** 2) < LOUD * power:
-        text = "no harmonic exceeds the noise: the probe does not detect the shaft, or the shaft does not vibrate"
-        found.append(Finding("error", "dead probe", place, text))
-    elif moving < WEAK * largest:
+    lines = np.sqrt(2) * np.abs(amplitude[1 : 1 + len(orders)])
+    noise = np.sqrt(np.sum(np.abs(residual) ** 2) / max(1, len(residual) - len(both)))
+    return Seen(np.linalg.norm(lines), noise, np.sqrt(2 * LOUD / len(residual)) * noise, lines.max())
+
+
+def check_channel(name, node, readings, seen, others, where):
+    """Findings on one probe: dead, weak beside the others, clipped.
+
+    A probe that shows no harmonic is dead if the others of its node show a vibration that it would show too, or if its
+    noise is far more than all that they show. If none of them shows any, the shaft may be quiet at this speed.
+
+    readings : (time,) m, whole revolutions;  seen : Seen by it;  others : list of Seen by the others of the node
+    """
+    place, readings = f"{where}, node {node}, channel '{name}'", readings[np.isfinite(readings)]
+    if np.ptp(readings) <= 1e-9 * max(np.abs(readings).max(), 1e-300):
+        text = f"constant at {um(readings[0], 3)}: the probe is dead or not connected; leave it out or repair it"
+        return [Finding("error", "dead probe", place, text)]
+    found, moving = [], max(one.moving for one in others)
+    shown = max(np.hypot(one.moving, one.noise) for one in others)
+    if seen.greatest < seen.resolved:
+        if moving > DEAD * seen.resolved or seen.noise > DEAD * shown:
+            text = (
+                f"no harmonic exceeds the noise, {um(seen.noise)} rms, where another probe of this node has "
+                f"{um(moving)} rms: the probe does not detect the shaft"
+            )
+            found.append(Finding("error", "dead probe", place, text))
+    elif seen.moving < WEAK * moving:
         text = (
-            f"{um(moving)} rms where another probe of this node has {um(largest)}: check sensitivity and unit, and "
+            f"{um(seen.moving)} rms where another probe of this node has {um(moving)}: check sensitivity and unit, and "
             "whether the probe detects the shaft"
         )
         found.append(Finding("warning", "weak probe", place, text))
@@ -134,6 +159,26 @@ def check_channel(name, node, readings, angle, harmonics, largest, where):
             text = f"the signal is flat at its {side}, {um(values.max(), 4)}: clipped by the probe or the recorder"
             found.append(Finding("error", "clipping", place, text))
     return found
+
+
+def check_detected(amplitude, std, expected, nodes, where):
+    """Whether the probes of a node show a vibration at any speed, where the rig predicts one that they would show.
+
+    amplitude, std : (speed, harmonic, node) of the fluctuating harmonics, m;  expected : (node,) predicted 1X rms, m
+    """
+    silent = (amplitude <= SIGNIFICANT * std).all(axis=(0, 1))
+    told = silent & (expected > DEAD * SIGNIFICANT * std.max(axis=(0, 1)))
+    return [
+        Finding(
+            "error",
+            "dead probe",
+            f"{where}, node {node}",
+            f"no harmonic exceeds the noise at any speed, where the rig predicts {um(expected[i])}: its probes do not "
+            "detect the shaft, or the shaft does not vibrate",
+        )
+        for i, node in enumerate(nodes)
+        if told[i]
+    ]
 
 
 def flat_top(values):
@@ -281,7 +326,7 @@ def _fitting(size, expected):
 
 def check_noise(amplitude, std, where):
     """Whether any harmonic exceeds the noise. amplitude, std : (harmonic,) without the mean, m."""
-    if np.max(np.abs(amplitude) / np.maximum(std, 1e-300)) > 5:
+    if np.max(np.abs(amplitude) / np.maximum(std, 1e-300)) > SIGNIFICANT:
         return []
     text = "no harmonic but the mean exceeds five times its standard deviation; take a longer record or another speed"
     return [Finding("warning", "noise floor", where, text)]

@@ -60,7 +60,8 @@ def measurement_dataset(measurement):
         "component": (components, "1", "part and harmonic"),
         "other_component": (components, "1", "part and harmonic"),
     }
-    return dataset(variables, coordinates, title="measured spectrum")
+    zero = "unloaded_line" if measurement.rig.from_unloaded_line else "at_rest"
+    return dataset(variables, coordinates, title="measured spectrum", displacement_zero=zero)
 
 
 def is_spectrum(path):
@@ -92,7 +93,7 @@ def load_spectrum(path: str | Path) -> Spectrum:
 
 
 def load_imported(path):
-    """The Spectrum in a file that `rotorstudy import` wrote, and its Findings."""
+    """The Spectrum in a file that `rotorstudy import` wrote, its Findings, and the zero of its displacements."""
     with netcdf(path) as opened:
         data = opened.load()
     for name, dims in DIMENSIONS.items():
@@ -110,7 +111,8 @@ def load_imported(path):
         tuple(int(node) for node in data.node.values),
         data.covariance.transpose(*DIMENSIONS["covariance"]).values,
     )
+    zero = data.attrs.get("displacement_zero", "at_rest")
     if "finding_name" not in data:
-        return spectrum, []
+        return spectrum, [], zero
     columns = [data[f"finding_{key}"].values.astype(str) for key in ("severity", "name", "where", "text")]
-    return spectrum, [Finding(*map(str, row)) for row in zip(*columns, strict=True)]
+    return spectrum, [Finding(*map(str, row)) for row in zip(*columns, strict=True)], zero

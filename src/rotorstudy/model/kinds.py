@@ -120,7 +120,11 @@ class Effect(Plugin):
     positive  : its amplitudes cannot be negative (damping, stiffness loss of a crack), together with those of the rig;
                 or the names of those that cannot, if others can
     base_rate : how often it is a cause, relative to a usual effect, before anything is measured
-    parts     : option that numbers the parts of one fault (the harmonics of a runout), which count as one cause
+    parts     : options that number the parts of one fault (the harmonics of a runout), which count as one cause
+    brings    : names of effects that come with it at the same place as parts of one fault (the unbalance of an added
+                mass that is eccentric)
+    switches  : its force changes its law within a revolution; where it never does, it is a constant force and a
+                stiffness, and not considered as a cause
     nuisance  : standard deviation of its amplitude in any measuring chain, where it is never exactly zero
     """
 
@@ -135,7 +139,9 @@ class Effect(Plugin):
     fixed: bool = False
     fold: int = 1
     positive: bool | tuple[str, ...] = False
-    parts: str = ""
+    parts: tuple[str, ...] = ()
+    brings: tuple[str, ...] = ()
+    switches: bool = False
     base_rate: float = 1.0
     nuisance: float = 0.0
 

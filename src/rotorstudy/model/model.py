@@ -25,11 +25,12 @@ class Varied(NamedTuple):
 
 @dataclass(frozen=True)
 class Model:
-    """Structure and terms; displacements are measured from the static deflection (see `statics`).
+    """Structure and terms; displacements are measured from the static deflection (see `statics`), unless stated.
 
     sensors : nodes where the translation is measured (all by default)
     held_deflection : (dof,) or (..., speed, dof) prescribed static deflection, m, instead of the computed one
     uncertainty : covariance of the values of some amplitudes, if stated
+    from_unloaded_line : whether the sensors count from the unloaded line, so that they show the static deflection too
     theta   : (parameter,) real amplitudes in the order of `names`, rotor terms first, then output terms
     """
 
@@ -38,6 +39,7 @@ class Model:
     sensors: tuple[int, ...] = ()
     held_deflection: np.ndarray | None = None
     uncertainty: "Uncertainty | None" = None
+    from_unloaded_line: bool = False
 
     def __post_init__(self):
         if not self.sensors:

@@ -22,9 +22,14 @@ AtLeastOne = Annotated[list[TypeVar("Item")], MinLen(1)]
 
 def option_names(function, given_by_engine=()):
     """Names of the options of a plugin function."""
+    return [name for name in _arguments(function) if name not in given_by_engine]
+
+
+@lru_cache(maxsize=1024)
+def _arguments(function):
     import inspect
 
-    return [name for name in inspect.signature(function).parameters if name not in given_by_engine]
+    return tuple(inspect.signature(function).parameters)
 
 
 def check_options(function, given, where, given_by_engine=()):

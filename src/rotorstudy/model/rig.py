@@ -10,7 +10,7 @@ from rotorstudy.model.depth import keys_from_depth
 from rotorstudy.model.model import Model
 from rotorstudy.model.options import Whole, check_options, number_hint, option_names
 from rotorstudy.model.registry import registry
-from rotorstudy.model.structure import Origin, Structure
+from rotorstudy.model.structure import Origin, Reading, Structure
 from rotorstudy.model.terms import Entry, Parameter, Term
 from rotorstudy.model.uncertainty import with_uncertainty
 from rotorstudy.store import read_yaml
@@ -42,11 +42,9 @@ class RigFile:
         """The plugins that it names, a list of Plugin."""
         return named_plugins(self.given)
 
-    def measured_at(self, sensors):
-        """The Model with the nodes `sensors` as its sensors."""
-        if tuple(sensors) == self.model.sensors:
-            return self.model
-        return build_model({**self.given, "sensors": list(sensors)}, str(self.path))
+    def measured_at(self, sensors, reading=None):
+        """The Model with the nodes `sensors` as its sensors, and the Reading of its records."""
+        return build_model({**self.given, "sensors": list(sensors)}, str(self.path), reading)
 
 
 def read_rig(rig: "str | Path | RigFile") -> "RigFile":
@@ -89,7 +87,7 @@ def load_rig(path: str | Path) -> Model:
     return read_rig(path).model
 
 
-def build_model(rig: dict, where: str = "the rig") -> Model:
+def build_model(rig: dict, where: str = "the rig", reading: Reading | None = None) -> Model:
     """The Model described by a rig dict.
 
     Parameters
@@ -99,6 +97,8 @@ def build_model(rig: dict, where: str = "the rig") -> Model:
         "static_deflection_m": {node: prescribed value, real}, "prior": see `uncertainty`}
     where : str, optional
         Its name in error messages.
+    reading : Reading, optional
+        Of its records; effects of probes act along them.
 
     Returns
     -------
@@ -124,7 +124,7 @@ def build_model(rig: dict, where: str = "the rig") -> Model:
     structure = plugin.function(**options)
     _check_structure(structure, plugin, place)
     origin = Origin(plugin.function, options, plugin.uncertain)
-    structure = replace(structure, bearing_nodes=_bearing_nodes(rig), origin=origin)
+    structure = replace(structure, bearing_nodes=_bearing_nodes(rig), origin=origin, reading=reading or Reading())
     sensors = _sensors(rig.get("sensors"), structure, where)
     terms = []
     for section in ("cracks", "bearings", "effects"):
@@ -334,18 +334,19 @@ def _check_shapes(parameters, size, plugin, where):
                 )
 
 
-def _crack_options(plugin, given, where):
-    def every_crack(
-        weight_dominance: bool = True,
-        order: Whole = SERIES_ORDER,
-        node: int | None = None,
-        element: int | None = None,
-        angle_rad: float = 0.0,
-    ):
-        """Options of every crack."""
+def _every_crack(
+    weight_dominance: bool = True,
+    order: Whole = SERIES_ORDER,
+    node: int | None = None,
+    element: int | None = None,
+    angle_rad: float = 0.0,
+):
+    """Options of every crack."""
 
+
+def _crack_options(plugin, given, where):
     options = {}
-    for function in (every_crack, plugin.function):
+    for function in (_every_crack, plugin.function):
         names = option_names(function, ("angle",))
         for name in {*options, "depth", "label"} & {*names}:
             raise PluginError(

@@ -56,6 +56,49 @@ class Origin(NamedTuple):
 
 
 @dataclass(frozen=True)
+class Reading:
+    """The axes in which records were read.
+
+    probes      : node -> {name: direction of the probe, rad from x in the sense of rotation}; those not listed have
+                  probes along x and y
+    gravity_rad : direction of gravity in the user's angles, in the sense of rotation
+    mark_rad    : angle of the shaft's reference line from x when the phase mark passes
+    """
+
+    probes: dict = field(default_factory=dict)
+    gravity_rad: float = 0.0
+    mark_rad: float = 0.0
+
+    def probes_at(self, node: int) -> dict[str, float]:
+        """{name: direction (rad)} of the probes of a node.
+
+        Parameters
+        ----------
+        node : int
+
+        Returns
+        -------
+        dict
+        """
+        return self.probes.get(node, {"x": 0.0, "y": np.pi / 2})
+
+    def axis(self, node: int) -> complex:
+        """Direction e^{ja} of the probe x of a node: the one from which another is a quarter turn ahead.
+
+        Parameters
+        ----------
+        node : int
+
+        Returns
+        -------
+        complex
+            By the first pair of probes; another angle between them is taken for the nearest quarter turn.
+        """
+        first, second = np.exp(1j * np.array(list(self.probes_at(node).values())[:2]))
+        return complex(first if (np.conj(first) * second).imag > 0 else second)
+
+
+@dataclass(frozen=True)
 class Structure:
     """The rotor without its effects: M q'' - j w G q' + K q = f, in complex nodal coordinates.
 
@@ -74,6 +117,7 @@ class Structure:
     support     : (dof, dof) static stiffness of the bearings, N/m; for usual sizes alone, as bearings are terms
     vibration   : usual vibration in the records to be explained, m; for usual sizes alone
     origin      : the Origin, set where a rig is read; None for a structure without a plugin
+    reading     : the Reading of the records, set where they are read; by default of probes along x and y
     """
 
     mass: np.ndarray
@@ -92,6 +136,7 @@ class Structure:
     support: np.ndarray | None = None
     vibration: float = 0.0
     origin: Origin | None = None
+    reading: Reading = Reading()
 
     @cached_property
     def along(self) -> np.ndarray:
@@ -253,6 +298,50 @@ class Structure:
             found.append({"element": element})
         return found
 
+    def stiffness_of(self, element: int, last_element: int | None = None) -> np.ndarray:
+        """Stiffness of an element of the shaft, or of all from that to a last one.
+
+        Parameters
+        ----------
+        element, last_element : int
+            Numbers of elements, from 1.
+
+        Returns
+        -------
+        array (dof, dof)
+            N/m (N m of a tilt).
+
+        Raises
+        ------
+        CannotAct
+            If the rotor does not state the stiffness of its elements, or has no such elements.
+        """
+        last = element if last_element is None else last_element
+        if last < element:
+            raise CannotAct(f"last_element {last} lies before element {element}")
+        losses = [self.stiffness_loss_at(None, number) for number in range(element, last + 1)]
+        shares = [pattern for loss in losses for pattern, unit, _ in loss.values() if unit == "1"]
+        if not shares:
+            raise CannotAct("this rotor states no stiffness of its elements")
+        return sum(shares)
+
+    def stretches(self) -> list[dict]:
+        """Options for each stretch of neighbouring elements that is shorter than the shaft, single elements first.
+
+        Returns
+        -------
+        list[dict]
+            `element`, and `last_element` where there are several; none for a rotor without elements.
+        """
+        numbers = [place["element"] for place in self.crack_places() if place]
+        longer = [
+            {"element": first, "last_element": last}
+            for first in numbers
+            for last in numbers[first:]
+            if last - first + 1 < len(numbers)
+        ]
+        return [{"element": number} for number in numbers if len(numbers) > 1] + longer
+
     def tension_side(self, element: int | None) -> int:
         """On which side of an element bending by the weight stretches the shaft: there a crack is open.
 
@@ -324,3 +413,8 @@ def sensor_unit(sensors, node=None):
     if node not in sensors:
         raise unknown_name("sensor at node", node, sensors, "the rig", CannotAct)
     return np.eye(len(sensors))[sensors.index(node)]
+
+
+def probe_axis(structure, sensors, node=None):
+    """Direction e^{ja} of the probe x of a node, by default of the first sensor; y is a quarter turn ahead of it."""
+    return structure.reading.axis(sensors[0] if node is None else node)

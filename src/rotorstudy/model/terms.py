@@ -24,7 +24,6 @@ from rotorstudy.errors import PluginError
 
 if TYPE_CHECKING:
     from rotorstudy.model.variation import Variation
-FEW_PLACES = 4  # nonzero elements of a matrix, up to which their single products are faster
 
 SPEEDS_COMPARED = np.array([1.0, 31.0, 470.0])  # rad/s; gains that agree there are taken as the same function
 
@@ -77,10 +76,16 @@ class Entry:
         return (harmonic - self.shift) * (-1 if self.is_conjugate else 1)
 
     @cached_property
-    def places(self) -> list[tuple[int, int, complex]]:
-        """(row, column, value) of the nonzero elements of the matrix; most effects act at one node."""
-        matrix = np.asarray(self.matrix)
-        return [(int(i), int(j), matrix[i, j]) for i, j in zip(*np.nonzero(matrix), strict=True)]
+    def kind(self) -> tuple:
+        """What it is apart from its matrix; equal for entries whose matrices may be added."""
+        return self.on, self.order, self.shift, self.gain, self.frequency_only
+
+    @cached_property
+    def nonzero(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """(row, column, value) of the nonzero elements of the matrix, column 0 if it is a vector."""
+        matrix = np.asarray(self.matrix).reshape(len(self.matrix), -1)
+        row, column = np.nonzero(matrix)
+        return row, column, matrix[row, column]
 
     def gain_at(self, speed: ArrayLike, harmonic: ArrayLike) -> np.ndarray:
         """Gain at speeds and harmonics.
@@ -276,8 +281,9 @@ class Term:
         """The real amplitudes of this term; a complex parameter has two."""
         found = []
         for p in self.parameters:
-            name, imaginary = self.full_name(p), tuple(e.times(1j) for e in p.entries)
+            name = self.full_name(p)
             if p.is_complex:
+                imaginary = tuple(e.times(1j) for e in p.entries)
                 found.append(Unknown(f"{name}_real", p.unit, p.entries, p.typical, self.carries))
                 found.append(Unknown(f"{name}_imag", p.unit, imaginary, p.typical, self.carries))
             else:
@@ -314,8 +320,9 @@ def share_of(unknown: Unknown, other: Unknown) -> float:
 
 def _entry_share(mine, its):
     """Factor between the matrices of two entries that are otherwise equal; 0 if they are not."""
-    kinds = ((e.on, e.order, e.shift, e.frequency_only, np.shape(e.matrix)) for e in (mine, its))
-    if len(set(kinds)) > 1:
+    if mine.kind[:3] != its.kind[:3] or mine.frequency_only != its.frequency_only:
+        return 0.0
+    if np.shape(mine.matrix) != np.shape(its.matrix):
         return 0.0
     size = np.vdot(mine.matrix, mine.matrix)
     factor = np.vdot(mine.matrix, its.matrix) / size if size else 0.0
@@ -354,40 +361,100 @@ def apply_entries(entries, amplitudes, speed, harmonics, reference=None):
     reference  : (dof,) or (..., speed, dof) static deflection, not included in `amplitudes`; None if it has no force
     returns    : (..., speed, harmonic, row) complex, N per unit of the amplitude
     """
-    speed = np.asarray(speed, float)
-    order = tuple(np.asarray(harmonics).tolist())
-    where = {n: i for i, n in enumerate(order)}
     rows = np.shape(entries[0].matrix)[0] if entries else amplitudes.shape[-1]
+    force = np.zeros((*_lead(amplitudes, reference), rows), complex)
+    for entry in entries:
+        source = _source(entry, amplitudes, speed, harmonics, reference)
+        force += source * entry.matrix if entry.is_constant else source @ np.asarray(entry.matrix).T
+    return force
+
+
+def force_columns(unknowns, amplitudes, speed, harmonics, deflection=None):
+    """Force harmonics of one unit of each of some amplitudes at given displacement harmonics.
+
+    What entries have in common, what they act on, is computed once.
+
+    unknowns   : sequence of Unknown
+    deflection : (dof,) or (..., speed, dof) static deflection, on which amplitudes act that do not carry load
+    amplitudes, speed, harmonics : as for `apply_entries`
+    returns    : (..., speed, harmonic, dof, unknown) complex, N per unit; zero for a force in time
+    """
+    from scipy.sparse import csr_array
+
+    rows, lead = amplitudes.shape[-1], _lead(amplitudes, deflection)
+    sources, first, elements, count = [], {}, [], 0
+    for u, unknown in enumerate(unknowns):
+        reference = None if unknown.carries else deflection
+        for entry in unknown.entries:
+            kind = (entry.kind, unknown.carries)
+            if kind not in first:
+                source = np.moveaxis(_source(entry, amplitudes, speed, harmonics, reference), -1, 0)
+                sources.append(np.broadcast_to(source, (len(source), *lead)).reshape(len(source), -1))
+                first[kind], count = count, count + len(source)
+            row, column, value = entry.nonzero
+            elements.append((u * rows + row, first[kind] + column, value))
+    if not elements:
+        return np.zeros((*lead, rows, len(unknowns)), complex)
+    row, column, value = (np.concatenate(part) for part in zip(*elements, strict=True))
+    force = csr_array((value, (row, column)), (len(unknowns) * rows, count)) @ np.concatenate(sources)
+    return np.moveaxis(force.reshape(len(unknowns), rows, *lead), (0, 1), (-1, -2))
+
+
+def _lead(amplitudes, reference):
+    """Shape (..., speed, harmonic) of a force."""
     lead = amplitudes.shape[:-1]
     if np.ndim(reference) > 1:
         lead = (*np.broadcast_shapes(lead[:-2], np.shape(reference)[:-2]), *lead[-2:])
-    force = np.zeros((*lead, rows), complex)
-    moving = any(entry.reads_motion for entry in entries) and np.any(amplitudes)
-    for entry in entries:
-        if entry.is_constant:
-            if entry.shift in where:
-                force[..., where[entry.shift], :] += _gain(entry, speed[:, None], entry.shift) * entry.matrix
-            continue
-        mirrored = entry.is_conjugate
-        if reference is not None and entry.order == 0 and entry.shift in where:
-            constant = np.conj(reference) if mirrored else reference
-            gain = _gain(entry, speed[:, None], entry.shift)
-            force[..., where[entry.shift], :] += gain * (constant @ np.asarray(entry.matrix).T)
-        if not entry.reads_motion or not moving:
-            continue
-        row, column, source_harmonic = _seen_by(entry.shift, mirrored, order)
-        factor = _gain(entry, speed[:, None], np.array(order)[row])
+    return lead
+
+
+def _source(entry, amplitudes, speed, harmonics, reference):
+    """What the matrix of an entry acts on, times its gain: (..., speed, harmonic, dof), or (speed, harmonic, 1)."""
+    speed, order = np.asarray(speed, float)[:, None], tuple(np.asarray(harmonics).tolist())
+    if entry.is_constant:
+        source = np.zeros((len(speed), len(order), 1), complex)
+        if entry.shift in order:
+            source[:, order.index(entry.shift)] = _gain(entry, speed, entry.shift)
+        return source
+    source = np.zeros((*_lead(amplitudes, reference), amplitudes.shape[-1]), complex)
+    if entry.reads_motion:
+        row, column, source_harmonic = _seen_by(entry.shift, entry.is_conjugate, order)
+        seen = amplitudes[..., column, :]
+        seen = seen.conj() if entry.is_conjugate else seen
         if entry.order:
-            factor = factor * (1j * source_harmonic * speed[:, None]) ** entry.order
-        if len(entry.places) > FEW_PLACES:
-            source = amplitudes[..., column, :]
-            moved = (source.conj() if mirrored else source) @ np.asarray(entry.matrix).T
-            force[..., row, :] += np.asarray(factor)[..., None] * moved
-            continue
-        for i, j, value in entry.places:
-            source = amplitudes[..., column, j]
-            force[..., row, i] += (factor * value) * (source.conj() if mirrored else source)
-    return force
+            seen = (1j * source_harmonic * speed)[..., None] ** entry.order * seen
+        if entry.gain is not None:
+            seen = entry.gain_at(speed, np.array(order)[row])[..., None] * seen
+        source[..., row, :] = seen
+    if reference is not None and entry.order == 0 and entry.shift in order:
+        still = np.conj(reference) if entry.is_conjugate else reference
+        source[..., order.index(entry.shift), :] += _gain(entry, speed, entry.shift) * still
+    return source
+
+
+def summed_entries(acting, theta, chosen=lambda unknown, entry: True):
+    """(Entry, matrix (..., row, dof)) of some amplitudes, entries that differ in their matrix alone as one.
+
+    acting : sequence of (position in theta, Unknown);  theta : (..., parameter)
+    chosen : function(unknown, entry) -> whether an entry is taken
+    """
+    found = {}
+    for p, unknown in acting:
+        for entry in (e for e in unknown.entries if chosen(unknown, e)):
+            shape = (*theta.shape[:-1], len(entry.matrix), np.size(entry.matrix) // len(entry.matrix))
+            _, matrix = found.setdefault(entry.kind, (entry, np.zeros(shape, complex)))
+            i, j, value = entry.nonzero
+            matrix[..., i, j] += theta[..., p, None] * value
+    return list(found.values())
+
+
+def apply_summed(summed, amplitudes, speed, harmonics):
+    """Force harmonics (..., speed, harmonic, row) of `summed_entries`; the other arguments as for `apply_entries`."""
+    columns = (
+        _source(entry, amplitudes, speed, harmonics, None) @ np.swapaxes(matrix, -1, -2)[..., None, :, :]
+        for entry, matrix in summed
+    )
+    return sum(columns, np.zeros(amplitudes.shape, complex))
 
 
 def _gain(entry, speed, harmonic):

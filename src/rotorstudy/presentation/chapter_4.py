@@ -88,25 +88,7 @@ TITLES = {
 
 
 def figures(config, reference, records, spectra, thesis_spectra, monte_carlo, monte_carlo_thesis, **stages):
-    """The figures of Chapter 4.
-
-    Parameters
-    ----------
-    config : StudyConfig
-    reference : path
-        Folder of the printed values.
-    records, spectra, thesis_spectra : Dataset
-        Of the main rig, or of the rig "thesis".
-    monte_carlo, monte_carlo_thesis : Dataset
-        Of the only case.
-    **stages : Dataset
-        See `study_figures`.
-
-    Returns
-    -------
-    dict
-        name -> matplotlib figure.
-    """
+    """The figures of Chapter 4; as `presentation.chapter_2.figures`, with the Monte Carlo of the only case."""
     printed, units = published(reference, [f"4.{n}" for n in range(2, 10)]), parameter_units(config)
     hertz = list(zip(config.shown_speeds_rad_s, SPEEDS, strict=True))
     best = {"exact steady state": monte_carlo.sel(record="steady state")}

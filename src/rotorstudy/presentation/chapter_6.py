@@ -189,25 +189,7 @@ TITLES = {
 
 
 def figures(config, reference, records, spectra, thesis_spectra, sensors, variants, monte_carlo, **stages):
-    """The figures of Chapter 6.
-
-    Parameters
-    ----------
-    config : StudyConfig
-    reference : path
-        Folder of the printed values.
-    records, spectra, thesis_spectra, sensors, variants : Dataset
-        Of the stages of these names; of the main rig, or of the rig "thesis".
-    monte_carlo : dict
-        File name of a case -> Dataset.
-    **stages : Dataset
-        See `study_figures`.
-
-    Returns
-    -------
-    dict
-        name -> matplotlib figure.
-    """
+    """The figures of Chapter 6; as `presentation.chapter_2.figures`, with the Datasets of `sensors` and `variants`."""
     printed = published(reference, [f"6.{n}" for n in range(2, 8)])
     model, speed, position = config.rig(config.main_rig), config.shown_speeds_rad_s[0], positions(config)
     combined = list(config.cases)[1]

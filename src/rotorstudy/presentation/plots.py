@@ -107,14 +107,14 @@ def harmonic_axis(axes, harmonics):
 
 def plain_log(axes, ticks):
     """Logarithmic axes with the given ticks along x and powers of ten along y."""
-    from matplotlib.ticker import LogFormatter, NullFormatter, NullLocator
+    from matplotlib.ticker import LogFormatter, NullLocator
 
     axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
     axes.xaxis.set_minor_locator(NullLocator())
     axes.yaxis.set_major_formatter(LogFormatter())
     low, high = axes.get_ylim()
     axes.set_ylim(10 ** np.floor(np.log10(low)), 10 ** np.ceil(np.log10(high)))
-    axes.yaxis.set_minor_formatter(NullFormatter())
+    axes.yaxis.set_minor_locator(NullLocator())
 
 
 def plot_full_spectrum(

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.model.model import Model
-from rotorstudy.model.terms import apply_entries
-from rotorstudy.response.alternating import nonlinear_column, seen_coordinates, steady_state
+from rotorstudy.model.terms import force_columns, summed_entries
+from rotorstudy.response.alternating import nonlinear_columns, seen_coordinates, steady_states
 from rotorstudy.response.coupling import (
     COUPLED_ORDER,
     check_harmonics,
@@ -154,20 +154,19 @@ def operator(model, theta, speed, blocks, kept=None, *, turning=True):
         for m in range(group.shape[1]):
             full[..., m, :, m, :] = base[..., m, :, :]
         result.append(full)
-    at = {int(coordinate): i for i, coordinate in enumerate(kept)}
-    for p, unknown in model.acting:
-        for entry in (e for e in unknown.entries if e.reads_motion and e.places and (turning or not e.shift)):
-            i, j, value = (np.array(part) for part in zip(*entry.places, strict=True))
-            i, j = ([at[k] for k in part.tolist()] for part in (i, j))
-            for full, (n, is_w, block, row, column) in zip(
-                result, linked_members(blocks, entry.is_conjugate, entry.shift), strict=True
-            ):
-                if not len(n):
-                    continue
-                factor = entry.gain_at(speed[:, None], n) * (1j * (n - entry.shift) * speed[:, None]) ** entry.order
-                both = factor[..., None] * value  # (speed, link, place)
-                both = np.where(is_w[:, None], both.conj(), both)
-                full[..., block, row, i, column, j] -= theta[..., p, None, None, None] * both
+    at = np.zeros(len(structure.dofs), int)
+    at[kept] = np.arange(dof)
+    for entry, matrix in summed_entries(model.acting, theta, lambda _, e: e.reads_motion and (turning or not e.shift)):
+        i, j = np.nonzero(matrix.any(axis=tuple(range(matrix.ndim - 2))))
+        value = matrix[..., None, None, i, j]  # (..., speed, link, place)
+        for full, (n, is_w, block, row, column) in zip(
+            result, linked_members(blocks, entry.is_conjugate, entry.shift), strict=True
+        ):
+            if not len(n):
+                continue
+            factor = entry.gain_at(speed[:, None], n) * (1j * (n - entry.shift) * speed[:, None]) ** entry.order
+            both = factor[..., None] * value
+            full[..., block, row, at[i], column, at[j]] -= np.where(is_w[:, None], both.conj(), both)
     return [full.reshape(*full.shape[:-4], full.shape[-4] * dof, full.shape[-4] * dof) for full in result]
 
 
@@ -236,15 +235,24 @@ def reference_of(unknown, deflection):
     return None if unknown.carries else deflection
 
 
-def static_force(model, theta, speed, carried, deflection):
-    """Force harmonics (..., speed, harmonic, dof), N, at the static deflection (dof,) or (..., speed, dof)."""
-    rest = np.zeros((len(speed), len(carried), len(model.structure.dofs)), complex)
-    force = np.zeros((*theta.shape[:-1], *rest.shape), complex)
-    for p, unknown in model.acting:
-        given = tuple(e for e in unknown.entries if e.order == 0)
-        if given:
-            column = apply_entries(given, rest, speed, carried, reference_of(unknown, deflection))
-            force = force + theta[..., p, None, None, None] * column
+def static_force(model, theta, speed, carried, deflection, *, constant=True):
+    """Force harmonics (..., speed, harmonic, dof), N, at the static deflection (dof,) or (..., speed, dof).
+
+    constant : whether those that do not depend on the deflection are included
+    """
+    lead = np.broadcast_shapes(theta.shape[:-1], np.shape(deflection)[:-2])
+    force = np.zeros((*lead, len(speed), len(carried), len(model.structure.dofs)), complex)
+
+    def acts(unknown, entry):
+        return entry.order == 0 and (constant if entry.is_constant else not unknown.carries)
+
+    for entry, matrix in summed_entries(model.acting, theta, acts):
+        here = carried == entry.shift
+        if here.any():
+            still = np.conj(deflection) if entry.is_conjugate else deflection
+            pushed = matrix if entry.is_constant else matrix[..., None, :, :] @ still[..., None]
+            pushed = np.swapaxes(pushed, -1, -2) if entry.is_constant else pushed[..., 0]
+            force[..., here, :] += (entry.gain_at(speed, entry.shift)[:, None] * pushed)[..., None, :]
     return force
 
 
@@ -272,26 +280,23 @@ def carried_response(model, speed, theta, blocks, jacobian, kept=None):
         found, tangents = _with_nonlinear_forces(model, rotor, speed, blocks, solved, deflection, found)
     if not jacobian:
         return found, None
-    columns = {
-        p: apply_entries(u.entries, found, speed, blocks.harmonics, reference_of(u, deflection))
-        for p, u in model.acting
-    }
+    columns = np.empty((*found.shape, rotor.shape[-1]), complex)
+    acting = [p for p, _ in model.acting]
+    columns[..., acting] = force_columns([u for _, u in model.acting], found, speed, blocks.harmonics, deflection)
     if model.varied:
         own = _columns_of_the_rotor(model, rotor, speed, blocks.harmonics, found, kept)
-        columns |= dict(zip(model.varied.positions, own, strict=True))
-    for p, local in model.nonlinear_forces:
-        columns[p] = nonlinear_column(local, found, speed, blocks.harmonics, deflection)
+        columns[..., model.varied.positions] = np.moveaxis(own, 0, -1)
+    if model.nonlinear_forces:
+        place, local = zip(*model.nonlinear_forces, strict=True)
+        columns[..., place] = nonlinear_columns(local, found, speed, blocks.harmonics, deflection)
     if moved:
-        forces = _moved_force(model, rotor, speed, blocks.harmonics, np.stack(list(moved.values())))
-        for p, force in zip(moved, np.broadcast_to(forces, (len(moved), *found.shape)), strict=True):
-            columns[p] = columns[p] + force
-    columns = [columns[p] for p in range(len(columns))]
-    columns = np.stack(columns, axis=-1) if columns else np.zeros((*found.shape, 0))
+        forces = static_force(model, rotor, speed, blocks.harmonics, np.stack(list(moved.values())), constant=False)
+        columns[..., list(moved)] += np.moveaxis(np.broadcast_to(forces, (len(moved), *found.shape)), 0, -1)
     derivatives = np.zeros((*found.shape, theta.shape[-1]), complex)
     changes = solved(columns)
     if tangents is not None:
-        for place, tangent in np.ndenumerate(tangents):
-            changes[place] = tangent.response(changes[place])
+        for trial, tangent in np.ndenumerate(tangents):
+            changes[trial] = tangent.response(changes[trial])
     derivatives[..., : columns.shape[-1]] = changes
     return found, derivatives
 
@@ -362,7 +367,7 @@ def _solve_groups(matrices, force, blocks):
 
 
 def _with_nonlinear_forces(model, theta, speed, blocks, solved, deflection, linear):
-    """Harmonics (..., speed, harmonic, dof) with the nonlinear forces, and Tangents (..., speed)."""
+    """Harmonics (..., speed, harmonic, dof) with the nonlinear forces, and Tangents (...)."""
     carried, dof = blocks.harmonics, len(model.structure.dofs)
     seen = seen_coordinates([force for _, force in model.nonlinear_forces])
     unit = np.zeros((len(carried), len(seen), len(carried), dof), complex)
@@ -371,21 +376,10 @@ def _with_nonlinear_forces(model, theta, speed, blocks, solved, deflection, line
     unit = np.broadcast_to(np.concatenate([unit, 1j * unit], axis=-1), (*linear.shape, 2 * unit.shape[-1]))
     reply = solved(unit)
     deflection = np.broadcast_to(deflection, (*linear.shape[:-2], dof))
-    found, tangents = np.empty_like(linear), np.empty(linear.shape[:-2], object)
-    for place in np.ndindex(tangents.shape):
-        forces = [(theta[(*place[:-1], p)], force) for p, force in model.nonlinear_forces]
-        found[place], tangents[place] = steady_state(
-            forces, speed[place[-1]], carried, deflection[place], linear[place], reply[place]
+    found, tangents = np.empty_like(linear), np.empty(linear.shape[:-3], object)
+    for trial in np.ndindex(tangents.shape):
+        forces = [(theta[(*trial, p)], force) for p, force in model.nonlinear_forces]
+        found[trial], tangents[trial] = steady_states(
+            forces, speed, carried, deflection[trial], linear[trial], reply[trial]
         )
     return found, tangents
-
-
-def _moved_force(model, theta, speed, carried, change):
-    """Change of `static_force` by changes (change, ..., speed, dof) of the static deflection."""
-    rest = np.zeros((len(speed), len(carried), len(model.structure.dofs)), complex)
-    force = np.zeros((), complex)
-    for p, unknown in model.acting:
-        acting = tuple(e for e in unknown.entries if e.order == 0 and not e.is_constant)
-        if acting and not unknown.carries:
-            force = force + theta[..., p, None, None, None] * apply_entries(acting, rest, speed, carried, change)
-    return force

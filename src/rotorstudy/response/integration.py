@@ -92,30 +92,20 @@ def time_response(
     constant, stiffness, damping, mass = time_matrices(model, theta, speed, reference)
     inverse_mass = np.linalg.inv(own.mass + mass)
     shifts = np.array(sorted({*constant, *stiffness["z"], *stiffness["conj"], *damping["z"], *damping["conj"], 0}))
-    table = {
-        name: np.array([part.get(s, np.zeros((dof, dof))) for s in shifts], complex)
-        for name, part in (
-            ("kz", stiffness["z"]),
-            ("kc", stiffness["conj"]),
-            ("cz", damping["z"]),
-            ("cc", damping["conj"]),
-        )
-    }
-    still = int(np.flatnonzero(shifts == 0)[0])
-    table["kz"][still] -= own.stiffness
-    table["cz"][still] += 1j * speed * own.gyroscopic
-    force = np.array([constant.get(s, np.zeros(dof)) for s in shifts], complex)
-    force[still] += own.static_load
-    table = {name: inverse_mass @ value for name, value in table.items() if np.any(value)}
-    force = force @ inverse_mass.T
+    # (shift, dof, column): what acts on z, conj(z), dz/dt, conj(dz/dt) and, in the last column, on 1
+    table = np.zeros((len(shifts), dof, 4 * dof + 1), complex)
+    for i, shift in enumerate(shifts):
+        parts = (stiffness["z"], stiffness["conj"], damping["z"], damping["conj"])
+        table[i, :, :-1] = np.hstack([part.get(shift, np.zeros((dof, dof))) for part in parts])
+        table[i, :, -1] = constant.get(shift, 0)
+    own_parts = (-own.stiffness, np.zeros((dof, dof)), 1j * speed * own.gyroscopic, np.zeros((dof, dof)))
+    table[shifts == 0] += np.column_stack([*own_parts, own.static_load])
+    table = (inverse_mass @ table).reshape(len(shifts), -1)
 
     def derivative(t, state):
-        turning = np.exp(1j * shifts * speed * t)
         position, velocity = state[:dof] + reference, state[dof:]
-        acceleration = turning @ force
-        for name, vector in (("kz", position), ("kc", position.conj()), ("cz", velocity), ("cc", velocity.conj())):
-            if name in table:
-                acceleration = acceleration + np.tensordot(turning, table[name], 1) @ vector
+        turned = (np.exp(1j * shifts * speed * t) @ table).reshape(dof, -1)
+        acceleration = turned @ np.concatenate([position, position.conj(), velocity, velocity.conj(), [1]])
         for p, local in model.nonlinear_forces:
             seen = [(local.matrix @ vector)[None] for vector in (position, velocity, reference)]
             force_now = local.at(*seen, [speed * t])[0]

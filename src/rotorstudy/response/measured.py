@@ -1,20 +1,20 @@
 """What the sensors show: the response at the sensors changed by the output terms, and its derivatives."""
 
 from collections.abc import Iterable
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from rotorstudy.model.model import Model
-from rotorstudy.model.terms import apply_entries
-from rotorstudy.response.alternating import nonlinear_column
+from rotorstudy.model.terms import apply_entries, apply_summed, force_columns, summed_entries
+from rotorstudy.response.alternating import nonlinear_columns
 from rotorstudy.response.coupling import COUPLED_ORDER, layout
 from rotorstudy.response.harmonic import (
     Linearised,
     carried_response,
     positions,
-    reference_of,
     response_inputs,
     solver,
 )
@@ -32,6 +32,8 @@ def measured_response(
     order: int = COUPLED_ORDER,
 ) -> np.ndarray:
     """Displacement harmonics shown by the sensors: the translations at `model.sensors` changed by the output terms.
+
+    They count from the static deflection, or from the unloaded line if the model says so.
 
     Parameters
     ----------
@@ -92,23 +94,17 @@ def _measured(model, speed, harmonics, theta, order, jacobian):
     """The Linearised response at the sensors, its Jacobian None unless asked for."""
     speed, harmonics, theta, blocks = response_inputs(model, speed, harmonics, theta, order)
     found, derivatives = carried_response(model, speed, theta, blocks, jacobian, model.involved)
-    true, first, chosen = found[..., model.measured], len(model.rotor_unknowns), positions(harmonics, blocks)
+    first, chosen = len(model.rotor_unknowns), positions(harmonics, blocks)
+    true, derivatives = _at_sensors(model, speed, theta[..., :first], blocks.harmonics, found, derivatives)
     shown = true.copy()
     if jacobian:
-        derivatives = derivatives[..., model.measured, :]
         change, rotor = derivatives.copy(), np.moveaxis(derivatives[..., :first], -1, 0)
-    for p, unknown in enumerate(model.output_unknowns, start=first):
-        if unknown.exact:
-            continue
-        amplitude = theta[..., p, None, None, None]
-        column = apply_entries(unknown.entries, true, speed, blocks.harmonics)
-        shown += amplitude * column
-        if jacobian:
-            change[..., p] += column
-            moving = tuple(e for e in unknown.entries if e.reads_motion)
-            if moving and first:
-                through = apply_entries(moving, rotor, speed, blocks.harmonics)
-                change[..., :first] += np.moveaxis(amplitude * through, 0, -1)
+    linear = [(p, u) for p, u in enumerate(model.output_unknowns, start=first) if not u.exact]
+    shown += apply_summed(summed_entries(linear, theta), true, speed, blocks.harmonics)
+    if jacobian:
+        change[..., [p for p, _ in linear]] += force_columns([u for _, u in linear], true, speed, blocks.harmonics)
+        moving = summed_entries(linear, theta, lambda _, e: e.reads_motion)
+        change[..., :first] += np.moveaxis(apply_summed(moving, rotor, speed, blocks.harmonics), 0, -1)
     for p, unknown in enumerate(model.output_unknowns, start=first):
         if unknown.exact:  # of any size, hence of what the others show
             step, size, seen = EXACT_STEP * unknown.typical, theta[..., p], shown
@@ -119,6 +115,19 @@ def _measured(model, speed, harmonics, theta, order, jacobian):
                 up, down = (_exact_change(unknown, size + h, seen, speed, blocks.harmonics) for h in (step, -step))
                 change[..., p] += (up - down) / (2 * step)
     return Linearised(shown[..., chosen, :], change[..., chosen, :, :] if jacobian else None)
+
+
+def _at_sensors(model, speed, theta, carried, found, derivatives=None):
+    """Displacements (..., speed, harmonic, sensor) from the stated zero, and their derivatives, None unless given."""
+    true = found[..., model.measured]
+    derivatives = None if derivatives is None else derivatives[..., model.measured, :]
+    if model.from_unloaded_line:
+        deflection, changes = static_deflection(model, speed, theta, jacobian=derivatives is not None)
+        for mean in np.flatnonzero(carried == 0):
+            true[..., mean, :] += deflection[..., model.measured]
+            for p, change in changes.items():
+                derivatives[..., mean, :, p] += change[..., model.measured]
+    return true, derivatives
 
 
 def _exact_change(unknown, amplitude, motion, speed, harmonics):
@@ -134,7 +143,7 @@ def _exact_change(unknown, amplitude, motion, speed, harmonics):
 class Motion(NamedTuple):
     """A steady motion.
 
-    amplitude  : (speed, harmonic, dof) complex, about the deflection, m; harmonics as carried by `sensitivities`
+    amplitude  : (speed, harmonic, dof) complex, about the deflection, m; harmonics as carried by `Near`
     deflection : (..., dof) static deflection, m
     """
 
@@ -143,49 +152,81 @@ class Motion(NamedTuple):
 
 
 def carried_motion(model, speed, harmonics, theta=None, *, order=COUPLED_ORDER):
-    """The Motion of a model at all harmonics that are carried; arguments as for `sensitivities`."""
+    """The Motion of a model at all harmonics that are carried; arguments as for `Near`."""
     speed, harmonics, theta, _ = response_inputs(model, speed, harmonics, theta, order)
     blocks = layout(model, np.union1d(np.arange(-order, order + 1), harmonics), order)
     deflection = static_deflection(model, speed, theta[: len(model.rotor_unknowns)]).value
     return Motion(carried_response(model, speed, theta, blocks, False)[0], deflection)
 
 
-def replies(model, speed, harmonics, unknowns, theta=None, *, order=COUPLED_ORDER):
-    """Motion (speed, carried harmonic, dof, unknown) by one unit of given forces (Unknown), which read no motion."""
-    speed, harmonics, theta, _ = response_inputs(model, speed, harmonics, theta, order)
-    blocks = layout(model, np.union1d(np.arange(-order, order + 1), harmonics), order)
-    still = np.zeros((len(speed), len(blocks.harmonics), len(model.structure.dofs)))
-    forces = [apply_entries(u.entries, still, speed, blocks.harmonics) for u in unknowns]
-    own = theta[: len(model.rotor_unknowns)]
-    return solver(model, own, speed, blocks)[0](np.stack(forces, axis=-1))
+class Near:
+    """A model and forces that it does not contain: the motion and the measured harmonics that they add to first order.
 
-
-def sensitivities(model, speed, harmonics, unknowns, theta=None, *, order=COUPLED_ORDER, motions=None):
-    """First-order change of the measured harmonics by one unit of amplitudes that the model does not contain.
-
-    unknowns : two lists of Unknown of further terms, those that act on the rotor and those that act on the output
-    theta    : (parameter,) of the model;  harmonics -order..order are carried
-    motions  : a Motion for each unknown on the rotor, on which it acts, by default that of the model; with the motion
-               that results, the change is exact
-    returns  : (speed, harmonic, sensor, unknown) complex, m per unit
+    model, speed, harmonics, theta : as for `harmonic_response`;  harmonics -order..order are carried
     """
-    rotor, output = unknowns
-    speed, harmonics, theta, _ = response_inputs(model, speed, harmonics, theta, order)
-    blocks = layout(model, np.union1d(np.arange(-order, order + 1), harmonics), order)
-    own = theta[: len(model.rotor_unknowns)]
-    own_motion = carried_motion(model, speed, harmonics, theta, order=order) if output or not motions else None
-    shown = np.zeros((len(speed), len(blocks.harmonics), len(model.sensors), len(rotor) + len(output)), complex)
-    if rotor:
-        forces = [
-            apply_entries(u.entries, found, speed, blocks.harmonics, reference_of(u, deflection))
-            if u.force is None
-            else nonlinear_column(u.force, found, speed, blocks.harmonics, deflection)
-            for u, (found, deflection) in zip(rotor, motions or [own_motion] * len(rotor), strict=True)
-        ]
-        solved, _ = solver(model, own, speed, blocks)
-        moved = solved(np.stack(forces, axis=-1))
-        shown[..., : len(rotor)] = moved[..., model.measured, :]
-    for p, unknown in enumerate(output, start=len(rotor)):
-        true = own_motion.amplitude[..., model.measured]
-        shown[..., p] = apply_entries(unknown.entries, true, speed, blocks.harmonics)
-    return shown[:, positions(harmonics, blocks)]
+
+    def __init__(self, model, speed, harmonics, theta=None, *, order=COUPLED_ORDER):
+        self.model, self.order = model, order
+        self.speed, self.harmonics, self.theta, _ = response_inputs(model, speed, harmonics, theta, order)
+        self.blocks = layout(model, np.union1d(np.arange(-order, order + 1), self.harmonics), order)
+        self.by_coordinate = {}
+
+    @cached_property
+    def motion(self):
+        """The Motion of the model itself."""
+        return carried_motion(self.model, self.speed, self.harmonics, self.theta, order=self.order)
+
+    @cached_property
+    def _solved(self):
+        own = self.theta[: len(self.model.rotor_unknowns)]
+        return solver(self.model, own, self.speed, self.blocks)[0]
+
+    def replies(self, coordinate):
+        """Motion (speed, carried harmonic, dof, component) by a unit force on each harmonic of a coordinate, m/N.
+
+        The components are the real and imaginary part of each carried harmonic. Each coordinate is solved once.
+        """
+        if coordinate not in self.by_coordinate:
+            carried, dof = len(self.blocks.harmonics), len(self.model.structure.dofs)
+            force = np.zeros((len(self.speed), carried, dof, 2 * carried), complex)
+            force[:, :, coordinate] = np.kron(np.eye(carried), [1, 1j])
+            self.by_coordinate[coordinate] = self._solved(force)
+        return self.by_coordinate[coordinate]
+
+    def _moved(self, force):
+        """Measured harmonics (speed, carried harmonic, sensor, unknown) by forces (speed, carried, dof, unknown)."""
+        acted = np.flatnonzero(force.any(axis=(0, 1, 3))).tolist()
+        fresh = sum(coordinate not in self.by_coordinate for coordinate in acted)
+        if not acted or 2 * len(self.blocks.harmonics) * fresh >= force.shape[-1]:
+            return self._solved(force)[:, :, self.model.measured]
+        reply = np.concatenate([self.replies(i)[:, :, self.model.measured] for i in acted], axis=-1)
+        parts = np.ascontiguousarray(force.transpose(0, 3, 2, 1)[:, :, acted]).view(float)
+        reply = np.ascontiguousarray(np.moveaxis(reply, -1, 1)).view(
+            float
+        )  # (speed, component, harmonic, part * sensor)
+        speeds, count, carried = len(self.speed), force.shape[-1], len(self.blocks.harmonics)
+        moved = parts.reshape(speeds, count, -1) @ reply.reshape(speeds, reply.shape[1], -1)
+        return np.moveaxis(moved.view(complex).reshape(speeds, count, carried, -1), 1, -1)
+
+    def sensitivities(self, unknowns, motion=None):
+        """First-order change of the measured harmonics by one unit of amplitudes that the model does not contain.
+
+        unknowns : two lists of Unknown of further terms, those that act on the rotor and those that act on the output
+        motion   : the Motion on which forces on the rotor act, by default that of the model; with the motion that
+                   results, the change is exact
+        returns  : (speed, harmonic, sensor, unknown) complex, m per unit
+        """
+        rotor, output = unknowns
+        found, deflection = motion or self.motion
+        speed, carried = self.speed, self.blocks.harmonics
+        shown = np.zeros((len(speed), len(carried), len(self.model.sensors), len(rotor) + len(output)), complex)
+        if rotor:
+            force = force_columns(rotor, found, speed, carried, deflection)
+            in_time = [p for p, u in enumerate(rotor) if u.force]
+            local = [rotor[p].force for p in in_time]
+            force[..., in_time] = nonlinear_columns(local, found, speed, carried, deflection)
+            shown[..., : len(rotor)] = self._moved(force)
+        own = self.theta[: len(self.model.rotor_unknowns)]
+        true, _ = _at_sensors(self.model, speed, own, carried, found)
+        shown[..., len(rotor) :] = force_columns(output, true, speed, carried)
+        return shown[:, positions(self.harmonics, self.blocks)]

@@ -39,8 +39,8 @@ def touched_by_turning(model):
     """Positions (coordinate,) of the coordinates that turning coefficients depend or act on."""
     touched = np.zeros(len(model.structure.dofs), bool)
     for _, entry in _turning_entries(model):
-        for i, j, _ in entry.places:
-            touched[[i, j]] = True
+        row, column, _ = entry.nonzero
+        touched[row] = touched[column] = True
     return np.flatnonzero(touched)
 
 
@@ -73,16 +73,15 @@ def _turning_entries(model):
 
 def _force_matrix(model, theta, speed, harmonics, touched):
     """(..., speed, component, component) real, N/m: from harmonics of the motion to those of the turning forces."""
-    at = {int(coordinate): i for i, coordinate in enumerate(touched)}
+    at = np.zeros(len(model.structure.dofs), int)
+    at[touched] = np.arange(len(touched))
     order, count = len(harmonics) // 2, len(touched)
     shape = (*theta.shape[:-1], len(speed), len(harmonics), count, len(harmonics), count)
     on_z, on_conj = np.zeros(shape, complex), np.zeros(shape, complex)
     for p, entry in _turning_entries(model):
         n = harmonics[np.abs(harmonics - entry.shift) <= order]
-        if not len(n) or not entry.places:
-            continue
-        i, j, value = (np.array(part) for part in zip(*entry.places, strict=True))
-        i, j = ([at[k] for k in part.tolist()] for part in (i, j))
+        i, j, value = entry.nonzero
+        i, j = at[i], at[j]
         row, column = (n + order)[:, None], ((n - entry.shift) * (-1 if entry.is_conjugate else 1) + order)[:, None]
         factor = entry.gain_at(speed[:, None], n) * (1j * (n - entry.shift) * speed[:, None]) ** entry.order
         target = on_conj if entry.is_conjugate else on_z

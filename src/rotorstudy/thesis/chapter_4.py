@@ -102,23 +102,7 @@ def assumed_parameters(config, true):
 
 
 def tables(config, reference, spectra, identification, monte_carlo, reasons):
-    """The tables of Chapter 4 beside the thesis's.
-
-    Parameters
-    ----------
-    config : StudyConfig
-    reference : path
-        Folder of the printed values.
-    spectra, identification, monte_carlo : Dataset
-        Of the rig "thesis", see `studies.simulate.spectra`, `studies.identify.identify` and `monte_carlo`.
-    reasons : path
-        YAML list of the reasons for differences.
-
-    Returns
-    -------
-    tuple
-        Rows of the scoreboard (DataFrame), and name -> Table.
-    """
+    """The tables of Chapter 4 beside the thesis's; as `chapter_2.tables`, with the Monte Carlo of the only case."""
     rows = spectrum_rows(spectra, spectrum_columns(config))
     estimates = identification.estimate.sel(
         case=CASE, source="from rest", spectrum_method="regression", estimator="least_squares"

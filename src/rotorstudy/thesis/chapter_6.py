@@ -107,22 +107,7 @@ def described():
 def tables(config, reference, spectra, variants, reasons):
     """The tables of Chapter 6 beside the thesis's, and the errors that wrong equations cause.
 
-    Parameters
-    ----------
-    config : StudyConfig
-    reference : path
-        Folder of the printed values.
-    spectra : Dataset
-        Of the rig "thesis", see `studies.simulate.spectra`.
-    variants : Dataset
-        Of `studies.variants.variants`.
-    reasons : path
-        YAML list of the reasons for differences.
-
-    Returns
-    -------
-    tuple
-        Rows of the scoreboard (DataFrame), and name -> Table.
+    As `thesis.chapter_2.tables`, with the Dataset of `studies.variants.variants`.
     """
     texts = described()
     printed = published(reference, list(texts))

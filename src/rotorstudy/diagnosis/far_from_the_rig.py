@@ -1,0 +1,43 @@
+"""Whether the records may not be of the rig: another machine of its kind, other units, other speeds."""
+
+from rotorstudy.inference.fit import residual_share
+from rotorstudy.inference.prediction import misfit
+from rotorstudy.measurement.findings import Finding
+from rotorstudy.units import percent, quantity
+
+CONTRADICTED = 5.0  # stated standard deviations beyond which the records contradict the rig
+MOST = 0.5  # of the excess error (rms), which a rig with other values may leave
+
+
+def far_from_the_rig(found, moved, labels):
+    """A list with a warning if the records look like those of a rig with other values, or an empty list.
+
+    Then the best explanation needs values of the rig or sizes of causes beyond the usual, and the rig without causes,
+    its values moved, explains most. A fault that no values of the rig explain is no reason to doubt the records.
+
+    found : Search;  moved : list of MovedParameter;  labels : {name: readable name} of the parameters
+    """
+    best, settings = found.best, found.settings
+    theta = dict(zip(best.fit.model.names, best.fit.theta, strict=True))
+    said = [
+        f"{labels[row.name]} moved by {abs(row.moved_sigma):.0f} stated standard deviations"
+        for row in moved
+        if abs(row.moved_sigma) > CONTRADICTED
+    ]
+    said += [
+        f"{labels[unknown.name]} would be {quantity(theta[unknown.name], unknown.unit)}"
+        for cause in best.causes
+        for unknown in cause.term.unknowns
+        if not cause.fixed and abs(theta[unknown.name]) > settings.prior_width * unknown.typical
+    ]
+    base = found.base
+    before, after = (misfit(base.model, found.stated, one) for one in (base.stated_theta, base.theta))
+    left = residual_share(before, after, len(base.residual))
+    if not said or left > MOST:
+        return []
+    text = (
+        f"{'; '.join(said)}. The rig without causes but with other values leaves {percent(left)} of the excess error "
+        "(rms). Are these records of this rig, at these speeds, in these units? If so, check the sizes of the causes "
+        "before relying on them, and the values and the 'uncertainty' in the rig file"
+    )
+    return [Finding("warning", "far from the rig", "records and rig", text)]

@@ -1,0 +1,64 @@
+"""Records of another machine are told; a large fault of the machine itself is no reason to doubt the records."""
+
+import numpy as np
+
+from rotorstudy.diagnosis.far_from_the_rig import CONTRADICTED
+from rotorstudy.diagnosis.verdict import investigate
+from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+from rotorstudy.model.registry import registry
+from rotorstudy.model.rig import build_model
+from rotorstudy.response.measured import measured_response
+
+SPEEDS, HARMONICS = np.array([400.0, 550.0, 650.0, 800.0]), np.array([0, 1, -1, 2, -2])
+RIG = {
+    "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
+    "effects": [
+        {"kind": "external_damping", "external_damping_N_s_per_m": 100.0},
+        {"kind": "unbalance", "eccentricity_m": 2e-5, "eccentricity_phase_rad": 0.7},
+    ],
+}
+CONSIDERED = ("unbalance", "bow", "static_preload", "probe_gain", "phase_reference")
+SETTINGS = {
+    "most_causes": 1,
+    "candidates_per_round": 4,
+    "leave_out": [name for name in registry().plugins["effect"] if name not in CONSIDERED],
+}
+
+
+def verdict_on(truth):
+    model = build_model(RIG)
+    shown = measured_response(build_model(truth), SPEEDS, HARMONICS)
+    std = 1e-3 * np.abs(shown).max()
+    draws = np.random.default_rng(1).normal(0, std, (2, *shown.shape))
+    covariance = independent_covariance(np.full(shown.shape, std**2))
+    spectrum = Spectrum(shown + draws[0] + 1j * draws[1], SPEEDS, HARMONICS, model.sensors, covariance)
+    return investigate(spectrum, model, settings=SETTINGS).verdict
+
+
+def is_told(verdict):
+    return "far from the rig" in {finding.name for finding in verdict.findings}
+
+
+def test_records_of_another_machine_are_told():
+    """Another damping and unbalance than the rig states; with those it explains the records."""
+    effects = [
+        {"kind": "external_damping", "external_damping_N_s_per_m": 300.0},
+        {"kind": "unbalance", "eccentricity_m": 9e-5, "eccentricity_phase_rad": -2.0},
+    ]
+    verdict = verdict_on({**RIG, "effects": effects})
+    assert verdict.verdict != "nothing" and is_told(verdict)
+
+
+def test_a_large_fault_that_the_library_does_not_have_is_not_called_another_machine():
+    """Negative control: it strains the values of the rig as much, but they do not explain it."""
+    anisotropy = {"support_anisotropy_N_per_m": 2e5, "support_anisotropy_phase_rad": 1.0}
+    fault = {"kind": "support_anisotropy", "node": 1, **anisotropy}
+    verdict = verdict_on({**RIG, "effects": [*RIG["effects"], fault]})
+    assert verdict.verdict == "unknown" and not is_told(verdict), verdict.summary
+    assert max(abs(row.moved_sigma) for row in verdict.base_parameters) > CONTRADICTED
+
+
+def test_a_large_cause_that_brings_the_values_back_is_no_reason_to_doubt_the_records():
+    bow = {"kind": "bow", "node": 1, "bow_m": 2e-3, "bow_phase_rad": 1.0}
+    verdict = verdict_on({**RIG, "effects": [*RIG["effects"], bow]})
+    assert [cause.effect for cause in verdict.causes] == ["bow"] and not is_told(verdict)
