@@ -1,6 +1,6 @@
 import numpy as np
 
-from rotorstudy.plugins import Effect, Parameter, hookimpl, planar_entries
+from rotorstudy.plugins import Effect, Parameter, at_supports, hookimpl, planar_entries
 
 DIRECTIONS = ("xx", "xy", "yx", "yy")
 
@@ -25,6 +25,7 @@ def rotorstudy_effect():
     return Effect(
         "bearing_coefficients",
         bearing_coefficients,
+        places=at_supports,
         base_rate=0.02,  # eight numbers describe what a simpler effect explains too
         source="Lund 1964; Friswell, Penny, Garvey and Lees 2010, Dynamics of Rotating Machines, 5.5",
         checked="response equal to that of a rotor on a linear bearing with the sum of the coefficients, to 1e-11",

@@ -1,6 +1,6 @@
 import numpy as np
 
-from rotorstudy.plugins import Effect, NonlinearForce, Parameter, Positive, hookimpl
+from rotorstudy.plugins import Effect, NonlinearForce, Parameter, Positive, at_supports, hookimpl
 
 
 def looseness(
@@ -33,6 +33,7 @@ def rotorstudy_effect():
         "looseness",
         looseness,
         source="bilinear support as in Chu and Tang 2001; Muszynska and Goldman 1995",
+        places=at_supports,
         shape={
             "lift_m": (-4.0, 4.0, "length"),
             "direction_rad": (-np.pi, np.pi),

@@ -2,7 +2,7 @@ from typing import Literal
 
 import numpy as np
 
-from rotorstudy.plugins import Effect, NonNegative, Parameter, Positive, hookimpl, planar_entries
+from rotorstudy.plugins import Effect, NonNegative, Parameter, Positive, at_supports, hookimpl, planar_entries
 
 
 def pedestal_resonance(
@@ -40,8 +40,8 @@ def pedestal_resonance(
 
 
 def each_direction(structure, sensors):
-    """Each node in both directions with one resonance, and along x and y: a pedestal may have one in each."""
-    return [{"node": node, "direction": direction} for node in structure.nodes for direction in ("both", "x", "y")]
+    """Each support in both directions with one resonance, and along x and y: a pedestal may have one in each."""
+    return [{**place, "direction": axis} for place in at_supports(structure, sensors) for axis in ("both", "x", "y")]
 
 
 @hookimpl

@@ -1,6 +1,6 @@
 import numpy as np
 
-from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
+from rotorstudy.plugins import Effect, Entry, Parameter, at_supports, hookimpl
 
 
 def support_loss(structure, node: int | None = None, direction_rad: float = 0.0):
@@ -21,6 +21,7 @@ def rotorstudy_effect():
         "support_loss",
         support_loss,
         source="Hooke along one direction; Gasch, Nordmann, Pfuetzner, Rotordynamik, anisotropic supports",
+        places=at_supports,
         shape={"direction_rad": (-np.pi / 2, np.pi / 2)},
         positive=True,
         checked="along x: harmonics of a rotor on k_x - k and k_y to 1e-12",

@@ -10,6 +10,8 @@ import numpy as np
 from rotorstudy.errors import CannotAct, unknown_name
 from rotorstudy.model.scales import Scales
 
+STRETCHES = 8  # parts of a shaft, of which stretches consist
+
 
 class Matrices(NamedTuple):
     """Mass, stiffness and gyroscopic matrix (..., dof, dof), and static load (..., dof), of a rotor."""
@@ -328,17 +330,22 @@ class Structure:
     def stretches(self) -> list[dict]:
         """Options for each stretch of neighbouring elements that is shorter than the shaft, single elements first.
 
+        Longer stretches of a fine mesh begin and end at a part of its nodes, so that their number does not grow.
+
         Returns
         -------
         list[dict]
             `element`, and `last_element` where there are several; none for a rotor without elements.
         """
         numbers = [place["element"] for place in self.crack_places() if place]
+        step = max(-(-len(numbers) // STRETCHES), 1)
+        starts = numbers[::step]
+        ends = [*(start - 1 for start in starts[1:]), *numbers[-1:]]
         longer = [
             {"element": first, "last_element": last}
-            for first in numbers
-            for last in numbers[first:]
-            if last - first + 1 < len(numbers)
+            for first in starts
+            for last in ends
+            if 1 < last - first + 1 < len(numbers)
         ]
         return [{"element": number} for number in numbers if len(numbers) > 1] + longer
 
@@ -405,6 +412,11 @@ def _is_regular(stiffness):
     """Whether a stiffness matrix (dof, dof) carries every load."""
     scale = np.sqrt(np.abs(np.diag(stiffness)))  # translations and tilts have different units
     return bool(scale.all() and np.linalg.cond(stiffness / np.outer(scale, scale)) < 1e14)
+
+
+def at_supports(structure, sensors):
+    """Places of an effect of the supports: the nodes of the bearings; every node of a rotor on supports of its own."""
+    return [{"node": node} for node in structure.nodes if node in (structure.bearing_nodes or structure.nodes)]
 
 
 def sensor_unit(sensors, node=None):

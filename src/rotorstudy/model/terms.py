@@ -82,7 +82,7 @@ class Entry:
 
     @cached_property
     def nonzero(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """(row, column, value) of the nonzero elements of the matrix, column 0 if it is a vector."""
+        """Row, column and value, each (element,), of the nonzero elements of the matrix; column 0 of a vector."""
         matrix = np.asarray(self.matrix).reshape(len(self.matrix), -1)
         row, column = np.nonzero(matrix)
         return row, column, matrix[row, column]
