@@ -14,7 +14,6 @@ from rotorstudy.diagnosis.result import Verdict
 
 LEAST_SHARE = 1e-3  # of the excess error that is left; less is all the same
 LEAST_P_VALUE = 1e-10
-UNKNOWN = 0.5  # probability that the true cause is none of those stated, from which on none is named
 LEAST_DOUBT = 1e-4  # that the posterior probability leaves
 
 FEATURES = {
@@ -25,13 +24,8 @@ FEATURES = {
     "further_causes": lambda v: len(v.causes) - 1,
     "further_amplitudes": lambda v: np.log2(sum(p.part != "phase" for c in v.causes for p in c.parameters.values())),
     "held_out_error": lambda v: np.log10(np.clip(v.gain.after_sigma, 1, 100)) if v.gain else 0.0,
-    "doubt": lambda v: np.log10(max(1 - min(_within_library(v)), LEAST_DOUBT) / LEAST_DOUBT),
+    "doubt": lambda v: np.log10(max(1 - min(c.posterior_probability for c in v.causes), LEAST_DOUBT) / LEAST_DOUBT),
 }
-
-
-def _within_library(verdict):
-    """Posterior probability of each cause if the true one is in the library."""
-    return [cause.posterior_probability / (1 - verdict.outside_probability) for cause in verdict.causes]
 
 
 def features(verdict: Verdict) -> np.ndarray:
@@ -65,38 +59,6 @@ def outside_probability(verdict: Verdict) -> float:
     learned = _learned()
     weights = [learned["coefficients"][name] for name in FEATURES]
     return float(expit(learned["intercept"] + features(verdict) @ weights))
-
-
-def with_outside_probability(verdict: Verdict) -> Verdict:
-    """A verdict of which the probabilities allow that none of the stated causes is the true one.
-
-    Parameters
-    ----------
-    verdict : Verdict
-        Its posterior probabilities conditional on the library.
-
-    Returns
-    -------
-    Verdict
-        "ambiguous" instead of "cause" where the probability falls below `naming_probability`, and "unknown" where more
-        than half of it is outside.
-    """
-    if not verdict.causes:
-        return verdict
-    outside = outside_probability(verdict)
-
-    def less(causes):
-        return tuple(
-            c.model_copy(update={"posterior_probability": c.posterior_probability * (1 - outside)}) for c in causes
-        )
-
-    causes, kind = less(verdict.causes), verdict.verdict
-    if kind == "cause" and min(c.posterior_probability for c in causes) < verdict.settings.naming_probability:
-        kind = "ambiguous"
-    if outside > UNKNOWN:
-        kind = "unknown"
-    found = {"ambiguous_with": less(verdict.ambiguous_with), "outside_probability": outside}
-    return verdict.model_copy(update={"verdict": kind, "causes": causes, **found})
 
 
 @cache

@@ -151,13 +151,13 @@ def _said(verdict):
         text = f"Something is missing. It may be {named} ({likely})"
         rest = ", ".join(dict.fromkeys(map(place, verdict.ambiguous_with)))
         text += f", but these cannot be ruled out: {rest}." if rest else ", but that is not certain."
-        if verdict.outside_probability > WORTH_SAYING:
-            text += f" With a probability of {probability(verdict.outside_probability)} it is none of these."
     else:
         near = " together with ".join(map(place, verdict.causes))  # its sizes would mislead
         text = f"Something is missing that no effect of the library explains. The closest explanation is {near}, which "
         text += f"leaves {percent(verdict.residual_share)} of the excess error (rms)"
         text += f" and needs {implausible}." if implausible else "."
+    if verdict.verdict != "unknown" and verdict.outside_probability > WORTH_SAYING:
+        text += f" With a probability of {percent(verdict.outside_probability, 2)} the true cause is none of these."
     return f"{text} {gain_in_words(verdict)}"
 
 

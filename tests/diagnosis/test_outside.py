@@ -1,0 +1,78 @@
+"""The probability that none of the stated causes is the true one: what it depends on, and what follows from it."""
+
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from rotorstudy.diagnosis.outside import FEATURES, outside_probability
+from rotorstudy.diagnosis.result import Verdict
+from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.diagnosis.words import summary
+
+BENCHMARK = Path(__file__).parents[2] / "benchmarks/outside.py"
+CAUSE = {
+    "effect": "unbalance",
+    "where": {"node": 2},
+    "parameters": {"eccentricity": {"value": 1e-5, "std": 1e-7, "unit": "m", "part": "magnitude"}},
+    "posterior_probability": 0.999,
+}
+
+
+def verdict(**changed):
+    """A verdict in which nothing speaks against its one cause."""
+    return Verdict(
+        verdict="cause", causes=[CAUSE], ambiguous_with=[], separating_measurement=[], not_considered=[],
+        broken_plugins=[], unexplained=[], residual_p_value={"before": 0.0, "after": 1.0}, residual_share=0.0,
+        cause_error=0.0, log_posterior_odds=100.0, parameter_p_value=1.0, detection_limit=[], gain=None,
+        base_parameters=[], identifiability={"dead": [], "known_by_prior_alone": [], "traded_off": []}, candidates=1,
+        settings=Settings(),
+    ).model_copy(update=changed)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def benchmark():
+    spec = importlib.util.spec_from_file_location("learn_outside", BENCHMARK)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_what_speaks_against_a_cause_makes_another_one_more_probable():
+    """Of every feature by itself; one that was not found to matter changes nothing."""
+    least = outside_probability(verdict())
+    assert 0 < least < 0.1
+    two = (*verdict().causes, *verdict().causes)
+    for worse in ({"residual_share": 0.3}, {"parameter_p_value": 1e-9}, {"cause_error": 0.03}, {"causes": two}):
+        assert outside_probability(verdict(**worse)) >= least
+    every = {"residual_share": 0.3, "parameter_p_value": 1e-9, "cause_error": 0.03, "causes": two}
+    assert outside_probability(verdict(**every)) > 2 * least
+
+
+def test_what_is_not_certain_is_said():
+    """Only where it matters: beside a cause that nothing speaks against, the probability of another is small."""
+    text = "the true cause is none of these"
+    assert text not in summary(verdict(outside_probability=0.02))
+    assert f"With a probability of 20 % {text}" in summary(verdict(outside_probability=0.2))
+
+
+def table(missed, feature):
+    """Verdicts of which some miss the truth, with one feature that varies."""
+    values = {name: feature if name == "residual_share" else np.zeros(len(feature)) for name in FEATURES}
+    return pd.DataFrame({"case": np.arange(len(feature)), "in_set": ~missed, **values})
+
+
+@pytest.mark.parametrize("tells", [True, False])
+def test_what_tells_right_from_wrong_is_learned_and_what_does_not_is_not(benchmark, tells):
+    random = np.random.default_rng(3)
+    missed = np.repeat([False, True], 1000)
+    feature = random.normal(3.0 * missed if tells else 0.0, 1.0, 2000)
+    within, without = table(missed[:1000], feature[:1000]), table(missed[1000:], feature[1000:])
+    found = benchmark.learned(within, without, 0.3)
+    probability = 1 / (1 + np.exp(-found["intercept"] - found["coefficients"]["residual_share"] * np.array([0.0, 3.0])))
+    if tells:
+        assert probability[0] < 0.1 and probability[1] > 0.5
+    else:
+        assert probability == pytest.approx(0.3, abs=0.1)
