@@ -5,10 +5,13 @@ change, so that a hypothesis that only shrinks the data and their errors gains n
 """
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.model.model import Model
+from rotorstudy.model.structure import Reading
 
 FACTORS = {  # true over read
     25.4: "the file is in mil and read as um; state 'unit: mil'",
@@ -86,7 +89,7 @@ def one_probe(reading, node, name):
     return (x + 1j * y) * along[at].conj() / 2, (x + 1j * y) * along[at] / 2
 
 
-def hypotheses(spectrum, model) -> list[Hypothesis]:
+def hypotheses(spectrum: Spectrum, model: Model) -> list[Hypothesis]:
     """Every hypothesis that a spectrum allows.
 
     Parameters
@@ -99,73 +102,127 @@ def hypotheses(spectrum, model) -> list[Hypothesis]:
     -------
     list of Hypothesis
     """
-    n, sensors = spectrum.harmonics, spectrum.sensors
-    shape, every = (len(n), len(sensors)), np.arange(len(sensors))
-    none, whole = np.zeros(shape, complex), np.ones(shape, complex)
-    reading, symmetric = model.structure.reading, set(n.tolist()) == set((-n).tolist())
-    found = []
+    records = _Records(spectrum.harmonics, spectrum.sensors, model.structure.reading)
+    return [*_units(records), *_angles(records), *_phases_and_sense(records), *_order_and_zero(records, model)]
 
-    def suppose(
-        name, remedy, direct=whole, mirrored=none, conjugate=none, opposite=none, order=every, other_zero=False
-    ):
-        found.append(Hypothesis(name, remedy, direct, mirrored, conjugate, opposite, order, other_zero))
 
-    def only(column, value):
-        return np.where(every == column, value, 1.0) * whole
+class _Records(NamedTuple):
+    """The harmonics (harmonic,) and sensors (sensor,) of a spectrum, and its Reading."""
 
+    harmonics: np.ndarray
+    sensors: tuple[int, ...]
+    reading: Reading
+
+    @property
+    def is_symmetric(self):
+        """Whether each harmonic has its opposite, which some changes need."""
+        return set(self.harmonics.tolist()) == set((-self.harmonics).tolist())
+
+    @property
+    def whole(self):
+        """(harmonic, sensor) ones."""
+        return np.ones((len(self.harmonics), len(self.sensors)), complex)
+
+    @property
+    def turn(self):
+        """(harmonic, sensor) the number of each harmonic."""
+        return np.outer(self.harmonics, np.ones(len(self.sensors)))
+
+    @property
+    def marked(self):
+        """(harmonic, sensor) turn by twice the phases from the mark to the reference line."""
+        return np.exp(-2j * self.turn * self.reading.mark_rad)
+
+    def hypothesis(self, name, remedy, **changes):
+        """The Hypothesis with some changes; without any the data stay as they are."""
+        none, same = np.zeros_like(self.whole), np.arange(len(self.sensors))
+        plain = {"direct": self.whole, "mirrored": none, "conjugate": none, "opposite": none, "order": same}
+        return Hypothesis(name, remedy, **(plain | changes))
+
+
+def _units(records):
+    """Wrong units and sensitivities of all probes, of one node, of one probe."""
+    whole, sensors = records.whole, records.sensors
     for factor, remedy in FACTORS.items():
-        suppose(f"all readings are {1 / factor:.4g} times the true ones", remedy, factor * whole)
+        times = f"{1 / factor:.4g} times the true ones"
+        yield records.hypothesis(f"all readings are {times}", remedy, direct=factor * whole)
         for s, node in enumerate(sensors if len(sensors) > 1 else ()):
-            text = f"the readings at node {node} are {1 / factor:.4g} times the true ones"
-            suppose(text, remedy, only(s, factor))
-        for s, node in enumerate(sensors if symmetric else ()):
-            for probe in reading.probes_at(node):
-                text = f"the readings of probe '{probe}' at node {node} are {1 / factor:.4g} times the true ones"
-                direct, mirrored = ((factor - 1) * share for share in one_probe(reading, node, probe))
-                suppose(text, remedy, only(s, 1 + direct), (every == s) * mirrored * whole)
-    turn = np.outer(n, np.ones(len(sensors)))
+            here = np.arange(len(sensors)) == s
+            text = f"the readings at node {node} are {times}"
+            yield records.hypothesis(text, remedy, direct=np.where(here, factor, 1.0) * whole)
+        for s, node in enumerate(sensors if records.is_symmetric else ()):
+            here = np.arange(len(sensors)) == s
+            for probe in records.reading.probes_at(node):
+                text = f"the readings of probe '{probe}' at node {node} are {times}"
+                direct, mirrored = ((factor - 1) * share for share in one_probe(records.reading, node, probe))
+                direct, mirrored = np.where(here, 1 + direct, 1.0) * whole, here * mirrored * whole
+                yield records.hypothesis(text, remedy, direct=direct, mirrored=mirrored)
+
+
+def _angles(records):
+    """Wrong directions of the probes, the phase mark and gravity."""
+    whole, turn = records.whole, records.turn
     for angle in ANGLES_DEG:
         by = np.deg2rad(angle)
-        suppose(
+        yield records.hypothesis(
             f"the probes are turned by {angle} degrees against the rig file",
             "correct 'angle_deg:' or the sign of the probes",
-            np.exp(1j * by) * whole,
+            direct=np.exp(1j * by) * whole,
         )
-        suppose(
+        yield records.hypothesis(
             f"the phase mark is {angle} degrees from where the rig file says",
             "correct 'keyphasor: sensor_angle_deg, mark_angle_deg, edge'",
-            np.exp(-1j * turn * by),
+            direct=np.exp(-1j * turn * by),
         )
-        suppose(
+        yield records.hypothesis(
             f"gravity points {angle} degrees from where the rig file says",
             "correct 'gravity_angle_deg:'",
-            np.exp(1j * (turn - 1) * by),
+            direct=np.exp(1j * (turn - 1) * by),
         )
-    moving = (n != 0)[:, None] * whole
-    marked = np.exp(-2j * turn * reading.mark_rad)  # twice the phases from the mark to the reference line
-    suppose(
+
+
+def _phases_and_sense(records):
+    """Lags for leads, the wrong sense of rotation, swapped probes."""
+    whole, marked = records.whole, records.marked
+    moving = (records.harmonics != 0)[:, None] * whole
+    yield records.hypothesis(
         "phases of the table are lags where leads are meant",
         "state 'table_phase: lag'",
-        whole - moving,
-        conjugate=np.exp(-2j * reading.gravity_rad) * marked * moving,  # in the user's plane
+        direct=whole - moving,
+        conjugate=np.exp(-2j * records.reading.gravity_rad) * marked * moving,  # in the user's plane
     )
-    if symmetric:
-        suppose(
-            "phases of the probes are lags where leads are meant",
-            "change the sign of each probe's phases before they are combined to forward and backward harmonics",
-            whole - moving,
-            opposite=marked * moving,  # a real signal with its phases reversed runs backwards in time, and so does z
+    if not records.is_symmetric:
+        return
+    yield records.hypothesis(
+        "phases of the probes are lags where leads are meant",
+        "change the sign of each probe's phases before they are combined to forward and backward harmonics",
+        direct=whole - moving,
+        opposite=marked * moving,  # a real signal with its phases reversed runs backwards in time, and so does z
+    )
+    none = np.zeros_like(whole)
+    yield records.hypothesis(
+        "the shaft turns in the other sense", "correct 'rotation:'", direct=none, mirrored=marked.conj()
+    )
+    axes = np.array([records.reading.axis(node) for node in records.sensors])
+    yield records.hypothesis(
+        "the two probes of all nodes are swapped",
+        "exchange the channels of the probes",
+        direct=none,
+        mirrored=1j * axes**2 * whole,
+    )
+
+
+def _order_and_zero(records, model):
+    """Nodes in the reverse order, and the other zero of displacement."""
+    if len(records.sensors) > 1:
+        reverse = np.arange(len(records.sensors))[::-1]
+        yield records.hypothesis(
+            "the nodes are in the reverse order", "correct the 'node:' of the probes", order=reverse
         )
-        suppose("the shaft turns in the other sense", "correct 'rotation:'", none, marked.conj())
-        axes = np.array([reading.axis(node) for node in sensors])
-        suppose(
-            "the two probes of all nodes are swapped", "exchange the channels of the probes", none, 1j * axes**2 * whole
-        )
-    if len(sensors) > 1:
-        suppose("the nodes are in the reverse order", "correct the 'node:' of the probes", order=every[::-1])
-    if 0 in n and model.structure.static_load.any():
+    if 0 in records.harmonics and model.structure.static_load.any():
         zero, at = ("at_rest", "position of the shaft at rest")
         if not model.from_unloaded_line:
             zero, at = ("unloaded_line", "unloaded line")
-        suppose(f"displacements count from the {at}", f"state 'displacement_zero: {zero}'", other_zero=True)
-    return found
+        yield records.hypothesis(
+            f"displacements count from the {at}", f"state 'displacement_zero: {zero}'", other_zero=True
+        )
