@@ -1,7 +1,7 @@
 """Errors of the stated measuring conventions as hypotheses: units, signs, directions, phases, order and zero.
 
-A hypothesis changes the data, not the model. Its likelihood is that of the changed data times the determinant of the
-change, so that a hypothesis that only shrinks the data and their errors gains nothing.
+A hypothesis changes the data; that of another zero of displacement changes the model instead. The likelihood is that of
+the changed data times the determinant of the change, so that shrinking the data and their errors alone gains nothing.
 """
 
 from dataclasses import dataclass, replace
@@ -20,11 +20,11 @@ FACTORS = {  # true over read
     1e-3: "the file is in um and read as mm, or in mm and read as m; state the unit of the file",
     25.4e-3: "the file is in mil and read as mm; state 'unit: mil'",
     1 / 25.4e-3: "the file is in mm and read as mil; state 'unit: mm'",
-    2.0: "a sensitivity stated twice too large; correct 'sensitivity_V_per_m:' or the values",
-    0.5: "peak-to-peak values read as amplitudes, or a sensitivity stated half too large; correct the values or "
+    2.0: "a sensitivity stated as twice the true one; correct 'sensitivity_V_per_m:' or the values",
+    0.5: "peak-to-peak values read as amplitudes, or a sensitivity stated as half the true one; correct the values or "
     "'sensitivity_V_per_m:'",
-    np.sqrt(2): "rms values read as amplitudes; convert them",
-    np.sqrt(0.5): "amplitudes divided by the root of two twice; convert them",
+    np.sqrt(2): "rms values read as amplitudes; multiply them by the root of two",
+    np.sqrt(0.5): "amplitudes multiplied by the root of two as if they were rms values; divide them by it",
 }
 ANGLES_DEG = (90, 180, -90, 45, -45)
 
@@ -39,7 +39,7 @@ class Hypothesis:
     name, remedy : what the records look like, and what to state
     direct, mirrored, conjugate, opposite : (harmonic, sensor) complex
     order : (sensor,) position of the sensor that each node's data are read from
-    other_zero : whether the zero of displacement is the other one, which changes the model instead of the data
+    other_zero : whether displacements count from the zero that is not stated, which changes the model, not the data
     """
 
     name: str
@@ -79,9 +79,10 @@ class Hypothesis:
 
 
 def one_probe(reading, node, name):
-    """What a unit of the reading of one probe of a node adds to z, of z and of conj(z).
+    """Factors of z and of conj(z) in what one probe of a node contributes to z.
 
-    The reading is (z e^{-ja} + conj(z) e^{ja}) / 2, and all readings together give z by least squares.
+    Its reading is (z e^{-ja} + conj(z) e^{ja}) / 2, and the readings of all probes of the node give z by least squares.
+    reading : Reading;  node : int;  name : of the probe
     """
     along = np.exp(1j * np.array(list(reading.probes_at(node).values())))
     at = list(reading.probes_at(node)).index(name)
