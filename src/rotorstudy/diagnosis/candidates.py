@@ -137,29 +137,29 @@ class ShapeRange(NamedTuple):
     high: float
     goes_around: bool = False
 
-    def place(self, value: float) -> float:
-        """Position (0 to 1) of a value."""
+    def fraction(self, value: float) -> float:
+        """Where a value lies in the range, 0 to 1."""
         if self.low > 0:
             return float(np.log(value / self.low) / np.log(self.high / self.low))
         return (value - self.low) / (self.high - self.low)
 
-    def value(self, place: float) -> float:
-        """The value at a position; positions beyond the range are at its end, or go around."""
-        place = place % 1 if self.goes_around else min(max(place, 0.0), 1.0)
+    def value(self, fraction: float) -> float:
+        """The value at a fraction of the range; fractions below 0 or above 1 are at its end, or go around."""
+        fraction = fraction % 1 if self.goes_around else min(max(fraction, 0.0), 1.0)
         if self.low > 0:
-            return float(self.low * (self.high / self.low) ** place)
-        return float(self.low + place * (self.high - self.low))
+            return float(self.low * (self.high / self.low) ** fraction)
+        return float(self.low + fraction * (self.high - self.low))
 
     def slope(self, value: float) -> float:
-        """Change of the value per change of its position."""
+        """Change of the value per change of the fraction."""
         return float(value * np.log(self.high / self.low)) if self.low > 0 else self.high - self.low
 
     def tried(self) -> list[float]:
         """Values over the range, of which the best is refined."""
         if self.goes_around:
             count = round(ANGLES_TRIED * (self.high - self.low) / (2 * np.pi))
-            return [self.value(place) for place in np.arange(count) / count]
-        return [self.value(place) for place in np.linspace(0, 1, SHAPES_TRIED)]
+            return [self.value(fraction) for fraction in np.arange(count) / count]
+        return [self.value(fraction) for fraction in np.linspace(0, 1, SHAPES_TRIED)]
 
 
 def shape_ranges(effect: str, structure: Structure) -> dict[str, ShapeRange]:

@@ -33,7 +33,7 @@ class Search:
     prior           : Prior of the parameters that are free in every fit;  base : Fit of these alone
     candidates      : list of Candidate;  screened : Screened of each, at the base fit
     found           : labels of the causes -> Explanation, for every one fitted
-    faults          : effect -> one line with file and place, for plugins that failed; the rest was searched
+    failures        : effect -> one line with file and line number, for plugins that failed; the rest was searched
     cause_error     : standard deviation of the error of a cause, which the spectrum has
     upheld          : whether the best explanation keeps its odds with the held-out speeds
     """
@@ -48,14 +48,14 @@ class Search:
     candidates: list
     screened: list = field(default_factory=list)
     found: dict = field(default_factory=dict)
-    faults: dict = field(default_factory=dict)
+    failures: dict = field(default_factory=dict)
     cause_error: float = 0.0
     upheld: bool = True
 
     @property
     def broken(self):
         """One line for each effect whose plugin failed and that was therefore not considered, or not throughout."""
-        return list(self.faults.values())
+        return list(self.failures.values())
 
     @property
     def explanations(self):
@@ -90,7 +90,7 @@ class Search:
         if not line:
             raise error
         guilty = [c.effect for c in causes if registry().get("effect", c.effect).file in line]
-        self.faults.setdefault(guilty[-1] if guilty else causes[-1].effect, line)
+        self.failures.setdefault(guilty[-1] if guilty else causes[-1].effect, line)
 
     def project(self, fitted: Fit, chosen: list[Candidate], without=()) -> tuple[Projected, list[Candidate]]:
         """`project`, and the candidates whose columns could be computed; a plugin that fails is recorded as broken."""
@@ -214,8 +214,8 @@ def shape_equations(work: Search, causes, fitted: Fit, cause: Candidate):
     ranges = {
         name: ends for name, ends in shape_ranges(cause.effect, work.rig.structure).items() if name in cause.shape
     }
-    place, columns = [ends.place(cause.shape[name]) for name, ends in ranges.items()], []
-    for (name, ends), x in zip(ranges.items(), place, strict=True):
+    point, columns = [ends.fraction(cause.shape[name]) for name, ends in ranges.items()], []
+    for (name, ends), x in zip(ranges.items(), point, strict=True):
         off = SHAPE_DIFFERENCE if x < 0.5 else -SHAPE_DIFFERENCE
         moved = with_shape(work.rig, cause, {**cause.shape, name: ends.value(x + off)}, work.settings.prior_width)
         extended = work.model.plus(*((moved if c is cause else c).term for c in causes))
@@ -227,7 +227,7 @@ def shape_equations(work: Search, causes, fitted: Fit, cause: Candidate):
     rows, distance = np.eye(count), np.zeros(count)  # of the priors; that of a shape is centred between its ends
     rows[:free, :free] = fitted.prior.whitener
     distance[:free] = fitted.prior.whitener @ (fitted.prior.mean - fitted.free)
-    distance[free:] = [0 if ends.goes_around else 0.5 - x for ends, x in zip(ranges.values(), place, strict=True)]
+    distance[free:] = [0 if ends.goes_around else 0.5 - x for ends, x in zip(ranges.values(), point, strict=True)]
     return data.T @ data + rows.T @ rows, data.T @ fitted.residual + rows.T @ distance
 
 

@@ -5,15 +5,15 @@ from rotorstudy.inference.prediction import misfit
 from rotorstudy.measurement.findings import Finding
 from rotorstudy.units import percent, quantity
 
-CONTRADICTED = 5.0  # stated standard deviations beyond which the records contradict the rig
-MOST = 0.5  # of the excess error (rms), which a rig with other values may leave
+CONTRADICTED = 5.0  # stated standard deviations, by which a parameter that moves further contradicts the rig
+MOST = 0.5  # of the excess error (rms), which the rig with other values may leave
 
 
 def far_from_the_rig(found, moved, labels):
-    """A list with a warning if the records look like those of a rig with other values, or an empty list.
+    """A list with a warning if the records look like those of a rig with other values, else an empty list.
 
-    Then the best explanation needs values of the rig or sizes of causes beyond the usual, and the rig without causes,
-    its values moved, explains most. A fault that no values of the rig explain is no reason to doubt the records.
+    They do if the best explanation needs unusual values of the rig or sizes of causes, and the rig without causes, but
+    with other values, explains most of the excess error. A fault that no values explain casts no doubt on the records.
 
     found : Search;  moved : list of MovedParameter;  labels : {name: readable name} of the parameters
     """

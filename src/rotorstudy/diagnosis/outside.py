@@ -12,9 +12,9 @@ import numpy as np
 
 from rotorstudy.diagnosis.result import Verdict
 
-LEAST_SHARE = 1e-3  # of the excess error that is left; less is all the same
+LEAST_SHARE = 1e-3  # of the excess error that is left; less tells no more
 LEAST_P_VALUE = 1e-10
-LEAST_DOUBT = 1e-4  # that the posterior probability leaves
+LEAST_DOUBT = 1e-4  # probability of other causes; less tells no more
 
 FEATURES = {
     "residual_share": lambda v: np.log10(max(v.residual_share, LEAST_SHARE) / LEAST_SHARE),
@@ -29,11 +29,12 @@ FEATURES = {
 
 
 def features(verdict: Verdict) -> np.ndarray:
-    """What a verdict with causes shows, in the order of `FEATURES`; larger values speak against its causes.
+    """What a verdict shows, in the order of `FEATURES`; larger values speak against its causes.
 
     Parameters
     ----------
     verdict : Verdict
+        With causes.
 
     Returns
     -------

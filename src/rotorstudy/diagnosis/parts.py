@@ -1,4 +1,4 @@
-"""Faults of several parts (nodes of a bow, harmonics of a runout), with the parts that the data support together."""
+"""Faults of several parts (the nodes of a bow, the harmonics of a runout): which parts the data support together."""
 
 from rotorstudy.diagnosis.candidates import Candidate
 from rotorstudy.diagnosis.explanations import Search
@@ -9,7 +9,7 @@ from rotorstudy.inference.fit import Fit
 def faults_of_several_parts(
     work: Search, fitted: Fit, chosen: list[Candidate]
 ) -> list[tuple[tuple[Candidate, ...], dict[str, float]]]:
-    """The parts of each fault that explain most together, chosen one after the other while that increases their odds.
+    """The parts of each fault that explain most together, added one by one as long as that increases their odds.
 
     Parameters
     ----------
@@ -17,11 +17,12 @@ def faults_of_several_parts(
     fitted : Fit
         At whose motion the candidates are judged.
     chosen : list of Candidate
+        The candidates allowed.
 
     Returns
     -------
     list of (tuple of Candidate, dict of str)
-        Of two parts or more, and values of the parameters by name to start a fit from.
+        Two parts or more of a fault, and the values by name of all parameters from which to start a fit.
     """
     faults = {}
     for cause in chosen:

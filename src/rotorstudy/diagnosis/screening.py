@@ -18,7 +18,7 @@ from rotorstudy.inference.prediction import carried_order
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.response.measured import Motion, Near
 
-TIE = 6  # decimals of evidence: equal candidates (an open crack has two sides) are not to be ranked by round-off
+TIE = 6  # decimals of evidence that count: round-off must not rank equal candidates (an open crack has two sides)
 
 
 class Screened(NamedTuple):
@@ -157,7 +157,10 @@ def screen_each(projected: Projected, causes: Sequence[Candidate]) -> list[Scree
 
 
 def _screen_alike(projected, sets):
-    """Screened of sets of candidates with the same numbers of amplitudes; arrays begin with (set,)."""
+    """Screened of each of some sets of candidates whose parameters have the same numbers of amplitudes.
+
+    Arrays begin with (set,).
+    """
     names = [[n for c in causes for n in c.names] for causes in sets]
     columns = np.array([[projected.columns[n] for n in own] for own in names])  # (set, unknown, component)
     mean, std = np.moveaxis(np.array([[c.prior[n] for c in causes for n in c.names] for causes in sets]), -1, 0)

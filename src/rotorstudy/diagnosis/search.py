@@ -1,4 +1,4 @@
-"""The search for causes: screen all candidates and pairs, fit the promising ones, weigh them, add, swap, drop."""
+"""The search for causes: screen all candidates and pairs, fit the promising ones, compare them, add, swap, drop."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -29,19 +29,19 @@ from rotorstudy.response.stability import growth_of_free_motion
 
 FITTED_FULLY = 4  # least number of explanations per round that are fitted to convergence
 CLOSE = 15.0  # excess over the lowest cost of a round (likelihood ratio e^-7.5) beyond which a fit is not finished
-STRAINED = 3.0  # mean square distance of the base parameters from their priors; 1 is expected
+STRAINED = 3.0  # mean square distance of the base parameters from their priors, beyond which they imitate a cause
 WORTH_FITTING = 0.1  # of what the best candidate explains when linearised, which is inaccurate for large effects
 REACH = 10.0  # log odds below the best, at its motion, beyond which an alternative cannot change a probability
-INACCURACY = 0.01  # of what is explained: further log odds within reach, as columns at the best motion are not exact
+INACCURACY = 0.01  # of what a cause explains: added to REACH, as columns at the best motion are not exact
 ALTERNATIVES = 12  # most alternatives to each cause that are fitted in a round
 GROWTH = 1e-5  # of the speed: growth rate of a free motion beyond round-off; in a minute it becomes visible
-AFFINE = 1e-3  # of the force of a contact (rms): no more than that shows that it opens or closes
+AFFINE = 1e-3  # of the force of a contact (rms): it opens or closes if more than that is not affine in the motion
 ROUNDS = 3  # of alternatives, each at the motion of the best of the last one
-REFINED = 3  # most explanations of a round of which the shape is refined
-LEFT_BY_SHAPE = 0.05  # of what a cause explains, if its shape is half a step of those tried from the true one
+REFINED = 3  # most explanations of a round whose shape is refined
+LEFT_BY_SHAPE = 0.05  # of what a cause explains, left if its shape is half a step of those tried away from the true one
 NOT_SCREENED = Screened(0.0, -np.inf, np.zeros(0), np.zeros(0))
 PAIRS = 6  # pairs fitted in a round
-PAIRS_OF_A_CAUSE = 2  # of these; with more, a single good cause would fill them with any other
+PAIRS_OF_A_CAUSE = 2  # of these, with the same cause; else a single good cause with any other would take all of them
 
 
 class Option(NamedTuple):
@@ -112,10 +112,9 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     missing = spectrum.amplitude - predicted(whole, spectrum, stated.theta if imitates else base.theta)
     widened = with_cause_error(spectrum, missing, settings.cause_error)
     base = fit(whole, widened, prior, start=base.theta)
-    every, faults = candidates(model, settings)
-    work = Search(
-        model, whole, spectrum, widened, settings, prior, base, every, faults=faults, cause_error=settings.cause_error
-    )
+    every, failures = candidates(model, settings)
+    work = Search(model, whole, spectrum, widened, settings, prior, base, every, failures=failures,
+                  cause_error=settings.cause_error)  # fmt: skip
     work.screened.extend(work.screen(base, every))
     work.found[frozenset()] = Explanation((), base, 0.0)
     best = _added(work, work.found[frozenset()], [base, fit(whole, widened, prior, steps=0)] if imitates else None)
@@ -126,10 +125,10 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
 
 
 def _drop_impossible(work):
-    """Drop explanations by which a free motion grows at a measured speed: records of it cannot be steady.
+    """Drop explanations that cannot be true, until the best ones can.
 
-    Nor is a contact a cause that never opens or closes in the records: it is a constant force and a stiffness. And a
-    support cannot lose more stiffness than it has.
+    A free motion that grows at a measured speed leaves no steady records. A contact that never opens or closes in the
+    records is a constant force and a stiffness. A support cannot lose more stiffness than it has.
     """
     while True:
         least = odds_of(work.best) - REACH
@@ -239,7 +238,7 @@ def with_one_more(work, current, fits=None):
 
 
 def _with_scanned(work, chosen, screenings, fits):
-    """Candidates and their screenings, with those added whose shape a scan at each fit has found."""
+    """Candidates and their screenings, each with those added whose shape a scan at one of the fits has found."""
     first = list({(c.cause, *c.variant.values()): c for c in reversed(chosen)}.values())
     for number, fitted in enumerate(fits):
         scanned = scan(work, fitted, first)
@@ -252,7 +251,7 @@ def _with_scanned(work, chosen, screenings, fits):
 
 
 def _promising(work, chosen, screenings, most):
-    """Candidates worth a fit, {index: Screened}: the best of each screening in turn, each cause in its best shape."""
+    """Candidates worth a fit, {index: Screened}: the best of the screenings in turn, each cause in its best shape."""
     lists = []
     for screened in screenings:
         odds = [one.evidence + np.log(work.prior_odds.of(cause)) for one, cause in zip(screened, chosen, strict=True)]
@@ -270,7 +269,10 @@ def _promising(work, chosen, screenings, most):
 
 
 def _fit_closest(work, options, from_stated=False):
-    """Explanations by those options that are close to the best of them after a trial fit."""
+    """Explanations by those options whose cost after a trial fit is close to the lowest.
+
+    from_stated : whether the trial starts from the stated values, but for causes whose shape was scanned
+    """
     looked = []
     for causes, start in options:
         start = work.start(causes, start)
@@ -285,7 +287,7 @@ def _fit_closest(work, options, from_stated=False):
 
 
 def _to_refine(tried, before):
-    """The best explanation, and those that a better shape of their last cause may bring near its cost.
+    """The best explanation, and others whose cost may come near its own in a better shape of their last cause.
 
     before : cost of the explanation that they extend
     """
@@ -342,7 +344,7 @@ def _instead_of(work, current, cause):
 
 
 def _elsewhere(work, current, cause):
-    """Explanations with the effect of a cause at its other places, in the best shape that a scan finds at each."""
+    """Explanations with the effect of a cause at its other places, each in the best shape that a scan finds there."""
     rest = tuple(c for c in current.causes if c is not cause)
     chosen = {
         c.cause: c

@@ -24,13 +24,15 @@ from rotorstudy.response.measured import Motion, Near
 
 FIRST_SAMPLES = (0, 16, 32, 64, 128)  # shapes over the whole range, by the number of options
 STARTS = 3  # best of these, about which closer ones are tried: a force at one instant has several near-equal shapes
-MORE_WITH_PLACE = 4  # times as many shapes where the place is one of the options
-PARTS = 6  # of the shaft and, of an angle, HALVES of the turn, each with a start of its own: they may look alike
-HALVES = 2
+MORE_ALONG_SHAFT = 4  # times as many shapes and starts where the position on the shaft is one of the options
+PARTS = (
+    6  # then, of the range of an option; each has a start of its own, as a crack elsewhere may explain nearly as much
+)
+HALVES = 2  # of a full turn, likewise
 SAMPLES = 9  # shapes per round and option about the best ones
 REFINED = 2  # places of each effect at which the best shape is refined
-LEAST_SEEN = 0.01  # of what is left, explained by the best coarse shape of a place that is refined
-SPREADS = (0.12, 0.05, 0.02, 0.008, 0.003)  # of those rounds, in shares of the range
+LEAST_SEEN = 0.01  # share of the cost that the best coarse shape of a place explains, if it is refined
+SPREADS = (0.12, 0.05, 0.02, 0.008, 0.003)  # standard deviation of the shapes of each round, as a share of the range
 
 
 class Scanned(NamedTuple):
@@ -41,7 +43,7 @@ class Scanned(NamedTuple):
 
 
 def can_be_scanned(cause):
-    """Whether a cause acts on the rotor with a force whose shape is to be found: at a node, or of several options."""
+    """Whether the shape of a cause is scanned: it acts on the rotor, at one node or with several shape options."""
     at_node = "node" in cause.where and not cause.variant
     several = len(registry().get("effect", cause.effect).shape) > 1
     return bool(cause.shape) and not cause.term.acts_on_output and (at_node or several)
@@ -66,17 +68,21 @@ def motion_by_a_free_force(fitted: Fit, spectrum: Spectrum, row: np.ndarray, nea
     row : ndarray (dof,)
         The coordinate, by a unit of each of the model: a node, or a deformation of the shaft.
     near : Near, optional
-        Of the fitted model at the speeds and harmonics of the spectrum, where it is known.
+        Of the fitted model at the speeds and harmonics of the spectrum, if it exists already.
 
     Returns
     -------
     Motion
+
+    Raises
+    ------
+    NoSteadyState
     """
     near = near or Near(fitted.model, spectrum.speed, spectrum.harmonics, fitted.theta, order=carried_order(spectrum))
-    place = positions(spectrum.harmonics, near.blocks)
+    measured = positions(spectrum.harmonics, near.blocks)
     moved = sum(row[i] * near.replies(int(i)) for i in np.flatnonzero(row))
-    moved = moved[..., [2 * i + part for part in (0, 1) for i in place]]
-    columns = spectrum.whitened(np.moveaxis(moved[:, place][:, :, fitted.model.measured], -1, 0)).T
+    moved = moved[..., [2 * i + part for part in (0, 1) for i in measured]]
+    columns = spectrum.whitened(np.moveaxis(moved[:, measured][:, :, fitted.model.measured], -1, 0)).T
     columns = columns.reshape(len(spectrum.speed), -1, moved.shape[-1])
     residual = fitted.residual.reshape(len(spectrum.speed), -1)
     forces = np.array([np.linalg.lstsq(a, b, rcond=1e-9)[0] for a, b in zip(columns, residual, strict=True)])
@@ -101,17 +107,17 @@ def scan(work: Search, fitted: Fit, chosen: list[Candidate], refined: int = REFI
     list of Scanned
         Without those whose plugin fails, which is recorded as broken.
     """
-    projection, motions, looked = Projection(fitted, work.spectrum), {}, {}
+    projection, motions, coarse = Projection(fitted, work.spectrum), {}, {}
     for cause in filter(can_be_scanned, chosen):
         try:
             one = _Scan(work, fitted, projection, cause, motions)
-            looked.setdefault(cause.effect, []).append((one, one.first()))
+            coarse.setdefault(cause.effect, []).append((one, one.first()))
         except NoSteadyState:
             continue
         except Exception as error:
             work.note_broken([cause], error)
     found = []
-    for places in looked.values():
+    for places in coarse.values():
         places.sort(key=lambda place: -place[1][0].screened.evidence)
         least = LEAST_SEEN * fitted.cost
         found += [one.refined(best) for one, best in places[:refined] if best[0].screened.explained > least]
@@ -119,15 +125,19 @@ def scan(work: Search, fitted: Fit, chosen: list[Candidate], refined: int = REFI
 
 
 class _Judged(NamedTuple):
-    """A shape at a position (option,) in its ranges, judged."""
+    """A cause in one shape, judged; point : (option,) its options as fractions of their ranges."""
 
-    place: np.ndarray
+    point: np.ndarray
     cause: Candidate
     screened: Screened
 
 
 class _Scan(NamedTuple):
-    """The scan of one cause; motions : those known, by the coordinate with the free force."""
+    """The scan of one cause.
+
+    fitted     : Fit without the cause;  projection : of that fit
+    motions    : the Motion with a free force, for each coordinate (as bytes) for which it is known
+    """
 
     work: Search
     fitted: Fit
@@ -137,28 +147,29 @@ class _Scan(NamedTuple):
 
     @property
     def ranges(self):
+        """Option -> ShapeRange."""
         return shape_ranges(self.cause.effect, self.work.rig.structure)
 
-    def with_place(self, place, label):
-        """The cause with the shape at a position (option,)."""
-        shape = {name: ends.value(x) for (name, ends), x in zip(self.ranges.items(), place, strict=True)}
+    def at(self, point, label):
+        """The cause in the shape at a point (option,) of its ranges."""
+        shape = {name: ends.value(x) for (name, ends), x in zip(self.ranges.items(), point, strict=True)}
         labelled = self.cause._replace(term=replace(self.cause.term, label=label))
         return with_shape(self.work.rig, labelled, shape, self.work.settings.prior_width)
 
-    def judged(self, places):
-        """Some positions (shape, option), judged, the best first; those where the cause cannot act are left out."""
+    def judged(self, points):
+        """The shapes at some points (shape, option), the best first, without those in which the cause cannot act."""
         groups = {}
-        for i, place in enumerate(places):
+        for i, point in enumerate(points):
             try:
-                cause = self.with_place(place, f"{self.cause.term.label} {i}")
+                cause = self.at(point, f"{self.cause.term.label} {i}")
             except CannotAct:  # such as a crack in a hollow part of the shaft
                 continue
             row = _acts_on(cause, self.work.rig.structure)
             groups.setdefault(row.tobytes(), (row, [], []))
-            groups[row.tobytes()][1].append(place)
+            groups[row.tobytes()][1].append(point)
             groups[row.tobytes()][2].append(cause)
         if not groups:
-            raise NoSteadyState(f"{self.cause.effect} cannot act with any of {len(places)} shapes")
+            raise NoSteadyState(f"{self.cause.effect} cannot act with any of {len(points)} shapes")
         found = []
         for row, there, chosen in groups.values():
             projected = self.projection.of(chosen, self._motion(row))
@@ -166,7 +177,7 @@ class _Scan(NamedTuple):
         return sorted(found, key=lambda one: -one.screened.evidence)
 
     def _motion(self, row):
-        """The motion with a free force on a coordinate; those of nodes are kept, as all shapes there share it."""
+        """The Motion with a free force on a coordinate; that of a node is kept, as all shapes there share it."""
         if row.tobytes() in self.motions:
             return self.motions[row.tobytes()]
         motion = motion_by_a_free_force(self.fitted, self.work.spectrum, row, self.projection.near)
@@ -175,7 +186,7 @@ class _Scan(NamedTuple):
         return motion
 
     def first(self):
-        """The best of shapes over the whole range."""
+        """The best of shapes over the whole range, from which `refined` starts."""
         from scipy.stats import qmc
 
         options = len(self.ranges)
@@ -184,28 +195,28 @@ class _Scan(NamedTuple):
 
     @property
     def _more(self):
-        """How many times as many shapes are tried where the place is an option of the shape, too."""
-        return 1 if self.cause.where else MORE_WITH_PLACE
+        """Factor of the number of shapes: more are tried where the position on the shaft is an option, too."""
+        return 1 if self.cause.where else MORE_ALONG_SHAFT
 
     def _distinct(self, found):
-        """Shapes, the best first; where the place is an option, the best of each part of the shaft and of the turn."""
+        """Judged shapes, the best first; where the position is an option, only the best of each part of the ranges."""
         if self.cause.where:
             return found
         parts = np.array([HALVES if ends.goes_around else PARTS for ends in self.ranges.values()])
         best = {}
         for one in found:
-            best.setdefault(tuple((parts * one.place % parts).astype(int)), one)
+            best.setdefault(tuple((parts * one.point % parts).astype(int)), one)
         return list(best.values())
 
     def refined(self, starts):
-        """Scanned, from rounds of ever closer shapes about the best ones, of which the very best remains."""
+        """The Scanned cause, found by rounds of ever closer shapes about fewer and fewer of the best ones."""
         random = np.random.default_rng(0)  # the same numbers for the same records
         for spread in SPREADS:
             count = SAMPLES * len(self.ranges) * self._more // len(starts)
-            about = [one.place + spread * random.standard_normal((count, len(self.ranges))) for one in starts]
+            about = [one.point + spread * random.standard_normal((count, len(self.ranges))) for one in starts]
             closer = self.judged(np.concatenate(about))
             kept = 1 if spread == SPREADS[-1] else max(len(starts) - 1, 1)
             found = sorted([*starts, *closer], key=lambda one: -one.screened.evidence)
             starts = self._distinct(found)[:kept]
         (best,) = starts
-        return Scanned(self.with_place(best.place, self.cause.term.label), best.screened)
+        return Scanned(self.at(best.point, self.cause.term.label), best.screened)

@@ -39,28 +39,30 @@ def refine(work: Search, explanation: Explanation) -> Explanation:
 def _best_of_all_shapes(work, explanation):
     """The explanation with the shape options of its last cause optimised by Gauss-Newton steps.
 
-    Options are scaled to their range. The linearised columns of a contact depend
-    strongly on its shape and may select a wrong one: where more than noise is left, all shapes are tried first.
+    Options are scaled to their range. The linearised columns of a contact depend strongly on its shape and may select a
+    wrong one: where more than noise is left, all shapes are tried first.
     """
     explanation = _best_shape(work, explanation)
     *rest, last = explanation.causes
     ranges = shape_ranges(last.effect, work.rig.structure)
 
-    def explain(place, theta):
-        shape = {name: ranges[name].value(x) for name, x in zip(ranges, place, strict=True)}
+    def explain(point, theta):
+        shape = {name: ranges[name].value(x) for name, x in zip(ranges, point, strict=True)}
         moved = with_shape(work.rig, last, shape, work.settings.prior_width)
         return work.explain((*rest, moved), [theta])
 
     best = explanation
-    place = [ranges[name].place(last.shape[name]) if name in last.shape else 0.5 for name in ranges]
+    point = [ranges[name].fraction(last.shape[name]) if name in last.shape else 0.5 for name in ranges]
     if ranges and set(ranges) != set(last.shape):
-        best = explain(place, best.fit.theta) or best
+        best = explain(point, best.fit.theta) or best
     for _ in range(SHAPE_STEPS if set(ranges) == set(best.causes[-1].shape) and ranges else 0):
         normal, right = shape_equations(work, best.causes, best.fit, best.causes[-1])
         step, moved = np.split(invert(normal) @ right, [len(right) - len(ranges)])
         tried = None
         for share in SHARES_OF_STEP:
-            ahead = [ends.place(ends.value(x)) for ends, x in zip(ranges.values(), place + share * moved, strict=True)]
+            ahead = [
+                ends.fraction(ends.value(x)) for ends, x in zip(ranges.values(), point + share * moved, strict=True)
+            ]
             theta = best.fit.theta.copy()
             theta[best.fit.model.position(best.fit.names)] += share * step
             tried = explain(ahead, theta)
@@ -68,7 +70,7 @@ def _best_of_all_shapes(work, explanation):
                 break
         if not tried or odds_of(tried) <= odds_of(best):
             break
-        gained, best, place = odds_of(tried) - odds_of(best), tried, ahead
+        gained, best, point = odds_of(tried) - odds_of(best), tried, ahead
         if gained < SHAPE_GAIN:
             break
     return max(best, explanation, key=odds_of)

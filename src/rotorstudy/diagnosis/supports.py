@@ -1,17 +1,17 @@
-"""What is left of a support: causes cannot take more stiffness from it than it has."""
+"""Whether causes take more stiffness from a support than it has."""
 
 import numpy as np
 
 from rotorstudy.model.registry import registry
 
-UNCERTAIN = 2.0  # standard deviations of what is lost, by which it may exceed what there is
+UNCERTAIN = 2.0  # standard deviations of the loss, by which it may exceed the stiffness
 
 
 def loses_more_than_all(explanation, structure, speed):
-    """Whether the losses of stiffness at a node exceed what its bearings have, along any direction and at any speed.
+    """Whether the losses of stiffness at a node exceed that of its bearings, in any direction and at any speed.
 
-    Static losses K r of causes that cannot be negative are meant. Without bearings the rotor has its own supports, and
-    how much of its stiffness is theirs is not known.
+    The losses are those of causes that cannot be negative and act as a static stiffness. A rotor without bearings has
+    its own supports; how much of its stiffness is theirs is not known, and the answer is False.
 
     explanation : Explanation;  structure : Structure of the rig;  speed : (speed,) rad/s
     """
@@ -31,7 +31,7 @@ def loses_more_than_all(explanation, structure, speed):
 
 
 def _least_stiffness(fitted, i, lost, speed):
-    """Lowest principal stiffness of the bearings at a coordinate at any speed, less the losses, N/m."""
+    """Lowest principal stiffness, over the speeds, of the bearings at a coordinate less the losses, N/m."""
     on_z, on_conj = np.zeros((2, len(speed)), complex)
     for p, unknown in fitted.model.acting:
         if not unknown.carries and unknown.name not in lost:
