@@ -21,7 +21,7 @@ from rotorstudy.diagnosis.outside import FEATURES, features
 from rotorstudy.diagnosis.result import Verdict
 
 PARTS = 10  # of the cases, each predicted from the others
-RIDGE = 0.1  # precision of the prior of a coefficient, for a feature scaled to a standard deviation of one
+RIDGE = 1.0  # precision of the prior of a coefficient, for a feature scaled to a standard deviation of one
 LEAST_SPREAD = 0.1  # of a feature that hardly varies
 ROWS = Path(__file__).with_suffix(".csv")
 TARGET = Path(__file__).parents[1] / "src/rotorstudy/diagnosis/outside.yaml"

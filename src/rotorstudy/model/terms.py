@@ -82,7 +82,7 @@ class Entry:
 
     @cached_property
     def nonzero(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Row, column and value, each (element,), of the nonzero elements of the matrix; column 0 of a vector."""
+        """Row, column and value (component,) of what is not zero in the matrix, in its unit; a vector is one column."""
         matrix = np.asarray(self.matrix).reshape(len(self.matrix), -1)
         row, column = np.nonzero(matrix)
         return row, column, matrix[row, column]
