@@ -13,7 +13,7 @@ def breathing_crack(
     """Crack opened and closed by the weight, whose stiffness loss acts on the total motion (time-varying).
 
     crack: name of a crack plugin, which gives the breathing function; "open" is a notch.  crack_angle_rad: angle of the
-    middle of the crack edge from the phase mark, in the direction of rotation.
+    middle of the crack edge from the reference line of the shaft, in the direction of rotation.
     """
     law = registry().get("crack", crack, "breathing_crack")
     return crack_parameters(law, structure, False, node=node, element=element, angle_rad=crack_angle_rad)

@@ -11,7 +11,7 @@ def breathing_crack_weight(
     """Crack opened and closed by the weight, whose stiffness loss acts on the static deflection only.
 
     crack: name of a crack plugin, which gives the breathing function.  crack_angle_rad: angle of the middle of the
-    crack edge from the phase mark, in the direction of rotation.
+    crack edge from the reference line of the shaft, in the direction of rotation.
     """
     law = registry().get("crack", crack, "breathing_crack_weight")
     return crack_parameters(law, structure, True, node=node, element=element, angle_rad=crack_angle_rad)

@@ -16,12 +16,12 @@ def transverse_crack(
     opened_by: Literal["moment", "weight"] = "moment",
     flexibility: str = "strip_integration",
 ):
-    """Straight-fronted crack across a solid shaft: a kink of the shaft by the moment that opens it.
+    """Crack with a straight front across a solid shaft: a hinge that yields to the moment by which it is opened.
 
     position_m: from node 1.  depth_ratio: depth over the diameter.  angle_rad: of the middle of the crack edge from the
-    phase mark, in the direction of rotation.  breathing: it opens by the part of its front in tension, at once as a
-    hinge, or is a notch that never closes.  opened_by: the moment of the instant, or that of the weight alone.
-    flexibility: name of a depth plugin.
+    reference line of the shaft, in the direction of rotation.  breathing: gradual, by the part of the front in tension;
+    sudden, open or closed as a whole; none, a notch that never closes.  opened_by: the moment of the instant, or that
+    of the weight alone.  flexibility: name of a depth plugin.
     """
     hinge = crack_at(structure, position_m, depth_ratio, angle_rad, flexibility, breathing == "sudden")
     if breathing != "none" and opened_by == "moment":
@@ -36,7 +36,7 @@ def where_it_cracks(structure, sensors):
 
 
 def depth_in_metres(structure, position_m, depth_ratio, angle_rad):
-    """The depth at that place of the shaft."""
+    """The depth in m, by the diameter at its position."""
     return {"depth_m": ("depth_ratio", structure.section_at(position_m).outer_diameter_m)}
 
 

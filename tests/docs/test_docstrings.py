@@ -20,7 +20,9 @@ RULES = "D1,D2,D3,D4,DOC,ANN"
 IGNORED = "D107,D105,D203,D205,D212,D213,D400,D401,D413,D415,D416,DOC502,ANN202,ANN204,ANN401"
 # blank lines, mood and full stop of the first line are left to the writer, as are private and special methods; DOC502
 # would forbid to state an error that a function called inside raises
-DIMENSION = "speed|harmonic|sensor|node|dof|coordinate|component|row|parameter|unknown|name|mode|time|revolution|trial"
+DIMENSION = (
+    "speed|harmonic|sensor|node|element|dof|coordinate|component|row|parameter|unknown|name|mode|time|revolution|trial"
+)
 AXIS = rf"(?:\.\.\.|1|(?:{DIMENSION})(?: \* (?:{DIMENSION}))?)"
 SHAPE = re.compile(rf"\({AXIS}(?:, {AXIS})*,?\)")
 UNIT = re.compile(r"\b(?:m|rad|rad/s|s|N|N/m|1/s|kg|SI|unit|units|int|1|share|shares|variance)\b")

@@ -80,6 +80,15 @@ def test_compliance_is_near_that_of_three_dimensional_finite_elements(depth):
     assert 1.2 < eta / expected[1] < 4
 
 
+@pytest.mark.parametrize("depth", [0.05, 0.1, 0.15])
+def test_a_shallow_crack_is_softer_than_by_three_dimensional_finite_elements(depth):
+    """The limit that docs/transverse_crack.md states."""
+    xi, eta = STRIPS.function(depth, **{**UNIT, "poissons_ratio": POISSON})
+    expected = equivalent_beam(depth)
+    assert 1.3 < xi / expected[0] < 1.8
+    assert 1.25 < eta / expected[1] < 1.4
+
+
 @pytest.mark.parametrize("depth", [0.05, 0.25, 0.5])
 def test_a_crack_opens_between_closed_and_open_and_its_rotation_is_a_gradient(depth):
     xi, eta = STRIPS.function(depth, **UNIT)

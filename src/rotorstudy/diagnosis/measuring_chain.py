@@ -1,14 +1,17 @@
 """Errors of the stated measuring conventions as hypotheses: units, signs, directions, phases, order and zero.
 
-A hypothesis changes the data, not the model. Its likelihood is that of the changed data times the determinant of the
-change, so that a hypothesis that only shrinks the data and their errors gains nothing.
+A hypothesis changes the data; that of another zero of displacement changes the model instead. The likelihood is that of
+the changed data times the determinant of the change, so that shrinking the data and their errors alone gains nothing.
 """
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.model.model import Model
+from rotorstudy.model.structure import Reading
 
 FACTORS = {  # true over read
     25.4: "the file is in mil and read as um; state 'unit: mil'",
@@ -17,11 +20,11 @@ FACTORS = {  # true over read
     1e-3: "the file is in um and read as mm, or in mm and read as m; state the unit of the file",
     25.4e-3: "the file is in mil and read as mm; state 'unit: mil'",
     1 / 25.4e-3: "the file is in mm and read as mil; state 'unit: mm'",
-    2.0: "a sensitivity stated twice too large; correct 'sensitivity_V_per_m:' or the values",
-    0.5: "peak-to-peak values read as amplitudes, or a sensitivity stated half too large; correct the values or "
+    2.0: "a sensitivity stated as twice the true one; correct 'sensitivity_V_per_m:' or the values",
+    0.5: "peak-to-peak values read as amplitudes, or a sensitivity stated as half the true one; correct the values or "
     "'sensitivity_V_per_m:'",
-    np.sqrt(2): "rms values read as amplitudes; convert them",
-    np.sqrt(0.5): "amplitudes divided by the root of two twice; convert them",
+    np.sqrt(2): "rms values read as amplitudes; multiply them by the root of two",
+    np.sqrt(0.5): "amplitudes multiplied by the root of two as if they were rms values; divide them by it",
 }
 ANGLES_DEG = (90, 180, -90, 45, -45)
 
@@ -36,7 +39,7 @@ class Hypothesis:
     name, remedy : what the records look like, and what to state
     direct, mirrored, conjugate, opposite : (harmonic, sensor) complex
     order : (sensor,) position of the sensor that each node's data are read from
-    other_zero : whether the zero of displacement is the other one, which changes the model instead of the data
+    other_zero : whether displacements count from the zero that is not stated, which changes the model, not the data
     """
 
     name: str
@@ -76,9 +79,10 @@ class Hypothesis:
 
 
 def one_probe(reading, node, name):
-    """What a unit of the reading of one probe of a node adds to z, of z and of conj(z).
+    """Factors of z and of conj(z) in what one probe of a node contributes to z.
 
-    The reading is (z e^{-ja} + conj(z) e^{ja}) / 2, and all readings together give z by least squares.
+    Its reading is (z e^{-ja} + conj(z) e^{ja}) / 2, and the readings of all probes of the node give z by least squares.
+    reading : Reading;  node : int;  name : of the probe
     """
     along = np.exp(1j * np.array(list(reading.probes_at(node).values())))
     at = list(reading.probes_at(node)).index(name)
@@ -86,7 +90,7 @@ def one_probe(reading, node, name):
     return (x + 1j * y) * along[at].conj() / 2, (x + 1j * y) * along[at] / 2
 
 
-def hypotheses(spectrum, model) -> list[Hypothesis]:
+def hypotheses(spectrum: Spectrum, model: Model) -> list[Hypothesis]:
     """Every hypothesis that a spectrum allows.
 
     Parameters
@@ -99,73 +103,127 @@ def hypotheses(spectrum, model) -> list[Hypothesis]:
     -------
     list of Hypothesis
     """
-    n, sensors = spectrum.harmonics, spectrum.sensors
-    shape, every = (len(n), len(sensors)), np.arange(len(sensors))
-    none, whole = np.zeros(shape, complex), np.ones(shape, complex)
-    reading, symmetric = model.structure.reading, set(n.tolist()) == set((-n).tolist())
-    found = []
+    records = _Records(spectrum.harmonics, spectrum.sensors, model.structure.reading)
+    return [*_units(records), *_angles(records), *_phases_and_sense(records), *_order_and_zero(records, model)]
 
-    def suppose(
-        name, remedy, direct=whole, mirrored=none, conjugate=none, opposite=none, order=every, other_zero=False
-    ):
-        found.append(Hypothesis(name, remedy, direct, mirrored, conjugate, opposite, order, other_zero))
 
-    def only(column, value):
-        return np.where(every == column, value, 1.0) * whole
+class _Records(NamedTuple):
+    """The harmonics (harmonic,) and sensors (sensor,) of a spectrum, and its Reading."""
 
+    harmonics: np.ndarray
+    sensors: tuple[int, ...]
+    reading: Reading
+
+    @property
+    def is_symmetric(self):
+        """Whether each harmonic has its opposite, which some changes need."""
+        return set(self.harmonics.tolist()) == set((-self.harmonics).tolist())
+
+    @property
+    def whole(self):
+        """(harmonic, sensor) ones."""
+        return np.ones((len(self.harmonics), len(self.sensors)), complex)
+
+    @property
+    def turn(self):
+        """(harmonic, sensor) the number of each harmonic."""
+        return np.outer(self.harmonics, np.ones(len(self.sensors)))
+
+    @property
+    def marked(self):
+        """(harmonic, sensor) turn by twice the phases from the mark to the reference line."""
+        return np.exp(-2j * self.turn * self.reading.mark_rad)
+
+    def hypothesis(self, name, remedy, **changes):
+        """The Hypothesis with some changes; without any the data stay as they are."""
+        none, same = np.zeros_like(self.whole), np.arange(len(self.sensors))
+        plain = {"direct": self.whole, "mirrored": none, "conjugate": none, "opposite": none, "order": same}
+        return Hypothesis(name, remedy, **(plain | changes))
+
+
+def _units(records):
+    """Wrong units and sensitivities of all probes, of one node, of one probe."""
+    whole, sensors = records.whole, records.sensors
     for factor, remedy in FACTORS.items():
-        suppose(f"all readings are {1 / factor:.4g} times the true ones", remedy, factor * whole)
+        times = f"{1 / factor:.4g} times the true ones"
+        yield records.hypothesis(f"all readings are {times}", remedy, direct=factor * whole)
         for s, node in enumerate(sensors if len(sensors) > 1 else ()):
-            text = f"the readings at node {node} are {1 / factor:.4g} times the true ones"
-            suppose(text, remedy, only(s, factor))
-        for s, node in enumerate(sensors if symmetric else ()):
-            for probe in reading.probes_at(node):
-                text = f"the readings of probe '{probe}' at node {node} are {1 / factor:.4g} times the true ones"
-                direct, mirrored = ((factor - 1) * share for share in one_probe(reading, node, probe))
-                suppose(text, remedy, only(s, 1 + direct), (every == s) * mirrored * whole)
-    turn = np.outer(n, np.ones(len(sensors)))
+            here = np.arange(len(sensors)) == s
+            text = f"the readings at node {node} are {times}"
+            yield records.hypothesis(text, remedy, direct=np.where(here, factor, 1.0) * whole)
+        for s, node in enumerate(sensors if records.is_symmetric else ()):
+            here = np.arange(len(sensors)) == s
+            for probe in records.reading.probes_at(node):
+                text = f"the readings of probe '{probe}' at node {node} are {times}"
+                direct, mirrored = ((factor - 1) * share for share in one_probe(records.reading, node, probe))
+                direct, mirrored = np.where(here, 1 + direct, 1.0) * whole, here * mirrored * whole
+                yield records.hypothesis(text, remedy, direct=direct, mirrored=mirrored)
+
+
+def _angles(records):
+    """Wrong directions of the probes, the phase mark and gravity."""
+    whole, turn = records.whole, records.turn
     for angle in ANGLES_DEG:
         by = np.deg2rad(angle)
-        suppose(
+        yield records.hypothesis(
             f"the probes are turned by {angle} degrees against the rig file",
             "correct 'angle_deg:' or the sign of the probes",
-            np.exp(1j * by) * whole,
+            direct=np.exp(1j * by) * whole,
         )
-        suppose(
+        yield records.hypothesis(
             f"the phase mark is {angle} degrees from where the rig file says",
             "correct 'keyphasor: sensor_angle_deg, mark_angle_deg, edge'",
-            np.exp(-1j * turn * by),
+            direct=np.exp(-1j * turn * by),
         )
-        suppose(
+        yield records.hypothesis(
             f"gravity points {angle} degrees from where the rig file says",
             "correct 'gravity_angle_deg:'",
-            np.exp(1j * (turn - 1) * by),
+            direct=np.exp(1j * (turn - 1) * by),
         )
-    moving = (n != 0)[:, None] * whole
-    marked = np.exp(-2j * turn * reading.mark_rad)  # twice the phases from the mark to the reference line
-    suppose(
+
+
+def _phases_and_sense(records):
+    """Lags for leads, the wrong sense of rotation, swapped probes."""
+    whole, marked = records.whole, records.marked
+    moving = (records.harmonics != 0)[:, None] * whole
+    yield records.hypothesis(
         "phases of the table are lags where leads are meant",
         "state 'table_phase: lag'",
-        whole - moving,
-        conjugate=np.exp(-2j * reading.gravity_rad) * marked * moving,  # in the user's plane
+        direct=whole - moving,
+        conjugate=np.exp(-2j * records.reading.gravity_rad) * marked * moving,  # in the user's plane
     )
-    if symmetric:
-        suppose(
-            "phases of the probes are lags where leads are meant",
-            "change the sign of each probe's phases before they are combined to forward and backward harmonics",
-            whole - moving,
-            opposite=marked * moving,  # a real signal with its phases reversed runs backwards in time, and so does z
+    if not records.is_symmetric:
+        return
+    yield records.hypothesis(
+        "phases of the probes are lags where leads are meant",
+        "change the sign of each probe's phases before they are combined to forward and backward harmonics",
+        direct=whole - moving,
+        opposite=marked * moving,  # a real signal with its phases reversed runs backwards in time, and so does z
+    )
+    none = np.zeros_like(whole)
+    yield records.hypothesis(
+        "the shaft turns in the other sense", "correct 'rotation:'", direct=none, mirrored=marked.conj()
+    )
+    axes = np.array([records.reading.axis(node) for node in records.sensors])
+    yield records.hypothesis(
+        "the two probes of all nodes are swapped",
+        "exchange the channels of the probes",
+        direct=none,
+        mirrored=1j * axes**2 * whole,
+    )
+
+
+def _order_and_zero(records, model):
+    """Nodes in the reverse order, and the other zero of displacement."""
+    if len(records.sensors) > 1:
+        reverse = np.arange(len(records.sensors))[::-1]
+        yield records.hypothesis(
+            "the nodes are in the reverse order", "correct the 'node:' of the probes", order=reverse
         )
-        suppose("the shaft turns in the other sense", "correct 'rotation:'", none, marked.conj())
-        axes = np.array([reading.axis(node) for node in sensors])
-        suppose(
-            "the two probes of all nodes are swapped", "exchange the channels of the probes", none, 1j * axes**2 * whole
-        )
-    if len(sensors) > 1:
-        suppose("the nodes are in the reverse order", "correct the 'node:' of the probes", order=every[::-1])
-    if 0 in n and model.structure.static_load.any():
+    if 0 in records.harmonics and model.structure.static_load.any():
         zero, at = ("at_rest", "position of the shaft at rest")
         if not model.from_unloaded_line:
             zero, at = ("unloaded_line", "unloaded line")
-        suppose(f"displacements count from the {at}", f"state 'displacement_zero: {zero}'", other_zero=True)
-    return found
+        yield records.hypothesis(
+            f"displacements count from the {at}", f"state 'displacement_zero: {zero}'", other_zero=True
+        )

@@ -17,17 +17,18 @@ from rotorstudy.response.measured import measured_response_and_jacobian
 from rotorstudy.units import percent
 
 PRIOR_ODDS = 0.02  # that some convention is stated wrongly, divided among the hypotheses
-LEAST_LOG_ODDS = 5.0  # beyond the stated conventions and beyond the best causes under them
-FITTED = 3  # hypotheses that are fitted, the best linearised ones
-SMALL_SHARE = 0.1  # of the excess error, which a wrong convention may leave: a fault beside it
+LEAST_MARGIN = 5.0  # of log odds over the stated conventions, and over the best causes under them
+FITTED = 3  # number of hypotheses that are fitted, those best when linearised
+SMALL_SHARE = 0.1  # of the excess error (rms), which a right hypothesis may leave, as there may be a fault as well
 
 
 @dataclass(frozen=True)
 class Tested:
-    """A hypothesis fitted.
+    """A hypothesis that was fitted.
 
-    spectrum   : corrected, with the model error;  fit : to that
-    log_factor : logarithm of what its likelihood is multiplied by: its prior odds, and the determinant of the change
+    spectrum   : the corrected Spectrum, with the model error
+    fit        : Fit to that spectrum
+    log_factor : logarithm of the factor of its likelihood: its prior odds times the determinant of the change
     """
 
     hypothesis: Hypothesis
@@ -39,10 +40,12 @@ class Tested:
 def chain_hypothesis(found, spectrum, settings):
     """The ChainHypothesis that explains the records better than any cause under the stated conventions, or None.
 
-    It is tried without causes and, where neither it nor the best causes leave noise, with a cause on the rotor. It must
-    explain the records by the standards of a cause (what it leaves is noise, the base parameters stay plausible), or
-    all but a small share; and the base parameters move no more than expected, or less than under the stated
+    It is tried without causes and, if neither it nor the best causes reduce the residual to noise, with one cause on
+    the rotor. It must meet the standards of a cause (only noise is left, with plausible base parameters), or leave only
+    a small share of the excess error. The base parameters must move no more than expected, or than under the stated
     conventions.
+
+    found : Search;  spectrum : Spectrum without the model error;  settings : Settings
     """
     stated, rows, best = with_model_error(spectrum, settings), 2 * spectrum.amplitude.size, found.best
     base = fit(found.model, stated, found.prior, start=found.base.theta)  # without the error of a cause
@@ -53,14 +56,14 @@ def chain_hypothesis(found, spectrum, settings):
     odds_as_stated = log_posterior_odds(best.causes, as_stated, base, found.prior_odds)
     tested = best_hypothesis(spectrum, base, settings)
     gain, tried = tested.fit.evidence - base.evidence + tested.log_factor, [Explanation((), tested.fit, 0.0)]
-    if gain > LEAST_LOG_ODDS and all(one.is_rejected(settings.significance) for one in (as_stated, tested.fit)):
+    if gain > LEAST_MARGIN and all(one.is_rejected(settings.significance) for one in (as_stated, tested.fit)):
         tried += _with_one_cause(found, tested)
     explained = max(tried, key=odds_of)
     odds, after = odds_of(explained) + gain, explained.fit
     left = residual_share(base.cost, after.cost, rows)
     p_after, p_parameters = chi_square_p_value(after.cost, rows), chi_square_p_value(after.penalty, len(after.names))
     if (
-        odds - max(0.0, best.log_posterior_odds, odds_as_stated) < LEAST_LOG_ODDS
+        odds - max(0.0, best.log_posterior_odds, odds_as_stated) < LEAST_MARGIN
         or (min(p_after, p_parameters) < settings.significance and left > SMALL_SHARE)
         or after.penalty > max(base.penalty, len(after.names))  # as many as names are expected
     ):
@@ -94,7 +97,7 @@ def _with_one_cause(found, tested):
 
 
 def finding_of(chain):
-    """The warning that a convention seems to be stated wrongly."""
+    """The Finding, a warning, that a convention seems to be stated wrongly; chain : ChainHypothesis."""
     beside = f" with {place(chain.beside)}" if chain.beside else ""
     text = (
         f"the records look as if {chain.hypothesis}: corrected for that, the rig{beside} explains all but "
@@ -106,15 +109,19 @@ def finding_of(chain):
 
 
 def best_hypothesis(spectrum, base, settings) -> Tested:
-    """The Tested hypothesis with the highest odds.
+    """The hypothesis with the highest odds, fitted.
 
     Parameters
     ----------
     spectrum : Spectrum
         Without the model error.
     base : Fit
-        Of the model without causes; the hypotheses are judged about the stated values of its parameters.
+        Of the model without causes; the hypotheses are linearised about the stated values of its parameters.
     settings : Settings
+
+    Returns
+    -------
+    Tested
     """
     model, prior, about = base.model, base.prior, base.stated_theta
     every = hypotheses(spectrum, model)
@@ -136,7 +143,7 @@ def best_hypothesis(spectrum, base, settings) -> Tested:
 
 
 def _linearised(model, names, theta, spectrum):
-    """Harmonics of a model, and their derivatives (parameter, ...) by some parameters."""
+    """Harmonics (speed, harmonic, sensor) that a model shows, and derivatives (parameter, ...) by some parameters."""
     shown, change = measured_response_and_jacobian(
         model, spectrum.speed, spectrum.harmonics, theta, order=carried_order(spectrum)
     )
@@ -149,10 +156,10 @@ def _volume(spectrum):
 
 
 def _linear_evidence(spectrum, shown, change, prior):
-    """Log evidence of a spectrum less a constant; shown : by the linearised model at the prior mean."""
+    """Log evidence of a spectrum up to a constant; shown, change : harmonics at the prior mean, and derivatives."""
     columns = spectrum.whitened(change).T @ prior.factor
     off = np.concatenate([spectrum.whitened(spectrum.amplitude - shown), np.zeros(columns.shape[1])])
-    # not by the normal equations: data that a hypothesis shrinks leave them without digits
+    # not by the normal equations, which lose all digits where a hypothesis shrinks the data and their errors
     basis, triangle = np.linalg.qr(np.vstack([columns, np.eye(columns.shape[1])]))
     left = off - basis @ (basis.T @ off)
     return float(-0.5 * left @ left - np.log(np.abs(np.diag(triangle))).sum())

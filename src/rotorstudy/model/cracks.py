@@ -125,7 +125,7 @@ def crack_parameters(
 ):
     """Parameters of a crack plugin on a rotor, one for each stiffness loss that the rotor states.
 
-    angle_rad : angular position of the crack, from the phase mark in the direction of rotation
+    angle_rad : angular position of the crack, from the shaft's reference line in the direction of rotation
     options   : of the plugin
     """
     parameters, on = [], ("static", "static conj") if weight_dominance else ("z", "conj")

@@ -1,19 +1,20 @@
 """A transverse crack as a hinge between the nodes of an element: a kink of the shaft that depends on its moment.
 
-With m = E I d2z/ds2 by the nodes and the weight (`Section`), and the stiffness s of the kink against held nodes, the
-crack feels m - s D, where D is its kink. A kink acts on the nodes as the force b^T D, b the moment by the nodes: it
-is internal, so that it has no resultant and does not resist rigid motion. All this is the static condensation of the
-two parts of the element and exact for it, wherever the crack lies.
+The kink D is the change of the slope dz/ds across the crack. Let m0 = E I d2z/ds2 be the moment at the section by the
+displacements of the nodes q and by the weight between them (`Section.moment`, `Section.own_moment`), and s the moment
+by a unit kink while the nodes are held (`Section.stiffness`). The moment that the crack carries is m = m0 - s D. On the
+nodes a kink acts as the force b D, with b = `Section.moment`: it is internal, so it has no resultant, and a rigid
+motion causes no kink. This is the static condensation of the two parts of the element, exact wherever the crack lies.
 
-In the turning frame, r = z e^{-ja} with a = wt + the angular position of the crack, the moment mu = -m e^{-ja} pulls
-at the angle psi = arg mu. The kink is the gradient of a strain energy of degree 2, g = |mu| g(psi): that of
-`CrackDepth.partly_open`, or of a hinge along xi that opens while Re mu > 0. Hence, of the rotation
-phi = -(m / s) e^{-ja} that the nodes impose,
+In the frame that turns with the crack by a = wt + its angle, the moment is mu = -m e^{-ja}, which pulls most on the
+side at the angle psi = arg mu from xi, and the kink is g = -D e^{-ja}. It is the gradient of a strain energy of degree
+two, so g = |mu| c(psi), with c from `CrackDepth.partly_open`, or from a hinge along xi that opens while Re mu > 0. Of
+the rotation imposed by the nodes, phi = -(m0 / s) e^{-ja}, a part strains the shaft and the rest is the kink:
 
-    phi = mu / s + g,   g = |phi| h(arg phi),   h(x) = sum of h_k e^{jkx}:
+    phi = mu / s + g,   hence   g = |phi| h(arg phi),   h(x) = sum of h_k e^{jkx},
 
-one periodic function of the direction, with real h_k as the crack is symmetric. Where the weight alone opens the crack,
-psi turns with the shaft and the derivative C of g by mu is a periodic matrix: g = (1 + s C)^-1 s C phi.
+with real h_k, as the crack is symmetric. Where the weight alone opens the crack, psi turns with the shaft; the
+derivative C of g with respect to mu is then a periodic matrix, and g = (1 + s C)^-1 s C phi.
 """
 
 from dataclasses import dataclass
@@ -28,19 +29,20 @@ from rotorstudy.model.registry import registry
 from rotorstudy.model.structure import Section, Structure
 from rotorstudy.model.terms import Entry, NonlinearForce
 
-DIRECTIONS = 128  # of a full turn, between which the kink is interpolated: an error of 2e-4 of it
-ORDER = 15  # of the series; the coefficients decrease with the cube of k, beyond it lies less than 1e-3 of the kink
+DIRECTIONS = 128  # of the moment, over a full turn; interpolation between them is wrong by 2e-4 of the kink
+ORDER = 15  # highest k of h_k, which decrease with the cube of k; those left out are less than 1e-3 of the kink
 
 
 @dataclass(frozen=True)
 class Hinge:
     """A crack in a section of the shaft.
 
-    section : where it is
-    depth, depth_ratio : plugin of the flexibility, and the depth over the diameter
-    angle   : of the middle of the crack edge from the phase mark, rad
-    sudden  : whether it opens at once, along xi alone, while the moment pulls on the middle of its edge
-    side    : 1 if the weight stretches the lower side of the shaft there, else -1
+    section     : where it is
+    depth       : plugin that gives the flexibility
+    depth_ratio : depth over the diameter
+    angle       : of the middle of the crack edge from the shaft's reference line, rad
+    sudden      : whether it opens as a whole while the moment pulls on the middle of its edge, and bends along xi alone
+    side        : 1 if the weight stretches the lower side of the shaft there, else -1
     """
 
     section: Section
@@ -52,12 +54,12 @@ class Hinge:
 
     @property
     def row(self) -> np.ndarray:
-        """Imposed rotation (dof,) by a unit of each coordinate, 1/m (1)."""
+        """Rotation (dof,) that a unit of each coordinate imposes on the section, rad/m (rad/rad of a tilt)."""
         return self.section.moment / self.section.stiffness
 
     @property
     def open_shares(self) -> np.ndarray:
-        """Shares (2,) of the imposed rotation by which an open crack kinks along xi and eta."""
+        """Kink (2,) of an open crack along xi and eta, as a share of the imposed rotation."""
         softer = self.section.stiffness * self._open_compliance
         return softer / (1 + softer)
 
@@ -67,18 +69,19 @@ class Hinge:
 
     @cached_property
     def _kink(self):
-        """Kink (direction,) by moments of a unit imposed rotation that pull at all angles, rad."""
+        """s c (direction,), rad: the kink by a moment of magnitude s, that of an imposed rotation of 1 rad."""
         if self.sudden:
             return self.section.stiffness * self._open_compliance[0] * np.maximum(np.cos(_pull()), 0) + 0j
         shaft = tuple(_shaft(self.section).items())
         return self.section.stiffness * _partly_open(self.depth.name, float(self.depth_ratio), shaft)
 
     def force(self) -> NonlinearForce:
-        """The moment by which the kink acts, opened by the moment of the same instant.
+        """The crack opened by the moment of the instant.
 
         Returns
         -------
         NonlinearForce
+            Of a flexibility factor of 1: the moment, N m, by which the kink acts along `row`.
         """
         series, stiffness = self._series(), self.section.stiffness
         own_rotation = self.section.own_moment / stiffness
@@ -94,27 +97,29 @@ class Hinge:
         return NonlinearForce(self.row[None], moment, turns=True)
 
     def entries_by_weight(self) -> tuple[Entry, ...]:
-        """Table of the crack opened by the static moment, which pulls down or up in the fixed frame.
+        """The crack opened by the static moment, which stretches the lower or the upper side of the shaft.
 
         Returns
         -------
         tuple of Entry
+            Of a flexibility factor of 1.
         """
         shares = zip(range(-ORDER, ORDER + 1), *self._series_by_weight(), strict=True)
         return self._entries({-k: (self.side**k * direct, self.side**k * mirrored) for k, direct, mirrored in shares})
 
     def open_entries(self) -> tuple[Entry, ...]:
-        """Table of a crack that never closes, such as a notch.
+        """The crack that never closes, such as a notch.
 
         Returns
         -------
         tuple of Entry
+            Of a flexibility factor of 1.
         """
         xi, eta = self.open_shares
         return self._entries({0: ((xi + eta) / 2, 0.0), 2: (0.0, (xi - eta) / 2)})
 
     def _entries(self, shares):
-        """Entries of a kink {shift: (share of the imposed rotation, of its conjugate)}."""
+        """Entries of a kink, given as {shift: (share of the imposed rotation, share of its conjugate)}."""
         pattern, found = self.section.stiffness * np.outer(self.row, self.row), []
         for shift, (direct, mirrored) in shares.items():
             turn = np.exp(1j * int(shift) * self.angle)
@@ -128,15 +133,15 @@ class Hinge:
         return tuple(found)
 
     def _series(self):
-        """h_k (k,) for k = -ORDER..ORDER."""
+        """h_k (k,), k = -ORDER..ORDER."""
         imposed = np.exp(1j * _pull()) + self._kink
         share = self._kink / np.abs(imposed)
         return _coefficients(np.interp(_pull(), np.unwrap(np.angle(imposed)), share, period=2 * np.pi))
 
     def _series_by_weight(self):
-        """Coefficients (2, k) of the shares of the imposed rotation and of its conjugate.
+        """Fourier coefficients (2, k), k = -ORDER..ORDER, of the shares of the imposed rotation and of its conjugate.
 
-        The derivative of |mu| g(psi) is g along mu and dg/dpsi across it. In the fixed frame the static moment keeps
+        The derivative of |mu| c(psi) is c along mu and dc/dpsi across it. In the fixed frame the static moment keeps
         its direction.
         """
         orders = np.fft.fftfreq(DIRECTIONS, 1 / DIRECTIONS)
@@ -156,7 +161,7 @@ def crack_at(
     flexibility: str,
     sudden: bool = False,
 ) -> Hinge:
-    """The Hinge of a transverse crack in a solid round shaft.
+    """The hinge of a transverse crack in a solid round shaft.
 
     Parameters
     ----------
@@ -166,11 +171,11 @@ def crack_at(
     depth_ratio : float
         Depth over the diameter.
     angle_rad : float
-        Of the middle of the crack edge from the phase mark, rad.
+        Of the middle of the crack edge from the shaft's reference line, rad.
     flexibility : str
         Name of the depth plugin.
     sudden : bool, optional
-        Whether it opens at once, along xi alone, while the moment pulls on the middle of its edge.
+        Whether it opens as a whole while the moment pulls on the middle of its edge, and bends along xi alone.
 
     Returns
     -------
@@ -179,9 +184,9 @@ def crack_at(
     Raises
     ------
     CannotAct
-        If the sections of the rotor are not known, or the shaft is hollow there.
+        If the cross sections of the rotor are not known, the shaft is hollow there, or a disc is there.
     RotorstudyError
-        For a position outside the shaft, or a depth plugin that does not say how a crack closes.
+        For a position outside the shaft, an unknown depth plugin, or one that does not say how a crack closes.
     """
     if structure.section_at is None:
         raise CannotAct("a transverse crack needs a rotor that knows its cross sections, such as finite_element")
@@ -198,7 +203,7 @@ def crack_at(
 
 
 def _shaft(section):
-    """Options of a depth plugin."""
+    """Options of a depth plugin that the shaft gives."""
     return {
         "diameter_m": section.outer_diameter_m,
         "youngs_modulus_Pa": section.youngs_modulus_Pa,
@@ -207,13 +212,13 @@ def _shaft(section):
 
 
 def _pull():
-    """Directions (direction,) of the moment, rad."""
+    """Directions (direction,) in which the moment pulls, rad from xi."""
     return 2 * np.pi / DIRECTIONS * np.arange(DIRECTIONS)
 
 
-@lru_cache(maxsize=64)  # a search turns and moves the same crack
+@lru_cache(maxsize=64)  # a search tries the same crack at many angles and positions
 def _partly_open(name, depth_ratio, shaft):
-    """Rotation (direction,) by a unit moment in all directions, rad/(N m)."""
+    """Kink c (direction,) by a unit moment in all directions, rad/(N m)."""
     half = _pull()[: DIRECTIONS // 2]
     found = registry().get("depth", name, "the transverse crack").partly_open(depth_ratio, half, **dict(shaft))
     return np.concatenate([found, [0], found[:0:-1].conj()])  # closed in pure compression, and symmetric

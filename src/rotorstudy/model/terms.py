@@ -77,12 +77,15 @@ class Entry:
 
     @cached_property
     def kind(self) -> tuple:
-        """What it is apart from its matrix; equal for entries whose matrices may be added."""
+        """All but its matrix; equal for entries whose matrices may be added."""
         return self.on, self.order, self.shift, self.gain, self.frequency_only
 
     @cached_property
     def nonzero(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Row, column and value (component,) of what is not zero in the matrix, in its unit; a vector is one column."""
+        """Rows (element,), columns (element,) and values (element,), in the unit of the matrix, that are not zero.
+
+        The column of a vector is 0.
+        """
         matrix = np.asarray(self.matrix).reshape(len(self.matrix), -1)
         row, column = np.nonzero(matrix)
         return row, column, matrix[row, column]
