@@ -4,7 +4,7 @@ WITH and WITHOUT are folders of `benchmarks/foreign.py`: the same cases diagnose
 `--without-truth`) without the effects that are the truth. A logistic regression says from a verdict with causes how
 probable it is that the truth is not among them, if a share of `--outside` of all faults is of a kind that the library
 lacks. `src/rotorstudy/diagnosis/outside.yaml` has the coefficients, the number of verdicts, and the calibration error
-of predictions for cases that were left out.
+of predictions for cases that were left out; the features of all verdicts are kept in `benchmarks/outside.csv`.
 """
 
 import argparse
@@ -21,8 +21,9 @@ from rotorstudy.diagnosis.outside import FEATURES, features
 from rotorstudy.diagnosis.result import Verdict
 
 PARTS = 10  # of the cases, each predicted from the others
-RIDGE = 0.1  # precision of the prior of a coefficient, for a feature scaled to a standard deviation of one
+RIDGE = 1.0  # precision of the prior of a coefficient, for a feature scaled to a standard deviation of one
 LEAST_SPREAD = 0.1  # of a feature that hardly varies
+ROWS = Path(__file__).with_suffix(".csv")
 TARGET = Path(__file__).parents[1] / "src/rotorstudy/diagnosis/outside.yaml"
 
 
@@ -80,7 +81,9 @@ def main():
     parser.add_argument("without", type=Path, metavar="WITHOUT")
     parser.add_argument("--outside", type=float, default=0.1)
     given = parser.parse_args()
-    found = learned(read(given.within), read(given.without), given.outside)
+    tables = {"with": read(given.within), "without": read(given.without)}
+    pd.concat(tables, names=["library", None]).to_csv(ROWS, float_format="%.6g")
+    found = learned(tables["with"], tables["without"], given.outside)
     TARGET.write_text("# written by benchmarks/outside.py\n" + yaml.safe_dump(found, sort_keys=False), encoding="utf-8")
     print(TARGET.read_text(encoding="utf-8"))
 

@@ -55,7 +55,10 @@ SHAFT = {
     "sensors": [2, 3],
 }
 SPEEDS = {"jeffcott": np.array([250.0, 400.0, 500.0, 640.0, 900.0]), "shaft": np.array([120.0, 200.0, 280.0, 330.0])}
-TILTING = {"angular_misalignment", "couple_unbalance", "gyroscopic_error"}  # effects that need a tilt
+NOT_OFFERED = {  # effects that need a tilt, and the crack of the other kind of rotor
+    "jeffcott": {"angular_misalignment", "couple_unbalance", "gyroscopic_error", "transverse_crack"},
+    "shaft": {"breathing_crack"},
+}
 RIGS = {"jeffcott": JEFFCOTT, "shaft": SHAFT}
 
 
@@ -130,7 +133,7 @@ def test_every_candidate_is_expected_as_large_in_any_units(name, units):
     here, there = offered(name, SI), offered(name, scale)
     assert list(here) == list(there)
     known = {e.name for e in registry().plugins["effect"].values() if e.candidate}
-    assert known - {one.effect for one, _ in here.values()} == (TILTING if name == "jeffcott" else set())
+    assert known - {one.effect for one, _ in here.values()} == NOT_OFFERED[name]
     for label, (one, change) in here.items():
         other, other_change = there[label]
         std, other_std = (np.array([c.prior[n][1] for n in c.names])[:, None] for c in (one, other))

@@ -140,7 +140,7 @@ CONTROLS = [
     (crack_is_bounded, crack(lambda a: 0.5 + 0.6 * np.cos(a)), "goes from -0.1 to 1.1"),
     (crack_is_bounded, crack(lambda a: np.stack([0 * a, 1.2 + 0 * a, 0 * a])), "along eta"),
     (crack_is_bounded, crack(lambda a: np.nan * a), "NaN"),
-    (crack_is_bounded, crack(lambda a: np.stack([a, a])), r"shape \(2, 40000\)"),
+    (crack_is_bounded, crack(lambda a: np.stack([a, a])), r"shape \(2, 4000\)"),
     (crack_never_stiffens, crack(lambda a: half(a) + [[0], [0], [0.6]] + 0 * a), "negative eigenvalue"),
     (crack_never_stiffens, crack(lambda a: half(a) + [[0.3], [0.3], [0.5]] + 0 * a), "1.3 times the loss"),
     (crack_is_periodic, crack(lambda a: (1 + np.cos(a / 2)) / 2), "a revolution later"),

@@ -13,13 +13,20 @@ import numpy as np
 from rotorstudy.diagnosis.result import Verdict
 
 LEAST_SHARE = 1e-3  # of the excess error that is left; less tells no more
+ORDINARY = 0.05  # p-value that is usual under noise alone; a larger one tells no more
 LEAST_P_VALUE = 1e-10
 LEAST_DOUBT = 1e-4  # probability of other causes; less tells no more
 
+
+def _below_ordinary(p_value):
+    """By how many powers of ten a p-value lies below an ordinary one."""
+    return np.log10(ORDINARY / np.clip(p_value, LEAST_P_VALUE, ORDINARY))
+
+
 FEATURES = {
     "residual_share": lambda v: np.log10(max(v.residual_share, LEAST_SHARE) / LEAST_SHARE),
-    "residual_p_value": lambda v: -np.log10(max(v.residual_p_value.after, LEAST_P_VALUE)),
-    "parameter_p_value": lambda v: -np.log10(max(v.parameter_p_value, LEAST_P_VALUE)),
+    "residual_p_value": lambda v: _below_ordinary(v.residual_p_value.after),
+    "parameter_p_value": lambda v: _below_ordinary(v.parameter_p_value),
     "cause_error": lambda v: v.cause_error / v.settings.cause_error if v.settings.cause_error else 0.0,
     "further_causes": lambda v: len(v.causes) - 1,
     "further_amplitudes": lambda v: np.log2(sum(p.part != "phase" for c in v.causes for p in c.parameters.values())),
