@@ -75,10 +75,10 @@ def nonlinear_columns(forces, amplitudes, speed, harmonics, deflection):
 
 
 def affine_error(force, amplitudes, speed, harmonics, deflection):
-    """Share (rms) of a nonlinear force that is no affine function of its displacement, the same at all speeds.
+    """Share (rms) of a nonlinear force that no affine function of the displacement, one for all speeds, describes.
 
-    Arguments as for `nonlinear_columns`, of one force. Zero where a contact stays open, or closed: it is then a
-    constant and a stiffness.
+    It is zero where a contact stays open or closed: it is then a constant force and a stiffness. Arguments as for
+    `nonlinear_columns`, of one force.
     """
     angle, basis = one_revolution(harmonics)
     rate = 1j * np.asarray(harmonics)[:, None] * np.asarray(speed, float)[:, None, None]
@@ -112,67 +112,13 @@ def steady_states(forces, speed, harmonics, deflection, linear, reply):
     reply  : (speed, harmonic, dof, component) motion by a unit force on each component of those they depend on
     raises : NoSteadyState if the continuation from the linear response fails
     """
-    seen = seen_coordinates([force for _, force in forces])
-    (angle, basis), place, order = one_revolution(harmonics), np.asarray(harmonics), len(harmonics)
-    rate, still = 1j * place * speed[:, None], (deflection @ seen.T)[:, None]
-    start, receptance = _real(linear @ seen.T), _real(seen @ reply)
-    chosen = [_chosen(force, seen) for _, force in forces]
-    difference, total = ((place[:, None] + sign * place) % len(basis) for sign in (-1, 1))
-    # (unit, coordinate, speed, time, seen)
-    units = np.array([1, 1j])[:, None, None, None, None] * np.eye(len(seen))[:, None, None, :]
-
-    def in_time(z, v, at_rest):
-        return sum(
-            amplitude * force.at(z @ s.T, v @ s.T, at_rest @ s.T, angle) @ s
-            for (amplitude, force), s in zip(forces, chosen, strict=True)
-        )
-
-    def force_and_slope(x, at):
-        """Force (speed, component) and its slope at some of the speeds.
-
-        df = p dz + q conj(dz), so p_{m-n} on a_n and q_{m+n} on conj(a_n).
-        """
-        a, turn, rates = _complex(x, len(seen)), speed[at, None, None], rate[at]
-        z, v = basis @ a + still[at], basis @ (rates[..., None] * a)
-        largest = np.swapaxes(np.abs(a).max(axis=1), 0, 1)[..., None, None]
-        size = DIFFERENCE * (largest + 1e-12)  # (coordinate, speed, 1, 1): of each coordinate, in its own unit
-        step, rest = size * units, 0 * size * units
-        up_z, down_z, up_v, down_v = in_time(
-            z + np.stack([step, -step, rest, rest]), v + turn * np.stack([rest, rest, step, -step]), still[at]
-        )
-        direct = mirrored = 0.0
-        for slope, factor in (((up_z - down_z) / size, np.ones_like(rates)), ((up_v - down_v) / (size * turn), rates)):
-            lines = np.fft.fft(slope / 4, axis=-2) / len(basis)  # (unit, coordinate, speed, line, seen)
-            factor = factor[:, None, :, None]
-            direct = direct + (lines[0] - 1j * lines[1])[:, :, difference] * factor
-            mirrored = mirrored + (lines[0] + 1j * lines[1])[:, :, total] * factor.conj()
-        parts = np.stack([direct + mirrored, 1j * (direct - mirrored)])  # (part, coordinate, speed, m, n, seen)
-        flat = parts.transpose(2, 3, 5, 0, 4, 1).reshape(len(x), order, len(seen), -1)
-        return _real(basis.conj().T @ in_time(z, v, still[at]) / len(basis)), _real(flat)
-
-    def newton(x, share, at):
-        """Motion, force and slope at some of the speeds, and whether each has converged."""
-        x, force, slope, met = x.copy(), np.zeros_like(x), np.zeros((*x.shape, x.shape[1])), np.zeros(len(x), bool)
-        left = np.arange(len(x))
-        for _ in range(NEWTON_STEPS):
-            force[left], slope[left] = force_and_slope(x[left], at[left])
-            flexible = share[left, None, None] * receptance[at[left]]
-            off = x[left] - start[at[left]] - (flexible @ force[left][..., None])[..., 0]
-            met[left] = np.linalg.norm(off, axis=1) <= TOLERANCE * np.linalg.norm(x[left], axis=1)
-            stiff = np.eye(x.shape[1]) - flexible @ slope[left]
-            left, stiff, off = left[~met[left]], stiff[~met[left]], off[~met[left]]
-            if not len(left):
-                break
-            x[left] -= _solved(stiff, off)
-            left = left[np.isfinite(x[left]).all(axis=1)]
-        return x, force, slope, met
-
-    x, share, growth = start.copy(), np.zeros(len(speed)), np.ones(len(speed))
-    force, slope = np.zeros_like(x), np.zeros_like(receptance)
+    system = _System(forces, speed, harmonics, deflection, linear, reply)
+    x, share, growth = system.start.copy(), np.zeros(len(speed)), np.ones(len(speed))
+    force, slope = np.zeros_like(x), np.zeros_like(system.receptance)
     while (share < 1).any():
         at = np.flatnonzero(share < 1)
         tried = np.minimum(1.0, share[at] + growth[at])
-        found, *loaded, met = newton(x[at], tried, at)
+        found, *loaded, met = system.balanced(x[at], tried, at)
         lost = at[~met][growth[at[~met]] < SMALLEST_GROWTH]
         if len(lost):
             raise NoSteadyState(
@@ -183,7 +129,73 @@ def steady_states(forces, speed, harmonics, deflection, linear, reply):
         done = at[met]
         x[done], force[done], slope[done] = (part[met] for part in (found, *loaded))
         share[done], growth[at] = tried[met], growth[at] * np.where(met, 2.0, 0.5)
-    return linear + (reply @ force[:, None, :, None])[..., 0], Tangent(slope, reply, seen)
+    return linear + (reply @ force[:, None, :, None])[..., 0], Tangent(slope, reply, system.seen)
+
+
+class _System:
+    """The equations x = start + share * receptance @ force(x) at all speeds; arguments as for `steady_states`.
+
+    x (speed, component) are the harmonics of the coordinates that the forces depend on, m; share is that of the forces
+    in the continuation.
+    """
+
+    def __init__(self, forces, speed, harmonics, deflection, linear, reply):
+        seen, place = seen_coordinates([force for _, force in forces]), np.asarray(harmonics)
+        self.seen, self.speed, self.order = seen, speed, len(place)
+        self.forces = [(amplitude, force, _chosen(force, seen)) for amplitude, force in forces]
+        self.angle, self.basis = one_revolution(harmonics)
+        self.rate, self.still = 1j * place * speed[:, None], (deflection @ seen.T)[:, None]
+        self.start, self.receptance = _real(linear @ seen.T), _real(seen @ reply)
+        # lines m - n and m + n of a spectrum over a revolution
+        self.difference, self.total = ((place[:, None] + sign * place) % len(self.basis) for sign in (-1, 1))
+        # (unit, coordinate, speed, time, seen)
+        self.units = np.array([1, 1j])[:, None, None, None, None] * np.eye(len(seen))[:, None, None, :]
+
+    def _in_time(self, z, v, at_rest):
+        """Force (..., time, seen), N, at displacements and velocities."""
+        return sum(
+            amplitude * force.at(z @ s.T, v @ s.T, at_rest @ s.T, self.angle) @ s for amplitude, force, s in self.forces
+        )
+
+    def _force_and_slope(self, x, at):
+        """Force (speed, component), N, and its slope (speed, component, component), N/m, at some of the speeds.
+
+        The force changes by df = p dz + q conj(dz): p_{m-n} acts on a_n, and q_{m+n} on conj(a_n).
+        """
+        a, turn, rates, still = _complex(x, len(self.seen)), self.speed[at, None, None], self.rate[at], self.still[at]
+        z, v = self.basis @ a + still, self.basis @ (rates[..., None] * a)
+        largest = np.swapaxes(np.abs(a).max(axis=1), 0, 1)[..., None, None]
+        size = DIFFERENCE * (largest + 1e-12)  # (coordinate, speed, 1, 1): of each coordinate, in its own unit
+        step, rest = size * self.units, 0 * size * self.units
+        up_z, down_z, up_v, down_v = self._in_time(
+            z + np.stack([step, -step, rest, rest]), v + turn * np.stack([rest, rest, step, -step]), still
+        )
+        direct = mirrored = 0.0
+        for slope, factor in (((up_z - down_z) / size, np.ones_like(rates)), ((up_v - down_v) / (size * turn), rates)):
+            lines = np.fft.fft(slope / 4, axis=-2) / len(self.basis)  # (unit, coordinate, speed, line, seen)
+            factor = factor[:, None, :, None]
+            direct = direct + (lines[0] - 1j * lines[1])[:, :, self.difference] * factor
+            mirrored = mirrored + (lines[0] + 1j * lines[1])[:, :, self.total] * factor.conj()
+        parts = np.stack([direct + mirrored, 1j * (direct - mirrored)])  # (part, coordinate, speed, m, n, seen)
+        flat = parts.transpose(2, 3, 5, 0, 4, 1).reshape(len(x), self.order, len(self.seen), -1)
+        return _real(self.basis.conj().T @ self._in_time(z, v, still) / len(self.basis)), _real(flat)
+
+    def balanced(self, x, share, at):
+        """Motion, force and slope at some of the speeds by Newton's method, and whether each has converged."""
+        x, force, slope, met = x.copy(), np.zeros_like(x), np.zeros((*x.shape, x.shape[1])), np.zeros(len(x), bool)
+        left = np.arange(len(x))
+        for _ in range(NEWTON_STEPS):
+            force[left], slope[left] = self._force_and_slope(x[left], at[left])
+            flexible = share[left, None, None] * self.receptance[at[left]]
+            off = x[left] - self.start[at[left]] - (flexible @ force[left][..., None])[..., 0]
+            met[left] = np.linalg.norm(off, axis=1) <= TOLERANCE * np.linalg.norm(x[left], axis=1)
+            stiff = np.eye(x.shape[1]) - flexible @ slope[left]
+            left, stiff, off = left[~met[left]], stiff[~met[left]], off[~met[left]]
+            if not len(left):
+                break
+            x[left] -= _solved(stiff, off)
+            left = left[np.isfinite(x[left]).all(axis=1)]
+        return x, force, slope, met
 
 
 def _solved(matrices, right):
@@ -202,5 +214,5 @@ def seen_coordinates(forces):
 
 
 def _chosen(force, seen):
-    """Selects (coordinate of the force, coordinate seen) the coordinates of one force."""
+    """Matrix (coordinate of the force, coordinate seen) that selects the coordinates of one force."""
     return (force.matrix[:, None] == seen).all(axis=-1).astype(float)
