@@ -3,7 +3,7 @@ import numpy as np
 from rotorstudy.plugins import CrackDepth, PoissonsRatio, Positive, hookimpl
 
 GAUSS = np.polynomial.legendre.leggauss(40)  # 12 digits
-FEWER = np.polynomial.legendre.leggauss(16)  # of a crack partly open, whose edge lies between points: 4e-4
+FEWER = np.polynomial.legendre.leggauss(16)  # where the line K = 0 lies between points: relative error 4e-4
 
 
 def strip_integration(
@@ -30,7 +30,7 @@ def partly_open(
     youngs_modulus_Pa: Positive = 2.1e11,
     poissons_ratio: PoissonsRatio = 0.3,
 ):
-    """Rotation by a unit moment of the same crack, open only where the stress intensity factor K is positive.
+    """Rotation of the same crack by a unit moment, open only where the stress intensity factor K is positive.
 
     K = K_xi + K_eta is that of both bending components. With the strain energy release max(K, 0)^2 (1 - nu^2) / E the
     crack closes along the line K = 0, and its rotation is the gradient of the energy: it never jumps.
@@ -44,7 +44,7 @@ def partly_open(
 
 
 def _strips(depth_ratio, gauss=GAUSS):
-    """Area elements (strip, point) of half the crack, with K^2 per stress and F; stress times F for xi and for eta."""
+    """Weights (strip, point) of half the crack, R = 1, and what differs between the factors F2 (xi) and F1 (eta)."""
     edge = 1 - 2 * depth_ratio
     x, across = _points(0, np.arcsin(np.sqrt(1 - edge**2)), gauss)  # x = sin(angle); the strips end at the circle
     x, across = x[:, None], across[:, None]

@@ -6,10 +6,10 @@ from rotorstudy.plugins import CannotAct, Effect, Entry, Parameter, hookimpl
 def bow(structure, node: int | None = None, element: int | None = None, last_element: int | None = None):
     """Permanent bend r_0 that rotates with the shaft: force K r_0 e^{jwt}.
 
-    At a node: in the shape due to a load there, measured from the bearing line; for a shaft without rigid supports,
-    from the line through its ends. In an element, or in all up to a last one: bent by an angle, with a constant
-    curvature (a side that is hotter) and one that grows linearly from minus to plus that of this angle (towards a
-    kink); straight elsewhere.
+    At a node: its deflection there, in the shape due to a load there, from the bearing line; for a shaft without rigid
+    supports, from the line through its ends. In an element, or in all up to a last one: bow_angle is the angle by which
+    the stretch is bent with a constant curvature (a shaft that is hotter on one side); bow_angle_skew adds a curvature
+    that grows linearly along it, from minus to plus that of this angle. The shaft is straight elsewhere.
     """
     if element is not None:
         stretch = range(element, (element if last_element is None else last_element) + 1)
@@ -30,16 +30,17 @@ def bow(structure, node: int | None = None, element: int | None = None, last_ele
 
 
 def length_of(structure, element):
-    """Of an element, m: a tilt of one end by 1 rad is a mean curvature of one over it."""
+    """Length of an element, m: a tilt of one end by 1 rad is a mean curvature of one over the length."""
     return 1 / (structure.curvature_at(element) @ structure.unit(element + 1, "tilt"))
 
 
 def shaft_length(structure):
+    """Length of all elements, m."""
     return sum(length_of(structure, place["element"]) for place in structure.crack_places())
 
 
 def bent(structure, stretch):
-    """Force (dof,) of a stretch of elements bent by 1 rad: of constant and of linear curvature.
+    """Forces (dof,) of a stretch of elements bent by 1 rad, N (N m), one of constant and one of linear curvature.
 
     A curvature a + b s over an element, s from its middle, tilts its ends by b l^2 / 12 -+ a l / 2 against its chord.
     """
@@ -69,7 +70,7 @@ def rotorstudy_effect():
     return Effect(
         "bow",
         bow,
-        source="Nicholas, Gunter, Allaire 1976; of a shaft with a hotter side: Boley and Weiner 1960",
+        source="Nicholas, Gunter, Allaire 1976; of a shaft hotter on one side: Boley and Weiner 1960",
         places=between_the_ends_or_a_stretch,
         parts=("node", "element", "last_element"),
         checked="whirl b / |1 - eta^2| of a Jeffcott rotor to 1e-12; a bent stretch rests in its shape to 1e-9",

@@ -12,9 +12,9 @@ def looseness(
 ):
     """Support that lifts off: where the lift s from the static deflection exceeds l, force -k min(s - l, p) d.
 
-    d is the direction that presses the shaft on its support, at direction_rad from x (gravity points along +x), and
-    s = -d . r. k is the part of the modelled stiffness that is lost, until the bolts hold after a play p; by default
-    they never do. l is negative where the support has lifted off at rest.
+    d, at direction_rad from x (gravity points along +x), is the direction in which the shaft presses on its support,
+    and s = -d . r. k is the part of the modelled stiffness that is lost beyond the lift l, until after a play p the
+    bolts hold; by default they never do. l is negative where the support has lifted off already at rest.
     """
     here = structure.unit(structure.default_node() if node is None else node)[None]
     along = np.exp(1j * direction_rad)

@@ -15,11 +15,11 @@ def parallel_misalignment(
 ):
     """Parallel misalignment of a coupling: forces at multiples of the spin speed, independent of the speed.
 
-    They act at a node, or for a coupling modelled by an element at both its ends, in opposite directions. Each harmonic
-    has its own amplitude and phase, since couplings differ; 2X usually dominates. A force of any other polarisation
-    than circular has backward harmonics (-1, -2, -3) too, and a shaft that is bent into line has a constant force (0).
-    coupled: the stiffness of the coupling, which the rig does not have, acts on the motion too; the part that differs
-    between two directions of the turning coupling, -k_d e^{2jwt} conj(z), gives 2X.
+    They act at a node, or, for a coupling modelled by an element, at both its ends in opposite directions. Each
+    harmonic has its own amplitude and phase, since couplings differ; 2X usually dominates. A force that is not circular
+    has backward harmonics (-1, -2, -3) too, and a shaft that is bent into line has a constant force (0). coupled: the
+    stiffness of the coupling, which the rig lacks, acts on the motion too; its asymmetry k_d, which turns with the
+    coupling, adds the force -k_d e^{2jwt} conj(z), which gives 2X.
     """
     scales = structure.scales
     if element is None:
@@ -28,7 +28,7 @@ def parallel_misalignment(
         here, local = structure.unit(element) - structure.unit(element + 1), scales.softest
     else:
         raise CannotAct("parallel_misalignment: give the node or the element of the coupling, not both")
-    usual = 0.05 * local * scales.length  # an offset of the usual length against a share of the stiffness there
+    usual = 0.05 * local * scales.length  # an offset of the usual length, times a share of the stiffness there
     forces = [
         Parameter(f"misalignment_force_{n}X", "N", (Entry(here, on="one", shift=n),), usual, is_complex=True)
         for n in harmonics

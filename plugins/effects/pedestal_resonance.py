@@ -13,11 +13,11 @@ def pedestal_resonance(
     bearing_time_s: NonNegative = 0.0,
     direction: Literal["x", "y", "both"] = "both",
 ):
-    """Support that yields at a resonance of its own, along x, y or both, at the frequency v = n w.
+    """Support that yields at a resonance of its own, along x, y or both.
 
-    The force is +k (1 + j v T)^2 w0^2 / (w0^2 - v^2 + 2j zeta w0 v). By exactly that the dynamic stiffness
-    k_b + j v c_b of a bearing, T = c_b / k_b, changes on a pedestal k_p + j v c_p - v^2 m behind it, with
-    k = k_b^2 / (k_b + k_p), w0^2 = (k_b + k_p) / m and 2 zeta w0 = (c_b + c_p) / m.
+    At the frequency v = n w the force is +k (1 + j v T)^2 w0^2 / (w0^2 - v^2 + 2j zeta w0 v) times the displacement.
+    A bearing k_b + j v c_b loses exactly that dynamic stiffness by a pedestal k_p + j v c_p - v^2 m in series, with
+    T = c_b / k_b, k = k_b^2 / (k_b + k_p), w0^2 = (k_b + k_p) / m and 2 zeta w0 = (c_b + c_p) / m.
     It is defined in the frequency domain.
     """
     here = structure.unit(structure.default_node() if node is None else node)
@@ -40,7 +40,7 @@ def pedestal_resonance(
 
 
 def each_direction(structure, sensors):
-    """Each support in both directions with one resonance, and along x and y: a pedestal may have one in each."""
+    """Each support with the same resonance in both directions, and with one along x and along y."""
     return [{**place, "direction": axis} for place in at_supports(structure, sensors) for axis in ("both", "x", "y")]
 
 

@@ -4,9 +4,9 @@ from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
 def shaft_asymmetry(structure, element: int | None = None, last_element: int | None = None):
     """Shaft with two bending stiffnesses (keyway, flat, open crack): force -epsilon K e^{2jwt} conj(q).
 
-    Stiffer by the share epsilon in a direction that rotates with the shaft, softer across; the phase of the amplitude
-    is twice its angle. Gravity causes 2X. K is the stiffness of the whole shaft, of one element, or of those up to a
-    last one.
+    Stiffer by the share epsilon in a direction that rotates with the shaft, softer across it; the phase of the
+    amplitude is twice the angle of that direction. Gravity causes 2X. K is the stiffness of the whole shaft, of an
+    element, or of all from that to a last one.
     """
     shaft = structure.stiffness if element is None else structure.stiffness_of(element, last_element)
     entry = Entry(-shaft, on="conj", shift=2)

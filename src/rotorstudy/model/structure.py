@@ -10,7 +10,7 @@ import numpy as np
 from rotorstudy.errors import CannotAct, unknown_name
 from rotorstudy.model.scales import Scales
 
-STRETCHES = 8  # parts of a shaft, of which stretches consist
+STRETCHES = 8  # most parts into which a shaft is divided, of which longer stretches consist
 
 
 class Matrices(NamedTuple):
@@ -27,9 +27,9 @@ class Section(NamedTuple):
 
     position   : m from node 1
     outer_diameter_m, inner_diameter_m, youngs_modulus_Pa, poissons_ratio : of the shaft there
-    moment     : (dof,) bending moment E I d2z/ds2 by a unit of each coordinate, N (N m)
-    own_moment : moment by the weight between the nodes of its element, N m
-    stiffness  : moment by a kink of the shaft there while the nodes are held, N m/rad
+    moment     : (dof,) bending moment E I d2z/ds2 by a unit of each coordinate, N (N m of a tilt)
+    own_moment : moment by the weight of its element while the nodes are held, N m
+    stiffness  : moment by a kink of 1 rad in the shaft there while the nodes are held, N m/rad
     """
 
     position: float
@@ -85,7 +85,7 @@ class Reading:
         return self.probes.get(node, {"x": 0.0, "y": np.pi / 2})
 
     def axis(self, node: int) -> complex:
-        """Direction e^{ja} of the probe x of a node: the one from which another is a quarter turn ahead.
+        """Direction e^{ja} of the probe x of a node: of its first two probes, the one from which the other is ahead.
 
         Parameters
         ----------
@@ -94,7 +94,7 @@ class Reading:
         Returns
         -------
         complex
-            By the first pair of probes; another angle between them is taken for the nearest quarter turn.
+            The other one is taken as a quarter turn ahead, also where the angle between them is not a right one.
         """
         first, second = np.exp(1j * np.array(list(self.probes_at(node).values())[:2]))
         return complex(first if (np.conj(first) * second).imag > 0 else second)
@@ -316,7 +316,8 @@ class Structure:
         Raises
         ------
         CannotAct
-            If the rotor does not state the stiffness of its elements, or has no such elements.
+            If the rotor does not state the stiffness of its elements, has no such elements, or the last one is before
+            the first.
         """
         last = element if last_element is None else last_element
         if last < element:
@@ -330,7 +331,7 @@ class Structure:
     def stretches(self) -> list[dict]:
         """Options for each stretch of neighbouring elements that is shorter than the shaft, single elements first.
 
-        Longer stretches of a fine mesh begin and end at a part of its nodes, so that their number does not grow.
+        On a fine mesh longer stretches begin and end at only some of the nodes, so that their number stays small.
 
         Returns
         -------
@@ -370,7 +371,7 @@ class Structure:
         return -1 if self.curvature_at(element) @ self._deflection_on_rigid_bearings > 0 else 1
 
     def tension_side_at(self, section: Section) -> int:
-        """The same as `tension_side` at a cross section.
+        """On which side of a cross section bending by the weight stretches the shaft; see `tension_side`.
 
         Parameters
         ----------
@@ -415,7 +416,7 @@ def _is_regular(stiffness):
 
 
 def at_supports(structure, sensors):
-    """Places of an effect of the supports: the nodes of the bearings; every node of a rotor on supports of its own."""
+    """Places of an effect of the supports: the nodes of the bearings; without bearings, every node."""
     return [{"node": node} for node in structure.nodes if node in (structure.bearing_nodes or structure.nodes)]
 
 

@@ -106,7 +106,7 @@ def _measured(model, speed, harmonics, theta, order, jacobian):
         moving = summed_entries(linear, theta, lambda _, e: e.reads_motion)
         change[..., :first] += np.moveaxis(apply_summed(moving, rotor, speed, blocks.harmonics), 0, -1)
     for p, unknown in enumerate(model.output_unknowns, start=first):
-        if unknown.exact:  # of any size, hence of what the others show
+        if unknown.exact:  # not small, so it acts on what the others show
             step, size, seen = EXACT_STEP * unknown.typical, theta[..., p], shown
             shown = seen + _exact_change(unknown, size, seen, speed, blocks.harmonics)
             if jacobian:
@@ -118,7 +118,11 @@ def _measured(model, speed, harmonics, theta, order, jacobian):
 
 
 def _at_sensors(model, speed, theta, carried, found, derivatives=None):
-    """Displacements (..., speed, harmonic, sensor) from the stated zero, and their derivatives, None unless given."""
+    """Displacements (..., speed, harmonic, sensor) at the sensors, from the stated zero, m, and their derivatives.
+
+    found, derivatives : (..., dof) and (..., dof, parameter) from the static deflection; changed are those of 0X if
+                         displacements count from the unloaded line. Without derivatives None is returned for them.
+    """
     true = found[..., model.measured]
     derivatives = None if derivatives is None else derivatives[..., model.measured, :]
     if model.from_unloaded_line:
@@ -160,7 +164,9 @@ def carried_motion(model, speed, harmonics, theta=None, *, order=COUPLED_ORDER):
 
 
 class Near:
-    """A model and forces that it does not contain: the motion and the measured harmonics that they add to first order.
+    """The neighbourhood of a model: what forces that it does not contain add to its motion and measured harmonics.
+
+    To first order, as the added motion does not act back on these forces.
 
     model, speed, harmonics, theta : as for `harmonic_response`;  harmonics -order..order are carried
     """
@@ -201,9 +207,7 @@ class Near:
             return self._solved(force)[:, :, self.model.measured]
         reply = np.concatenate([self.replies(i)[:, :, self.model.measured] for i in acted], axis=-1)
         parts = np.ascontiguousarray(force.transpose(0, 3, 2, 1)[:, :, acted]).view(float)
-        reply = np.ascontiguousarray(np.moveaxis(reply, -1, 1)).view(
-            float
-        )  # (speed, component, harmonic, part * sensor)
+        reply = np.ascontiguousarray(np.moveaxis(reply, -1, 1)).view(float)  # (speed, component, harmonic, ...)
         speeds, count, carried = len(self.speed), force.shape[-1], len(self.blocks.harmonics)
         moved = parts.reshape(speeds, count, -1) @ reply.reshape(speeds, reply.shape[1], -1)
         return np.moveaxis(moved.view(complex).reshape(speeds, count, carried, -1), 1, -1)
