@@ -120,12 +120,7 @@ def investigate(
     stated = _stated(weights, best)
     if not best.causes:
         kind = "nothing" if min(p_values.before, p_parameters) >= settings.significance else "unknown"
-    elif (
-        p_values.after < settings.significance
-        or _has_wrong_form(found)
-        or p_parameters < settings.significance
-        or is_worse(base, best.fit, expected, settings)
-    ):
+    elif _is_rejected(found, p_values.after, p_parameters) or is_worse(base, best.fit, expected, settings):
         kind = "unknown"
     elif stated or min(probability[fault] for fault in best.faults) < settings.naming_probability:
         kind = "ambiguous"
@@ -167,11 +162,13 @@ def investigate(
     return Diagnosis(verdict, fitted, held, found, best.fit, settings, alternatives, labels)
 
 
-def _has_wrong_form(found):
-    """Whether the best causes leave more than an error of the form of one cause, as far as it is allowed.
+def _is_rejected(found, p_residual, p_parameters):
+    """Whether the best causes leave more than noise and the allowed error of a cause, or need implausible parameters.
 
-    The error of one cause must not hide what a second one explains: several are named if they leave only noise.
+    That error is allowed to one cause only, as it could hide what a second one explains.
     """
+    if min(p_residual, p_parameters) < found.settings.significance:
+        return True
     return found.cause_error > 0 and (len(found.best.faults) > 1 or found.cause_error >= found.settings.cause_error)
 
 
