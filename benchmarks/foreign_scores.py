@@ -6,11 +6,11 @@ import pandas as pd
 from rotorstudy.blind.scoring import calibration, share_bounds
 
 LARGE = 3.0  # size from which an effect must be found
-SLOW = 30.0  # seconds of a diagnosis that is reported
+SLOW = 30.0  # seconds of one core, above which a diagnosis is counted as slow
 
 
 def share(what, of, right, asked=""):
-    """A row of the summary: how many are right among some cases, with 95 % bounds, and what share is wanted."""
+    """A row of the summary: the share of some cases that is right, with 95 % bounds, and the share asked for."""
     right = np.asarray(right, bool)
     count, cases = int(right.sum()), len(of)
     low, high = share_bounds(count, cases)
