@@ -30,7 +30,7 @@ MEANS = {
     "seal": ("seal",),
     "misalignment": ("parallel_misalignment", "angular_misalignment"),
     "rub": ("rub",),
-    "crack": ("breathing_crack", "breathing_crack_weight", "open_crack"),
+    "crack": ("transverse_crack",),
 }
 X, Y = "yy", "xx"  # coefficients of ROSS along and across the weight, which acts along its -y
 
@@ -117,11 +117,13 @@ def difference(machine):
     return np.abs(ours - np.transpose(theirs, (2, 0, 1))).max() / np.abs(theirs).max()
 
 
-def there(true, cause):
-    """Whether a cause is the true effect at its place; next to an element counts as there."""
+def there(true, cause, element_length):
+    """Whether a cause is the true effect at its place: at a node, in an element (m long) or at one of its ends."""
     if not true or cause.effect not in MEANS[true["family"]]:
         return False
     first = true.get("node", true.get("element")) + 1
+    if "position_m" in cause.parameters:
+        return first - 1 <= cause.parameters["position_m"].value / element_length <= first
     places = (first,) if "node" in true else (first, first + 1)
     return cause.where.get("element", cause.where.get("node", first)) in places
 
@@ -149,8 +151,9 @@ def row_of(folder, machine):
         "verdict": verdict.verdict,
         "named": " + ".join(name_of(cause) for cause in verdict.causes),
         "stated": " | ".join(name_of(cause) for cause in verdict.ambiguous_with),
-        "alone": healthy or (verdict.verdict == "cause" and all(there(true, cause) for cause in stated)),
-        "in_set": healthy or any(there(true, cause) for cause in stated),
+        "alone": healthy
+        or (verdict.verdict == "cause" and all(there(true, cause, machine["shaft"]["length"]) for cause in stated)),
+        "in_set": healthy or any(there(true, cause, machine["shaft"]["length"]) for cause in stated),
         "p_after": verdict.residual_p_value.after,
         "share_left": verdict.residual_share,
         "seconds": time.process_time() - start,
