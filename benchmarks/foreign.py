@@ -103,7 +103,7 @@ SIZES = {
     "cubic_bearing": {"cubic_stiffness": "cubic_N_per_m3"},
     "external_damping": {"external_damping": "change_N_s_per_m"},
     "rub": {"rub_stiffness": "stiffness_N_per_m", "contact_angle_rad": "side_rad"},
-    "looseness": {"loose_stiffness": "loss_N_per_m"},
+    "looseness": {"stiffness_lost_in_lift": "loss_N_per_m"},
     "support_loss": {"support_stiffness_loss": "loss_N_per_m"},
     "seal": {"seal_damping": "damping_N_s_per_m", "seal_stiffness": "direct_N_per_m"},
 }
@@ -324,6 +324,8 @@ def run_case(work):
     except RotorstudyError as problem:
         right = fault in REFUSED and f"node {true[-1]['node']}: {REFUSED[fault]}" in str(problem)
         return row | {"verdict": "refused", "named": str(problem), "alone": right, "in_set": right, "wrong": False}
+    except np.linalg.LinAlgError as problem:  # a defect of the package
+        return row | {"verdict": "crashed", "named": str(problem), "alone": False, "in_set": False, "wrong": True}
     (folder / "verdict.json").write_text(found.verdict.model_dump_json(indent=1), encoding="utf-8")
     whole = with_model_error(spectrum, settings)
     sizes = [
@@ -344,6 +346,7 @@ def main():
     """Draw, diagnose, score, write."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--cases", type=int, default=100)
+    parser.add_argument("--first", type=int, default=0, help="number of the first case, to go on with a seed")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--families", nargs="+", choices=KINDS, default=KINDS, metavar="FAMILY")
     parser.add_argument("--out", type=Path, default=Path("foreign_cases"))
@@ -353,9 +356,11 @@ def main():
     parser.add_argument("--without-truth", action="store_true", help="leave the effects that are the truth out")
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
+    last = given.first + given.cases
     work = [
         Work(i, 100_000 * given.seed + i, kind, given.out, given.rig_error, given.quick, given.without_truth)
-        for i, kind in zip(range(given.cases), cycle(given.families))
+        for i, kind in zip(range(last), cycle(given.families))
+        if i >= given.first
     ]
     rows = []
     with ProcessPoolExecutor(given.processes) as pool:

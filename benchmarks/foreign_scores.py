@@ -26,7 +26,7 @@ def share(what, of, right, asked=""):
 
 def summary(rows):
     """The shares that count, with 95 % bounds."""
-    done = rows[~rows.verdict.isin(["not drawn", "refused"])]
+    done = rows[~rows.verdict.isin(["not drawn", "refused", "crashed"])]
     refused = rows[rows.verdict == "refused"]
     healthy, single = done[done.kind == "healthy"], done[~done.kind.isin(["healthy", "pair"])]
     known = single[single.known.astype(bool) & (single["size"] >= LARGE)]
@@ -54,6 +54,7 @@ def summary(rows):
         share("95 % intervals that hold the true size", held_sizes, held_sizes, "93 to 97 %"),
         share("held-out error worse with the causes", held, held.gain > 1, "<= 1 %"),
         share("records refused for the right reason", refused, refused.alone),
+        share("diagnoses that crashed", rows, rows.verdict == "crashed", "none"),
         share(f"diagnoses slower than {SLOW:g} s of one core", done, done.seconds > SLOW, "none"),
     ]
     numbers = [
@@ -71,6 +72,6 @@ def by_kind(rows):
         cases=("case", "size"), alone=("alone", "sum"), in_set=("in_set", "sum"), wrong=("wrong", "sum"),
         seconds=("seconds", "median"),
     )  # fmt: skip
-    for verdict in ("nothing", "cause", "ambiguous", "unknown", "convention", "refused", "not drawn"):
+    for verdict in ("nothing", "cause", "ambiguous", "unknown", "convention", "refused", "crashed", "not drawn"):
         table[verdict] = seen.groupby("kind").verdict.agg(lambda said, v=verdict: int((said == v).sum()))
     return table

@@ -156,6 +156,22 @@ def screen_each(projected: Projected, causes: Sequence[Candidate]) -> list[Scree
     return [found[i] for i in range(len(causes))]
 
 
+def _inverted(precision):
+    """Inverse and log determinant of I + A^T A (..., unknown, unknown), also if I is lost beside A.
+
+    No eigenvalue is below one; where round-off makes one so, as of dependent columns, it counts as one.
+    """
+    log_determinant = np.linalg.slogdet(precision)[1]
+    if np.all(log_determinant >= 0):
+        try:
+            return np.linalg.inv(precision), log_determinant
+        except np.linalg.LinAlgError:
+            pass
+    values, vectors = np.linalg.eigh(precision)
+    values = np.maximum(values, 1)
+    return (vectors / values[..., None, :]) @ np.swapaxes(vectors, -1, -2), np.log(values).sum(axis=-1)
+
+
 def _screen_alike(projected, sets):
     """Screened of each of some sets of candidates whose parameters have the same numbers of amplitudes.
 
@@ -168,11 +184,11 @@ def _screen_alike(projected, sets):
     left = residual - (mean[:, None] @ columns)[:, 0]
     scaled = columns * std[..., None]
     precision = np.eye(std.shape[-1]) + scaled @ np.swapaxes(scaled, -1, -2)
-    covariance = np.linalg.inv(precision)
+    covariance, narrowed = _inverted(precision)
     off = (covariance @ (scaled @ left[..., None]))[..., 0]  # in standard deviations of the prior
     cost = np.sum((left - (off[:, None] @ scaled)[:, 0]) ** 2, axis=-1) + np.sum(off**2, axis=-1)
     explained = residual @ residual - cost
-    evidence = 0.5 * (explained - np.linalg.slogdet(precision)[1])
+    evidence = 0.5 * (explained - narrowed)
     start, detection = mean + std * off, std / np.sqrt(1 + np.sum(scaled**2, axis=-1))
     limited = [
         (s, own.index(name), sum(factor * projected.theta[n] for n, factor in same.items()))
@@ -227,16 +243,17 @@ def screen_pairs(projected: Projected, first: list[Candidate], second: list[Cand
         left = whole - 2 * product[here] @ shift + shift @ gram[np.ix_(here, here)] @ shift
         right = product - gram[:, here] @ shift
         ridge = np.eye(len(here)) + gram[np.ix_(here, here)]
-        across = np.linalg.solve(ridge, gram[here])  # (own unknown, unknown)
-        gained = whole - left + right[here] @ np.linalg.solve(ridge, right[here])
-        remaining, narrowed = right - across.T @ right[here], np.linalg.slogdet(ridge)[1]
+        covariance, narrowed = _inverted(ridge)
+        across = covariance @ gram[here]  # (own unknown, unknown)
+        gained = whole - left + right[here] @ covariance @ right[here]
+        remaining = right - across.T @ right[here]
         for size, members in groups.items():
             place = np.array([[at[n] for n in second[j].names] for j in members])
             own = gram[place[:, :, None], place[:, None, :]] + np.eye(size)
             own = own - np.einsum("ujk,ujl->jkl", gram[here][:, place], across[:, place])
-            pull = remaining[place]
-            more = np.einsum("jk,jk->j", pull, np.linalg.solve(own, pull[..., None])[..., 0])
-            found[i, members] = gained + more - narrowed - np.linalg.slogdet(own)[1]
+            pull, (second_covariance, second_narrowed) = remaining[place], _inverted(own)
+            more = np.einsum("jk,jkl,jl->j", pull, second_covariance, pull)
+            found[i, members] = gained + more - narrowed - second_narrowed
     same = np.array([[a.cause == b.cause for b in second] for a in first])
     found[same] = -np.inf
     return found

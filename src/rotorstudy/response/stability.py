@@ -189,6 +189,8 @@ def _growth_of_one_turn(model, speed, theta):
     turns = np.linalg.solve(identity - weight * starts[1:], ahead)
     while len(turns) > 1:  # TURN_STEPS is a power of two
         turns = turns[1::2] @ turns[::2]
+    if not np.isfinite(turns).all():  # of a motion that grows beyond all numbers within a turn
+        return np.inf
     return np.log(np.abs(np.linalg.eigvals(turns[0])).max()) / duration
 
 
