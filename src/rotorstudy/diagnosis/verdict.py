@@ -155,7 +155,7 @@ def investigate(
         measuring_chain=chain,
         findings=worst_first(findings),
     )
-    if verdict.causes:
+    if verdict.verdict in ("cause", "ambiguous"):
         verdict = verdict.model_copy(update={"outside_probability": outside_probability(verdict)})
     verdict = verdict.model_copy(update={"summary": summary(verdict)})
     alternatives = frozenset(c.cause for _, parts, _ in stated for c in parts)
