@@ -55,7 +55,7 @@ def test_what_is_not_certain_is_said():
     """Only where it matters: beside a cause that nothing speaks against, the probability of another is small."""
     text = "the true cause is none of these"
     assert text not in summary(verdict(outside_probability=0.02))
-    assert f"With a probability of 20 % {text}" in summary(verdict(outside_probability=0.2))
+    assert f"with a probability of 20 % {text}" in summary(verdict(outside_probability=0.2))
 
 
 def table(missed, feature):

@@ -44,8 +44,13 @@ def _angle(phase, fold):
 
 
 def _present(cause):
-    """The parameters of a cause; of more than a few amplitudes those that differ from zero, with their phases."""
+    """The parameters of a cause that say something.
+
+    Of more than a few amplitudes those that differ from zero, with their phases; of a cause of fixed size its shape.
+    """
     amplitudes = {name: one for name, one in cause.parameters.items() if one.part in ("amplitude", "magnitude")}
+    if registry().get("effect", cause.effect).fixed and len(amplitudes) < len(cause.parameters):
+        return {name: one for name, one in cause.parameters.items() if name not in amplitudes}  # its shape says all
     if len(amplitudes) <= FEW:
         return cause.parameters
     deviations = {name: abs(one.value) / one.std if one.std else np.inf for name, one in amplitudes.items()}
@@ -157,7 +162,10 @@ def _said(verdict):
         text += f"leaves {percent(verdict.residual_share)} of the excess error (rms)"
         text += f" and needs {implausible}." if implausible else "."
     if verdict.verdict != "unknown" and verdict.outside_probability > WORTH_SAYING:
-        text += f" With a probability of {percent(verdict.outside_probability, 2)} the true cause is none of these."
+        text += (
+            " That compares the effects of the library; with a probability of "
+            f"{percent(verdict.outside_probability, 2)} the true cause is none of these."
+        )
     return f"{text} {gain_in_words(verdict)}"
 
 
