@@ -6,6 +6,7 @@ The rows of the cases go to `docs/independent_records.csv`. What follows from th
 
 import argparse
 import re
+import textwrap
 from pathlib import Path
 
 import pandas as pd
@@ -54,7 +55,7 @@ def sentence(rows):
     held = found.loc["held-out error after over before, median"].value
     error = found.loc["calibration error of the stated probability"].value
     seconds = found.loc["seconds of one core for a diagnosis, median"].value
-    return (
+    text = (
         f"Of {len(rows)} cases, single effects at three times the noise or more were named alone at the right place in "
         f"{bounded('single effects named alone at the right place')}, and named or not ruled out in "
         f"{bounded('single effects in the stated set')}; {count('single effects given a wrong name')} were given a "
@@ -64,11 +65,12 @@ def sentence(rows):
         f"at held-out speeds falls to a median of {held:.2g} of what it was. A diagnosis takes {seconds:.2g} s of one "
         "core."
     )
+    return textwrap.fill(text, 130, initial_indent="  ", subsequent_indent="  ")
 
 
 def with_numbers(text, mark, numbers):
     """A page with what stands between its marks replaced."""
-    pattern = re.compile(rf"(<!-- {mark} -->\n).*?(\n<!-- end -->)", re.DOTALL)
+    pattern = re.compile(rf"(<!-- {mark} -->\n).*?(\n *<!-- end -->)", re.DOTALL)
     return pattern.sub(lambda found: found[1] + numbers + found[2], text)
 
 

@@ -91,3 +91,15 @@ def test_the_readme_counts_the_printed_values_right():
     printed = [pd.read_csv(ROOT / "workflow" / "reference" / name, dtype={"table": str}).table for name in names]
     count = sum(len(table) for table in printed)
     assert f"each of {count} printed values" in README
+
+
+def test_the_numbers_of_the_independent_simulator_follow_from_its_cases(monkeypatch):
+    import pandas as pd
+
+    monkeypatch.syspath_prepend(ROOT / "benchmarks")
+    import foreign_page
+
+    rows = pd.read_csv(foreign_page.ROWS)
+    for path, text in foreign_page.pages(rows).items():
+        assert text == path.read_text(encoding="utf-8"), f"{path.name}: run benchmarks/foreign_page.py"
+    assert all(text != path.read_text(encoding="utf-8") for path, text in foreign_page.pages(rows[1:]).items())
