@@ -45,6 +45,7 @@ def rotorstudy_effect():
         angular_misalignment,
         source="harmonics as in Sekhar and Prabhu 1995, J. Sound Vib. 185; Xu and Marangoni 1994, J. Sound Vib. 176",
         places=tilting_nodes,
+        positive=("coupling_stiffness",),
         hypothesis={"harmonics": list(ALL_HARMONICS), "coupled": True},
         checked="equal to two opposite parallel forces l apart with moment F l to 5e-3",
         confounders=(

@@ -56,6 +56,7 @@ def rotorstudy_effect():
         parallel_misalignment,
         source="harmonics as in Sekhar and Prabhu 1995, J. Sound Vib. 185; Xu and Marangoni 1994, J. Sound Vib. 176",
         places=nodes_and_elements,
+        positive=("coupling_stiffness",),
         hypothesis={"harmonics": list(ALL_HARMONICS), "coupled": True},
         checked="whirl F_n / |k - m n^2 w^2| of a Jeffcott rotor to 1e-12",
         confounders=(
