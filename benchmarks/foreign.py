@@ -23,24 +23,24 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tests"))
 
-import numpy as np  # noqa: E402
-import pandas as pd  # noqa: E402
-from foreign.cases import CHAIN_FAULTS, draw_case  # noqa: E402
-from foreign.faults import FAMILIES  # noqa: E402
-from foreign.files import write_case  # noqa: E402
-from foreign.measuring import expected_harmonics  # noqa: E402
-from foreign.stepping import NoSteadyState  # noqa: E402
-from foreign_scores import by_kind, summary  # noqa: E402
+import numpy as np
+import pandas as pd
+from foreign.cases import CHAIN_FAULTS, draw_case
+from foreign.faults import FAMILIES
+from foreign.files import write_case
+from foreign.measuring import expected_harmonics
+from foreign.stepping import NoSteadyState
+from foreign_scores import by_kind, summary
 
-from rotorstudy.diagnosis import investigate  # noqa: E402
-from rotorstudy.diagnosis.search import base_model  # noqa: E402
-from rotorstudy.diagnosis.settings import read_settings  # noqa: E402
-from rotorstudy.errors import RotorstudyError  # noqa: E402
-from rotorstudy.inference.fit import fit  # noqa: E402
-from rotorstudy.inference.prediction import with_model_error  # noqa: E402
-from rotorstudy.measurement.measurement import measured_spectrum  # noqa: E402
-from rotorstudy.model.registry import registry  # noqa: E402
-from rotorstudy.model.rig import read_rig  # noqa: E402
+from rotorstudy.diagnosis import investigate
+from rotorstudy.diagnosis.search import base_model
+from rotorstudy.diagnosis.settings import read_settings
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.inference.fit import fit
+from rotorstudy.inference.prediction import with_model_error
+from rotorstudy.measurement.measurement import measured_spectrum
+from rotorstudy.model.registry import registry
+from rotorstudy.model.rig import read_rig
 
 VISIBLE = 0.01  # least change of a harmonic by an effect, over the healthy 1X; a smaller one is drawn again
 QUICK = (0, 1, -1, 2, -2, 3, -3)  # harmonics of a quick run
