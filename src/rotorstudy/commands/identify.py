@@ -78,7 +78,7 @@ def run(given):
     for name, value, half, unit in zip(names, theta, 1.96 * std, units, strict=True):
         print(f"{name:24} {value: .6g} ± {half:.2g} {unit} (95 %)")
     if np.isfinite(estimate.misfit):
-        _print_misfit(float(estimate.misfit), 2 * spectrum.amplitude.size - len(names))
+        _print_misfit(float(estimate.misfit), spectrum.data_count - len(names))
     if given.out:
         coordinates = {"parameter": (list(names), "1", "identified parameter")}
         variables = {
