@@ -100,7 +100,7 @@ def run(given):
     units = model.reported_units(names)
     _print_estimates(names, theta, std, units)
     if np.isfinite(estimate.misfit):
-        _print_misfit(float(estimate.misfit), 2 * spectrum.amplitude.size - len(names))
+        _print_misfit(float(estimate.misfit), spectrum.data_count - len(names))
     if given.out:
         used = [*rig.plugins, estimator, *([method] if method else [])]
         _save(given, rig, used, names, theta, std, units)

@@ -113,9 +113,11 @@ class Reading:
         Returns
         -------
         complex
-            The other one is taken as a quarter turn ahead, also where the angle between them is not a right one.
+            The other one is taken as a quarter turn ahead, also where the angle between them is not a right one, or
+            where it is missing.
         """
-        first, second = np.exp(1j * np.array(list(self.probes_at(node).values())[:2]))
+        first, *others = np.exp(1j * np.array(list(self.probes_at(node).values())[:2]))
+        second = others[0] if others else 1j * first
         return complex(first if (np.conj(first) * second).imag > 0 else second)
 
 
