@@ -5,7 +5,7 @@ import sys
 from rotorstudy.commands.outputs import check_file
 from rotorstudy.errors import RotorstudyError
 
-NOT_WITH_RUNS = ("unknowns", "harmonics", "spectrum", "out")
+NOT_WITH_RUNS = ("unknowns", "cause", "harmonics", "spectrum", "out")
 
 
 def identify_several(given):

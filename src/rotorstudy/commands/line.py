@@ -1,18 +1,19 @@
-"""Simulate rotor rigs, import records, identify and diagnose rigs, list and write plugins."""
+"""Analyse and simulate rotor rigs, import records, identify and diagnose rigs, list and write plugins."""
 
 import argparse
 import sys
 
 from rotorstudy import __version__
-from rotorstudy.commands import blind, check, diagnose, identify, import_records, new, plugins, simulate
+from rotorstudy.commands import analyse, blind, check, diagnose, identify, import_records, new, plugins, simulate
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.registry import blamed, registry
 
-COMMANDS = (plugins, new, check, simulate, import_records, diagnose, identify, blind)
+COMMANDS = (plugins, new, check, analyse, simulate, import_records, diagnose, identify, blind)
 EPILOG = """examples:
   rotorstudy plugins
   rotorstudy new crack my_crack
   rotorstudy check my_crack.py
+  rotorstudy analyse rig.yaml --out analysis
   rotorstudy simulate rig.yaml --speeds 88 308 --out records.nc
   rotorstudy import run_1.csv run_2.csv --rig rig.yaml --out spectrum.nc
   rotorstudy identify spectrum.nc --rig rig.yaml --unknowns internal_damping external_damping
