@@ -4,11 +4,22 @@ import argparse
 import sys
 
 from rotorstudy import __version__
-from rotorstudy.commands import analyse, blind, check, diagnose, identify, import_records, new, plugins, simulate
+from rotorstudy.commands import (
+    analyse,
+    blind,
+    check,
+    compare,
+    diagnose,
+    identify,
+    import_records,
+    new,
+    plugins,
+    simulate,
+)
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.registry import blamed, registry
 
-COMMANDS = (plugins, new, check, analyse, simulate, import_records, diagnose, identify, blind)
+COMMANDS = (plugins, new, check, analyse, simulate, import_records, diagnose, compare, identify, blind)
 EPILOG = """examples:
   rotorstudy plugins
   rotorstudy new crack my_crack
@@ -18,6 +29,7 @@ EPILOG = """examples:
   rotorstudy import run_1.csv run_2.csv --rig rig.yaml --out spectrum.nc
   rotorstudy identify spectrum.nc --rig rig.yaml --unknowns internal_damping external_damping
   rotorstudy diagnose run_1.csv run_2.csv --rig rig.yaml --out diagnosis
+  rotorstudy compare --before march.csv --after may.csv --rig rig.yaml --out what_changed
   rotorstudy blind --cases 60 --seed 7 --out blind_7
 """
 
