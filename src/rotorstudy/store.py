@@ -128,7 +128,12 @@ def read_yaml(path):
 
 
 def _unique_key_loader():
-    """YAML's safe loader, but with an error for a key given twice."""
+    """YAML's safe loader, but with an error for a key given twice, and 50e-6 or 2e5 read as the numbers they are.
+
+    YAML 1.1 takes them as text, for lack of a point or of a sign in the exponent.
+    """
+    import re
+
     import yaml
 
     class Loader(yaml.SafeLoader):
@@ -140,4 +145,6 @@ def _unique_key_loader():
                     raise yaml.constructor.ConstructorError(None, None, what, key.start_mark)
             return super().construct_mapping(node, deep)
 
+    number = re.compile(r"[-+]?(\d[\d_]*\.?[\d_]*|\.\d[\d_]*)[eE][-+]?\d+$")
+    Loader.add_implicit_resolver("tag:yaml.org,2002:float", number, list("-+.0123456789"))
     return Loader
