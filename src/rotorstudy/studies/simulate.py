@@ -88,14 +88,15 @@ def kind_spectra(config, kind, records, name, phases):
     return found
 
 
-def spectra(config, records):
+def spectra(config, rig, records):
     """Full spectra of the records of `simulate`, of every kind, by every spectrum method and phase reference.
 
+    records : name of a rig -> result of `simulate`
     A record late by a fraction of a sample is the given one shifted by Fourier series; by whole samples, rolled.
     returns : displacement (source, record, spectrum_method, phase_reference, speed, harmonic, node, part) m,
               reference_phase (record, spectrum_method, speed, harmonic) rad
     """
-    methods, kinds = config.spectra, config.record.kinds
+    methods, kinds, records = config.spectra, config.record.kinds, records[rig]
     displacement = as_complex(records.displacement)  # (source, speed, node, time)
     speeds, sensors = records.speed.values, tuple(int(n) for n in records.node.values)
     coordinates = {
