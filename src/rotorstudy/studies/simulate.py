@@ -142,5 +142,9 @@ def _delayed(signal, samples):
 
 def case_records(config, model, speeds, kind, source):
     """Records of one kind at the given speeds (rad/s); source : "steady state" or "from rest"."""
-    signals = SOURCES[source](config, model, speeds, kind.late_samples)
+    return records_of(config, model, speeds, kind, SOURCES[source](config, model, speeds, kind.late_samples))
+
+
+def records_of(config, model, speeds, kind, signals):
+    """Records of one kind from signals (speed, node, time), m, that start as late as it does."""
     return [take(config, kind, z, w, model.sensors) for z, w in zip(signals, speeds, strict=True)]
