@@ -232,7 +232,7 @@ def test_a_misspelt_rig_key_is_named_with_its_place(tmp_path, capsys):
         ("mass_kg", "mas_kg", ["unknown key 'mas_kg'", "did you mean 'mass_kg'"]),
         ("mass_kg: 2.0", "mass_kg: -2.0", ["mass_kg = -2.0", "greater than 0"]),
         ("effects:", "effect:", ["unknown section 'effect'", "'effects'"]),
-        ("2.5e+5", "2.5e5", ["2.5e+5"]),
+        ("2.5e+5", "'2.5e5'", ["without quotes"]),
     ):
         (tmp_path / "rig.yaml").write_text(text.replace(old, new))
         refused(run(capsys, "simulate", tmp_path / "rig.yaml", "--speeds", "88", "--out", tmp_path / "x.nc"), *words)

@@ -100,7 +100,9 @@ def save(data, path):
         try:
             data.to_netcdf(temporary, engine="netcdf4", format="NETCDF4")
         except (OSError, RuntimeError) as error:  # the library reports what the disk refuses as RuntimeError
-            raise RotorstudyError(f"{path}: cannot be written ({error}); is the disk full or the folder read-only?") from None
+            raise RotorstudyError(
+                f"{path}: cannot be written ({error}); is the disk full or the folder read-only?"
+            ) from None
 
 
 def load(path):

@@ -1,5 +1,7 @@
 """The extended rig: fitted base parameters, the causes as effects, and the covariance of both."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from rotorstudy.inference.fit import fit
@@ -62,7 +64,7 @@ def _with_rotor_built_again(rig, diagnosis, renamed):
         if not term.variation and all(u.name in best.names and u.name not in renamed for u in term.unknowns)
     ]
     model = build_model({**rig, "sensors": list(diagnosis.spectrum.sensors)})
-    model = with_rotor_numbers(model, names).plus(*calibration)
+    model = replace(with_rotor_numbers(model, names).plus(*calibration), before=best.model.before)
     ratio = np.where(own, 1 + best.free, 1)
     mean = np.where(own, (1 + best.prior.mean) / ratio - 1, best.prior.mean)
     prior = Prior(names, mean, best.prior.covariance / np.outer(ratio, ratio))

@@ -6,7 +6,7 @@
         unbalances:  # added in this run; one without a size is estimated
           - {node: 4, unbalance_g_mm: 30, angle_deg: 90, std_g_mm: 0.5}
         effects: []  # any other effect added in this run; parameters without a value are estimated
-        own: [bow]  # parameters of the rig that are this run's own
+        own: [bow]  # parameters of the rig that are this run's own, besides those under `diagnosis: run_to_run:`
 
 All other parameters are shared: those of the rig, uncertain as its section `diagnosis:` or `prior:` states.
 """
@@ -30,7 +30,6 @@ from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.estimated_rig import rig_with_estimate, rig_with_values
-from rotorstudy.model.model import Model
 from rotorstudy.model.rig import RigFile, make_term, read_rig
 from rotorstudy.model.rotor_numbers import is_rotor_number
 from rotorstudy.yaml_file import read_yaml
@@ -180,7 +179,7 @@ def shared_names(joint: JointFit) -> list[str]:
 def _run(measured, whole, shared, settings, conventions):
     """The Run of a MeasuredRun: the machine with what is added in this run, and the Prior of what is its own."""
     item, structure = measured.item, whole.structure
-    own = shared.part(_own_names(item, whole, shared))
+    own = shared.part(_own_names(item, whole, shared, settings))
     terms = []
     for i, added in enumerate(item.unbalances):
         place = f"run '{item.name}', unbalances[{i}]"
@@ -198,22 +197,13 @@ def _run(measured, whole, shared, settings, conventions):
     return Run(item.name, whole.plus(*terms), measured.spectrum, own)
 
 
-def _own_names(item: RunItem, whole: Model, shared: Prior):
+def _own_names(item, whole, shared, settings):
     """Names of the parameters of the machine that a run has for itself."""
     found = []
-    for wanted in item.own:
-        here = [
-            unknown.name
-            for term in whole.terms
-            for p in term.parameters
-            if wanted in (p.name, term.full_name(p))
-            for unknown in term.unknowns
-            if unknown.name.removesuffix("_real").removesuffix("_imag") == term.full_name(p)
-        ]
-        here = [name for name in here if name in shared.names]
+    for wanted in [*item.own, *settings.run_to_run]:
+        here = [name for name in whole.amplitudes_of(wanted) if name in shared.names]
         if not here:
-            known = [name for name in shared.names if not is_rotor_number(name)]
-            raise unknown_name("uncertain parameter", wanted, known, f"run '{item.name}', own")
+            raise unknown_name("uncertain parameter", wanted, shared.names, f"run '{item.name}', own")
         found += here
     return list(dict.fromkeys(found))
 

@@ -75,7 +75,21 @@ def base_model(model: Model, settings: Settings) -> tuple[Model, Prior]:
     known = {unknown.name: (0.0, settings.nuisance[term.kind]) for term in terms for unknown in term.unknowns}
     uncertainty = with_rotor(settings.uncertainty, model.structure)
     model = with_rotor_numbers(model, (name for name, share in uncertainty.items() if share))
-    return model.plus(*terms), prior_of(model, uncertainty).plus(Prior.independent(known))
+    whole, prior = model.plus(*terms), prior_of(model, uncertainty).plus(Prior.independent(known))
+    return (whole, prior) if model.before is None else _of_change(whole, prior, settings)
+
+
+def _of_change(whole, prior, settings):
+    """The model of a change between two states, and its Prior.
+
+    What the states share cancels. A parameter that differs from run to run changes by the difference of two draws, with
+    twice its variance; as effects are linear in it, the earlier state can be taken to be without it.
+    """
+    moving = {name for parameter in settings.run_to_run for name in whole.amplitudes_of(parameter)}
+    moves = np.array([name in moving for name in prior.names], bool)
+    twice = np.where(moves, np.sqrt(2), 1.0)
+    changed = Prior(prior.names, np.where(moves, 0.0, prior.mean), prior.covariance * np.outer(twice, twice))
+    return replace(whole, before=frozenset(whole.names) - moving), changed
 
 
 def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
@@ -99,7 +113,7 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     RotorstudyError
         If the base model cannot be fitted. A broken plugin of the library raises nothing: see `Search.broken`.
     """
-    model = with_vibration(model, spectrum)
+    model = with_vibration(model, spectrum) if model.before is None else model
     whole, prior = base_model(model, settings)
     base = fit(whole, spectrum, prior)
     stated = fit(whole, spectrum, prior, steps=0)
