@@ -2,7 +2,6 @@
 
 from difflib import get_close_matches
 
-
 LONGEST = 1500  # characters of a message; what it repeats of the input is cut in the middle
 
 

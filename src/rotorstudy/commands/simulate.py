@@ -57,8 +57,8 @@ def run(given):
         check_record(record, given.harmonics)
         if (reached := float(np.abs(record.displacement).max())) > longest:
             raise RotorstudyError(
-                f"{given.rig}: the displacement reaches {reached:.3g} m at {record.speed:g} rad/s, more than the rotor is "
-                "large; check eccentricities and forces, stiffness, and damping at a resonance"
+                f"{given.rig}: the displacement reaches {reached:.3g} m at {record.speed:g} rad/s, more than the "
+                "size of the rotor; check eccentricities and forces, stiffness, and damping at a resonance"
             )
         if given.noise:
             x, y = standard_normal(given.seed, i, 1, (2, *record.displacement.shape))[0]
