@@ -119,7 +119,7 @@ def _at_common_speeds(before, after):
 
 
 def _difference(before, after, model):
-    """The difference of two spectra at the speeds of the first, less that which the small differences in speed cause."""
+    """The difference of two spectra at the speeds of the first, less what small differences in speed cause."""
     moved = [measured_response(model, one.speed, one.harmonics) for one in (before, after)]
     amplitude = after.amplitude - before.amplitude - (moved[1] - moved[0])
     return replace(before, amplitude=amplitude, covariance=before.covariance + after.covariance)
@@ -156,8 +156,8 @@ def known_as_before(model: Model, spectrum: Spectrum, settings: Settings) -> tup
     notes = []
     if share > 10 * settings.model_error:
         text = (
-            f"the rig explains the state before only with an error of {percent(share)} of each harmonic; what changed is "
-            "still found, but the sizes of causes are less certain. Identify the rig first ('rotorstudy identify')"
+            f"the rig explains the state before only with an error of {percent(share)} of each harmonic; what changed "
+            "is still found, but the sizes of causes are less certain. Identify the rig first ('rotorstudy identify')"
         )
         notes = [Finding("warning", "state before not explained", "state before", text)]
     model = with_rotor_numbers(model, prior.names)  # without the calibration of the probes
