@@ -5,12 +5,13 @@ import os
 import sys
 
 from rotorstudy import __version__
-from rotorstudy.commands import analyse, blind, check, diagnose, identify, import_records, new, plugins, simulate
+from rotorstudy.commands import analyse, blind, check, demo, diagnose, identify, import_records, new, plugins, simulate
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.registry import blamed, registry
 
-COMMANDS = (plugins, new, check, analyse, simulate, import_records, diagnose, identify, blind)
+COMMANDS = (demo, plugins, new, check, analyse, simulate, import_records, diagnose, identify, blind)
 EPILOG = """examples:
+  rotorstudy demo
   rotorstudy plugins
   rotorstudy new crack my_crack
   rotorstudy check my_crack.py
