@@ -5,11 +5,23 @@ import os
 import sys
 
 from rotorstudy import __version__
-from rotorstudy.commands import analyse, blind, check, demo, diagnose, identify, import_records, new, plugins, simulate
+from rotorstudy.commands import (
+    analyse,
+    blind,
+    check,
+    compare,
+    demo,
+    diagnose,
+    identify,
+    import_records,
+    new,
+    plugins,
+    simulate,
+)
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.registry import blamed, registry
 
-COMMANDS = (demo, plugins, new, check, analyse, simulate, import_records, diagnose, identify, blind)
+COMMANDS = (demo, plugins, new, check, analyse, simulate, import_records, diagnose, compare, identify, blind)
 EPILOG = """examples:
   rotorstudy demo
   rotorstudy plugins
@@ -20,6 +32,7 @@ EPILOG = """examples:
   rotorstudy import run_1.csv run_2.csv --rig rig.yaml --out spectrum.nc
   rotorstudy identify spectrum.nc --rig rig.yaml --unknowns internal_damping external_damping
   rotorstudy diagnose run_1.csv run_2.csv --rig rig.yaml --out diagnosis
+  rotorstudy compare --before march.csv --after may.csv --rig rig.yaml --out what_changed
   rotorstudy blind --cases 60 --seed 7 --out blind_7
 """
 

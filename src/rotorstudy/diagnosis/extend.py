@@ -28,7 +28,8 @@ def extended_rig(given, diagnosis):
     """
     best, causes, rig = diagnosis.best, diagnosis.search.best.causes, dict(given)
     own = build_model(given).names
-    renamed = {name: name for name in best.names if name in own or is_rotor_number(name)}
+    shared = best.model.names if best.model.before is None else best.model.before
+    renamed = {name: name for name in best.names if (name in own or is_rotor_number(name)) and name in shared}
     if causes:
         labels = {item.get("label") for item in rig.get("effects") or []}
         free = (f"found {n}" for n in range(1, len(labels) + len(causes) + 1) if f"found {n}" not in labels)

@@ -51,10 +51,12 @@ class JointFit(NamedTuple):
 
     @property
     def misfits(self) -> dict[str, tuple[float, int]]:
-        """Name of each run -> its misfit, and the number of its components."""
+        """Name of each run -> its misfit, and the number of its data."""
         sizes = [2 * run.spectrum.amplitude.size for run in self.runs]
         parts = np.split(self.posterior.residual, np.cumsum(sizes)[:-1])
-        return {run.name: (float(part @ part), len(part)) for run, part in zip(self.runs, parts, strict=True)}
+        return {
+            run.name: (float(part @ part), run.spectrum.data_count) for run, part in zip(self.runs, parts, strict=True)
+        }
 
 
 def joint_prior(shared: Prior, runs: Sequence[Run]) -> Prior:

@@ -255,11 +255,12 @@ class Model:
         return tuple(found)
 
     def amplitudes_of(self, parameter: str) -> tuple[str, ...]:
-        """Names of the real amplitudes of a parameter, given with the label of its term or without: then of all terms.
+        """Names of the real amplitudes of a parameter.
 
         Parameters
         ----------
         parameter : str
+            Its name, with the label of a term, or without for all terms.
 
         Returns
         -------

@@ -19,6 +19,13 @@ DIAGNOSIS_FIGURES = {
     ),
     "gain": ("What adding the causes gains", "Base: the rig as given, fitted. Extended: with the causes."),
 }
+CHANGE_FIGURES = {
+    "two_states": (
+        "Both states",
+        "Left: one revolution of the orbit before and after, about its mean, at the speed of the largest change. "
+        "Right: 1X of both states at every speed; a circle holds the end of the change with a probability of 95 %.",
+    ),
+}
 BLIND_FIGURES = {
     "curves": "Completeness: share of hidden effects whose cause and place are found. Reliability: share of the named "
     "causes that are true. Vertical bars are 95 % bounds; dotted: 95 %, and three times the noise.",
