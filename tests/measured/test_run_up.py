@@ -8,12 +8,15 @@ import xarray as xr
 import yaml
 from scipy.integrate import solve_ivp
 
+from rotorstudy.commands.line import main
 from rotorstudy.inference.fit import output_error_fit
 from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.measurement import measured_spectrum, read_measurement
 from rotorstudy.measurement.run_up import half_power_bandwidth, speed_grid, track
+from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.measurement.sweep import find_sweep, is_swept
 from rotorstudy.model.rotor_numbers import with_rotor_numbers
+from rotorstudy.presentation.bode_figures import vectors_1x
 
 MASS, STIFFNESS, ECCENTRICITY, PHASE = 2.0, 8e4, 2e-5, 0.7
 CRITICAL = np.sqrt(STIFFNESS / MASS)  # 200 rad/s
@@ -158,3 +161,18 @@ def test_a_drifting_record_is_no_sweep():
     middle = (found.start + found.end) / 2
     assert found.speed(middle) == pytest.approx(150 + 8 * middle, rel=1e-5)
     assert found.rate(np.array([middle])) == pytest.approx([8.0], rel=1e-3)
+
+
+def test_the_page_of_a_run_up_has_its_bode_and_polar_plots(run_up, tmp_path):
+    assert main(["import", str(run_up[0]), "--rig", str(run_up[1]), "--out", str(tmp_path / "spectrum.nc")]) == 0
+    page = (tmp_path / "quality.html").read_text()
+    assert "1X over speed (Bode)" in page and "1X over speed (polar)" in page
+
+
+def test_the_vector_of_a_single_probe_is_that_of_its_signal():
+    """A probe at 40 degrees that reads 5 um cos(wt + 1): a vector of 5 um at 1 rad."""
+    direction, harmonics = np.deg2rad(40), np.array([1, -1])
+    signal = 5e-6 * np.exp(1j * np.array([1, -1])) / 2
+    amplitude = (np.exp(1j * direction) * signal)[None, :, None]
+    spectrum = Spectrum(amplitude, np.ones(1), harmonics, (3,), np.eye(4)[None, None], np.array([direction]))
+    assert vectors_1x(spectrum)["probe, node 3"] == pytest.approx([5e-6 * np.exp(1j)], rel=1e-12)
