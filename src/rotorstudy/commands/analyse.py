@@ -3,8 +3,8 @@
 import sys
 
 from rotorstudy.commands.outputs import check_folder
+from rotorstudy.commands.speeds import add_rpm, in_rad_s
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.units import RAD_PER_S
 
 
 def add(commands):
@@ -26,7 +26,7 @@ def add(commands):
         metavar=("LOWEST", "HIGHEST"),
         help="operating speeds, for separation margins",
     )
-    parser.add_argument("--rpm", action="store_true", help="speeds are given in rpm")
+    add_rpm(parser)
     parser.add_argument("--json", action="store_true", help="print the tables as JSON")
     parser.add_argument("--out", required=True, metavar="DIR", help="output folder for page, data and figures")
     parser.set_defaults(func=run)
@@ -38,11 +38,9 @@ def run(given):
     from rotorstudy.presentation.rotor_page import criticals, loads, resonances, summary
 
     check_folder(given.out, given.rig, *given.records)
-    unit = RAD_PER_S["rpm" if given.rpm else "rad/s"]
-    operating = _range(given.operating, unit, "--operating")
-    analysis = analyse_files(
-        given.rig, given.out, _range(given.speeds, unit, "--speeds") or (None, None), operating, given.records
-    )
+    speeds = _range(given.speeds, given.rpm, "--speeds") or (None, None)
+    operating = _range(given.operating, given.rpm, "--operating")
+    analysis = analyse_files(given.rig, given.out, speeds, operating, given.records)
     if given.json:
         import json
 
@@ -55,10 +53,8 @@ def run(given):
     return 0
 
 
-def _range(given, unit, option):
+def _range(given, rpm, option):
     """A range of speeds in rad/s, or None if it is not given."""
-    if given is None:
-        return None
-    if not 0 < given[0] < given[1] < float("inf"):
+    if given is not None and not 0 < given[0] < given[1] < float("inf"):
         raise RotorstudyError(f"{option} {given[0]:g} {given[1]:g}: give two positive speeds, the lower one first")
-    return given[0] * unit, given[1] * unit
+    return in_rad_s(given, rpm)

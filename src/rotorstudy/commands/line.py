@@ -1,6 +1,7 @@
 """Analyse and simulate rotor rigs, import records, identify and diagnose rigs, list and write plugins."""
 
 import argparse
+import os
 import sys
 
 from rotorstudy import __version__
@@ -9,6 +10,7 @@ from rotorstudy.commands import (
     blind,
     check,
     compare,
+    demo,
     diagnose,
     identify,
     import_records,
@@ -19,8 +21,9 @@ from rotorstudy.commands import (
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.registry import blamed, registry
 
-COMMANDS = (plugins, new, check, analyse, simulate, import_records, diagnose, compare, identify, blind)
+COMMANDS = (demo, plugins, new, check, analyse, simulate, import_records, diagnose, compare, identify, blind)
 EPILOG = """examples:
+  rotorstudy demo
   rotorstudy plugins
   rotorstudy new crack my_crack
   rotorstudy check my_crack.py
@@ -59,14 +62,26 @@ def main(arguments=None):
     int
         The exit status: 0, or 1 after an error, which is printed in one line.
     """
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="replace")  # a terminal that has no sign for ± shows a question mark
     given = parser().parse_args(arguments)
     try:
         if given.func is not plugins.run:  # it lists them itself
             for failure in registry().failures:
                 print(f"warning: {failure}", file=sys.stderr)
-        return given.func(given)
+        status = given.func(given)
+        sys.stdout.flush()
+        return status
     except RotorstudyError as error:
         message = error
+    except BrokenPipeError:  # the reader of the output has closed it, as `| head` does
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except SystemExit as error:
+        message = blamed(error)
+        if not message:
+            raise
     except (OSError, MemoryError) as error:
         message = blamed(error) or f"{type(error).__name__}: {error}"
     except Exception as error:

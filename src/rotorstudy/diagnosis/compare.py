@@ -119,7 +119,7 @@ def _at_common_speeds(before, after):
 
 
 def _difference(before, after, model):
-    """The difference of two spectra at the speeds of the first, less that by the small differences in speed."""
+    """The difference of two spectra at the speeds of the first, less what small differences in speed cause."""
     moved = [measured_response(model, one.speed, one.harmonics) for one in (before, after)]
     amplitude = after.amplitude - before.amplitude - (moved[1] - moved[0])
     return replace(before, amplitude=amplitude, covariance=before.covariance + after.covariance)

@@ -32,7 +32,7 @@ from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.estimated_rig import rig_with_estimate, rig_with_values
 from rotorstudy.model.rig import RigFile, make_term, read_rig
 from rotorstudy.model.rotor_numbers import is_rotor_number
-from rotorstudy.store import read_yaml
+from rotorstudy.yaml_file import read_yaml
 
 GRAM, GRAM_MM = 1e-3, 1e-6  # kg, kg m
 SETTLED = 1e-2  # standard deviations by which a number of the rotor still changes when it is built again

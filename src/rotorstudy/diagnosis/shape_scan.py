@@ -148,7 +148,7 @@ class _Scan(NamedTuple):
     @property
     def ranges(self):
         """Option -> ShapeRange."""
-        return shape_ranges(self.cause.effect, self.work.rig.structure)
+        return shape_ranges(self.cause.effect, self.work.rig.structure, self.cause.where.get("node"))
 
     def at(self, point, label):
         """The cause in the shape at a point (option,) of its ranges."""

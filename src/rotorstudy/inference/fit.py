@@ -10,7 +10,7 @@ from rotorstudy.errors import NoConvergenceError, NoSteadyState, RotorstudyError
 from rotorstudy.inference.linear import check_identifiable, in_chunks, invert, solve_equations, whitened
 from rotorstudy.inference.prediction import predicted_derivatives, whitened_prediction
 from rotorstudy.inference.prior import Prior, log_narrowing
-from rotorstudy.inference.problem import Estimate, Problem
+from rotorstudy.inference.problem import TRIALS_AT_ONCE, Estimate, Problem
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 
@@ -239,26 +239,34 @@ def output_error_fit(
     start = np.array(start_values(problem) if start is None else start, float)
     shape, count = measured.shape[:-1], start.shape[-1]
     measured = measured.reshape(-1, measured.shape[-1])
-    found = levenberg_marquardt(
-        lambda theta: predicted_derivatives(problem, theta),
-        measured,
-        np.broadcast_to(start.reshape(-1, count), (len(measured), count)),
-        problem.names,
-        clip=clip,
-        convergence=replace(ESTIMATE, steps=iterations),
+    start = np.broadcast_to(start.reshape(-1, count), (len(measured), count))
+    parts = [slice(first, first + TRIALS_AT_ONCE) for first in range(0, len(measured), TRIALS_AT_ONCE)]
+    found = [
+        levenberg_marquardt(
+            lambda theta: predicted_derivatives(problem, theta),
+            measured[part],
+            start[part],
+            problem.names,
+            clip=clip,
+            convergence=replace(ESTIMATE, steps=iterations),
+        )
+        for part in parts
+    ]
+    theta, cost, normal, converged = (
+        np.concatenate([getattr(one, name) for one in found]) for name in ("theta", "cost", "normal", "converged")
     )
-    if not found.converged.any():
+    if not converged.any():
         raise NoConvergenceError(
             f"the output-error fit did not converge in {iterations} steps; start closer, or fix a weak parameter"
         )
-    theta, covariance = found.theta, np.full_like(found.normal, np.nan)
-    theta[~found.converged] = np.nan
-    covariance[found.converged] = invert(found.normal[found.converged])
+    covariance = np.full_like(normal, np.nan)
+    theta[~converged] = np.nan
+    covariance[converged] = invert(normal[converged])
     return Estimate(
         problem.names,
         theta.reshape(*shape, count),
         covariance.reshape(*shape, count, count),
-        found.cost.reshape(shape),
+        cost.reshape(shape),
     )
 
 

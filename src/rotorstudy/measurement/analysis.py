@@ -65,9 +65,8 @@ def analyse(raw):
     speed = float(turning.speed(time).mean())
     _fill_in(facts, turning, time, speed, revolutions, len(raw.time) / held, float(np.mean(~np.isfinite(signals))))
     findings += quality.check_drift(facts.speed_drift, where)
-    of_channels = {(c.node, c.name): one for c, one in _check_channels(raw, whole, angle, harmonics)}
-    findings += [finding for one in of_channels.values() for finding in one]
-    dead = frozenset(place for place, one in of_channels.items() if any(f.name == "dead probe" for f in one))
+    checked, dead = check_channels(raw, whole, angle, harmonics)
+    findings += checked
     if dead:
         return Analysed(facts, findings, dead=dead)
     findings += quality.check_gaps(facts.missing_samples, float(np.max(np.diff(raw.time))) / step, where)
@@ -155,16 +154,19 @@ def _reference_phase(raw, whole, angle, harmonics):
     return phase_from_reference(raw.where, harmonics, amplitude, covariance)
 
 
-def _check_channels(raw, whole, angle, harmonics):
-    """Findings on each probe: list of (Channel, findings)."""
-    found = []
+def check_channels(raw, chosen, angle, harmonics):
+    """Findings on each probe from some samples (time,) mask, and the dead ones {(node, channel)}."""
+    findings, dead = [], set()
     for node in raw.nodes:
-        readings = [channel.readings[whole] for channel in raw.at(node)]
+        readings = [channel.readings[chosen] for channel in raw.at(node)]
         seen = [quality.seen_by(values, angle, harmonics) for values in readings]
         for i, channel in enumerate(raw.at(node)):
             others = seen[:i] + seen[i + 1 :]
-            found.append((channel, quality.check_channel(channel.name, node, readings[i], seen[i], others, raw.where)))
-    return found
+            found = quality.check_channel(channel.name, node, readings[i], seen[i], others, raw.where)
+            findings += found
+            if any(finding.name == "dead probe" for finding in found):
+                dead.add((node, channel.name))
+    return findings, frozenset(dead)
 
 
 def _check_harmonics(amplitude, covariance, blocks, harmonics, where):

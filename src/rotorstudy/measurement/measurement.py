@@ -8,7 +8,7 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement import quality
-from rotorstudy.measurement.analysis import Analysed, analyse
+from rotorstudy.measurement.analysis import Analysed
 from rotorstudy.measurement.conventions import read_conventions
 from rotorstudy.measurement.facts import RecordFacts, node_facts
 from rotorstudy.measurement.files import is_table, read_file
@@ -16,6 +16,7 @@ from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.nonsynchronous import check_lines
 from rotorstudy.measurement.records import Record, full_spectrum
 from rotorstudy.measurement.repeats import averaged
+from rotorstudy.measurement.run_up_analysis import analyse_each
 from rotorstudy.measurement.single_probe import along_probes
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.measurement.spectrum_file import is_spectrum, load_imported
@@ -130,7 +131,7 @@ def _spectrum_by(method, measurement):
     if len(measurement.records) < len(measurement.spectrum.speed):
         speeds = {record.speed for record in measurement.records}
         table = next(one.where for one in measurement.facts if one.measured_speed not in speeds)
-        raise _no_record_for(method, table, "is a table of harmonics")
+        raise _no_record_for(method, table, "is a table of harmonics or a run-up")
     spectra = [
         full_spectrum(
             [record],
@@ -206,14 +207,14 @@ def read_measurement(paths: Sequence[str | Path], rig: str | Path | RigFile) -> 
 
 
 def _without_dead_probes(records):
-    """Analysed of each raw record without the probes that are dead in all of them, and findings on those."""
-    found = [analyse(raw) for raw in records]
+    """Analysed of the raw records without the probes that are dead in all of them, and findings on those."""
+    found = [one for raw in records for one in analyse_each(raw)]
     dead = frozenset.intersection(*(one.dead for one in found)) if found else frozenset()
     left = [[channel for channel in raw.channels if (channel.node, channel.name) not in dead] for raw in records]
     if not dead or not all(left):
         return found, []
-    repaired = [analyse(replace(raw, channels=channels)) for raw, channels in zip(records, left, strict=True)]
-    return repaired, quality.left_out(dead, records[0].where)
+    repaired = [replace(raw, channels=channels) for raw, channels in zip(records, left, strict=True)]
+    return [one for raw in repaired for one in analyse_each(raw)], quality.left_out(dead, records[0].where)
 
 
 def _common_directions(found, sensors):
