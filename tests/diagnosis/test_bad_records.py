@@ -48,7 +48,6 @@ def changed(name, record):
     marks = np.arange(1, 31) * 2 * np.pi / SPEED
     pulses = 5 * np.exp(-0.5 * ((TIME[:, None] - marks) * SPEED / 0.1) ** 2).sum(axis=1)
     return {
-        "dead probe": {"disc 1 left": np.full(len(TIME), 0.3)},
         "gaps": {"disc 1 left": holed},
         "clipping": {"disc 1 left": np.minimum(left, middle + 0.8 * (left.max() - middle))},
         # the wires of left and right exchanged, each in the unit of the other
@@ -64,7 +63,7 @@ def changed(name, record):
 
 
 FAULTS = [
-    "dead probe", "gaps", "clipping", "swapped probes", "speed label", "dead keyphasor", "keyphasor polarity",
+    "gaps", "clipping", "swapped probes", "speed label", "dead keyphasor", "keyphasor polarity",
     "too few revolutions",
 ]  # fmt: skip
 
