@@ -10,7 +10,7 @@ from rotorstudy.commands.line import main
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.estimated_rig import rig_with_values
 from rotorstudy.model.rig import build_model
-from rotorstudy.store import read_yaml
+from rotorstudy.yaml_file import read_yaml
 
 ROTOR = {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5}
 DAMPING = {"kind": "external_damping", "external_damping_N_s_per_m": 100.0}

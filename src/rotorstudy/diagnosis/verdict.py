@@ -108,7 +108,7 @@ def investigate(
     base, expected = found.base, None
     if held is not None:
         expected = with_cause_error(held, held.amplitude - predicted(base.model, held, base.theta), found.cause_error)
-    chain = chain_hypothesis(found, measured, settings)
+    chain = chain_hypothesis(found, measured, settings) if model.before is None else None  # shared by both states
     found = replace(found, upheld=chain is None and is_upheld(found, expected))
     best = found.best
     rows = fitted.data_count

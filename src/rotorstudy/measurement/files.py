@@ -180,6 +180,8 @@ def _assemble(readings, conventions, nodes, time, label, keyphasor, marks, refer
         Channel(probe.channel, node, float(conventions.direction_rad(probe.angle_deg)), values)
         for probe, node, values in readings
     ]
+    if label is not None and not 0 < label < np.inf:
+        raise RotorstudyError(f"{where}: the stated speed is {label:g} rad/s; it must be positive and finite")
     return RawRecord(time, channels, label, keyphasor, marks, reference, where, conventions)
 
 

@@ -14,7 +14,7 @@ from rotorstudy.model.registry import registry
 from rotorstudy.model.structure import Origin, Reading, Structure
 from rotorstudy.model.terms import Entry, Parameter, Term
 from rotorstudy.model.uncertainty import with_uncertainty
-from rotorstudy.store import read_yaml
+from rotorstudy.yaml_file import read_yaml
 
 SECTIONS = {"rotor": "rotor", "cracks": "crack", "bearings": "bearing", "effects": "effect"}
 # `measurement` is read by rotorstudy.measurement, `diagnosis` by rotorstudy.diagnosis
@@ -251,6 +251,8 @@ def make_term(
     plugin = registry().get(section, _kind(item, where), where)
     given = _rest(item)
     label = given.pop("label", "")
+    if not isinstance(label, (str, int)):
+        raise RotorstudyError(f"label = {label!r} in {where}: must be a text")
     function, fixed, acts_on = plugin.function, {}, getattr(plugin, "acts_on", "rotor")
     if section == "crack":
         function, fixed = crack_parameters, {"crack": plugin, "structure": structure}
@@ -273,6 +275,10 @@ def make_term(
     given = in_si(given, [*keys, *options], where, aliases_of(parameters))
     values = {key: value for key, value in given.items() if key not in options}
     values = _read_values(parameters, values, options, where)
+    if section == "crack":
+        _check_losses(
+            values, structure.stiffness_loss_at(options.get("node"), options.get("element")), structure, where
+        )
     return Term(plugin.name, parameters, values, acts_on, label, carries=section == "bearing")
 
 
@@ -380,6 +386,20 @@ def _read_values(parameters, given, options, where):
         elif parameter.is_complex and parameter.phase_key in given:
             raise RotorstudyError(f"{parameter.phase_key} in {where} has no magnitude; give {parameter.key} too")
     return values
+
+
+def _check_losses(values, losses, structure, where):
+    """Raise for a crack that adds stiffness, or takes away more than the shaft has."""
+    import numpy as np
+
+    for name, value in values.items():
+        pattern, unit, _ = losses[name]
+        share = value if unit == "1" else np.max(value * np.diag(pattern) / np.diag(structure.stiffness))
+        if value < 0 or share >= 1:
+            raise RotorstudyError(
+                f"{name} = {value:g} in {where}: a crack loses from nothing up to, but not including, all of the "
+                "stiffness of the shaft there" + ("" if unit == "1" else f" ({value / share:.3g} {unit})")
+            )
 
 
 def _kind(item, where):
