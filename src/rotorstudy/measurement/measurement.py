@@ -11,9 +11,10 @@ from rotorstudy.measurement import quality
 from rotorstudy.measurement.analysis import Analysed
 from rotorstudy.measurement.conventions import read_conventions
 from rotorstudy.measurement.facts import RecordFacts, node_facts
-from rotorstudy.measurement.files import is_table, read_file
+from rotorstudy.measurement.files import read_file, table_columns
 from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.nonsynchronous import check_lines
+from rotorstudy.measurement.probe_tables import harmonics_in, is_probe_table, read_probe_table
 from rotorstudy.measurement.records import Record, full_spectrum
 from rotorstudy.measurement.repeats import averaged
 from rotorstudy.measurement.run_up_analysis import analyse_each
@@ -169,10 +170,17 @@ def read_measurement(paths: Sequence[str | Path], rig: str | Path | RigFile) -> 
     """
     rig, paths = read_rig(rig), _listed(paths)
     conventions = read_conventions(rig.given, str(rig.path))
+    columns = {path: table_columns(path, conventions) for path in paths}
+    conventions = _with_harmonics_of_tables(conventions, [path for path in paths if is_probe_table(columns[path])])
     nodes = rig.model.structure.nodes
     found, findings, stated, records = [], [], [], []
     for path in paths:
-        if is_table(path, conventions):
+        if is_probe_table(columns[path]):
+            spectra, notes = read_probe_table(path, conventions, nodes)
+            found += [_of_table(path, speed, of_node, conventions, single) for speed, of_node, single in spectra]
+            stated += [conventions] * len(spectra)
+            findings += notes
+        elif "harmonic" in columns[path]:
             spectra, notes = read_table(path, conventions, nodes)
             found += [_of_table(path, speed, harmonics, conventions) for speed, harmonics in spectra]
             stated += [conventions] * len(spectra)
@@ -229,10 +237,27 @@ def _common_directions(found, sensors):
     return np.array([usable[0].directions.get(node, np.nan) if usable else np.nan for node in sensors])
 
 
-def _of_table(path, speed, of_node, conventions):
-    """Analysed of one speed of a table."""
+def _with_harmonics_of_tables(conventions, paths):
+    """Conventions with the harmonics of the tables of probes, if the rig file states none; RotorstudyError if fewer."""
+    if not paths:
+        return conventions
+    held = {n for path in paths for n in harmonics_in(path, conventions)}
+    if "harmonics" not in conventions.model_fields_set:
+        return conventions.model_copy(update={"harmonics": [n for m in sorted(held) for n in (m, -m)]})
+    for n in conventions.harmonics:
+        if abs(n) not in held or -n not in conventions.harmonics:
+            raise RotorstudyError(
+                f"{paths[0]}: 'measurement: harmonics:' has {n}, and the tables of probes have {sorted(held)}, each of "
+                "which gives n and -n; leave 'harmonics:' out, or state these"
+            )
+    return conventions
+
+
+def _of_table(path, speed, of_node, conventions, single=None):
+    """Analysed of one speed of a table; single : {node: rad} of single probes."""
     nodes = {node: node_facts(amplitude, conventions.harmonics) for node, (amplitude, _) in of_node.items()}
-    return Analysed(RecordFacts(f"{path}, {speed:.6g} rad/s", nodes, speed), [], speed, of_node)
+    facts = RecordFacts(f"{path}, {speed:.6g} rad/s", nodes, speed)
+    return Analysed(facts, [], speed, of_node, None, single or {})
 
 
 def _measured_model(rig, sensors, stated, directions):
