@@ -355,9 +355,12 @@ def _solve_groups(matrices, force, blocks):
 
 
 def _with_nonlinear_forces(model, theta, speed, blocks, solved, deflection, linear):
-    """Harmonics (..., speed, harmonic, dof) with the nonlinear forces, and Tangents (...)."""
+    """Harmonics (..., speed, harmonic, dof) with the nonlinear forces, and Tangents (...), None if none acts."""
     carried, dof = blocks.harmonics, len(model.structure.dofs)
-    seen = seen_coordinates([force for _, force in model.nonlinear_forces])
+    acting = [(p, force) for p, force in model.nonlinear_forces if np.any(theta[..., p])]
+    if not acting:
+        return linear, None
+    seen = seen_coordinates([force for _, force in acting])
     unit = np.zeros((len(carried), len(seen), len(carried), dof), complex)
     unit[range(len(carried)), :, range(len(carried))] = seen
     unit = np.moveaxis(unit.reshape(-1, len(carried), dof), 0, -1)
@@ -366,7 +369,7 @@ def _with_nonlinear_forces(model, theta, speed, blocks, solved, deflection, line
     deflection = np.broadcast_to(deflection, (*linear.shape[:-2], dof))
     found, tangents = np.empty_like(linear), np.empty(linear.shape[:-3], object)
     for trial in np.ndindex(tangents.shape):
-        forces = [(theta[(*trial, p)], force) for p, force in model.nonlinear_forces]
+        forces = [(theta[(*trial, p)], force) for p, force in acting]
         found[trial], tangents[trial] = steady_states(
             forces, speed, carried, deflection[trial], linear[trial], reply[trial]
         )

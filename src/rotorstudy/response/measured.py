@@ -34,7 +34,8 @@ def measured_response(
 ) -> np.ndarray:
     """Displacement harmonics shown by the sensors: the translations at `model.sensors` changed by the output terms.
 
-    They count from the static deflection, or from the unloaded line if the model says so.
+    They count from the static deflection, from the unloaded line if the model says so, or from what the sensors show in
+    an earlier state of the machine.
 
     Parameters
     ----------
@@ -93,6 +94,19 @@ def measured_response_and_jacobian(
 
 def _measured(model, speed, harmonics, theta, order, jacobian):
     """The Linearised response at the sensors, its Jacobian None unless asked for."""
+    shown = _shown(model, speed, harmonics, theta, order, jacobian)
+    if model.earlier is None:
+        return shown
+    place = model.position(model.earlier.names)
+    theta = np.asarray(model.theta if theta is None else theta, float)
+    earlier = _shown(model.earlier, speed, harmonics, theta[..., place], order, jacobian)
+    if jacobian:
+        shown.jacobian[..., place] -= earlier.jacobian
+    return shown._replace(response=shown.response - earlier.response)
+
+
+def _shown(model, speed, harmonics, theta, order, jacobian):
+    """The Linearised response of one state of the machine."""
     speed, harmonics, theta, blocks = response_inputs(model, speed, harmonics, theta, order)
     found, derivatives = carried_response(model, speed, theta, blocks, jacobian, model.involved)
     first, chosen = len(model.rotor_unknowns), positions(harmonics, blocks)
