@@ -17,6 +17,7 @@ from rotorstudy.measurement.nonsynchronous import check_lines
 from rotorstudy.measurement.probe_tables import harmonics_in, is_probe_table, read_probe_table
 from rotorstudy.measurement.records import Record, full_spectrum
 from rotorstudy.measurement.repeats import averaged
+from rotorstudy.measurement.resonances import check_resonances
 from rotorstudy.measurement.run_up_analysis import analyse_each
 from rotorstudy.measurement.single_probe import along_probes
 from rotorstudy.measurement.spectrum import Spectrum
@@ -210,7 +211,11 @@ def read_measurement(paths: Sequence[str | Path], rig: str | Path | RigFile) -> 
         directions,
     )
     records = [_with_sensors(one.record, model.sensors) for one in usable if one.record is not None]
-    findings += _check_together(spectrum, model, ", ".join(path.name for path in paths))
+    named = ", ".join(path.name for path in paths)
+    findings += _check_together(spectrum, model, named)
+    tables = any(is_probe_table(names) for names in columns.values())
+    if tables or {"run-up", "coast-down"} & {finding.name for finding in findings}:
+        findings += check_resonances(spectrum, tables, named)
     return Measurement(spectrum, records, facts, worst_first(findings), model)
 
 
