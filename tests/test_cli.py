@@ -207,16 +207,19 @@ def test_a_new_plugin_is_written_where_one_stands(tmp_path, capsys, monkeypatch)
     assert _folder_of("crack").parts[-2:] == ("plugins", "cracks")
 
 
-def test_the_configuration_of_the_blind_tests_is_in_the_wheel():
-    """What the wheel is told to hold is what the command reads; an installed package has it beside `blind`."""
+def test_the_files_that_commands_read_are_in_the_wheel():
+    """What the wheel is told to hold is what `blind` and `demo` read, where an installed package looks for it."""
     import tomllib
 
+    from rotorstudy.commands import demo
     from rotorstudy.commands.blind import _default_config
 
     root = Path(__file__).parents[1]
     included = tomllib.loads((root / "pyproject.toml").read_text())["tool"]["hatch"]["build"]["targets"]["wheel"]
     packaged = {root / source: target for source, target in included["force-include"].items()}
     assert packaged[_default_config()] == "rotorstudy/blind/blind.yaml"
+    for name in (demo.RIG, demo.MACHINE):
+        assert packaged[demo._examples() / name] == f"rotorstudy/examples/{name}"
 
 
 def test_the_version_is_told(capsys):
@@ -232,7 +235,7 @@ def test_a_misspelt_rig_key_is_named_with_its_place(tmp_path, capsys):
         ("mass_kg", "mas_kg", ["unknown key 'mas_kg'", "did you mean 'mass_kg'"]),
         ("mass_kg: 2.0", "mass_kg: -2.0", ["mass_kg = -2.0", "greater than 0"]),
         ("effects:", "effect:", ["unknown section 'effect'", "'effects'"]),
-        ("2.5e+5", "2.5e5", ["2.5e+5"]),
+        ("2.5e+5", "'2.5e5'", ["without quotes"]),
     ):
         (tmp_path / "rig.yaml").write_text(text.replace(old, new))
         refused(run(capsys, "simulate", tmp_path / "rig.yaml", "--speeds", "88", "--out", tmp_path / "x.nc"), *words)

@@ -8,6 +8,7 @@ from rotorstudy.plugins import (
     NonNegative,
     PoissonsRatio,
     Positive,
+    RigidDisc,
     Rotor,
     RotorstudyError,
     Section,
@@ -181,6 +182,8 @@ def finite_element(
         curvature_at=curvature_at,
         section_at=section_at,
         length=length,
+        node_positions=dict(zip(nodes, [0.0, *ends], strict=True)),
+        discs=tuple(RigidDisc(*(body[key] for key in Disc.__annotations__)) for body in discs),
         is_solid=all(element["inner_diameter_m"] == 0 for element in shaft),
         gravity=gravity_m_per_s2,
     )

@@ -2,8 +2,9 @@
 
 import sys
 
+from rotorstudy.commands.identify_runs import identify_several
 from rotorstudy.commands.outputs import check_file
-from rotorstudy.errors import unknown_name
+from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.registry import registry
 
 
@@ -12,8 +13,14 @@ def add(commands):
     parser = commands.add_parser("identify", help="estimate parameters of a rig from records")
     parser.add_argument(
         "records",
-        nargs="+",
+        nargs="*",
         help="record files (.nc, .csv, .mat, .uff), tables of harmonics (.csv), or one spectrum written by `import`",
+    )
+    parser.add_argument(
+        "--runs",
+        metavar="FILE",
+        help="instead of records: file that lists several runs, their records and what is added in each; they are "
+        "fitted together, within the uncertainty that the rig file states",
     )
     parser.add_argument(
         "--rig",
@@ -27,6 +34,12 @@ def add(commands):
         metavar="NAME",
         help="parameters to estimate (default: those without a value); "
         "'rotor.youngs_modulus_Pa' is the relative change of that number of the rotor",
+    )
+    parser.add_argument(
+        "--cause",
+        metavar="EFFECT",
+        help="an effect known to be the cause, such as transverse_crack: its place and shape are searched beside the "
+        "parameters of the rig, which all need a value; 'diagnosis:' of the rig file says how accurate they are",
     )
     parser.add_argument(
         "--harmonics", type=int, nargs="+", metavar="N", help="measured harmonics to use (default: all)"
@@ -56,8 +69,16 @@ def run(given):
     from rotorstudy.model.estimated_rig import rig_with_estimate, write_rig
     from rotorstudy.model.rig import read_rig
     from rotorstudy.model.rotor_numbers import with_rotor_numbers
-    from rotorstudy.store import dataset, provenance, save
 
+    if bool(given.runs) == bool(given.records):
+        raise RotorstudyError("identify: give either record files, or a file of several runs with --runs")
+    if given.runs:
+        return identify_several(given)
+    if given.cause and (given.unknowns or given.rig_out or given.estimator != "maximum_likelihood"):
+        raise RotorstudyError(
+            "--cause estimates all that the rig file leaves uncertain, by maximum likelihood; leave out --unknowns, "
+            "--estimator and --rig-out ('diagnose' writes an extended rig)"
+        )
     if given.out:
         check_file(given.out, given.rig, *given.records)
     if given.rig_out:
@@ -68,31 +89,69 @@ def run(given):
     spectrum, model, findings = measured_spectrum(given.records, rig, method)
     for finding in findings:
         print(finding, file=sys.stderr)
+    spectrum = _chosen(spectrum, given.harmonics)
+    if given.cause:
+        return _run_cause(given, rig, spectrum, model)
     model = with_rotor_numbers(model, given.unknowns or (), "--unknowns")
     unknowns = model.unknown_names(given.unknowns)
-    spectrum = _chosen(spectrum, given.harmonics)
     estimate = estimate_rig(estimator, Problem(model, spectrum, unknowns), rig.given)
     names, theta, covariance = magnitude_and_phase(unknowns, estimate.theta, estimate.covariance)
     std = np.sqrt(np.diag(covariance))
     units = model.reported_units(names)
-    for name, value, half, unit in zip(names, theta, 1.96 * std, units, strict=True):
-        print(f"{name:24} {value: .6g} ± {half:.2g} {unit} (95 %)")
+    _print_estimates(names, theta, std, units)
     if np.isfinite(estimate.misfit):
-        _print_misfit(float(estimate.misfit), 2 * spectrum.amplitude.size - len(names))
+        _print_misfit(float(estimate.misfit), spectrum.data_count - len(names))
     if given.out:
-        coordinates = {"parameter": (list(names), "1", "identified parameter")}
-        variables = {
-            "estimate": (("parameter",), theta, "SI", "estimated parameter"),
-            "standard_deviation": (("parameter",), std, "SI", "stated standard deviation"),
-            "unit": (("parameter",), np.array(units, object), "1", "unit of each parameter"),
-        }
-        attributes = provenance(rig.given, [*rig.plugins, estimator, *([method] if method else [])])
-        attributes |= {"records": ", ".join(map(str, given.records))}
-        save(dataset(variables, coordinates, title="identification").assign_attrs(attributes), given.out)
+        used = [*rig.plugins, estimator, *([method] if method else [])]
+        _save(given, rig, used, names, theta, std, units)
     if given.rig_out:
         found = rig_with_estimate(rig.given, model, unknowns, estimate.theta, estimate.covariance)
         write_rig(found, given.rig_out, f"{given.rig} identified from {', '.join(map(str, given.records))}")
     return 0
+
+
+def _run_cause(given, rig, spectrum, model):
+    """Print the shape and the size of a cause with their intervals, and which of its alternatives fits."""
+    from rotorstudy.diagnosis.one_cause import estimates_of, identify_cause
+    from rotorstudy.diagnosis.settings import check_names, read_settings
+
+    settings = read_settings(rig.given, given.rig)
+    check_names(settings, model, f"{given.rig}, diagnosis")
+    found = identify_cause(spectrum, model, given.cause, settings)
+    names, values, std, units = zip(*estimates_of(found), strict=True)
+    place = "".join(f", {key} {value}" for key, value in {**found.cause.where, **found.cause.variant}.items())
+    print(f"{given.cause}{place}")
+    _print_estimates(names, values, std, units)
+    for told, misfit in sorted(found.misfits.items(), key=lambda one: one[1]):
+        print(f"misfit beyond the best, {told}: {misfit:.3g}")
+    print(f"p-value of the misfit: {found.p_value:.2g}")
+    if found.p_value < settings.significance:
+        print(f"warning: {given.cause} does not explain the records; its intervals are not valid", file=sys.stderr)
+    if given.out:
+        _save(given, rig, [*rig.plugins, registry().get("effect", given.cause)], names, values, std, units)
+    return 0
+
+
+def _print_estimates(names, values, std, units):
+    """Print each estimate with its 95 % interval."""
+    for name, value, one, unit in zip(names, values, std, units, strict=True):
+        print(f"{name:24} {value: .6g} ± {1.96 * one:.2g} {unit} (95 %)")
+
+
+def _save(given, rig, plugins, names, values, std, units):
+    """Write the estimates to a NetCDF file."""
+    import numpy as np
+
+    from rotorstudy.store import dataset, provenance, save
+
+    coordinates = {"parameter": (list(names), "1", "identified parameter")}
+    variables = {
+        "estimate": (("parameter",), np.array(values), "SI", "estimated parameter"),
+        "standard_deviation": (("parameter",), np.array(std), "SI", "stated standard deviation"),
+        "unit": (("parameter",), np.array(units, object), "1", "unit of each parameter"),
+    }
+    attributes = provenance(rig.given, plugins) | {"records": ", ".join(map(str, given.records))}
+    save(dataset(variables, coordinates, title="identification").assign_attrs(attributes), given.out)
 
 
 def _chosen(spectrum, harmonics):

@@ -59,7 +59,7 @@ class Projection:
     """
 
     def __init__(self, fitted: Fit, spectrum: Spectrum, without: tuple[str, ...] = ()):
-        self.spectrum = spectrum
+        self.fitted, self.spectrum = fitted, spectrum
         self.near = Near(fitted.model, spectrum.speed, spectrum.harmonics, fitted.theta, order=carried_order(spectrum))
         out = np.isin(fitted.names, without)
         kept = np.flatnonzero(~out)

@@ -49,7 +49,7 @@ def can_be_scanned(cause):
     return bool(cause.shape) and not cause.term.acts_on_output and (at_node or several)
 
 
-def _acts_on(cause, structure):
+def acts_on(cause, structure):
     """The coordinate (dof,) that a cause acts on: its node, or a deformation of the shaft."""
     if "node" in cause.where:
         return structure.unit(cause.where["node"])
@@ -164,7 +164,7 @@ class _Scan(NamedTuple):
                 cause = self.at(point, f"{self.cause.term.label} {i}")
             except CannotAct:  # such as a crack in a hollow part of the shaft
                 continue
-            row = _acts_on(cause, self.work.rig.structure)
+            row = acts_on(cause, self.work.rig.structure)
             groups.setdefault(row.tobytes(), (row, [], []))
             groups[row.tobytes()][1].append(point)
             groups[row.tobytes()][2].append(cause)

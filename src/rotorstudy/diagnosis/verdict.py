@@ -108,10 +108,10 @@ def investigate(
     base, expected = found.base, None
     if held is not None:
         expected = with_cause_error(held, held.amplitude - predicted(base.model, held, base.theta), found.cause_error)
-    chain = chain_hypothesis(found, measured, settings)
+    chain = chain_hypothesis(found, measured, settings) if model.before is None else None  # shared by both states
     found = replace(found, upheld=chain is None and is_upheld(found, expected))
     best = found.best
-    rows = 2 * fitted.amplitude.size
+    rows = fitted.data_count
     p_values = PValues(before=chi_square_p_value(base.cost, rows), after=chi_square_p_value(best.fit.cost, rows))
     p_parameters = chi_square_p_value(best.fit.penalty, len(best.fit.names))
     left = residual_share(*(misfit(one.model, fitted, one.theta) for one in (base, best.fit)), rows)
@@ -247,9 +247,7 @@ def _parameters(candidate, fitted):
 
 def residual_map(fitted, spectrum):
     """(speed, harmonic, sensor) rms of the real and imaginary whitened residual, in standard deviations."""
-    count = len(spectrum.harmonics)
-    parts = fitted.residual.reshape(len(spectrum.speed), len(spectrum.sensors), 2, count)
-    return np.sqrt(np.mean(parts**2, axis=2)).transpose(0, 2, 1)
+    return spectrum.by_harmonic(fitted.residual)
 
 
 def _unexplained(fitted, spectrum, settings):

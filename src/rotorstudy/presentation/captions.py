@@ -19,6 +19,13 @@ DIAGNOSIS_FIGURES = {
     ),
     "gain": ("What adding the causes gains", "Base: the rig as given, fitted. Extended: with the causes."),
 }
+CHANGE_FIGURES = {
+    "two_states": (
+        "Both states",
+        "Left: one revolution of the orbit before and after, about its mean, at the speed of the largest change. "
+        "Right: 1X of both states at every speed; a circle holds the end of the change with a probability of 95 %.",
+    ),
+}
 BLIND_FIGURES = {
     "curves": "Completeness: share of hidden effects whose cause and place are found. Reliability: share of the named "
     "causes that are true. Vertical bars are 95 % bounds; dotted: 95 %, and three times the noise.",
@@ -33,4 +40,29 @@ BLIND_FIGURES = {
     "a bound: all were found, or none. Dotted: three times the noise.",
     "gain": "Error of the extended model over that of the base model on speeds that no fit has seen, for effects of "
     "three times the noise and more. Dotted: a tenth; right of the solid line the extension increases the error.",
+}
+ROTOR_FIGURES = {
+    "rotor": (
+        "The rotor to scale",
+        "Grey: shaft; blue: discs, drawn as solid cylinders of their mass and moments of inertia; green: bearings; "
+        "arrows: probe planes; red: cracks.",
+    ),
+    "campbell": (
+        "Campbell diagram",
+        "Damped whirl frequencies. Elliptic whirl is neither clearly forward nor clearly backward.",
+    ),
+    "mode_shapes": (
+        "Mode shapes at the highest speed",
+        "Motion in the plane of its largest displacement; dotted: largest radius of the orbit at each node.",
+    ),
+    "bode": (
+        "Unbalance response",
+        "1X along each probe: amplitude, and phase lag from the phase mark. Symbols: measured.",
+    ),
+    "polar": ("Polar plot", "The response of the Bode plot; each resonance is a loop."),
+    "stability": (
+        "Stability",
+        "Largest growth rate of a free motion: real part of an eigenvalue or, where the stiffness turns with the "
+        "shaft, the exponent of one turn (Floquet). Above zero the rotor is unstable.",
+    ),
 }

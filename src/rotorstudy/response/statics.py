@@ -22,6 +22,44 @@ class Deflection(NamedTuple):
     changes: dict
 
 
+class Load(NamedTuple):
+    """Static force of the shaft on a bearing: its node and label; N, complex, real part downward."""
+
+    node: int
+    label: str
+    force: complex
+
+
+def static_loads(model, deflection, speed):
+    """Static loads of the bearings.
+
+    Parameters
+    ----------
+    model : Model
+        With a value for every amplitude.
+    deflection : array (dof,)
+        Static deflection, m (rad).
+    speed : float
+        rad/s, for bearings that depend on it.
+
+    Returns
+    -------
+    list of Load
+    """
+    dofs = model.structure.dofs
+    moves = np.flatnonzero([motion == "translation" for _, motion in dofs])
+    found = []
+    for term in (term for term in model.terms if term.carries):
+        springs = [_springs(unknown, [speed], len(dofs)) for unknown in term.unknowns]
+        force = sum(
+            value * (on_z[0] @ deflection + on_conj[0] @ deflection.conj())
+            for value, (on_z, on_conj) in zip(term.theta, springs, strict=True)
+        )
+        loaded = moves[np.argmax(np.abs(force[moves]))]
+        found.append(Load(dofs[loaded][0], term.label, -complex(force[moves].sum())))
+    return found
+
+
 def static_deflection(model, speed, theta, *, jacobian=False):
     """Deflection under the static load, (K + K_bearings) q = f.
 

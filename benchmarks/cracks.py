@@ -1,0 +1,139 @@
+"""Cracks of the independent simulator in tests/foreign, in millimetres: python benchmarks/cracks.py --cases 100
+
+Random machines with one crack of 5 to 40 % of the diameter, or a slot that never closes, measured at seven speeds in
+two planes with 1 % noise (`crack_cases.py`). Each walks the public road: record and rig file on disk, spectrum, and
+`identify --cause transverse_crack`; with `--diagnose` every so many are also diagnosed with the whole library. One row
+a case goes to `cracks.csv`, the shares with their 95 % bounds to `summary.csv` and to a page.
+"""
+
+import argparse
+import os
+import sys
+import tempfile
+import time
+import warnings
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import NamedTuple
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads slow them down
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT / "tests"))
+
+import numpy as np
+import pandas as pd
+from crack_cases import drawn, truth_of
+from crack_page import SIZES, page, summary
+from foreign.files import write_case
+from foreign.stepping import NoSteadyState
+
+from rotorstudy.diagnosis import investigate
+from rotorstudy.diagnosis.one_cause import identify_cause
+from rotorstudy.diagnosis.settings import read_settings
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.measurement.measurement import measured_spectrum
+from rotorstudy.model.rig import read_rig
+
+SLOTS = 5  # every fifth case is a slot
+RIG_ERROR = np.array([0.005, 0.02, 0.05])  # of the rig file: modulus, bearings, unbalance
+HARMONICS = list(range(-4, 5))
+LAW = {"gradual": "gradual", "switching": "sudden", "open": "none"}  # names of the simulator -> of the package
+
+
+class Work(NamedTuple):
+    """A case; diagnose : whether it is diagnosed with the whole library, too."""
+
+    seed: int
+    kind: str
+    rig_error: float
+    diagnose: bool
+
+
+def run_case(work):
+    """Row of one case."""
+    row = {"seed": work.seed, "kind": work.kind}
+    try:
+        case = drawn(work.seed, work.kind)
+    except (NoSteadyState, ValueError) as problem:
+        return row | {"outcome": f"not drawn: {problem}"}
+    true = truth_of(case)
+    row |= {f"true_{key}": value for key, value in true.items()}
+    row |= {"elements": len(case.rotor.elements), "mass_kg": case.rotor.mass,
+            "change": max(value for k, value in case.truth["harmonics_changed"].items() if k != "0")}  # fmt: skip
+    with tempfile.TemporaryDirectory() as files, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        write_case(case, files, *RIG_ERROR * work.rig_error, work.seed, HARMONICS)
+        try:
+            rig = read_rig(Path(files) / "rig.yaml")
+            spectrum, model, findings = measured_spectrum([Path(files) / "record.nc"], rig)
+            settings = read_settings(rig.given, "rig.yaml")
+            row |= _identified(spectrum, model, settings, true)
+            row |= _diagnosed(spectrum, model, settings, findings, true) if work.diagnose else {}
+        except (RotorstudyError, np.linalg.LinAlgError) as problem:
+            return row | {"outcome": f"{type(problem).__name__}: {problem}"}
+    return row | {"outcome": "done"}
+
+
+def _identified(spectrum, model, settings, true):
+    """What `identify --cause transverse_crack` finds."""
+    start = time.process_time()
+    found = identify_cause(spectrum, model, "transverse_crack", settings)
+    row = {"seconds": time.process_time() - start, "breathing": found.cause.variant["breathing"]}
+    row |= {"p_value": found.p_value, "law_right": found.cause.variant["breathing"] == LAW[true["breathing"]]}
+    for name in SIZES:
+        value, std = found.cause.shape[name], found.cause.shape_std[name]
+        turn = np.pi if true["breathing"] == "open" else 2 * np.pi  # a slot looks the same from both sides
+        error = value - true[name]
+        error = (error + turn / 2) % turn - turn / 2 if name == "angle_rad" else error
+        row |= {name: value, f"{name}_std": std, f"{name}_error": error}
+    return row
+
+
+def _diagnosed(spectrum, model, settings, findings, true):
+    """What the verdict of `diagnose` says."""
+    start = time.process_time()
+    verdict = investigate(spectrum, model, settings=settings, findings=findings).verdict
+    causes = verdict.causes if verdict.verdict in ("cause", "ambiguous") else []
+    cracks = [c for c in causes if c.effect == "transverse_crack"]
+    return {
+        "verdict": verdict.verdict,
+        "named": " + ".join(c.effect + "".join(f" {v}" for v in c.where.values()) for c in causes),
+        "verdict_breathing": cracks[0].variant["breathing"] if cracks else "",
+        "verdict_position_error": cracks[0].parameters["position_m"].value - true["position_m"] if cracks else np.nan,
+        "verdict_seconds": time.process_time() - start,
+    }
+
+
+def main():
+    """Draw, identify, diagnose, write."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--cases", type=int, default=50)
+    parser.add_argument("--first", type=int, default=1, help="seed of the first case")
+    parser.add_argument("--diagnose", type=int, default=0, metavar="N", help="diagnose every Nth case, too (0: none)")
+    parser.add_argument("--rig-error", type=float, default=1.0, help="0: the rig file is exact; 1: as real ones are")
+    parser.add_argument("--processes", type=int, default=1)
+    parser.add_argument("--out", type=Path, default=Path("crack_cases"))
+    parser.add_argument("--page", type=Path, help="Markdown page to write the numbers to")
+    given = parser.parse_args()
+    given.out.mkdir(parents=True, exist_ok=True)
+    work = [
+        Work(given.first + i, "slot" if i % SLOTS == SLOTS - 1 else "crack", given.rig_error,
+             bool(given.diagnose) and i % given.diagnose == 0)
+        for i in range(given.cases)
+    ]  # fmt: skip
+    rows = []
+    with ProcessPoolExecutor(given.processes) as pool:
+        for row in pool.map(run_case, work):
+            rows.append(row)
+            print(row, flush=True)
+            pd.DataFrame(rows).to_csv(given.out / "cracks.csv", index=False, float_format="%.5g")
+    table = pd.DataFrame(rows)
+    summary(table).to_csv(given.out / "summary.csv", index=False)
+    print(summary(table).to_string(index=False))
+    if given.page:
+        given.page.write_text(page(table), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,85 @@
+"""A transverse crack known to be the cause: its position, depth and angle, beside what the rig leaves uncertain."""
+
+import numpy as np
+import pytest
+
+from rotorstudy import RotorstudyError, build_model
+from rotorstudy.diagnosis.one_cause import estimates_of, identify_cause
+from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+from rotorstudy.response.measured import measured_response
+
+SPEEDS, HARMONICS = np.linspace(60.0, 190.0, 5), np.arange(-2, 3)
+TRUE = {"position_m": 0.37, "depth_ratio": 0.21, "angle_rad": 2.3}
+SETTINGS = Settings(uncertainty={"default": 0.02}, nuisance={})
+
+
+def rig(*effects, eccentricity=3e-5):
+    return {
+        "rotor": {
+            "kind": "finite_element",
+            "elements": [{"length_m": 0.6, "count": 4}],
+            "outer_diameter_m": 0.02,
+            "discs": [{"node": 3, "mass_kg": 3.0, "polar_moment_kg_m2": 4e-3, "diametral_moment_kg_m2": 2e-3}],
+        },
+        "bearings": [
+            {"kind": "linear", "label": str(node), "node": node, "bearing_stiffness_N_per_m": 2e6,
+             "bearing_damping_N_s_per_m": 400.0}
+            for node in (1, 5)
+        ],
+        "effects": [
+            {"kind": "unbalance", "node": 3, "mass_kg": 3.0, "eccentricity_m": eccentricity,
+             "eccentricity_phase_rad": 0.4},
+            *effects,
+        ],
+        "sensors": [2, 4],
+    }  # fmt: skip
+
+
+def records(breathing):
+    """Of the true machine, whose unbalance the rig does not know exactly, with noise of 1e-3 of the vibration."""
+    crack = {"kind": "transverse_crack", **TRUE, "breathing": breathing, "flexibility_factor": 1.0}
+    shown = measured_response(build_model(rig(crack, eccentricity=3.05e-5)), SPEEDS, HARMONICS)
+    std = 1e-3 * np.sqrt(np.mean(np.abs(shown[:, HARMONICS != 0]) ** 2))
+    draws = np.random.default_rng(2).normal(0, std, (2, *shown.shape))
+    covariance = independent_covariance(np.full(shown.shape, std**2))
+    return Spectrum(shown + draws[0] + 1j * draws[1], SPEEDS, HARMONICS, (2, 4), covariance)
+
+
+@pytest.mark.parametrize("breathing", ["gradual", "none"])
+def test_a_crack_is_identified(breathing):
+    found = identify_cause(records(breathing), build_model(rig()), "transverse_crack", SETTINGS)
+    assert found.cause.variant == {"breathing": breathing}
+    assert found.p_value > 1e-3
+    for name, value in TRUE.items():
+        off = found.cause.shape[name] - value
+        if name == "angle_rad":
+            turn = np.pi if breathing == "none" else 2 * np.pi  # which faces either way
+            off = (off + turn / 2) % turn - turn / 2
+        assert abs(off) < 3.5 * found.cause.shape_std[name]
+    assert found.cause.shape_std["position_m"] < 0.02
+    assert found.cause.shape_std["depth_ratio"] < 0.02
+    others = [misfit for told, misfit in found.misfits.items() if told != f"breathing {breathing}"]
+    assert min(others) > 20
+    rows = {name: (value, unit) for name, value, _, unit in estimates_of(found)}
+    assert rows["depth_m"] == (pytest.approx(0.02 * found.cause.shape["depth_ratio"]), "m")
+
+
+def test_what_is_no_crack_is_not_explained_by_one():
+    asymmetry = {"kind": "static_preload", "node": 2, "static_preload_N": 30.0, "static_preload_phase_rad": 1.0}
+    shown = measured_response(build_model(rig(asymmetry)), SPEEDS, HARMONICS)
+    covariance = independent_covariance(np.full(shown.shape, (1e-3 * np.abs(shown).max()) ** 2))
+    spectrum = Spectrum(shown, SPEEDS, HARMONICS, (2, 4), covariance)
+    assert identify_cause(spectrum, build_model(rig()), "transverse_crack", SETTINGS).p_value < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("effect", "words"),
+    [("unbalance", "no shape to be searched"), ("crack", "unknown effect 'crack'"), ("runout", "no shape")],
+)
+def test_other_effects_are_refused_in_one_line(effect, words):
+    shown = np.zeros((5, 5, 2), complex)
+    spectrum = Spectrum(shown, SPEEDS, HARMONICS, (2, 4), independent_covariance(np.ones(shown.shape)))
+    with pytest.raises(RotorstudyError, match=words) as said:
+        identify_cause(spectrum, build_model(rig()), effect, SETTINGS)
+    assert "\n" not in str(said.value)
