@@ -11,10 +11,13 @@ from rotorstudy.measurement import quality
 from rotorstudy.measurement.analysis import Analysed
 from rotorstudy.measurement.conventions import read_conventions
 from rotorstudy.measurement.facts import RecordFacts, node_facts
-from rotorstudy.measurement.files import is_table, read_file
+from rotorstudy.measurement.files import read_file, table_columns
 from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.nonsynchronous import check_lines
+from rotorstudy.measurement.probe_tables import harmonics_in, is_probe_table, read_probe_table
 from rotorstudy.measurement.records import Record, full_spectrum
+from rotorstudy.measurement.repeats import averaged
+from rotorstudy.measurement.resonances import check_resonances
 from rotorstudy.measurement.run_up_analysis import analyse_each
 from rotorstudy.measurement.single_probe import along_probes
 from rotorstudy.measurement.spectrum import Spectrum
@@ -95,8 +98,10 @@ def measured_spectrum(
             )
         if method is not None:
             spectrum = _spectrum_by(method, measurement)
-    check_spectrum(spectrum, ", ".join(path.name for path in paths))
-    return spectrum, model, findings
+    where = ", ".join(path.name for path in paths)
+    check_spectrum(spectrum, where)
+    spectrum, notes = averaged(spectrum, where)
+    return spectrum, model, worst_first([*findings, *notes])
 
 
 def check_spectrum(spectrum, where):
@@ -106,9 +111,6 @@ def check_spectrum(spectrum, where):
     variance = np.diagonal(spectrum.covariance, axis1=-2, axis2=-1)
     if (variance < 0).any() or not variance.any():
         raise RotorstudyError(f"{where}: variances are negative or all zero; a fit needs the noise of each harmonic")
-    twice = sorted({float(w) for w in spectrum.speed if np.sum(np.isclose(spectrum.speed, w, rtol=1e-6)) > 1})
-    if twice:
-        raise RotorstudyError(f"{where}: speed {twice[0]:g} rad/s occurs twice; give each record once")
 
 
 def _listed(paths):
@@ -169,10 +171,17 @@ def read_measurement(paths: Sequence[str | Path], rig: str | Path | RigFile) -> 
     """
     rig, paths = read_rig(rig), _listed(paths)
     conventions = read_conventions(rig.given, str(rig.path))
+    columns = {path: table_columns(path, conventions) for path in paths}
+    conventions = _with_harmonics_of_tables(conventions, [path for path in paths if is_probe_table(columns[path])])
     nodes = rig.model.structure.nodes
     found, findings, stated, records = [], [], [], []
     for path in paths:
-        if is_table(path, conventions):
+        if is_probe_table(columns[path]):
+            spectra, notes = read_probe_table(path, conventions, nodes)
+            found += [_of_table(path, speed, of_node, conventions, single) for speed, of_node, single in spectra]
+            stated += [conventions] * len(spectra)
+            findings += notes
+        elif "harmonic" in columns[path]:
             spectra, notes = read_table(path, conventions, nodes)
             found += [_of_table(path, speed, harmonics, conventions) for speed, harmonics in spectra]
             stated += [conventions] * len(spectra)
@@ -202,7 +211,11 @@ def read_measurement(paths: Sequence[str | Path], rig: str | Path | RigFile) -> 
         directions,
     )
     records = [_with_sensors(one.record, model.sensors) for one in usable if one.record is not None]
-    findings += _check_together(spectrum, model, ", ".join(path.name for path in paths))
+    named = ", ".join(path.name for path in paths)
+    findings += _check_together(spectrum, model, named)
+    tables = any(is_probe_table(names) for names in columns.values())
+    if tables or {"run-up", "coast-down"} & {finding.name for finding in findings}:
+        findings += check_resonances(spectrum, tables, named)
     return Measurement(spectrum, records, facts, worst_first(findings), model)
 
 
@@ -229,10 +242,27 @@ def _common_directions(found, sensors):
     return np.array([usable[0].directions.get(node, np.nan) if usable else np.nan for node in sensors])
 
 
-def _of_table(path, speed, of_node, conventions):
-    """Analysed of one speed of a table."""
+def _with_harmonics_of_tables(conventions, paths):
+    """Conventions with the harmonics of the tables of probes, if the rig file states none; RotorstudyError if fewer."""
+    if not paths:
+        return conventions
+    held = {n for path in paths for n in harmonics_in(path, conventions)}
+    if "harmonics" not in conventions.model_fields_set:
+        return conventions.model_copy(update={"harmonics": [n for m in sorted(held) for n in (m, -m)]})
+    for n in conventions.harmonics:
+        if abs(n) not in held or -n not in conventions.harmonics:
+            raise RotorstudyError(
+                f"{paths[0]}: 'measurement: harmonics:' has {n}, and the tables of probes have {sorted(held)}, each of "
+                "which gives n and -n; leave 'harmonics:' out, or state these"
+            )
+    return conventions
+
+
+def _of_table(path, speed, of_node, conventions, single=None):
+    """Analysed of one speed of a table; single : {node: rad} of single probes."""
     nodes = {node: node_facts(amplitude, conventions.harmonics) for node, (amplitude, _) in of_node.items()}
-    return Analysed(RecordFacts(f"{path}, {speed:.6g} rad/s", nodes, speed), [], speed, of_node)
+    facts = RecordFacts(f"{path}, {speed:.6g} rad/s", nodes, speed)
+    return Analysed(facts, [], speed, of_node, None, single or {})
 
 
 def _measured_model(rig, sensors, stated, directions):
