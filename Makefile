@@ -12,6 +12,7 @@ SNAKEMAKE = .venv/bin/snakemake --cores $(CORES)
 all: report
 	@echo
 	@echo "Done. Look at"
+	@echo "  results/index.html        headline results, and links to every page, figure and table"
 	@echo "  results/report.html       every figure and table, with captions (open it in a browser)"
 	@echo "  results/scoreboard.html   each published number beside ours (data: results/scoreboard.csv)"
 	@echo "  results/chapter_2 to results/chapter_6   figures, tables, NetCDF"

@@ -8,7 +8,7 @@ import yaml
 from scipy.integrate import quad, solve_ivp
 
 from rotorstudy.measurement.measurement import read_measurement
-from rotorstudy.measurement.resonances import find_resonances, modal_passage
+from rotorstudy.measurement.resonances import find_resonances, modal_passage, vectors_1x
 
 CRITICAL, DECAY = np.array([162.0, 172.0]), np.array([3.0, 6.0])  # rad/s, 1/s: 95 rpm apart, factors of 27 and 14
 
@@ -111,3 +111,16 @@ def test_a_table_of_a_fast_run_up_is_told(tmp_path):
     found = {f.name: f for f in read_measurement([tmp_path / "run.csv"], tmp_path / "rig.yaml").findings}
     assert "amplification factor" in found["critical speeds"].text and " and " in found["critical speeds"].text
     assert found["sweep too fast"].severity == "warning" and "rad/s per second" in found["sweep too fast"].text
+
+
+def test_the_measured_run_up_says_what_its_page_says(request):
+    """Of a rotor kit; the steady figures of its page follow from the same table."""
+    folder = request.config.rootpath / "examples" / "rk4_run_up"
+    page = (folder / "README.md").read_text()
+    found = read_measurement([folder / "run_up.csv"], folder / "rig.yaml")
+    told = {f.name: f.text for f in found.findings}
+    assert f"> critical speeds: {told['critical speeds'].split(';')[0]}\n" in page
+    assert f"> sweep too fast: {told['sweep too fast'].split(':')[0]}\n" in page
+    steady_fit = find_resonances(found.spectrum.speed, np.array(list(vectors_1x(found.spectrum).values())), False)
+    assert f"one mode at {steady_fit.speed[0] * 30 / np.pi:.0f} rpm" in page
+    assert f"residual of {1e6 * steady_fit.noise:.1f} µm" in page

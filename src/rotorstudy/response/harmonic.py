@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.model.model import Model
 from rotorstudy.response.alternating import nonlinear_columns, seen_coordinates, steady_states
+from rotorstudy.response.banded import solve_systems
 from rotorstudy.response.coupling import (
     COUPLED_ORDER,
     check_harmonics,
@@ -148,7 +149,8 @@ def operator(model, theta, speed, blocks, kept=None, *, turning=True):
         n = np.where(group < count, carried[group % count], -carried[group % count])  # harmonic of the equation
         base = _uncoupled(matrices, n, speed[:, None, None])
         base = _condensed(base, kept, np.diag(structure.stiffness))
-        base = np.where((group < count)[..., None, None], base, base.conj())
+        if not np.all(group < count):
+            base = np.where((group < count)[..., None, None], base, base.conj())
         full = np.zeros((*theta.shape[:-1], len(speed), *group.shape, dof, group.shape[1], dof), complex)
         for m in range(group.shape[1]):
             full[..., m, :, m, :] = base[..., m, :, :]
@@ -340,12 +342,12 @@ def _some(speed):
 def _solve_groups(matrices, force, blocks):
     count, dof = len(blocks.harmonics), force.shape[-2]
     if not blocks.doubled and len(blocks.groups) == 1 and blocks.groups[0].shape == (count, 1):
-        return force / matrices[0] if dof == 1 else np.linalg.solve(matrices[0], force)
+        return force / matrices[0] if dof == 1 else solve_systems(matrices[0], force)
     result = np.zeros_like(force)
     columns = np.moveaxis(force, -1, 0)
     for matrix, group, mirror in zip(matrices, blocks.groups, blocks.mirrors, strict=True):
         right = np.moveaxis(gather(columns, group, count, blocks.harmonics), 0, -1)
-        solved = np.linalg.solve(matrix, right)
+        solved = solve_systems(matrix, right)
         solved = solved.reshape(*solved.shape[:-2], group.shape[1], dof, solved.shape[-1])
         direct = group < count
         result[..., group[direct], :, :] = solved[..., direct, :, :]
