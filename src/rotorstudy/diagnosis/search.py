@@ -357,23 +357,35 @@ def _pairs(work, current):
     gain = 0.5 * screen_pairs(projected, first, second)
     prior = {c.label: np.log(work.prior_odds.of(c)) for c in usable}
     gain += np.array([prior[c.label] for c in first])[:, None] + np.array([prior[c.label] for c in second])
-    options, often = {}, {}
-    for place in np.argsort(-np.round(gain, TIE), axis=None, kind="stable"):
-        i, j = np.unravel_index(place, gain.shape)
+    gain = np.where(_can_be_paired(work, first, second), np.round(gain, TIE), -np.inf)
+    causes = [np.array([c.cause for c in part], object) for part in (first, second)]
+    options, often = [], {}
+    while len(options) < PAIRS and gain.max(initial=-np.inf) > -np.inf:
+        i, j = np.unravel_index(gain.argmax(), gain.shape)
         both = tuple(sorted((first[i], second[j]), key=lambda c: bool(c.shape)))  # the shape of the last is refined
-        names = frozenset(c.cause for c in both)
-        if len(options) == PAIRS or gain[i, j] == -np.inf:
-            break
-        if len(names) < 2 or all(c.shape for c in both):  # two contacts at once take too long to fit
-            continue
-        if names in options or max(often.get(n, 0) for n in names) >= PAIRS_OF_A_CAUSE or not _is_allowed(work, both):
-            continue
-        often |= {n: often.get(n, 0) + 1 for n in names}
         start = screen(projected, *both).start
-        options[names] = Option(
-            both, projected.theta | dict(zip([n for c in both for n in c.names], start, strict=True))
-        )
-    return _fit_closest(work, list(options.values()))
+        start = projected.theta | dict(zip([n for c in both for n in c.names], start, strict=True))
+        options.append(Option(both, start))
+        for one, other in ((first[i].cause, second[j].cause), (second[j].cause, first[i].cause)):
+            often[one] = often.get(one, 0) + 1
+            taken = often[one] == PAIRS_OF_A_CAUSE
+            gain[np.ix_(causes[0] == one, (causes[1] == other) | taken)] = -np.inf
+            gain[np.ix_((causes[0] == other) | taken, causes[1] == one)] = -np.inf
+    return _fit_closest(work, options)
+
+
+def _can_be_paired(work, first, second):
+    """Whether two candidates (first, second) may be causes together; two contacts at once take too long to fit."""
+    shaped = np.outer([bool(c.shape) for c in first], [bool(c.shape) for c in second])
+    if work.settings.most_causes > 1:
+        return ~shaped
+    each = [list({c.cause: c for c in part}.values()) for part in (first, second)]
+    allowed = np.array([[_is_allowed(work, (a, b)) for b in each[1]] for a in each[0]])
+    place = [
+        [[c.cause for c in known].index(c.cause) for c in part]
+        for known, part in zip(each, (first, second), strict=True)
+    ]
+    return ~shaped & allowed[np.ix_(*place)]
 
 
 def _drop(work, current):

@@ -8,7 +8,7 @@ from rotorstudy.diagnosis.explanations import LEAST_LOG_ODDS, Search
 from rotorstudy.diagnosis.far_from_the_rig import far_from_the_rig
 from rotorstudy.diagnosis.held_out import gain_of, is_upheld, is_worse, split
 from rotorstudy.diagnosis.odds import faults_of
-from rotorstudy.diagnosis.outside import outside_probability
+from rotorstudy.diagnosis.outside import with_outside
 from rotorstudy.diagnosis.result import (
     Cause,
     DetectionLimit,
@@ -155,8 +155,7 @@ def investigate(
         measuring_chain=chain,
         findings=worst_first(findings),
     )
-    if verdict.verdict in ("cause", "ambiguous"):
-        verdict = verdict.model_copy(update={"outside_probability": outside_probability(verdict)})
+    verdict = with_outside(verdict)
     verdict = verdict.model_copy(update={"summary": summary(verdict)})
     alternatives = frozenset(c.cause for _, parts, _ in stated for c in parts)
     return Diagnosis(verdict, fitted, held, found, best.fit, settings, alternatives, labels)

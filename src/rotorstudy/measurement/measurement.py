@@ -16,6 +16,7 @@ from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.nonsynchronous import check_lines
 from rotorstudy.measurement.probe_tables import harmonics_in, is_probe_table, read_probe_table
 from rotorstudy.measurement.records import Record, full_spectrum
+from rotorstudy.measurement.repeats import averaged
 from rotorstudy.measurement.resonances import check_resonances
 from rotorstudy.measurement.run_up_analysis import analyse_each
 from rotorstudy.measurement.single_probe import along_probes
@@ -97,8 +98,10 @@ def measured_spectrum(
             )
         if method is not None:
             spectrum = _spectrum_by(method, measurement)
-    check_spectrum(spectrum, ", ".join(path.name for path in paths))
-    return spectrum, model, findings
+    where = ", ".join(path.name for path in paths)
+    check_spectrum(spectrum, where)
+    spectrum, notes = averaged(spectrum, where)
+    return spectrum, model, worst_first([*findings, *notes])
 
 
 def check_spectrum(spectrum, where):
@@ -108,9 +111,6 @@ def check_spectrum(spectrum, where):
     variance = np.diagonal(spectrum.covariance, axis1=-2, axis2=-1)
     if (variance < 0).any() or not variance.any():
         raise RotorstudyError(f"{where}: variances are negative or all zero; a fit needs the noise of each harmonic")
-    twice = sorted({float(w) for w in spectrum.speed if np.sum(np.isclose(spectrum.speed, w, rtol=1e-6)) > 1})
-    if twice:
-        raise RotorstudyError(f"{where}: speed {twice[0]:g} rad/s occurs twice; give each record once")
 
 
 def _listed(paths):
