@@ -1,5 +1,6 @@
 """From a spectrum and a model to a verdict: nothing, a cause, ambiguous, or unknown."""
 
+import logging
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -35,6 +36,8 @@ from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
+
+log = logging.getLogger(__name__)
 
 STATED_SET = 0.99  # posterior probability that the causes named contain the true one
 SEEN = 0.5  # of the prior standard deviation: an amplitude known no better from the data has no detection limit
@@ -108,6 +111,7 @@ def investigate(
     base, expected = found.base, None
     if held is not None:
         expected = with_cause_error(held, held.amplitude - predicted(base.model, held, base.theta), found.cause_error)
+    log.info("testing whether conventions of the records are wrongly stated")
     chain = chain_hypothesis(found, measured, settings) if model.before is None else None  # shared by both states
     found = replace(found, upheld=chain is None and is_upheld(found, expected))
     best = found.best
