@@ -271,7 +271,7 @@ def output_error_fit(
     )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Fit:
     """A model fitted within a prior.
 
