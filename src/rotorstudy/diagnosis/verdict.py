@@ -137,7 +137,7 @@ def investigate(
         verdict=kind,
         causes=_causes(best, probability),
         ambiguous_with=[_cause(parts, e.fit, probability[fault]) for fault, parts, e in stated],
-        separating_measurement=_separating(best.causes, [parts[0] for _, parts, _ in stated]),
+        separating_measurement=_separating(best.causes, [parts[0] for _, parts, _ in stated], model.structure),
         not_considered=_not_considered(best.causes, settings, {term.kind for term in model.terms}),
         broken_plugins=[*registry().failures, *found.broken],
         unexplained=_unexplained(best.fit, fitted, settings) if kind == "unknown" or best.causes else [],
@@ -216,6 +216,7 @@ def _cause(parts, fitted, probability):
     return Cause(
         effect=parts[0].effect,
         where=where,
+        label=fitted.model.structure.label_at(where),
         parameters=parameters,
         variant=parts[0].variant,
         posterior_probability=probability,
@@ -280,7 +281,9 @@ def _detection_limits(found):
         for (p, part, unknown), one in zip(_parts(c.term), screened.detection, strict=True):
             if one < SEEN * c.prior[unknown.name][1]:
                 size = {"amplitude": needed * one, "unit": p.unit, "of_typical": needed * one / unknown.typical}
-                limits.append(DetectionLimit(effect=c.effect, where=c.where, parameter=p.name, part=part, **size))
+                label = found.model.structure.label_at(c.where)
+                at = {"effect": c.effect, "where": c.where, "label": label}
+                limits.append(DetectionLimit(**at, parameter=p.name, part=part, **size))
     return sorted(limits, key=lambda row: row.of_typical)
 
 
@@ -313,7 +316,7 @@ def _identifiability(fitted, prior):
     )
 
 
-def _separating(causes, others):
+def _separating(causes, others, structure):
     """Measurements that separate the causes: those that the plugins state for their confounders, else general ones."""
     effects = registry().plugins["effect"]
     found = []
@@ -323,8 +326,8 @@ def _separating(causes, others):
             text = next(filter(None, told), "other speeds, nearer to and beyond resonance")
             if a.effect == b.effect:
                 text = "a probe nearer to one of the places, or a speed near a mode that moves them differently"
-            pair = tuple(Place(effect=c.effect, where=c.where) for c in (a, b))
-            found.append(SeparatingMeasurement(causes=pair, measurement=text))
+            pair = (Place(effect=c.effect, where=c.where, label=structure.label_at(c.where)) for c in (a, b))
+            found.append(SeparatingMeasurement(causes=tuple(pair), measurement=text))
     return list({(one.measurement, *map(place, one.causes)): one for one in found}.values())
 
 

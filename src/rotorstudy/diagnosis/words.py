@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from rotorstudy.diagnosis.result import Place
 from rotorstudy.model.registry import registry
 from rotorstudy.units import interval, p_value, percent, probability, quantity
 
@@ -18,9 +19,10 @@ def readable(name):
 
 
 def place(named):
-    """'unbalance at node 2' for a Place, Cause, DetectionLimit or Candidate."""
+    """'unbalance at node 2 (disc A)' for a Place, Cause or DetectionLimit; for a Candidate without the rig's label."""
+    labelled = f" ({named.label})" if isinstance(named, Place) and named.label else ""
     where = " ".join(
-        f"at node {_listed(value)}" if key == "node" else f"({key} {_listed(value)})"
+        f"at node {_listed(value)}{labelled}" if key == "node" else f"({key} {_listed(value)})"
         for key, value in named.where.items()
     )
     return f"{readable(named.effect)} {where}".strip()
