@@ -28,16 +28,27 @@ include: "workflow/rules/figures.smk"
 include: "workflow/rules/cracks.smk"
 
 
+def all_files():
+    """Every result but the index."""
+    found = [*scoreboard_files(), *table_files(), *figure_files(), *bearing_files(), *data_files(), *rules.zoo.output]
+    return [*found, *comparison_files(), *blind_files(), *diagnosis_files(), *crack_files()]
+
+
+rule index:
+    input:
+        all_files(),
+    output:
+        f"{RESULTS}/index.html",
+    params:
+        code=code("index.py"),
+    log:
+        f"{RESULTS}/logs/index.log",
+    script:
+        "workflow/scripts/index.py"
+
+
 rule all:
     default_target: True
     input:
-        scoreboard_files(),
-        table_files(),
-        figure_files(),
-        bearing_files(),
-        data_files(),
-        rules.zoo.output,
-        comparison_files(),
-        blind_files(),
-        diagnosis_files(),
-        crack_files(),
+        all_files(),
+        rules.index.output,

@@ -7,6 +7,8 @@ import yaml
 
 from rotorstudy import load_rig
 from rotorstudy.commands.line import main
+from rotorstudy.diagnosis.result import Place
+from rotorstudy.diagnosis.words import place
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.estimated_rig import rig_with_values
 from rotorstudy.model.rig import build_model
@@ -78,3 +80,20 @@ def test_speeds_in_rpm(tmp_path):
     assert main(["simulate", str(path), "--speeds", "1000", "3000", "--rpm", *options]) == 0
     with xr.open_dataset(tmp_path / "records.nc") as found:
         assert found.speed.values == pytest.approx([100 * np.pi / 3, 100 * np.pi])
+
+
+def test_a_cause_is_named_by_the_label_of_the_disc_or_bearing():
+    disc = {"mass_kg": 1.0, "polar_moment_kg_m2": 1e-3, "diametral_moment_kg_m2": 5e-4}
+    bearing = {"kind": "linear", "bearing_stiffness_N_per_m": 1e6}
+    structure = build_model({
+        "rotor": {"kind": "finite_element", "elements": [{"length_m": 0.2, "count": 4}], "outer_diameter_m": 0.01,
+                  "discs": [{"node": 2, "label": "fan", **disc}, {"node": 3, **disc}]},
+        "bearings": [{**bearing, "node": 1, "label": "DE"}, {**bearing, "node": 5, "label": "rear bearing"}],
+    }).structure  # fmt: skip
+    assert structure.labels == {1: "bearing DE", 2: "fan", 5: "rear bearing"}
+    assert [one.node for one in structure.discs] == [2, 3]
+    told = {2: "at node 2 (fan)", 3: "at node 3", (2, 3): "at node 2 and 3"}
+    for node, words in told.items():
+        where = {"node": node if isinstance(node, int) else list(node)}
+        found = Place(effect="unbalance", where=where, label=structure.label_at(where))
+        assert place(found) == f"unbalance {words}"

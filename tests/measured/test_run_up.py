@@ -12,11 +12,11 @@ from rotorstudy.commands.line import main
 from rotorstudy.inference.fit import output_error_fit
 from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.measurement import measured_spectrum, read_measurement
-from rotorstudy.measurement.run_up import half_power_bandwidth, speed_grid, track
+from rotorstudy.measurement.resonances import vectors_1x
+from rotorstudy.measurement.run_up import peaks, speed_grid, track
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.measurement.sweep import find_sweep, is_swept
 from rotorstudy.model.rotor_numbers import with_rotor_numbers
-from rotorstudy.presentation.bode_figures import vectors_1x
 
 MASS, STIFFNESS, ECCENTRICITY, PHASE = 2.0, 8e4, 2e-5, 0.7
 CRITICAL = np.sqrt(STIFFNESS / MASS)  # 200 rad/s
@@ -146,9 +146,9 @@ def test_a_sweep_that_beats_is_told(tmp_path):
 
 def test_the_bandwidth_of_a_resonance():
     speed = np.linspace(150, 250, 400)
-    at, width = half_power_bandwidth(speed, np.abs(steady(0.02, speed)))
+    [(at, width, _)] = peaks(speed, np.abs(steady(0.02, speed)))
     assert at == pytest.approx(CRITICAL, abs=0.5) and width == pytest.approx(8.0, rel=0.03)
-    assert half_power_bandwidth(speed, speed**2) is None
+    assert peaks(speed, speed**2) == []
 
 
 def test_a_drifting_record_is_no_sweep():

@@ -8,11 +8,11 @@ import pytest
 from rotorstudy import build_model, harmonic_response, measured_spectrum, read_rig
 from rotorstudy.commands.line import main
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.presentation.rotor_files import analyse_files, measured_along_probes
+from rotorstudy.presentation.rotor_files import analyse_files, measured_vectors
 from rotorstudy.response.resonance import Peak, peaks, required_margin, separation_margin
 from rotorstudy.response.stability import damping_of_effects
 from rotorstudy.response.whirl import damped_modes
-from rotorstudy.studies.rotor_analysis import along_probes, analyse_rotor
+from rotorstudy.studies.rotor_analysis import analyse_rotor, probe_vectors
 
 MASS, STIFFNESS = 2.0, 7.2e5
 NATURAL = np.sqrt(STIFFNESS / MASS)
@@ -110,12 +110,9 @@ def test_measured_points_lie_on_the_response(tmp_path):
     assert main(["simulate", str(rig.path), "--speeds", "300", "700", "--out", str(records)]) == 0
     spectrum, model, _ = measured_spectrum([records], rig)
     of_node = {1: harmonic_response(model, spectrum.speed, (1, -1))[..., 0].T}
-    probes, expected = along_probes(of_node, model.structure.reading)
+    probes, expected = probe_vectors(of_node, model.structure.reading)
     assert probes == [(1, "x"), (1, "y")]
-    assert (
-        np.abs(measured_along_probes(spectrum, model.structure.reading) - expected).max()
-        < 1e-6 * np.abs(expected).max()
-    )
+    assert np.abs(measured_vectors(spectrum, model.structure.reading) - expected).max() < 1e-6 * np.abs(expected).max()
 
 
 def test_command_writes_page_data_and_figures(tmp_path, capsys):

@@ -1,5 +1,6 @@
 """The search for causes: screen all candidates and pairs, fit the promising ones, compare them, add, swap, drop."""
 
+import logging
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -23,6 +24,8 @@ from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import make_term
 from rotorstudy.model.rotor_numbers import with_rotor_numbers
+
+log = logging.getLogger(__name__)
 
 FITTED_FULLY = 4  # least number of explanations per round that are fitted to convergence
 CLOSE = 15.0  # excess over the lowest cost of a round (likelihood ratio e^-7.5) beyond which a fit is not finished
@@ -122,11 +125,13 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     widened = with_cause_error(spectrum, missing, settings.cause_error)
     base = fit(whole, widened, prior, start=base.theta)
     every, failures = candidates(model, settings)
+    log.info("searching %d candidates", len(every))
     work = Search(model, whole, spectrum, widened, settings, prior, base, every, failures=failures,
                   cause_error=settings.cause_error)  # fmt: skip
     work.screened.extend(work.screen(base, every))
     work.found[frozenset()] = Explanation((), base, 0.0)
     best = _added(work, work.found[frozenset()], [base, fit(whole, widened, prior, steps=0)] if imitates else None)
+    log.info("fitting what comes near, %d explanations", len(work.found))
     settled = _settled(work, spectrum, missing, best)
     _added(settled, max(settled.explanations, key=odds_of))
     _drop_impossible(settled)
@@ -155,6 +160,7 @@ def _added(work, current, fits=None):
         better = max((refine(work, e) for e in _to_refine(tried, current.fit.cost)), key=odds_of, default=current)
         if odds_of(better) <= odds_of(current):
             return current
+        log.info("comparing alternatives to %s", " and ".join(better.named))
         current, fits = _with_alternatives(work, better), None
         if len(current.causes) > 1:
             current = _drop(work, current)
@@ -357,23 +363,35 @@ def _pairs(work, current):
     gain = 0.5 * screen_pairs(projected, first, second)
     prior = {c.label: np.log(work.prior_odds.of(c)) for c in usable}
     gain += np.array([prior[c.label] for c in first])[:, None] + np.array([prior[c.label] for c in second])
-    options, often = {}, {}
-    for place in np.argsort(-np.round(gain, TIE), axis=None, kind="stable"):
-        i, j = np.unravel_index(place, gain.shape)
+    gain = np.where(_can_be_paired(work, first, second), np.round(gain, TIE), -np.inf)
+    causes = [np.array([c.cause for c in part], object) for part in (first, second)]
+    options, often = [], {}
+    while len(options) < PAIRS and gain.max(initial=-np.inf) > -np.inf:
+        i, j = np.unravel_index(gain.argmax(), gain.shape)
         both = tuple(sorted((first[i], second[j]), key=lambda c: bool(c.shape)))  # the shape of the last is refined
-        names = frozenset(c.cause for c in both)
-        if len(options) == PAIRS or gain[i, j] == -np.inf:
-            break
-        if len(names) < 2 or all(c.shape for c in both):  # two contacts at once take too long to fit
-            continue
-        if names in options or max(often.get(n, 0) for n in names) >= PAIRS_OF_A_CAUSE or not _is_allowed(work, both):
-            continue
-        often |= {n: often.get(n, 0) + 1 for n in names}
         start = screen(projected, *both).start
-        options[names] = Option(
-            both, projected.theta | dict(zip([n for c in both for n in c.names], start, strict=True))
-        )
-    return _fit_closest(work, list(options.values()))
+        start = projected.theta | dict(zip([n for c in both for n in c.names], start, strict=True))
+        options.append(Option(both, start))
+        for one, other in ((first[i].cause, second[j].cause), (second[j].cause, first[i].cause)):
+            often[one] = often.get(one, 0) + 1
+            taken = often[one] == PAIRS_OF_A_CAUSE
+            gain[np.ix_(causes[0] == one, (causes[1] == other) | taken)] = -np.inf
+            gain[np.ix_((causes[0] == other) | taken, causes[1] == one)] = -np.inf
+    return _fit_closest(work, options)
+
+
+def _can_be_paired(work, first, second):
+    """Whether two candidates (first, second) may be causes together; two contacts at once take too long to fit."""
+    shaped = np.outer([bool(c.shape) for c in first], [bool(c.shape) for c in second])
+    if work.settings.most_causes > 1:
+        return ~shaped
+    each = [list({c.cause: c for c in part}.values()) for part in (first, second)]
+    allowed = np.array([[_is_allowed(work, (a, b)) for b in each[1]] for a in each[0]])
+    place = [
+        [[c.cause for c in known].index(c.cause) for c in part]
+        for known, part in zip(each, (first, second), strict=True)
+    ]
+    return ~shaped & allowed[np.ix_(*place)]
 
 
 def _drop(work, current):

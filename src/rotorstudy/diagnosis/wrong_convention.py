@@ -71,12 +71,16 @@ def chain_hypothesis(found, spectrum, settings):
     return ChainHypothesis(
         hypothesis=tested.hypothesis.name,
         remedy=tested.hypothesis.remedy,
-        beside=next((Place(effect=cause.effect, where=cause.where) for cause in explained.causes), None),
+        beside=next((_place(cause, base.model.structure) for cause in explained.causes), None),
         log_odds=odds,
         log_odds_of_best_causes=best.log_posterior_odds,
         residual_p_value=PValues(before=p_before, after=p_after),
         residual_share=left,
     )
+
+
+def _place(cause, structure):
+    return Place(effect=cause.effect, where=cause.where, label=structure.label_at(cause.where))
 
 
 def _with_one_cause(found, tested):

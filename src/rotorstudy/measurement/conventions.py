@@ -103,6 +103,7 @@ class Conventions(Strict):
     table_node: int | None = None
     table_noise_m: Annotated[float, Ge(0)] = 0.0
     table_phase: Literal["lead", "lag"] = "lead"
+    table_amplitude: Literal["peak", "peak_to_peak", "rms"] = "peak"
     displacement_zero: Literal["at_rest", "unloaded_line"] = "at_rest"
     node_of_label: dict[int | str, int] = {}
 

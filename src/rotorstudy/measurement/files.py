@@ -116,15 +116,15 @@ def netcdf(path):
         raise RotorstudyError(f"{path}: not a readable NetCDF file ({str(error).splitlines()[0]})") from None
 
 
-def is_table(path, conventions):
-    """Whether a file is a table of harmonics: a CSV file with a column 'harmonic'."""
+def table_columns(path, conventions):
+    """Columns of a CSV file, of which the reader depends; none of another file."""
     if SUFFIXES.get(Path(path).suffix.lower()) != "csv" or not Path(path).is_file():
-        return False
+        return []
     layout = conventions.csv
     with Path(path).open(encoding="utf-8-sig", errors="replace") as lines:
         for _ in range(layout.skip_rows):
             next(lines, "")
-        return "harmonic" in [name.strip().strip('"') for name in next(lines, "").split(layout.separator)]
+        return [name.strip().strip('"') for name in next(lines, "").split(layout.separator)]
 
 
 def _from_channels(path, conventions, nodes, names, channel):

@@ -1,5 +1,6 @@
 """From files and a rig file to a spectrum with covariance, clean records, facts and findings."""
 
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,11 +12,13 @@ from rotorstudy.measurement import quality
 from rotorstudy.measurement.analysis import Analysed
 from rotorstudy.measurement.conventions import read_conventions
 from rotorstudy.measurement.facts import RecordFacts, node_facts
-from rotorstudy.measurement.files import is_table, read_file
+from rotorstudy.measurement.files import read_file, table_columns
 from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.nonsynchronous import check_lines
+from rotorstudy.measurement.probe_tables import harmonics_in, is_probe_table, read_probe_table
 from rotorstudy.measurement.records import Record, full_spectrum
 from rotorstudy.measurement.repeats import averaged
+from rotorstudy.measurement.resonances import check_resonances
 from rotorstudy.measurement.run_up_analysis import analyse_each
 from rotorstudy.measurement.single_probe import along_probes
 from rotorstudy.measurement.spectrum import Spectrum
@@ -25,6 +28,8 @@ from rotorstudy.model.kinds import SpectrumMethod
 from rotorstudy.model.model import Model
 from rotorstudy.model.rig import RigFile, read_rig
 from rotorstudy.response.measured import measured_response
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -169,16 +174,26 @@ def read_measurement(paths: Sequence[str | Path], rig: str | Path | RigFile) -> 
     """
     rig, paths = read_rig(rig), _listed(paths)
     conventions = read_conventions(rig.given, str(rig.path))
+    columns = {path: table_columns(path, conventions) for path in paths}
+    conventions = _with_harmonics_of_tables(conventions, [path for path in paths if is_probe_table(columns[path])])
     nodes = rig.model.structure.nodes
     found, findings, stated, records = [], [], [], []
     for path in paths:
-        if is_table(path, conventions):
+        log.info("reading %s", path)
+        if is_probe_table(columns[path]):
+            spectra, notes = read_probe_table(path, conventions, nodes)
+            found += [_of_table(path, speed, of_node, conventions, single) for speed, of_node, single in spectra]
+            stated += [conventions] * len(spectra)
+            findings += notes
+        elif "harmonic" in columns[path]:
             spectra, notes = read_table(path, conventions, nodes)
             found += [_of_table(path, speed, harmonics, conventions) for speed, harmonics in spectra]
             stated += [conventions] * len(spectra)
             findings += notes
         else:
             records += read_file(path, conventions, nodes)
+    if records:
+        log.info("fitting the harmonics of %d records", len(records))
     analysed, notes = _without_dead_probes(records)
     found += analysed
     stated += [raw.conventions for raw in records]
@@ -202,7 +217,11 @@ def read_measurement(paths: Sequence[str | Path], rig: str | Path | RigFile) -> 
         directions,
     )
     records = [_with_sensors(one.record, model.sensors) for one in usable if one.record is not None]
-    findings += _check_together(spectrum, model, ", ".join(path.name for path in paths))
+    named = ", ".join(path.name for path in paths)
+    findings += _check_together(spectrum, model, named)
+    tables = any(is_probe_table(names) for names in columns.values())
+    if tables or {"run-up", "coast-down"} & {finding.name for finding in findings}:
+        findings += check_resonances(spectrum, tables, named)
     return Measurement(spectrum, records, facts, worst_first(findings), model)
 
 
@@ -229,10 +248,27 @@ def _common_directions(found, sensors):
     return np.array([usable[0].directions.get(node, np.nan) if usable else np.nan for node in sensors])
 
 
-def _of_table(path, speed, of_node, conventions):
-    """Analysed of one speed of a table."""
+def _with_harmonics_of_tables(conventions, paths):
+    """Conventions with the harmonics of the tables of probes, if the rig file states none; RotorstudyError if fewer."""
+    if not paths:
+        return conventions
+    held = {n for path in paths for n in harmonics_in(path, conventions)}
+    if "harmonics" not in conventions.model_fields_set:
+        return conventions.model_copy(update={"harmonics": [n for m in sorted(held) for n in (m, -m)]})
+    for n in conventions.harmonics:
+        if abs(n) not in held or -n not in conventions.harmonics:
+            raise RotorstudyError(
+                f"{paths[0]}: 'measurement: harmonics:' has {n}, and the tables of probes have {sorted(held)}, each of "
+                "which gives n and -n; leave 'harmonics:' out, or state these"
+            )
+    return conventions
+
+
+def _of_table(path, speed, of_node, conventions, single=None):
+    """Analysed of one speed of a table; single : {node: rad} of single probes."""
     nodes = {node: node_facts(amplitude, conventions.harmonics) for node, (amplitude, _) in of_node.items()}
-    return Analysed(RecordFacts(f"{path}, {speed:.6g} rad/s", nodes, speed), [], speed, of_node)
+    facts = RecordFacts(f"{path}, {speed:.6g} rad/s", nodes, speed)
+    return Analysed(facts, [], speed, of_node, None, single or {})
 
 
 def _measured_model(rig, sensors, stated, directions):

@@ -177,8 +177,8 @@ def _between_its_ends(tracked, step):
     return BPoly.from_derivatives([0, step * (len(tracked) - 1)], [first, last])
 
 
-def half_power_bandwidth(speed, size):
-    """Speed (rad/s) and half-power bandwidth (rad/s) of the narrowest resonance in a response (speed,); None if none.
+def peaks(speed, size):
+    """[(speed rad/s, half-power bandwidth rad/s, height)] of the resonances in a response (speed,).
 
     A resonance exceeds the lowest response on either side by the factor PEAK and falls to half its power on both.
     """
@@ -197,8 +197,8 @@ def half_power_bandwidth(speed, size):
             inner = outer - side
             share = (size[inner] - HALF_POWER * size[i]) / (size[inner] - size[outer])
             ends.append(speed[inner] + share * (speed[outer] - speed[inner]))
-        found.append((float(speed[i]), float(ends[1] - ends[0])))
-    return min(found, key=lambda one: one[1], default=None)
+        found.append((float(speed[i]), float(ends[1] - ends[0]), float(size[i])))
+    return found
 
 
 def _least(beside, peak):

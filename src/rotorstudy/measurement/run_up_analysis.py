@@ -7,7 +7,7 @@ from rotorstudy.measurement.analysis import Analysed, analyse, check_channels
 from rotorstudy.measurement.facts import NodeFacts, RecordFacts, node_facts
 from rotorstudy.measurement.findings import Finding
 from rotorstudy.measurement.keyphasor import find_pulses
-from rotorstudy.measurement.run_up import half_power_bandwidth, speed_grid, track
+from rotorstudy.measurement.run_up import peaks, speed_grid, track
 from rotorstudy.measurement.sweep import find_sweep, is_swept
 from rotorstudy.units import RAD_PER_S, number
 
@@ -89,10 +89,10 @@ def check_sweep(speed, rate, amplitudes, harmonics, where):
     found = [Finding("note", kind, where, text)]
     first = np.flatnonzero(np.abs(harmonics) == 1)
     size = np.sqrt(sum(np.sum(np.abs(one[:, first]) ** 2, axis=1) for one in amplitudes))
-    resonance = half_power_bandwidth(speed, size)
-    if resonance is None:
+    resonances = peaks(speed, size)
+    if not resonances:
         return found
-    at, bandwidth = resonance
+    at, bandwidth, _ = min(resonances, key=lambda one: one[1])
     here = abs(float(np.interp(at, speed, rate)))
     ratio = here / bandwidth**2
     if ratio <= FAST[0]:

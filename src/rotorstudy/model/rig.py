@@ -125,7 +125,13 @@ def build_model(rig: dict, where: str = "the rig", reading: Reading | None = Non
     structure = plugin.function(**options)
     _check_structure(structure, plugin, place)
     origin = Origin(plugin.function, options, plugin.uncertain)
-    structure = replace(structure, bearing_nodes=_bearing_nodes(rig), origin=origin, reading=reading or Reading())
+    structure = replace(
+        structure,
+        bearing_nodes=tuple(item["node"] for item in _at_nodes(rig.get("bearings"))),
+        labels=_labels(rig),
+        origin=origin,
+        reading=reading or Reading(),
+    )
     sensors = _sensors(rig.get("sensors"), structure, where)
     terms = []
     for section in ("cracks", "bearings", "effects"):
@@ -171,10 +177,20 @@ def _gain_somewhere(entry, speeds):
     return 0.0
 
 
-def _bearing_nodes(rig):
-    """Nodes of the bearings; mistakes are found when their terms are made."""
-    items = rig.get("bearings") if isinstance(rig.get("bearings"), list) else []
-    return tuple(item["node"] for item in items if isinstance(item, dict) and isinstance(item.get("node"), int))
+def _at_nodes(items):
+    """Items of a section that have a node; mistakes are found when their terms are made."""
+    items = items if isinstance(items, list) else []
+    return [item for item in items if isinstance(item, dict) and isinstance(item.get("node"), int)]
+
+
+def _labels(rig):
+    """{node: label} of the labelled discs and bearings, those of the bearings with that word."""
+    found = {disc["node"]: str(disc["label"]) for disc in _at_nodes(rig["rotor"].get("discs")) if disc.get("label")}
+    for bearing in _at_nodes(rig.get("bearings")):
+        if bearing.get("label"):
+            name = str(bearing["label"])
+            found[bearing["node"]] = name if "bearing" in name.lower() else f"bearing {name}"
+    return found
 
 
 def _held_deflection(given, structure, where):

@@ -138,6 +138,7 @@ class Structure:
     discs       : the RigidDisc objects on it, for drawings
     is_solid    : whether its cross sections are known and none is hollow
     bearing_nodes : nodes carried by bearings, which are terms
+    labels      : node -> what the rig calls the disc or bearing there, set where a rig is read
     gravity     : its acceleration, m/s^2; None if it follows from the static load, see `acceleration_of_gravity`
     support     : (dof, dof) static stiffness of the bearings, N/m; for usual sizes alone, as bearings are terms
     vibration   : usual vibration in the records to be explained, m; for usual sizes alone
@@ -159,11 +160,27 @@ class Structure:
     discs: tuple[RigidDisc, ...] = ()
     is_solid: bool = False
     bearing_nodes: tuple[int, ...] = ()
+    labels: dict = field(default_factory=dict)
     gravity: float | None = None
     support: np.ndarray | None = None
     vibration: float = 0.0
     origin: Origin | None = None
     reading: Reading = Reading()
+
+    def label_at(self, where: dict) -> str:
+        """What the rig calls the disc or bearing at the place of an effect; empty if it has no label.
+
+        Parameters
+        ----------
+        where : dict
+            Options of the place, like {"node": 2}.
+
+        Returns
+        -------
+        str
+        """
+        node = where.get("node")
+        return self.labels.get(node, "") if isinstance(node, int) else ""
 
     @cached_property
     def along(self) -> np.ndarray:

@@ -2,27 +2,12 @@
 
 import numpy as np
 
+from rotorstudy.measurement.resonances import vectors_1x
 from rotorstudy.presentation.plots import COLOURS, figure, png_bytes
 from rotorstudy.units import RAD_PER_S
 
 FEWEST_SPEEDS = 8
-NEGLIGIBLE = 0.01  # of the largest amplitude: the phase of a smaller vector is noise
 LABELLED = 6  # speeds marked in a polar plot
-
-
-def vectors_1x(spectrum):
-    """{name: (speed,) complex m} of 1X: forward and backward of orbits, of a single probe its own vector (peak).
-
-    spectrum : Spectrum with harmonics 1 and -1
-    """
-    order, found = list(spectrum.harmonics), {}
-    for s, node in enumerate(spectrum.sensors):
-        forward, backward = (spectrum.amplitude[:, order.index(n), s] for n in (1, -1))
-        if node in spectrum.single_probes:
-            found[f"probe, node {node}"] = 2 * np.exp(-1j * spectrum.directions[s]) * forward
-        else:
-            found |= {f"forward, node {node}": forward, f"backward, node {node}": backward}
-    return found
 
 
 def bode_pictures(spectrum):
@@ -32,8 +17,6 @@ def bode_pictures(spectrum):
     order = np.argsort(spectrum.speed)
     rpm = spectrum.speed[order] / RAD_PER_S["rpm"]
     vectors = {name: 1e6 * vector[order] for name, vector in vectors_1x(spectrum).items()}
-    largest = max(np.abs(vector).max() for vector in vectors.values())
-    vectors = {name: vector for name, vector in vectors.items() if np.abs(vector).max() > NEGLIGIBLE * largest}
     return {"1X over speed (Bode)": _bode(rpm, vectors), "1X over speed (polar)": _polar(rpm, vectors)}
 
 

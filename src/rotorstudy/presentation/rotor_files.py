@@ -9,7 +9,7 @@ from rotorstudy.presentation.plots import save_figures
 from rotorstudy.presentation.rotor_figures import rotor_figures
 from rotorstudy.presentation.rotor_page import rotor_page
 from rotorstudy.store import provenance, save, write_text
-from rotorstudy.studies.rotor_analysis import along_probes, analyse_rotor
+from rotorstudy.studies.rotor_analysis import analyse_rotor, probe_vectors
 
 
 def analyse_files(rig_path, out, speeds=(None, None), operating=None, records=()):
@@ -41,7 +41,7 @@ def analyse_files(rig_path, out, speeds=(None, None), operating=None, records=()
     if records:
         spectrum, model, _ = measured_spectrum(records, rig)
         reading = model.structure.reading
-        measured = spectrum.speed, measured_along_probes(spectrum, reading)
+        measured = spectrum.speed, measured_vectors(spectrum, reading)
     analysis = analyse_rotor(model, *speeds, reading)
     with whole_folder(out) as folder:
         figures = rotor_figures(rig, analysis, measured)
@@ -53,10 +53,10 @@ def analyse_files(rig_path, out, speeds=(None, None), operating=None, records=()
     return analysis
 
 
-def measured_along_probes(spectrum, reading):
+def measured_vectors(spectrum, reading):
     """1X along each probe (speed, probe), complex, m, of a Spectrum with harmonics 1 and -1; lead from the mark."""
     for n in (1, -1):
         if n not in spectrum.harmonics:
             raise unknown_name("harmonic", n, spectrum.harmonics, "the records; 1X along a probe needs 1X and -1X")
     both = spectrum.at_harmonics((1, -1)).amplitude
-    return along_probes({node: both[..., i].T for i, node in enumerate(spectrum.sensors)}, reading)[1]
+    return probe_vectors({node: both[..., i].T for i, node in enumerate(spectrum.sensors)}, reading)[1]

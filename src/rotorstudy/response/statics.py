@@ -74,7 +74,9 @@ def static_deflection(model, speed, theta, *, jacobian=False):
         return Deflection(structure.static_deflection, {})
     matrices = model.matrices(theta)
     carrying = [p for p, unknown in enumerate(model.rotor_unknowns) if unknown.carries]
-    dof, speed = len(structure.dofs), np.asarray(speed, float)
+    dof, speeds = len(structure.dofs), np.asarray(speed, float)
+    entries = [entry for p in carrying for entry in model.rotor_unknowns[p].entries]
+    speed = speeds if any(entry.gain for entry in entries) else speeds[:1]  # the springs are those at every speed
     springs = {p: _springs(model.rotor_unknowns[p], speed, dof) for p in carrying}  # on z and on conj(z)
     shape = (*theta.shape[:-1], len(speed), dof, dof)
     on_z = np.broadcast_to(matrices.stiffness[..., None, :, :], shape).astype(complex)
@@ -92,16 +94,20 @@ def static_deflection(model, speed, theta, *, jacobian=False):
         except np.linalg.LinAlgError:
             raise NoSteadyState("the bearings do not carry the rotor: their stiffness matrix is singular") from None
 
+    def at_every_speed(found):  # (..., speed, dof)
+        return np.broadcast_to(found, (*found.shape[:-2], len(speeds), dof))
+
     value = solve(matrices.static_load[..., None, :, None].astype(complex))[..., 0]
     if not jacobian:
-        return Deflection(value, {})
+        return Deflection(at_every_speed(value), {})
     forces = {p: _times(direct, value) + _times(mirrored, value.conj()) for p, (direct, mirrored) in springs.items()}
     if varied:
         slopes = varied.variation.slopes_at(theta[..., varied.positions])
         more = slopes.static_load[..., None, :] - np.einsum("...pij,...sj->...psi", slopes.stiffness, value)
         forces |= dict(zip(varied.positions, np.moveaxis(more, -3, 0), strict=True))
     changes = solve(np.stack(list(forces.values()), axis=-1))
-    return Deflection(value, dict(zip(forces, np.moveaxis(changes, -1, 0), strict=True)))
+    changes = {p: at_every_speed(change) for p, change in zip(forces, np.moveaxis(changes, -1, 0), strict=True)}
+    return Deflection(at_every_speed(value), changes)
 
 
 def _springs(unknown, speed, dof):

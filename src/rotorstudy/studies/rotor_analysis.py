@@ -111,7 +111,7 @@ def analyse_rotor(model, lowest=None, highest=None, reading=None):
     fine = _finer(speeds, criticals)
     response = harmonic_response(unbalanced, fine, (1, -1))
     of_node = {node: response[..., model.structure.index(node)].T for node in model.sensors}
-    probes, read = along_probes(of_node, reading or model.structure.reading)
+    probes, read = probe_vectors(of_node, reading or model.structure.reading)
     deflection = static_deflection(still, [highest], still.theta).value.reshape(-1)
     growth, threshold = _growth(model, still, speeds)
     return RotorAnalysis(
@@ -174,7 +174,7 @@ def with_unbalance(model, highest):
     return model.plus(make_term("effect", item, structure, model.sensors)), text
 
 
-def along_probes(of_node, reading):
+def probe_vectors(of_node, reading):
     """1X of each probe as it reads.
 
     of_node : node -> (forward, backward) 1X and -1X of the displacement, each (speed,) complex, m;  reading : Reading
