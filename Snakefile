@@ -27,6 +27,7 @@ include: "workflow/rules/diagnose.smk"
 include: "workflow/rules/tables.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/cracks.smk"
+include: "workflow/rules/chapter_7.smk"
 
 
 rule all:
@@ -42,3 +43,4 @@ rule all:
         blind_files(),
         diagnosis_files(),
         crack_files(),
+        crack_study_files(),
