@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
+from slow_effects import SLOW
 
 from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.change_words import OPENINGS, summary_of_change
@@ -21,7 +22,7 @@ from rotorstudy.store import provenance
 HARMONICS, NOISE = np.array([1, -1, 2]), 2e-8
 SPEEDS = np.array([200.0, 300.0, 400.0, 480.0])
 CHAIN = {"probe_gain": 0.05, "probe_angle": 0.09}
-SETTINGS = Settings(nuisance=CHAIN, hold_out_rad_s=[])
+SETTINGS = Settings(nuisance=CHAIN, hold_out_rad_s=[], leave_out=SLOW)
 RIG = {
     "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
     "effects": [
