@@ -87,7 +87,7 @@ def compare(
     size = np.sqrt(np.mean(np.sum(np.abs(after.amplitude[:, after.harmonics != 0]) ** 2, axis=1), axis=-1))
     structure = replace(model.structure, vibration=float(np.median(size)))
     model = replace(model, structure=structure, before=frozenset(model.names))
-    difference = _difference(before, after, model.earlier)
+    difference = _difference(before, after, model.earlier, settings)
     found = investigate(difference, model, settings=settings, findings=(*findings, *notes, *more))
     return Comparison(found, before, after, difference)
 
@@ -118,11 +118,13 @@ def _at_common_speeds(before, after):
     return before.at_speeds(nearest[common]), after.at_speeds(np.flatnonzero(common)), notes
 
 
-def _difference(before, after, model):
+def _difference(before, after, model, settings):
     """The difference of two spectra at the speeds of the first, less what small differences in speed cause."""
     moved = [measured_response(model, one.speed, one.harmonics) for one in (before, after)]
     amplitude = after.amplitude - before.amplitude - (moved[1] - moved[0])
-    return replace(before, amplitude=amplitude, covariance=before.covariance + after.covariance)
+    share = {"model_error": settings.repeatability, "covariance_error": 0.0}  # of what does not cancel
+    noise = [with_model_error(one, settings.model_copy(update=share)).covariance for one in (before, after)]
+    return replace(before, amplitude=amplitude, covariance=noise[0] + noise[1])
 
 
 def known_as_before(model: Model, spectrum: Spectrum, settings: Settings) -> tuple[Model, list[Finding]]:

@@ -28,6 +28,8 @@ class Settings(Strict):
     nuisance             : effects always present in the measuring chain -> standard deviation of each amplitude
     base_rates           : effect -> how often it is a cause, relative to a usual effect, where not as its plugin states
     prior_width          : standard deviation of the amplitude of a cause before anything is measured, in typical sizes
+    repeatability        : standard deviation by which two runs of an unchanged machine differ, as a fraction of each
+                           harmonic, in a comparison
     run_to_run           : parameters that differ from run to run by their uncertainty, because the machine was stopped,
                            opened or warmed up; in a comparison they do not cancel
     hold_out_rad_s       : speeds held out of every fit; None: about a quarter of them, from the middle
@@ -46,6 +48,7 @@ class Settings(Strict):
     nuisance: dict[str, float] = Field(default_factory=stated_nuisance)
     base_rates: dict[str, Annotated[float, Gt(0)]] = {}
     prior_width: float = Field(default=10.0, gt=0)
+    repeatability: float = Field(default=5e-3, ge=0, lt=0.5)
     run_to_run: list[str] = []
     hold_out_rad_s: list[float] | None = None
     significance: float = Field(default=1e-3, gt=0, lt=0.5)
