@@ -1,16 +1,18 @@
 # make        set up .venv, rebuild all results, write the report
 # make test   set up .venv, run all checks and tests
 # make foreign  diagnose 300 records of the independent simulator (tests/foreign), several hours on 2 cores
+# make docs   build the pages of docs/ as a site, with a check for dead links
 # make ross     diagnose records of the package ROSS, in an environment of its own
 PYTHON ?= python3
 CORES ?= all
 SNAKEMAKE = .venv/bin/snakemake --cores $(CORES)
 
-.PHONY: all results report test check bench foreign ross clean
+.PHONY: all results report test check bench foreign ross docs clean
 
 all: report
 	@echo
 	@echo "Done. Look at"
+	@echo "  results/index.html        headline results, and links to every page, figure and table"
 	@echo "  results/report.html       every figure and table, with captions (open it in a browser)"
 	@echo "  results/scoreboard.html   each published number beside ours (data: results/scoreboard.csv)"
 	@echo "  results/chapter_2 to results/chapter_6   figures, tables, NetCDF"
@@ -41,6 +43,10 @@ ross: .venv/ready .venv-ross/ready
 	.venv-ross/bin/python benchmarks/ross/simulate.py results/ross
 	.venv/bin/python benchmarks/ross/diagnose.py results/ross
 
+docs: .venv-docs/ready
+	.venv-docs/bin/mkdocs build --quiet
+	@echo "Look at results/docs/index.html"
+
 clean:
 	rm -rf results/* .snakemake
 
@@ -56,4 +62,9 @@ clean:
 .venv-ross/ready: benchmarks/ross/requirements.txt
 	$(PYTHON) -m venv .venv-ross
 	.venv-ross/bin/python -m pip install --quiet --disable-pip-version-check --requirement $<
+	@touch $@
+
+.venv-docs/ready: docs/requirements.txt
+	$(PYTHON) -m venv .venv-docs
+	.venv-docs/bin/python -m pip install --quiet --disable-pip-version-check --requirement $<
 	@touch $@

@@ -16,8 +16,7 @@ report: "workflow/report/workflow.rst"
 
 include: "workflow/rules/common.smk"
 include: "workflow/rules/shared.smk"
-include: "workflow/rules/simulate.smk"
-include: "workflow/rules/identify.smk"
+include: "workflow/rules/study.smk"
 include: "workflow/rules/replay.smk"
 include: "workflow/rules/zoo.smk"
 include: "workflow/rules/compare.smk"
@@ -30,17 +29,27 @@ include: "workflow/rules/cracks.smk"
 include: "workflow/rules/chapter_7.smk"
 
 
+def all_files():
+    """Every result but the index."""
+    found = [*scoreboard_files(), *table_files(), *figure_files(), *bearing_files(), *data_files(), *rules.zoo.output]
+    return [*found, *comparison_files(), *blind_files(), *diagnosis_files(), *crack_files(), *crack_study_files()]
+
+
+rule index:
+    input:
+        all_files(),
+    output:
+        f"{RESULTS}/index.html",
+    params:
+        code=code("index.py"),
+    log:
+        f"{RESULTS}/logs/index.log",
+    script:
+        "workflow/scripts/index.py"
+
+
 rule all:
     default_target: True
     input:
-        scoreboard_files(),
-        table_files(),
-        figure_files(),
-        bearing_files(),
-        data_files(),
-        rules.zoo.output,
-        comparison_files(),
-        blind_files(),
-        diagnosis_files(),
-        crack_files(),
-        crack_study_files(),
+        all_files(),
+        rules.index.output,

@@ -200,7 +200,8 @@ def judged(case, true, verdict):
     """What is right about a verdict."""
     causes, others = (verdict.causes, verdict.ambiguous_with) if verdict.verdict in ("cause", "ambiguous") else ((), ())
     stated = [*causes, *others]
-    match = {id(cause): [compared(one, cause) for one in true] for cause in stated}
+    fitting = stated or [*verdict.causes, *verdict.ambiguous_with]  # which may be another than the likely truth
+    match = {id(cause): [compared(one, cause) for one in true] for cause in fitting}
     if verdict.measuring_chain is not None:
         said = verdict.measuring_chain.hypothesis
         right = len(true) == 1 and CONVENTIONS.get(true[0]["family"]) == said
@@ -211,6 +212,7 @@ def judged(case, true, verdict):
         "verdict": verdict.verdict,
         "named": " + ".join(name_of(cause) for cause in verdict.causes),
         "stated": " | ".join(name_of(cause) for cause in others),
+        "among_fitting": bool(true) and all(any(match[id(c)][i][1] for c in fitting) for i in range(len(true))),
         "alone": verdict.verdict == "cause"
         and all(any(match[id(c)][i][1] for c in causes) for i in range(len(true)))
         and all(any(there or beside for _, there, beside in match[id(c)]) for c in causes),
@@ -218,7 +220,8 @@ def judged(case, true, verdict):
         "name_in_set": bool(true) and all(any(match[id(c)][i][0] for c in stated) for i in range(len(true))),
         "wrong": verdict.verdict == "cause"
         and any(not any(name or beside for name, _, beside in match[id(c)]) for c in causes),
-        "probability": causes[0].posterior_probability if causes else np.nan,
+        # posterior among the effects of the library, times the probability that the truth is one of those stated
+        "probability": causes[0].posterior_probability * (1 - verdict.outside_probability) if causes else np.nan,
         "first_right": bool(causes) and any(there for _, there, _ in match[id(causes[0])]),
         "gain": verdict.gain.ratio if verdict.gain and causes else np.nan,
     }

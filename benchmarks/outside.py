@@ -28,10 +28,12 @@ TARGET = Path(__file__).parents[1] / "src/rotorstudy/diagnosis/outside.yaml"
 
 
 def read(folder):
-    """Table of cases with the features of their verdicts, of those that state causes."""
-    rows = pd.read_csv(folder / "cases.csv")
-    rows = rows[rows.verdict.isin(["cause", "ambiguous"])]
-    verdicts = [Verdict.model_validate_json((folder / f"cases/{n:04d}/verdict.json").read_text()) for n in rows.case]
+    """Table of cases with the features of their verdicts, of those with causes that fit; in_set : among these."""
+    rows = pd.read_csv(folder / "cases.csv").assign(in_set=lambda table: table.among_fitting)
+    files = {n: folder / f"cases/{n:04d}/verdict.json" for n in rows.case}
+    known = {n: Verdict.model_validate_json(file.read_text()) for n, file in files.items() if file.exists()}
+    rows = rows[[n in known and known[n].outside_probability > 0 for n in rows.case]]
+    verdicts = [known[n] for n in rows.case]
     shown = pd.DataFrame([features(verdict) for verdict in verdicts], columns=list(FEATURES), index=rows.index)
     return pd.concat([rows[["case", "kind", "in_set"]], shown], axis=1)
 

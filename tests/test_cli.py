@@ -1,5 +1,6 @@
 """The command line: what it prints, what it refuses, and with which exit status."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -207,16 +208,19 @@ def test_a_new_plugin_is_written_where_one_stands(tmp_path, capsys, monkeypatch)
     assert _folder_of("crack").parts[-2:] == ("plugins", "cracks")
 
 
-def test_the_configuration_of_the_blind_tests_is_in_the_wheel():
-    """What the wheel is told to hold is what the command reads; an installed package has it beside `blind`."""
+def test_the_files_that_commands_read_are_in_the_wheel():
+    """What the wheel is told to hold is what `blind` and `demo` read, where an installed package looks for it."""
     import tomllib
 
+    from rotorstudy.commands import demo
     from rotorstudy.commands.blind import _default_config
 
     root = Path(__file__).parents[1]
     included = tomllib.loads((root / "pyproject.toml").read_text())["tool"]["hatch"]["build"]["targets"]["wheel"]
     packaged = {root / source: target for source, target in included["force-include"].items()}
     assert packaged[_default_config()] == "rotorstudy/blind/blind.yaml"
+    for name in (demo.RIG, demo.MACHINE):
+        assert packaged[demo._examples() / name] == f"rotorstudy/examples/{name}"
 
 
 def test_the_version_is_told(capsys):
@@ -232,7 +236,7 @@ def test_a_misspelt_rig_key_is_named_with_its_place(tmp_path, capsys):
         ("mass_kg", "mas_kg", ["unknown key 'mas_kg'", "did you mean 'mass_kg'"]),
         ("mass_kg: 2.0", "mass_kg: -2.0", ["mass_kg = -2.0", "greater than 0"]),
         ("effects:", "effect:", ["unknown section 'effect'", "'effects'"]),
-        ("2.5e+5", "2.5e5", ["2.5e+5"]),
+        ("2.5e+5", "'2.5e5'", ["without quotes"]),
     ):
         (tmp_path / "rig.yaml").write_text(text.replace(old, new))
         refused(run(capsys, "simulate", tmp_path / "rig.yaml", "--speeds", "88", "--out", tmp_path / "x.nc"), *words)
@@ -246,3 +250,23 @@ def test_a_result_goes_to_a_file_in_a_folder_that_exists_and_never_over_an_input
     refused(run(capsys, *base, tmp_path), "is a folder")
     refused(run(capsys, *base, tmp_path / "none" / "x.nc"), "does not exist")
     assert rig.read_text() == Path(RIG).read_text()
+
+
+def test_progress_is_shown_in_a_terminal_alone(tmp_path, capsys):
+    """A stream that is no terminal stays empty; the messages themselves carry the seconds since the start."""
+    import io
+    import logging
+
+    from rotorstudy.commands.line import show_progress
+
+    stream = io.StringIO()
+    handler = show_progress(stream)
+    try:
+        logging.getLogger("rotorstudy.diagnosis.search").info("searching %d candidates", 3)
+    finally:
+        logging.getLogger("rotorstudy").removeHandler(handler)
+        logging.getLogger("rotorstudy").setLevel(logging.NOTSET)
+    assert re.fullmatch(r" +0\.\d s  searching 3 candidates\n", stream.getvalue())
+    assert main(["simulate", RIG, "--speeds", "88", "--duration", "0.1", "--out", str(tmp_path / "r.nc")]) == 0
+    assert main(["import", str(tmp_path / "r.nc"), "--rig", RIG, "--out", str(tmp_path / "s.nc")]) in (0, 1)
+    assert "reading" not in capsys.readouterr().err

@@ -35,9 +35,9 @@ def rotorstudy_effect():
         source="bilinear support as in Chu and Tang 2001; Muszynska and Goldman 1995",
         places=at_supports,
         shape={
-            "lift_m": (-4.0, 4.0, "length"),
+            "lift_m": (-12.0, 12.0, "vibration"),
             "direction_rad": (-np.pi, np.pi),
-            "play_m": (0.04, 40.0, "length"),
+            "play_m": (0.4, 100.0, "vibration"),
         },
         example={"lift_m": 0.0},
         positive=True,

@@ -12,7 +12,8 @@ def unbalance(structure, node: int | None = None, mass_kg: Positive | None = Non
     entry = Entry(mass * here, on="one", shift=1, gain=lambda speed: speed**2)
     scales = structure.scales
     usual = 0.4 * scales.length * (scales.mass / mass if mass else 1.0)  # the same unbalance at a light node
-    return [Parameter("eccentricity", "m", (entry,), usual, is_complex=True)]
+    also = {"unbalance": ("kg m", 1 / mass)} if mass else {}
+    return [Parameter("eccentricity", "m", (entry,), usual, is_complex=True, also=also)]
 
 
 @hookimpl

@@ -8,6 +8,7 @@ from rotorstudy.plugins import (
     NonNegative,
     PoissonsRatio,
     Positive,
+    RigidDisc,
     Rotor,
     RotorstudyError,
     Section,
@@ -33,11 +34,15 @@ class Stretch(TypedDict):
     density_kg_per_m3: NotRequired[Positive]
 
 
-class Disc(TypedDict):
+class RigidBody(TypedDict):
     node: int
     mass_kg: Positive
     polar_moment_kg_m2: NonNegative
     diametral_moment_kg_m2: NonNegative
+
+
+class Disc(RigidBody, total=False):
+    label: str
 
 
 class PointMass(TypedDict):
@@ -181,6 +186,8 @@ def finite_element(
         curvature_at=curvature_at,
         section_at=section_at,
         length=length,
+        node_positions=dict(zip(nodes, [0.0, *ends], strict=True)),
+        discs=tuple(RigidDisc(*(body[key] for key in RigidBody.__annotations__)) for body in discs),
         is_solid=all(element["inner_diameter_m"] == 0 for element in shaft),
         gravity=gravity_m_per_s2,
     )

@@ -2,9 +2,20 @@
 
 from difflib import get_close_matches
 
+LONGEST = 1500  # characters of a message; what it repeats of the input is cut in the middle
+
 
 class RotorstudyError(Exception):
     """An error in the input; the message is one line."""
+
+    def __str__(self):
+        return shortened(super().__str__())
+
+
+def shortened(text, most=LONGEST):
+    """A text in one line of at most so many characters, cut in the middle."""
+    text = " ".join(text.split())
+    return text if len(text) <= most else f"{text[: most // 2]} ... {text[-(most // 2) :]}"
 
 
 class PluginError(RotorstudyError):

@@ -8,7 +8,7 @@ The names below are imported when first used, so that a plugin costs no more tha
 _HOME = {
     "model.kinds": "Bearing Crack CrackDepth Effect Estimator Rotor SpectrumMethod hookimpl",
     "model.terms": "Entry NonlinearForce Parameter planar_entries",
-    "model.structure": "Section Structure at_supports probe_axis sensor_unit",
+    "model.structure": "RigidDisc Section Structure at_supports probe_axis sensor_unit",
     "model.hinge": "crack_at",
     "model.options": "AtLeastOne DepthRatio Even Fraction NonNegative PoissonsRatio Positive Share TypedDict Whole",
     "model.cracks": "crack_parameters",

@@ -95,9 +95,14 @@ def _git_commit():
 
 
 def save(data, path):
-    """Write a Dataset as NetCDF-4, atomically."""
+    """Write a Dataset as NetCDF-4, atomically; RotorstudyError if it cannot be written, for example on a full disk."""
     with atomic(path) as temporary:
-        data.to_netcdf(temporary, engine="netcdf4", format="NETCDF4")
+        try:
+            data.to_netcdf(temporary, engine="netcdf4", format="NETCDF4")
+        except (OSError, RuntimeError) as error:  # the library reports what the disk refuses as RuntimeError
+            raise RotorstudyError(
+                f"{path}: cannot be written ({error}); is the disk full or the folder read-only?"
+            ) from None
 
 
 def load(path):
@@ -106,38 +111,3 @@ def load(path):
 
     with xr.open_dataset(path, engine="netcdf4") as data:
         return data.load()
-
-
-def read_yaml(path):
-    """A YAML file as a dict; RotorstudyError in one line if it is not one."""
-    import yaml
-
-    path = Path(path)
-    if not path.is_file():
-        raise RotorstudyError(f"file '{path}' does not exist")
-    try:
-        found = yaml.load(path.read_text(encoding="utf-8"), _unique_key_loader())
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        place = getattr(error, "problem_mark", None)
-        at = f" line {place.line + 1}" if place else ""
-        what = " ".join(str(getattr(error, "problem", None) or error).split())
-        raise RotorstudyError(f"{path}{at}: not valid YAML: {what}") from None
-    if not isinstance(found, dict):
-        raise RotorstudyError(f"{path}: expected keys and values, found {type(found).__name__}")
-    return found
-
-
-def _unique_key_loader():
-    """YAML's safe loader, but with an error for a key given twice."""
-    import yaml
-
-    class Loader(yaml.SafeLoader):
-        def construct_mapping(self, node, deep=False):
-            keys = [key.value for key, _ in node.value]
-            for key, _ in node.value:
-                if keys.count(key.value) > 1:
-                    what = f"key '{key.value}' is given twice"
-                    raise yaml.constructor.ConstructorError(None, None, what, key.start_mark)
-            return super().construct_mapping(node, deep)
-
-    return Loader

@@ -4,4 +4,4 @@ The whole library is searched in test_report.py, test_prior.py, the blind tests,
 README's example.
 """
 
-SLOW = ["breathing_crack", "cubic_stiffness", "looseness", "pedestal_resonance", "rub"]
+SLOW = ["breathing_crack", "cubic_stiffness", "looseness", "pedestal_resonance", "rub", "transverse_crack"]

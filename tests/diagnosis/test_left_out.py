@@ -1,6 +1,8 @@
 """What is said of the thesis's estimates follows from what they are, not from how they are called."""
 
-from rotorstudy.thesis.left_out import Compared, changed_estimates, impossible_values
+from types import SimpleNamespace
+
+from rotorstudy.thesis.left_out import Compared, changed_estimates, impossible_values, in_short
 
 
 def compared(name, thesis, base, extended, **kind):
@@ -27,3 +29,14 @@ def test_changed_estimates_count_forces_and_name_the_others():
     assert "1 of 2 crack forces" in said and "1 are zero" in said
     same = compared("damping", -2.0, (0.0, 1.0), (-1.0, 2.0))
     assert "none of damping and unbalance; 0 of 0" in changed_estimates([same])[0]
+
+
+def test_a_cause_is_established_if_it_is_named_whichever_speed_is_left_out():
+    verdicts = {"chapter_5": SimpleNamespace(verdict="cause", causes=["a cause"])}
+    harmonics = [{"rig": "chapter 5", "harmonic": "-1X", "base (σ)": 9.0, "base, residual (µm)": 40.0}]
+
+    def said(*causes):
+        return in_short(verdicts, harmonics, {"chapter_5": [{"causes": list(named)} for named in causes]})
+
+    assert said(["bow", "rub"], ["bow"]).endswith("chapter 5: cause.")
+    assert said(["bow"], ["rub"]).endswith("chapter 5: cause, not established.")

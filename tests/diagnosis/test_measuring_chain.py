@@ -22,7 +22,7 @@ BLAMED = (  # causes that wrong conventions look like
 )
 QUICK = {
     "most_causes": 1,
-    "candidates_per_round": 4,
+    "candidates_per_round": 2,
     "leave_out": [name for name in registry().plugins["effect"] if name not in BLAMED],
 }
 RIG = {
@@ -119,7 +119,7 @@ def one_probe_at_45_degrees_halved(z):
     return (turned.real / 2 + 1j * turned.imag) * np.exp(0.25j * np.pi)
 
 
-@pytest.mark.parametrize("factor", [25.4, 1 / 25.4, 1000.0])
+@pytest.mark.parametrize("factor", [1 / 25.4, 1000.0])
 def test_a_wrong_unit_beside_a_fault_is_told(factor):
     """The fault would be found beside a gain error of the probes that no probe can have."""
     spectrum = read_wrongly(measured(FAULTS[:1]), lambda z: z * factor)

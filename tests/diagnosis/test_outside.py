@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rotorstudy.diagnosis.outside import FEATURES, outside_probability
-from rotorstudy.diagnosis.result import Verdict
+from rotorstudy.diagnosis.outside import FEATURES, outside_probability, with_outside
+from rotorstudy.diagnosis.result import Cause, Verdict
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.words import summary
 
@@ -56,6 +56,24 @@ def test_what_is_not_certain_is_said():
     text = "the true cause is none of these"
     assert text not in summary(verdict(outside_probability=0.02))
     assert f"with a probability of 20 % {text}" in summary(verdict(outside_probability=0.2))
+
+
+@pytest.mark.parametrize(("couplings", "kind"), [(0, "cause"), (1, "cause"), (2, "unknown")])
+def test_two_couplings_imitate_what_the_library_lacks_and_are_no_cause(couplings, kind):
+    """One cause of many amplitudes, as a coupling has, is still a cause."""
+    force = {"value": 1.0, "std": 0.1, "unit": "N", "part": "magnitude"}
+    coupling = Cause(
+        effect="parallel_misalignment", where={"node": 1}, posterior_probability=0.999,
+        parameters={f"misalignment_force_{n}X": force for n in range(17)},
+    )  # fmt: skip
+    found = with_outside(verdict(causes=(coupling,) * couplings or verdict().causes))
+    assert found.verdict == kind
+    assert ("an effect that the library lacks" in summary(found)) == (kind == "unknown")
+
+
+def test_a_verdict_without_causes_stays_as_it_is():
+    for kind in ("nothing", "unknown"):
+        assert with_outside(verdict(verdict=kind, causes=())).outside_probability == 0
 
 
 def table(missed, feature):

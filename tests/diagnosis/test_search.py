@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from slow_effects import SLOW
 
 from rotorstudy.diagnosis.candidates import candidates
 from rotorstudy.diagnosis.explanations import Search
@@ -21,7 +22,7 @@ from rotorstudy.response.measured import measured_response
 
 HARMONICS = np.array([0, 1, -1, 2, -2, 3])
 SPEEDS = np.array([120.0, 200.0, 280.0, 360.0, 440.0, 520.0])
-KNOWN = Settings(uncertainty={"default": 0.02}, model_error=0.0, model_floor=0.0)
+KNOWN = Settings(uncertainty={"default": 0.02}, model_error=0.0, model_floor=0.0, leave_out=SLOW)
 ONE = KNOWN.model_copy(update={"most_causes": 1})
 JEFFCOTT = {
     "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},

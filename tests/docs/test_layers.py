@@ -33,6 +33,10 @@ NAMED = {  # words of other rooms that are the name of a plugin too, and why eac
         {"presentation/comparison_figures.py", "studies/identify.py"},
     ),
     "maximum_likelihood": ("a default of the command line", {"commands/identify.py"}),
+    "unbalance": (
+        "what a trial mass is, in a file of several runs; what the response of an analysis is a response to",
+        {"diagnosis/runs.py", "studies/rotor_analysis.py"},
+    ),
     "least_squares": (
         "the thesis's method, whose bias two studies measure",
         {"studies/identify.py", "studies/weight_dominance.py"},

@@ -54,9 +54,8 @@ def test_a_block_that_writes_nothing_is_an_error_and_keeps_the_old_file(tmp_path
 
 
 def test_text_is_written_in_utf_8_whatever_the_locale(tmp_path):
-    code = (
-        "import sys, locale; from rotorstudy.store import write_text, read_yaml; print(locale.getpreferredencoding())"
-    )
+    code = "import sys, locale; from rotorstudy.store import write_text; from rotorstudy.yaml_file import read_yaml"
+    code += "; print(locale.getpreferredencoding())"
     code += "; write_text(sys.argv[1], 'name: 12 \\u00b5m \\u03c3\\n'); assert read_yaml(sys.argv[1])"
     environment = {**os.environ, "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "LC_ALL": "C"}
     run = [sys.executable, "-c", code, str(tmp_path / "a.yaml")]

@@ -204,7 +204,7 @@ def test_the_spectrum_comes_back_from_its_file(tmp_path):
         ({"probes": [{"channel": "a", "angle": 3.0}]}, ["'angle'", "'angle_deg'", "probes[0]"]),
         ({"probes": {"channel": "a"}}, ["probes", "list"]),
         ({"probes": [{**p, "channel": "disc 1 lefd"} for p in section()["probes"]]}, ["'disc 1 left'", "lefd"]),
-        ({"probes": section()["probes"][:3]}, ["node 4", "one direction only", "two probes"]),
+        ({"probes": section()["probes"][:3], "harmonics": [1, 2]}, ["node 4", "single probe", "take both"]),
         ({"probes": [{**p, "unit": None} for p in section()["probes"]]}, ["no unit", "state 'unit:'"]),
         ({"probes": [{**p, "unit": "V"} for p in section()["probes"]]}, ["sensitivity_V_per_m"]),
         ({"probes": [{**p, "node": 7} for p in section()["probes"]]}, ["unknown node '7'", "probes must sit"]),

@@ -70,10 +70,10 @@ def with_gap(samples):
 FAULTS = {
     "clipping at 95 %": (lambda: clipped(0.95), {"clipping": "error"}),
     "clipping at 80 %": (lambda: clipped(0.8), {"clipping": "error"}),
-    "constant": (lambda: {"disc 1 left": np.full(len(TIME), 0.3)}, {"dead probe": "error"}),
+    "constant": (lambda: {"disc 1 left": np.full(len(TIME), 0.3)}, {"dead probe": "warning"}),
     "noise only": (
         lambda: {"disc 1 left": np.random.default_rng(3).normal(size=len(TIME))},
-        {"dead probe": "error"},
+        {"dead probe": "warning"},
     ),
     "weak": (
         lambda: {"disc 1 left": np.mean(original()["disc 1 left"]) + 2e-3 * original()["disc 1 left"]},

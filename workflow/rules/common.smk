@@ -62,10 +62,7 @@ def published_folder(wildcards, input):
 
 
 wildcard_constraints:
-    study="|".join(STUDIES) or "none",
     replay="|".join(REPLAYS) or "none",
-    rig="[^/]+",
-    case="[^/]+",
 
 
 def code(script, *functions):
@@ -76,18 +73,9 @@ def code(script, *functions):
     return code_digest(ROOT / "workflow" / "scripts" / script, *functions)
 
 
-def study_plugins(*kinds):
+def study_plugins(study, *kinds):
     """Files of the plugins that a study's rigs name, and of its methods of some kinds."""
-
-    def files(wildcards):
-        study = STUDIES[wildcards.study]
-        return plugin_files(study.rigs.values(), [p for kind in kinds for p in study.methods[kind].values()])
-
-    return files
-
-
-def study_config(wildcards):
-    return str(ROOT / settings.studies[wildcards.study])
+    return plugin_files(study.rigs.values(), [p for kind in kinds for p in study.methods[kind].values()])
 
 
 def replay_methods(wildcards):
@@ -204,36 +192,9 @@ def figure_files():
     return [path for chapter in CHAPTERS for kind in ("png", "svg") for path in pictures(chapter, kind)]
 
 
-# stages of a study with one file each: the function that computes it, and the kinds of plugins it depends on
-STUDY_STAGES = {
-    "bias": ("rotorstudy.studies.identify.bias", ["estimator"]),
-    "identifiability": ("rotorstudy.studies.identifiability.identifiability", []),
-    "sensors": ("rotorstudy.studies.sensors.sensors", ["estimator"]),
-    "stability": ("rotorstudy.studies.stability.stability", []),
-    "variants": ("rotorstudy.studies.variants.variants", []),
-    "weight_dominance": ("rotorstudy.studies.weight_dominance.weight_dominance", []),
-    "whirl": ("rotorstudy.studies.whirl.whirl", []),
-}
-
-
-def skipped(study):
-    """Stages that a study does not configure."""
-    asked = {"sensors": study.sensor_sets, "variants": study.variants}
-    return [stage for stage, what in asked.items() if not what]
-
-
 def data_files():
     """Every NetCDF file, so that deleted ones are made again."""
-    found = []
-    for name, study in STUDIES.items():
-        base = f"{RESULTS}/{name}"
-        found += [f"{base}/{stage}.nc" for stage in STUDY_STAGES if stage not in skipped(study)]
-        found += [
-            f"{base}/{stage}/{rig}.nc" for stage in ("records", "spectra", "identification") for rig in study.rigs
-        ]
-        found += [
-            f"{base}/monte_carlo/{rig}/{file_name(case)}.nc" for rig in study.monte_carlo.rigs for case in study.cases
-        ]
+    found = [path for item in STUDIES.items() for _, files, _ in study_jobs(*item).values() for path in files]
     return found + [
         f"{RESULTS}/{name}/{stage}.nc" for name in REPLAYS for stage in ("records", "spectra", "identification")
     ]

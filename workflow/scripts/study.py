@@ -4,7 +4,9 @@ with job(snakemake):
     from rotorstudy.store import save
     from rotorstudy.studies.common import study_provenance
     from rotorstudy.studies.config import load_study
-    from rotorstudy.studies.workflow import called
+    from rotorstudy.studies.workflow import named_function, opened
 
     config = load_study(snakemake.input.config)
-    save(called(snakemake, config).assign_attrs(study_provenance(config)), snakemake.output[0])
+    attributes, results = study_provenance(config), opened(snakemake.input)
+    for path, (function, given) in zip(snakemake.output, snakemake.params.calls, strict=True):
+        save(named_function(function)(config, **given, **results).assign_attrs(attributes), path)

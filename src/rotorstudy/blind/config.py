@@ -9,7 +9,7 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.rig import build_model
 from rotorstudy.response.coupling import check_harmonics
-from rotorstudy.store import read_yaml
+from rotorstudy.yaml_file import read_yaml
 
 KINDS = ("clean", "single", "two", "chain", "foreign")
 Share = Annotated[float, Field(ge=0, le=1)]

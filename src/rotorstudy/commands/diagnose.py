@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 
 from rotorstudy.commands.outputs import check_folder
+from rotorstudy.commands.speeds import add_rpm, in_rad_s
 
 
 def add(commands):
@@ -23,6 +24,7 @@ def add(commands):
         metavar="RAD_S",
         help="measured speeds in rad/s that no fit uses (default: those of the rig file, else about a quarter)",
     )
+    add_rpm(parser)
     parser.set_defaults(func=run)
 
 
@@ -32,7 +34,7 @@ def run(given):
     from rotorstudy.presentation.diagnosis_files import diagnose_files
 
     check_folder(given.out, given.rig, *given.records)
-    verdict = diagnose_files(given.records, given.rig, given.out, given.hold_out)
+    verdict = diagnose_files(given.records, given.rig, given.out, in_rad_s(given.hold_out, given.rpm))
     for finding in verdict.findings:
         print(finding, file=sys.stderr)
     for broken in verdict.broken_plugins:

@@ -2,6 +2,7 @@
 
 import sys
 
+from rotorstudy.commands.identify_runs import identify_several
 from rotorstudy.commands.outputs import check_file
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.registry import registry
@@ -12,8 +13,14 @@ def add(commands):
     parser = commands.add_parser("identify", help="estimate parameters of a rig from records")
     parser.add_argument(
         "records",
-        nargs="+",
+        nargs="*",
         help="record files (.nc, .csv, .mat, .uff), tables of harmonics (.csv), or one spectrum written by `import`",
+    )
+    parser.add_argument(
+        "--runs",
+        metavar="FILE",
+        help="instead of records: file that lists several runs, their records and what is added in each; they are "
+        "fitted together, within the uncertainty that the rig file states",
     )
     parser.add_argument(
         "--rig",
@@ -63,6 +70,10 @@ def run(given):
     from rotorstudy.model.rig import read_rig
     from rotorstudy.model.rotor_numbers import with_rotor_numbers
 
+    if bool(given.runs) == bool(given.records):
+        raise RotorstudyError("identify: give either record files, or a file of several runs with --runs")
+    if given.runs:
+        return identify_several(given)
     if given.cause and (given.unknowns or given.rig_out or given.estimator != "maximum_likelihood"):
         raise RotorstudyError(
             "--cause estimates all that the rig file leaves uncertain, by maximum likelihood; leave out --unknowns, "
@@ -89,7 +100,7 @@ def run(given):
     units = model.reported_units(names)
     _print_estimates(names, theta, std, units)
     if np.isfinite(estimate.misfit):
-        _print_misfit(float(estimate.misfit), 2 * spectrum.amplitude.size - len(names))
+        _print_misfit(float(estimate.misfit), spectrum.data_count - len(names))
     if given.out:
         used = [*rig.plugins, estimator, *([method] if method else [])]
         _save(given, rig, used, names, theta, std, units)

@@ -1,22 +1,40 @@
-"""Simulate rotor rigs, import records, identify and diagnose rigs, list and write plugins."""
+"""Analyse and simulate rotor rigs, import records, identify and diagnose rigs, list and write plugins."""
 
 import argparse
+import logging
+import os
 import sys
+import time
 
 from rotorstudy import __version__
-from rotorstudy.commands import blind, check, diagnose, identify, import_records, new, plugins, simulate
+from rotorstudy.commands import (
+    analyse,
+    blind,
+    check,
+    compare,
+    demo,
+    diagnose,
+    identify,
+    import_records,
+    new,
+    plugins,
+    simulate,
+)
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.registry import blamed, registry
 
-COMMANDS = (plugins, new, check, simulate, import_records, diagnose, identify, blind)
+COMMANDS = (demo, plugins, new, check, analyse, simulate, import_records, diagnose, compare, identify, blind)
 EPILOG = """examples:
+  rotorstudy demo
   rotorstudy plugins
   rotorstudy new crack my_crack
   rotorstudy check my_crack.py
+  rotorstudy analyse rig.yaml --out analysis
   rotorstudy simulate rig.yaml --speeds 88 308 --out records.nc
   rotorstudy import run_1.csv run_2.csv --rig rig.yaml --out spectrum.nc
   rotorstudy identify spectrum.nc --rig rig.yaml --unknowns internal_damping external_damping
   rotorstudy diagnose run_1.csv run_2.csv --rig rig.yaml --out diagnosis
+  rotorstudy compare --before march.csv --after may.csv --rig rig.yaml --out what_changed
   rotorstudy blind --cases 60 --seed 7 --out blind_7
 """
 
@@ -26,11 +44,24 @@ def parser():
     top = argparse.ArgumentParser(
         prog="rotorstudy", description=__doc__, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter
     )
+    top.add_argument("--quiet", action="store_true", help="do not show progress (shown in a terminal only)")
     top.add_argument("--version", action="version", version=f"rotorstudy {__version__}")
     commands = top.add_subparsers(required=True, metavar="COMMAND")
     for command in COMMANDS:
         command.add(commands)
     return top
+
+
+def show_progress(stream):
+    """Write what the package is doing, with the seconds since the start, to a stream."""
+    handler = logging.StreamHandler(stream)
+    start = time.time()
+    handler.setFormatter(logging.Formatter("%(seconds)5.1f s  %(message)s"))
+    handler.addFilter(lambda record: setattr(record, "seconds", record.created - start) or True)
+    logger = logging.getLogger("rotorstudy")
+    logger.addHandler(handler)
+    logger.setLevel(logging.INFO)
+    return handler
 
 
 def main(arguments=None):
@@ -46,14 +77,28 @@ def main(arguments=None):
     int
         The exit status: 0, or 1 after an error, which is printed in one line.
     """
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="replace")  # a terminal that has no sign for ± shows a question mark
     given = parser().parse_args(arguments)
+    if sys.stderr.isatty() and not given.quiet:
+        show_progress(sys.stderr)
     try:
         if given.func is not plugins.run:  # it lists them itself
             for failure in registry().failures:
                 print(f"warning: {failure}", file=sys.stderr)
-        return given.func(given)
+        status = given.func(given)
+        sys.stdout.flush()
+        return status
     except RotorstudyError as error:
         message = error
+    except BrokenPipeError:  # the reader of the output has closed it, as `| head` does
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except SystemExit as error:
+        message = blamed(error)
+        if not message:
+            raise
     except (OSError, MemoryError) as error:
         message = blamed(error) or f"{type(error).__name__}: {error}"
     except Exception as error:

@@ -1,9 +1,11 @@
 """`rotorstudy simulate`: simulate records of the steady state of a rig."""
 
 from rotorstudy.commands.outputs import check_file
+from rotorstudy.commands.speeds import add_rpm, in_rad_s
 from rotorstudy.errors import RotorstudyError
 
 HARMONICS = (0, 1, 2, 3, 5, 7, -1, -3, -5)  # of the reference signal
+LARGEST_DISPLACEMENT = 1.0  # m, of a rotor whose length is not known
 MOST_SAMPLES = 20_000_000  # per record, about a gigabyte of memory
 
 
@@ -12,6 +14,7 @@ def add(commands):
     parser = commands.add_parser("simulate", help="simulate records of the steady state of a rig (NetCDF)")
     parser.add_argument("rig", help="rig file (YAML) with a value for every parameter")
     parser.add_argument("--speeds", type=float, nargs="+", required=True, metavar="RAD_S", help="spin speeds in rad/s")
+    add_rpm(parser)
     parser.add_argument("--harmonics", type=int, nargs="+", default=HARMONICS, help="harmonics of the reference signal")
     parser.add_argument(
         "--duration", type=float, default=1.0, metavar="S", help="length of each record in s (default 1)"
@@ -48,9 +51,15 @@ def run(given):
     check_file(given.out, given.rig)
     rig = read_rig(given.rig)
     time = np.arange(round(given.duration * given.rate)) / given.rate
-    records = simulate_records(rig.model, check_speed(given.speeds), given.harmonics, time)
+    records = simulate_records(rig.model, check_speed(in_rad_s(given.speeds, given.rpm)), given.harmonics, time)
+    longest = rig.model.structure.length or LARGEST_DISPLACEMENT
     for i, record in enumerate(records):
         check_record(record, given.harmonics)
+        if (reached := float(np.abs(record.displacement).max())) > longest:
+            raise RotorstudyError(
+                f"{given.rig}: the displacement reaches {reached:.3g} m at {record.speed:g} rad/s, more than the "
+                "size of the rotor; check eccentricities and forces, stiffness, and damping at a resonance"
+            )
         if given.noise:
             x, y = standard_normal(given.seed, i, 1, (2, *record.displacement.shape))[0]
             moving = record.displacement - record.displacement.mean(axis=-1, keepdims=True)

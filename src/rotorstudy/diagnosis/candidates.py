@@ -162,15 +162,15 @@ class ShapeRange(NamedTuple):
         return [self.value(fraction) for fraction in np.linspace(0, 1, SHAPES_TRIED)]
 
 
-def shape_ranges(effect: str, structure: Structure) -> dict[str, ShapeRange]:
-    """Shape options of an effect on a rotor -> ShapeRange; angles go around."""
-    ranges = registry().get("effect", effect, "diagnosis").ranges(structure)
+def shape_ranges(effect: str, structure: Structure, node: int | None = None) -> dict[str, ShapeRange]:
+    """Shape options of an effect on a rotor, or at a node, -> ShapeRange; angles go around."""
+    ranges = registry().get("effect", effect, "diagnosis").ranges(structure, node)
     return {name: ShapeRange(*ends, name.endswith("_rad")) for name, ends in ranges.items()}
 
 
-def _shapes(plugin, structure):
-    """Values of the first shape option over its range; [{}] for an effect without one."""
-    for name, ends in shape_ranges(plugin.name, structure).items():
+def _shapes(plugin, structure, place):
+    """Values of the first shape option over its range at a place; [{}] for an effect without one."""
+    for name, ends in shape_ranges(plugin.name, structure, place.get("node")).items():
         return [{name: value} for value in ends.tried()]
     return [{}]
 
@@ -227,7 +227,7 @@ def _candidates_of(plugin, model, settings, first):
     """Candidates of one effect; their terms are labelled by number, from `first` on."""
     found = []
     for place in plugin.places(model.structure, model.sensors):
-        for variant, shape in product(_variants(plugin), _shapes(plugin, model.structure)):
+        for variant, shape in product(_variants(plugin), _shapes(plugin, model.structure, place)):
             label = f"cause {first + len(found)}"
             try:
                 found.append(candidate(model, plugin.name, place, shape, label, settings.prior_width, variant))

@@ -40,9 +40,8 @@ def verdict_dataset(diagnosis, spectrum):
     }
     for when, name, fitted in (("before", "base", base), ("after", "extended", best)):
         shown = predicted(fitted.model, whole, fitted.theta)
-        off = spectrum.amplitude - shown
-        parts = whole.whitened(off).reshape(len(spectrum.speed), len(spectrum.sensors), 2, -1)
-        sigma = np.sqrt(np.mean(parts**2, axis=2)).transpose(0, 2, 1)
+        off = spectrum.amplitude - spectrum.shown(shown)
+        sigma = whole.by_harmonic(whole.whitened(off))
         force = equivalent_residual_force(fitted.model, fitted.theta, spectrum.speed, spectrum.harmonics, off)
         variables |= {
             name: (grid, shown, "m", f"harmonics of the {name} model"),

@@ -212,7 +212,9 @@ def shape_equations(work: Search, causes, fitted: Fit, cause: Candidate):
     right : ndarray (parameter,)
     """
     ranges = {
-        name: ends for name, ends in shape_ranges(cause.effect, work.rig.structure).items() if name in cause.shape
+        name: ends
+        for name, ends in shape_ranges(cause.effect, work.rig.structure, cause.where.get("node")).items()
+        if name in cause.shape
     }
     point, columns = [ends.fraction(cause.shape[name]) for name, ends in ranges.items()], []
     for (name, ends), x in zip(ranges.items(), point, strict=True):
@@ -246,7 +248,8 @@ def _with_free_shapes(work, explanation):
                 known.append(cause)
                 continue
             odds -= 0.5 * (np.linalg.slogdet(normal)[1] - np.linalg.slogdet(normal[:free, :free])[1])
-            whole, ranges = invert(normal), shape_ranges(cause.effect, work.rig.structure)
+            whole = invert(normal)
+            ranges = shape_ranges(cause.effect, work.rig.structure, cause.where.get("node"))
             searched = [name for name in ranges if name in cause.shape]
             std = np.sqrt(np.diag(whole)[free:])
             spread = {n: ranges[n].slope(cause.shape[n]) * x for n, x in zip(searched, std, strict=True)}

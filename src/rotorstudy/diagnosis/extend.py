@@ -1,5 +1,7 @@
 """The extended rig: fitted base parameters, the causes as effects, and the covariance of both."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from rotorstudy.inference.fit import fit
@@ -26,7 +28,8 @@ def extended_rig(given, diagnosis):
     """
     best, causes, rig = diagnosis.best, diagnosis.search.best.causes, dict(given)
     own = build_model(given).names
-    renamed = {name: name for name in best.names if name in own or is_rotor_number(name)}
+    shared = best.model.names if best.model.before is None else best.model.before
+    renamed = {name: name for name in best.names if (name in own or is_rotor_number(name)) and name in shared}
     if causes:
         labels = {item.get("label") for item in rig.get("effects") or []}
         free = (f"found {n}" for n in range(1, len(labels) + len(causes) + 1) if f"found {n}" not in labels)
@@ -62,7 +65,7 @@ def _with_rotor_built_again(rig, diagnosis, renamed):
         if not term.variation and all(u.name in best.names and u.name not in renamed for u in term.unknowns)
     ]
     model = build_model({**rig, "sensors": list(diagnosis.spectrum.sensors)})
-    model = with_rotor_numbers(model, names).plus(*calibration)
+    model = replace(with_rotor_numbers(model, names).plus(*calibration), before=best.model.before)
     ratio = np.where(own, 1 + best.free, 1)
     mean = np.where(own, (1 + best.prior.mean) / ratio - 1, best.prior.mean)
     prior = Prior(names, mean, best.prior.covariance / np.outer(ratio, ratio))

@@ -37,7 +37,7 @@ def gain_of(base, best, held):
 
     def error(fitted):
         shown = predicted(fitted.model, held, fitted.theta)
-        off = held.amplitude - shown
+        off = held.amplitude - held.shown(shown)
         return float(np.sqrt(np.mean(np.abs(off) ** 2))), float(np.sqrt(np.mean(held.whitened(off) ** 2)))
 
     (before_m, before_sigma), (after_m, after_sigma) = error(base), error(best)

@@ -59,9 +59,9 @@ class Hypothesis:
         moved = np.einsum("sij,wjs->wis", matrix, parts)
         real, imag = np.split(moved, 2, axis=1)
         covariance = matrix @ covariance @ np.swapaxes(matrix, -1, -2)
-        log_volume = len(spectrum.speed) * np.linalg.slogdet(matrix)[1].sum()
-        changed = replace(spectrum, amplitude=real + 1j * imag, covariance=covariance)
-        return changed, float(log_volume)
+        directions = spectrum.directions[self.order]
+        changed = replace(spectrum, amplitude=real + 1j * imag, covariance=covariance, directions=directions)
+        return changed, changed.log_change(matrix)
 
     def _matrix(self, harmonics):
         """(sensor, component, component) of the change of real and imaginary parts."""
@@ -91,7 +91,7 @@ def one_probe(reading, node, name):
 
 
 def hypotheses(spectrum: Spectrum, model: Model) -> list[Hypothesis]:
-    """Every hypothesis that a spectrum allows.
+    """Every hypothesis that a spectrum allows; with single probes none that turns or mirrors what they show.
 
     Parameters
     ----------
@@ -104,7 +104,8 @@ def hypotheses(spectrum: Spectrum, model: Model) -> list[Hypothesis]:
     list of Hypothesis
     """
     records = _Records(spectrum.harmonics, spectrum.sensors, model.structure.reading)
-    return [*_units(records), *_angles(records), *_phases_and_sense(records), *_order_and_zero(records, model)]
+    of_orbits = [] if spectrum.single_probes else [*_angles(records), *_phases_and_sense(records)]
+    return [*_units(records), *_mark(records), *of_orbits, *_order_and_zero(records, model)]
 
 
 class _Records(NamedTuple):
@@ -153,15 +154,26 @@ def _units(records):
             yield records.hypothesis(text, remedy, direct=np.where(here, factor, 1.0) * whole)
         for s, node in enumerate(sensors if records.is_symmetric else ()):
             here = np.arange(len(sensors)) == s
-            for probe in records.reading.probes_at(node):
+            probes = records.reading.probes_at(node)
+            for probe in probes if len(probes) > 1 else ():
                 text = f"the readings of probe '{probe}' at node {node} are {times}"
                 direct, mirrored = ((factor - 1) * share for share in one_probe(records.reading, node, probe))
                 direct, mirrored = np.where(here, 1 + direct, 1.0) * whole, here * mirrored * whole
                 yield records.hypothesis(text, remedy, direct=direct, mirrored=mirrored)
 
 
+def _mark(records):
+    """Wrong angles of the phase mark."""
+    for angle in ANGLES_DEG:
+        yield records.hypothesis(
+            f"the phase mark is {angle} degrees from where the rig file says",
+            "correct 'keyphasor: sensor_angle_deg, mark_angle_deg, edge'",
+            direct=np.exp(-1j * records.turn * np.deg2rad(angle)),
+        )
+
+
 def _angles(records):
-    """Wrong directions of the probes, the phase mark and gravity."""
+    """Wrong directions of the probes and gravity."""
     whole, turn = records.whole, records.turn
     for angle in ANGLES_DEG:
         by = np.deg2rad(angle)
@@ -169,11 +181,6 @@ def _angles(records):
             f"the probes are turned by {angle} degrees against the rig file",
             "correct 'angle_deg:' or the sign of the probes",
             direct=np.exp(1j * by) * whole,
-        )
-        yield records.hypothesis(
-            f"the phase mark is {angle} degrees from where the rig file says",
-            "correct 'keyphasor: sensor_angle_deg, mark_angle_deg, edge'",
-            direct=np.exp(-1j * turn * by),
         )
         yield records.hypothesis(
             f"gravity points {angle} degrees from where the rig file says",

@@ -181,14 +181,14 @@ def log_posterior_odds(causes: tuple[Candidate, ...], fitted: Fit, base: Fit, pr
         width = fitted.prior.std[place]
         covariance = fitted.covariance[np.ix_(place, place)]
         for name in cause.positive:
-            odds += float(log_possible(*_total(cause, name, fitted), _stated(cause, name, fitted)))
+            odds += float(log_possible(*total(cause, name, fitted), _stated(cause, name, fitted)))
         if not cause.fixed:
             odds += float(log_scales(fitted.free[place] / width, covariance / np.outer(width, width), cause.parameter))
     return float(odds)
 
 
-def _total(cause, name, fitted):
-    """Mean and standard deviation of an amplitude together with what the base has of the same."""
+def total(cause: Candidate, name: str, fitted: Fit) -> tuple[float, float]:
+    """Mean and standard deviation of an amplitude of a cause together with what the base has of the same."""
     same = {name: 1.0, **cause.positive[name]}
     theta = dict(zip(fitted.model.names, fitted.theta, strict=True))
     weight = np.array([same.get(free, 0.0) for free in fitted.names])

@@ -15,6 +15,7 @@ from rotorstudy.diagnosis.result import Verdict
 LEAST_SHARE = 1e-3  # of the excess error that is left; less tells no more
 ORDINARY = 0.05  # p-value that is usual under noise alone; a larger one tells no more
 LEAST_P_VALUE = 1e-10
+LIKELY = 0.5  # probability above which a verdict is unknown: the true cause is more likely another one
 LEAST_DOUBT = 1e-4  # probability of other causes; less tells no more
 
 
@@ -67,6 +68,26 @@ def outside_probability(verdict: Verdict) -> float:
     learned = _learned()
     weights = [learned["coefficients"][name] for name in FEATURES]
     return float(expit(learned["intercept"] + features(verdict) @ weights))
+
+
+def with_outside(verdict: Verdict) -> Verdict:
+    """The verdict with the probability that the true cause is none of those stated: unknown, where that is likely.
+
+    Parameters
+    ----------
+    verdict : Verdict
+        Without that probability.
+
+    Returns
+    -------
+    Verdict
+        Unchanged unless it states causes.
+    """
+    if verdict.verdict not in ("cause", "ambiguous"):
+        return verdict
+    probability = outside_probability(verdict)
+    kind = "unknown" if probability > LIKELY else verdict.verdict
+    return verdict.model_copy(update={"verdict": kind, "outside_probability": probability})
 
 
 @cache

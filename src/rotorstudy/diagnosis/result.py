@@ -25,10 +25,15 @@ def _without_numpy(where):
 
 
 class Place(Result):
-    """An effect of the library at a place; where : options of the place, like {"node": 2}, lists for several parts."""
+    """An effect of the library at a place.
+
+    where : options of the place, like {"node": 2}, lists for several parts
+    label : what the rig calls the disc or bearing there, or empty
+    """
 
     effect: str
     where: Annotated[dict[str, Any], BeforeValidator(_without_numpy)]
+    label: str = ""
 
 
 class ParameterEstimate(Result):

@@ -1,5 +1,6 @@
 """The search for causes: screen all candidates and pairs, fit the promising ones, compare them, add, swap, drop."""
 
+import logging
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -8,24 +9,23 @@ from scipy.optimize import brentq
 
 from rotorstudy.diagnosis.candidates import Candidate, candidates, with_vibration
 from rotorstudy.diagnosis.explanations import Search
+from rotorstudy.diagnosis.impossible import is_impossible
 from rotorstudy.diagnosis.odds import Explanation, faults_of, odds_of
 from rotorstudy.diagnosis.parts import faults_of_several_parts
 from rotorstudy.diagnosis.screening import TIE, Screened, screen, screen_each, screen_pairs
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.shape_scan import can_be_scanned, scan
 from rotorstudy.diagnosis.shapes import refine
-from rotorstudy.diagnosis.supports import loses_more_than_all
 from rotorstudy.inference.fit import fit
-from rotorstudy.inference.prediction import carried_order, predicted, with_cause_error
+from rotorstudy.inference.prediction import predicted, with_cause_error
 from rotorstudy.inference.prior import Prior, prior_of, with_rotor
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import make_term
 from rotorstudy.model.rotor_numbers import with_rotor_numbers
-from rotorstudy.response.alternating import affine_error
-from rotorstudy.response.measured import carried_motion
-from rotorstudy.response.stability import growth_of_free_motion
+
+log = logging.getLogger(__name__)
 
 FITTED_FULLY = 4  # least number of explanations per round that are fitted to convergence
 CLOSE = 15.0  # excess over the lowest cost of a round (likelihood ratio e^-7.5) beyond which a fit is not finished
@@ -34,8 +34,6 @@ WORTH_FITTING = 0.1  # of what the best candidate explains when linearised, whic
 REACH = 10.0  # log odds below the best, at its motion, beyond which an alternative cannot change a probability
 INACCURACY = 0.01  # of what a cause explains: added to REACH, as columns at the best motion are not exact
 ALTERNATIVES = 12  # most alternatives to each cause that are fitted in a round
-GROWTH = 1e-5  # of the speed: growth rate of a free motion beyond round-off; in a minute it becomes visible
-AFFINE = 1e-3  # of the force of a contact (rms): it opens or closes if more than that is not affine in the motion
 ROUNDS = 3  # of alternatives, each at the motion of the best of the last one
 REFINED = 3  # most explanations of a round whose shape is refined
 LEFT_BY_SHAPE = 0.05  # of what a cause explains, left if its shape is half a step of those tried away from the true one
@@ -80,7 +78,21 @@ def base_model(model: Model, settings: Settings) -> tuple[Model, Prior]:
     known = {unknown.name: (0.0, settings.nuisance[term.kind]) for term in terms for unknown in term.unknowns}
     uncertainty = with_rotor(settings.uncertainty, model.structure)
     model = with_rotor_numbers(model, (name for name, share in uncertainty.items() if share))
-    return model.plus(*terms), prior_of(model, uncertainty).plus(Prior.independent(known))
+    whole, prior = model.plus(*terms), prior_of(model, uncertainty).plus(Prior.independent(known))
+    return (whole, prior) if model.before is None else _of_change(whole, prior, settings)
+
+
+def _of_change(whole, prior, settings):
+    """The model of a change between two states, and its Prior.
+
+    What the states share cancels. A parameter that differs from run to run changes by the difference of two draws, with
+    twice its variance; as effects are linear in it, the earlier state can be taken to be without it.
+    """
+    moving = {name for parameter in settings.run_to_run for name in whole.amplitudes_of(parameter)}
+    moves = np.array([name in moving for name in prior.names], bool)
+    twice = np.where(moves, np.sqrt(2), 1.0)
+    changed = Prior(prior.names, np.where(moves, 0.0, prior.mean), prior.covariance * np.outer(twice, twice))
+    return replace(whole, before=frozenset(whole.names) - moving), changed
 
 
 def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
@@ -104,7 +116,7 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     RotorstudyError
         If the base model cannot be fitted. A broken plugin of the library raises nothing: see `Search.broken`.
     """
-    model = with_vibration(model, spectrum)
+    model = with_vibration(model, spectrum) if model.before is None else model
     whole, prior = base_model(model, settings)
     base = fit(whole, spectrum, prior)
     stated = fit(whole, spectrum, prior, steps=0)
@@ -113,11 +125,13 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     widened = with_cause_error(spectrum, missing, settings.cause_error)
     base = fit(whole, widened, prior, start=base.theta)
     every, failures = candidates(model, settings)
+    log.info("searching %d candidates", len(every))
     work = Search(model, whole, spectrum, widened, settings, prior, base, every, failures=failures,
                   cause_error=settings.cause_error)  # fmt: skip
     work.screened.extend(work.screen(base, every))
     work.found[frozenset()] = Explanation((), base, 0.0)
     best = _added(work, work.found[frozenset()], [base, fit(whole, widened, prior, steps=0)] if imitates else None)
+    log.info("fitting what comes near, %d explanations", len(work.found))
     settled = _settled(work, spectrum, missing, best)
     _added(settled, max(settled.explanations, key=odds_of))
     _drop_impossible(settled)
@@ -125,40 +139,15 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
 
 
 def _drop_impossible(work):
-    """Drop explanations that cannot be true, until the best ones can.
-
-    A free motion that grows at a measured speed leaves no steady records. A contact that never opens or closes in the
-    records is a constant force and a stiffness. A support cannot lose more stiffness than it has.
-    """
+    """Drop explanations that cannot be true, until the best ones can."""
     while True:
         least = odds_of(work.best) - REACH
         within = [e for e in work.explanations if e.causes and odds_of(e) >= least]
-        impossible = [e for e in within if _grows(work, e) or _never_switches(work, e) or _takes_too_much(work, e)]
+        impossible = [e for e in within if is_impossible(work, e)]
         for one in impossible:
             del work.found[frozenset(c.label for c in one.causes)]
         if not impossible:
             return
-
-
-def _takes_too_much(work, explanation):
-    return loses_more_than_all(explanation, work.rig.structure, work.spectrum.speed)
-
-
-def _never_switches(work, explanation):
-    """Whether the force of a contact is an affine function of the displacement throughout the records."""
-    effects, fitted, spectrum = registry().plugins["effect"], explanation.fit, work.spectrum
-    forces = [p.force for c in explanation.causes if effects[c.effect].switches for p in c.term.parameters]
-    if not forces:
-        return False
-    order = carried_order(spectrum)
-    motion = carried_motion(fitted.model, spectrum.speed, spectrum.harmonics, fitted.theta, order=order)
-    carried = np.union1d(np.arange(-order, order + 1), spectrum.harmonics)
-    return any(affine_error(f, motion.amplitude, spectrum.speed, carried, motion.deflection) < AFFINE for f in forces)
-
-
-def _grows(work, explanation):
-    speed = work.spectrum.speed
-    return bool((growth_of_free_motion(explanation.fit.model, speed, explanation.fit.theta) > GROWTH * speed).any())
 
 
 def _added(work, current, fits=None):
@@ -171,6 +160,7 @@ def _added(work, current, fits=None):
         better = max((refine(work, e) for e in _to_refine(tried, current.fit.cost)), key=odds_of, default=current)
         if odds_of(better) <= odds_of(current):
             return current
+        log.info("comparing alternatives to %s", " and ".join(better.named))
         current, fits = _with_alternatives(work, better), None
         if len(current.causes) > 1:
             current = _drop(work, current)
@@ -373,23 +363,35 @@ def _pairs(work, current):
     gain = 0.5 * screen_pairs(projected, first, second)
     prior = {c.label: np.log(work.prior_odds.of(c)) for c in usable}
     gain += np.array([prior[c.label] for c in first])[:, None] + np.array([prior[c.label] for c in second])
-    options, often = {}, {}
-    for place in np.argsort(-np.round(gain, TIE), axis=None, kind="stable"):
-        i, j = np.unravel_index(place, gain.shape)
+    gain = np.where(_can_be_paired(work, first, second), np.round(gain, TIE), -np.inf)
+    causes = [np.array([c.cause for c in part], object) for part in (first, second)]
+    options, often = [], {}
+    while len(options) < PAIRS and gain.max(initial=-np.inf) > -np.inf:
+        i, j = np.unravel_index(gain.argmax(), gain.shape)
         both = tuple(sorted((first[i], second[j]), key=lambda c: bool(c.shape)))  # the shape of the last is refined
-        names = frozenset(c.cause for c in both)
-        if len(options) == PAIRS or gain[i, j] == -np.inf:
-            break
-        if len(names) < 2 or all(c.shape for c in both):  # two contacts at once take too long to fit
-            continue
-        if names in options or max(often.get(n, 0) for n in names) >= PAIRS_OF_A_CAUSE or not _is_allowed(work, both):
-            continue
-        often |= {n: often.get(n, 0) + 1 for n in names}
         start = screen(projected, *both).start
-        options[names] = Option(
-            both, projected.theta | dict(zip([n for c in both for n in c.names], start, strict=True))
-        )
-    return _fit_closest(work, list(options.values()))
+        start = projected.theta | dict(zip([n for c in both for n in c.names], start, strict=True))
+        options.append(Option(both, start))
+        for one, other in ((first[i].cause, second[j].cause), (second[j].cause, first[i].cause)):
+            often[one] = often.get(one, 0) + 1
+            taken = often[one] == PAIRS_OF_A_CAUSE
+            gain[np.ix_(causes[0] == one, (causes[1] == other) | taken)] = -np.inf
+            gain[np.ix_((causes[0] == other) | taken, causes[1] == one)] = -np.inf
+    return _fit_closest(work, options)
+
+
+def _can_be_paired(work, first, second):
+    """Whether two candidates (first, second) may be causes together; two contacts at once take too long to fit."""
+    shaped = np.outer([bool(c.shape) for c in first], [bool(c.shape) for c in second])
+    if work.settings.most_causes > 1:
+        return ~shaped
+    each = [list({c.cause: c for c in part}.values()) for part in (first, second)]
+    allowed = np.array([[_is_allowed(work, (a, b)) for b in each[1]] for a in each[0]])
+    place = [
+        [[c.cause for c in known].index(c.cause) for c in part]
+        for known, part in zip(each, (first, second), strict=True)
+    ]
+    return ~shaped & allowed[np.ix_(*place)]
 
 
 def _drop(work, current):

@@ -28,6 +28,8 @@ class Settings(Strict):
     nuisance             : effects always present in the measuring chain -> standard deviation of each amplitude
     base_rates           : effect -> how often it is a cause, relative to a usual effect, where not as its plugin states
     prior_width          : standard deviation of the amplitude of a cause before anything is measured, in typical sizes
+    run_to_run           : parameters that differ from run to run by their uncertainty, because the machine was stopped,
+                           opened or warmed up; in a comparison they do not cancel
     hold_out_rad_s       : speeds held out of every fit; None: about a quarter of them, from the middle
     significance         : p-value of the residual below which something is missing
     naming_probability   : least posterior probability of a cause that is named alone
@@ -44,6 +46,7 @@ class Settings(Strict):
     nuisance: dict[str, float] = Field(default_factory=stated_nuisance)
     base_rates: dict[str, Annotated[float, Gt(0)]] = {}
     prior_width: float = Field(default=10.0, gt=0)
+    run_to_run: list[str] = []
     hold_out_rad_s: list[float] | None = None
     significance: float = Field(default=1e-3, gt=0, lt=0.5)
     naming_probability: float = Field(default=0.9, gt=0.5, lt=1)
@@ -83,6 +86,9 @@ def check_names(settings, model, where):
             raise RotorstudyError(f"nuisance '{name}' in {where}: must be an effect of the measuring chain")
         if not std > 0:
             raise RotorstudyError(f"nuisance {name} = {std:g} in {where}: must be positive; leave it out to have none")
+    for name in settings.run_to_run:
+        if name not in known - {"default", "rotor"}:
+            raise unknown_name("parameter", name, known - {"default", "rotor"}, f"{where}.run_to_run")
     for key in ("leave_out", "base_rates"):
         for name in getattr(settings, key):
             registry().get("effect", name, f"{where}.{key}")

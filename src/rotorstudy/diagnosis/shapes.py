@@ -44,7 +44,7 @@ def _best_of_all_shapes(work, explanation):
     """
     explanation = _best_shape(work, explanation)
     *rest, last = explanation.causes
-    ranges = shape_ranges(last.effect, work.rig.structure)
+    ranges = shape_ranges(last.effect, work.rig.structure, last.where.get("node"))
 
     def explain(point, theta):
         shape = {name: ranges[name].value(x) for name, x in zip(ranges, point, strict=True)}

@@ -1,5 +1,6 @@
 """From a spectrum and a model to a verdict: nothing, a cause, ambiguous, or unknown."""
 
+import logging
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,7 +9,7 @@ from rotorstudy.diagnosis.explanations import LEAST_LOG_ODDS, Search
 from rotorstudy.diagnosis.far_from_the_rig import far_from_the_rig
 from rotorstudy.diagnosis.held_out import gain_of, is_upheld, is_worse, split
 from rotorstudy.diagnosis.odds import faults_of
-from rotorstudy.diagnosis.outside import outside_probability
+from rotorstudy.diagnosis.outside import with_outside
 from rotorstudy.diagnosis.result import (
     Cause,
     DetectionLimit,
@@ -35,6 +36,8 @@ from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
+
+log = logging.getLogger(__name__)
 
 STATED_SET = 0.99  # posterior probability that the causes named contain the true one
 SEEN = 0.5  # of the prior standard deviation: an amplitude known no better from the data has no detection limit
@@ -108,10 +111,11 @@ def investigate(
     base, expected = found.base, None
     if held is not None:
         expected = with_cause_error(held, held.amplitude - predicted(base.model, held, base.theta), found.cause_error)
-    chain = chain_hypothesis(found, measured, settings)
+    log.info("testing whether conventions of the records are wrongly stated")
+    chain = chain_hypothesis(found, measured, settings) if model.before is None else None  # shared by both states
     found = replace(found, upheld=chain is None and is_upheld(found, expected))
     best = found.best
-    rows = 2 * fitted.amplitude.size
+    rows = fitted.data_count
     p_values = PValues(before=chi_square_p_value(base.cost, rows), after=chi_square_p_value(best.fit.cost, rows))
     p_parameters = chi_square_p_value(best.fit.penalty, len(best.fit.names))
     left = residual_share(*(misfit(one.model, fitted, one.theta) for one in (base, best.fit)), rows)
@@ -137,7 +141,7 @@ def investigate(
         verdict=kind,
         causes=_causes(best, probability),
         ambiguous_with=[_cause(parts, e.fit, probability[fault]) for fault, parts, e in stated],
-        separating_measurement=_separating(best.causes, [parts[0] for _, parts, _ in stated]),
+        separating_measurement=_separating(best.causes, [parts[0] for _, parts, _ in stated], model.structure),
         not_considered=_not_considered(best.causes, settings, {term.kind for term in model.terms}),
         broken_plugins=[*registry().failures, *found.broken],
         unexplained=_unexplained(best.fit, fitted, settings) if kind == "unknown" or best.causes else [],
@@ -155,8 +159,7 @@ def investigate(
         measuring_chain=chain,
         findings=worst_first(findings),
     )
-    if verdict.verdict in ("cause", "ambiguous"):
-        verdict = verdict.model_copy(update={"outside_probability": outside_probability(verdict)})
+    verdict = with_outside(verdict)
     verdict = verdict.model_copy(update={"summary": summary(verdict)})
     alternatives = frozenset(c.cause for _, parts, _ in stated for c in parts)
     return Diagnosis(verdict, fitted, held, found, best.fit, settings, alternatives, labels)
@@ -217,6 +220,7 @@ def _cause(parts, fitted, probability):
     return Cause(
         effect=parts[0].effect,
         where=where,
+        label=fitted.model.structure.label_at(where),
         parameters=parameters,
         variant=parts[0].variant,
         posterior_probability=probability,
@@ -248,9 +252,7 @@ def _parameters(candidate, fitted):
 
 def residual_map(fitted, spectrum):
     """(speed, harmonic, sensor) rms of the real and imaginary whitened residual, in standard deviations."""
-    count = len(spectrum.harmonics)
-    parts = fitted.residual.reshape(len(spectrum.speed), len(spectrum.sensors), 2, count)
-    return np.sqrt(np.mean(parts**2, axis=2)).transpose(0, 2, 1)
+    return spectrum.by_harmonic(fitted.residual)
 
 
 def _unexplained(fitted, spectrum, settings):
@@ -283,7 +285,9 @@ def _detection_limits(found):
         for (p, part, unknown), one in zip(_parts(c.term), screened.detection, strict=True):
             if one < SEEN * c.prior[unknown.name][1]:
                 size = {"amplitude": needed * one, "unit": p.unit, "of_typical": needed * one / unknown.typical}
-                limits.append(DetectionLimit(effect=c.effect, where=c.where, parameter=p.name, part=part, **size))
+                label = found.model.structure.label_at(c.where)
+                at = {"effect": c.effect, "where": c.where, "label": label}
+                limits.append(DetectionLimit(**at, parameter=p.name, part=part, **size))
     return sorted(limits, key=lambda row: row.of_typical)
 
 
@@ -316,7 +320,7 @@ def _identifiability(fitted, prior):
     )
 
 
-def _separating(causes, others):
+def _separating(causes, others, structure):
     """Measurements that separate the causes: those that the plugins state for their confounders, else general ones."""
     effects = registry().plugins["effect"]
     found = []
@@ -326,8 +330,8 @@ def _separating(causes, others):
             text = next(filter(None, told), "other speeds, nearer to and beyond resonance")
             if a.effect == b.effect:
                 text = "a probe nearer to one of the places, or a speed near a mode that moves them differently"
-            pair = tuple(Place(effect=c.effect, where=c.where) for c in (a, b))
-            found.append(SeparatingMeasurement(causes=pair, measurement=text))
+            pair = (Place(effect=c.effect, where=c.where, label=structure.label_at(c.where)) for c in (a, b))
+            found.append(SeparatingMeasurement(causes=tuple(pair), measurement=text))
     return list({(one.measurement, *map(place, one.causes)): one for one in found}.values())
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from rotorstudy.diagnosis.result import Place
 from rotorstudy.model.registry import registry
 from rotorstudy.units import interval, p_value, percent, probability, quantity
 
@@ -18,9 +19,10 @@ def readable(name):
 
 
 def place(named):
-    """'unbalance at node 2' for a Place, Cause, DetectionLimit or Candidate."""
+    """'unbalance at node 2 (disc A)' for a Place, Cause or DetectionLimit; for a Candidate without the rig's label."""
+    labelled = f" ({named.label})" if isinstance(named, Place) and named.label else ""
     where = " ".join(
-        f"at node {_listed(value)}" if key == "node" else f"({key} {_listed(value)})"
+        f"at node {_listed(value)}{labelled}" if key == "node" else f"({key} {_listed(value)})"
         for key, value in named.where.items()
     )
     return f"{readable(named.effect)} {where}".strip()
@@ -157,16 +159,29 @@ def _said(verdict):
         rest = ", ".join(dict.fromkeys(map(place, verdict.ambiguous_with)))
         text += f", but these cannot be ruled out: {rest}." if rest else ", but that is not certain."
     else:
-        near = " together with ".join(map(place, verdict.causes))  # its sizes would mislead
-        text = f"Something is missing that no effect of the library explains. The closest explanation is {near}, which "
-        text += f"leaves {percent(verdict.residual_share)} of the excess error (rms)"
-        text += f" and needs {implausible}." if implausible else "."
+        text = _said_of_unknown(verdict, implausible)
     if verdict.verdict != "unknown" and verdict.outside_probability > WORTH_SAYING:
         text += (
             " That compares the effects of the library; with a probability of "
             f"{percent(verdict.outside_probability, 2)} the true cause is none of these."
         )
     return f"{text} {gain_in_words(verdict)}"
+
+
+def _said_of_unknown(verdict, implausible):
+    """The closest explanation, without its sizes, which would mislead, and why it is no cause."""
+    near = " together with ".join(map(place, verdict.causes))
+    if verdict.outside_probability:
+        return (
+            f"Something is missing, probably an effect that the library lacks. The closest explanation is {near}. It "
+            "fits, but so many amplitudes imitate other effects too: with a probability of "
+            f"{percent(verdict.outside_probability, 2)} the true cause is none of these."
+        )
+    return (
+        "Something is missing that no effect of the library explains. The closest explanation is "
+        f"{near}, which leaves {percent(verdict.residual_share)} of the excess error (rms)"
+        + (f" and needs {implausible}." if implausible else ".")
+    )
 
 
 def gain_in_words(verdict):

@@ -47,7 +47,7 @@ def chain_hypothesis(found, spectrum, settings):
 
     found : Search;  spectrum : Spectrum without the model error;  settings : Settings
     """
-    stated, rows, best = with_model_error(spectrum, settings), 2 * spectrum.amplitude.size, found.best
+    stated, rows, best = with_model_error(spectrum, settings), spectrum.data_count, found.best
     base = fit(found.model, stated, found.prior, start=found.base.theta)  # without the error of a cause
     p_before, p_base = chi_square_p_value(base.cost, rows), chi_square_p_value(base.penalty, len(base.names))
     if min(p_before, p_base) >= settings.significance:
@@ -71,12 +71,16 @@ def chain_hypothesis(found, spectrum, settings):
     return ChainHypothesis(
         hypothesis=tested.hypothesis.name,
         remedy=tested.hypothesis.remedy,
-        beside=next((Place(effect=cause.effect, where=cause.where) for cause in explained.causes), None),
+        beside=next((_place(cause, base.model.structure) for cause in explained.causes), None),
         log_odds=odds,
         log_odds_of_best_causes=best.log_posterior_odds,
         residual_p_value=PValues(before=p_before, after=p_after),
         residual_share=left,
     )
+
+
+def _place(cause, structure):
+    return Place(effect=cause.effect, where=cause.where, label=structure.label_at(cause.where))
 
 
 def _with_one_cause(found, tested):
@@ -127,11 +131,11 @@ def best_hypothesis(spectrum, base, settings) -> Tested:
     every = hypotheses(spectrum, model)
     models = (model, replace(model, from_unloaded_line=not model.from_unloaded_line))
     linearised = [_linearised(one, prior.names, about, spectrum) for one in models]
-    stated, screened = _volume(with_model_error(spectrum, settings)), []
+    stated, screened = with_model_error(spectrum, settings).log_volume, []
     for hypothesis in every:
         corrected, log_volume = hypothesis.corrected(spectrum)
         corrected = with_model_error(corrected, settings)
-        log_factor = float(log_volume + _volume(corrected) - stated + np.log(PRIOR_ODDS / len(every)))
+        log_factor = float(log_volume + corrected.log_volume - stated + np.log(PRIOR_ODDS / len(every)))
         evidence = _linear_evidence(corrected, *linearised[hypothesis.other_zero], prior)
         screened.append((evidence + log_factor, log_factor, hypothesis, corrected))
     screened.sort(key=lambda one: -one[0])
@@ -148,11 +152,6 @@ def _linearised(model, names, theta, spectrum):
         model, spectrum.speed, spectrum.harmonics, theta, order=carried_order(spectrum)
     )
     return shown, np.moveaxis(change[..., model.position(names)], -1, 0)
-
-
-def _volume(spectrum):
-    """Logarithm of the determinant of the whitener."""
-    return float(np.linalg.slogdet(spectrum.whitener)[1].sum())
 
 
 def _linear_evidence(spectrum, shown, change, prior):

@@ -68,6 +68,11 @@ def regression(model: Model, spectrum: Spectrum, names: Sequence[str], *, order:
     """
     if tuple(spectrum.sensors) != tuple(model.sensors):
         raise RotorstudyError(f"the spectrum is of sensors {spectrum.sensors}, the model of {model.sensors}")
+    if spectrum.single_probes:
+        raise RotorstudyError(
+            f"node {spectrum.single_probes[0]} has a single probe, and the equations of motion need the orbit: use an "
+            "output-error estimator, such as maximum_likelihood"
+        )
     speed, harmonics = check_speed(spectrum.speed), np.asarray(spectrum.harmonics)
     blocks = layout(model, harmonics, order)
     carried, dof = blocks.harmonics, len(model.structure.dofs)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from rotorstudy.model.model import Model
 FIRST_DAMPING = 1e-6  # nearly a Gauss-Newton step
 LEAST_DAMPING = 1e-12  # a smaller one has no effect, and delays the recovery after a rejected step
 ROUND_OFF = 1e-12  # relative increase of the cost that is accepted as round-off
+FITTED_TOGETHER = 50  # trials: more do not fit the cache of a processor and take up to six times as long
 
 
 @dataclass(frozen=True)
@@ -241,30 +243,38 @@ def output_error_fit(
     start = np.array(start_values(problem) if start is None else start, float)
     shape, count = measured.shape[:-1], start.shape[-1]
     measured = measured.reshape(-1, measured.shape[-1])
-    found = levenberg_marquardt(
-        lambda theta: predicted_derivatives(problem, theta),
-        measured,
-        np.broadcast_to(start.reshape(-1, count), (len(measured), count)),
-        problem.names,
-        clip=clip,
-        convergence=replace(ESTIMATE, steps=iterations),
+    start = np.broadcast_to(start.reshape(-1, count), (len(measured), count))
+    parts = [slice(first, first + FITTED_TOGETHER) for first in range(0, len(measured), FITTED_TOGETHER)]
+    found = [
+        levenberg_marquardt(
+            lambda theta: predicted_derivatives(problem, theta),
+            measured[part],
+            start[part],
+            problem.names,
+            clip=clip,
+            convergence=replace(ESTIMATE, steps=iterations),
+        )
+        for part in parts
+    ]
+    theta, cost, normal, converged = (
+        np.concatenate([getattr(one, name) for one in found]) for name in ("theta", "cost", "normal", "converged")
     )
-    if not found.converged.any():
+    if not converged.any():
         raise NoConvergenceError(
             f"the output-error fit did not converge in {iterations} steps; start closer, or fix a weak parameter"
         )
-    theta, covariance = found.theta, np.full_like(found.normal, np.nan)
-    theta[~found.converged] = np.nan
-    covariance[found.converged] = invert(found.normal[found.converged])
+    covariance = np.full_like(normal, np.nan)
+    theta[~converged] = np.nan
+    covariance[converged] = invert(normal[converged])
     return Estimate(
         problem.names,
         theta.reshape(*shape, count),
         covariance.reshape(*shape, count, count),
-        found.cost.reshape(shape),
+        cost.reshape(shape),
     )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Fit:
     """A model fitted within a prior.
 
@@ -379,22 +389,75 @@ def fit(
     MacKay, Information Theory, Inference, and Learning Algorithms, 2003, ch. 27 and 28.
     """
     place = model.position(prior.names)
-    found = levenberg_marquardt(
+    found = fit_within(
         lambda theta: whitened_prediction(model, spectrum, prior.names, theta),
-        spectrum.whitened(spectrum.amplitude)[None],
-        (prior.mean if start is None else start[place])[None],
+        spectrum.whitened(spectrum.amplitude),
+        prior,
+        prior.mean if start is None else start[place],
+        steps,
+    )
+    theta = np.concatenate([term.theta for term in model.terms])
+    theta[place] = found.free
+    return Fit(model, theta, prior, *found[1:])
+
+
+class Posterior(NamedTuple):
+    """Parameters fitted within a prior, and how well; `free` (free,) are their values, the others as in `Fit`."""
+
+    free: np.ndarray
+    covariance: np.ndarray
+    misfit: float
+    penalty: float
+    residual: np.ndarray
+    jacobian: np.ndarray
+    evidence: float
+
+
+def fit_within(
+    predict: Callable,
+    measured: np.ndarray,
+    prior: Prior,
+    start: np.ndarray | None = None,
+    steps: int = HYPOTHESIS.steps,
+) -> Posterior:
+    """Fit whitened data within a prior, whether or not the steps allowed suffice to converge.
+
+    Parameters
+    ----------
+    predict : callable
+        As for `levenberg_marquardt`.
+    measured : ndarray (component,)
+        Whitened data.
+    prior : Prior
+        Of all parameters.
+    start : ndarray (free,), optional
+        The prior mean by default.
+    steps : int
+        Largest number of steps; 0 evaluates the start.
+
+    Returns
+    -------
+    Posterior
+
+    Raises
+    ------
+    NoSteadyState
+        If the model has none at the start.
+    """
+    found = levenberg_marquardt(
+        predict,
+        measured[None],
+        (prior.mean if start is None else start)[None],
         prior.names,
         prior=prior,
         convergence=replace(HYPOTHESIS, steps=steps),
     )
-    theta = np.concatenate([term.theta for term in model.terms])
-    theta[place] = found.theta[0]
-    rows = found.residual.shape[-1] - len(place)
+    rows = found.residual.shape[-1] - len(prior.names)
     residual, jacobian = found.residual[0, :rows], found.jacobian[0, :rows]
     misfit, penalty = float(residual @ residual), float(np.sum(found.residual[0, rows:] ** 2))
     covariance = invert(found.jacobian[0].T @ found.jacobian[0])
     evidence = -0.5 * (misfit + penalty + log_narrowing(jacobian, prior.factor))
-    return Fit(model, theta, prior, covariance, misfit, penalty, residual, jacobian, evidence)
+    return Posterior(found.theta[0], covariance, misfit, penalty, residual, jacobian, evidence)
 
 
 def residual_share(before: float, after: float, rows: int) -> float:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.response.measured import measured_response, measured_response_and_jacobian
 
@@ -126,8 +126,8 @@ def with_model_error(spectrum: Spectrum, settings) -> Spectrum:
     size = np.abs(spectrum.amplitude)
     moving = (spectrum.harmonics != 0)[:, None]
     whole = np.sqrt(np.sum((size * moving) ** 2, axis=-2, keepdims=True))
-    floor = independent_covariance(((settings.model_error * size) ** 2 + (settings.model_floor * whole) ** 2) / 2)
-    return replace(spectrum, covariance=(1 + settings.covariance_error) * spectrum.covariance + floor)
+    floor = ((settings.model_error * size) ** 2 + (settings.model_floor * whole) ** 2) / 2
+    return replace(spectrum, covariance=(1 + settings.covariance_error) * spectrum.covariance).with_error(floor)
 
 
 def with_cause_error(spectrum: Spectrum, missing: np.ndarray, share: float) -> Spectrum:
@@ -148,7 +148,6 @@ def with_cause_error(spectrum: Spectrum, missing: np.ndarray, share: float) -> S
     -------
     Spectrum
     """
-    size = np.abs(missing)
+    size = np.abs(spectrum.shown(missing))
     whole = np.sqrt(np.sum(size**2, axis=-2, keepdims=True))
-    error = share**2 * (size**2 + (ACROSS_HARMONICS * whole) ** 2) / 2
-    return replace(spectrum, covariance=spectrum.covariance + independent_covariance(error))
+    return spectrum.with_error(share**2 * (size**2 + (ACROSS_HARMONICS * whole) ** 2) / 2)

@@ -1,5 +1,6 @@
 """Prior of the amplitudes: a normal distribution with a full covariance."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -58,6 +59,11 @@ class Prior:
     def by_name(self) -> dict[str, tuple[float, float]]:
         """name -> (mean, standard deviation)."""
         return dict(zip(self.names, zip(self.mean.tolist(), self.std.tolist(), strict=True), strict=True))
+
+    def part(self, names: Sequence[str]) -> "Prior":
+        """The Prior of some of its amplitudes."""
+        place = [self.names.index(name) for name in names]
+        return Prior(tuple(names), self.mean[place], self.covariance[np.ix_(place, place)])
 
     def plus(self, other: "Prior") -> "Prior":
         """The joint Prior of two independent ones."""

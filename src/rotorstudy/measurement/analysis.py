@@ -1,6 +1,6 @@
 """One raw record to harmonics with covariance, a clean record, facts and findings."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -21,6 +21,8 @@ class Analysed:
     """Result of one raw record, or of one speed of a table.
 
     harmonics : {node: (amplitude (harmonic,) complex m, covariance (component, component) m^2)}, None after an error
+    directions : {node: rad} of the nodes with a single probe
+    dead       : {(node, channel)} of dead probes
     """
 
     facts: RecordFacts
@@ -28,6 +30,8 @@ class Analysed:
     speed: float = np.nan
     harmonics: dict | None = None
     record: Record | None = None
+    directions: dict = field(default_factory=dict)
+    dead: frozenset = frozenset()
 
 
 def analyse(raw):
@@ -61,18 +65,21 @@ def analyse(raw):
     speed = float(turning.speed(time).mean())
     _fill_in(facts, turning, time, speed, revolutions, len(raw.time) / held, float(np.mean(~np.isfinite(signals))))
     findings += quality.check_drift(facts.speed_drift, where)
+    checked, dead = check_channels(raw, whole, angle, harmonics)
+    findings += checked
+    if dead:
+        return Analysed(facts, findings, dead=dead)
     findings += quality.check_gaps(facts.missing_samples, float(np.max(np.diff(raw.time))) / step, where)
     if facts.missing_samples > quality.GAP[1]:
         return Analysed(facts, findings)
-    findings += _check_channels(raw, whole, angle, harmonics)
     try:
         psi = None if by_marks else _reference_phase(raw, whole, angle, harmonics)
     except RotorstudyError as error:
         return Analysed(facts, [*findings, Finding("error", "reference signal", where, str(error))])
     mark_variance = turning.jitter_rad**2 / len(turning.marks) + facts.mark_resolution**2
     of_node = {}
-    for node, signal in zip(raw.nodes, signals, strict=True):
-        found = estimate(signal, angle, revolutions, harmonics)
+    for node, signal, direction in zip(raw.nodes, signals, raw.directions, strict=True):
+        found = estimate(signal, angle, revolutions, harmonics, direction)
         amplitude, covariance = found.amplitude, found.covariance
         if psi is None:
             covariance = with_phase_noise(amplitude, covariance, harmonics, mark_variance)
@@ -97,7 +104,8 @@ def analyse(raw):
         where,
         turning.whole_marks - raw.conventions.mark_rad / speed + lead if by_marks else None,
     )
-    return Analysed(facts, findings, speed, of_node, record)
+    single = {node: float(a) for node, a in zip(raw.nodes, raw.directions, strict=True) if np.isfinite(a)}
+    return Analysed(facts, findings, speed, of_node, record, single)
 
 
 def _turning(raw):
@@ -146,16 +154,19 @@ def _reference_phase(raw, whole, angle, harmonics):
     return phase_from_reference(raw.where, harmonics, amplitude, covariance)
 
 
-def _check_channels(raw, whole, angle, harmonics):
-    """Findings on each probe."""
-    findings = []
+def check_channels(raw, chosen, angle, harmonics):
+    """Findings on each probe from some samples (time,) mask, and the dead ones {(node, channel)}."""
+    findings, dead = [], set()
     for node in raw.nodes:
-        of_node = [(name, values[whole]) for name, at, values in raw.channels if at == node]
-        seen = [quality.seen_by(values, angle, harmonics) for _, values in of_node]
-        for i, (name, values) in enumerate(of_node):
+        readings = [channel.readings[chosen] for channel in raw.at(node)]
+        seen = [quality.seen_by(values, angle, harmonics) for values in readings]
+        for i, channel in enumerate(raw.at(node)):
             others = seen[:i] + seen[i + 1 :]
-            findings += quality.check_channel(name, node, values, seen[i], others, raw.where)
-    return findings
+            found = quality.check_channel(channel.name, node, readings[i], seen[i], others, raw.where)
+            findings += found
+            if any(finding.name == "dead probe" for finding in found):
+                dead.add((node, channel.name))
+    return findings, frozenset(dead)
 
 
 def _check_harmonics(amplitude, covariance, blocks, harmonics, where):

@@ -11,6 +11,7 @@ from rotorstudy.model.structure import Reading
 from rotorstudy.response.coupling import check_harmonics
 from rotorstudy.units import METRES, RAD_PER_S
 
+LEAST_ANGLE_RAD = 0.05  # between the probes of a node: nearly parallel ones show one direction, not an orbit
 HARMONICS = [0, 1, -1, 2, -2, 3, -3, 4, -4, 5, -5]
 
 
@@ -102,6 +103,7 @@ class Conventions(Strict):
     table_node: int | None = None
     table_noise_m: Annotated[float, Ge(0)] = 0.0
     table_phase: Literal["lead", "lag"] = "lead"
+    table_amplitude: Literal["peak", "peak_to_peak", "rms"] = "peak"
     displacement_zero: Literal["at_rest", "unloaded_line"] = "at_rest"
     node_of_label: dict[int | str, int] = {}
 
@@ -120,12 +122,19 @@ class Conventions(Strict):
         mark = self.sense * np.deg2rad(self.keyphasor.mark_angle_deg)
         return float(self.direction_rad(self.keyphasor.sensor_angle_deg) - mark)
 
-    def reading(self, nodes):
-        """The Reading of records of some nodes."""
+    def reading(self, nodes, directions=()):
+        """The Reading of records of some nodes. directions : (node,) rad of their only probes, NaN for orbits."""
         probes = {
             node: {p.channel: float(self.direction_rad(p.angle_deg)) for p in self.probes if p.node in (None, node)}
             for node in nodes
         }
+        every = Reading({node: found for node, found in probes.items() if found})
+        for node, only in zip(nodes, directions, strict=False):
+            if np.isfinite(only):
+                along = {
+                    name: a for name, a in every.probes_at(node).items() if abs(np.sin(a - only)) < LEAST_ANGLE_RAD
+                }
+                probes[node] = along or {"probe": float(only)}
         gravity = self.sense * np.deg2rad(self.gravity_angle_deg)
         return Reading({node: found for node, found in probes.items() if found}, float(gravity), self.mark_rad)
 
@@ -182,11 +191,29 @@ def _check_dict(given, where):
         raise RotorstudyError(f"{where}: expected keys and values, found {type(given).__name__}")
 
 
+def measured_direction(directions_rad):
+    """Direction (rad) that the probes of a node show if it is only one, that of the first of them; NaN for an orbit.
+
+    directions_rad : (probe,) from x in the sense of rotation
+    """
+    spread = np.linalg.svd(_axes(directions_rad), compute_uv=False)
+    single = len(directions_rad) < 2 or spread[-1] < LEAST_ANGLE_RAD
+    return float(directions_rad[0]) if single else np.nan
+
+
 def combine(directions_rad, readings):
-    """z = x + j y (time,) in m of a node, by least squares from its probes.
+    """z = x + j y (time,) in m of a node, by least squares from its probes; of one direction, the motion along it.
 
     directions_rad : (probe,) from x in the sense of rotation;  readings : (probe, time) m
     """
-    along = np.column_stack([np.cos(directions_rad), np.sin(directions_rad)])
-    x, y = np.linalg.pinv(along) @ np.asarray(readings)
+    along = measured_direction(directions_rad)
+    if np.isfinite(along):
+        same = np.sign(np.cos(np.asarray(directions_rad) - along))
+        return np.exp(1j * along) * np.mean(same[:, None] * np.asarray(readings), axis=0)
+    x, y = np.linalg.pinv(_axes(directions_rad)) @ np.asarray(readings)
     return x + 1j * y
+
+
+def _axes(directions_rad):
+    """(probe, 2) unit vectors."""
+    return np.column_stack([np.cos(directions_rad), np.sin(directions_rad)])

@@ -3,15 +3,16 @@
 import re
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError, unknown_name
-from rotorstudy.measurement.conventions import Conventions, Probe, combine
+from rotorstudy.measurement.conventions import Conventions, Probe, combine, measured_direction
 from rotorstudy.units import RAD_PER_S, SECONDS
 
-LEAST_ANGLE_RAD = 0.05  # between the probes of a node: nearly parallel ones do not determine the orbit
 SUFFIXES = {
     ".nc": "netcdf",
     ".nc4": "netcdf",
@@ -29,9 +30,7 @@ class RawRecord:
     """The signals of one speed in a file.
 
     time         : (time,) s
-    displacement : (node, time) complex x + j y in the project's axes, m; NaN where a sample is missing
-    nodes        : (node,) of the rig
-    channels     : (name, node, readings (time,) m) of each probe
+    channels     : list of Channel
     label        : speed in rad/s that the file or the rig file states, or None
     keyphasor    : (time,) V; marks (mark,) s when the phase mark passed; reference (time,): each may be None
     where        : file and, if it holds several speeds, which one
@@ -39,8 +38,6 @@ class RawRecord:
     """
 
     time: np.ndarray
-    displacement: np.ndarray
-    nodes: tuple
     channels: list = field(repr=False)
     label: float | None
     keyphasor: np.ndarray | None
@@ -48,6 +45,37 @@ class RawRecord:
     reference: np.ndarray | None
     where: str
     conventions: object = field(repr=False)
+
+    @property
+    def nodes(self):
+        """(node,) measured."""
+        return tuple(sorted({channel.node for channel in self.channels}))
+
+    def at(self, node):
+        """Channels of a node."""
+        return [channel for channel in self.channels if channel.node == node]
+
+    @cached_property
+    def displacement(self):
+        """(node, time) complex x + j y in the project's axes, m; NaN where a sample is missing."""
+        found = []
+        for node in self.nodes:
+            found.append(combine([c.direction for c in self.at(node)], [c.readings for c in self.at(node)]))
+        return np.array(found)
+
+    @property
+    def directions(self):
+        """(node,) rad, direction that the probes of a node show if it is only one, NaN for orbits."""
+        return np.array([measured_direction([c.direction for c in self.at(node)]) for node in self.nodes])
+
+
+class Channel(NamedTuple):
+    """The signal of a probe: name, node, direction (rad from x in the sense of rotation), readings (time,) in m."""
+
+    name: str
+    node: int
+    direction: float
+    readings: np.ndarray
 
 
 def read_file(path, conventions, nodes):
@@ -88,15 +116,15 @@ def netcdf(path):
         raise RotorstudyError(f"{path}: not a readable NetCDF file ({str(error).splitlines()[0]})") from None
 
 
-def is_table(path, conventions):
-    """Whether a file is a table of harmonics: a CSV file with a column 'harmonic'."""
+def table_columns(path, conventions):
+    """Columns of a CSV file, of which the reader depends; none of another file."""
     if SUFFIXES.get(Path(path).suffix.lower()) != "csv" or not Path(path).is_file():
-        return False
+        return []
     layout = conventions.csv
     with Path(path).open(encoding="utf-8-sig", errors="replace") as lines:
         for _ in range(layout.skip_rows):
             next(lines, "")
-        return "harmonic" in [name.strip().strip('"') for name in next(lines, "").split(layout.separator)]
+        return [name.strip().strip('"') for name in next(lines, "").split(layout.separator)]
 
 
 def _from_channels(path, conventions, nodes, names, channel):
@@ -145,25 +173,16 @@ def _assemble(readings, conventions, nodes, time, label, keyphasor, marks, refer
         raise RotorstudyError(f"{where}: {len(time)} samples; the file is empty or incomplete")
     if not (np.diff(time) > 0).all():
         raise RotorstudyError(f"{where}: time does not increase strictly; check the time channel")
-    measured = sorted({node for _, node, _ in readings})
-    displacement = []
-    for node in measured:
+    for _, node, _ in readings:
         if node not in nodes:
             raise unknown_name("node", node, nodes, f"{where}; the probes must sit at nodes of the rig")
-        of_node = [(probe, values) for probe, at, values in readings if at == node]
-        angles = conventions.direction_rad([probe.angle_deg for probe, _ in of_node])
-        spread = np.linalg.svd(np.column_stack([np.cos(angles), np.sin(angles)]), compute_uv=False)
-        if len(angles) < 2 or spread[-1] < LEAST_ANGLE_RAD:
-            listed = ", ".join(f"'{probe.channel}' at {probe.angle_deg:g} degrees" for probe, _ in of_node)
-            raise RotorstudyError(
-                f"{where}: node {node} is measured in one direction only ({listed}); an orbit needs two probes at "
-                "different angles"
-            )
-        displacement.append(combine(angles, [values for _, values in of_node]))
-    channels = [(probe.channel, node, values) for probe, node, values in readings]
-    return RawRecord(
-        time, np.array(displacement), tuple(measured), channels, label, keyphasor, marks, reference, where, conventions
-    )
+    channels = [
+        Channel(probe.channel, node, float(conventions.direction_rad(probe.angle_deg)), values)
+        for probe, node, values in readings
+    ]
+    if label is not None and not 0 < label < np.inf:
+        raise RotorstudyError(f"{where}: the stated speed is {label:g} rad/s; it must be positive and finite")
+    return RawRecord(time, channels, label, keyphasor, marks, reference, where, conventions)
 
 
 def _read_netcdf(path, conventions, nodes):

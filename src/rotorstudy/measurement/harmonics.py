@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rotorstudy.measurement.lines import Line, line_basis, orders_of_lines
+from rotorstudy.measurement.single_probe import seen_components, seen_rows
 from rotorstudy.response.series import rotating_basis
 
 MOST_BLOCKS = 32
@@ -104,7 +105,7 @@ def block_edges(revolutions):
     return length, revolutions // length
 
 
-def estimate(signal, angle, revolutions, harmonics):
+def estimate(signal, angle, revolutions, harmonics, direction=np.nan):
     """Harmonics of a record of whole revolutions.
 
     The mean is harmonic 0. Lines that are not synchronous are fitted together with the harmonics. The covariance is
@@ -112,14 +113,18 @@ def estimate(signal, angle, revolutions, harmonics):
     blocks in the record, with noise that is slower than a block (`with_slow_noise`).
 
     signal : (time,) complex, m; NaN where missing;  angle : (time,) rad, increasing;  harmonics : (harmonic,)
+    direction : rad, of the only probe of the node, along which the signal is; NaN for an orbit
     """
     harmonics = np.asarray(harmonics)
+    seen, rows, channels = seen_components(harmonics, direction), seen_rows(harmonics, direction), 2
+    if not seen.all():
+        channels = 1
     usable = np.isfinite(signal)
     basis = rotating_basis(angle, 1.0, harmonics)
     signal, widened, lines = _without_lines(signal, angle, usable, basis, harmonics)
     amplitude, residual, inverse = fit_basis(signal[usable], basis[:, usable])
     freedom = max(1, usable.sum() - len(harmonics))
-    noise_std = float(np.sqrt(np.sum(np.abs(residual) ** 2) / freedom / 2))
+    noise_std = float(np.sqrt(np.sum(np.abs(residual) ** 2) / freedom / channels))
     length, count = block_edges(revolutions)
     block = ((angle - angle[0]) // (2 * np.pi * length)).astype(int)
     sizes = np.bincount(block[usable], minlength=count)[:count]
@@ -127,12 +132,18 @@ def estimate(signal, angle, revolutions, harmonics):
     full = full[sizes[full] > 2 * len(harmonics)]
     if len(full) < FEWEST_BLOCKS:
         at = np.unique(np.rint(harmonics * revolutions).astype(int) % len(residual))
-        covariance = white_noise_covariance(residual, inverse, at) * widened
+        covariance = white_noise_covariance(residual, inverse, at) * (2 / channels) * widened
+        covariance = covariance if channels == 2 else rows.T @ (rows @ covariance @ rows.T) @ rows
         return Harmonics(amplitude, covariance, np.zeros((0, len(harmonics))), noise_std, (1, 1), lines)
     blocks = np.array([fit_basis(signal[c], basis[:, c])[0] for c in (usable & (block == b) for b in full)])
     parts = np.concatenate([blocks.real, blocks.imag], axis=1)
-    covariance, shrinkage = shrunk_covariance(parts)
-    covariance = with_slow_noise(covariance, parts, harmonics)
+    if channels == 1:
+        parts = parts @ rows.T
+    covariance, shrinkage = np.zeros(rows.shape), (1.0, 1.0)
+    covariance[np.ix_(seen, seen)], shrinkage = shrunk_covariance(parts[:, seen])
+    covariance = with_slow_noise(covariance, parts, harmonics, seen)
+    if channels == 1:
+        covariance = rows.T @ covariance @ rows
     share = sizes[full].mean() / usable.sum()  # of a block in the record, by which the variance of the whole is smaller
     return Harmonics(amplitude, covariance * share * widened, blocks, noise_std, shrinkage, lines)
 
@@ -155,13 +166,15 @@ def _without_lines(signal, angle, usable, basis, harmonics):
     return signal - amplitude[count:] @ both[count:], np.outer(wider, wider), lines
 
 
-def with_slow_noise(covariance, draws, harmonics):
+def with_slow_noise(covariance, draws, harmonics, seen=None):
     """Covariance of draws (draw, component) that includes noise slower than a draw, which their scatter does not show.
 
     The power of the draws at line k of their Fourier transform is B (1 + c / k): white noise plus noise of power 1/f,
     down to one period in SLOWEST records. The variance of their mean, times their number, is then B times the integral
     of (1 + c / |x|) sinc^2 x. It is averaged over the corner c, with the prior WHITE that there is no such noise; B is
     marginalised (exponentially distributed powers). A line within a cycle of a harmonic is seen as slow noise of it.
+
+    seen : (component,) whether a component is a datum, by default all; the others are zero
     """
     count, size = len(draws), len(harmonics)
     lines = np.arange(1, (count - 1) // 2 + 1)
@@ -173,7 +186,9 @@ def with_slow_noise(covariance, draws, harmonics):
     level = np.maximum(
         np.mean(power / shape[..., None, None], axis=1), np.finfo(float).tiny
     )  # (corner, part, harmonic)
-    evidence = -2 * np.log(shape).sum(axis=1)[:, None] - len(lines) * np.log(level / variance).sum(axis=1)
+    data = np.ones((2, size)) if seen is None else seen.reshape(2, size)
+    evidence = -data.sum(axis=0) * np.log(shape).sum(axis=1)[:, None]
+    evidence = evidence - len(lines) * (data * np.log(level / variance)).sum(axis=1)
     prior = np.where(harmonics == 0, *WHITE)
     known = np.concatenate([[prior], np.broadcast_to((1 - prior) / CORNERS, (CORNERS, size))])
     weight = known * np.exp(evidence - evidence.max(axis=0))

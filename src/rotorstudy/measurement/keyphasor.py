@@ -144,17 +144,26 @@ def count_revolutions(pulses, resolution_s=0.0):
     return Turning(coefficients, middle, marks, counts, missing, len(pulses) - len(marks), float(jitter), resolution_s)
 
 
-def _follow(pulses, start, period):
-    """Positions of the marks from pulse `start` on, and the revolution that each begins."""
+def _follow(pulses, start, period, gain=0.2):
+    """Positions of the marks from pulse `start` on, and the revolution that each begins.
+
+    gain : share of the last revolution in the expected length of the next one
+    """
     kept, counts = [start], [0]
     for i in range(start + 1, len(pulses)):
         passed = (pulses[i] - pulses[kept[-1]]) / period
         whole = round(passed)
         if whole >= 1 and abs(passed - whole) < NEAR:
-            period += 0.2 * ((pulses[i] - pulses[kept[-1]]) / whole - period)
+            period += gain * ((pulses[i] - pulses[kept[-1]]) / whole - period)
             kept.append(i)
             counts.append(counts[-1] + whole)
     return np.array(kept), np.array(counts)
+
+
+def follow_marks(pulses):
+    """Positions of the marks of a shaft whose speed changes, and the revolution that each begins."""
+    followed = [_follow(pulses, i, np.median(np.diff(pulses[i : i + 6])), gain=1.0) for i in range(5)]
+    return max(followed, key=lambda found: len(found[0]))
 
 
 def steady_turning(speed, time):

@@ -1,5 +1,6 @@
 """From files and a rig file to a spectrum with covariance, clean records, facts and findings."""
 
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -8,13 +9,18 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement import quality
-from rotorstudy.measurement.analysis import Analysed, analyse
+from rotorstudy.measurement.analysis import Analysed
 from rotorstudy.measurement.conventions import read_conventions
 from rotorstudy.measurement.facts import RecordFacts, node_facts
-from rotorstudy.measurement.files import is_table, read_file
+from rotorstudy.measurement.files import read_file, table_columns
 from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.nonsynchronous import check_lines
+from rotorstudy.measurement.probe_tables import harmonics_in, is_probe_table, read_probe_table
 from rotorstudy.measurement.records import Record, full_spectrum
+from rotorstudy.measurement.repeats import averaged
+from rotorstudy.measurement.resonances import check_resonances
+from rotorstudy.measurement.run_up_analysis import analyse_each
+from rotorstudy.measurement.single_probe import along_probes
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.measurement.spectrum_file import is_spectrum, load_imported
 from rotorstudy.measurement.tables import read_table
@@ -22,6 +28,8 @@ from rotorstudy.model.kinds import SpectrumMethod
 from rotorstudy.model.model import Model
 from rotorstudy.model.rig import RigFile, read_rig
 from rotorstudy.response.measured import measured_response
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -82,7 +90,7 @@ def measured_spectrum(
             raise _no_record_for(method, imported[0], "is a spectrum")
         spectrum, findings, zero = load_imported(imported[0])
         conventions = read_conventions(rig.given, str(rig.path)).model_copy(update={"displacement_zero": zero})
-        model = _measured_model(rig, spectrum.sensors, [conventions])
+        model = _measured_model(rig, spectrum.sensors, [conventions], spectrum.directions)
     else:
         measurement = read_measurement(paths, rig)
         spectrum, model, findings = measurement.spectrum, measurement.rig, measurement.findings
@@ -93,8 +101,10 @@ def measured_spectrum(
             )
         if method is not None:
             spectrum = _spectrum_by(method, measurement)
-    check_spectrum(spectrum, ", ".join(path.name for path in paths))
-    return spectrum, model, findings
+    where = ", ".join(path.name for path in paths)
+    check_spectrum(spectrum, where)
+    spectrum, notes = averaged(spectrum, where)
+    return spectrum, model, worst_first([*findings, *notes])
 
 
 def check_spectrum(spectrum, where):
@@ -104,9 +114,6 @@ def check_spectrum(spectrum, where):
     variance = np.diagonal(spectrum.covariance, axis1=-2, axis2=-1)
     if (variance < 0).any() or not variance.any():
         raise RotorstudyError(f"{where}: variances are negative or all zero; a fit needs the noise of each harmonic")
-    twice = sorted({float(w) for w in spectrum.speed if np.sum(np.isclose(spectrum.speed, w, rtol=1e-6)) > 1})
-    if twice:
-        raise RotorstudyError(f"{where}: speed {twice[0]:g} rad/s occurs twice; give each record once")
 
 
 def _listed(paths):
@@ -129,7 +136,7 @@ def _spectrum_by(method, measurement):
     if len(measurement.records) < len(measurement.spectrum.speed):
         speeds = {record.speed for record in measurement.records}
         table = next(one.where for one in measurement.facts if one.measured_speed not in speeds)
-        raise _no_record_for(method, table, "is a table of harmonics")
+        raise _no_record_for(method, table, "is a table of harmonics or a run-up")
     spectra = [
         full_spectrum(
             [record],
@@ -167,21 +174,36 @@ def read_measurement(paths: Sequence[str | Path], rig: str | Path | RigFile) -> 
     """
     rig, paths = read_rig(rig), _listed(paths)
     conventions = read_conventions(rig.given, str(rig.path))
+    columns = {path: table_columns(path, conventions) for path in paths}
+    conventions = _with_harmonics_of_tables(conventions, [path for path in paths if is_probe_table(columns[path])])
     nodes = rig.model.structure.nodes
-    found, findings, stated = [], [], []
+    found, findings, stated, records = [], [], [], []
     for path in paths:
-        if is_table(path, conventions):
+        log.info("reading %s", path)
+        if is_probe_table(columns[path]):
+            spectra, notes = read_probe_table(path, conventions, nodes)
+            found += [_of_table(path, speed, of_node, conventions, single) for speed, of_node, single in spectra]
+            stated += [conventions] * len(spectra)
+            findings += notes
+        elif "harmonic" in columns[path]:
             spectra, notes = read_table(path, conventions, nodes)
-            read = [(_of_table(path, speed, harmonics, conventions), conventions) for speed, harmonics in spectra]
+            found += [_of_table(path, speed, harmonics, conventions) for speed, harmonics in spectra]
+            stated += [conventions] * len(spectra)
             findings += notes
         else:
-            read = [(analyse(raw), raw.conventions) for raw in read_file(path, conventions, nodes)]
-        found += [one for one, _ in read]
-        stated += [one for _, one in read]
+            records += read_file(path, conventions, nodes)
+    if records:
+        log.info("fitting the harmonics of %d records", len(records))
+    analysed, notes = _without_dead_probes(records)
+    found += analysed
+    stated += [raw.conventions for raw in records]
+    findings += notes
     facts = [one.facts for one in found]
     findings += [finding for one in found for finding in one.findings]
     findings += check_lines(facts)
-    model = _measured_model(rig, _sensors(rig, _common_nodes(facts)), stated)
+    sensors = _sensors(rig, _common_nodes(facts))
+    directions = _common_directions(found, sensors)
+    model = _measured_model(rig, sensors, stated, directions)
     usable = sorted((one for one in found if one.harmonics is not None), key=lambda one: one.speed)
     if not usable:
         return Measurement(None, [], facts, worst_first(findings), model)
@@ -192,25 +214,73 @@ def read_measurement(paths: Sequence[str | Path], rig: str | Path | RigFile) -> 
         np.array(conventions.harmonics),
         tuple(model.sensors),
         parts[1],
+        directions,
     )
     records = [_with_sensors(one.record, model.sensors) for one in usable if one.record is not None]
-    findings += _check_together(spectrum, model, ", ".join(path.name for path in paths))
+    named = ", ".join(path.name for path in paths)
+    findings += _check_together(spectrum, model, named)
+    tables = any(is_probe_table(names) for names in columns.values())
+    if tables or {"run-up", "coast-down"} & {finding.name for finding in findings}:
+        findings += check_resonances(spectrum, tables, named)
     return Measurement(spectrum, records, facts, worst_first(findings), model)
 
 
-def _of_table(path, speed, of_node, conventions):
-    """Analysed of one speed of a table."""
+def _without_dead_probes(records):
+    """Analysed of the raw records without the probes that are dead in all of them, and findings on those."""
+    found = [one for raw in records for one in analyse_each(raw)]
+    dead = frozenset.intersection(*(one.dead for one in found)) if found else frozenset()
+    left = [[channel for channel in raw.channels if (channel.node, channel.name) not in dead] for raw in records]
+    if not dead or not all(left):
+        return found, []
+    repaired = [replace(raw, channels=channels) for raw, channels in zip(records, left, strict=True)]
+    return [one for raw in repaired for one in analyse_each(raw)], quality.left_out(dead, records[0].where)
+
+
+def _common_directions(found, sensors):
+    """(sensor,) rad, direction of the only probe of each node, NaN for orbits; RotorstudyError if records differ."""
+    usable = [one for one in found if one.harmonics is not None]
+    for one in usable:
+        if one.directions != usable[0].directions:
+            raise RotorstudyError(
+                f"{one.facts.where} has a single probe at nodes {sorted(one.directions)}, {usable[0].facts.where} at "
+                f"{sorted(usable[0].directions)}; all records of one measurement need the same probes"
+            )
+    return np.array([usable[0].directions.get(node, np.nan) if usable else np.nan for node in sensors])
+
+
+def _with_harmonics_of_tables(conventions, paths):
+    """Conventions with the harmonics of the tables of probes, if the rig file states none; RotorstudyError if fewer."""
+    if not paths:
+        return conventions
+    held = {n for path in paths for n in harmonics_in(path, conventions)}
+    if "harmonics" not in conventions.model_fields_set:
+        return conventions.model_copy(update={"harmonics": [n for m in sorted(held) for n in (m, -m)]})
+    for n in conventions.harmonics:
+        if abs(n) not in held or -n not in conventions.harmonics:
+            raise RotorstudyError(
+                f"{paths[0]}: 'measurement: harmonics:' has {n}, and the tables of probes have {sorted(held)}, each of "
+                "which gives n and -n; leave 'harmonics:' out, or state these"
+            )
+    return conventions
+
+
+def _of_table(path, speed, of_node, conventions, single=None):
+    """Analysed of one speed of a table; single : {node: rad} of single probes."""
     nodes = {node: node_facts(amplitude, conventions.harmonics) for node, (amplitude, _) in of_node.items()}
-    return Analysed(RecordFacts(f"{path}, {speed:.6g} rad/s", nodes, speed), [], speed, of_node)
+    facts = RecordFacts(f"{path}, {speed:.6g} rad/s", nodes, speed)
+    return Analysed(facts, [], speed, of_node, None, single or {})
 
 
-def _measured_model(rig, sensors, stated):
-    """The Model of a rig file with the measured nodes as sensors; stated : the Conventions of each record."""
+def _measured_model(rig, sensors, stated, directions):
+    """The Model of a rig file with the measured nodes as sensors.
+
+    stated : the Conventions of each record;  directions : (sensor,) rad of the only probes, NaN for orbits
+    """
     zeros = {one.displacement_zero for one in stated}
     if len(zeros) > 1:
         raise RotorstudyError("displacements of some records count from the unloaded line, of others from the shaft at "
                               "rest, as in simulated records; give them apart")  # fmt: skip
-    model = rig.measured_at(sensors, stated[0].reading(sensors))
+    model = rig.measured_at(sensors, stated[0].reading(sensors, directions))
     return replace(model, from_unloaded_line=zeros == {"unloaded_line"})
 
 
@@ -251,24 +321,29 @@ def _check_together(spectrum, rig, where):
     variance = np.diagonal(spectrum.covariance, axis1=-2, axis2=-1)
     std = np.sqrt(sum(np.swapaxes(part, 1, 2) for part in np.split(variance, 2, axis=-1)))[:, moving]
     rms = np.sqrt(np.sum(fluctuating**2, axis=1))
-    largest, expected, mean = _expected(rig, spectrum.speed)
+    largest, expected, mean = _expected(rig, spectrum)
     findings = quality.check_units(rms, largest, where)
     findings += quality.check_detected(fluctuating, std, expected.max(axis=0), nodes, where)
     if 0 in harmonics:
         findings += quality.check_mean(spectrum.amplitude[:, harmonics.index(0)], mean, rms, nodes, where)
     if -1 in harmonics:
-        forward, turned = (np.abs(spectrum.amplitude[:, harmonics.index(n)]) for n in (1, -1))
-        findings += quality.check_sense(forward, turned, expected[1] > expected[0], nodes, where)
-    return findings
+        orbits = np.isnan(spectrum.directions)
+        forward, turned = (np.abs(spectrum.amplitude[:, harmonics.index(n), orbits]) for n in (1, -1))
+        backward = (expected[1] > expected[0])[orbits]
+        nodes = [node for node, whole in zip(nodes, orbits, strict=True) if whole]
+        findings += quality.check_sense(forward, turned, backward, nodes, where)
+    directions = dict(zip(spectrum.sensors, spectrum.directions.tolist(), strict=True))
+    return findings + quality.check_directions({n: a for n, a in directions.items() if np.isfinite(a)}, where)
 
 
-def _expected(rig, speeds):
+def _expected(rig, spectrum):
     """Prediction by the rig's own values, m: largest amplitude or None; rms +1X and -1X (2, sensor); 0X there.
 
     Without values for all parameters the largest amplitude is the static deflection, and no whirl is predicted.
     """
     try:
-        shown = measured_response(rig, speeds, [1, -1, 0])
+        shown = measured_response(rig, spectrum.speed, [1, -1, 0])
+        shown = along_probes(shown, [1, -1, 0], spectrum.directions)
     except RotorstudyError:
         deflection = rig.structure.static_deflection
         return float(np.abs(deflection).max()) or None, np.zeros((2, len(rig.sensors))), deflection[list(rig.measured)]

@@ -15,6 +15,7 @@ DRIFT = (0.005, 0.05)  # relative change of the speed over the record: warning, 
 IRREGULAR = 0.2  # fraction of missing or extra pulses up to which they are repaired
 JITTER_RAD = 0.05  # 3 degrees, 15 at 5X
 GAP = (0.0, 0.05)  # fraction of missing samples: warning, error
+EMPTY = 0.5  # fraction of missing samples above which a probe is not connected
 LOUD = 15.0  # power of a harmonic over its expectation in pure noise; p-value 3e-7
 FLAT_SAMPLES, FLAT_RATIO = 6, 4.0  # samples at the top, and their ratio to those one step below
 FLAT_SHARE = 8e-4  # of the samples; fewer meet at the greatest value by chance
@@ -118,6 +119,8 @@ class Seen(NamedTuple):
 def seen_by(readings, angle, harmonics):
     """The Seen of a probe. readings : (time,) m, whole revolutions;  angle : (time,) rad."""
     usable = np.isfinite(readings)
+    if usable.sum() <= 2 * len(harmonics):
+        return Seen(0.0, 0.0, 0.0, 0.0)
     readings, angle = readings[usable], angle[usable]
     orders = np.arange(1, max(abs(int(n)) for n in harmonics) + 1)
     both = np.concatenate([[0], orders, -orders])
@@ -135,12 +138,16 @@ def check_channel(name, node, readings, seen, others, where):
 
     readings : (time,) m, whole revolutions;  seen : Seen by it;  others : list of Seen by the others of the node
     """
-    place, readings = f"{where}, node {node}, channel '{name}'", readings[np.isfinite(readings)]
+    place, missing = f"{where}, node {node}, channel '{name}'", float(np.mean(~np.isfinite(readings)))
+    if missing > EMPTY:
+        text = f"{100 * missing:.3g} % of the samples are missing: the probe is dead or not connected"
+        return [Finding("error", "dead probe", place, text)]
+    readings = readings[np.isfinite(readings)]
     if np.ptp(readings) <= 1e-9 * max(np.abs(readings).max(), 1e-300):
         text = f"constant at {um(readings[0], 3)}: the probe is dead or not connected; leave it out or repair it"
         return [Finding("error", "dead probe", place, text)]
-    found, moving = [], max(one.moving for one in others)
-    shown = max(np.hypot(one.moving, one.noise) for one in others)
+    found, moving = [], max((one.moving for one in others), default=0.0)
+    shown = max((np.hypot(one.moving, one.noise) for one in others), default=np.inf)
     if seen.greatest < seen.resolved:
         if moving > DEAD * seen.resolved or seen.noise > DEAD * shown:
             text = (
@@ -159,6 +166,31 @@ def check_channel(name, node, readings, seen, others, where):
             text = f"the signal is flat at its {side}, {um(values.max(), 4)}: clipped by the probe or the recorder"
             found.append(Finding("error", "clipping", place, text))
     return found
+
+
+def check_directions(directions, where):
+    """A note on the nodes that one direction is measured of. directions : {node: rad}."""
+    if not directions:
+        return []
+    listed = ", ".join(map(str, sorted(directions)))
+    text = (
+        f"node {listed} has a single probe: its motion along the probe is data, and forward and backward are separated "
+        "by the rig alone. A second probe there would measure the orbit"
+    )
+    return [Finding("note", "single probe", where, text)]
+
+
+def left_out(dead, where):
+    """Warnings on the dead probes {(node, channel)} that are left out."""
+    return [
+        Finding(
+            "warning",
+            "dead probe",
+            f"{where}, node {node}, channel '{name}'",
+            "dead in every record, and left out of all of them. Repair it, or remove it from 'probes:'",
+        )
+        for node, name in sorted(dead)
+    ]
 
 
 def check_detected(amplitude, std, expected, nodes, where):
@@ -247,7 +279,8 @@ def check_steadiness(blocks, harmonics, where):
 def check_sense(forward, backward, expected_backward, nodes, where):
     """Whether backward 1X exceeds forward where the rig does not predict it.
 
-    forward, backward : (speed, node) |R_1|, |R_-1|, m;  expected_backward : (node,) bool, predicted by the rig
+    forward, backward : (speed, node) |R_1|, |R_-1|, m, of nodes whose orbit is measured
+    expected_backward : (node,) bool, predicted by the rig
     """
     size = np.sqrt(np.sum(forward**2, axis=0)), np.sqrt(np.sum(backward**2, axis=0))
     reversed_nodes = (size[1] > BACKWARD * size[0]) & ~expected_backward
@@ -256,7 +289,7 @@ def check_sense(forward, backward, expected_backward, nodes, where):
         "If the shaft does whirl backward here (between the two critical speeds of anisotropic bearings), give the rig "
         "the values of its bearings, so that it predicts this"
     )
-    if reversed_nodes.all():
+    if len(nodes) and reversed_nodes.all():
         text = (
             f"backward 1X is {ratio.min():.3g} times forward or more at every node: reversed rotation, or the probes "
             f"of all nodes swapped or of the wrong sign. Correct 'rotation:' or the probes. {remedy}"

@@ -7,6 +7,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
+from rotorstudy.measurement.single_probe import along_probes, check_pairs, is_orbit, seen_components, seen_rows
+
 RELATIVE_FLOOR = 1e-13  # of the largest harmonic: round-off, so that exact data have a finite weight
 CORRELATION_FLOOR = 1e-9  # keeps a covariance of fully correlated harmonics (one phase mark for all) invertible
 
@@ -21,6 +23,8 @@ class Spectrum:
     sensors    : (sensor,) nodes
     covariance : (speed, sensor, component, component) m^2; components are the real parts of all harmonics, then the
                  imaginary parts. The noise of different sensors is independent.
+    directions : (sensor,) rad from x in the sense of rotation, of the only probe of a node, whose amplitude is that of
+                 the motion along it; NaN where the orbit is measured, as by default at all nodes
     """
 
     amplitude: np.ndarray
@@ -28,6 +32,62 @@ class Spectrum:
     harmonics: np.ndarray
     sensors: tuple
     covariance: np.ndarray
+    directions: np.ndarray | None = None
+
+    def __post_init__(self):
+        if self.directions is None:
+            object.__setattr__(self, "directions", np.full(len(self.sensors), np.nan))
+        check_pairs(self.harmonics, self.single_probes)
+
+    @property
+    def single_probes(self) -> list[int]:
+        """Nodes with a single probe."""
+        return [node for node, whole in zip(self.sensors, is_orbit(self.directions), strict=True) if not whole]
+
+    @cached_property
+    def _seen(self):
+        """(sensor, component) whether a component is a datum, and (sensor, component, component) rows of the data."""
+        return (
+            np.array([seen_components(self.harmonics, a) for a in self.directions]),
+            np.array([seen_rows(self.harmonics, a) for a in self.directions]),
+        )
+
+    @property
+    def data_count(self) -> int:
+        """Number of real data."""
+        return len(self.speed) * int(self._seen[0].sum())
+
+    def shown(self, amplitude: ArrayLike) -> np.ndarray:
+        """What the probes show of harmonics: at a node with a single probe the motion along it.
+
+        Parameters
+        ----------
+        amplitude : array (..., speed, harmonic, sensor)
+            Complex, m.
+
+        Returns
+        -------
+        array (..., speed, harmonic, sensor)
+            Complex, m.
+        """
+        return along_probes(amplitude, self.harmonics, self.directions)
+
+    def with_error(self, variance: ArrayLike) -> "Spectrum":
+        """The spectrum with an independent error of each harmonic added to its covariance.
+
+        Harmonics n and -n of a single probe are one datum: they share their error, which does not average out.
+
+        Parameters
+        ----------
+        variance : array (speed, harmonic, sensor)
+            Of each of the real and imaginary parts, m^2.
+
+        Returns
+        -------
+        Spectrum
+        """
+        variance = variance * np.where(is_orbit(self.directions), 1.0, 2.0)
+        return replace(self, covariance=self.covariance + independent_covariance(variance))
 
     def full_covariance(self) -> np.ndarray:
         """Covariance of the components of all sensors together.
@@ -45,16 +105,51 @@ class Spectrum:
 
     @cached_property
     def whitener(self) -> np.ndarray:
-        """W (speed, sensor, component, component) in 1/m with W C W^T = 1.
+        """W (speed, sensor, component, component) in 1/m with W C W^T = 1, zero in rows that are not data.
 
         The symmetric root of the correlation is taken, so that a whitened component belongs to its harmonic.
         """
         floor = (RELATIVE_FLOOR * np.abs(self.amplitude).max()) ** 2
-        size = np.sqrt(np.diagonal(self.covariance, axis1=-2, axis2=-1) + floor)
-        correlation = self.covariance / (size[..., :, None] * size[..., None, :])
+        single, covariance = ~is_orbit(self.directions), self.covariance
+        _, rows = self._seen
+        if single.any():
+            covariance = np.where(single[:, None, None], rows @ covariance @ np.swapaxes(rows, -1, -2), covariance)
+        size = np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1) + floor)
+        correlation = covariance / (size[..., :, None] * size[..., None, :])
         correlation = correlation + CORRELATION_FLOOR * np.eye(size.shape[-1])
         variance, vectors = np.linalg.eigh(correlation)
-        return (vectors / np.sqrt(variance)[..., None, :]) @ np.swapaxes(vectors, -1, -2) / size[..., None, :]
+        found = (vectors / np.sqrt(variance)[..., None, :]) @ np.swapaxes(vectors, -1, -2) / size[..., None, :]
+        if single.any():
+            found[:, single] = found[:, single] @ rows[single]
+        return found
+
+    @property
+    def log_volume(self) -> float:
+        """Logarithm of the determinant of the whitener, of the data."""
+        seen, rows = self._seen
+        if seen.all():
+            return float(np.linalg.slogdet(self.whitener)[1].sum())
+        parts = zip(np.moveaxis(self.whitener, 1, 0), seen, rows, strict=True)
+        return float(sum(np.linalg.slogdet(w[:, data] @ a[data].T)[1].sum() for w, data, a in parts))
+
+    def log_change(self, matrix: ArrayLike) -> float:
+        """Logarithm of the determinant of a linear change of the data.
+
+        Parameters
+        ----------
+        matrix : array (sensor, component, component)
+            Of the components of the harmonics, of unit 1.
+
+        Returns
+        -------
+        float
+            Of all speeds.
+        """
+        seen, rows = self._seen
+        if seen.all():
+            return float(len(self.speed) * np.linalg.slogdet(matrix)[1].sum())
+        parts = zip(matrix, seen, rows, strict=True)
+        return float(len(self.speed) * sum(np.linalg.slogdet(a[data] @ m @ a[data].T)[1] for m, data, a in parts))
 
     def whitened(self, amplitude: ArrayLike) -> np.ndarray:
         """Harmonics as real components in standard deviations.
@@ -67,10 +162,35 @@ class Spectrum:
         Returns
         -------
         array (..., component)
-            Of all speeds, in units of their standard deviation.
+            The data of all speeds, in units of their standard deviation.
         """
         found = shared_product(self.whitener, np.swapaxes(components(amplitude), -1, -2))
-        return found.reshape(*found.shape[:-3], -1)
+        seen = self._seen[0]
+        if not seen.all():
+            found = found[..., seen]
+        return found.reshape(*found.shape[: np.ndim(amplitude) - 3], -1)
+
+    def by_harmonic(self, whitened: ArrayLike) -> np.ndarray:
+        """Rms of the whitened real and imaginary parts of each harmonic.
+
+        Parameters
+        ----------
+        whitened : array (component,)
+            Of all speeds, as `whitened` gives them, in units of their standard deviation.
+
+        Returns
+        -------
+        array (speed, harmonic, sensor)
+            In units of their standard deviation; of a single probe the same at n and -n.
+        """
+        seen, order = self._seen[0], list(self.harmonics)
+        parts = np.zeros((len(self.speed), *seen.shape))
+        parts[:, seen] = np.reshape(whitened, (len(self.speed), -1))
+        parts, count = parts.reshape(len(self.speed), len(self.sensors), 2, -1), seen.reshape(len(seen), 2, -1)
+        found = np.sqrt(np.sum(parts**2, axis=2) / np.maximum(count.sum(axis=1), 1)).transpose(0, 2, 1)
+        for s in np.flatnonzero(~is_orbit(self.directions)):
+            found[..., s] = found[:, [order.index(abs(n)) if abs(n) in order else i for i, n in enumerate(order)], s]
+        return found
 
     def at_speeds(self, chosen: ArrayLike) -> "Spectrum":
         """The spectrum at some of its speeds.

@@ -43,6 +43,12 @@ def measurement_dataset(measurement):
             "m2",
             "covariance of real and imaginary parts of the harmonics",
         ),
+        "probe_direction": (
+            ("node",),
+            spectrum.directions,
+            "rad",
+            "direction of the only probe of a node from x in the sense of rotation, NaN where the orbit is measured",
+        ),
         "where": (("record",), np.array([one.where for one in facts], object), "1", "file and speed"),
     }
     for name, unit, long_name in facts_of(RecordFacts):
@@ -110,6 +116,7 @@ def load_imported(path):
         data.harmonic.values,
         tuple(int(node) for node in data.node.values),
         data.covariance.transpose(*DIMENSIONS["covariance"]).values,
+        data.probe_direction.values if "probe_direction" in data else None,
     )
     zero = data.attrs.get("displacement_zero", "at_rest")
     if "finding_name" not in data:

@@ -27,12 +27,12 @@ def read_table(path, conventions, nodes):
     returns : list of (speed rad/s, {node: (amplitude (harmonic,) complex m, covariance (component, component))},
               harmonics), and findings
     """
-    text = _open(path, conventions.csv)
-    _check_columns(text.columns, path)
-    speed_column = _one_of(SPEEDS, text.columns, path)
-    speed = _numbers(text, speed_column, path) * RAD_PER_S[SPEEDS[speed_column]]
-    harmonic, node = _whole(text, "harmonic", path), _nodes(text, conventions, nodes, path)
-    values, steps, inferred = _quantities(text, path)
+    text = open_table(path, conventions.csv)
+    check_columns(text.columns, path)
+    speed_column = one_of(SPEEDS, text.columns, path)
+    speed = numbers_of(text, speed_column, path) * RAD_PER_S[SPEEDS[speed_column]]
+    harmonic, node = whole_numbers(text, "harmonic", path), _nodes(text, conventions, nodes, path)
+    values, steps, inferred = quantities_of(text, path)
     steps["reference_phase"] = np.where(harmonic == 0, 0, steps["reference_phase"])  # the mean has no reference phase
     lead = np.where((harmonic != 0) & (conventions.table_phase == "lag"), -1, 1)
     amplitude = values["amplitude"] * np.exp(1j * lead * (values["phase"] - values["reference_phase"]))
@@ -49,10 +49,10 @@ def read_table(path, conventions, nodes):
             where = f"{path}, {one:.6g} rad/s, node {place}"
             of_speed[int(place)] = _in_order(rows, harmonic, amplitude, along, across, conventions.harmonics, where)
         spectra.append((float(one), of_speed))
-    return spectra, _notes(noise, inferred, str(path))
+    return spectra, notes_on(noise, inferred, str(path))
 
 
-def _open(path, layout):
+def open_table(path, layout):
     """The cells of a table as text, without the spaces around them."""
     import pandas as pd
 
@@ -74,7 +74,7 @@ def _open(path, layout):
 def _nodes(text, conventions, nodes, path):
     """(row,) node of the rig."""
     if "node" in text:
-        labels = _whole(text, "node", path)
+        labels = whole_numbers(text, "node", path)
         node = np.array([conventions.node(label, str(path)) for label in labels.tolist()])
     elif conventions.table_node is not None:
         node = np.full(len(text), conventions.table_node)
@@ -88,24 +88,27 @@ def _nodes(text, conventions, nodes, path):
     return node
 
 
-def _quantities(text, path):
-    """{quantity: (row,) values} and {quantity: (row,) unit of the last digit}, SI; whether a digit was inferred."""
+def quantities_of(text, path, known=QUANTITIES):
+    """{quantity: (row,) values} and {quantity: (row,) unit of the last digit}, SI; whether a digit was inferred.
+
+    known : quantity -> {unit in its column: factor to SI}
+    """
     values, steps, inferred = {}, {}, False
-    for quantity, units in QUANTITIES.items():
+    for quantity, units in known.items():
         columns = {f"{quantity}_{unit}": factor for unit, factor in units.items()}
-        column = _one_of(columns, text.columns, path, quantity == "reference_phase")
+        column = one_of(columns, text.columns, path, quantity == "reference_phase")
         if column is None:
             values[quantity] = steps[quantity] = np.zeros(len(text))
             continue
-        values[quantity] = _numbers(text, column, path) * columns[column]
+        values[quantity] = numbers_of(text, column, path) * columns[column]
         stated = f"{quantity}_last_digit" in text
-        digits = _numbers(text, f"{quantity}_last_digit", path) if stated else [last_digit(c) for c in text[column]]
+        digits = numbers_of(text, f"{quantity}_last_digit", path) if stated else [last_digit(c) for c in text[column]]
         steps[quantity] = np.array(digits) * columns[column]
         inferred = inferred or not stated
     return values, steps, inferred
 
 
-def _notes(noise, inferred, where):
+def notes_on(noise, inferred, where):
     """Findings on the covariance of a table."""
     findings = []
     if not noise:
@@ -161,16 +164,18 @@ def _in_order(rows, harmonic, amplitude, along, across, wanted, where):
     return amplitude[order], np.block([[np.diag(real), np.diag(both)], [np.diag(both), np.diag(imag)]])
 
 
-def _check_columns(columns, path):
-    known = {*SPEEDS, "node", "harmonic"}
-    for quantity, units in QUANTITIES.items():
+def check_columns(columns, path, own=("node", "harmonic"), quantities=QUANTITIES):
+    """RotorstudyError for a column that is none of the speeds, `own` ones and quantities {name: units}."""
+    known = {*SPEEDS, *own}
+    for quantity, units in quantities.items():
         known |= {f"{quantity}_{unit}" for unit in units} | {f"{quantity}_last_digit"}
     for name in columns:
         if name not in known:
             raise unknown_name("column", name, known, str(path))
 
 
-def _one_of(known, columns, path, optional=False):
+def one_of(known, columns, path, optional=False):
+    """The one of some known columns that a table has."""
     found = [name for name in known if name in columns]
     if optional and not found:
         return None
@@ -180,7 +185,8 @@ def _one_of(known, columns, path, optional=False):
     return found[0]
 
 
-def _numbers(text, column, path):
+def numbers_of(text, column, path):
+    """(row,) numbers of a column."""
     numbers = []
     for i, cell in enumerate(text[column]):
         try:
@@ -192,8 +198,9 @@ def _numbers(text, column, path):
     return np.array(numbers)
 
 
-def _whole(text, column, path):
-    numbers = _numbers(text, column, path)
+def whole_numbers(text, column, path):
+    """(row,) whole numbers of a column."""
+    numbers = numbers_of(text, column, path)
     if not (numbers == np.rint(numbers)).all():
         raise RotorstudyError(f"{path}: column '{column}' must hold whole numbers")
     return numbers.astype(int)

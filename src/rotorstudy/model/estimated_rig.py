@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from rotorstudy.model.depth import keys_from_depth
+from rotorstudy.model.key_units import aliases_of, without_aliases
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import SECTIONS, make_term
@@ -98,7 +99,7 @@ def _item(section, item, model, values):
         plugin, rest = registry().get(section, item["kind"]), {k: v for k, v in item.items() if k != "depth"}
         options = {k: v for k, v in rest.items() if k not in ("kind", "label")}
         item = {**rest, **keys_from_depth(item["depth"], plugin, model.structure, options, section)}
-    return {**item, **found}
+    return {**without_aliases(item, found, aliases_of(term.parameters)), **found}
 
 
 def write_rig(rig: dict, path: str | Path, comment: str) -> None:

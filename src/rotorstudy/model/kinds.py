@@ -158,11 +158,11 @@ class Effect(Plugin):
         """Whether the amplitude of this name cannot be negative."""
         return parameter in self.positive if isinstance(self.positive, tuple) else self.positive
 
-    def ranges(self, structure):
-        """Option -> (low, high), the search ranges of `shape` on a rotor, in the units of the options."""
+    def ranges(self, structure, node=None):
+        """Option -> (low, high), the search ranges of `shape` on a rotor or at a node, in the units of the options."""
         found = {}
         for name, (low, high, *scale) in self.shape.items():
-            size = getattr(structure.scales, scale[0]) if scale else 1.0
+            size = structure.scales.usual(scale[0], node) if scale else 1.0
             found[name] = (low * size, high * size)
         return found
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.structure import Matrices, Structure
+from rotorstudy.model.table import Table
 from rotorstudy.model.terms import NonlinearForce, Term, Unknown
 from rotorstudy.model.variation import Variation
 
@@ -31,6 +32,8 @@ class Model:
     held_deflection : (dof,) or (..., speed, dof) prescribed static deflection, m, instead of the computed one
     uncertainty : covariance of the values of some amplitudes, if stated
     from_unloaded_line : whether the sensors count from the unloaded line, so that they show the static deflection too
+    before : names of the amplitudes that act in the earlier state of the machine from whose displacements the sensors
+             count, in a comparison of two states; None if they count from rest
     theta   : (parameter,) real amplitudes in the order of `names`, rotor terms first, then output terms
     """
 
@@ -40,6 +43,7 @@ class Model:
     held_deflection: np.ndarray | None = None
     uncertainty: "Uncertainty | None" = None
     from_unloaded_line: bool = False
+    before: frozenset[str] | None = None
 
     def __post_init__(self):
         if not self.sensors:
@@ -111,6 +115,18 @@ class Model:
         own = self.varied.positions if self.varied else ()
         return tuple((p, unknown) for p, unknown in enumerate(self.rotor_unknowns) if p not in own)
 
+    @cached_property
+    def table(self) -> Table:
+        """The Table of the amplitudes in `acting`."""
+        return Table(tuple(unknown for _, unknown in self.acting), len(self.structure.dofs))
+
+    @cached_property
+    def output_table(self) -> tuple[list[int], Table]:
+        """Positions in `theta` and Table of the amplitudes that the measured output is linear in."""
+        first = len(self.rotor_unknowns)
+        linear = [(p, u) for p, u in enumerate(self.output_unknowns, start=first) if not u.exact]
+        return [p for p, _ in linear], Table(tuple(u for _, u in linear), len(self.sensors))
+
     def matrices(self, theta: np.ndarray) -> Matrices:
         """Matrices of the rotor with the numbers that are parameters.
 
@@ -127,6 +143,14 @@ class Model:
         if self.varied is None:
             return self.structure.matrices
         return self.varied.variation.at(theta[..., self.varied.positions])
+
+    @cached_property
+    def earlier(self) -> "Model | None":
+        """The machine in the earlier state from whose displacements the sensors count; None if there is none."""
+        if self.before is None:
+            return None
+        there = tuple(term for term in self.terms if all(unknown.name in self.before for unknown in term.unknowns))
+        return replace(self, terms=there, before=None)
 
     @cached_property
     def nonlinear_forces(self) -> tuple[tuple[int, NonlinearForce], ...]:
@@ -241,6 +265,27 @@ class Model:
         self.position(found)
         if len(set(found)) < len(found):
             raise RotorstudyError(f"unknowns {list(wanted)}: a parameter is named twice")
+        return tuple(found)
+
+    def amplitudes_of(self, parameter: str) -> tuple[str, ...]:
+        """Names of the real amplitudes of a parameter.
+
+        Parameters
+        ----------
+        parameter : str
+            Its name, with the label of a term, or without for all terms.
+
+        Returns
+        -------
+        tuple[str, ...]
+            Empty if there is none.
+        """
+        found = []
+        for term in self.terms:
+            for p in term.parameters:
+                full = term.full_name(p)
+                if parameter in (p.name, full):
+                    found += [f"{full}_real", f"{full}_imag"] if p.is_complex else [full]
         return tuple(found)
 
     def reported_units(self, names: Iterable[str]) -> list[str]:

@@ -97,11 +97,9 @@ def validation_message(error, where, keys_at=lambda loc: ()):
 
 
 def number_hint(value):
-    """Why a number in a YAML file may have been read as text, or an empty string."""
+    """Why a number in a YAML file was read as text, or an empty string."""
     try:
         float(value)
     except (TypeError, ValueError):
         return ""
-    if not isinstance(value, str):
-        return ""
-    return " (YAML needs a sign in the exponent: 2.5e+5)" if "e" in value.lower() else " (write it without quotes)"
+    return " (write it without quotes)" if isinstance(value, str) else ""

@@ -7,13 +7,14 @@ from pathlib import Path
 from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
 from rotorstudy.model.cracks import SERIES_ORDER, crack_parameters
 from rotorstudy.model.depth import keys_from_depth
+from rotorstudy.model.key_units import aliases_of, in_si
 from rotorstudy.model.model import Model
 from rotorstudy.model.options import Whole, check_options, number_hint, option_names
 from rotorstudy.model.registry import registry
 from rotorstudy.model.structure import Origin, Reading, Structure
 from rotorstudy.model.terms import Entry, Parameter, Term
 from rotorstudy.model.uncertainty import with_uncertainty
-from rotorstudy.store import read_yaml
+from rotorstudy.yaml_file import read_yaml
 
 SECTIONS = {"rotor": "rotor", "cracks": "crack", "bearings": "bearing", "effects": "effect"}
 # `measurement` is read by rotorstudy.measurement, `diagnosis` by rotorstudy.diagnosis
@@ -124,7 +125,13 @@ def build_model(rig: dict, where: str = "the rig", reading: Reading | None = Non
     structure = plugin.function(**options)
     _check_structure(structure, plugin, place)
     origin = Origin(plugin.function, options, plugin.uncertain)
-    structure = replace(structure, bearing_nodes=_bearing_nodes(rig), origin=origin, reading=reading or Reading())
+    structure = replace(
+        structure,
+        bearing_nodes=tuple(item["node"] for item in _at_nodes(rig.get("bearings"))),
+        labels=_labels(rig),
+        origin=origin,
+        reading=reading or Reading(),
+    )
     sensors = _sensors(rig.get("sensors"), structure, where)
     terms = []
     for section in ("cracks", "bearings", "effects"):
@@ -170,10 +177,20 @@ def _gain_somewhere(entry, speeds):
     return 0.0
 
 
-def _bearing_nodes(rig):
-    """Nodes of the bearings; mistakes are found when their terms are made."""
-    items = rig.get("bearings") if isinstance(rig.get("bearings"), list) else []
-    return tuple(item["node"] for item in items if isinstance(item, dict) and isinstance(item.get("node"), int))
+def _at_nodes(items):
+    """Items of a section that have a node; mistakes are found when their terms are made."""
+    items = items if isinstance(items, list) else []
+    return [item for item in items if isinstance(item, dict) and isinstance(item.get("node"), int)]
+
+
+def _labels(rig):
+    """{node: label} of the labelled discs and bearings, those of the bearings with that word."""
+    found = {disc["node"]: str(disc["label"]) for disc in _at_nodes(rig["rotor"].get("discs")) if disc.get("label")}
+    for bearing in _at_nodes(rig.get("bearings")):
+        if bearing.get("label"):
+            name = str(bearing["label"])
+            found[bearing["node"]] = name if "bearing" in name.lower() else f"bearing {name}"
+    return found
 
 
 def _held_deflection(given, structure, where):
@@ -227,7 +244,8 @@ def make_term(
     section : str
         "crack", "bearing" or "effect".
     item : dict
-        {"kind": name, options..., parameter_unit: value, ...}; a complex parameter also has parameter_phase_rad.
+        {"kind": name, options..., parameter_unit: value, ...}; a complex parameter also has parameter_phase_rad. Angles
+        can be given in degrees (`_deg` for `_rad`), an unbalance as unbalance_g_mm or unbalance_kg_m.
     structure : Structure
         The rotor it acts on.
     sensors : ints (sensor,)
@@ -249,23 +267,34 @@ def make_term(
     plugin = registry().get(section, _kind(item, where), where)
     given = _rest(item)
     label = given.pop("label", "")
+    if not isinstance(label, (str, int)):
+        raise RotorstudyError(f"label = {label!r} in {where}: must be a text")
     function, fixed, acts_on = plugin.function, {}, getattr(plugin, "acts_on", "rotor")
     if section == "crack":
         function, fixed = crack_parameters, {"crack": plugin, "structure": structure}
         if "depth" in given:
             depth = given.pop("depth")
             given = {**keys_from_depth(depth, plugin, structure, given, where), **given}
+        names = {n for one in (_every_crack, plugin.function) for n in option_names(one, ("angle",))}
+        given = in_si(given, names, where)
         options = _crack_options(plugin, given, where)
     else:
         fixed = {"sensors": sensors} if acts_on == "output" else {}
         if acts_on != "output" or "structure" in option_names(function):
             fixed["structure"] = structure
         names = option_names(function, fixed)
+        given = in_si(given, names, where)
         options = check_options(function, {k: v for k, v in given.items() if k in names}, where, fixed)
     parameters = _parameters(function(**fixed, **options), plugin, where)
     _check_shapes(parameters, len(sensors) if acts_on == "output" else len(structure.dofs), plugin, where)
+    keys = [key for p in parameters for key in ((p.key, p.phase_key) if p.is_complex else (p.key,))]
+    given = in_si(given, [*keys, *options], where, aliases_of(parameters))
     values = {key: value for key, value in given.items() if key not in options}
     values = _read_values(parameters, values, options, where)
+    if section == "crack":
+        _check_losses(
+            values, structure.stiffness_loss_at(options.get("node"), options.get("element")), structure, where
+        )
     return Term(plugin.name, parameters, values, acts_on, label, carries=section == "bearing")
 
 
@@ -373,6 +402,20 @@ def _read_values(parameters, given, options, where):
         elif parameter.is_complex and parameter.phase_key in given:
             raise RotorstudyError(f"{parameter.phase_key} in {where} has no magnitude; give {parameter.key} too")
     return values
+
+
+def _check_losses(values, losses, structure, where):
+    """Raise for a crack that adds stiffness, or takes away more than the shaft has."""
+    import numpy as np
+
+    for name, value in values.items():
+        pattern, unit, _ = losses[name]
+        share = value if unit == "1" else np.max(value * np.diag(pattern) / np.diag(structure.stiffness))
+        if value < 0 or share >= 1:
+            raise RotorstudyError(
+                f"{name} = {value:g} in {where}: a crack loses from nothing up to, but not including, all of the "
+                "stiffness of the shaft there" + ("" if unit == "1" else f" ({value / share:.3g} {unit})")
+            )
 
 
 def _kind(item, where):

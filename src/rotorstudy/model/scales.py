@@ -86,6 +86,24 @@ class Scales:
         """Length of the shaft, m; 0 if unknown."""
         return self.structure.length
 
+    def usual(self, scale: str, node: int | None = None) -> float:
+        """The size of that name; of a vibration or length at a node less where the node is stiff.
+
+        Parameters
+        ----------
+        scale : str
+            "vibration", "length", "shaft" or another size of this class.
+        node : int or None
+            None where the rotor moves most.
+
+        Returns
+        -------
+        float
+        """
+        size = getattr(self, scale)
+        local = node is not None and scale in ("vibration", "length")
+        return size * self.displacement(node) / self.length if local else size
+
     @property
     def force(self) -> float:
         """Force that deflects the softest place by the usual length, N: under gravity about the weight."""

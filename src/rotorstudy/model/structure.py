@@ -42,6 +42,25 @@ class Section(NamedTuple):
     stiffness: float
 
 
+class RigidDisc(NamedTuple):
+    """A rigid disc: its node, mass in kg, and moments of inertia in kg m2."""
+
+    node: int
+    mass: float
+    polar_moment: float
+    diametral_moment: float
+
+    @property
+    def radius(self) -> float:
+        """Of the solid cylinder with these moments, m."""
+        return float(np.sqrt(2 * self.polar_moment / self.mass))
+
+    @property
+    def thickness(self) -> float:
+        """Of the solid cylinder with these moments, m; 0 if they are those of a thinner body."""
+        return float(np.sqrt(max(12 * self.diametral_moment / self.mass - 3 * self.radius**2, 0.0)))
+
+
 class Origin(NamedTuple):
     """What a structure was built from: the function of its rotor plugin, all its options, and its uncertain numbers.
 
@@ -94,9 +113,11 @@ class Reading:
         Returns
         -------
         complex
-            The other one is taken as a quarter turn ahead, also where the angle between them is not a right one.
+            The other one is taken as a quarter turn ahead, also where the angle between them is not a right one, or
+            where it is missing.
         """
-        first, second = np.exp(1j * np.array(list(self.probes_at(node).values())[:2]))
+        first, *others = np.exp(1j * np.array(list(self.probes_at(node).values())[:2]))
+        second = others[0] if others else 1j * first
         return complex(first if (np.conj(first) * second).imag > 0 else second)
 
 
@@ -113,8 +134,11 @@ class Structure:
     curvature_at : element -> (dof,) mean curvature of the shaft there by a unit of each coordinate; None if unknown
     section_at  : position along the shaft, m -> Section; None if unknown
     length      : of the shaft, m; 0 if unknown
+    node_positions : node -> position along the shaft, m; empty if unknown
+    discs       : the RigidDisc objects on it, for drawings
     is_solid    : whether its cross sections are known and none is hollow
     bearing_nodes : nodes carried by bearings, which are terms
+    labels      : node -> what the rig calls the disc or bearing there, set where a rig is read
     gravity     : its acceleration, m/s^2; None if it follows from the static load, see `acceleration_of_gravity`
     support     : (dof, dof) static stiffness of the bearings, N/m; for usual sizes alone, as bearings are terms
     vibration   : usual vibration in the records to be explained, m; for usual sizes alone
@@ -132,13 +156,31 @@ class Structure:
     curvature_at: Callable | None = None
     section_at: Callable | None = None
     length: float = 0.0
+    node_positions: dict = field(default_factory=dict)
+    discs: tuple[RigidDisc, ...] = ()
     is_solid: bool = False
     bearing_nodes: tuple[int, ...] = ()
+    labels: dict = field(default_factory=dict)
     gravity: float | None = None
     support: np.ndarray | None = None
     vibration: float = 0.0
     origin: Origin | None = None
     reading: Reading = Reading()
+
+    def label_at(self, where: dict) -> str:
+        """What the rig calls the disc or bearing at the place of an effect; empty if it has no label.
+
+        Parameters
+        ----------
+        where : dict
+            Options of the place, like {"node": 2}.
+
+        Returns
+        -------
+        str
+        """
+        node = where.get("node")
+        return self.labels.get(node, "") if isinstance(node, int) else ""
 
     @cached_property
     def along(self) -> np.ndarray:

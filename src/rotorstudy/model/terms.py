@@ -207,6 +207,7 @@ class Parameter:
     force   : NonlinearForce multiplied by the (real) parameter, whose table of entries is then empty
     exact   : function(real amplitude) -> table of entries of an effect on the output that is not linear in its
               amplitude, and acts on what the others show; `entries` are then its derivative at zero
+    also    : another name of its value -> (SI unit, factor from it): {"unbalance": ("kg m", 1 / mass)}
     """
 
     name: str
@@ -216,6 +217,7 @@ class Parameter:
     is_complex: bool = False
     force: NonlinearForce | None = None
     exact: Callable | None = None
+    also: dict = field(default_factory=dict)
 
     @property
     def key(self) -> str:
@@ -228,7 +230,7 @@ class Parameter:
         return f"{self.name}_phase_rad"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Unknown:
     """A real amplitude with its table: a real parameter, or the real or imaginary part of a complex one."""
 
@@ -372,37 +374,6 @@ def apply_entries(entries, amplitudes, speed, harmonics, reference=None):
     return force
 
 
-def force_columns(unknowns, amplitudes, speed, harmonics, deflection=None):
-    """Force harmonics of one unit of each of some amplitudes at given displacement harmonics.
-
-    What entries have in common, what they act on, is computed once.
-
-    unknowns   : sequence of Unknown
-    deflection : (dof,) or (..., speed, dof) static deflection, on which amplitudes act that do not carry load
-    amplitudes, speed, harmonics : as for `apply_entries`
-    returns    : (..., speed, harmonic, dof, unknown) complex, N per unit; zero for a force in time
-    """
-    from scipy.sparse import csr_array
-
-    rows, lead = amplitudes.shape[-1], _lead(amplitudes, deflection)
-    sources, first, elements, count = [], {}, [], 0
-    for u, unknown in enumerate(unknowns):
-        reference = None if unknown.carries else deflection
-        for entry in unknown.entries:
-            kind = (entry.kind, unknown.carries)
-            if kind not in first:
-                source = np.moveaxis(_source(entry, amplitudes, speed, harmonics, reference), -1, 0)
-                sources.append(np.broadcast_to(source, (len(source), *lead)).reshape(len(source), -1))
-                first[kind], count = count, count + len(source)
-            row, column, value = entry.nonzero
-            elements.append((u * rows + row, first[kind] + column, value))
-    if not elements:
-        return np.zeros((*lead, rows, len(unknowns)), complex)
-    row, column, value = (np.concatenate(part) for part in zip(*elements, strict=True))
-    force = csr_array((value, (row, column)), (len(unknowns) * rows, count)) @ np.concatenate(sources)
-    return np.moveaxis(force.reshape(len(unknowns), rows, *lead), (0, 1), (-1, -2))
-
-
 def _lead(amplitudes, reference):
     """Shape (..., speed, harmonic) of a force."""
     lead = amplitudes.shape[:-1]
@@ -433,31 +404,6 @@ def _source(entry, amplitudes, speed, harmonics, reference):
         still = np.conj(reference) if entry.is_conjugate else reference
         source[..., order.index(entry.shift), :] += _gain(entry, speed, entry.shift) * still
     return source
-
-
-def summed_entries(acting, theta, chosen=lambda unknown, entry: True):
-    """(Entry, matrix (..., row, dof)) of some amplitudes, entries that differ in their matrix alone as one.
-
-    acting : sequence of (position in theta, Unknown);  theta : (..., parameter)
-    chosen : function(unknown, entry) -> whether an entry is taken
-    """
-    found = {}
-    for p, unknown in acting:
-        for entry in (e for e in unknown.entries if chosen(unknown, e)):
-            shape = (*theta.shape[:-1], len(entry.matrix), np.size(entry.matrix) // len(entry.matrix))
-            _, matrix = found.setdefault(entry.kind, (entry, np.zeros(shape, complex)))
-            i, j, value = entry.nonzero
-            matrix[..., i, j] += theta[..., p, None] * value
-    return list(found.values())
-
-
-def apply_summed(summed, amplitudes, speed, harmonics):
-    """Force harmonics (..., speed, harmonic, row) of `summed_entries`; the other arguments as for `apply_entries`."""
-    columns = (
-        _source(entry, amplitudes, speed, harmonics, None) @ np.swapaxes(matrix, -1, -2)[..., None, :, :]
-        for entry, matrix in summed
-    )
-    return sum(columns, np.zeros(amplitudes.shape, complex))
 
 
 def _gain(entry, speed, harmonic):

@@ -56,7 +56,7 @@ def diagnose_files(
     return verdict
 
 
-def write_diagnosis(verdict, data, rig, out):
+def write_diagnosis(verdict, data, rig, out, first=None):
     """Write a diagnosis into the folder `out`, all of it or nothing.
 
     Parameters
@@ -68,10 +68,12 @@ def write_diagnosis(verdict, data, rig, out):
     rig : dict
         The extended rig.
     out : str or Path
+    first : dict, optional
+        Name -> figure, those of `CHANGE_FIGURES` in a comparison of two states.
     """
     given = verdict.provenance["rig"]
     with whole_folder(out) as folder:
-        figures = diagnosis_figures(verdict, data)
+        figures = (first or {}) | diagnosis_figures(verdict, data)
         png, svg = ({name: folder / "figures" / f"{name}.{kind}" for name in figures} for kind in ("png", "svg"))
         save_figures(figures, [*png.values(), *svg.values()])
         save(data, folder / "verdict.nc")

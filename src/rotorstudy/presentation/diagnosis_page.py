@@ -10,12 +10,18 @@ from rotorstudy.diagnosis.words import (
     sizes,
     smallest_detected,
 )
-from rotorstudy.presentation.captions import DIAGNOSIS_FIGURES
+from rotorstudy.presentation.captions import CHANGE_FIGURES, DIAGNOSIS_FIGURES
 from rotorstudy.presentation.pages import inline_png, render
 from rotorstudy.presentation.tables import cells
 from rotorstudy.units import p_value, percent, probability, quantity
 
 MOST_LIMITS = 12  # detection limits on the page, the lowest first; all are in verdict.json
+CHANGED = {
+    "nothing": "nothing",
+    "cause": "the cause is identified",
+    "ambiguous": "more than one cause is possible",
+    "unknown": "an unknown cause",
+}
 HEADINGS = {
     "nothing": "nothing is missing",
     "cause": "a cause is identified",
@@ -33,7 +39,8 @@ def diagnosis_page(verdict, data, figures, title):
     data : xarray.Dataset
         The content of verdict.nc.
     figures : dict
-        Name -> PNG (path or bytes), for each name of `DIAGNOSIS_FIGURES`.
+        Name -> PNG (path or bytes), for each name of `DIAGNOSIS_FIGURES`; in a comparison of two states of
+        `CHANGE_FIGURES` too.
     title : str
         What was diagnosed.
     """
@@ -50,7 +57,7 @@ def diagnosis_page(verdict, data, figures, title):
     }
     return render(
         "diagnosis.html",
-        title=f"Diagnosis of {title}: {HEADINGS[verdict.verdict]}",
+        title=_title(title, verdict.verdict, "two_states" in figures),
         verdict=verdict,
         glance=_glance(verdict),
         next_steps=next_steps(verdict),
@@ -58,7 +65,8 @@ def diagnosis_page(verdict, data, figures, title):
         separated=separated(verdict) if verdict.ambiguous_with else {},
         figures={
             name: {"title": heading, "caption": caption, "source": inline_png(figures[name])}
-            for name, (heading, caption) in DIAGNOSIS_FIGURES.items()
+            for name, (heading, caption) in (CHANGE_FIGURES | DIAGNOSIS_FIGURES).items()
+            if name in figures
         },
         left=_left(verdict),
         limits_note="The smallest amplitudes that are detected with a probability of 95 %, the lowest "
@@ -74,6 +82,12 @@ def diagnosis_page(verdict, data, figures, title):
         origin=_origin(verdict, data),
         **{name: cells(pd.DataFrame(rows), 3) for name, rows in tables.items()},
     )
+
+
+def _title(name, kind, of_change):
+    if of_change:
+        return f"What changed in {name}: {CHANGED[kind]}"
+    return f"Diagnosis of {name}: {HEADINGS[kind]}"
 
 
 def _with_probability(text, cause):

@@ -31,6 +31,7 @@ def write_page(measurement, path, title):
         records=cells(pd.DataFrame(records), 4),
         nodes=cells(pd.DataFrame(nodes), 4),
         speeds=len(measurement.spectrum.speed) if measurement.spectrum else 0,
+        bode=_bode(measurement.spectrum) if measurement.spectrum else {},
         pictures=_pictures(measurement) if measurement.spectrum else {},
     )
     write_text(path, page)
@@ -43,6 +44,13 @@ def _named(facts, kind):
         unit, factor = shown_unit(unit)
         found[f"{long} ({unit})" if unit else long] = factor * float(getattr(facts, name))
     return found
+
+
+def _bode(spectrum):
+    """{title: figure} of 1X over speed."""
+    from rotorstudy.presentation.bode_figures import bode_pictures
+
+    return {title: inline_png(png) for title, png in bode_pictures(spectrum).items()}
 
 
 def _pictures(measurement):

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.model.model import Model
-from rotorstudy.model.terms import force_columns, summed_entries
 from rotorstudy.response.alternating import nonlinear_columns, seen_coordinates, steady_states
+from rotorstudy.response.banded import solve_systems
 from rotorstudy.response.coupling import (
     COUPLED_ORDER,
     check_harmonics,
@@ -25,7 +25,7 @@ from rotorstudy.response.coupling import (
     mirrored_unknown,
 )
 from rotorstudy.response.statics import static_deflection
-from rotorstudy.response.turning import touched_by_turning, turning
+from rotorstudy.response.turning import turning
 
 NUMBERS_AT_ONCE = 5e7  # complex numbers in the matrices of one solve, 0.8 GB; above it, speeds are split into parts
 FEWER_BY = 2  # harmonics are coupled on the coordinates that turn if that takes less than a half of the operations
@@ -128,7 +128,7 @@ def response_inputs(model, speed, harmonics, theta, order):
 
 def positions(harmonics, blocks):
     """Positions (harmonic,) of harmonics among those carried."""
-    return [int(np.flatnonzero(blocks.harmonics == n)[0]) for n in harmonics]
+    return np.searchsorted(blocks.harmonics, harmonics)
 
 
 def operator(model, theta, speed, blocks, kept=None, *, turning=True):
@@ -149,16 +149,18 @@ def operator(model, theta, speed, blocks, kept=None, *, turning=True):
         n = np.where(group < count, carried[group % count], -carried[group % count])  # harmonic of the equation
         base = _uncoupled(matrices, n, speed[:, None, None])
         base = _condensed(base, kept, np.diag(structure.stiffness))
-        base = np.where((group < count)[..., None, None], base, base.conj())
+        if not np.all(group < count):
+            base = np.where((group < count)[..., None, None], base, base.conj())
         full = np.zeros((*theta.shape[:-1], len(speed), *group.shape, dof, group.shape[1], dof), complex)
         for m in range(group.shape[1]):
             full[..., m, :, m, :] = base[..., m, :, :]
         result.append(full)
     at = np.zeros(len(structure.dofs), int)
     at[kept] = np.arange(dof)
-    for entry, matrix in summed_entries(model.acting, theta, lambda _, e: e.reads_motion and (turning or not e.shift)):
-        i, j = np.nonzero(matrix.any(axis=tuple(range(matrix.ndim - 2))))
-        value = matrix[..., None, None, i, j]  # (..., speed, link, place)
+    own = theta[..., [p for p, _ in model.acting]]
+    for pattern in [*model.table.patterns, *(model.table.turning_patterns if turning else ())]:
+        entry, i, j = pattern.entry, pattern.row, pattern.column
+        value = pattern.values(own)[..., None, None, :]  # (..., speed, link, place)
         for full, (n, is_w, block, row, column) in zip(
             result, linked_members(blocks, entry.is_conjugate, entry.shift), strict=True
         ):
@@ -198,7 +200,7 @@ def solver(model, theta, speed, blocks, kept=None):
     """
     dof = len(model.structure.dofs)
     kept = np.arange(dof) if kept is None else kept
-    touched = touched_by_turning(model)
+    touched = model.table.turned
     whole = sum(len(group) * (group.shape[1] * len(kept)) ** 3 for group in blocks.groups)
     # complex numbers take four times as long as the real ones of the coordinates touched
     few = len(touched) and FEWER_BY * (2 * len(blocks.harmonics) * len(touched)) ** 3 < 4 * whole
@@ -218,7 +220,7 @@ def solver(model, theta, speed, blocks, kept=None):
 
     if not few:
         return solved, kept
-    coupled = turning(model, theta, speed, blocks.harmonics, touched, solved)
+    coupled = turning(model, theta, speed, blocks.harmonics, solved)
 
     def solved_with_turning(force):
         try:
@@ -240,20 +242,8 @@ def static_force(model, theta, speed, carried, deflection, *, constant=True):
 
     constant : whether those that do not depend on the deflection are included
     """
-    lead = np.broadcast_shapes(theta.shape[:-1], np.shape(deflection)[:-2])
-    force = np.zeros((*lead, len(speed), len(carried), len(model.structure.dofs)), complex)
-
-    def acts(unknown, entry):
-        return entry.order == 0 and (constant if entry.is_constant else not unknown.carries)
-
-    for entry, matrix in summed_entries(model.acting, theta, acts):
-        here = carried == entry.shift
-        if here.any():
-            still = np.conj(deflection) if entry.is_conjugate else deflection
-            pushed = matrix if entry.is_constant else matrix[..., None, :, :] @ still[..., None]
-            pushed = np.swapaxes(pushed, -1, -2) if entry.is_constant else pushed[..., 0]
-            force[..., here, :] += (entry.gain_at(speed, entry.shift)[:, None] * pushed)[..., None, :]
-    return force
+    own = theta[..., [p for p, _ in model.acting]]
+    return model.table.static_force(own, speed, carried, deflection, constant=constant)
 
 
 def carried_response(model, speed, theta, blocks, jacobian, kept=None):
@@ -282,7 +272,7 @@ def carried_response(model, speed, theta, blocks, jacobian, kept=None):
         return found, None
     columns = np.empty((*found.shape, rotor.shape[-1]), complex)
     acting = [p for p, _ in model.acting]
-    columns[..., acting] = force_columns([u for _, u in model.acting], found, speed, blocks.harmonics, deflection)
+    columns[..., acting] = model.table.dense_columns(found, speed, blocks.harmonics, deflection)
     if model.varied:
         own = _columns_of_the_rotor(model, rotor, speed, blocks.harmonics, found, kept)
         columns[..., model.varied.positions] = np.moveaxis(own, 0, -1)
@@ -352,12 +342,12 @@ def _some(speed):
 def _solve_groups(matrices, force, blocks):
     count, dof = len(blocks.harmonics), force.shape[-2]
     if not blocks.doubled and len(blocks.groups) == 1 and blocks.groups[0].shape == (count, 1):
-        return force / matrices[0] if dof == 1 else np.linalg.solve(matrices[0], force)
+        return force / matrices[0] if dof == 1 else solve_systems(matrices[0], force)
     result = np.zeros_like(force)
     columns = np.moveaxis(force, -1, 0)
     for matrix, group, mirror in zip(matrices, blocks.groups, blocks.mirrors, strict=True):
         right = np.moveaxis(gather(columns, group, count, blocks.harmonics), 0, -1)
-        solved = np.linalg.solve(matrix, right)
+        solved = solve_systems(matrix, right)
         solved = solved.reshape(*solved.shape[:-2], group.shape[1], dof, solved.shape[-1])
         direct = group < count
         result[..., group[direct], :, :] = solved[..., direct, :, :]

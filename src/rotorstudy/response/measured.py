@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rotorstudy.model.model import Model
-from rotorstudy.model.terms import apply_entries, apply_summed, force_columns, summed_entries
+from rotorstudy.model.table import Columns, Table
+from rotorstudy.model.terms import apply_entries
 from rotorstudy.response.alternating import nonlinear_columns
 from rotorstudy.response.coupling import COUPLED_ORDER, layout
 from rotorstudy.response.harmonic import (
@@ -20,6 +21,7 @@ from rotorstudy.response.harmonic import (
 )
 from rotorstudy.response.statics import static_deflection
 
+SOLVED_AT_ONCE = 8  # coordinates whose receptances are solved together: more take more memory, not less time
 EXACT_STEP = 1e-4  # of a typical amplitude: relative errors of the derivative of 1e-11, by truncation and round-off
 
 
@@ -33,7 +35,8 @@ def measured_response(
 ) -> np.ndarray:
     """Displacement harmonics shown by the sensors: the translations at `model.sensors` changed by the output terms.
 
-    They count from the static deflection, or from the unloaded line if the model says so.
+    They count from the static deflection, from the unloaded line if the model says so, or from what the sensors show in
+    an earlier state of the machine.
 
     Parameters
     ----------
@@ -92,6 +95,19 @@ def measured_response_and_jacobian(
 
 def _measured(model, speed, harmonics, theta, order, jacobian):
     """The Linearised response at the sensors, its Jacobian None unless asked for."""
+    shown = _shown(model, speed, harmonics, theta, order, jacobian)
+    if model.earlier is None:
+        return shown
+    place = model.position(model.earlier.names)
+    theta = np.asarray(model.theta if theta is None else theta, float)
+    earlier = _shown(model.earlier, speed, harmonics, theta[..., place], order, jacobian)
+    if jacobian:
+        shown.jacobian[..., place] -= earlier.jacobian
+    return shown._replace(response=shown.response - earlier.response)
+
+
+def _shown(model, speed, harmonics, theta, order, jacobian):
+    """The Linearised response of one state of the machine."""
     speed, harmonics, theta, blocks = response_inputs(model, speed, harmonics, theta, order)
     found, derivatives = carried_response(model, speed, theta, blocks, jacobian, model.involved)
     first, chosen = len(model.rotor_unknowns), positions(harmonics, blocks)
@@ -99,12 +115,13 @@ def _measured(model, speed, harmonics, theta, order, jacobian):
     shown = true.copy()
     if jacobian:
         change, rotor = derivatives.copy(), np.moveaxis(derivatives[..., :first], -1, 0)
-    linear = [(p, u) for p, u in enumerate(model.output_unknowns, start=first) if not u.exact]
-    shown += apply_summed(summed_entries(linear, theta), true, speed, blocks.harmonics)
+    linear, table = model.output_table
+    size = theta[..., linear]
+    shown += table.force_of_motion(size, true, speed, blocks.harmonics)
+    shown += table.static_force(size, speed, blocks.harmonics)
     if jacobian:
-        change[..., [p for p, _ in linear]] += force_columns([u for _, u in linear], true, speed, blocks.harmonics)
-        moving = summed_entries(linear, theta, lambda _, e: e.reads_motion)
-        change[..., :first] += np.moveaxis(apply_summed(moving, rotor, speed, blocks.harmonics), 0, -1)
+        change[..., linear] += table.dense_columns(true, speed, blocks.harmonics)
+        change[..., :first] += np.moveaxis(table.force_of_motion(size, rotor, speed, blocks.harmonics), 0, -1)
     for p, unknown in enumerate(model.output_unknowns, start=first):
         if unknown.exact:  # not small, so it acts on what the others show
             step, size, seen = EXACT_STEP * unknown.typical, theta[..., p], shown
@@ -193,24 +210,41 @@ class Near:
         The components are the real and imaginary part of each carried harmonic. Each coordinate is solved once.
         """
         if coordinate not in self.by_coordinate:
-            carried, dof = len(self.blocks.harmonics), len(self.model.structure.dofs)
-            force = np.zeros((len(self.speed), carried, dof, 2 * carried), complex)
-            force[:, :, coordinate] = np.kron(np.eye(carried), [1, 1j])
-            self.by_coordinate[coordinate] = self._solved(force)
+            self._solve_for([coordinate])
         return self.by_coordinate[coordinate]
 
-    def _moved(self, force):
-        """Measured harmonics (speed, carried harmonic, sensor, unknown) by forces (speed, carried, dof, unknown)."""
-        acted = np.flatnonzero(force.any(axis=(0, 1, 3))).tolist()
-        fresh = sum(coordinate not in self.by_coordinate for coordinate in acted)
-        if not acted or 2 * len(self.blocks.harmonics) * fresh >= force.shape[-1]:
-            return self._solved(force)[:, :, self.model.measured]
-        reply = np.concatenate([self.replies(i)[:, :, self.model.measured] for i in acted], axis=-1)
-        parts = np.ascontiguousarray(force.transpose(0, 3, 2, 1)[:, :, acted]).view(float)
-        reply = np.ascontiguousarray(np.moveaxis(reply, -1, 1)).view(float)  # (speed, component, harmonic, ...)
-        speeds, count, carried = len(self.speed), force.shape[-1], len(self.blocks.harmonics)
-        moved = parts.reshape(speeds, count, -1) @ reply.reshape(speeds, reply.shape[1], -1)
-        return np.moveaxis(moved.view(complex).reshape(speeds, count, carried, -1), 1, -1)
+    def _solve_for(self, coordinates):
+        """Keep the replies of some coordinates, several by one factorisation."""
+        carried, dof = len(self.blocks.harmonics), len(self.model.structure.dofs)
+        for first in range(0, len(coordinates), SOLVED_AT_ONCE):
+            part = coordinates[first : first + SOLVED_AT_ONCE]
+            force = np.zeros((len(self.speed), carried, dof, len(part), 2 * carried), complex)
+            for place, coordinate in enumerate(part):
+                force[:, :, coordinate, place] = np.kron(np.eye(carried), [1, 1j])
+            found = self._solved(force.reshape(*force.shape[:3], -1)).reshape(force.shape)
+            self.by_coordinate |= {c: np.ascontiguousarray(found[..., place, :]) for place, c in enumerate(part)}
+
+    def _moved(self, columns, count):
+        """Measured harmonics (speed, harmonic, sensor, unknown) by the Columns of a number of unknowns.
+
+        Every force acts on few coordinates, so that the sum goes over the forces on each coordinate.
+        """
+        acted, shown = np.unique(columns.row).tolist(), positions(self.harmonics, self.blocks)
+        carried, speeds = len(self.blocks.harmonics), len(self.speed)
+        fresh = [coordinate for coordinate in acted if coordinate not in self.by_coordinate]
+        if 2 * carried * len(fresh) >= count:
+            return self._solved(columns.dense(len(self.model.structure.dofs), count))[:, shown][
+                :, :, self.model.measured
+            ]
+        self._solve_for(fresh)
+        found = np.zeros((speeds, count, len(shown) * len(self.model.measured)), complex)
+        for coordinate in acted:
+            here = columns.row == coordinate
+            reply = self.replies(coordinate)[:, shown][:, :, self.model.measured].reshape(speeds, -1, 2 * carried)
+            parts = np.ascontiguousarray(np.moveaxis(columns.value[..., here], -1, 1)).view(float)
+            moved = parts @ np.ascontiguousarray(np.swapaxes(reply, 1, 2)).view(float)  # real parts by real parts
+            found[:, columns.unknown[here]] += moved.view(complex)
+        return np.moveaxis(found.reshape(speeds, count, len(shown), -1), 1, -1)
 
     def sensitivities(self, unknowns, motion=None):
         """First-order change of the measured harmonics by one unit of amplitudes that the model does not contain.
@@ -222,15 +256,25 @@ class Near:
         """
         rotor, output = unknowns
         found, deflection = motion or self.motion
-        speed, carried = self.speed, self.blocks.harmonics
-        shown = np.zeros((len(speed), len(carried), len(self.model.sensors), len(rotor) + len(output)), complex)
+        speed, carried, shown = self.speed, self.blocks.harmonics, positions(self.harmonics, self.blocks)
+        changes = np.zeros((len(speed), len(shown), len(self.model.sensors), len(rotor) + len(output)), complex)
         if rotor:
-            force = force_columns(rotor, found, speed, carried, deflection)
-            in_time = [p for p, u in enumerate(rotor) if u.force]
-            local = [rotor[p].force for p in in_time]
-            force[..., in_time] = nonlinear_columns(local, found, speed, carried, deflection)
-            shown[..., : len(rotor)] = self._moved(force)
-        own = self.theta[: len(self.model.rotor_unknowns)]
-        true, _ = _at_sensors(self.model, speed, own, carried, found)
-        shown[..., len(rotor) :] = force_columns(output, true, speed, carried)
-        return shown[:, positions(self.harmonics, self.blocks)]
+            changes[..., : len(rotor)] = self._moved(self._columns(rotor, found, deflection), len(rotor))
+        if output:
+            own = self.theta[: len(self.model.rotor_unknowns)]
+            true, _ = _at_sensors(self.model, speed, own, carried, found)
+            more = Table(output, true.shape[-1]).dense_columns(true, speed, carried)
+            changes[..., len(rotor) :] = more[:, shown]
+        return changes
+
+    def _columns(self, unknowns, found, deflection):
+        """Columns of unknowns that act on the rotor, at a motion (speed, carried harmonic, dof)."""
+        speed, carried, parts = self.speed, self.blocks.harmonics, []
+        in_time = {p: u.force for p, u in enumerate(unknowns) if u.force}
+        if len(in_time) < len(unknowns):
+            parts.append(Table(unknowns, found.shape[-1]).columns(found, speed, carried, deflection))
+        if in_time:
+            local = nonlinear_columns(list(in_time.values()), found, speed, carried, deflection)
+            row, place = np.nonzero(local.any(axis=(0, 1)))
+            parts.append(Columns(row, np.array(list(in_time), int)[place], local[..., row, place]))
+        return Columns(*(np.concatenate(part, axis=-1) for part in zip(*parts, strict=True)))

@@ -9,7 +9,13 @@ def rotating_basis(time, speed, harmonics):
     powers = {0: np.ones_like(first), 1: first}
     for n in range(2, max(abs(int(h)) for h in harmonics) + 1):
         powers[n] = powers[n - 1] * first
-    return np.array([powers[int(n)] if n >= 0 else powers[-int(n)].conj() for n in harmonics])
+    basis = np.empty((len(harmonics), len(first)), complex)
+    for row, n in zip(basis, harmonics, strict=True):
+        if n >= 0:
+            row[:] = powers[int(n)]
+        else:
+            np.conj(powers[-int(n)], out=row)
+    return basis
 
 
 def synthesize(amplitude, speed, harmonics, time):

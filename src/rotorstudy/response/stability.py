@@ -10,6 +10,7 @@ from rotorstudy.response.coupling import check_speed
 
 ROUND_OFF = 1e-12  # of the largest eigenvalue: real part of an undamped mode due to round-off
 TURN_STEPS = 256  # a mode at n times the speed loses 4e-4 n^2 of its frequency, and no more than 2e-6 n^3 to damping
+RELATIVE_STEP = 1e-4  # of amplitudes, in the central difference of an eigenvalue
 SLOWEST_GROWTH = 1e-6  # per turn; slower growth is round-off of an undamped mode
 
 
@@ -136,6 +137,39 @@ def stability_threshold(
     if first == 0:
         return float(speeds[0])
     return float(brentq(lambda w: growth_rate(model, [w], theta)[0], speeds[first - 1], speeds[first], xtol=1e-9))
+
+
+def damping_of_effects(model, speed, theta=None):
+    """What each effect adds to the growth rate of the least stable mode.
+
+    The derivative of the eigenvalue times the amplitudes of the effect. Effects on stiffness and mass act through the
+    shape of the mode, so the sum is not the growth rate itself.
+
+    Parameters
+    ----------
+    model : Model
+        Time-invariant.
+    speed : float
+        rad/s.
+    theta : array (parameter,), optional
+        Amplitudes, SI; the model's own by default.
+
+    Returns
+    -------
+    dict
+        Kind of each effect, with its label -> change of the growth rate, 1/s, the largest first; negative if it damps.
+    """
+    theta = np.asarray(model.theta if theta is None else theta, float)
+    values, right = np.linalg.eig(state_matrix(model, [speed], theta)[0])
+    worst = int(np.argmax(values.real))
+    left = np.linalg.inv(right)[worst]
+    effect_of = {u.name: f"{t.kind} ({t.label})" if t.label else t.kind for t in model.terms for u in t.unknowns}
+    effects, found = np.array([effect_of[name] for name in model.names]), {}
+    for effect in dict.fromkeys(effects.tolist()):
+        change = RELATIVE_STEP * np.where(effects == effect, theta, 0)
+        slope = state_matrix(model, [speed], theta + change) - state_matrix(model, [speed], theta - change)
+        found[effect] = float((left @ slope[0] @ right[:, worst]).real / (2 * RELATIVE_STEP))
+    return {name: found[name] for name in sorted(found, key=lambda name: -abs(found[name])) if found[name]}
 
 
 def varies_in_time(model):

@@ -22,6 +22,44 @@ class Deflection(NamedTuple):
     changes: dict
 
 
+class Load(NamedTuple):
+    """Static force of the shaft on a bearing: its node and label; N, complex, real part downward."""
+
+    node: int
+    label: str
+    force: complex
+
+
+def static_loads(model, deflection, speed):
+    """Static loads of the bearings.
+
+    Parameters
+    ----------
+    model : Model
+        With a value for every amplitude.
+    deflection : array (dof,)
+        Static deflection, m (rad).
+    speed : float
+        rad/s, for bearings that depend on it.
+
+    Returns
+    -------
+    list of Load
+    """
+    dofs = model.structure.dofs
+    moves = np.flatnonzero([motion == "translation" for _, motion in dofs])
+    found = []
+    for term in (term for term in model.terms if term.carries):
+        springs = [_springs(unknown, [speed], len(dofs)) for unknown in term.unknowns]
+        force = sum(
+            value * (on_z[0] @ deflection + on_conj[0] @ deflection.conj())
+            for value, (on_z, on_conj) in zip(term.theta, springs, strict=True)
+        )
+        loaded = moves[np.argmax(np.abs(force[moves]))]
+        found.append(Load(dofs[loaded][0], term.label, -complex(force[moves].sum())))
+    return found
+
+
 def static_deflection(model, speed, theta, *, jacobian=False):
     """Deflection under the static load, (K + K_bearings) q = f.
 
@@ -36,7 +74,9 @@ def static_deflection(model, speed, theta, *, jacobian=False):
         return Deflection(structure.static_deflection, {})
     matrices = model.matrices(theta)
     carrying = [p for p, unknown in enumerate(model.rotor_unknowns) if unknown.carries]
-    dof, speed = len(structure.dofs), np.asarray(speed, float)
+    dof, speeds = len(structure.dofs), np.asarray(speed, float)
+    entries = [entry for p in carrying for entry in model.rotor_unknowns[p].entries]
+    speed = speeds if any(entry.gain for entry in entries) else speeds[:1]  # the springs are those at every speed
     springs = {p: _springs(model.rotor_unknowns[p], speed, dof) for p in carrying}  # on z and on conj(z)
     shape = (*theta.shape[:-1], len(speed), dof, dof)
     on_z = np.broadcast_to(matrices.stiffness[..., None, :, :], shape).astype(complex)
@@ -54,16 +94,20 @@ def static_deflection(model, speed, theta, *, jacobian=False):
         except np.linalg.LinAlgError:
             raise NoSteadyState("the bearings do not carry the rotor: their stiffness matrix is singular") from None
 
+    def at_every_speed(found):  # (..., speed, dof)
+        return np.broadcast_to(found, (*found.shape[:-2], len(speeds), dof))
+
     value = solve(matrices.static_load[..., None, :, None].astype(complex))[..., 0]
     if not jacobian:
-        return Deflection(value, {})
+        return Deflection(at_every_speed(value), {})
     forces = {p: _times(direct, value) + _times(mirrored, value.conj()) for p, (direct, mirrored) in springs.items()}
     if varied:
         slopes = varied.variation.slopes_at(theta[..., varied.positions])
         more = slopes.static_load[..., None, :] - np.einsum("...pij,...sj->...psi", slopes.stiffness, value)
         forces |= dict(zip(varied.positions, np.moveaxis(more, -3, 0), strict=True))
     changes = solve(np.stack(list(forces.values()), axis=-1))
-    return Deflection(value, dict(zip(forces, np.moveaxis(changes, -1, 0), strict=True)))
+    changes = {p: at_every_speed(change) for p, change in zip(forces, np.moveaxis(changes, -1, 0), strict=True)}
+    return Deflection(at_every_speed(value), changes)
 
 
 def _springs(unknown, speed, dof):

@@ -6,6 +6,7 @@ coordinates: x = x0 + G K x, where x0 is the motion without them, K x their forc
 real and imaginary parts, as conj(x) enters.
 """
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +17,7 @@ class Turning(NamedTuple):
 
     touched    : (coordinate,) positions of the coordinates
     own, other : (..., speed, harmonic, dof, part * coordinate) motion at harmonic n by a unit force at n, and at -n
-    force      : (..., speed, component, component) force by the motion of the coordinates, N/m
+    force      : (..., speed or 1, component, component) force by the motion of the coordinates, N/m
     closed     : (..., speed, component, component) identity less receptance times force
     """
 
@@ -35,23 +36,15 @@ class Turning(NamedTuple):
         return found + _replied(self.own, self.other, self.force @ motion)
 
 
-def touched_by_turning(model):
-    """Positions (coordinate,) of the coordinates that turning coefficients depend or act on."""
-    touched = np.zeros(len(model.structure.dofs), bool)
-    for _, entry in _turning_entries(model):
-        row, column, _ = entry.nonzero
-        touched[row] = touched[column] = True
-    return np.flatnonzero(touched)
-
-
-def turning(model, theta, speed, harmonics, touched, solved):
+def turning(model, theta, speed, harmonics, solved):
     """The Turning of a model.
 
     theta     : (..., rotor parameter);  speed : (speed,) rad/s
-    harmonics : (harmonic,) carried, -order..order;  touched : see `touched_by_turning`
+    harmonics : (harmonic,) carried, -order..order
     solved    : force (..., speed, harmonic, dof, column) -> motion of the rotor without the turning coefficients
     """
-    count, dof = len(touched), len(model.structure.dofs)
+    touched, dof = model.table.turned, len(model.structure.dofs)
+    count = len(touched)
     unit = np.zeros((len(harmonics), dof, 2, 2, count), complex)  # on harmonics n >= 0, or n < 0; real, or imaginary
     for sign, here in enumerate((harmonics >= 0, harmonics < 0)):
         for i, coordinate in enumerate(touched):
@@ -61,36 +54,53 @@ def turning(model, theta, speed, harmonics, touched, solved):
     positive, negative = np.split(reply, 2, axis=-1)
     at = harmonics[:, None, None]
     own, other = np.where(at >= 0, positive, negative), np.where(at > 0, negative, positive) * (at != 0)
-    force = _force_matrix(model, theta, speed, harmonics, touched)
+    force = _force_matrix(model, theta, speed, harmonics)
     receptance = _components(_replied(own[..., touched, :], other[..., touched, :], force))
     return Turning(touched, own, other, force, np.eye(force.shape[-1]) - receptance)
 
 
-def _turning_entries(model):
-    """(position of the amplitude, entry) of the entries on the motion that turn with the shaft."""
-    return [(p, e) for p, u in model.acting for e in u.entries if e.reads_motion and e.shift]
+def _force_matrix(model, theta, speed, harmonics):
+    """(..., speed, component, component) real, N/m: from harmonics of the motion to those of the turning forces.
+
+    The dimension speed is 1 if the matrix does not depend on it.
+    """
+    entries = [pattern.entry for pattern in model.table.turning_patterns]
+    alike = all(entry.gain is None and entry.order == 0 for entry in entries)
+    given = tuple(speed.tolist())[: 1 if alike else None]
+    weights = _force_weights(model.table, given, tuple(harmonics.tolist()))
+    own = theta[..., [p for p, _ in model.acting]]
+    size = 2 * len(harmonics) * len(model.table.turned)
+    found = weights @ own.reshape(-1, own.shape[-1]).T
+    return found.T.reshape(*own.shape[:-1], len(given), size, size)
 
 
-def _force_matrix(model, theta, speed, harmonics, touched):
-    """(..., speed, component, component) real, N/m: from harmonics of the motion to those of the turning forces."""
-    at = np.zeros(len(model.structure.dofs), int)
-    at[touched] = np.arange(len(touched))
-    order, count = len(harmonics) // 2, len(touched)
-    shape = (*theta.shape[:-1], len(speed), len(harmonics), count, len(harmonics), count)
-    on_z, on_conj = np.zeros(shape, complex), np.zeros(shape, complex)
-    for p, entry in _turning_entries(model):
+@lru_cache(maxsize=16)
+def _force_weights(table, speed, harmonics):
+    """Sparse (elements of the matrix at every speed, amplitude): the force matrix by one unit of each amplitude."""
+    from scipy.sparse import coo_array
+
+    touched, speed, harmonics = table.turned, np.array(speed), np.array(harmonics)
+    at, (order, count) = np.zeros(table.size, int), (len(harmonics) // 2, len(touched))
+    at[touched] = np.arange(count)
+    size, parts = len(harmonics) * count, []
+    for pattern in table.turning_patterns:
+        entry, weights = pattern.entry, coo_array(pattern.weights)
+        element, unknown = weights.coords
+        i, j, value = at[pattern.row[element]], at[pattern.column[element]], weights.data
         n = harmonics[np.abs(harmonics - entry.shift) <= order]
-        i, j, value = entry.nonzero
-        i, j = at[i], at[j]
-        row, column = (n + order)[:, None], ((n - entry.shift) * (-1 if entry.is_conjugate else 1) + order)[:, None]
         factor = entry.gain_at(speed[:, None], n) * (1j * (n - entry.shift) * speed[:, None]) ** entry.order
-        target = on_conj if entry.is_conjugate else on_z
-        target[..., row, i, column, j] += theta[..., p, None, None, None] * (factor[..., None] * value)
-    size = len(harmonics) * count
-    plus, minus = (part.reshape(*shape[:-4], size, size) for part in (on_z + on_conj, on_z - on_conj))
-    return np.concatenate(
-        [np.concatenate([plus.real, -minus.imag], axis=-1), np.concatenate([plus.imag, minus.real], axis=-1)], axis=-2
-    )
+        seen = (n - entry.shift) * (-1 if entry.is_conjugate else 1)
+        row, column = (n + order)[:, None] * count + i, (seen + order)[:, None] * count + j  # (harmonic, element)
+        found = factor[..., None] * value  # (speed, harmonic, element)
+        sign = -1 if entry.is_conjugate else 1  # of the imaginary part of the motion
+        for down, right, part in ((0, 0, found.real), (1, 0, found.imag), (0, 1, -sign * found.imag),
+                                  (1, 1, sign * found.real)):  # fmt: skip
+            place = (row + down * size) * 2 * size + column + right * size
+            place = np.arange(len(speed))[:, None, None] * (2 * size) ** 2 + place
+            parts.append((place.ravel(), np.broadcast_to(unknown, part.shape).ravel(), part.ravel()))
+    place, unknown, value = (np.concatenate(part) for part in zip(*parts, strict=True))
+    shape = (len(speed) * (2 * size) ** 2, len(table.unknowns))
+    return coo_array((value, (place, unknown)), shape).tocsr()
 
 
 def _components(motion):

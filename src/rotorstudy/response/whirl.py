@@ -1,8 +1,12 @@
 """Whirl over speed: Campbell diagram and critical speeds."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from rotorstudy.response.stability import eigenvalues, state_matrix
+
+OVERDAMPED = 1e-6  # imaginary part over modulus of an eigenvalue; a smaller one is round-off of a motion without whirl
 
 
 def time_invariant(model):
@@ -23,6 +27,72 @@ def without_damping(model):
     return np.where(["damping" in name for name in model.names], 0.0, model.theta)
 
 
+class Modes(NamedTuple):
+    """Damped whirl modes of a rotor, q(t) = forward e^{pt} + backward e^{conj(p) t}, in order of frequency.
+
+    eigenvalue : (speed, mode) p, 1/s, imaginary part > 0; NaN where there are fewer modes
+    forward, backward : (speed, mode, dof) complex; the largest component of both is 1
+    direction  : (speed, mode) 1 for forward circles, 0 for straight lines, -1 for backward circles
+    """
+
+    eigenvalue: np.ndarray
+    forward: np.ndarray
+    backward: np.ndarray
+    direction: np.ndarray
+
+    @property
+    def frequency(self):
+        """Damped whirl frequency (speed, mode), rad/s."""
+        return self.eigenvalue.imag
+
+    @property
+    def damping_ratio(self):
+        """Share of critical damping (speed, mode), 1; negative if unstable."""
+        return -self.eigenvalue.real / np.abs(self.eigenvalue)
+
+
+def damped_modes(model, speed, count, theta=None):
+    """The lowest damped whirl modes over speed.
+
+    Overdamped motions, which do not whirl, are left out.
+
+    Parameters
+    ----------
+    model : Model
+        Time-invariant, see `time_invariant`.
+    speed : array (speed,)
+        rad/s.
+    count : int
+        Number of modes.
+    theta : array (parameter,), optional
+        Amplitudes, SI; the model's own by default.
+
+    Returns
+    -------
+    Modes
+    """
+    dof, moves = len(model.structure.dofs), model.structure.along > 0
+    found = Modes(
+        np.full((len(speed), count), np.nan * 1j),
+        *np.full((2, len(speed), count, dof), np.nan * 1j),
+        np.full((len(speed), count), np.nan),
+    )
+    for i, w in enumerate(speed):
+        values, shapes = whirl_modes(model, w, theta)
+        if shapes.shape[1] == dof:  # isotropic: a backward mode has a negative frequency
+            backwards = values.imag[:, None] < 0
+            shapes = np.concatenate([np.where(backwards, 0, shapes), np.where(backwards, shapes.conj(), 0)], axis=1)
+            values = np.where(values.imag < 0, values.conj(), values)
+        whirls = np.flatnonzero(values.imag > OVERDAMPED * np.abs(values))
+        lowest = whirls[np.argsort(values[whirls].imag, kind="stable")][:count]
+        here = slice(0, len(lowest))
+        ahead, behind = shapes[lowest, :dof], shapes[lowest, dof:].conj()
+        found.eigenvalue[i, here], found.forward[i, here], found.backward[i, here] = values[lowest], ahead, behind
+        power = [np.sum(np.abs(part[:, moves]) ** 2, axis=1) for part in (ahead, behind)]
+        found.direction[i, here] = (power[0] - power[1]) / np.maximum(power[0] + power[1], np.finfo(float).tiny)
+    return found
+
+
 def whirl_modes(model, speed, theta=None):
     """Whirl modes at one speed, in order of frequency, normalised to a largest component of 1.
 
@@ -37,7 +107,7 @@ def whirl_modes(model, speed, theta=None):
     return values[order], shapes / tallest
 
 
-def critical_speeds(model, up_to, orders=(1,), theta=None):
+def critical_speeds(model, up_to, orders=(1,), theta=None, speeds=None):
     """Speeds at which a whirl frequency equals a multiple of the spin speed.
 
     Parameters
@@ -50,6 +120,8 @@ def critical_speeds(model, up_to, orders=(1,), theta=None):
         n > 0 forward, n < 0 backward; n = 1 are the critical speeds of unbalance.
     theta : array (parameter,), optional
         Amplitudes, SI; the model's own by default.
+    speeds : array (speed,), optional
+        Between which crossings are sought, rad/s, ascending; 600 up to `up_to` by default.
 
     Returns
     -------
@@ -58,7 +130,7 @@ def critical_speeds(model, up_to, orders=(1,), theta=None):
     """
     from scipy.optimize import brentq
 
-    speeds = np.geomspace(1e-4 * up_to, up_to, 600)
+    speeds = np.geomspace(1e-4 * up_to, up_to, 600) if speeds is None else speeds
     frequency = eigenvalues(model, speeds, theta).imag  # sorted, so continuous in speed
 
     def off(w, mode, order):

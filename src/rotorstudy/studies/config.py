@@ -12,8 +12,8 @@ from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
 from rotorstudy.response.coupling import check_harmonics
-from rotorstudy.store import read_yaml
 from rotorstudy.studies.probes import output_rows
+from rotorstudy.yaml_file import read_yaml
 
 PositiveNumber = Annotated[float, Field(gt=0)]
 

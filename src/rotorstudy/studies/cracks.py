@@ -13,9 +13,10 @@ from rotorstudy.model.options import check_options
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model, named_plugins
 from rotorstudy.response.harmonic import harmonic_response
-from rotorstudy.store import dataset, provenance, read_yaml
+from rotorstudy.store import dataset, provenance
 from rotorstudy.studies.common import SPEED
 from rotorstudy.studies.config import PositiveNumber, SpeedRange
+from rotorstudy.yaml_file import read_yaml
 
 DIRECTIONS = ("xi", "eta", "vertical", "horizontal")
 

@@ -24,7 +24,7 @@ from rotorstudy.studies.common import (
     true_values,
 )
 from rotorstudy.studies.config import changed
-from rotorstudy.studies.simulate import case_records, kind_spectra
+from rotorstudy.studies.simulate import SOURCES, case_records, kind_spectra, records_of
 
 
 def identify(config, rig):
@@ -36,19 +36,18 @@ def identify(config, rig):
     methods, estimators = config.spectra, [registry().get("estimator", name) for name in config.estimators]
     model, taken, rows = config.rig(rig), config.record, []
     names = reported_names(config)
-    for case, source, name in product(config.cases.values(), taken.identified_from, taken.identified):
-        kind = taken.kinds[name]
-        records = case_records(config, model, case.speeds, kind, source)
-        spectra = {method: kind_spectra(config, kind, records, method, PHASES) for method in methods}
-        for phase, method in product(PHASES, methods):
-            problem = Problem(model, spectra[method][phase], tuple(config.unknowns))
-            for estimator in estimators:
+    kinds = [taken.kinds[name] for name in taken.identified]
+    for case, source in product(config.cases.values(), taken.identified_from):
+        delays = {kind.late_samples for kind in kinds}
+        signals = {late: SOURCES[source](config, model, case.speeds, late) for late in delays}
+        for kind in kinds:
+            records = records_of(config, model, case.speeds, kind, signals[kind.late_samples])
+            spectra = {method: kind_spectra(config, kind, records, method, PHASES) for method in methods}
+            for phase, method, estimator in product(PHASES, methods, estimators):
+                problem = Problem(model, spectra[method][phase], tuple(config.unknowns))
                 try:
                     _, theta, std = reported(problem, estimate_by(estimator, problem))
-                except (
-                    NoConvergenceError,
-                    NoSteadyState,
-                ):  # uncompensated phases may fit no model
+                except (NoConvergenceError, NoSteadyState):  # uncompensated phases may fit no model
                     theta = std = np.full(len(names), np.nan)
                 rows.append((theta, std))
     coordinates = {

@@ -88,14 +88,15 @@ def kind_spectra(config, kind, records, name, phases):
     return found
 
 
-def spectra(config, records):
+def spectra(config, rig, records):
     """Full spectra of the records of `simulate`, of every kind, by every spectrum method and phase reference.
 
+    records : name of a rig -> result of `simulate`
     A record late by a fraction of a sample is the given one shifted by Fourier series; by whole samples, rolled.
     returns : displacement (source, record, spectrum_method, phase_reference, speed, harmonic, node, part) m,
               reference_phase (record, spectrum_method, speed, harmonic) rad
     """
-    methods, kinds = config.spectra, config.record.kinds
+    methods, kinds, records = config.spectra, config.record.kinds, records[rig]
     displacement = as_complex(records.displacement)  # (source, speed, node, time)
     speeds, sensors = records.speed.values, tuple(int(n) for n in records.node.values)
     coordinates = {
@@ -141,5 +142,9 @@ def _delayed(signal, samples):
 
 def case_records(config, model, speeds, kind, source):
     """Records of one kind at the given speeds (rad/s); source : "steady state" or "from rest"."""
-    signals = SOURCES[source](config, model, speeds, kind.late_samples)
+    return records_of(config, model, speeds, kind, SOURCES[source](config, model, speeds, kind.late_samples))
+
+
+def records_of(config, model, speeds, kind, signals):
+    """Records of one kind from signals (speed, node, time), m, that start as late as it does."""
     return [take(config, kind, z, w, model.sensors) for z, w in zip(signals, speeds, strict=True)]

@@ -176,7 +176,6 @@ def notes_on(config, verdict, harmonics, left_out):
         f"{row['harmonic']} by {row['base, residual (µm)']:.3g} µm ({row['base (σ)']:.2g} σ)" for row in wrong
     )
     before, after = (p_value(p) for p in (verdict.residual_p_value.before, verdict.residual_p_value.after))
-    always = set.intersection(*(set(row["causes"]) for row in left_out))
     gained = "; ".join(
         f"{row['speed'] / (2 * np.pi):.3g} Hz: {1e6 * row['base']:.3g} to {1e6 * row['extended']:.3g} µm "
         f"({1e6 * row['without_limits']:.3g})"
@@ -189,8 +188,13 @@ def notes_on(config, verdict, harmonics, left_out):
         f"{rig}, cause: {_explained(verdict)} Remaining residual under noise alone: {after}.",
         f"{rig}, error at a speed left out: adding the causes improves the prediction of {better} of {len(left_out)} "
         f"speeds; {gained}; in brackets the thesis's model with every parameter free. Named whichever speed is left "
-        f"out: {', '.join(sorted(always)) or 'no cause, so none of them is established'}.",
+        f"out: {', '.join(_always(left_out)) or 'no cause, so none of them is established'}.",
     ]
+
+
+def _always(rows):
+    """Causes that are named whichever speed is left out; rows : from `leave_one_out`."""
+    return sorted(set.intersection(*(set(row["causes"]) for row in rows)))
 
 
 def _explained(verdict):
@@ -232,17 +236,20 @@ def changed_estimates(compared):
     return found
 
 
-def in_short(verdicts, harmonics):
+def in_short(verdicts, harmonics, left_out):
     """Summary of the page in two sentences.
 
-    verdicts : name -> Verdict;  harmonics : from `harmonic_rows`, of all rigs
+    verdicts : name -> Verdict;  harmonics : from `harmonic_rows`, of all rigs;  left_out : name -> `leave_one_out`
     """
     worst = {}
     for row in harmonics:
         if row["base (σ)"] > worst.get(row["rig"], row)["base (σ)"] or row["rig"] not in worst:
             worst[row["rig"]] = row
     where = "; ".join(f"{rig}: {row['harmonic']}, {row['base, residual (µm)']:.3g} µm" for rig, row in worst.items())
-    told = "; ".join(f"{readable(name)}: {v.verdict}" for name, v in verdicts.items())
+    told = "; ".join(
+        f"{readable(name)}: {v.verdict}" + (", not established" if v.causes and not _always(left_out[name]) else "")
+        for name, v in verdicts.items()
+    )
     return f"Summary: largest residuals of the thesis's model: {where}. Verdicts on the cause: {told}."
 
 
@@ -285,17 +292,17 @@ def replays_page(configs, folders, reference):
     notes : list of str
         The summary first.
     """
-    harmonics, left_out, compared, notes, verdicts = [], [], [], [], {}
+    harmonics, shown, compared, notes, verdicts, left_out = [], [], [], [], {}, {}
     for path, folder in zip(configs, map(Path, folders), strict=True):
         config, data = load_replay(path), load(folder / "verdict.nc")
         verdict = verdicts[config.name] = Verdict.model_validate_json((folder / "verdict.json").read_bytes())
         rows, wrong = json.loads((folder / "left_out.json").read_bytes()), harmonic_rows(config, data, reference)
+        left_out[config.name], shown = rows, shown + left_out_rows(config, rows)
         harmonics += wrong
-        left_out += left_out_rows(config, rows)
         compared += compared_parameters(config, data, reference)
         notes += notes_on(config, verdict, wrong, rows)
     notes = [
-        in_short(verdicts, harmonics),
+        in_short(verdicts, harmonics, left_out),
         LEGEND,
         *notes,
         shared_causes(verdicts),
@@ -304,7 +311,7 @@ def replays_page(configs, folders, reference):
         UNDECIDED[0],
         *(f"Not decided either: {text}" for text in UNDECIDED[1:]),
     ]
-    return {"harmonics": harmonics, "left_out": left_out, "parameters": [one.row() for one in compared]}, notes
+    return {"harmonics": harmonics, "left_out": shown, "parameters": [one.row() for one in compared]}, notes
 
 
 LEGEND = (

@@ -11,8 +11,8 @@ from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.model import Model
 from rotorstudy.model.options import NonNegative, Positive
 from rotorstudy.response.coupling import check_harmonics
-from rotorstudy.store import read_yaml
 from rotorstudy.studies.common import clean_spectrum
+from rotorstudy.yaml_file import read_yaml
 
 
 class Fault(Strict):

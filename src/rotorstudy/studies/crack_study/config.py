@@ -8,8 +8,8 @@ from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import unknown_name
 from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.rig import build_model
-from rotorstudy.store import read_yaml
 from rotorstudy.studies.config import PositiveNumber
+from rotorstudy.yaml_file import read_yaml
 
 
 class CrackedRotor(Strict):

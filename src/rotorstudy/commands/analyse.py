@@ -1,0 +1,60 @@
+"""`rotorstudy analyse`: critical speeds, unbalance response, static loads and stability of a rig."""
+
+import sys
+
+from rotorstudy.commands.outputs import check_folder
+from rotorstudy.commands.speeds import add_rpm, in_rad_s
+from rotorstudy.errors import RotorstudyError
+
+
+def add(commands):
+    """Add the command and its arguments to the subparsers."""
+    parser = commands.add_parser("analyse", help="critical speeds, unbalance response, loads and stability of a rig")
+    parser.add_argument("rig", help="rig file (YAML) with a value for every parameter")
+    parser.add_argument("--records", nargs="+", default=(), help="records of the machine, shown beside the response")
+    parser.add_argument(
+        "--speeds",
+        type=float,
+        nargs=2,
+        metavar=("LOWEST", "HIGHEST"),
+        help="range of speeds in rad/s (default: up to 3.5 times the lowest natural frequency)",
+    )
+    parser.add_argument(
+        "--operating",
+        type=float,
+        nargs=2,
+        metavar=("LOWEST", "HIGHEST"),
+        help="operating speeds, for separation margins",
+    )
+    add_rpm(parser)
+    parser.add_argument("--json", action="store_true", help="print the tables as JSON")
+    parser.add_argument("--out", required=True, metavar="DIR", help="output folder for page, data and figures")
+    parser.set_defaults(func=run)
+
+
+def run(given):
+    """Write page, data and figures into a folder."""
+    from rotorstudy.presentation.rotor_files import analyse_files
+    from rotorstudy.presentation.rotor_page import criticals, loads, resonances, summary
+
+    check_folder(given.out, given.rig, *given.records)
+    speeds = _range(given.speeds, given.rpm, "--speeds") or (None, None)
+    operating = _range(given.operating, given.rpm, "--operating")
+    analysis = analyse_files(given.rig, given.out, speeds, operating, given.records)
+    if given.json:
+        import json
+
+        found = {"summary": summary(analysis), "criticals": criticals(analysis), "loads": loads(analysis)}
+        found |= {"resonances": resonances(analysis, operating), "damping": analysis.damping}
+        print(json.dumps(found, indent=1))
+    else:
+        print("\n".join(summary(analysis)))
+    print(f"wrote {given.out}/index.html", file=sys.stderr if given.json else sys.stdout)
+    return 0
+
+
+def _range(given, rpm, option):
+    """A range of speeds in rad/s, or None if it is not given."""
+    if given is not None and not 0 < given[0] < given[1] < float("inf"):
+        raise RotorstudyError(f"{option} {given[0]:g} {given[1]:g}: give two positive speeds, the lower one first")
+    return in_rad_s(given, rpm)

@@ -1,0 +1,119 @@
+"""The joint fit of several runs of one machine: shared parameters, and those that each run has for itself."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from rotorstudy.inference.fit import HYPOTHESIS, Posterior, fit_within
+from rotorstudy.inference.prediction import whitened_prediction
+from rotorstudy.inference.prior import Prior
+from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.model.model import Model
+
+
+class Run(NamedTuple):
+    """A run of a machine.
+
+    name     : of the run
+    model    : Model of the machine, with what is added in this run
+    spectrum : Spectrum, its covariance with the model error
+    own      : Prior of the parameters of the model that this run has for itself
+    """
+
+    name: str
+    model: Model
+    spectrum: Spectrum
+    own: Prior
+
+    def joint_name(self, name: str) -> str:
+        """Name among the parameters of all runs: `eccentricity_real[trial] @ run 2` of its own, else the name."""
+        return f"{name} @ {self.name}" if name in self.own.names else name
+
+
+class JointFit(NamedTuple):
+    """Several runs fitted together.
+
+    runs      : tuple of Run
+    prior     : Prior of the parameters of all runs, named by `Run.joint_name`
+    posterior : Posterior of these
+    """
+
+    runs: tuple[Run, ...]
+    prior: Prior
+    posterior: Posterior
+
+    def of(self, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
+        """Values (parameter,) and covariance (parameter, parameter) of some joint names, in the units of the model."""
+        place = [self.prior.names.index(name) for name in names]
+        return self.posterior.free[place], self.posterior.covariance[np.ix_(place, place)]
+
+    @property
+    def misfits(self) -> dict[str, tuple[float, int]]:
+        """Name of each run -> its misfit, and the number of its data."""
+        sizes = [2 * run.spectrum.amplitude.size for run in self.runs]
+        parts = np.split(self.posterior.residual, np.cumsum(sizes)[:-1])
+        return {
+            run.name: (float(part @ part), run.spectrum.data_count) for run, part in zip(self.runs, parts, strict=True)
+        }
+
+
+def joint_prior(shared: Prior, runs: Sequence[Run]) -> Prior:
+    """The Prior of the parameters of all runs: those of the machine, then each run's own, independent of the others.
+
+    Parameters
+    ----------
+    shared : Prior
+        Of the machine's parameters; left out are those that every run has for itself.
+    runs : sequence of Run
+
+    Returns
+    -------
+    Prior
+    """
+    found = shared.part([name for name in shared.names if not all(name in run.own.names for run in runs)])
+    for run in runs:
+        found = found.plus(replace(run.own, names=tuple(run.joint_name(name) for name in run.own.names)))
+    return found
+
+
+def fit_runs(runs: Sequence[Run], shared: Prior, start: np.ndarray | None = None) -> JointFit:
+    """Fit several runs of one machine together, within a prior.
+
+    The noise of different runs is independent, so that their whitened residuals are stacked.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+    shared : Prior
+        Of the parameters that the runs share.
+    start : ndarray (parameter,), optional
+        Of the parameters of `joint_prior`; its mean by default.
+
+    Returns
+    -------
+    JointFit
+
+    Raises
+    ------
+    NoSteadyState
+        If the model of a run has none at the start.
+    """
+    prior = joint_prior(shared, runs)
+    column = {name: i for i, name in enumerate(prior.names)}
+    free = [[n for n in run.model.names if run.joint_name(n) in column] for run in runs]
+    place = [[column[run.joint_name(n)] for n in names] for run, names in zip(runs, free, strict=True)]
+
+    def predict(theta):
+        shown, slopes = [], []
+        for run, names, own in zip(runs, free, place, strict=True):
+            prediction, jacobian = whitened_prediction(run.model, run.spectrum, names, theta[..., own])
+            slope = np.zeros((*jacobian.shape[:-1], len(column)))
+            slope[..., own] = jacobian
+            shown.append(prediction)
+            slopes.append(slope)
+        return np.concatenate(shown, axis=-1), np.concatenate(slopes, axis=-2)
+
+    measured = np.concatenate([run.spectrum.whitened(run.spectrum.amplitude) for run in runs])
+    return JointFit(tuple(runs), prior, fit_within(predict, measured, prior, start, HYPOTHESIS.steps))

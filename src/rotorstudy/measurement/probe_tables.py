@@ -1,0 +1,146 @@
+"""Tables of a probe's amplitude and phase, as balancers write them: one row for a probe, a speed and a harmonic."""
+
+import numpy as np
+
+from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.measurement.conventions import combine, measured_direction
+from rotorstudy.measurement.tables import (
+    ANGLES,
+    SPEEDS,
+    check_columns,
+    notes_on,
+    numbers_of,
+    one_of,
+    open_table,
+    quantities_of,
+    whole_numbers,
+)
+from rotorstudy.units import METRES, RAD_PER_S
+
+VELOCITIES = {"m_per_s": 1.0, "mm_per_s": 1e-3, "in_per_s": 25.4e-3}
+PEAK = {"peak": 1.0, "peak_to_peak": 0.5, "rms": np.sqrt(2)}  # factor to the peak
+
+
+def is_probe_table(columns):
+    """Whether these columns are those of a table of probes: an amplitude, and no harmonic of a node."""
+    shown = any(name.startswith(("amplitude_", "velocity_")) for name in columns)
+    return shown and ("probe" in columns or not {"harmonic", "node"} & set(columns))
+
+
+def harmonics_in(path, conventions):
+    """(harmonic,) whole numbers from 1, of a table of probes."""
+    text = open_table(path, conventions.csv)
+    return sorted(set(whole_numbers(text, "harmonic", path).tolist())) if "harmonic" in text else [1]
+
+
+def read_probe_table(path, conventions, nodes):
+    """Spectra of a table of probes.
+
+    columns : one of speed_rad_per_s, speed_Hz, speed_rpm; probe (its channel in the rig file; not needed for one
+              probe); amplitude_m (_mm, _um, _mil) or velocity_m_per_s (_mm_per_s, _in_per_s), by `table_amplitude` of
+              the rig file peak, peak_to_peak or rms; phase_deg or phase_rad, lead or lag by `table_phase`, of the
+              probe's signal against the phase mark; harmonic (1 by default); amplitude_last_digit,
+              velocity_last_digit, phase_last_digit (as in `read_table`)
+    returns : list of (speed rad/s, {node: (amplitude (harmonic,) complex m, covariance (component, component))},
+              {node: direction of a single probe, rad}), and findings
+
+    A probe that reads A cos(n (angle - mark) + phase) has the harmonic A e^{j (phase - n mark)} / 2. Those of the
+    probes of a node are combined to R_n and, conjugated, to R_-n.
+    """
+    text, where = open_table(path, conventions.csv), str(path)
+    size = "velocity" if any(name.startswith("velocity_") for name in text.columns) else "amplitude"
+    units = {size: VELOCITIES if size == "velocity" else METRES, "phase": ANGLES}
+    every = {"amplitude": METRES, "velocity": VELOCITIES, "phase": ANGLES}
+    check_columns(text.columns, path, ("probe", "harmonic"), every)
+    if any(name.startswith("amplitude_") for name in text.columns) and size == "velocity":
+        raise RotorstudyError(f"{where}: columns of an amplitude and of a velocity; keep one")
+    speed_column = one_of(SPEEDS, text.columns, path)
+    speed = numbers_of(text, speed_column, path) * RAD_PER_S[SPEEDS[speed_column]]
+    harmonic = whole_numbers(text, "harmonic", path) if "harmonic" in text else np.ones(len(text), int)
+    _check_rows(speed, harmonic, where)
+    values, steps, inferred = quantities_of(text, path, units)
+    factor = PEAK[conventions.table_amplitude] / ((harmonic * speed) if size == "velocity" else 1.0)
+    phase = (-1 if conventions.table_phase == "lag" else 1) * values["phase"] - harmonic * conventions.mark_rad
+    phase = phase - (np.pi / 2 if size == "velocity" else 0.0)  # a velocity leads its displacement
+    vector = factor * values[size] * np.exp(1j * phase)
+    noise = conventions.table_noise_m**2
+    along = (factor * steps[size]) ** 2 / 12 + noise
+    across = np.where(vector == 0, along, np.abs(vector) ** 2 * steps["phase"] ** 2 / 12 + noise)
+    probe, spectra = _probes(text, conventions, nodes, where), []
+    for one in dict.fromkeys(speed):
+        rows = np.flatnonzero(speed == one)
+        of_node, directions = {}, {}
+        for node in sorted({p.node for p in probe[rows]}):
+            place = f"{where}, {one * 30 / np.pi:.6g} rpm, node {node}"
+            at = [row for row in rows if probe[row].node == node]
+            of_node[node], single = _node(at, probe, harmonic, vector, along, across, conventions, place)
+            if np.isfinite(single):
+                directions[node] = single
+        spectra.append((float(one), of_node, directions))
+    return spectra, notes_on(noise, inferred, where)
+
+
+def _check_rows(speed, harmonic, where):
+    if (speed <= 0).any():
+        raise RotorstudyError(f"{where}: a speed is not positive")
+    if (harmonic < 1).any():
+        raise RotorstudyError(
+            f"{where}: harmonic {int(harmonic.min())}; a probe's signal is real, and its harmonics count from 1 (the "
+            "mean is not in these tables)"
+        )
+
+
+def _probes(text, conventions, nodes, where):
+    """(row,) Probe of the rig file."""
+    known = {p.channel: p for p in conventions.probes}
+    if not known:
+        raise RotorstudyError(f"{where}: no probes; list them with their angles under 'measurement: probes:'")
+    if "probe" not in text and len(known) > 1:
+        raise RotorstudyError(f"{where}: no column 'probe', and the rig file has {', '.join(known)}; add it")
+    found = []
+    for name in text["probe"] if "probe" in text else list(known) * len(text):
+        if name not in known:
+            raise unknown_name("probe", name, known, f"{where}; list it under 'measurement: probes:'")
+        probe = known[name]
+        node = nodes[0] if probe.node is None and len(nodes) == 1 else probe.node
+        if node not in nodes:
+            raise unknown_name("node", node, nodes, f"{where}; the probe '{name}' must sit at a node of the rig")
+        found.append(probe.model_copy(update={"node": node}))
+    return np.array(found, object)
+
+
+def _node(rows, probe, harmonic, vector, along, across, conventions, where):
+    """Amplitude (harmonic,) and covariance of a node from its rows, and the direction of a single probe, else NaN."""
+    wanted = list(conventions.harmonics)
+    names = list(dict.fromkeys(probe[row].channel for row in rows))
+    chosen = {name: next(probe[row] for row in rows if probe[row].channel == name) for name in names}
+    angles = conventions.direction_rad([one.angle_deg for one in chosen.values()])
+    amplitude, covariance = np.zeros(len(wanted), complex), np.zeros((2 * len(wanted),) * 2)
+    for n in (n for n in wanted if n > 0):
+        own = [[row for row in rows if probe[row].channel == name and harmonic[row] == n] for name in names]
+        for name, found in zip(names, own, strict=True):
+            if len(found) != 1:
+                raise RotorstudyError(
+                    f"{where}: harmonic {n} of probe '{name}' occurs {len(found)} times; it must occur once at each "
+                    "speed"
+                )
+        own = np.ravel(own)
+        sign = np.array([one.sign for one in chosen.values()])
+        places = [wanted.index(n), wanted.index(-n)]
+        places += [len(wanted) + place for place in places]
+        for i, row in enumerate(own):
+            both = _parts(angles, i, sign[i] * vector[row] / 2)
+            amplitude[places[:2]] += both[:2] + 1j * both[2:]
+            turned = vector[row] / abs(vector[row]) if vector[row] else 1.0
+            for part, variance in ((turned, along[row]), (1j * turned, across[row])):
+                spread = _parts(angles, i, part / 2)
+                covariance[np.ix_(places, places)] += variance * np.outer(spread, spread)
+    return (amplitude, covariance), measured_direction(angles)
+
+
+def _parts(angles, i, reading):
+    """Real parts of R_n and R_-n, then imaginary parts, of a node by the harmonic `reading` of its probe i alone."""
+    readings = np.zeros((len(angles), 2), complex)
+    readings[i] = reading, np.conj(reading)
+    both = combine(angles, readings)
+    return np.concatenate([both.real, both.imag])

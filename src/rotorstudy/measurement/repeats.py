@@ -1,0 +1,95 @@
+"""Repeated records at one speed: averaged, with their scatter from run to run in the covariance."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.measurement.findings import Finding
+from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+from rotorstudy.units import p_value, um
+
+SAME_SPEED = 5e-4  # relative difference up to which records are repeats at one speed
+SIGNIFICANT = 1e-3  # p-value below which repeats differ by more than the noise of each explains
+
+
+def averaged(spectrum: Spectrum, where: str) -> tuple[Spectrum, list[Finding]]:
+    """A spectrum with the repeats at each speed averaged.
+
+    What repeats differ by beyond the noise within each record is the scatter from run to run. Its variance, of each
+    harmonic at each sensor, is pooled over the speeds and added to the covariance of every speed, divided by the number
+    of its repeats: a speed measured once scatters too.
+
+    Parameters
+    ----------
+    spectrum : Spectrum
+        One amplitude for each record.
+    where : str
+        Its records, for messages.
+
+    Returns
+    -------
+    Spectrum
+        As given if no speed was repeated.
+    list of Finding
+
+    Raises
+    ------
+    RotorstudyError
+        If two records are the same.
+    """
+    groups = _groups(spectrum.speed)
+    if len(groups) == len(spectrum.speed):
+        return spectrum, []
+    mean = np.array([spectrum.amplitude[group].mean(axis=0) for group in groups])
+    squares, expected, freedom = 0.0, 0.0, 0
+    for group, centre in zip(groups, mean, strict=True):
+        _check_distinct(spectrum, group, where)
+        variance = np.diagonal(spectrum.covariance[group], axis1=-2, axis2=-1)  # (repeat, sensor, component)
+        both = np.swapaxes(sum(np.split(variance, 2, axis=-1)), -1, -2).mean(axis=0)  # (harmonic, sensor)
+        squares = squares + np.sum(np.abs(spectrum.amplitude[group] - centre) ** 2, axis=0)
+        expected = expected + (len(group) - 1) * both
+        freedom += 2 * (len(group) - 1)
+    # the expected value of an inverse chi-square variable: few repeats leave the variance uncertain
+    wider = freedom / (freedom - 2) if freedom > 2 else 3.0
+    scatter = wider * np.maximum(squares - expected, 0) / freedom  # of each of the real and imaginary parts
+    counts = np.array([len(group) for group in groups])
+    covariance = np.array([spectrum.covariance[group].mean(axis=0) / len(group) for group in groups])
+    covariance = covariance + independent_covariance(scatter / counts[:, None, None])
+    speed = np.array([spectrum.speed[group].mean() for group in groups])
+    found = replace(spectrum, amplitude=mean, speed=speed, covariance=covariance)
+    return found, _findings(squares, expected, freedom, counts, where)
+
+
+def _groups(speed):
+    """Positions of the records at each speed, in the order of the speeds."""
+    groups = []
+    for one in np.argsort(speed, kind="stable").tolist():
+        if groups and speed[one] <= (1 + SAME_SPEED) * speed[groups[-1][0]]:
+            groups[-1].append(one)
+        else:
+            groups.append([one])
+    return groups
+
+
+def _check_distinct(spectrum, group, where):
+    for i, one in enumerate(group):
+        if any(np.array_equal(spectrum.amplitude[one], spectrum.amplitude[other]) for other in group[:i]):
+            speed = spectrum.speed[one]
+            raise RotorstudyError(f"{where}: the same record occurs twice at speed {speed:g} rad/s; give it once")
+
+
+def _findings(squares, expected, freedom, counts, where):
+    """A note on the repeats, or a warning if they differ by more than the noise within each of them."""
+    from scipy.stats import chi2
+
+    ratio = np.divide(squares, expected, out=np.ones_like(squares), where=expected > 0)
+    p = min(1.0, float(chi2.sf(freedom * ratio, freedom).min()) * ratio.size)
+    size, times = float(np.sqrt(squares / freedom).max()), float(np.sqrt(ratio.max()))
+    text = f"{int(counts.sum())} records at {len(counts)} speeds; repeats are averaged, and scatter by up to {um(size)}"
+    if p >= SIGNIFICANT:
+        return [Finding("note", "repeats", where, f"{text}, as the noise of each lets expect")]
+    text += (
+        f" (rms), {times:.3g} times what the noise of each lets expect ({p_value(p)}); look for what changes from run "
+    )
+    return [Finding("warning", "repeats differ", where, f"{text}to run. The scatter is in the covariance")]

@@ -1,0 +1,199 @@
+"""Critical speeds and amplification factors of 1X over speed, also where the vectors beat as in a fast run-up.
+
+Near a mode with the critical speed w_k and the decay rate d_k (half the half-power bandwidth) a vector of 1X is
+proportional to 1 / (d_k + j (w - w_k)) at steady speeds, and in a sweep at the rate a to the integral over tau > 0 of
+exp(-(d_k + j (w - w_k)) tau + j a tau^2 / 2), an error function. Other modes add what changes linearly over the range.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rotorstudy.measurement.findings import Finding
+from rotorstudy.measurement.run_up import peaks
+from rotorstudy.units import RAD_PER_S, as_certain_as, number
+
+MOST_MODES = 2
+FEWEST_SPEEDS = 20
+START_RATES = (0.3, 1.0, 3.0)  # over the square of half the bandwidth that shows
+START_SHIFTS = (0.0, 0.5, 1.0)  # of a critical speed below the speed of the peak, in bandwidths
+START_APART = (-1.0, -0.5, 0.5, 1.0)  # of a second mode, in bandwidths
+FIRST_STEPS, REFINED, LAST_STEPS = 8, 3, 100  # of all starts, of the best ones
+WIDEST = 4.0  # in ln, of a decay rate from that of the bandwidth that shows
+MUCH = 10.0  # in BIC, by which a mode or a sweep must improve the fit
+
+
+NEGLIGIBLE = 0.01  # of the largest amplitude: a smaller vector is noise
+FAST = 0.1  # rate over the squared half-power bandwidth, from which the vectors are not steady
+
+
+@dataclass(frozen=True)
+class Resonances:
+    """Modes fitted to 1X over speed.
+
+    speed, decay : (mode,) rad/s, 1/s;  rate : of the sweep, rad/s^2, zero for steady vectors
+    covariance   : (parameter, parameter) of rate, speed, ln decay (without the rate if that is zero)
+    noise        : rms of the residual, m
+    """
+
+    speed: np.ndarray
+    decay: np.ndarray
+    rate: float
+    covariance: np.ndarray
+    noise: float
+
+    @property
+    def amplification(self):
+        """(mode,) critical speed over half-power bandwidth."""
+        return self.speed / (2 * self.decay)
+
+    @property
+    def std(self):
+        """Standard deviations of the rate, of the speeds (mode,), and of the amplification factors (mode,)."""
+        count = len(self.speed)
+        covariance = self.covariance[-2 * count :, -2 * count :]
+        slope = np.hstack([np.diag(1 / self.speed), -np.eye(count)])
+        relative = np.sqrt(np.diag(slope @ covariance @ slope.T))
+        rate = np.sqrt(self.covariance[0, 0]) if self.rate else 0.0
+        return float(rate), np.sqrt(np.diag(covariance))[:count], self.amplification * relative
+
+
+def vectors_1x(spectrum):
+    """{name: (speed,) complex m} of 1X: forward and backward of orbits, of a single probe its own vector (peak).
+
+    spectrum : Spectrum with harmonics 1 and -1. Vectors that are negligible beside the largest are left out.
+    """
+    order, found = list(spectrum.harmonics), {}
+    for s, node in enumerate(spectrum.sensors):
+        forward, backward = (spectrum.amplitude[:, order.index(n), s] for n in (1, -1))
+        if node in spectrum.single_probes:
+            found[f"probe, node {node}"] = 2 * np.exp(-1j * spectrum.directions[s]) * forward
+        else:
+            found |= {f"forward, node {node}": forward, f"backward, node {node}": backward}
+    largest = max(np.abs(vector).max() for vector in found.values())
+    return {name: vector for name, vector in found.items() if np.abs(vector).max() > NEGLIGIBLE * largest}
+
+
+def check_resonances(spectrum, swept, where):
+    """Findings on the critical speeds that 1X over speed shows, and on a sweep that its vectors were measured in.
+
+    swept : whether the speed may have changed while the vectors were measured, as in a table of a run-up
+    """
+    if not {1, -1} <= set(spectrum.harmonics.tolist()):
+        return []
+    order = np.argsort(spectrum.speed)
+    found = find_resonances(spectrum.speed[order], np.array(list(vectors_1x(spectrum).values()))[:, order], swept)
+    if found is None:
+        return []
+    rpm, (rate_std, speed_std, factor_std) = RAD_PER_S["rpm"], found.std
+    each = [
+        f"{_with(speed / rpm, std / rpm)} rpm (amplification factor {_with(factor, spread)})"
+        for speed, std, factor, spread in zip(found.speed, speed_std, found.amplification, factor_std, strict=True)
+    ]
+    text = f"{' and '.join(each)}; the residual is {number(1e6 * found.noise, 2)} µm"
+    notes = [Finding("note", "critical speeds", where, text)]
+    ratio = abs(found.rate) / (2 * found.decay.min()) ** 2
+    if ratio > FAST:
+        text = (
+            f"the vectors beat as in a sweep at {_with(found.rate, rate_std)} rad/s per second, {number(ratio, 2)} "
+            "times the square of the half-power bandwidth: near and beyond the critical speed they are not steady, and "
+            "their peak lies beyond it. Give the record in time, whose transient can be removed, or use lower speeds"
+        )
+        notes.append(Finding("warning", "sweep too fast", where, text))
+    return notes
+
+
+def _with(value, std):
+    """A value with its standard deviation."""
+    return f"{as_certain_as(value, std)} ± {as_certain_as(std, std)}"
+
+
+def modal_passage(offset, decay, rate):
+    """(...) response of a mode in a sweep, over 1 / decay rate. offset : speed less critical speed; rate : rad/s^2."""
+    from scipy.special import wofz
+
+    s = decay + 1j * offset
+    if rate == 0:
+        return decay / s
+    root = np.sqrt(-0.5j * rate + 0j)
+    return decay * np.sqrt(np.pi) / (2 * root) * wofz(0.5j * s / root)
+
+
+def find_resonances(speed, vectors, swept):
+    """The Resonances of vectors of 1X over speed, or None if no resonance shows.
+
+    One or two modes, steady or swept, are chosen by the Bayesian information criterion.
+
+    speed : (speed,) rad/s, increasing;  vectors : (vector, speed) complex, m
+    swept : whether the speed may have changed while they were measured
+    """
+    if len(speed) < FEWEST_SPEEDS:
+        return None
+    resonances = peaks(speed, np.sqrt(np.sum(np.abs(vectors) ** 2, axis=0)))
+    if not resonances:
+        return None
+    *shown, height = max(resonances, key=lambda one: one[2])
+    vectors, found = vectors / height, {}  # as the tolerances of the fit are absolute
+    for modes in range(1, MOST_MODES + 1):
+        for rates in [False, True] if swept else [False]:
+            found[modes, rates] = _fitted(speed, vectors, modes, rates, *shown)
+    best = min(found.values(), key=lambda fit: fit.cost)
+    count = 2 * vectors.size * _independent(best.fun.reshape(2, *vectors.shape))
+    chosen = None
+    for (modes, rates), fit in sorted(found.items()):
+        complexity = len(fit.x) + 2 * len(vectors) * (2 + modes)
+        score = count * np.log(fit.cost) + complexity * np.log(count)
+        if chosen is None or score < chosen[0] - MUCH:
+            chosen = score, complexity, fit, modes, rates
+    _, complexity, fit, modes, rates = chosen
+    variance = 2 * fit.cost / (count * (1 - complexity / (2 * vectors.size)))
+    covariance = variance * np.linalg.inv(fit.jac.T @ fit.jac)
+    order = np.argsort(fit.x[-2 * modes : -modes])
+    place = [*range(rates), *(rates + order), *(rates + modes + order)]
+    values, covariance = fit.x[place], covariance[np.ix_(place, place)]
+    noise = float(height * np.sqrt(2 * fit.cost / (2 * vectors.size - complexity)))
+    rate = float(values[0]) if rates else 0.0
+    return Resonances(values[rates : rates + modes], np.exp(values[rates + modes :]), rate, covariance, noise)
+
+
+def _fitted(speed, vectors, modes, rates, peak, bandwidth):
+    """Least-squares fit of the rate (if it is free), speeds and ln decay rates, from the best of some starts."""
+    from scipy.optimize import least_squares
+
+    middle, half, stacked = speed.mean(), np.ptp(speed) / 2, vectors.T
+
+    def residual(values):
+        where, decay = values[-2 * modes : -modes, None], np.exp(values[-modes:, None])
+        shapes = (speed / peak) ** 2 * modal_passage(speed - where, decay, values[0] if rates else 0.0)
+        basis = np.vstack([np.ones_like(speed), (speed - middle) / half, shapes]).T
+        left = (stacked - basis @ np.linalg.lstsq(basis, stacked, rcond=None)[0]).T
+        return np.concatenate([left.real.ravel(), left.imag.ravel()])
+
+    decay = np.log(bandwidth / 2)
+    low = np.array([*([-np.inf] * rates), *([speed[0]] * modes), *([decay - WIDEST] * modes)])
+    high = np.array([*([np.inf] * rates), *([speed[-1]] * modes), *([decay + WIDEST] * modes)])
+
+    def fit(start, steps):
+        bounds = {"bounds": (low, high), "x_scale": "jac"}
+        return least_squares(residual, np.clip(start, low, high), max_nfev=steps, **bounds)
+
+    tried = [fit(start, FIRST_STEPS) for start in _starts(modes, rates, peak, bandwidth)]
+    tried.sort(key=lambda one: one.cost)
+    return min((fit(one.x, LAST_STEPS) for one in tried[:REFINED]), key=lambda one: one.cost)
+
+
+def _starts(modes, rates, peak, bandwidth):
+    """Values from which fits begin: the peak lies beyond a critical speed that is passed fast."""
+    signs = [sign * r * (bandwidth / 2) ** 2 for r in START_RATES for sign in (1, -1)] if rates else [0.0]
+    for rate in signs:
+        for shift in START_SHIFTS if rates else START_SHIFTS[:1]:
+            first = peak - np.sign(rate) * shift * bandwidth
+            for second in START_APART if modes > 1 else [None]:
+                where = [first] if second is None else [first, first + second * bandwidth]
+                yield [*([rate] if rates else []), *where, *([np.log(bandwidth / 2)] * modes)]
+
+
+def _independent(residual):
+    """Share of independent values in a residual (..., speed), by its correlation from speed to speed."""
+    beside = np.sum(residual[..., 1:] * residual[..., :-1]) / np.sum(residual**2)
+    return float((1 - max(beside, 0)) / (1 + max(beside, 0)))

@@ -1,0 +1,207 @@
+"""Order tracking of run-ups and coast-downs: the steady harmonics over speed that a sweep shows.
+
+Window. At the speed w with the rate a, harmonics and their linear change are fitted by least squares to a Hann window
+of T = 1 / sqrt(a), or of four revolutions if that is longer. The curvature R'' (over speed) of a harmonic biases the
+fit by a^2 T^2 R'' / 61, which at the peak of a mode of decay rate d is (a / d^2) / 30 of it, while the variance is
+that of white noise over 2 T / 3: a longer window gains noise with its root and loses bias with its square. A shorter
+one gains nothing, as a sweep excites all frequencies within sqrt(a) together.
+
+Transient. In a sweep harmonic n is not the steady R_n(w) but, for a constant rate, exp(-(j a / 2n) d^2/dw^2) R_n: each
+part of the impulse response, tau old, was excited with the phase of an earlier speed, off by n a tau^2 / 2. Over tau
+(the Fourier transform over w) this is a factor of modulus one, so the steady harmonics follow by its inverse without
+amplifying noise; the response of the Hann window, known in tau as well, is divided out down to one half.
+
+Source: Markert and Seidler 2001, Analytically based estimation of the maximum amplitude during passage through
+resonance (the passage); Fyfe and Munck 1997 (order tracking by resampled angle).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rotorstudy.measurement.harmonics import circular_covariance, fit_basis, noise_power, with_phase_noise
+from rotorstudy.measurement.single_probe import seen_rows
+from rotorstudy.response.series import rotating_basis
+
+LEAST_REVOLUTIONS = 4.0  # in a window, so that neighbouring harmonics are separated
+STEPS = 4  # of speed in a window, on the grid of the correction
+APART = 3  # steps between the speeds that are given: the noise of windows 3/4 apart is uncorrelated (1 %)
+HANN_VARIANCE = 1 / 12 - 1 / (2 * np.pi**2)  # of time under a Hann window, in squared lengths
+LEAST_PASSED = 0.5  # share that a window must pass of a part of the response for it to be restored
+HALF_POWER = np.sqrt(0.5)
+PEAK = 3.0  # ratio of a resonance to the lowest response on either side
+
+
+@dataclass(frozen=True)
+class Tracked:
+    """Harmonics of one node over the speeds of a sweep.
+
+    amplitude  : (speed, harmonic) complex, m;  covariance : (speed, component, component) m^2
+    noise_std  : (speed,) of a sample of one probe, m
+    """
+
+    amplitude: np.ndarray
+    covariance: np.ndarray
+    noise_std: np.ndarray
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Speeds at which a sweep is tracked.
+
+    time, speed, rate : (step,) s, rad/s, rad/s^2;  length : (step,) of the window, s
+    given : (speed,) steps whose harmonics are given
+    """
+
+    time: np.ndarray
+    speed: np.ndarray
+    rate: np.ndarray
+    length: np.ndarray
+    given: np.ndarray
+
+
+def speed_grid(sweep):
+    """The Grid of a Sweep: even in speed, with windows within the record."""
+    time = np.linspace(sweep.start, sweep.end, 4000)
+    speed = sweep.speed(time)
+    rising = speed[-1] > speed[0]
+    speed = np.maximum.accumulate(speed if rising else speed[::-1])
+    time = time if rising else time[::-1]
+    usual = abs(speed[-1] - speed[0]) / (sweep.end - sweep.start)
+    count = max(8, int(np.ceil(STEPS * (speed[-1] - speed[0]) / np.sqrt(usual))))
+    at = np.interp(np.linspace(speed[0], speed[-1], count), speed + 1e-9 * np.arange(len(speed)), time)
+    rate = sweep.rate(at)
+    shortest = LEAST_REVOLUTIONS * 2 * np.pi / sweep.speed(at)
+    length = np.maximum(1 / np.sqrt(np.maximum(np.abs(rate), 0.25 * usual)), shortest)
+    inside = (at - length / 2 >= sweep.start) & (at + length / 2 <= sweep.end)
+    at, rate, length = at[inside], rate[inside], length[inside]
+    chosen = [0]
+    for i in range(1, len(at)):
+        if abs(at[i] - at[chosen[-1]]) >= APART / STEPS * max(length[i], length[chosen[-1]]):
+            chosen.append(i)
+    return Grid(at, sweep.speed(at), rate, length, np.array(chosen))
+
+
+def track(signals, time, angle, grid, harmonics, directions, mark_variance):
+    """Tracked of each node.
+
+    signals    : (node, time) complex, m, NaN where missing;  time (time,) s, angle (time,) rad
+    directions : (node,) rad of single probes, NaN for orbits;  mark_variance : of a phase mark, rad^2
+    """
+    harmonics, nodes = np.asarray(harmonics), len(signals)
+    amplitude = np.zeros((nodes, len(grid.time), len(harmonics)), complex)
+    covariance = np.zeros((nodes, len(grid.time), 2 * len(harmonics), 2 * len(harmonics)))
+    noise = np.zeros((nodes, len(grid.time)))
+    usable = np.isfinite(signals).all(axis=0)
+    given = set(grid.given.tolist())
+    for k, (middle, length) in enumerate(zip(grid.time, grid.length, strict=True)):
+        first, last = np.searchsorted(time, [middle - length / 2, middle + length / 2])
+        here = first + np.flatnonzero(usable[first:last])
+        place = (time[here] - middle) / length
+        window = np.cos(np.pi * place) ** 2
+        steady = rotating_basis(angle[here], 1.0, harmonics)
+        basis = np.concatenate([steady, place * steady])
+        found, residual, inverse = fit_basis(signals[:, here], basis, window)
+        amplitude[:, k] = found[:, : len(harmonics)]
+        if k in given:
+            gain = inverse[: len(harmonics)] @ (basis.conj() * window)
+            lines = np.unique(np.rint(harmonics * (angle[here[-1]] - angle[here[0]]) / (2 * np.pi)).astype(int))
+            power = noise_power(residual, lines % len(here), window)
+            covariance[:, k] = power[:, None, None] * circular_covariance(gain @ gain.conj().T)
+            noise[:, k] = np.sqrt(power)
+    found = []
+    for s, direction in enumerate(directions):
+        steady = np.stack([_steady(amplitude[s, :, h], grid, n) for h, n in enumerate(harmonics)], axis=-1)
+        steady, spread = steady[grid.given], covariance[s, grid.given] * _noise_gain()
+        if np.isfinite(direction):
+            rows = seen_rows(harmonics, direction)
+            spread = 2 * rows.T @ (rows @ spread @ rows.T) @ rows
+        both = zip(steady, spread, strict=True)
+        spread = np.array([with_phase_noise(a, c, harmonics, mark_variance) for a, c in both])
+        std = noise[s, grid.given] / (np.sqrt(2) if np.isnan(direction) else 1)
+        found.append(Tracked(steady, spread, std))
+    return found
+
+
+def _passed(lines):
+    """Share of a part of the response that a Hann window passes. lines : its frequency times the window's length."""
+    lines = np.asarray(lines, float)
+    safe = np.where(np.abs(np.abs(lines) - 1) < 1e-6, 1 + 1e-6, lines)
+    return np.sinc(safe) / (1 - safe**2)
+
+
+def _restored(passed):
+    """Factor that restores what a window passed of a part, at most 1 / LEAST_PASSED."""
+    return 1 / np.maximum(passed, LEAST_PASSED)
+
+
+def _noise_gain():
+    """Factor of the variance of white noise by the restored response of the window."""
+    lines = np.linspace(0, STEPS / 2, 2000)
+    passed = _passed(lines)
+    return float(np.sum((passed * _restored(passed)) ** 2) / np.sum(passed**2))
+
+
+def _steady(tracked, grid, n):
+    """(step,) steady harmonic n, from that tracked in a sweep (step,).
+
+    The transform repeats the range of speeds. So a polynomial with the values, slopes and curvatures of both ends is
+    treated apart, by the series of the same operators, and what it leaves is continued by reflection at its ends.
+    """
+    if n == 0:
+        return tracked
+    count = len(tracked)
+    step = (grid.speed[-1] - grid.speed[0]) / (count - 1)
+    turned, widened = 0.5j * grid.rate / n, HANN_VARIANCE / 2 * (grid.rate * grid.length) ** 2
+    trend = _between_its_ends(tracked, step)
+    place = step * np.arange(count)
+    left = tracked - trend(place)
+    beyond = min(count - 1, max(16, count // 4))
+    fading = np.cos(np.pi / 2 * np.arange(1, beyond + 1) / (beyond + 1)) ** 2
+    whole = np.concatenate([-(left[1 : beyond + 1] * fading)[::-1], left, -left[-2 : -beyond - 2 : -1] * fading])
+    tau = 2 * np.pi * np.fft.fftfreq(len(whole), step)
+    lag = np.exp(1j * np.outer(place + beyond * step, tau) - np.outer(turned, tau**2))
+    passed = _passed(np.outer(grid.rate * grid.length, tau) / (2 * np.pi))
+    found = (lag * _restored(passed)) @ np.fft.fft(whole) / len(whole)
+    return found + trend(place) + (turned - widened) * trend(place, 2) + turned**2 / 2 * trend(place, 4)
+
+
+def _between_its_ends(tracked, step):
+    """Polynomial of the fifth degree with the value, slope and curvature of a curve (step,) at both its ends."""
+    from scipy.interpolate import BPoly
+
+    part = min(len(tracked), 3 * STEPS + 1)
+    place = step * np.arange(part)
+    first = np.polyfit(place, tracked[:part], 3)[::-1][:3] * [1, 1, 2]
+    last = np.polyfit(place - place[-1], tracked[-part:], 3)[::-1][:3] * [1, 1, 2]
+    return BPoly.from_derivatives([0, step * (len(tracked) - 1)], [first, last])
+
+
+def peaks(speed, size):
+    """[(speed rad/s, half-power bandwidth rad/s, height)] of the resonances in a response (speed,).
+
+    A resonance exceeds the lowest response on either side by the factor PEAK and falls to half its power on both.
+    """
+    found = []
+    for i in range(1, len(size) - 1):
+        if size[i] < max(size[i - 1], size[i + 1]):
+            continue
+        below = [np.flatnonzero(part < HALF_POWER * size[i]) for part in (size[:i][::-1], size[i + 1 :])]
+        if not all(len(part) for part in below):
+            continue
+        if size[i] < PEAK * max(_least(size[:i][::-1], size[i]), _least(size[i + 1 :], size[i])):
+            continue
+        ends = []
+        for part, side in zip(below, (-1, 1), strict=True):
+            outer = i + side * (part[0] + 1)
+            inner = outer - side
+            share = (size[inner] - HALF_POWER * size[i]) / (size[inner] - size[outer])
+            ends.append(speed[inner] + share * (speed[outer] - speed[inner]))
+        found.append((float(speed[i]), float(ends[1] - ends[0]), float(size[i])))
+    return found
+
+
+def _least(beside, peak):
+    """Lowest response beside a peak, before it is exceeded."""
+    higher = np.flatnonzero(beside > peak)
+    return beside[: higher[0]].min(initial=peak) if len(higher) else beside.min()

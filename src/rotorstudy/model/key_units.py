@@ -1,0 +1,72 @@
+"""Keys of a rig file in a balancer's units, read as the keys in SI: angles in degrees, unbalance in g mm or kg m."""
+
+import numpy as np
+
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.model.terms import unit_suffix
+
+SUFFIXES = {"_deg": ("_rad", np.pi / 180), "_g_mm": ("_kg_m", 1e-6)}
+
+
+def in_si(given, known, where, aliases=None):
+    """Options or values with the keys that stand for known ones replaced by these.
+
+    Parameters
+    ----------
+    given : dict
+        Keys and values as in the file.
+    known : iterable of str
+        Keys in SI.
+    where : str
+        Place in error messages.
+    aliases : dict, optional
+        Other key in SI -> (known key, factor), as `aliases_of` gives them.
+
+    Returns
+    -------
+    dict
+        Keys that stand for nothing known stay as they are, for the check of the keys.
+
+    Raises
+    ------
+    RotorstudyError
+        If a quantity is given by two keys.
+    """
+    known, aliases, found, source = set(known), aliases or {}, {}, {}
+    for key, value in given.items():
+        target, factor = _standing_for(key, known, aliases)
+        if target in source:
+            raise RotorstudyError(f"{source[target]} and {key} in {where} are the same quantity; give one of them")
+        is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        found[target] = value * factor if factor != 1 and is_number else value
+        source[target] = key
+    return found
+
+
+def aliases_of(parameters):
+    """{other key: (key, factor)} of the values of some parameters."""
+    found = {}
+    for parameter in parameters:
+        for name, (unit, factor) in parameter.also.items():
+            found[f"{name}_{unit_suffix(unit)}"] = (parameter.key, factor)
+            found[f"{name}_phase_rad"] = (parameter.phase_key, 1.0)
+    return found
+
+
+def without_aliases(item, keys, aliases):
+    """An item of a rig without its keys that stand for some keys in SI."""
+    return {key: value for key, value in item.items() if _standing_for(key, set(keys), aliases)[0] not in keys}
+
+
+def _standing_for(key, known, aliases):
+    """The key in SI that a key stands for, and the factor to it; the key itself if it stands for none."""
+    if key in known:
+        return key, 1.0
+    factor = 1.0
+    for suffix, (si, to_si) in SUFFIXES.items():
+        if key.endswith(suffix) and (key.removesuffix(suffix) + si) in known | set(aliases):
+            key, factor = key.removesuffix(suffix) + si, to_si
+    if key in aliases and aliases[key][0] in known:
+        target, more = aliases[key]
+        return target, factor * more
+    return key, factor

@@ -1,0 +1,293 @@
+"""The entries of several amplitudes as one table: the forces of all of them by a few array operations.
+
+What depends neither on the motion nor on the values of the amplitudes is arranged once for a table. The forces are
+those that `apply_entries` gives for one amplitude after the other.
+"""
+
+from functools import cached_property, lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from rotorstudy.model.terms import Entry, Unknown
+
+KEPT = 4  # sets of speeds and harmonics for which the factors of a table are kept
+
+
+class Columns(NamedTuple):
+    """Forces by one unit of amplitudes, at the places where they are not zero.
+
+    row, unknown : (place,) int, the coordinate and the amplitude
+    value        : (..., speed, harmonic, place) complex, N per unit
+    """
+
+    row: np.ndarray
+    unknown: np.ndarray
+    value: np.ndarray
+
+    def dense(self, size: int, count: int) -> np.ndarray:
+        """(..., speed, harmonic, coordinate, amplitude) of `size` coordinates and `count` amplitudes."""
+        whole = np.zeros((*self.value.shape[:-1], size, count), complex)
+        whole[..., self.row, self.unknown] = self.value
+        return whole
+
+
+class Pattern(NamedTuple):
+    """Entries on the motion that differ in their matrix alone, of which `entry` is one.
+
+    row, column : (element,) int, places in the matrix;  weights : sparse (element, amplitude), values there
+    """
+
+    entry: Entry
+    row: np.ndarray
+    column: np.ndarray
+    weights: object
+
+    def values(self, theta: np.ndarray) -> np.ndarray:
+        """Elements (..., element) of the matrix of all these entries at amplitudes (..., amplitude)."""
+        return _product(self.weights, theta)
+
+
+class _Elements(NamedTuple):
+    """Matrix elements of entries, each (element,): amplitude, kind of entry, place in the matrix, value."""
+
+    unknown: np.ndarray
+    kind: np.ndarray
+    row: np.ndarray
+    column: np.ndarray
+    value: np.ndarray
+
+
+class _Moving(NamedTuple):
+    """Factors of the kinds of entries on the motion at some speeds and harmonics.
+
+    factor : (speed, harmonic, kind) complex;  source : (harmonic, kind) int, the harmonic of the motion acted on
+    """
+
+    factor: np.ndarray
+    source: np.ndarray
+
+
+class _Still(NamedTuple):
+    """Elements that do not act on the motion, at some speeds and harmonics, of those carried.
+
+    unknown, seen : (element,) amplitude, and place in [deflection, its conjugate, 1]
+    value : (speed, element) complex, with the gain
+    harmonic, place, to_place : (target,) harmonic and place in the columns that elements add to, and sparse (target,
+                                element)
+    at, row, to_row : (target,) likewise, harmonic and row of the force of all amplitudes together
+    """
+
+    unknown: np.ndarray
+    seen: np.ndarray
+    value: np.ndarray
+    harmonic: np.ndarray
+    place: np.ndarray
+    to_place: object
+    at: np.ndarray
+    row: np.ndarray
+    to_row: object
+
+
+class Table:
+    """The entries of some amplitudes.
+
+    Parameters
+    ----------
+    unknowns : sequence of Unknown
+    size : int
+        Number of coordinates.
+    """
+
+    def __init__(self, unknowns: tuple[Unknown, ...], size: int):
+        self.unknowns, self.size = tuple(unknowns), size
+
+    def columns(self, amplitudes, speed, harmonics, deflection=None) -> Columns:
+        """Force harmonics by one unit of each amplitude at given displacement harmonics.
+
+        Parameters
+        ----------
+        amplitudes : ndarray (..., speed, harmonic, coordinate)
+            Complex, m; harmonics that are not listed are taken as zero.
+        speed : ndarray (speed,)
+            In rad/s.
+        harmonics : ndarray (harmonic,)
+        deflection : ndarray (coordinate,) or (..., speed, coordinate), optional
+            Static deflection, m, on which amplitudes act that do not carry load.
+
+        Returns
+        -------
+        Columns
+            None of a force in time.
+        """
+        lead = np.broadcast_shapes(amplitudes.shape[:-3], np.shape(deflection)[:-2])
+        amplitudes = np.broadcast_to(amplitudes, (*lead, *amplitudes.shape[-3:]))
+        (row, unknown), (kind, column, weights) = self._places, self._seen
+        moving, still = self._factors(*_key(speed, harmonics))
+        seen = _with_conjugate(amplitudes)[..., moving.source[:, kind], column] * moving.factor[..., kind]
+        value = _product(weights, seen)
+        if len(still.unknown):
+            there = _product(still.to_place, self._resting(still, speed, deflection))
+            value[..., still.harmonic, still.place] += there
+        return Columns(row, unknown, value)
+
+    def dense_columns(self, amplitudes, speed, harmonics, deflection=None) -> np.ndarray:
+        """`columns` as (..., speed, harmonic, coordinate, amplitude)."""
+        return self.columns(amplitudes, speed, harmonics, deflection).dense(self.size, len(self.unknowns))
+
+    def force_of_motion(self, theta, amplitudes, speed, harmonics) -> np.ndarray:
+        """Force harmonics (..., speed, harmonic, coordinate) by the motion, at amplitudes theta (..., amplitude)."""
+        elements, _ = self._on_motion
+        moving, _ = self._factors(*_key(speed, harmonics))
+        kind, weight = elements.kind, elements.value * theta[..., None, None, elements.unknown]
+        seen = _with_conjugate(amplitudes)[..., moving.source[:, kind], elements.column]
+        return _product(self._to_rows, seen * moving.factor[..., kind] * weight)
+
+    def static_force(self, theta, speed, harmonics, deflection=None, *, constant=True) -> np.ndarray:
+        """Force harmonics (..., speed, harmonic, coordinate) at rest, at amplitudes theta (..., amplitude).
+
+        constant : whether forces are included that do not depend on the deflection
+        """
+        _, still = self._factors(*_key(speed, harmonics))
+        there = self._resting(still, speed, deflection, constant) * theta[..., None, still.unknown]
+        force = np.zeros((*there.shape[:-1], len(harmonics), self.size), complex)
+        force[..., still.at, still.row] = _product(still.to_row, there)
+        return force
+
+    @cached_property
+    def patterns(self) -> list[Pattern]:
+        """Pattern of every kind of entry on the motion that does not turn with the shaft."""
+        return self._patterns(False)
+
+    @cached_property
+    def turning_patterns(self) -> list[Pattern]:
+        """Pattern of every kind of entry on the motion that turns with the shaft."""
+        return self._patterns(True)
+
+    @cached_property
+    def turned(self) -> np.ndarray:
+        """Positions (coordinate,) of the coordinates that turning entries depend or act on."""
+        elements, kinds = self._on_motion
+        here = np.array([entry.shift != 0 for entry in kinds], bool)[elements.kind]
+        return np.unique(np.concatenate([elements.row[here], elements.column[here] % self.size]))
+
+    def _patterns(self, turning):
+        (elements, kinds), found = self._on_motion, []
+        for k, entry in enumerate(kinds):
+            if bool(entry.shift) == turning:
+                here = elements.kind == k
+                place = elements.row[here] * self.size + elements.column[here] % self.size
+                place, index = np.unique(place, return_inverse=True)
+                weights = _sparse(elements.value[here], index, elements.unknown[here], (len(place), len(self.unknowns)))
+                found.append(Pattern(entry, *np.divmod(place, self.size), weights))
+        return found
+
+    @cached_property
+    def _on_motion(self):
+        """_Elements of the entries on the motion, and an Entry of each kind."""
+        return self._collected(lambda _, e: e.reads_motion)
+
+    @cached_property
+    def _at_rest(self):
+        """_Elements of the entries with a part that does not depend on the motion, and an Entry of each kind."""
+        return self._collected(lambda u, e: e.is_constant or (e.order == 0 and not u.carries))
+
+    def _collected(self, chosen):
+        kinds, parts = {}, [(np.zeros(0, int),) * 4 + (np.zeros(0, complex),)]
+        for u, unknown in enumerate(self.unknowns):
+            for entry in (e for e in unknown.entries if chosen(unknown, e)):
+                k, _ = kinds.setdefault(entry.kind, (len(kinds), entry))
+                row, column, value = entry.nonzero
+                every = np.ones(len(row), int)
+                column = 2 * self.size * every if entry.is_constant else column + self.size * entry.is_conjugate
+                parts.append((u * every, k * every, row, column, value))
+        elements = _Elements(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+        return elements, [entry for _, entry in kinds.values()]
+
+    @cached_property
+    def _places(self):
+        """Row and amplitude (place,) of the forces that are not zero."""
+        both = [e.row * len(self.unknowns) + e.unknown for e, _ in (self._on_motion, self._at_rest)]
+        return np.divmod(np.unique(np.concatenate(both)), max(len(self.unknowns), 1))
+
+    def _place_of(self, elements):
+        row, unknown = self._places
+        known = row * len(self.unknowns) + unknown
+        return np.searchsorted(known, elements.row * len(self.unknowns) + elements.unknown)
+
+    @cached_property
+    def _to_rows(self):
+        return _sum(self._on_motion[0].row, self.size)
+
+    @cached_property
+    def _seen(self):
+        """Kind and column (pair,) of what entries on the motion act on, and sparse weights (place, pair)."""
+        elements, _ = self._on_motion
+        pair, index = np.unique(elements.kind * 2 * self.size + elements.column, return_inverse=True)
+        weights = _sparse(elements.value, self._place_of(elements), index, (len(self._places[0]), len(pair)))
+        return *np.divmod(pair, 2 * self.size), weights
+
+    @cached_property
+    def _factors(self):
+        """The _Moving and the _Still at speeds and harmonics, both tuples; kept for the last few."""
+        return lru_cache(maxsize=KEPT)(lambda speed, harmonics: (self._moving(speed, harmonics),
+                                                                 self._still(speed, harmonics)))  # fmt: skip
+
+    def _moving(self, speed, harmonics):
+        (_, kinds), speed, count = self._on_motion, np.array(speed)[:, None], len(harmonics)
+        factor, source = np.zeros((len(speed), count, len(kinds)), complex), np.zeros((count, len(kinds)), int)
+        where = {n: i for i, n in enumerate(harmonics)}
+        for k, entry in enumerate(kinds):
+            row = [i for i, n in enumerate(harmonics) if entry.seen_by(n) in where]
+            n = np.array(harmonics)[row]
+            source[row, k] = [where[entry.seen_by(harmonics[i])] for i in row]
+            factor[:, row, k] = entry.gain_at(speed, n) * (1j * (n - entry.shift) * speed) ** entry.order
+        return _Moving(factor, source)
+
+    def _still(self, speed, harmonics):
+        (elements, kinds), speed = self._at_rest, np.array(speed)
+        where = {n: i for i, n in enumerate(harmonics)}
+        at = np.array([where.get(entry.shift, -1) for entry in kinds], int)
+        gain = np.array([entry.gain_at(speed, entry.shift) for entry in kinds]).reshape(len(kinds), len(speed))
+        kept = at[elements.kind] >= 0
+        place, elements = self._place_of(elements)[kept], _Elements(*(part[kept] for part in elements))
+        at, count = at[elements.kind], len(self._places[0])
+        targets = []
+        for inner, size in ((place, count), (elements.row, self.size)):
+            target, index = np.unique(at * size + inner, return_inverse=True)
+            targets += [*np.divmod(target, max(size, 1)), _sum(index, len(target))]
+        value = gain[elements.kind].T * elements.value
+        return _Still(elements.unknown, elements.column, value, *targets)
+
+    def _resting(self, still, speed, deflection, constant=True):
+        """Force (..., speed, element), N, of one unit of each element that does not act on the motion."""
+        if deflection is None:
+            deflection = np.zeros(self.size)
+        deflection = np.broadcast_to(deflection, (*np.shape(deflection)[:-2], len(speed), self.size))
+        one = np.full((*deflection.shape[:-1], 1), float(constant))
+        return np.concatenate([deflection, deflection.conj(), one], axis=-1)[..., still.seen] * still.value
+
+
+def _key(speed, harmonics):
+    return tuple(np.asarray(speed, float).tolist()), tuple(np.asarray(harmonics).tolist())
+
+
+def _with_conjugate(amplitudes):
+    return np.concatenate([amplitudes, amplitudes.conj()], axis=-1)
+
+
+def _sparse(value, row, column, shape):
+    from scipy.sparse import csr_array
+
+    return csr_array((value, (row, column)), shape)
+
+
+def _sum(index, count):
+    """Sparse (count, element) matrix that adds up the elements of the same index."""
+    return _sparse(np.ones(len(index)), index, np.arange(len(index)), (count, len(index)))
+
+
+def _product(matrix, vectors):
+    """Sparse matrix (row, column) times vectors (..., column)."""
+    flat = matrix @ vectors.reshape(int(np.prod(vectors.shape[:-1])), vectors.shape[-1]).T
+    return flat.T.reshape(*vectors.shape[:-1], matrix.shape[0])

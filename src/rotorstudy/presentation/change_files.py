@@ -1,0 +1,54 @@
+"""From the records of two states of a machine to a folder: what changed, data, figures and a page."""
+
+from pathlib import Path
+
+from rotorstudy.diagnosis.change_words import summary_of_change
+from rotorstudy.diagnosis.compare import compare
+from rotorstudy.diagnosis.dataset import verdict_dataset
+from rotorstudy.diagnosis.extend import extended_rig
+from rotorstudy.diagnosis.result import Verdict
+from rotorstudy.diagnosis.settings import check_names, read_settings
+from rotorstudy.measurement.measurement import measured_spectrum
+from rotorstudy.model.registry import registry
+from rotorstudy.model.rig import named_plugins, read_rig
+from rotorstudy.presentation.change_figures import two_states
+from rotorstudy.presentation.diagnosis_files import write_diagnosis
+from rotorstudy.store import provenance
+
+
+def compare_files(before: list[str | Path], after: list[str | Path], rig_path: str | Path, out: str | Path) -> Verdict:
+    """Compare the records of two states and write everything into the folder `out`.
+
+    Parameters
+    ----------
+    before, after
+        Paths of record files and tables of harmonics, or of one spectrum that `rotorstudy import` wrote.
+    rig_path
+        The rig file.
+    out
+        Folder for verdict.json, verdict.nc, extended_rig.yaml, index.html and figures.
+
+    Raises
+    ------
+    RotorstudyError
+        For files that cannot be read, findings that are errors, and states that cannot be compared; nothing is written
+        then.
+    """
+    rig_file = read_rig(rig_path)
+    settings = read_settings(rig_file.given, str(rig_path))
+    first, model, findings = measured_spectrum(before, rig_file)
+    second, _, more = measured_spectrum(after, rig_file)
+    check_names(settings, model, f"{rig_path}, diagnosis")
+    found = compare(first, second, model, settings=settings, findings=(*findings, *more))
+    diagnosis = found.diagnosis
+    added = [registry().get("effect", cause.effect) for cause in diagnosis.verdict.causes]
+    origin = provenance(rig_file.given, [*named_plugins(rig_file.given), *added])
+    names = [", ".join(map(str, paths)) for paths in (before, after)]
+    origin |= {"records": f"{names[1]} after {names[0]}", "rig": str(rig_path)}
+    verdict = diagnosis.verdict.model_copy(
+        update={"summary": summary_of_change(diagnosis.verdict), "provenance": origin}
+    )
+    data = verdict_dataset(diagnosis, found.difference).assign_attrs(origin)
+    figures = {"two_states": two_states(found.before, found.after, found.difference)}
+    write_diagnosis(verdict, data, extended_rig(rig_file.given, diagnosis), out, figures)
+    return verdict

@@ -1,0 +1,62 @@
+"""From a rig file, and records if given, to a folder with its rotordynamic analysis."""
+
+from rotorstudy.errors import unknown_name
+from rotorstudy.measurement.conventions import read_conventions
+from rotorstudy.measurement.measurement import measured_spectrum
+from rotorstudy.model.rig import read_rig
+from rotorstudy.presentation.diagnosis_files import whole_folder
+from rotorstudy.presentation.plots import save_figures
+from rotorstudy.presentation.rotor_figures import rotor_figures
+from rotorstudy.presentation.rotor_page import rotor_page
+from rotorstudy.store import provenance, save, write_text
+from rotorstudy.studies.rotor_analysis import analyse_rotor, probe_vectors
+
+
+def analyse_files(rig_path, out, speeds=(None, None), operating=None, records=()):
+    """Analyse a rig and write index.html, rotor.nc and figures into the folder `out`, all of it or nothing.
+
+    Parameters
+    ----------
+    rig_path : path
+    out : path
+        Folder.
+    speeds : (float, float), optional
+        Lowest and highest speed, rad/s.
+    operating : (float, float), optional
+        Operating range, rad/s.
+    records : paths, optional
+        Records of the machine, whose 1X is shown beside the response.
+
+    Returns
+    -------
+    RotorAnalysis
+
+    Raises
+    ------
+    RotorstudyError
+        For files that cannot be read, and as `analyse_rotor`.
+    """
+    rig, measured = read_rig(rig_path), None
+    model, reading = rig.model, read_conventions(rig.given, str(rig_path)).reading(rig.model.sensors)
+    if records:
+        spectrum, model, _ = measured_spectrum(records, rig)
+        reading = model.structure.reading
+        measured = spectrum.speed, measured_vectors(spectrum, reading)
+    analysis = analyse_rotor(model, *speeds, reading)
+    with whole_folder(out) as folder:
+        figures = rotor_figures(rig, analysis, measured)
+        png, svg = ({name: folder / "figures" / f"{name}.{kind}" for name in figures} for kind in ("png", "svg"))
+        save_figures(figures, [*png.values(), *svg.values()])
+        attributes = {**provenance(rig.given, rig.plugins), "rig": str(rig_path)}
+        save(analysis.data.assign_attrs(attributes), folder / "rotor.nc")
+        write_text(folder / "index.html", rotor_page(analysis, png, rig.path.stem, operating))
+    return analysis
+
+
+def measured_vectors(spectrum, reading):
+    """1X along each probe (speed, probe), complex, m, of a Spectrum with harmonics 1 and -1; lead from the mark."""
+    for n in (1, -1):
+        if n not in spectrum.harmonics:
+            raise unknown_name("harmonic", n, spectrum.harmonics, "the records; 1X along a probe needs 1X and -1X")
+    both = spectrum.at_harmonics((1, -1)).amplitude
+    return probe_vectors({node: both[..., i].T for i, node in enumerate(spectrum.sensors)}, reading)[1]

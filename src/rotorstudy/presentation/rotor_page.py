@@ -1,0 +1,114 @@
+"""The page of a rotordynamic analysis."""
+
+import numpy as np
+
+from rotorstudy.presentation.captions import ROTOR_FIGURES
+from rotorstudy.presentation.pages import inline_png, render
+from rotorstudy.presentation.rotor_figures import RPM, whirl_name
+from rotorstudy.presentation.tables import cells
+from rotorstudy.response.resonance import required_margin, separation_margin
+from rotorstudy.units import number, percent
+
+MOST_EFFECTS = 8  # on the least stable mode, the largest
+RIGID = 1e-3  # of the weight: what the bearings do not carry beyond that is carried by rigid supports
+
+
+def rotor_page(analysis, figures, title, operating=None):
+    """The page as HTML.
+
+    Parameters
+    ----------
+    analysis : RotorAnalysis
+    figures : dict
+        Name -> PNG (path or bytes).
+    title : str
+        What was analysed.
+    operating : (float, float), optional
+        Lowest and highest operating speed, rad/s, for separation margins.
+    """
+    import pandas as pd
+
+    found = {
+        "criticals": criticals(analysis),
+        "peaks": resonances(analysis, operating),
+        "loads": loads(analysis),
+        "damping": [
+            {"effect": name, "change of the growth rate (1/s)": value}
+            for name, value in list(analysis.damping.items())[:MOST_EFFECTS]
+        ],
+    }
+    return render(
+        "rotor.html",
+        title=f"Rotordynamic analysis of {title}",
+        analysis=analysis,
+        summary=summary(analysis),
+        operating=operating and [number(w * RPM, 5) for w in operating],
+        figures={
+            name: {"title": ROTOR_FIGURES[name][0], "caption": ROTOR_FIGURES[name][1], "source": inline_png(png)}
+            for name, png in figures.items()
+        },
+        tables={name: cells(pd.DataFrame(rows), 4) if rows else None for name, rows in found.items()},
+    )
+
+
+def summary(analysis):
+    """The results in sentences, a list."""
+    last = f"{number(float(analysis.data.speed[-1]) * RPM, 5)} rpm"
+    named = [f"{number(one.speed * RPM, 5)} rpm ({whirl_name(one.direction)})" for one in analysis.criticals]
+    found = [f"Critical speeds up to {last}: {', '.join(named) or 'none'}."]
+    if analysis.threshold is None:
+        found.append(f"The rotor is stable up to {last}.")
+    else:
+        found.append(f"The rotor is unstable from {number(analysis.threshold * RPM, 5)} rpm.")
+    found.append(f"Unbalance: {analysis.unbalance}.")
+    if analysis.left_out:
+        found.append(
+            f"Whirl and unbalance response leave out {', '.join(analysis.left_out)}: they are nonlinear, turn with the "
+            "shaft, or have no time-domain form. The growth rate includes stiffness that turns with the shaft."
+        )
+    return found
+
+
+def criticals(analysis):
+    """A row for each critical speed."""
+    return [
+        {
+            "speed (rpm)": one.speed * RPM,
+            "frequency (Hz)": one.speed / (2 * np.pi),
+            "damping ratio (1)": one.damping_ratio,
+            "logarithmic decrement (1)": 2 * np.pi * one.damping_ratio / np.sqrt(1 - one.damping_ratio**2),
+            "whirl": whirl_name(one.direction),
+        }
+        for one in analysis.criticals
+    ]
+
+
+def resonances(analysis, operating=None):
+    """A row for each resonance of a probe, with separation margins if the operating range (rad/s) is given."""
+    rows = []
+    for node, probe, peak in analysis.peaks:
+        row = {
+            "probe": f"{probe} at node {node}",
+            "peak (rpm)": peak.speed * RPM,
+            "1X (µm peak to peak)": 2e6 * peak.amplitude,
+            "amplification factor (1)": None if np.isnan(peak.amplification) else peak.amplification,
+        }
+        if operating:
+            row["separation margin"] = percent(separation_margin(peak.speed, operating))
+            needed = required_margin(peak, operating)
+            row["required (API 617)"] = "not known" if np.isnan(needed) else percent(needed)
+        rows.append(row)
+    return rows
+
+
+def loads(analysis):
+    """A row for each bearing, and one for what rigid supports carry."""
+    rows = [
+        {"bearing": f"node {one.node}" + (f" ({one.label})" if one.label else ""), "downward (N)": one.force.real,
+         "across (N)": one.force.imag + 0.0}
+        for one in analysis.loads
+    ]  # fmt: skip
+    rest = analysis.weight - sum(one.force.real for one in analysis.loads)
+    if abs(rest) > RIGID * analysis.weight:
+        rows.append({"bearing": "rigid supports", "downward (N)": rest, "across (N)": 0.0})
+    return rows

@@ -1,0 +1,131 @@
+"""Read YAML files that may come from anyone: bounded in size, depth and expansion; plain numbers, texts and lists."""
+
+import re
+from pathlib import Path
+
+from rotorstudy.errors import RotorstudyError
+
+MOST_BYTES = 5_000_000
+MOST_VALUES = 200_000  # aliases and merge keys written out
+DEEPEST = 40  # lists and mappings within each other
+LARGEST_WHOLE = 10**15  # exactly a floating-point number; longer ones are slow to read
+NUMBER = re.compile(r"[-+]?(\d[\d_]*\.?[\d_]*|\.\d[\d_]*)[eE][-+]?\d+$")
+
+
+def read_yaml(path):
+    """A YAML file as a dict.
+
+    Parameters
+    ----------
+    path : path
+        In UTF-8.
+
+    Returns
+    -------
+    dict
+        Of dicts, lists, texts, numbers, booleans and None.
+
+    Raises
+    ------
+    RotorstudyError
+        If there is no such file, it is not valid YAML, or too large when aliases are written out.
+    """
+    import yaml
+
+    path = Path(path)
+    if not path.is_file():
+        raise RotorstudyError(f"file '{path}' does not exist")
+    if path.stat().st_size > MOST_BYTES:
+        raise RotorstudyError(f"{path}: larger than {MOST_BYTES / 1e6:g} MB; a configuration is a short text")
+    try:
+        text = path.read_text(encoding="utf-8")
+        _check_depth(text)
+        loader = _loader()(text)
+        node = loader.get_single_node()
+        _check_expansion(node)
+        found = loader.construct_document(node) if node is not None else None
+    except (yaml.YAMLError, UnicodeDecodeError, ValueError) as error:
+        place = getattr(error, "problem_mark", None)
+        at = f" line {place.line + 1}" if place else ""
+        what = " ".join(str(getattr(error, "problem", None) or error).split())
+        raise RotorstudyError(f"{path}{at}: not valid YAML: {what}") from None
+    if not isinstance(found, dict):
+        raise RotorstudyError(f"{path}: expected keys and values, found {type(found).__name__}")
+    return found
+
+
+def _check_depth(text):
+    """Raise if lists and mappings are nested too deeply for the reader, which calls itself for each."""
+    import yaml
+
+    depth = 0
+    for event in yaml.parse(text):
+        if isinstance(event, yaml.CollectionStartEvent):
+            depth += 1
+        elif isinstance(event, yaml.CollectionEndEvent):
+            depth -= 1
+        if depth > DEEPEST:
+            raise _refused(f"more than {DEEPEST} lists and mappings within each other", event.start_mark)
+
+
+def _check_expansion(root):
+    """Raise if the values, aliases written out, are too many, or one contains itself."""
+    import yaml
+
+    sizes, inside = {}, set()
+
+    def size(node):
+        if id(node) in inside:
+            raise _refused("an alias contains itself", node.start_mark)
+        if id(node) not in sizes:
+            inside.add(id(node))
+            children = node.value if isinstance(node, yaml.CollectionNode) else []
+            if isinstance(node, yaml.MappingNode):
+                children = [part for pair in children for part in pair]
+            sizes[id(node)] = 1 + sum(size(child) for child in children)
+            inside.discard(id(node))
+            if sizes[id(node)] > MOST_VALUES:
+                raise _refused(f"more than {MOST_VALUES} values with the aliases written out", node.start_mark)
+        return sizes[id(node)]
+
+    if root is not None:
+        size(root)
+
+
+def _refused(problem, mark):
+    import yaml
+
+    return yaml.constructor.ConstructorError(None, None, problem, mark)
+
+
+def _loader():
+    """YAML's safe loader, with an error for a key given twice, for dates and for whole numbers of many digits.
+
+    50e-6 and 2e5 are read as the numbers they are; YAML 1.1 takes them as text, for lack of a point or of a sign.
+    """
+    import yaml
+
+    class Loader(yaml.SafeLoader):
+        def construct_mapping(self, node, deep=False):
+            seen = set()
+            for key, _ in node.value:
+                if not isinstance(key, yaml.ScalarNode):
+                    raise _refused("a key must be a text or a number", key.start_mark)
+                if key.value in seen:
+                    raise _refused(f"key '{key.value}' is given twice", key.start_mark)
+                seen.add(key.value)
+            return super().construct_mapping(node, deep)
+
+        def whole(self, node):
+            if len(node.value) > 30 or abs(value := self.construct_yaml_int(node)) > LARGEST_WHOLE:
+                raise _refused(f"whole number beyond {LARGEST_WHOLE:.0e}", node.start_mark)
+            return value
+
+        def unusual(self, node):
+            raise _refused(f"a value of type {node.tag.rsplit(':')[-1]}; write a text in quotes", node.start_mark)
+
+    Loader.add_implicit_resolver("tag:yaml.org,2002:float", NUMBER, list("-+.0123456789"))
+    Loader.add_constructor("tag:yaml.org,2002:int", Loader.whole)
+    for name in ("timestamp", "binary", "set", "omap", "pairs"):
+        Loader.add_constructor(f"tag:yaml.org,2002:{name}", Loader.unusual)
+    return Loader

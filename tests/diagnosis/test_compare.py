@@ -1,0 +1,140 @@
+"""What changed between two states: what both share cancels, and what changed is found and sized."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import yaml
+
+from rotorstudy.commands.line import main
+from rotorstudy.diagnosis.change_words import OPENINGS, summary_of_change
+from rotorstudy.diagnosis.compare import compare
+from rotorstudy.diagnosis.search import base_model
+from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.diagnosis.verdict import investigate
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+from rotorstudy.model.rig import build_model, make_term
+from rotorstudy.response.measured import measured_response, measured_response_and_jacobian
+
+HARMONICS, NOISE = np.array([1, -1, 2]), 2e-8
+SPEEDS = np.array([200.0, 300.0, 400.0, 480.0])
+CHAIN = {"probe_gain": 0.05, "probe_angle": 0.09}
+SETTINGS = Settings(nuisance=CHAIN, hold_out_rad_s=[])
+RIG = {
+    "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
+    "effects": [
+        {"kind": "external_damping", "external_damping_N_s_per_m": 100.0},
+        {"kind": "unbalance", "eccentricity_m": 5e-6, "eccentricity_phase_rad": 0.52},
+    ],
+}
+TRUE = yaml.safe_load(yaml.safe_dump(RIG))
+TRUE["effects"][0]["external_damping_N_s_per_m"] = 112.0
+TRUE["effects"][1]["eccentricity_m"] = 5.4e-6
+SMALL = (2e-6, 0.01, 0.01)  # of a chain whose records pass the checks of their quality
+CHANGE = {"kind": "unbalance", "label": "change", "eccentricity_m": 2e-7, "eccentricity_phase_rad": -1.0}
+
+
+def state(seed, change=None, sizes=(20e-6, 0.05, 0.09)):
+    """A state seen through a runout (m), a gain error and a probe angle (rad) that all states share."""
+    model = build_model(TRUE)
+    if change:
+        model = model.plus(make_term("effect", change, model.structure, model.sensors))
+    draws = np.random.default_rng(5).normal(size=(2, 1, 3, 1))
+    shown = measured_response(model, SPEEDS, HARMONICS) * (1 + sizes[1]) * np.exp(-1j * sizes[2])
+    shown = shown + sizes[0] * (draws[0] + 1j * draws[1]) / 2
+    noise = np.random.default_rng(seed).normal(0, NOISE, (2, *shown.shape))
+    covariance = independent_covariance(np.full(shown.shape, NOISE**2))
+    return Spectrum(shown + noise[0] + 1j * noise[1], SPEEDS, HARMONICS, (1,), covariance)
+
+
+def test_a_model_counted_from_an_earlier_state_shows_the_difference_of_the_two():
+    base = build_model(RIG)
+    stiff = {"kind": "stiffness_error", "label": "cause", "stiffness_error": 0.02}
+    changed = base.plus(make_term("effect", stiff, base.structure, base.sensors))
+    difference = replace(changed, before=frozenset(base.names))
+    shown = measured_response(difference, SPEEDS, HARMONICS)
+    expected = measured_response(changed, SPEEDS, HARMONICS) - measured_response(base, SPEEDS, HARMONICS)
+    np.testing.assert_array_equal(shown, expected)
+    theta, (_, slopes) = changed.theta, measured_response_and_jacobian(difference, SPEEDS, HARMONICS)
+    for p, typical in enumerate(changed.typical):  # central differences: truncation of 1e-8 of the change per step
+        step = np.zeros(len(theta))
+        step[p] = 1e-4 * typical
+        up, down = (measured_response(difference, SPEEDS, HARMONICS, theta + s * step) for s in (1, -1))
+        estimated = (up - down) / (2 * step[p])
+        np.testing.assert_allclose(slopes[..., p], estimated, rtol=1e-5, atol=1e-6 * np.abs(slopes[..., p]).max())
+
+
+def test_a_change_is_found_that_one_state_alone_cannot_show():
+    """4 % of the unbalance changes, under a runout four times the vibration."""
+    before, after = state(1), state(2, CHANGE)
+    found = compare(before, after, build_model(RIG), settings=SETTINGS).diagnosis.verdict
+    causes = [*found.causes, *found.ambiguous_with]
+    (cause,) = [c for c in causes if c.effect == "unbalance"]
+    size, phase = cause.parameters["eccentricity"], cause.parameters["eccentricity_phase"]
+    assert abs(size.value - 2e-7) < 3 * size.std + 0.05 * 2e-7  # the gain is off by 5 %
+    assert abs(np.angle(np.exp(1j * (phase.value + 1.0)))) < 3 * phase.std + 0.09  # and the angle
+    assert size.std < 0.2 * 2e-7
+    alone = investigate(after, build_model(RIG), settings=SETTINGS).verdict
+    assert not any(c.effect == "unbalance" for c in alone.causes)  # the runout hides it
+
+
+def test_nothing_is_claimed_where_nothing_changed():
+    for seed in range(2):
+        found = compare(state(10 + seed), state(20 + seed), build_model(RIG), settings=SETTINGS).diagnosis.verdict
+        assert found.verdict == "nothing"
+        assert found.detection_limit[0].amplitude > 0
+
+
+def test_what_differs_from_run_to_run_does_not_cancel():
+    settings = SETTINGS.model_copy(update={"run_to_run": ["eccentricity"], "uncertainty": {"default": 0.1}})
+    model = build_model(RIG)
+    whole, prior = base_model(replace(model, before=frozenset(model.names)), settings)
+    stated = base_model(model, settings)[1]
+    name = "eccentricity_real"
+    assert name not in whole.earlier.names
+    assert prior.std[prior.names.index(name)] == pytest.approx(np.sqrt(2) * stated.std[stated.names.index(name)])
+    scattered = compare(state(1), state(2, CHANGE), model, settings=settings).diagnosis.verdict
+    assert scattered.verdict == "nothing"  # within what two runs differ by
+
+
+def test_states_that_cannot_be_compared():
+    before, model = state(1), build_model(RIG)
+    apart = replace(state(2), speed=SPEEDS * 1.1)
+    with pytest.raises(RotorstudyError, match="no speed is common"):
+        compare(before, apart, model, settings=SETTINGS)
+    with pytest.raises(RotorstudyError, match="different harmonics"):
+        compare(before, state(2).at_harmonics([1, 2]), model, settings=SETTINGS)
+
+
+def test_a_speed_of_one_state_only_is_told():
+    part = state(2).at_speeds([0, 1, 2])
+    found = compare(state(1), part, build_model(RIG), settings=SETTINGS)
+    assert "speeds of one state" in [finding.name for finding in found.diagnosis.verdict.findings]
+    np.testing.assert_array_equal(found.difference.speed, SPEEDS[:3])
+
+
+def test_the_command_writes_a_page_that_says_what_changed(tmp_path, capsys):
+    rig = {**RIG, "measurement": {"harmonics": [1, -1, 2], "table_noise_m": NOISE},
+           "diagnosis": {"nuisance": CHAIN, "hold_out_rad_s": []}}  # fmt: skip
+    (tmp_path / "rig.yaml").write_text(yaml.safe_dump(rig))
+    for name, one in (("before", state(1, None, SMALL)), ("after", state(2, CHANGE, SMALL))):
+        rows = ["speed_rad_per_s,node,harmonic,amplitude_m,phase_rad"]
+        for i, speed in enumerate(SPEEDS):
+            shown = zip(HARMONICS, one.amplitude[i, :, 0], strict=True)
+            rows += [f"{speed},1,{n},{abs(z):.6e},{np.angle(z):.6f}" for n, z in shown]
+        (tmp_path / f"{name}.csv").write_text("\n".join(rows) + "\n")
+    states = [f"--{name}={tmp_path / name}.csv" for name in ("before", "after")]
+    assert main(["compare", *states, f"--rig={tmp_path / 'rig.yaml'}", f"--out={tmp_path / 'out'}"]) == 0
+    assert capsys.readouterr().out.startswith("Something changed")
+    page = (tmp_path / "out" / "index.html").read_text()
+    assert "What changed in rig" in page and "Both states" in page
+    assert (tmp_path / "out" / "figures" / "two_states.png").is_file()
+    build_model(yaml.safe_load((tmp_path / "out" / "extended_rig.yaml").read_text()))
+
+
+def test_every_opening_of_a_diagnosis_is_said_of_a_change():
+    nothing = compare(state(1), state(3), build_model(RIG), settings=SETTINGS).diagnosis.verdict
+    said = summary_of_change(nothing)
+    assert said.startswith("Nothing changed") and "Smallest changes" in said
+    assert not any(opening in said for opening in OPENINGS)

@@ -1,0 +1,79 @@
+"""A damping or a stiffness that is built in cannot be negative, together with what the rig has of the same."""
+
+import numpy as np
+import pytest
+
+from rotorstudy.diagnosis import investigate
+from rotorstudy.diagnosis.candidates import candidate
+from rotorstudy.diagnosis.impossible import is_negative
+from rotorstudy.diagnosis.odds import Explanation
+from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.inference.fit import fit
+from rotorstudy.inference.prior import Prior
+from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+from rotorstudy.model.registry import registry
+from rotorstudy.model.rig import build_model
+from rotorstudy.response.measured import measured_response
+
+SPEEDS, HARMONICS, RIG_DAMPING = np.array([300.0, 450.0, 600.0, 750.0, 900.0]), np.array([0, 1, -1, 2, -2]), 100.0
+MODEL = build_model({
+    "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
+    "effects": [
+        {"kind": "external_damping", "external_damping_N_s_per_m": RIG_DAMPING},
+        {"kind": "unbalance", "eccentricity_m": 2e-5},
+    ],
+})  # fmt: skip
+SIGNIFICANCE = Settings().significance
+
+
+def explained(effect, value, noise):
+    """An effect whose first amplitude is a given one, fitted to its records, and the standard deviation of that."""
+    cause = candidate(MODEL, effect, {"node": 1})
+    extended, place = MODEL.plus(cause.term), len(MODEL.names)
+    (position,) = (place + i for i, name in enumerate(cause.names) if name in cause.positive)
+    theta = np.concatenate([MODEL.theta, np.zeros(len(cause.names))])
+    theta[position] = value
+    shown = measured_response(extended, SPEEDS, HARMONICS, theta)
+    measured = Spectrum(shown, SPEEDS, HARMONICS, MODEL.sensors, independent_covariance(np.full(shown.shape, noise**2)))
+    found = fit(extended, measured, Prior.independent(cause.prior), start=theta)
+    std = np.sqrt(found.covariance[position - place, position - place])
+    return Explanation((cause,), found, 0.0), std
+
+
+@pytest.mark.parametrize("effect", ["parallel_misalignment", "angular_misalignment"])
+def test_a_coupling_has_no_negative_stiffness(effect):
+    rotor = {"kind": "offset_disc", "mass_kg": 2.0, "polar_moment_kg_m2": 5e-3, "diametral_moment_kg_m2": 2.5e-3}
+    rotor |= {"k22_N_per_m": 3.5e5, "k24_N": 2e4, "k44_N_m": 1.7e4}
+    model = build_model({"rotor": rotor})
+    (limited,) = candidate(model, effect, {"node": 1}).positive
+    assert limited.startswith("coupling_stiffness")
+
+
+@pytest.mark.parametrize(("sigma", "expected"), [(-2.0, False), (-4.0, True), (40.0, False)])
+def test_an_amplitude_is_negative_only_beyond_its_standard_deviation(sigma, expected):
+    _, std = explained("parallel_misalignment", 0.0, 1e-6)
+    found, _ = explained("parallel_misalignment", sigma * std, 1e-6)
+    assert is_negative(found, SIGNIFICANCE) == expected
+
+
+@pytest.mark.parametrize(("change", "expected"), [(-90.0, False), (-110.0, True)])
+def test_what_the_rig_has_of_the_same_counts_with_it(change, expected):
+    """A rotor that has 10 N s/m where the rig states 100 is possible."""
+    found, std = explained("external_damping", change, 1e-8)
+    assert std < 1  # the sign is known
+    assert is_negative(found, SIGNIFICANCE) == expected
+
+
+@pytest.mark.parametrize(("stiffness", "named"), [(4e4, True), (-4e4, False)])
+def test_a_coupling_of_negative_stiffness_is_not_named(stiffness, named):
+    cause = candidate(MODEL, "parallel_misalignment", {"node": 1})
+    hidden = {"coupling_stiffness": stiffness, "misalignment_force_2X": 20.0}
+    values = [hidden.get(p.name, 0.0) for p in cause.term.parameters for _ in range(2 if p.is_complex else 1)]
+    shown = measured_response(MODEL.plus(cause.term), SPEEDS, HARMONICS, np.concatenate([MODEL.theta, values]))
+    noise = independent_covariance(np.full(shown.shape, 1e-16))
+    alone = [name for name, effect in registry().plugins["effect"].items() if name != cause.effect and effect.candidate]
+    settings = {"uncertainty": {"default": 1e-3}, "leave_out": alone}  # no other effect, nor the rig, explains it
+    measured = Spectrum(shown, SPEEDS, HARMONICS, MODEL.sensors, noise)
+    found = investigate(measured, MODEL, settings=settings).verdict
+    assert ({c.effect for c in found.causes} == {cause.effect}) == named
+    assert (found.verdict == "cause") == named

@@ -1,0 +1,171 @@
+"""Several runs of one machine, fitted together: shared parameters, known trial masses, and what is each run's own."""
+
+import numpy as np
+import pytest
+import yaml
+
+from rotorstudy.commands.line import main
+from rotorstudy.diagnosis.runs import identify_runs, shared_names
+from rotorstudy.diagnosis.search import base_model
+from rotorstudy.diagnosis.settings import read_settings
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.inference.fit import fit
+from rotorstudy.inference.prediction import with_model_error
+from rotorstudy.measurement.measurement import measured_spectrum
+from rotorstudy.model.rig import build_model, make_term, read_rig
+from rotorstudy.response.measured import measured_response
+
+SPEEDS = np.array([80.0, 120.0, 150.0])
+DISC = {"mass_kg": 0.8, "polar_moment_kg_m2": 5.8e-4, "diametral_moment_kg_m2": 3.3e-4}
+SUPPORT = {"bearing_stiffness_N_per_m": 2e5, "bearing_damping_N_s_per_m": 50.0}
+RIG = {
+    "rotor": {
+        "kind": "finite_element",
+        "outer_diameter_m": 0.01,
+        "elements": [{"length_m": 0.56, "count": 8}],
+        "discs": [{"node": 3, **DISC}, {"node": 7, **DISC}],
+    },
+    "bearings": [
+        {"kind": "linear", "node": n, "label": label} | SUPPORT
+        for n, label in ((1, "left"), (9, "right"))
+    ],
+    "effects": [
+        {"kind": "unbalance", "node": 3, "label": "disc 1", "mass_kg": 1e-3, "eccentricity_m": 0.0},
+        {"kind": "unbalance", "node": 7, "label": "disc 2", "mass_kg": 1e-3, "eccentricity_m": 0.0},
+    ],
+    "sensors": [2, 8],
+    "measurement": {"harmonics": [1, -1], "table_noise_m": 2e-8, "node_of_label": {"disc 1": 3, "2": 2, "8": 8}},
+    "diagnosis": {"nuisance": {}, "model_error": 0.0, "model_floor": 0.0, "uncertainty": {
+        "default": 0.2, "rotor": 0, "rotor.youngs_modulus_Pa": 0.1, "eccentricity": 10.0}},
+}  # fmt: skip
+TRUE = {"bearing_stiffness[left]": 2.3e5, "bearing_stiffness[right]": 1.8e5, "rotor.youngs_modulus_Pa": -0.08}
+
+
+def machine(trial):
+    """The true machine, with residual unbalances of 20 and 10 g mm, and a trial mass (g mm, degrees) on disc 1."""
+    rig = yaml.safe_load(yaml.safe_dump(RIG))
+    rig["rotor"]["youngs_modulus_Pa"] = 2.1e11 * (1 + TRUE["rotor.youngs_modulus_Pa"])
+    for bearing in rig["bearings"]:
+        bearing["bearing_stiffness_N_per_m"] = TRUE[f"bearing_stiffness[{bearing['label']}]"]
+    rig["effects"][0] |= {"eccentricity_m": 0.02, "eccentricity_phase_rad": 1.0}
+    rig["effects"][1] |= {"eccentricity_m": 0.01, "eccentricity_phase_rad": -2.0}
+    model = build_model(rig)
+    size, angle = trial
+    item = {"kind": "unbalance", "node": 3, "mass_kg": 1e-3, "label": "trial", "eccentricity_m": size * 1e-3,
+            "eccentricity_phase_rad": np.deg2rad(angle)}  # fmt: skip
+    return model.plus(make_term("effect", item, model.structure, model.sensors))
+
+
+def write_table(path, model, seed):
+    amplitude = measured_response(model, SPEEDS, [1, -1])
+    draws = np.random.default_rng(seed).normal(0, 2e-8, (2, *amplitude.shape))
+    amplitude = amplitude + draws[0] + 1j * draws[1]
+    rows = ["speed_rad_per_s,node,harmonic,amplitude_m,phase_rad"]
+    for i, speed in enumerate(SPEEDS):
+        for h, n in enumerate((1, -1)):
+            for s, node in enumerate(model.sensors):
+                z = amplitude[i, h, s]
+                rows.append(f"{speed},{node},{n},{abs(z):.6e},{np.angle(z):.5f}")
+    path.write_text("\n".join(rows) + "\n")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Rig, records of a baseline, a trial run and a run with an unknown mass, and the list of these runs."""
+    path = tmp_path_factory.mktemp("runs")
+    (path / "rig.yaml").write_text(yaml.safe_dump(RIG))
+    for seed, (name, trial) in enumerate((("baseline", (0.0, 0)), ("trial", (60.0, 90)), ("unknown", (25.0, -40)))):
+        write_table(path / f"{name}.csv", machine(trial), seed)
+    runs = [
+        {"name": "baseline", "records": ["baseline.csv"]},
+        {"name": "trial", "records": ["trial.csv"],
+         "unbalances": [{"node": "disc 1", "unbalance_g_mm": 60.0, "angle_deg": 90.0}]},
+        {"name": "unknown", "records": ["unknown.csv"], "unbalances": [{"node": "disc 1"}]},
+    ]  # fmt: skip
+    (path / "runs.yaml").write_text(yaml.safe_dump({"runs": runs}))
+    return path
+
+
+def test_a_trial_mass_gives_the_machine_and_the_unknown_mass_of_another_run(folder):
+    found = identify_runs(folder / "runs.yaml", folder / "rig.yaml").joint
+    names = ["eccentricity[added 1]_real @ unknown", "eccentricity[added 1]_imag @ unknown"]
+    theta, covariance = found.of(names)
+    true = 0.025 * np.array([np.cos(np.deg2rad(-40)), np.sin(np.deg2rad(-40))])
+    off = theta - true
+    assert off @ np.linalg.solve(covariance, off) < 13.8  # chi-square of two, p = 0.001
+    assert np.hypot(*off) < 5e-4  # half a g mm
+    theta, covariance = found.of([name for name in TRUE if not name.startswith("rotor")])
+    off = theta - [TRUE["bearing_stiffness[left]"], TRUE["bearing_stiffness[right]"]]
+    assert off @ np.linalg.solve(covariance, off) < 13.8
+    for cost, rows in found.misfits.values():
+        assert cost < rows + 4 * np.sqrt(2 * rows)
+
+
+def test_without_the_trial_mass_the_size_is_not_known(folder):
+    """The negative control: residual unbalance and stiffness trade off unless something known is added."""
+    runs = yaml.safe_load((folder / "runs.yaml").read_text())["runs"]
+    del runs[1]
+    (folder / "two.yaml").write_text(yaml.safe_dump({"runs": runs}))
+    both = [identify_runs(folder / name, folder / "rig.yaml").joint for name in ("runs.yaml", "two.yaml")]
+    name = "eccentricity[added 1]_real @ unknown"
+    narrow, wide = (one.of([name])[1][0, 0] ** 0.5 for one in both)
+    assert wide > 1.5 * narrow
+
+
+def test_one_run_is_the_fit_of_its_spectrum(folder):
+    runs = {"runs": [{"name": "baseline", "records": ["baseline.csv"]}]}
+    (folder / "one.yaml").write_text(yaml.safe_dump(runs))
+    rig = yaml.safe_load(yaml.safe_dump(RIG))
+    rig["diagnosis"]["uncertainty"]["rotor.youngs_modulus_Pa"] = 0
+    (folder / "held.yaml").write_text(yaml.safe_dump(rig))
+    found = identify_runs(folder / "one.yaml", folder / "held.yaml").joint
+    settings, held = read_settings(rig, "held"), read_rig(folder / "held.yaml")
+    spectrum, model, _ = measured_spectrum([folder / "baseline.csv"], held)
+    whole, prior = base_model(model, settings)
+    alone = fit(whole, with_model_error(spectrum, settings), prior)
+    np.testing.assert_allclose(found.posterior.free, alone.free, rtol=1e-12)
+    assert found.posterior.evidence == pytest.approx(alone.evidence, rel=1e-12)
+
+
+def test_the_updated_rig_carries_the_covariance(folder, capsys):
+    arguments = ["identify", "--runs", str(folder / "runs.yaml"), "--rig", str(folder / "rig.yaml")]
+    assert main([*arguments, "--rig-out", str(folder / "updated.yaml")]) == 0
+    assert "run 'trial'" in capsys.readouterr().out
+    found = identify_runs(folder / "runs.yaml", folder / "rig.yaml").joint
+    updated = read_rig(folder / "updated.yaml")
+    _, prior = base_model(updated.model, read_settings(updated.given, "updated"))
+    names = [name for name in shared_names(found) if not name.startswith("rotor")]
+    theta, covariance = found.of(names)
+    np.testing.assert_allclose(prior.part(names).mean, theta, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(prior.part(names).covariance, covariance, rtol=1e-5, atol=1e-12)
+
+
+def test_a_parameter_of_its_own_differs_between_runs(folder):
+    runs = yaml.safe_load((folder / "runs.yaml").read_text())["runs"][:2]
+    for one in runs:
+        one["own"] = ["bearing_damping"]
+    (folder / "own.yaml").write_text(yaml.safe_dump({"runs": runs}))
+    found = identify_runs(folder / "own.yaml", folder / "rig.yaml")
+    assert "bearing_damping[left]" not in shared_names(found.joint)
+    assert "bearing_damping[left] @ trial" in found.joint.prior.names
+    assert found.rig["bearings"][0]["bearing_damping_N_s_per_m"] == 50.0  # the next run has its own again
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"nam": "x"}, "unknown key 'nam'"),
+        ({"own": ["nothing"]}, "unknown uncertain parameter 'nothing'"),
+        ({"unbalances": [{"node": "disc 3"}]}, "unknown node label 'disc 3'"),
+        ({"records": []}, "records"),
+        ({"name": "trial"}, "two runs are named 'trial'"),
+        ({"unbalances": {"node": 3}}, "must be a list"),
+    ],
+)
+def test_bad_runs_are_told_in_one_line(folder, change, said):
+    runs = yaml.safe_load((folder / "runs.yaml").read_text())["runs"][:2]
+    runs[0] |= change
+    (folder / "bad.yaml").write_text(yaml.safe_dump({"runs": runs}))
+    with pytest.raises(RotorstudyError, match=said) as error:
+        identify_runs(folder / "bad.yaml", folder / "rig.yaml")
+    assert "\n" not in str(error.value)

@@ -1,0 +1,41 @@
+"""The pages of docs/: what they show is read by the program, and links lead somewhere."""
+
+import re
+from pathlib import Path
+
+import pytest
+import yaml
+
+from rotorstudy import build_model, harmonic_response
+from rotorstudy.model.rig import OTHER, SECTIONS
+
+ROOT = Path(__file__).parents[2]
+PAGES = sorted((ROOT / "docs").glob("*.md"))
+
+
+def dead_links(text, folder):
+    links = re.findall(r"\]\(([^)]+)\)", text)
+    inside = [link.split("#")[0] for link in links if not link.startswith(("http", "#"))]
+    return [link for link in inside if not (folder / link).exists()]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_lead_somewhere(page):
+    assert dead_links(page.read_text(encoding="utf-8"), page.parent) == []
+
+
+def test_a_dead_link_is_seen():
+    assert dead_links("[a](nowhere.md#b) [c](#d) [e](https://example.org)", ROOT / "docs") == ["nowhere.md"]
+
+
+def test_every_page_is_in_the_navigation_of_the_site():
+    navigation = yaml.safe_load((ROOT / "mkdocs.yml").read_text(encoding="utf-8"))["nav"]
+    assert sorted(name for entry in navigation for name in entry.values()) == [page.name for page in PAGES]
+
+
+def test_the_page_on_the_rig_file_explains_every_section():
+    text = (ROOT / "docs" / "your_rig.md").read_text(encoding="utf-8")
+    assert set(re.findall(r"^\| `(\w+)` \|", text, re.MULTILINE)) == {*SECTIONS, *OTHER}
+    (example,) = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
+    rig = yaml.safe_load(example.replace("2e7", "2.0e+7").replace("1e-5", "1.0e-5"))
+    assert abs(harmonic_response(build_model(rig), [100.0], [1])[0, 0, 12]) > 1e-7  # its unbalance moves the disc

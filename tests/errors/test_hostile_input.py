@@ -1,0 +1,241 @@
+"""Input from anyone: a one-line error or a finite result, in bounded time and memory.
+
+A short run always; `ROTORSTUDY_FUZZ=100000 pytest tests/errors/test_hostile_input.py` tries as many inputs.
+"""
+
+import copy
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from rotorstudy.commands.line import main
+from rotorstudy.errors import LONGEST, RotorstudyError
+from rotorstudy.store import load, save
+from rotorstudy.yaml_file import MOST_VALUES, read_yaml
+
+EXAMPLES = int(os.environ.get("ROTORSTUDY_FUZZ", "40"))
+FUZZ = settings(
+    max_examples=EXAMPLES,
+    deadline=None,
+    derandomize=EXAMPLES < 1000,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)
+NESTED = "".join(f"{b}: &{b} [{', '.join([f'*{a}'] * 9)}]\n" for a, b in zip("abcdefgh", "bcdefghi", strict=True))
+MERGED = "".join(
+    f"{b}: &{b} {{<<: [{', '.join([f'*{a}'] * 9)}]}}\n" for a, b in zip("abcdefgh", "bcdefghi", strict=True)
+)
+HOSTILE = {
+    "alias bomb": (f"a: &a [x, x, x]\n{NESTED}", f"more than {MOST_VALUES} values"),
+    "merge bomb": (f"a: &a {{x: 1}}\n{MERGED}", f"more than {MOST_VALUES} values"),
+    "an alias in itself": ("rotor: &r {kind: jeffcott, x: *r}\n", "contains itself"),
+    "1000 brackets": (f"rotor: {'[' * 1000}{']' * 1000}\n", "within each other"),
+    "5000 digits": (f"rotor: {{mass_kg: {'9' * 5000}}}\n", "whole number"),
+    "impossible date": ("rotor: {mass_kg: 2020-13-45}\n", "timestamp"),
+    "tagged bytes": ("rotor: {mass_kg: !!binary aGVsbG8=}\n", "binary"),
+    "Python object": ("rotor: !!python/object/apply:os.system ['true']\n", "not valid YAML"),
+    "a list as key": ("? [a]\n: 1\n", "a key must be"),
+    "not UTF-8": (b"rotor: \xff\xfe\n", "not valid YAML"),
+}
+
+
+def example(name):
+    return yaml.safe_load(Path(f"examples/{name}.yaml").read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_hostile_yaml_is_refused(tmp_path, name):
+    text, message = HOSTILE[name]
+    path = tmp_path / "rig.yaml"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    with pytest.raises(RotorstudyError, match=message):
+        read_yaml(path)
+
+
+def test_aliases_and_merge_keys_of_a_sensible_size_are_read(tmp_path):
+    path = tmp_path / "rig.yaml"
+    path.write_text("common: &c {a: 1, b: 50e-6}\nother: {<<: *c, b: 2e5}\n")
+    assert read_yaml(path) == {"common": {"a": 1, "b": 50e-6}, "other": {"a": 1, "b": 2e5}}
+
+
+def test_a_message_that_repeats_the_input_is_cut_in_one_line(tmp_path, capsys):
+    path = tmp_path / "rig.yaml"
+    path.write_text(f"rotor: {{kind: {'k' * 100_000}}}\n")
+    assert main(["simulate", str(path), "--speeds", "100", "--out", str(tmp_path / "o.nc")]) == 1
+    assert_one_line(capsys.readouterr().err)
+    assert len(str(RotorstudyError("a\nb"))) == 3
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda rig: rig["cracks"][0].update(stiffness_loss=1e18), "stiffness_loss = 1e"),
+        (lambda rig: rig["cracks"][0].update(stiffness_loss=-0.1), "stiffness_loss = -0.1"),
+        (lambda rig: rig["effects"][2].update(eccentricity_m=1000.0), "more than the size of the rotor"),
+        (lambda rig: rig["effects"][2].update(label={"a": 1}), "must be a text"),
+    ],
+)
+def test_impossible_numbers_are_refused(tmp_path, capsys, change, message):
+    rig = example("two_discs")
+    change(rig)
+    assert simulated(rig, tmp_path) == 1
+    assert message in capsys.readouterr().err
+
+
+def test_a_node_loses_no_more_stiffness_than_it_has(tmp_path, capsys):
+    rotor = {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7e5}
+    crack = {"kind": "switching", "stiffness_loss_N_per_m": 7.1e5}
+    assert simulated({"rotor": rotor, "cracks": [crack]}, tmp_path) == 1
+    assert "7e+05 N/m" in capsys.readouterr().err
+
+
+def test_a_disk_that_refuses_is_said_in_one_line(tmp_path):
+    """A limit of the file size is refused as a full disk is."""
+    code = (
+        "import resource, signal, sys; signal.signal(signal.SIGXFSZ, signal.SIG_IGN); "
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000)); from rotorstudy.commands.line import main; "
+        "sys.exit(main(sys.argv[1:]))"
+    )
+    out = tmp_path / "o.nc"
+    call = [sys.executable, "-c", code, "simulate", "examples/jeffcott.yaml", "--speeds", "100", "--out", str(out)]
+    found = subprocess.run(call, capture_output=True, text=True, timeout=100)
+    assert found.returncode == 1
+    assert "cannot be written" in found.stderr and "Traceback" not in found.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_output_into_a_closed_pipe_is_no_error():
+    call = f"{sys.executable} -m rotorstudy plugins | head -1; exit ${{PIPESTATUS[0]}}"
+    found = subprocess.run(["bash", "-c", call], capture_output=True, text=True, timeout=100)
+    assert found.returncode == 0 and found.stderr == ""
+
+
+def test_a_terminal_without_the_sign_shows_a_question_mark():
+    """± cannot be written in ASCII."""
+    code = "from rotorstudy.commands import line; line.main(['plugins', '--name', 'fft']); print('1 ± 2')"
+    environment = {**os.environ, "PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"}
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, env=environment, timeout=100)
+    assert found.returncode == 0 and found.stdout.endswith(b"1 ? 2\n")
+
+
+LEAVES = st.one_of(
+    st.floats(allow_nan=True, allow_infinity=True),
+    st.integers(-(10**16), 10**16),
+    st.text(max_size=5),
+    st.none(),
+    st.booleans(),
+    st.lists(st.integers(-2, 9), max_size=3),
+    st.dictionaries(st.text(max_size=3), st.integers(), max_size=2),
+)
+
+
+def places(value, path=()):
+    """Paths of all values within a configuration."""
+    inside = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    return [path, *(one for key, part in inside for one in places(part, (*path, key)))]
+
+
+@st.composite
+def mutated_rigs(draw, name):
+    """A rig file with one to three of its values replaced or removed."""
+    rig = example(name)
+    for _ in range(draw(st.integers(1, 3))):
+        *above, key = draw(st.sampled_from(places(rig)[1:]))
+        part = rig
+        for step in above:
+            part = part[step]
+        if draw(st.integers(0, 4)) == 0:
+            del part[key]
+        else:
+            part[key] = draw(LEAVES)
+    return rig
+
+
+def simulated(rig, folder):
+    """Status of `simulate` for a rig."""
+    path = folder / "rig.yaml"
+    path.write_text(yaml.safe_dump(copy.deepcopy(rig)), encoding="utf-8")
+    given = ["simulate", str(path), "--speeds", "100", "--duration", "0.2", "--rate", "2000"]
+    return main([*given, "--harmonics", "0", "1", "-1", "2", "--out", str(folder / "o.nc")])
+
+
+def assert_one_line(err):
+    """The last line is the error; findings and warnings may stand before it."""
+    *before, last = err.splitlines()
+    assert last.startswith("error: ") and len(last) <= LONGEST + 20
+    assert all(line.startswith(("error: ", "warning: ", "note: ")) for line in before)
+
+
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+@pytest.mark.parametrize("name", ["jeffcott", "two_discs"])
+def test_a_mutated_rig_gives_one_line_or_a_finite_record(tmp_path, capsys, name):
+    @FUZZ
+    @given(mutated_rigs(name))
+    def check(rig):
+        status = simulated(rig, tmp_path)
+        err = capsys.readouterr().err
+        if status:
+            assert_one_line(err)
+        else:
+            assert np.isfinite(load(tmp_path / "o.nc").displacement.values).all()
+
+    check()
+
+
+TABLE = "speed_rad_per_s,node,harmonic,amplitude_m,phase_rad\n" + "".join(
+    f"{w},1,{n},{1e-5 / (1 + abs(n))},{0.1 * n}\n" for w in (100, 200) for n in range(-5, 6)
+)
+
+
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+def test_a_mutated_table_gives_one_line_or_a_finite_estimate(tmp_path, capsys):
+    """Characters of a table of harmonics are replaced, removed or repeated."""
+
+    @FUZZ
+    @given(st.lists(st.tuples(st.integers(0, len(TABLE) - 1), st.text(max_size=4)), min_size=1, max_size=4))
+    def check(changes):
+        text = TABLE
+        for at, new in changes:
+            text = text[:at] + new + text[at + 1 :]
+        path = tmp_path / "table.csv"
+        path.write_text(text, encoding="utf-8", errors="replace")
+        status = main(["import", str(path), "--rig", "examples/jeffcott.yaml", "--out", str(tmp_path / "s.nc")])
+        err = capsys.readouterr().err
+        if status:
+            assert_one_line(err)
+        else:
+            assert np.isfinite(load(tmp_path / "s.nc").amplitude.values).all()
+
+    check()
+
+
+def test_the_oracle_sees_a_traceback_and_a_second_line():
+    for wrong in ("Traceback (most recent call last)\nerror: a", "error: a\nb", "error: " + "x" * 2 * LONGEST):
+        with pytest.raises(AssertionError):
+            assert_one_line(wrong)
+
+
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+def test_a_record_with_an_infinite_sample_or_speed_label_zero_gives_no_infinite_spectrum(tmp_path, capsys):
+    assert main(["simulate", "examples/jeffcott.yaml", "--speeds", "100", "--out", str(tmp_path / "r.nc")]) == 0
+    good = load(tmp_path / "r.nc")
+    for name, value in (("displacement", np.inf), ("displacement", 1e308), ("reference", np.inf), ("speed", 0.0)):
+        bad = good.copy(deep=True)
+        values = bad[name].values.copy()
+        values.flat[0] = value
+        bad[name] = bad[name].copy(data=values)
+        save(bad, tmp_path / "bad.nc")
+        status = main(
+            ["import", str(tmp_path / "bad.nc"), "--rig", "examples/jeffcott.yaml", "--out", str(tmp_path / "s.nc")]
+        )
+        err = capsys.readouterr().err
+        if status:
+            assert_one_line(err)
+        else:  # the sample is left out
+            assert np.isfinite(load(tmp_path / "s.nc").amplitude.values).all(), (name, value)

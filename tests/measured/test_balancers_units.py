@@ -1,0 +1,99 @@
+"""Units of a balancer: unbalance in g mm, degrees, rpm, and numbers as people write them."""
+
+import numpy as np
+import pytest
+import xarray as xr
+import yaml
+
+from rotorstudy import load_rig
+from rotorstudy.commands.line import main
+from rotorstudy.diagnosis.result import Place
+from rotorstudy.diagnosis.words import place
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.model.estimated_rig import rig_with_values
+from rotorstudy.model.rig import build_model
+from rotorstudy.yaml_file import read_yaml
+
+ROTOR = {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5}
+DAMPING = {"kind": "external_damping", "external_damping_N_s_per_m": 100.0}
+
+
+def rig(**unbalance):
+    return {"rotor": ROTOR, "effects": [DAMPING, {"kind": "unbalance", **unbalance}]}
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"unbalance_g_mm": 30.0, "unbalance_phase_deg": 90.0},
+        {"unbalance_kg_m": 3e-5, "eccentricity_phase_deg": 90},
+        {"mass_kg": 0.5, "unbalance_g_mm": 7.5, "eccentricity_phase_rad": np.pi / 2},
+    ],
+)
+def test_an_unbalance_of_30_g_mm_is_15_um_of_2_kg(given):
+    assert build_model(rig(**given)).theta[1:] == pytest.approx([0, 1.5e-5], abs=1e-18)
+
+
+def test_an_option_in_degrees():
+    crack = {"kind": "open", "stiffness_loss_N_per_m": 1e5}
+    both = [build_model({**rig(eccentricity_m=0.0), "cracks": [{**crack, key: value}]})
+            for key, value in (("angle_deg", 30), ("angle_rad", np.pi / 6))]  # fmt: skip
+    first, second = (model.terms[0].parameters[0].entries[1].matrix for model in both)
+    assert first == pytest.approx(second, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"unbalance_g_mm": 30.0, "eccentricity_m": 1e-5}, ["unbalance_g_mm", "eccentricity_m", "same quantity"]),
+        ({"unbalance_g_cm": 30.0}, ["unknown key 'unbalance_g_cm'"]),
+        ({"unbalance_g_mm": "much"}, ["'much'", "must be a finite number"]),
+        ({"unbalance_phase_deg": 30.0}, ["no magnitude"]),
+    ],
+)
+def test_a_wrong_key_of_an_unbalance_is_named(given, words):
+    with pytest.raises(RotorstudyError) as error:
+        build_model(rig(**given))
+    assert all(word in str(error.value) for word in words), error.value
+
+
+def test_an_estimate_replaces_the_key_it_was_given_by():
+    given = rig(unbalance_g_mm=30.0, unbalance_phase_deg=90.0)
+    found = rig_with_values(given, build_model(given), {"eccentricity_real": 1e-5})
+    assert found["effects"][1].keys() == {"kind", "eccentricity_m", "eccentricity_phase_rad"}
+    assert build_model(found).theta[1:] == pytest.approx([1e-5, 1.5e-5])
+
+
+def test_numbers_of_yaml_as_python_reads_them(tmp_path):
+    numbers = ["50e-6", "2e-05", "1e5", "+.5E3", "-3.e2", "7", "0.25", "1.5e+3"]
+    text = ["1e", "e5", "2e-5 mm", "5e3x", "run_1e5"]
+    path = tmp_path / "file.yaml"
+    path.write_text(f"numbers: [{', '.join(numbers)}]\ntext: [{', '.join(text)}]\n")
+    assert read_yaml(path) == {"numbers": [float(one) for one in numbers], "text": text}
+
+
+def test_speeds_in_rpm(tmp_path):
+    path = tmp_path / "rig.yaml"
+    path.write_text(yaml.safe_dump(rig(unbalance_g_mm=30.0)).replace("100.0", "1e2"))
+    assert load_rig(path).theta[0] == 100
+    options = ["--rate", "1000", "--duration", "0.2", "--out", str(tmp_path / "records.nc")]
+    assert main(["simulate", str(path), "--speeds", "1000", "3000", "--rpm", *options]) == 0
+    with xr.open_dataset(tmp_path / "records.nc") as found:
+        assert found.speed.values == pytest.approx([100 * np.pi / 3, 100 * np.pi])
+
+
+def test_a_cause_is_named_by_the_label_of_the_disc_or_bearing():
+    disc = {"mass_kg": 1.0, "polar_moment_kg_m2": 1e-3, "diametral_moment_kg_m2": 5e-4}
+    bearing = {"kind": "linear", "bearing_stiffness_N_per_m": 1e6}
+    structure = build_model({
+        "rotor": {"kind": "finite_element", "elements": [{"length_m": 0.2, "count": 4}], "outer_diameter_m": 0.01,
+                  "discs": [{"node": 2, "label": "fan", **disc}, {"node": 3, **disc}]},
+        "bearings": [{**bearing, "node": 1, "label": "DE"}, {**bearing, "node": 5, "label": "rear bearing"}],
+    }).structure  # fmt: skip
+    assert structure.labels == {1: "bearing DE", 2: "fan", 5: "rear bearing"}
+    assert [one.node for one in structure.discs] == [2, 3]
+    told = {2: "at node 2 (fan)", 3: "at node 3", (2, 3): "at node 2 and 3"}
+    for node, words in told.items():
+        where = {"node": node if isinstance(node, int) else list(node)}
+        found = Place(effect="unbalance", where=where, label=structure.label_at(where))
+        assert place(found) == f"unbalance {words}"

@@ -1,0 +1,153 @@
+"""Tables of a probe's amplitude and phase in the units and signs that balancers use."""
+
+import numpy as np
+import pytest
+import yaml
+
+from rotorstudy.commands.line import main
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.measurement.measurement import read_measurement
+
+SPEEDS = np.array([90.0, 150.0, 210.0])  # rad/s
+FORWARD, BACKWARD = np.array([3e-6, 8e-6j, -5e-6 + 1e-6j]), np.array([1e-6j, -2e-6, 1e-6])
+PROBES = {"left": -45.0, "right": 60.0}
+MARK = np.deg2rad(50.0)  # angle of the reference line when the mark passes: sensor at 70, mark at 20 degrees
+
+
+def vector(probe, speed):
+    """Peak and phase lead of what a probe reads, from its signal over one revolution since the mark passed."""
+    since = 2 * np.pi * np.arange(64) / 64
+    angle, i = since + MARK, list(SPEEDS).index(speed)
+    orbit = FORWARD[i] * np.exp(1j * angle) + BACKWARD[i] * np.exp(-1j * angle)
+    reading = np.real(orbit * np.exp(-1j * np.deg2rad(PROBES[probe])))
+    return 2 * np.mean(reading * np.exp(-1j * since))
+
+
+WAYS = {
+    "peak, m, lead, rad": ({}, "amplitude_m", "phase_rad", lambda v, w: (abs(v), np.angle(v))),
+    "peak-to-peak, mil, lag": (
+        {"table_amplitude": "peak_to_peak", "table_phase": "lag"},
+        "amplitude_mil",
+        "phase_deg",
+        lambda v, w: (2 * abs(v) / 25.4e-6, -np.rad2deg(np.angle(v))),
+    ),
+    "rms, um": (
+        {"table_amplitude": "rms"},
+        "amplitude_um",
+        "phase_deg",
+        lambda v, w: (1e6 * abs(v) / np.sqrt(2), np.rad2deg(np.angle(v))),
+    ),
+    "rms velocity, mm/s, lag": (
+        {"table_amplitude": "rms", "table_phase": "lag"},
+        "velocity_mm_per_s",
+        "phase_deg",
+        lambda v, w: (1e3 * w * abs(v) / np.sqrt(2), -np.rad2deg(np.angle(1j * v))),
+    ),
+}
+
+
+def table(way, probes=tuple(PROBES)):
+    _, size, phase, written = WAYS[way]
+    rows = [f"speed_rpm,probe,{size},{phase}"]
+    for speed in SPEEDS:
+        for probe in probes:
+            amount, turn = written(vector(probe, speed), speed)
+            rows.append(f"{speed * 30 / np.pi:.9f},{probe},{amount:.9f},{turn:.7f}")
+    return "\n".join(rows)
+
+
+def rig(folder, way="peak, m, lead, rad", probes=PROBES, **more):
+    measurement = {
+        "probes": [{"channel": name, "node": 1, "angle_deg": angle} for name, angle in probes.items()],
+        "keyphasor": {"sensor_angle_deg": 70, "mark_angle_deg": 20},
+        **WAYS[way][0],
+        **more,
+    }
+    effects = [{"kind": "external_damping", "external_damping_N_s_per_m": 20.0}, {"kind": "unbalance"}]
+    content = {"rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 8e4}, "effects": effects}
+    path = folder / "rig.yaml"
+    path.write_text(yaml.safe_dump({**content, "measurement": measurement}))
+    return path
+
+
+def read(folder, text, *options, **more):
+    path = folder / "run.csv"
+    path.write_text(text)
+    return read_measurement([path], rig(folder, *options, **more))
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_two_probes_give_the_orbit(way, tmp_path):
+    """Digits of 1e-9 m in the first way, of 1e-9 in its unit in the others."""
+    found = read(tmp_path, table(way), way).spectrum
+    assert list(found.harmonics) == [1, -1] and found.speed == pytest.approx(SPEEDS, rel=1e-8)
+    assert found.amplitude[:, 0, 0] == pytest.approx(FORWARD, abs=2e-9)
+    assert found.amplitude[:, 1, 0] == pytest.approx(BACKWARD, abs=2e-9)
+
+
+def test_one_probe_gives_what_it_shows(tmp_path):
+    found = read(tmp_path, table("rms, um", ["right"]).replace(",right,", ",").replace("probe,", ""), "rms, um",
+                 {"right": 60.0}).spectrum  # fmt: skip
+    assert found.single_probes == [1] and found.directions == pytest.approx([np.deg2rad(60)])
+    expected = np.array([vector("right", speed) for speed in SPEEDS]) / 2 * np.exp(-1j * MARK)
+    assert np.exp(-1j * np.deg2rad(60)) * found.amplitude[:, 0, 0] == pytest.approx(expected, abs=1e-12)
+
+
+def test_the_covariance_is_that_of_the_digits(tmp_path):
+    """Of random values rounded to the printed digits: whitened errors have unit variance (5 sigma of 4 times 400)."""
+    generator, off = np.random.default_rng(1), []
+    rows = ["speed_rpm,probe,amplitude_um,phase_deg"]
+    true = generator.uniform(5, 20, (400, 2)) * np.exp(1j * generator.uniform(0, 6, (400, 2)))
+    for i, pair in enumerate(true):
+        for name, one in zip(PROBES, pair, strict=True):
+            rows.append(f"{1000 + i},{name},{abs(one):.0f},{np.rad2deg(np.angle(one)):.0f}")
+    spectrum = read(tmp_path, "\n".join(rows)).spectrum
+    angles = np.deg2rad(list(PROBES.values()))
+    inverse = np.linalg.inv(np.column_stack([np.cos(angles), np.sin(angles)]))
+    x, y = inverse @ (true.T * 1e-6 / 2 * np.exp(-1j * MARK))
+    exact = np.stack([x + 1j * y, x.conj() + 1j * y.conj()], axis=1)[..., None]
+    off = spectrum.whitened(spectrum.amplitude - exact)
+    assert len(off) == 1600 and np.mean(off**2) == pytest.approx(1, abs=5 * np.sqrt(2 / 1600))
+
+
+@pytest.mark.parametrize(
+    ("change", "more", "words"),
+    [
+        (("amplitude_um", "amplitude_inch"), {}, ["unknown column 'amplitude_inch'", "amplitude_mil"]),
+        (("amplitude_um", "velocity_mm"), {}, ["unknown column 'velocity_mm'", "did you mean 'velocity_mm_per_s'"]),
+        (("phase_deg", "phase_grad"), {}, ["unknown column 'phase_grad'"]),
+        (("speed_rpm", "speed"), {}, ["unknown column 'speed'", "speed_rpm"]),
+        ((",left,", ",lefd,"), {}, ["unknown probe 'lefd'", "did you mean 'left'"]),
+        ((), {"table_amplitude": "p-p"}, ["table_amplitude", "'peak', 'peak_to_peak' or 'rms'"]),
+        ((), {"harmonics": [1, -1, 2, -2]}, ["harmonics", "2", "tables of probes have [1]"]),
+        ((), {"probes": {}}, ["no probes", "list them"]),
+    ],
+)
+def test_what_is_wrong_in_a_table_is_named(change, more, words, tmp_path):
+    text = table("rms, um")
+    with pytest.raises(RotorstudyError) as error:
+        read(tmp_path, text.replace(*change) if change else text, "rms, um", **more)
+    assert "\n" not in str(error.value) and all(word in str(error.value) for word in words), error.value
+
+
+def test_a_row_that_is_missing_or_doubled_is_named(tmp_path):
+    lines = table("rms, um").splitlines()
+    with pytest.raises(RotorstudyError, match="need the same probes"):
+        read(tmp_path, "\n".join(lines[:-1]), "rms, um")
+    with pytest.raises(RotorstudyError, match="harmonic 1 of probe 'right' occurs 2 times"):
+        read(tmp_path, "\n".join([*lines, lines[-1]]), "rms, um")
+
+
+def test_a_table_of_a_probe_is_identified(tmp_path, capsys):
+    """Of a rotor's own response: the commands read it as any record."""
+    speeds = np.linspace(120, 280, 15)
+    exact = 2.0 * 1.5e-5 * speeds**2 / (8e4 - 2.0 * speeds**2 + 20j * speeds) * np.exp(-1j * (np.deg2rad(-45) - MARK))
+    rows = ["speed_rad_per_s,probe,amplitude_um,phase_deg"]
+    rows += [f"{w},left,{1e6 * abs(v):.2f},{np.rad2deg(np.angle(v)):.1f}" for w, v in zip(speeds, exact, strict=True)]
+    (tmp_path / "run.csv").write_text("\n".join(rows))
+    path = rig(tmp_path, probes={"left": -45.0})
+    arguments = ["identify", str(tmp_path / "run.csv"), "--rig", str(path), "--unknowns", "eccentricity"]
+    assert main([*arguments, "external_damping"]) == 0
+    printed = capsys.readouterr().out.splitlines()
+    assert float(printed[0].split()[1]) == pytest.approx(1.5e-5, rel=1e-3)
+    assert float(printed[2].split()[1]) == pytest.approx(20.0, rel=2e-3)

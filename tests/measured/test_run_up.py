@@ -1,0 +1,178 @@
+"""Run-ups and coast-downs, integrated in time here: the steady harmonics, damping, unbalance and critical speed."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+import xarray as xr
+import yaml
+from scipy.integrate import solve_ivp
+
+from rotorstudy.commands.line import main
+from rotorstudy.inference.fit import output_error_fit
+from rotorstudy.inference.problem import Problem
+from rotorstudy.measurement.measurement import measured_spectrum, read_measurement
+from rotorstudy.measurement.resonances import vectors_1x
+from rotorstudy.measurement.run_up import peaks, speed_grid, track
+from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.measurement.sweep import find_sweep, is_swept
+from rotorstudy.model.rotor_numbers import with_rotor_numbers
+
+MASS, STIFFNESS, ECCENTRICITY, PHASE = 2.0, 8e4, 2e-5, 0.7
+CRITICAL = np.sqrt(STIFFNESS / MASS)  # 200 rad/s
+UNKNOWNS = ["external_damping", "eccentricity_real", "eccentricity_imag", "rotor.stiffness_N_per_m"]
+NOISE, RATE_HZ = 2e-7, 1000.0
+
+
+@cache
+def sweep(ratio, rate, ends=(150.0, 250.0)):
+    """Time s, z m with noise, and times of the phase mark, of a Jeffcott rotor that runs through its critical speed.
+
+    ratio : of critical damping;  rate : rad/s^2, negative for a coast-down;  ends : speeds, rad/s
+    """
+    first, last = ends if rate > 0 else ends[::-1]
+    time = np.arange(int((last - first) / rate * RATE_HZ)) / RATE_HZ
+    damping = 2 * ratio * MASS * CRITICAL
+
+    def derivative(t, state):
+        speed, angle = first + rate * t, first * t + rate * t * t / 2
+        force = MASS * ECCENTRICITY * (speed**2 - 1j * rate) * np.exp(1j * (angle + PHASE))
+        return [state[1], (force - damping * state[1] - STIFFNESS * state[0]) / MASS]
+
+    start = steady(ratio, first)
+    solved = solve_ivp(derivative, (0, time[-1]), [start, 1j * first * start], "DOP853", time, rtol=1e-7, atol=1e-11)
+    turns = np.arange((first * time[-1] + rate * time[-1] ** 2 / 2) // (2 * np.pi) + 1)
+    marks = (np.sqrt(first**2 + 4 * np.pi * rate * turns) - first) / rate
+    x, y = NOISE * np.random.default_rng(1).normal(size=(2, len(time)))
+    return time, solved.y[0] + x + 1j * y, marks
+
+
+def steady(ratio, speed):
+    force = MASS * ECCENTRICITY * speed**2 * np.exp(1j * PHASE)
+    return force / (STIFFNESS - MASS * speed**2 + 2j * ratio * MASS * CRITICAL * speed)
+
+
+def tracked(ratio, rate):
+    """Speeds, the errors of 1X over the peak, the same in standard deviations, and 2X over the peak."""
+    time, z, marks = sweep(ratio, rate)
+    found = find_sweep(marks)
+    grid = speed_grid(found)
+    (one,) = track(z[None], time, found.angle(time), grid, [0, 1, -1, 2, -2], np.array([np.nan]), 0.0)
+    speed = grid.speed[grid.given]
+    error, std = one.amplitude[:, 1] - steady(ratio, speed), np.sqrt(2 * one.covariance[:, 1, 1])
+    peak = np.abs(steady(ratio, speed)).max()
+    return speed, np.abs(error) / peak, np.abs(error) / std, np.abs(one.amplitude[:, 3]).max() / peak
+
+
+@pytest.mark.parametrize(("ratio", "rate"), [(0.05, 8.0), (0.03, 8.0), (0.03, -8.0)])
+def test_the_harmonics_of_a_sweep_are_the_steady_ones(ratio, rate):
+    """To the noise: the rms of about 100 normalised errors is within 5 sigma of one."""
+    speed, _, sigma, second = tracked(ratio, rate)
+    assert len(speed) > 35 and second < 5e-3
+    assert np.sqrt(np.mean(sigma**2)) == pytest.approx(1, abs=5 / np.sqrt(4 * len(speed)))
+
+
+def test_without_the_correction_the_transient_would_show(monkeypatch):
+    """Negative control: rate / decay rate^2 = 0.22, the first-order error of the peak."""
+    monkeypatch.setattr("rotorstudy.measurement.run_up._steady", lambda shown, grid, n: shown)
+    _, error, _, _ = tracked(0.03, 8.0)
+    assert 0.1 < error.max() < 0.4
+
+
+@pytest.fixture(scope="module")
+def run_up(tmp_path_factory):
+    """Path of a run-up at 8 rad/s^2 through a critical speed of 3 % damping, and of a rig that is off."""
+    folder = tmp_path_factory.mktemp("run_up")
+    return record(folder, *sweep(0.03, 8.0)), rig(folder)
+
+
+def record(folder, time, z, marks, directions=("x", "y")):
+    signals = np.stack([z.real, z.imag])[: len(directions)]
+    variables = {
+        "displacement": (("speed", "node", "direction", "time"), signals[None, None], {"units": "m"}),
+        "phase_mark_time": (("speed", "revolution"), marks[None], {"units": "s"}),
+    }
+    path = folder / f"record_{len(list(folder.glob('*.nc')))}.nc"
+    xr.Dataset(variables, coords={"node": [1], "direction": list(directions), "time": time}).to_netcdf(path)
+    return path
+
+
+def rig(folder, **measurement):
+    effects = [
+        {"kind": "external_damping", "external_damping_N_s_per_m": 20.0},
+        {"kind": "unbalance", "eccentricity_m": 1e-5},
+    ]
+    rotor = {"kind": "jeffcott", "mass_kg": MASS, "stiffness_N_per_m": 0.9 * STIFFNESS}
+    path = folder / "rig.yaml"
+    measurement = {"harmonics": [0, 1, -1, 2, -2], **measurement}
+    path.write_text(yaml.safe_dump({"rotor": rotor, "effects": effects, "measurement": measurement}))
+    return path
+
+
+def estimate(path, rig):
+    spectrum, model, findings = measured_spectrum([path], rig)
+    model = with_rotor_numbers(model, UNKNOWNS, "the test")
+    return output_error_fit(Problem(model, spectrum, tuple(UNKNOWNS))), findings, spectrum
+
+
+def test_damping_unbalance_and_critical_speed_of_a_run_up(run_up):
+    found, findings, spectrum = estimate(*run_up)
+    true = [2 * 0.03 * MASS * CRITICAL, ECCENTRICITY * np.cos(PHASE), ECCENTRICITY * np.sin(PHASE), 1 / 0.9 - 1]
+    assert (np.abs(found.theta - true) < 4 * found.std).all()
+    assert (found.std < 1e-3 * np.abs(true)).all()
+    freedom = spectrum.data_count - len(true)
+    assert found.misfit < freedom + 5 * np.sqrt(2 * freedom)
+    assert {f.name for f in findings} >= {"run-up"}
+
+
+def test_a_run_up_with_a_single_probe(tmp_path, run_up):
+    """The probe x alone, at the angle of gravity, gives the same within wider intervals."""
+    path = record(tmp_path, *sweep(0.03, 8.0), directions=["x"])
+    found, _, spectrum = estimate(path, rig(tmp_path, probes=[{"channel": "x", "angle_deg": 0}]))
+    true = [2 * 0.03 * MASS * CRITICAL, ECCENTRICITY * np.cos(PHASE), ECCENTRICITY * np.sin(PHASE), 1 / 0.9 - 1]
+    assert spectrum.single_probes == [1] and (np.abs(found.theta - true) < 4 * found.std).all()
+    assert (found.std > estimate(*run_up)[0].std).all()
+
+
+def test_a_sweep_that_beats_is_told(tmp_path):
+    """A rate of 0.2 times the squared half-power bandwidth is corrected, one of 1.4 is not, and one of 0.02 is slow."""
+    for ratio, rate, expected in ((0.05, 8.0, None), (0.016, 8.0, "warning"), (0.006, 8.0, "error")):
+        path = record(tmp_path, *sweep(ratio, rate))
+        found = read_measurement([path], rig(tmp_path))
+        severity = {f.name: f.severity for f in found.findings}
+        assert severity.get("sweep too fast") == expected, (ratio, rate, found.findings)
+        assert (found.spectrum is None) == (expected == "error")
+
+
+def test_the_bandwidth_of_a_resonance():
+    speed = np.linspace(150, 250, 400)
+    [(at, width, _)] = peaks(speed, np.abs(steady(0.02, speed)))
+    assert at == pytest.approx(CRITICAL, abs=0.5) and width == pytest.approx(8.0, rel=0.03)
+    assert peaks(speed, speed**2) == []
+
+
+def test_a_drifting_record_is_no_sweep():
+    turns = np.arange(300)
+    assert not is_swept(np.sqrt(100**2 + 4 * np.pi * 0.5 * turns)) and not is_swept(turns * 0.05)
+    _, _, marks = sweep(0.03, 8.0)
+    assert is_swept(marks)
+    found = find_sweep(np.delete(marks, [50, 51, 200]))
+    assert found.missing == 3 and found.doubled == 0 and found.jitter_rad < 1e-3
+    middle = (found.start + found.end) / 2
+    assert found.speed(middle) == pytest.approx(150 + 8 * middle, rel=1e-5)
+    assert found.rate(np.array([middle])) == pytest.approx([8.0], rel=1e-3)
+
+
+def test_the_page_of_a_run_up_has_its_bode_and_polar_plots(run_up, tmp_path):
+    assert main(["import", str(run_up[0]), "--rig", str(run_up[1]), "--out", str(tmp_path / "spectrum.nc")]) == 0
+    page = (tmp_path / "quality.html").read_text()
+    assert "1X over speed (Bode)" in page and "1X over speed (polar)" in page
+
+
+def test_the_vector_of_a_single_probe_is_that_of_its_signal():
+    """A probe at 40 degrees that reads 5 um cos(wt + 1): a vector of 5 um at 1 rad."""
+    direction, harmonics = np.deg2rad(40), np.array([1, -1])
+    signal = 5e-6 * np.exp(1j * np.array([1, -1])) / 2
+    amplitude = (np.exp(1j * direction) * signal)[None, :, None]
+    spectrum = Spectrum(amplitude, np.ones(1), harmonics, (3,), np.eye(4)[None, None], np.array([direction]))
+    assert vectors_1x(spectrum)["probe, node 3"] == pytest.approx([5e-6 * np.exp(1j)], rel=1e-12)

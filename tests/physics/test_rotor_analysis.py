@@ -1,0 +1,142 @@
+"""Rotordynamic analysis against closed forms of the Jeffcott rotor and of single resonances."""
+
+import json
+
+import numpy as np
+import pytest
+
+from rotorstudy import build_model, harmonic_response, measured_spectrum, read_rig
+from rotorstudy.commands.line import main
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.presentation.rotor_files import analyse_files, measured_vectors
+from rotorstudy.response.resonance import Peak, peaks, required_margin, separation_margin
+from rotorstudy.response.stability import damping_of_effects
+from rotorstudy.response.whirl import damped_modes
+from rotorstudy.studies.rotor_analysis import analyse_rotor, probe_vectors
+
+MASS, STIFFNESS = 2.0, 7.2e5
+NATURAL = np.sqrt(STIFFNESS / MASS)
+
+
+def jeffcott(*effects):
+    return {
+        "rotor": {"kind": "jeffcott", "mass_kg": MASS, "stiffness_N_per_m": STIFFNESS},
+        "effects": list(effects),
+    }
+
+
+INTERNAL = {"kind": "internal_damping", "internal_damping_N_s_per_m": 60.0}
+EXTERNAL = {"kind": "external_damping", "external_damping_N_s_per_m": 40.0}
+UNBALANCE = {"kind": "unbalance", "mass_kg": MASS, "eccentricity_m": 1e-5}
+
+
+def test_critical_speed_of_the_jeffcott_rotor_and_its_damping():
+    """External damping alone: p^2 + 2 zeta w_n p + w_n^2 = 0, so the damped frequency is w_n sqrt(1 - zeta^2)."""
+    found = analyse_rotor(build_model(jeffcott(EXTERNAL, UNBALANCE)))
+    ratio = 40.0 / (2 * np.sqrt(MASS * STIFFNESS))
+    assert [one.speed for one in found.criticals] == [pytest.approx(NATURAL * np.sqrt(1 - ratio**2), rel=1e-9)]
+    assert found.criticals[0].damping_ratio == pytest.approx(ratio, rel=1e-9)
+    assert found.criticals[0].direction == pytest.approx(1)
+
+
+def test_half_power_width_gives_the_damping_of_a_light_resonance():
+    """AF = 1 / (2 zeta) up to relative terms of zeta^2, beside the interpolation between the speeds."""
+    speed, ratio = np.linspace(0.8, 1.2, 4001), 0.01
+    [peak] = peaks(speed, speed**2 / np.abs(1 - speed**2 + 2j * ratio * speed))
+    assert peak.amplification == pytest.approx(1 / (2 * ratio), rel=1e-3)
+    assert peak.speed == pytest.approx(1, abs=3e-4)
+
+
+def test_a_peak_without_both_half_power_points_has_no_amplification_factor():
+    speed = np.linspace(0.8, 1.005, 4001)
+    [peak] = peaks(speed, 1 / np.abs(1 - speed**2 + 2j * 0.01 * speed))
+    assert np.isnan(peak.amplification)
+    assert np.isnan(required_margin(peak, (2.0, 3.0)))
+
+
+def test_separation_margins():
+    """API 617: 17 (1 - 1/(AF - 1.5)) % below the operating range, 10 % more above it."""
+    below, above = Peak(80.0, 1.0, 3.5), Peak(130.0, 1.0, 3.5)
+    assert separation_margin(80.0, (100.0, 110.0)) == pytest.approx(0.2)
+    assert separation_margin(105.0, (100.0, 110.0)) == 0
+    assert required_margin(below, (100.0, 110.0)) == pytest.approx(0.085)
+    assert required_margin(above, (100.0, 110.0)) == pytest.approx(0.185)
+    assert required_margin(Peak(80.0, 1.0, 2.4), (100.0, 110.0)) == 0
+
+
+def test_threshold_of_stability_and_what_causes_it():
+    """Jeffcott rotor: w_n (1 + c_E / c_I); each damping adds about its own share to the growth rate, of opposite sign.
+
+    At the threshold the forward mode is undamped: the internal damping adds +c_E / 2m, the external one -c_E / 2m,
+    over the change of w_n by damping, of relative size zeta^2 = 2e-3.
+    """
+    found = analyse_rotor(build_model(jeffcott(INTERNAL, EXTERNAL)))
+    assert found.threshold == pytest.approx(NATURAL * (1 + 40 / 60), rel=1e-6)
+    assert found.damping["internal_damping"] == pytest.approx(40 / (2 * MASS), rel=1e-2)
+    assert found.damping["external_damping"] == pytest.approx(-40 / (2 * MASS), rel=1e-2)
+
+
+def test_damping_of_effects_is_the_difference_of_eigenvalues():
+    model = build_model(jeffcott(INTERNAL, EXTERNAL))
+    stiffer = build_model(jeffcott({**INTERNAL, "internal_damping_N_s_per_m": 60.06}, EXTERNAL))
+    growth = [damped_modes(one, [900.0], 2).eigenvalue.real.max() for one in (model, stiffer)]
+    slope = (growth[1] - growth[0]) / 0.001
+    assert damping_of_effects(model, 900.0)["internal_damping"] == pytest.approx(slope, rel=1e-3)
+
+
+def test_whirl_of_an_isotropic_rotor_is_circular_and_of_an_anisotropic_one_a_line():
+    rotor = {"rotor": {"kind": "jeffcott", "mass_kg": MASS, "stiffness_N_per_m": STIFFNESS}}
+    circles = damped_modes(build_model(rotor), [100.0], 2)
+    assert sorted(circles.direction[0]) == pytest.approx([-1, 1])
+    lines = build_model({**rotor, "effects": [{"kind": "support_anisotropy", "support_anisotropy_N_per_m": 1e5}]})
+    assert np.abs(damped_modes(lines, [100.0], 2).direction).max() < 1e-9
+
+
+def test_bearings_carry_the_weight_as_levers_say():
+    model = read_rig("examples/two_discs.yaml").model
+    found = analyse_rotor(model.without(["switching"]))
+    left, right = (load.force for load in found.loads)
+    position = np.array([model.structure.node_positions[node] for node, _ in model.structure.dofs])
+    weight = model.structure.static_load
+    moment = (position * model.structure.along) @ weight + weight @ (1 - model.structure.along)
+    assert (left + right).real == pytest.approx(found.weight, rel=1e-9)
+    assert right.real == pytest.approx(moment / 0.6, rel=1e-3)  # tilts have a part of the distributed weight
+    assert abs(left.imag) < 1e-9
+
+
+def test_measured_points_lie_on_the_response(tmp_path):
+    """Records simulated from the same rig, without noise: equal to the response up to the 9 harmonics they hold."""
+    records, rig = tmp_path / "records.nc", read_rig("examples/jeffcott.yaml")
+    assert main(["simulate", str(rig.path), "--speeds", "300", "700", "--out", str(records)]) == 0
+    spectrum, model, _ = measured_spectrum([records], rig)
+    of_node = {1: harmonic_response(model, spectrum.speed, (1, -1))[..., 0].T}
+    probes, expected = probe_vectors(of_node, model.structure.reading)
+    assert probes == [(1, "x"), (1, "y")]
+    assert np.abs(measured_vectors(spectrum, model.structure.reading) - expected).max() < 1e-6 * np.abs(expected).max()
+
+
+def test_command_writes_page_data_and_figures(tmp_path, capsys):
+    out = tmp_path / "analysis"
+    given = ["analyse", "examples/two_discs.yaml", "--out", str(out), "--operating", "4000", "6000", "--rpm", "--json"]
+    assert main(given) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["criticals"][0]["speed (rpm)"] == pytest.approx(3055.7, rel=1e-3)
+    assert {"separation margin", "required (API 617)"} <= set(found["resonances"][0])
+    assert (out / "rotor.nc").is_file()
+    assert {path.name for path in (out / "figures").glob("*.png")} == {
+        "rotor.png", "campbell.png", "mode_shapes.png", "bode.png", "polar.png", "stability.png"
+    }  # fmt: skip
+    assert "leave out switching" in (out / "index.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("speeds", "message"), [((5.0, 2.0), "give 0 < lowest < highest"), ((-1.0, 2.0), "give 0 < lowest < highest")]
+)
+def test_impossible_range_of_speeds(tmp_path, speeds, message):
+    with pytest.raises(RotorstudyError, match=message):
+        analyse_files("examples/jeffcott.yaml", tmp_path / "out", speeds)
+
+
+def test_impossible_operating_range(tmp_path, capsys):
+    assert main(["analyse", "examples/jeffcott.yaml", "--out", str(tmp_path / "o"), "--operating", "9", "3"]) == 1
+    assert "the lower one first" in capsys.readouterr().err

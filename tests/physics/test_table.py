@@ -1,0 +1,76 @@
+"""The forces of many amplitudes at once are those of one amplitude after the other, entry by entry."""
+
+import numpy as np
+import pytest
+
+from rotorstudy.model.table import Table
+from rotorstudy.model.terms import Entry, Unknown, apply_entries
+
+ROUND_OFF = 1e-13  # relative to the largest force: sums of at most some ten products
+SPEED, HARMONICS, SIZE = np.array([40.0, 90.0]), np.array([-2, -1, 0, 1, 2]), 3
+KINDS = [  # on, order, shift, gain, whether it depends on the harmonic
+    ("z", 0, 0, None, False),
+    ("z", 1, 0, np.sqrt, False),
+    ("conj", 0, 2, None, False),
+    ("conj", 2, -1, None, False),
+    ("z", 0, 3, None, False),
+    ("z", 0, 0, lambda speed, harmonic: speed + 1j * harmonic, True),
+    ("static", 0, 1, np.square, False),
+    ("static conj", 0, -1, None, False),
+    ("one", 0, 1, np.square, False),
+    ("one", 0, 7, None, False),  # a harmonic that is not carried
+]
+
+
+@pytest.fixture
+def random():
+    return np.random.default_rng(5)
+
+
+@pytest.fixture
+def unknowns(random):
+    """Amplitudes of several entries, some of the same kind, one that carries load, and one without entries."""
+    found = []
+    for i in range(12):
+        entries = []
+        for k in random.choice(len(KINDS), 3, replace=False):
+            on, order, shift, gain, by_harmonic = KINDS[k]
+            matrix = random.normal(size=(SIZE,) if on == "one" else (SIZE, SIZE)) * (1 + 0.5j)
+            matrix[random.integers(SIZE)] = 0
+            entries.append(Entry(matrix, on, order, shift, gain, by_harmonic))
+        found.append(Unknown(f"amplitude {i}", "N", tuple(entries), 1.0, carries=i == 4))
+    return (*found, Unknown("in time", "N", (), 1.0))
+
+
+@pytest.mark.parametrize("lead", [(), (4,)])
+@pytest.mark.parametrize("deflected", ["not", "alike", "by trial"])
+def test_table_is_equal_to_its_entries_one_after_the_other(unknowns, random, lead, deflected):
+    shape = (*lead, len(SPEED), len(HARMONICS), SIZE)
+    motion = random.normal(size=(*shape, 2)) @ [1, 1j]
+    deflection = {"not": None, "alike": random.normal(size=SIZE) + 0.3j,
+                  "by trial": random.normal(size=(*lead, len(SPEED), SIZE)) * 1j}[deflected]  # fmt: skip
+    theta, table = random.normal(size=(*lead, len(unknowns))), Table(unknowns, SIZE)
+    references = [None if u.carries else deflection for u in unknowns]
+    slow = np.stack(
+        [apply_entries(u.entries, motion, SPEED, HARMONICS, r) for u, r in zip(unknowns, references, strict=True)], -1
+    )
+    still = np.stack(
+        [apply_entries(u.entries, 0 * motion, SPEED, HARMONICS, r) for u, r in zip(unknowns, references, strict=True)],
+        axis=-1,
+    )
+    fast = table.dense_columns(motion, SPEED, HARMONICS, deflection)
+    assert np.abs(fast - slow).max() <= ROUND_OFF * np.abs(slow).max()
+
+    at_rest = table.static_force(theta, SPEED, HARMONICS, deflection)
+    summed = np.einsum("...shiu,...u->...shi", still, theta)
+    assert np.abs(at_rest - summed).max() <= ROUND_OFF * np.abs(still).max() * len(unknowns)
+
+    moving = table.force_of_motion(theta, motion, SPEED, HARMONICS)
+    summed = np.einsum("...shiu,...u->...shi", slow - still, theta)
+    assert np.abs(moving - summed).max() <= ROUND_OFF * np.abs(slow).max() * len(unknowns)
+
+
+def test_constant_forces_can_be_left_out(unknowns, random):
+    theta, table = random.normal(size=len(unknowns)), Table(unknowns, SIZE)
+    assert not table.static_force(theta, SPEED, HARMONICS, constant=False).any()
+    assert table.static_force(theta, SPEED, HARMONICS).any()
