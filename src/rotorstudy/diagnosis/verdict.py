@@ -239,6 +239,10 @@ def _parameters(candidate, fitted):
         for name, (unit, part) in parts.items() if p.is_complex else [(p.name, (p.unit, "amplitude"))]:
             value, std = next(estimates)
             parameters[name] = ParameterEstimate(value=value, std=std, unit=unit, part=part)
+        size = parameters[p.name]  # an eccentricity is an unbalance too
+        for name, (unit, factor) in p.also.items():
+            also = {"value": size.value / factor, "std": size.std / factor, "unit": unit}
+            parameters[name] = size.model_copy(update=also)
     for name, value in candidate.shape.items():
         unit = "rad" if name.endswith("_rad") else ""
         parameters[name] = ParameterEstimate(value=value, std=candidate.shape_std.get(name), unit=unit, part="shape")
