@@ -9,7 +9,9 @@ one gains nothing, as a sweep excites all frequencies within sqrt(a) together.
 Transient. In a sweep harmonic n is not the steady R_n(w) but, for a constant rate, exp(-(j a / 2n) d^2/dw^2) R_n: each
 part of the impulse response, tau old, was excited with the phase of an earlier speed, off by n a tau^2 / 2. Over tau
 (the Fourier transform over w) this is a factor of modulus one, so the steady harmonics follow by its inverse without
-amplifying noise; the response of the Hann window, known in tau as well, is divided out down to one half.
+amplifying noise; the response of the Hann window, known in tau as well, is divided out down to one half. For a force
+that grows with w^2 the expression holds with the tangential force of the accelerated unbalance, -j a / w^2 of it. It
+is exact where natural frequencies do not depend on the speed; where they change by a share g of it, g a / d^2 is left.
 
 Source: Markert and Seidler 2001, Analytically based estimation of the maximum amplitude during passage through
 resonance (the passage); Fyfe and Munck 1997 (order tracking by resampled angle).

@@ -9,7 +9,7 @@ def rotating_basis(time, speed, harmonics):
     powers = {0: np.ones_like(first), 1: first}
     for n in range(2, max(abs(int(h)) for h in harmonics) + 1):
         powers[n] = powers[n - 1] * first
-    basis = np.empty((len(harmonics), len(first)), complex)
+    basis = np.empty((len(harmonics), *first.shape), complex)
     for row, n in zip(basis, harmonics, strict=True):
         if n >= 0:
             row[:] = powers[int(n)]
