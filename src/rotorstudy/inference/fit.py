@@ -10,13 +10,14 @@ from rotorstudy.errors import NoConvergenceError, NoSteadyState, RotorstudyError
 from rotorstudy.inference.linear import check_identifiable, in_chunks, invert, solve_equations, whitened
 from rotorstudy.inference.prediction import predicted_derivatives, whitened_prediction
 from rotorstudy.inference.prior import Prior, log_narrowing
-from rotorstudy.inference.problem import TRIALS_AT_ONCE, Estimate, Problem
+from rotorstudy.inference.problem import Estimate, Problem
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 
-FIRST_DAMPING = 1e-6  # of the normal matrix with a unit diagonal: nearly a Gauss-Newton step
+FIRST_DAMPING = 1e-6  # nearly a Gauss-Newton step
 LEAST_DAMPING = 1e-12  # a smaller one has no effect, and delays the recovery after a rejected step
 ROUND_OFF = 1e-12  # relative increase of the cost that is accepted as round-off
+FITTED_TOGETHER = 50  # trials: more do not fit the cache of a processor and take up to six times as long
 
 
 @dataclass(frozen=True)
@@ -33,12 +34,15 @@ class Convergence:
         Decrease of the cost relative to the cost.
     steps : int
         Largest number of steps.
+    first_damping : float
+        Of the normal matrix with a unit diagonal; a large one if the start may be far off.
     """
 
     step_in_sigma: float
     step_relative: float
     gain_relative: float
     steps: int
+    first_damping: float = FIRST_DAMPING
 
 
 # for estimates: at a misfit of a few hundred, a gain of 1e-6 is about a hundredth of a standard deviation
@@ -147,7 +151,7 @@ def levenberg_marquardt(
     if prior is None:
         check_identifiable(jacobian[0], names)
     normal = np.zeros((len(theta), count, count))
-    damping = np.full(len(theta), FIRST_DAMPING)
+    damping = np.full(len(theta), convergence.first_damping)
     converged = np.zeros(len(theta), bool)
     freedom = max(1, rows - count)
     for _ in range(convergence.steps):
@@ -240,7 +244,7 @@ def output_error_fit(
     shape, count = measured.shape[:-1], start.shape[-1]
     measured = measured.reshape(-1, measured.shape[-1])
     start = np.broadcast_to(start.reshape(-1, count), (len(measured), count))
-    parts = [slice(first, first + TRIALS_AT_ONCE) for first in range(0, len(measured), TRIALS_AT_ONCE)]
+    parts = [slice(first, first + FITTED_TOGETHER) for first in range(0, len(measured), FITTED_TOGETHER)]
     found = [
         levenberg_marquardt(
             lambda theta: predicted_derivatives(problem, theta),
@@ -270,7 +274,7 @@ def output_error_fit(
     )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Fit:
     """A model fitted within a prior.
 

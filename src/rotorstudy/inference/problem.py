@@ -18,7 +18,7 @@ from rotorstudy.model.model import Model
 from rotorstudy.response.coupling import COUPLED_ORDER
 from rotorstudy.response.statics import static_deflection
 
-TRIALS_AT_ONCE = 50  # limits the memory of a Monte Carlo study, and about fits the cache of a processor
+TRIALS_AT_ONCE = 200  # limits the memory of a Monte Carlo study
 
 
 @dataclass(frozen=True)

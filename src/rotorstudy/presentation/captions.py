@@ -22,18 +22,20 @@ DIAGNOSIS_FIGURES = {
 CHANGE_FIGURES = {
     "two_states": (
         "Both states",
-        "Left: one revolution of the orbit before and after, about its mean, at the speed of the largest change. "
-        "Right: 1X of both states at every speed; a circle holds the end of the change with a probability of 95 %.",
+        "Left: one revolution of the orbit about its mean, before and after, at the speed of the largest change. "
+        "Right: 1X of both states at every speed; an arrow is the change, the circle at its end the "
+        "95 % confidence region.",
     ),
 }
 BLIND_FIGURES = {
     "curves": "Completeness: share of hidden effects whose cause and place are found. Reliability: share of the named "
-    "causes that are true. Vertical bars are 95 % bounds; dotted: 95 %, and three times the noise.",
+    "causes that are true. Error bars are 95 % bounds; dotted: 95 %, and three times the noise.",
     "confusion": "A row for each hidden effect, a column for each answer; cases with at most one effect, of any size. "
     "Solid boxes: right answers; dashed: confounders that the effect declares. For effects far below the noise "
     "'nothing' is an appropriate answer.",
     "calibration": "Share of the causes named first that are true, over their stated posterior probability. On the "
-    "dotted line the probabilities are calibrated, above it too low, below it too high. Labels are numbers of cases.",
+    "dotted line the probabilities are calibrated; above it they are too low, below it too high. Labels: numbers "
+    "of cases.",
     "coverage": "Shares with 95 % bounds; dotted: 95 %. The stated set of causes holds those that a verdict names and "
     "those it cannot rule out.",
     "detection_limits": "Change over noise at which half of the effects of a kind are found. A line without a point is "
@@ -62,7 +64,7 @@ ROTOR_FIGURES = {
     "polar": ("Polar plot", "The response of the Bode plot; each resonance is a loop."),
     "stability": (
         "Stability",
-        "Largest growth rate of a free motion: real part of an eigenvalue or, where the stiffness turns with the "
-        "shaft, the exponent of one turn (Floquet). Above zero the rotor is unstable.",
+        "Largest growth rate of a free motion: real part of an eigenvalue or, where the stiffness rotates with the "
+        "shaft, Floquet exponent over one revolution. Above zero the rotor is unstable.",
     ),
 }
