@@ -1,4 +1,4 @@
-"""Causes are weighed by the chance of the data, which is known exactly where everything is linear and normal."""
+"""Causes are weighed by the probability of the data, which is known exactly where everything is linear and normal."""
 
 from dataclasses import replace
 

@@ -57,7 +57,7 @@ def test_it_holds_every_invariant_of_its_kind(plugin, check):
 
 
 def one_sided_confounders(effects):
-    """Twins that do not exist, do not name back, or of which is not said what separates them."""
+    """Confounders that do not exist, do not name this effect, or lack what separates them."""
     return [
         (effect.name, confounder)
         for effect in effects.values()
