@@ -66,7 +66,7 @@ def one_sided_confounders(effects):
     ]
 
 
-def test_twins_name_each_other_and_what_separates_them_is_said():
+def test_confounders_name_each_other_and_what_separates_them():
     effects = ZOO.plugins["effect"]
     assert one_sided_confounders(effects) == []
     assert one_sided_confounders({**effects, "bow": replace(effects["bow"], confounders=())})
