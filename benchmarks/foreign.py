@@ -221,7 +221,8 @@ def judged(case, true, verdict):
         "name_in_set": bool(true) and all(any(match[id(c)][i][0] for c in stated) for i in range(len(true))),
         "wrong": verdict.verdict == "cause"
         and any(not any(name or beside for name, _, beside in match[id(c)]) for c in causes),
-        "probability": causes[0].posterior_probability if causes else np.nan,
+        # posterior among the effects of the library, times the probability that the truth is one of those stated
+        "probability": causes[0].posterior_probability * (1 - verdict.outside_probability) if causes else np.nan,
         "first_right": bool(causes) and any(there for _, there, _ in match[id(causes[0])]),
         "gain": verdict.gain.ratio if verdict.gain and causes else np.nan,
     }

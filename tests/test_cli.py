@@ -1,5 +1,6 @@
 """The command line: what it prints, what it refuses, and with which exit status."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -249,3 +250,23 @@ def test_a_result_goes_to_a_file_in_a_folder_that_exists_and_never_over_an_input
     refused(run(capsys, *base, tmp_path), "is a folder")
     refused(run(capsys, *base, tmp_path / "none" / "x.nc"), "does not exist")
     assert rig.read_text() == Path(RIG).read_text()
+
+
+def test_progress_is_shown_in_a_terminal_alone(tmp_path, capsys):
+    """A stream that is no terminal stays empty; the messages themselves carry the seconds since the start."""
+    import io
+    import logging
+
+    from rotorstudy.commands.line import show_progress
+
+    stream = io.StringIO()
+    handler = show_progress(stream)
+    try:
+        logging.getLogger("rotorstudy.diagnosis.search").info("searching %d candidates", 3)
+    finally:
+        logging.getLogger("rotorstudy").removeHandler(handler)
+        logging.getLogger("rotorstudy").setLevel(logging.NOTSET)
+    assert re.fullmatch(r" +0\.\d s  searching 3 candidates\n", stream.getvalue())
+    assert main(["simulate", RIG, "--speeds", "88", "--duration", "0.1", "--out", str(tmp_path / "r.nc")]) == 0
+    assert main(["import", str(tmp_path / "r.nc"), "--rig", RIG, "--out", str(tmp_path / "s.nc")]) in (0, 1)
+    assert "reading" not in capsys.readouterr().err

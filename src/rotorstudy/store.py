@@ -73,7 +73,7 @@ def provenance(configuration, plugins=(), seed=None):
 
     from rotorstudy import __version__
 
-    digest = hashlib.sha256(json.dumps(configuration, sort_keys=True, default=str).encode()).hexdigest()
+    digest = hashlib.sha256(json.dumps(_text_keys(configuration), sort_keys=True, default=str).encode()).hexdigest()
     found = {
         "Conventions": "CF-1.11",
         "rotorstudy_version": __version__,
@@ -82,6 +82,13 @@ def provenance(configuration, plugins=(), seed=None):
         "plugins": ", ".join(sorted({f"{plugin.name} {plugin.version}" for plugin in plugins})),
     }
     return found if seed is None else {**found, "seed": int(seed)}
+
+
+def _text_keys(given):
+    """A configuration whose keys are texts: numbers and texts in one mapping, as labels of nodes, cannot be sorted."""
+    if isinstance(given, dict):
+        return {str(key): _text_keys(value) for key, value in given.items()}
+    return [_text_keys(value) for value in given] if isinstance(given, (list, tuple)) else given
 
 
 def _git_commit():

@@ -5,10 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
+from slow_effects import SLOW
 
 from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.change_words import OPENINGS, summary_of_change
 from rotorstudy.diagnosis.compare import compare
+from rotorstudy.diagnosis.labels import labelled, labels_of
 from rotorstudy.diagnosis.search import base_model
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict import investigate
@@ -16,11 +18,12 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.rig import build_model, make_term
 from rotorstudy.response.measured import measured_response, measured_response_and_jacobian
+from rotorstudy.store import provenance
 
 HARMONICS, NOISE = np.array([1, -1, 2]), 2e-8
 SPEEDS = np.array([200.0, 300.0, 400.0, 480.0])
 CHAIN = {"probe_gain": 0.05, "probe_angle": 0.09}
-SETTINGS = Settings(nuisance=CHAIN, hold_out_rad_s=[])
+SETTINGS = Settings(nuisance=CHAIN, hold_out_rad_s=[], leave_out=SLOW)
 RIG = {
     "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
     "effects": [
@@ -138,3 +141,11 @@ def test_every_opening_of_a_diagnosis_is_said_of_a_change():
     said = summary_of_change(nothing)
     assert said.startswith("Nothing changed") and "Smallest changes" in said
     assert not any(opening in said for opening in OPENINGS)
+
+
+def test_the_label_of_a_node_stands_behind_it():
+    rig = {"bearings": [{"kind": "linear", "node": 1, "label": "left"}, {"kind": "linear", "node": 5}],
+           "measurement": {"node_of_label": {1: 2, "disc 1": 2, "4": 3}}}  # fmt: skip
+    said = labelled("seal at node 1, unbalance at node 2, rub at node 12, bow at node 3", labels_of(rig))
+    assert said == "seal at node 1 (bearing left), unbalance at node 2 (disc 1), rub at node 12, bow at node 3"
+    assert provenance(rig)["configuration_sha256"] != provenance({})["configuration_sha256"]

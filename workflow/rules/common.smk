@@ -19,6 +19,7 @@ try:
     from rotorstudy.presentation.captions import BLIND_FIGURES, DIAGNOSIS_FIGURES
     from rotorstudy.studies.comparison.config import load_comparison
     from rotorstudy.studies.config import file_name, load_study, named_methods
+    from rotorstudy.studies.crack_study.config import load_crack_study
     from rotorstudy.studies.cracks import load_cracks
     from rotorstudy.thesis.config import check_replay, load_replay
     from rotorstudy.studies.workflow import WorkflowConfig, code_digest, plugin_files
@@ -35,6 +36,7 @@ try:
     if COMPARISON:
         COMPARISON.check(STUDIES, REPLAYS)
     CRACKS = load_cracks(ROOT / settings.cracks) if settings.cracks else None
+    CRACK_STUDY = load_crack_study(ROOT / settings.crack_study) if settings.crack_study else None
     for study in STUDIES.values():
         study.check_rigs()
     for name in ("chapter_2", "chapter_4"):
@@ -206,3 +208,27 @@ def crack_files():
         return []
     figures = [f"{RESULTS}/cracks/figures/{name}.{kind}" for name in CRACK_FIGURES for kind in ("png", "svg")]
     return [f"{RESULTS}/cracks/comparison.nc", *figures]
+
+
+# stage of the study of transverse cracks -> the function that computes it
+CRACK_STAGES = {
+    stage: f"rotorstudy.studies.crack_study.{stage}.{stage}" for stage in ("limits", "accuracy", "trials", "thesis_method")
+}
+CRACK_STUDY_FIGURES = [
+    "smallest_crack",
+    "completeness",
+    "accuracy_over_the_shaft",
+    "noise_and_probes",
+    "information",
+    "trade_offs",
+    "noisy_records",
+    "thesis_method",
+]
+
+
+def crack_study_files():
+    if not CRACK_STUDY:
+        return []
+    base = f"{RESULTS}/{CRACK_STUDY.name}"
+    figures = [f"{base}/figures/{name}.{kind}" for name in CRACK_STUDY_FIGURES for kind in ("png", "svg")]
+    return [*(f"{base}/{stage}.nc" for stage in CRACK_STAGES), *figures]

@@ -1,6 +1,7 @@
 """A complete blind test: hide, seal, diagnose, reveal, score."""
 
 import json
+import logging
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
@@ -15,6 +16,8 @@ from rotorstudy.blind.summary import summary
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.rig import build_model, named_plugins
 from rotorstudy.store import provenance, save, write_text
+
+log = logging.getLogger(__name__)
 
 
 def diagnosed(spectrum, model, stated):
@@ -54,7 +57,10 @@ def run_blind(config, out, *, cases=None, seed=None, cores=1, answer=diagnosed):
         write_text(out / "seals.json", json.dumps({"seed": seed, "sha256": seals}, indent=1))
         truths = [json.dumps({"truth": case.truth, "salt": salt}) for case, salt in zip(hidden, salts, strict=True)]
         shown = [(case.spectrum, case.rig, case.stated) for case in hidden]  # what the diagnosis may see, no more
-        answers = list(mapped(partial(_answer, answer), shown))
+        answers = []
+        for one in mapped(partial(_answer, answer), shown):
+            answers.append(one)
+            log.info("case %d of %d", len(answers), cases)
     published = json.loads((out / "seals.json").read_text(encoding="utf-8"))["sha256"]
     opened = []
     for i, (text, sealed) in enumerate(zip(truths, published, strict=True)):

@@ -1,8 +1,10 @@
 """Analyse and simulate rotor rigs, import records, identify and diagnose rigs, list and write plugins."""
 
 import argparse
+import logging
 import os
 import sys
+import time
 
 from rotorstudy import __version__
 from rotorstudy.commands import (
@@ -42,11 +44,24 @@ def parser():
     top = argparse.ArgumentParser(
         prog="rotorstudy", description=__doc__, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter
     )
+    top.add_argument("--quiet", action="store_true", help="do not show progress (shown in a terminal only)")
     top.add_argument("--version", action="version", version=f"rotorstudy {__version__}")
     commands = top.add_subparsers(required=True, metavar="COMMAND")
     for command in COMMANDS:
         command.add(commands)
     return top
+
+
+def show_progress(stream):
+    """Write what the package is doing, with the seconds since the start, to a stream."""
+    handler = logging.StreamHandler(stream)
+    start = time.time()
+    handler.setFormatter(logging.Formatter("%(seconds)5.1f s  %(message)s"))
+    handler.addFilter(lambda record: setattr(record, "seconds", record.created - start) or True)
+    logger = logging.getLogger("rotorstudy")
+    logger.addHandler(handler)
+    logger.setLevel(logging.INFO)
+    return handler
 
 
 def main(arguments=None):
@@ -66,6 +81,8 @@ def main(arguments=None):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")  # a terminal that has no sign for ± shows a question mark
     given = parser().parse_args(arguments)
+    if sys.stderr.isatty() and not given.quiet:
+        show_progress(sys.stderr)
     try:
         if given.func is not plugins.run:  # it lists them itself
             for failure in registry().failures:

@@ -16,7 +16,7 @@ from rotorstudy.diagnosis.screening import Projection, screen_each
 from rotorstudy.diagnosis.search import base_model
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.shape_scan import acts_on, motion_by_a_free_force
-from rotorstudy.errors import CannotAct, NoSteadyState, RotorstudyError
+from rotorstudy.errors import CannotAct, NoConvergenceError, NoSteadyState, RotorstudyError
 from rotorstudy.inference.fit import (
     ESTIMATE,
     HYPOTHESIS,
@@ -34,9 +34,14 @@ from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
 
 TRIED = {"position": 20, "angle": 16, "other": 9}  # values of an option
-STARTS = 3  # shapes of each alternative from which steps are made
-FIRST_STEPS = 4
-FINISHED = 2  # of all starts
+STARTS = 3  # shapes of each alternative and motion from which steps are made
+FAR = replace(HYPOTHESIS, steps=6, first_damping=1e-2)  # the first steps from a start
+CLOSELY = replace(HYPOTHESIS, steps=ESTIMATE.steps)
+FINISHED = (2, 4)  # of all starts: always, and at most those that are close to the best
+CLOSE = 10.0  # times its misfit
+EXPLAINED = 0.05  # p-value below which it is searched again, at the values of the rig that fit best without the cause
+FAILURES = 1  # steps of a fit without a steady state, which take long to find out
+BEYOND = 10  # harmonics carried beyond the measured ones: a crack that opens at once has many
 DIFFERENCE = 1e-4  # of the range of an option, for its derivative
 APART = 0.08  # of the range of the position or the angle: starts that are closer count as one
 SOMEWHERE = (0.5, 0.37, 0.61, 0.13, 0.89)  # fractions of the ranges: at some of them an effect may be unable to act
@@ -64,8 +69,13 @@ class Identified(NamedTuple):
     misfits: dict[str, float]
 
 
-class _Work(NamedTuple):
-    """What is known: the rig, with the nuisance terms, their Prior; the Spectrum with the model error."""
+class Work(NamedTuple):
+    """What is known.
+
+    rig      : Model of the rig;  whole : with the nuisance terms
+    prior    : Prior of the parameters of both that are free
+    spectrum : Spectrum with the model error
+    """
 
     rig: Model
     whole: Model
@@ -74,7 +84,9 @@ class _Work(NamedTuple):
     settings: Settings
 
 
-class _Fitted(NamedTuple):
+class Fitted(NamedTuple):
+    """A cause in its best shape, and the Minimum of all amplitudes and of the shape."""
+
     cause: Candidate
     minimum: Minimum
 
@@ -107,22 +119,39 @@ def identify_cause(spectrum: Spectrum, model: Model, effect: str, settings: Sett
     settings = settings or Settings()
     spectrum = with_model_error(spectrum, settings)
     model = with_vibration(model, spectrum)
-    work = _Work(model, *base_model(model, settings), spectrum, settings)
+    work = Work(model, *base_model(model, settings), spectrum, settings)
     causes = _alternatives(work, effect)
-    base = fit(work.whole, spectrum, work.prior, steps=0)  # its parameters would imitate the cause
+    found = _searched(work, causes, fit(work.whole, spectrum, work.prior, steps=0))
+    best = min(found, key=lambda one: one.cost)
+    if chi_square_p_value(best.cost, 2 * spectrum.amplitude.size) < EXPLAINED:
+        found += _searched(work, causes, fit(work.whole, spectrum, work.prior), found)
+    return identified(work, min(found, key=lambda one: one.cost), found)
+
+
+def _searched(work, causes, base, known=()):
+    """List of Fitted from the best shapes at a fit of the rig; those worth it, fewer than `known`, to convergence.
+
+    At the stated values of the rig its parameters do not imitate the cause.
+    """
     begun = []
     for cause in causes:
         for start, amplitudes in _starts(work, base, cause):
             try:
-                begun.append(_fitted(work, start, np.concatenate([base.free, amplitudes]), FIRST_STEPS))
-            except NoSteadyState:  # in that shape
+                begun.append(fitted_from(work, start, np.concatenate([base.free, amplitudes]), FAR))
+            except (NoSteadyState, NoConvergenceError):  # in that shape
                 continue
-    if not begun:
-        raise RotorstudyError(f"{effect}: no shape of it gives a steady motion of this rotor")
+    if not begun and not known:
+        raise RotorstudyError(f"{causes[0].effect}: no shape of it gives a steady motion of this rotor")
     begun.sort(key=lambda one: one.cost)
-    count = len(begun[0].minimum.theta[0]) - len(begun[0].cause.shape)
-    finished = [_fitted(work, one.cause, one.minimum.theta[0, :count], ESTIMATE.steps) for one in begun[:FINISHED]]
-    return _identified(work, min(finished, key=lambda one: one.cost), [*begun, *finished])
+    found = []
+    for rank, one in enumerate(begun[: max(FINISHED)]):
+        if rank < min(FINISHED) or one.cost < CLOSE * begun[0].cost:
+            count = len(one.minimum.theta[0]) - len(one.cause.shape)
+            try:
+                found.append(fitted_from(work, one.cause, one.minimum.theta[0, :count], CLOSELY, BEYOND))
+            except (NoSteadyState, NoConvergenceError):
+                continue
+    return [*found, *begun]
 
 
 def _alternatives(work, effect):
@@ -148,14 +177,14 @@ def _alternatives(work, effect):
     return found
 
 
-def _reshaped(work, cause, point, label="cause"):
+def reshaped(work, cause, point, label="cause"):
     """The cause in the shape at a point (option,) of its ranges."""
     ranges = shape_ranges(cause.effect, work.rig.structure)
     shape = {name: ends.value(x) for (name, ends), x in zip(ranges.items(), point, strict=True)}
     return with_shape(work.rig, cause._replace(term=replace(cause.term, label=label)), shape, work.settings.prior_width)
 
 
-def _point(work, cause):
+def point_of(work, cause):
     """The shape of a cause as fractions (option,) of its ranges."""
     ranges = shape_ranges(cause.effect, work.rig.structure)
     return np.array([ends.fraction(cause.shape[name]) for name, ends in ranges.items()])
@@ -167,72 +196,85 @@ def _kind(name, ends):
 
 
 def _starts(work, base: Fit, cause):
-    """The best shapes of a cause and its amplitudes there, by columns; first with the other options in the middle."""
+    """The best shapes of a cause, with its amplitudes there, by columns.
+
+    At the motion that the records imply, which is the better one for a large effect, and at that of the fit, which is
+    for a small one. Options other than positions and angles are first in the middle of their ranges.
+    """
     projection = Projection(base, work.spectrum)
     kinds = [_kind(*one) for one in shape_ranges(cause.effect, work.rig.structure).items()]
     first = [[0.5] if kind == "other" else (np.arange(TRIED[kind]) + 0.5) / TRIED[kind] for kind in kinds]
-    mean = 0.0 if "other" in kinds else None
-    coarse = _judged(work, projection, cause, np.array(list(product(*first))), mean)
-    apart = [i for i, kind in enumerate(kinds) if kind != "other"]
+    free, apart = "other" in kinds, [i for i, kind in enumerate(kinds) if kind != "other"]
     found = []
-    for point, _, _ in coarse:
-        if len(found) == STARTS:
-            break
-        if all(_distance(point[apart], other[apart]) > APART for other, *_ in found):
+    for implied in (True, False):
+        taken = []
+        for point, *_ in _judged(work, projection, cause, np.array(list(product(*first))), implied, free):
+            if len(taken) == STARTS:
+                break
+            if all(_distance(point[apart], other[apart]) > APART for other in taken):
+                taken.append(point)
+        for point in taken:
             rest = [
                 np.linspace(0, 1, TRIED["other"]) if kind == "other" else [x]
                 for kind, x in zip(kinds, point, strict=True)
             ]
-            found.append(_judged(work, projection, cause, np.array(list(product(*rest))), None)[0])
-    return [(chosen, amplitudes) for _, chosen, amplitudes in found]
+            found.append(_judged(work, projection, cause, np.array(list(product(*rest))), implied, False)[0][1:])
+    return found
 
 
 def _distance(a, b):
     return np.max(np.abs(a - b)) if len(a) else 0.0
 
 
-def _judged(work, projection, cause, points, mean):
+def _judged(work, projection, cause, points, implied, free):
     """(point, cause, amplitudes) of shapes at points (shape, option), the one that explains most first.
 
-    mean : if not None, the amplitude is free about that
+    implied : at the motion that the records imply, else at that of the fit;  free : with amplitudes of any size
     """
     groups, found = {}, []
     for number, point in enumerate(points):
         try:
-            one = _reshaped(work, cause, point, f"shape {number}")
+            one = reshaped(work, cause, point, f"shape {number}")
         except CannotAct:
             continue
         row = acts_on(one, work.rig.structure)
-        groups.setdefault(row.tobytes(), (row, []))[1].append((point, one))
+        groups.setdefault(row.tobytes() if implied else b"", (row, []))[1].append((point, one))
     for row, there in groups.values():
-        motion = motion_by_a_free_force(projection.fitted, work.spectrum, row, projection.near)
-        chosen = [one if mean is None else _freed(one, mean) for _, one in there]
-        for (point, _), one, seen in zip(
-            there, chosen, screen_each(projection.of(chosen, motion), chosen), strict=True
-        ):
+        chosen = [_freed(one) if free else one for _, one in there]
+        motion = motion_by_a_free_force(projection.fitted, work.spectrum, row, projection.near) if implied else None
+        judged = screen_each(projection.of(chosen, motion), chosen)
+        for (point, _), one, seen in zip(there, chosen, judged, strict=True):
             found.append((seen.evidence, point, one, seen.start))
     return [one[1:] for one in sorted(found, key=lambda one: -one[0])]
 
 
-def _freed(cause, mean):
+def _freed(cause):
     """The cause with a wide prior of its amplitudes, as if their size were not known."""
-    prior = {unknown.name: (mean, FREE * unknown.typical) for unknown in cause.term.unknowns}
+    prior = {unknown.name: (0.0, FREE * unknown.typical) for unknown in cause.term.unknowns}
     return cause._replace(prior=prior, fixed=False)
 
 
-def _fitted(work, cause, amplitudes, steps):
-    """A fit of all amplitudes and the shape of a cause together, from its shape and some amplitudes (parameter,)."""
+def fitted_from(work, cause, amplitudes, convergence=CLOSELY, beyond=None):
+    """A fit of all amplitudes and the shape of a cause together, from its shape and some amplitudes (parameter,).
+
+    beyond : harmonics carried beyond the highest measured one, by default as in every other fit
+    """
     prior = work.prior.plus(Prior.independent(cause.prior))
-    point, count = _point(work, cause), len(amplitudes)
+    point, count = point_of(work, cause), len(amplitudes)
     ranges = shape_ranges(cause.effect, work.rig.structure)
     about = {name: (x if ends.goes_around else 0.5, 1.0) for (name, ends), x in zip(ranges.items(), point, strict=True)}
     prior = prior.plus(Prior.independent(about))
 
+    failed = []
+
     def predict(theta):
         (one,) = theta
         try:
-            return _predicted(work, cause, one[:count], one[count:])
-        except CannotAct as error:  # such as a crack at a disc
+            return predicted_with_shape(work, cause, one[:count], one[count:], beyond)
+        except (CannotAct, NoSteadyState) as error:  # such as a crack at a disc
+            failed.append(error)
+            if len(failed) > FAILURES:
+                raise NoConvergenceError(f"{cause.label}: {error}") from None
             raise NoSteadyState(str(error)) from None
 
     found = levenberg_marquardt(
@@ -241,31 +283,32 @@ def _fitted(work, cause, amplitudes, steps):
         np.concatenate([amplitudes, point])[None],
         prior.names,
         prior=prior,
-        convergence=replace(HYPOTHESIS, steps=steps),
+        convergence=convergence,
     )
-    return _Fitted(_reshaped(work, cause, found.theta[0, count:]), found)
+    return Fitted(reshaped(work, cause, found.theta[0, count:]), found)
 
 
-def _predicted(work, cause, amplitudes, point):
+def predicted_with_shape(work, cause, amplitudes, point, beyond=None):
     """Whitened prediction (1, component) and its derivatives (1, component, parameter), the shape last.
 
     The derivative by an option follows from the columns of the cause in that shape and in one beside it, of amplitude
     zero, at the same motion.
     """
-    here = _reshaped(work, cause, point)
+    here = reshaped(work, cause, point)
     offs = np.where(point < 0.5, DIFFERENCE, -DIFFERENCE)
-    beside = [_reshaped(work, cause, at, f"beside {i}") for i, at in enumerate(point + np.diag(offs))]
+    beside = [reshaped(work, cause, at, f"beside {i}") for i, at in enumerate(point + np.diag(offs))]
     names = work.prior.names + here.names + tuple(name for one in beside for name in one.names)
     size = amplitudes[len(work.prior.names) :]
     model = work.whole.plus(here.term, *(one.term for one in beside))
     values = np.concatenate([amplitudes, np.zeros(len(size) * len(beside))])
-    shown, slopes = whitened_prediction(model, work.spectrum, names, values)
+    order = None if beyond is None else int(np.abs(work.spectrum.harmonics).max()) + beyond
+    shown, slopes = whitened_prediction(model, work.spectrum, names, values, order)
     own, *others = np.split(slopes[:, len(work.prior.names) :], 1 + len(beside), axis=1)
     columns = [(other - own) @ size / off for other, off in zip(others, offs, strict=True)]
     return shown[None], np.column_stack([slopes[:, : len(amplitudes)], *columns])[None]
 
 
-def _identified(work, best, tried):
+def identified(work, best, tried):
     """The Identified of a fit, the best of all that were tried."""
     cause, minimum = best.cause, best.minimum
     names = work.prior.names + cause.names + tuple(cause.shape)

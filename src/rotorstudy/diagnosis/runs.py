@@ -219,8 +219,8 @@ def _unbalance(added, structure, sensors, conventions, label, where):
 
 
 def _prior_of_added(term, added, settings):
-    """Prior of the two parts of an added unbalance, wide for one that is not known."""
+    """Prior of the two parts of an added unbalance; of one that is not known wide, unless its usual size is stated."""
     wide = settings.prior_width * np.array([u.typical for u in term.unknowns])
-    std = wide if added.unbalance_g_mm is None else np.full(2, added.std_g_mm * GRAM_MM / GRAM)
+    std = np.full(2, added.std_g_mm * GRAM_MM / GRAM) if added.std_g_mm else wide
     mean = np.nan_to_num(term.theta)
     return Prior.independent(dict(zip((u.name for u in term.unknowns), zip(mean, std, strict=True), strict=True)))

@@ -7,6 +7,7 @@ out is exact where the fit describes the motion, however large they are.
 """
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -60,7 +61,8 @@ class Projection:
 
     def __init__(self, fitted: Fit, spectrum: Spectrum, without: tuple[str, ...] = ()):
         self.fitted, self.spectrum = fitted, spectrum
-        self.near = Near(fitted.model, spectrum.speed, spectrum.harmonics, fitted.theta, order=carried_order(spectrum))
+        speed, harmonics = tuple(spectrum.speed.tolist()), tuple(spectrum.harmonics.tolist())
+        self.near = _near(fitted, speed, harmonics, carried_order(spectrum))
         out = np.isin(fitted.names, without)
         kept = np.flatnonzero(~out)
         residual = fitted.residual + fitted.jacobian[:, out] @ fitted.free[out]
@@ -90,13 +92,25 @@ class Projection:
         ------
         NoSteadyState
         """
-        on_rotor = [u for c in chosen if not c.term.acts_on_output for u in c.term.unknowns]
-        on_output = [u for c in chosen if c.term.acts_on_output for u in c.term.unknowns]
-        columns = self.near.sensitivities((on_rotor, on_output), motion)
-        columns = self.spectrum.whitened(np.moveaxis(columns, -1, 0)).T  # (component, unknown)
+        return self.of_groups([(chosen, motion)])
+
+    def of_groups(self, groups: list[tuple[list[Candidate], Motion | None]]) -> Projected:
+        """The columns of groups of candidates, each at a motion of its own; see `of`."""
+        names, columns = [], []
+        for chosen, motion in groups:
+            on_rotor = [u for c in chosen if not c.term.acts_on_output for u in c.term.unknowns]
+            on_output = [u for c in chosen if c.term.acts_on_output for u in c.term.unknowns]
+            columns.append(self.near.sensitivities((on_rotor, on_output), motion))
+            names += [u.name for u in on_rotor + on_output]
+        columns = self.spectrum.whitened(np.moveaxis(np.concatenate(columns, axis=-1), -1, 0)).T  # (component, unknown)
         columns = self._left(np.vstack([columns, np.zeros((self.basis.shape[1], columns.shape[1]))]))
-        names = [u.name for u in on_rotor + on_output]
         return Projected(self.residual, dict(zip(names, columns.T, strict=True)), self.theta)
+
+
+@lru_cache(maxsize=1)  # it holds the receptances that all candidates at a fit share
+def _near(fitted, speed, harmonics, order):
+    """The Near of a Fit at the speeds and harmonics of a spectrum."""
+    return Near(fitted.model, speed, harmonics, fitted.theta, order=order)
 
 
 def project(fitted: Fit, spectrum: Spectrum, chosen: list[Candidate], without: tuple[str, ...] = ()) -> Projected:

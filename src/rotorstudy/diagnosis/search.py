@@ -1,5 +1,6 @@
 """The search for causes: screen all candidates and pairs, fit the promising ones, compare them, add, swap, drop."""
 
+import logging
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -23,6 +24,8 @@ from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import make_term
 from rotorstudy.model.rotor_numbers import with_rotor_numbers
+
+log = logging.getLogger(__name__)
 
 FITTED_FULLY = 4  # least number of explanations per round that are fitted to convergence
 CLOSE = 15.0  # excess over the lowest cost of a round (likelihood ratio e^-7.5) beyond which a fit is not finished
@@ -122,11 +125,13 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     widened = with_cause_error(spectrum, missing, settings.cause_error)
     base = fit(whole, widened, prior, start=base.theta)
     every, failures = candidates(model, settings)
+    log.info("searching %d candidates", len(every))
     work = Search(model, whole, spectrum, widened, settings, prior, base, every, failures=failures,
                   cause_error=settings.cause_error)  # fmt: skip
     work.screened.extend(work.screen(base, every))
     work.found[frozenset()] = Explanation((), base, 0.0)
     best = _added(work, work.found[frozenset()], [base, fit(whole, widened, prior, steps=0)] if imitates else None)
+    log.info("fitting what comes near, %d explanations", len(work.found))
     settled = _settled(work, spectrum, missing, best)
     _added(settled, max(settled.explanations, key=odds_of))
     _drop_impossible(settled)
@@ -155,6 +160,7 @@ def _added(work, current, fits=None):
         better = max((refine(work, e) for e in _to_refine(tried, current.fit.cost)), key=odds_of, default=current)
         if odds_of(better) <= odds_of(current):
             return current
+        log.info("comparing alternatives to %s", " and ".join(better.named))
         current, fits = _with_alternatives(work, better), None
         if len(current.causes) > 1:
             current = _drop(work, current)

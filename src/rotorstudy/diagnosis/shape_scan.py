@@ -170,10 +170,9 @@ class _Scan(NamedTuple):
             groups[row.tobytes()][2].append(cause)
         if not groups:
             raise NoSteadyState(f"{self.cause.effect} cannot act with any of {len(points)} shapes")
-        found = []
-        for row, there, chosen in groups.values():
-            projected = self.projection.of(chosen, self._motion(row))
-            found += map(_Judged, there, chosen, screen_each(projected, chosen))
+        projected = self.projection.of_groups([(chosen, self._motion(row)) for row, _, chosen in groups.values()])
+        points, chosen = ([one for group in groups.values() for one in group[i]] for i in (1, 2))
+        found = map(_Judged, points, chosen, screen_each(projected, chosen))
         return sorted(found, key=lambda one: -one.screened.evidence)
 
     def _motion(self, row):

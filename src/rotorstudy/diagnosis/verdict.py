@@ -1,5 +1,6 @@
 """From a spectrum and a model to a verdict: nothing, a cause, ambiguous, or unknown."""
 
+import logging
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -35,6 +36,8 @@ from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
+
+log = logging.getLogger(__name__)
 
 STATED_SET = 0.99  # posterior probability that the causes named contain the true one
 SEEN = 0.5  # of the prior standard deviation: an amplitude known no better from the data has no detection limit
@@ -108,6 +111,7 @@ def investigate(
     base, expected = found.base, None
     if held is not None:
         expected = with_cause_error(held, held.amplitude - predicted(base.model, held, base.theta), found.cause_error)
+    log.info("testing whether conventions of the records are wrongly stated")
     chain = chain_hypothesis(found, measured, settings) if model.before is None else None  # shared by both states
     found = replace(found, upheld=chain is None and is_upheld(found, expected))
     best = found.best
@@ -235,6 +239,10 @@ def _parameters(candidate, fitted):
         for name, (unit, part) in parts.items() if p.is_complex else [(p.name, (p.unit, "amplitude"))]:
             value, std = next(estimates)
             parameters[name] = ParameterEstimate(value=value, std=std, unit=unit, part=part)
+        size = parameters[p.name]  # an eccentricity is an unbalance too
+        for name, (unit, factor) in p.also.items():
+            also = {"value": size.value / factor, "std": size.std / factor, "unit": unit}
+            parameters[name] = size.model_copy(update=also)
     for name, value in candidate.shape.items():
         unit = "rad" if name.endswith("_rad") else ""
         parameters[name] = ParameterEstimate(value=value, std=candidate.shape_std.get(name), unit=unit, part="shape")

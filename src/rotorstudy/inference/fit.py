@@ -14,7 +14,7 @@ from rotorstudy.inference.problem import Estimate, Problem
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 
-FIRST_DAMPING = 1e-6  # of the normal matrix with a unit diagonal: nearly a Gauss-Newton step
+FIRST_DAMPING = 1e-6  # nearly a Gauss-Newton step
 LEAST_DAMPING = 1e-12  # a smaller one has no effect, and delays the recovery after a rejected step
 ROUND_OFF = 1e-12  # relative increase of the cost that is accepted as round-off
 FITTED_TOGETHER = 50  # trials: more do not fit the cache of a processor and take up to six times as long
@@ -34,12 +34,15 @@ class Convergence:
         Decrease of the cost relative to the cost.
     steps : int
         Largest number of steps.
+    first_damping : float
+        Of the normal matrix with a unit diagonal; a large one if the start may be far off.
     """
 
     step_in_sigma: float
     step_relative: float
     gain_relative: float
     steps: int
+    first_damping: float = FIRST_DAMPING
 
 
 # for estimates: at a misfit of a few hundred, a gain of 1e-6 is about a hundredth of a standard deviation
@@ -148,7 +151,7 @@ def levenberg_marquardt(
     if prior is None:
         check_identifiable(jacobian[0], names)
     normal = np.zeros((len(theta), count, count))
-    damping = np.full(len(theta), FIRST_DAMPING)
+    damping = np.full(len(theta), convergence.first_damping)
     converged = np.zeros(len(theta), bool)
     freedom = max(1, rows - count)
     for _ in range(convergence.steps):
@@ -271,7 +274,7 @@ def output_error_fit(
     )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Fit:
     """A model fitted within a prior.
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rotorstudy.measurement.lines import Line, line_basis, orders_of_lines
-from rotorstudy.measurement.single_probe import seen_components, seen_rows
+from rotorstudy.measurement.single_probe import along_probe, seen_components, seen_rows
 from rotorstudy.response.series import rotating_basis
 
 MOST_BLOCKS = 32
@@ -115,10 +115,7 @@ def estimate(signal, angle, revolutions, harmonics, direction=np.nan):
     signal : (time,) complex, m; NaN where missing;  angle : (time,) rad, increasing;  harmonics : (harmonic,)
     direction : rad, of the only probe of the node, along which the signal is; NaN for an orbit
     """
-    harmonics = np.asarray(harmonics)
-    seen, rows, channels = seen_components(harmonics, direction), seen_rows(harmonics, direction), 2
-    if not seen.all():
-        channels = 1
+    harmonics, channels = np.asarray(harmonics), 2 if np.isnan(direction) else 1
     usable = np.isfinite(signal)
     basis = rotating_basis(angle, 1.0, harmonics)
     signal, widened, lines = _without_lines(signal, angle, usable, basis, harmonics)
@@ -132,20 +129,29 @@ def estimate(signal, angle, revolutions, harmonics, direction=np.nan):
     full = full[sizes[full] > 2 * len(harmonics)]
     if len(full) < FEWEST_BLOCKS:
         at = np.unique(np.rint(harmonics * revolutions).astype(int) % len(residual))
-        covariance = white_noise_covariance(residual, inverse, at) * (2 / channels) * widened
-        covariance = covariance if channels == 2 else rows.T @ (rows @ covariance @ rows.T) @ rows
+        covariance = white_noise_covariance(residual, inverse, at) * widened
+        covariance = covariance if channels == 2 else along_probe(2 * covariance, harmonics, direction)
         return Harmonics(amplitude, covariance, np.zeros((0, len(harmonics))), noise_std, (1, 1), lines)
     blocks = np.array([fit_basis(signal[c], basis[:, c])[0] for c in (usable & (block == b) for b in full)])
     parts = np.concatenate([blocks.real, blocks.imag], axis=1)
-    if channels == 1:
-        parts = parts @ rows.T
-    covariance, shrinkage = np.zeros(rows.shape), (1.0, 1.0)
-    covariance[np.ix_(seen, seen)], shrinkage = shrunk_covariance(parts[:, seen])
-    covariance = with_slow_noise(covariance, parts, harmonics, seen)
-    if channels == 1:
-        covariance = rows.T @ covariance @ rows
+    if channels == 2:
+        covariance, shrinkage = shrunk_covariance(parts)
+        covariance = with_slow_noise(covariance, parts, harmonics)
+    else:
+        covariance, shrinkage = _covariance_of_probe(parts, harmonics, direction)
     share = sizes[full].mean() / usable.sum()  # of a block in the record, by which the variance of the whole is smaller
     return Harmonics(amplitude, covariance * share * widened, blocks, noise_std, shrinkage, lines)
+
+
+def _covariance_of_probe(parts, harmonics, direction):
+    """Covariance (component, component) of blocks (block, component) of the motion along one probe, and its shrinkage.
+
+    It is shrunk as that of the probe's own data, as n and -n are one.
+    """
+    seen, rows = seen_components(harmonics, direction), seen_rows(harmonics, direction)
+    own, covariance = parts @ rows.T, np.zeros(rows.shape)
+    covariance[np.ix_(seen, seen)], shrinkage = shrunk_covariance(own[:, seen])
+    return rows.T @ with_slow_noise(covariance, own, harmonics, seen) @ rows, shrinkage
 
 
 def _without_lines(signal, angle, usable, basis, harmonics):

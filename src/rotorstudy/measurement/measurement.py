@@ -1,5 +1,6 @@
 """From files and a rig file to a spectrum with covariance, clean records, facts and findings."""
 
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -27,6 +28,8 @@ from rotorstudy.model.kinds import SpectrumMethod
 from rotorstudy.model.model import Model
 from rotorstudy.model.rig import RigFile, read_rig
 from rotorstudy.response.measured import measured_response
+
+log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -176,6 +179,7 @@ def read_measurement(paths: Sequence[str | Path], rig: str | Path | RigFile) -> 
     nodes = rig.model.structure.nodes
     found, findings, stated, records = [], [], [], []
     for path in paths:
+        log.info("reading %s", path)
         if is_probe_table(columns[path]):
             spectra, notes = read_probe_table(path, conventions, nodes)
             found += [_of_table(path, speed, of_node, conventions, single) for speed, of_node, single in spectra]
@@ -188,6 +192,8 @@ def read_measurement(paths: Sequence[str | Path], rig: str | Path | RigFile) -> 
             findings += notes
         else:
             records += read_file(path, conventions, nodes)
+    if records:
+        log.info("fitting the harmonics of %d records", len(records))
     analysed, notes = _without_dead_probes(records)
     found += analysed
     stated += [raw.conventions for raw in records]

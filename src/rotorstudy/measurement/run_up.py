@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rotorstudy.measurement.harmonics import circular_covariance, fit_basis, noise_power, with_phase_noise
-from rotorstudy.measurement.single_probe import seen_rows
+from rotorstudy.measurement.single_probe import along_probe
 from rotorstudy.response.series import rotating_basis
 
 LEAST_REVOLUTIONS = 4.0  # in a window, so that neighbouring harmonics are separated
@@ -114,8 +114,7 @@ def track(signals, time, angle, grid, harmonics, directions, mark_variance):
         steady = np.stack([_steady(amplitude[s, :, h], grid, n) for h, n in enumerate(harmonics)], axis=-1)
         steady, spread = steady[grid.given], covariance[s, grid.given] * _noise_gain()
         if np.isfinite(direction):
-            rows = seen_rows(harmonics, direction)
-            spread = 2 * rows.T @ (rows @ spread @ rows.T) @ rows
+            spread = along_probe(2 * spread, harmonics, direction)
         both = zip(steady, spread, strict=True)
         spread = np.array([with_phase_noise(a, c, harmonics, mark_variance) for a, c in both])
         std = noise[s, grid.given] / (np.sqrt(2) if np.isnan(direction) else 1)

@@ -72,3 +72,9 @@ def seen_rows(harmonics, direction):
     upper = np.concatenate([(plain + mirror).real, (mirror - plain).imag], axis=-1)
     lower = np.concatenate([(plain + mirror).imag, (plain - mirror).real], axis=-1)
     return np.concatenate([upper, lower])
+
+
+def along_probe(covariance, harmonics, direction):
+    """The part (..., component, component) of a covariance that is of the motion along a probe."""
+    rows = seen_rows(harmonics, direction)
+    return rows.T @ (rows @ covariance @ rows.T) @ rows

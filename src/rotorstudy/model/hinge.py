@@ -83,16 +83,12 @@ class Hinge:
         NonlinearForce
             Of a flexibility factor of 1: the moment, N m, by which the kink acts along `row`.
         """
-        series, stiffness = self._series(), self.section.stiffness
+        kink, stiffness = self._kink_by_rotation(), self.section.stiffness
         own_rotation = self.section.own_moment / stiffness
 
         def moment(rotation, velocity, deflection, shaft_angle):
             turned = np.exp(1j * (shaft_angle + self.angle))
-            imposed = -(rotation + own_rotation) / turned
-            size = np.abs(imposed)
-            direction = imposed / np.where(size > 0, size, 1)
-            share = np.polyval(series[::-1], direction) * direction.conj() ** ORDER
-            return -stiffness * size * share * turned
+            return -stiffness * kink(-(rotation + own_rotation) / turned) * turned
 
         return NonlinearForce(self.row[None], moment, takes_angle=True)
 
@@ -131,6 +127,20 @@ class Hinge:
                 if np.any(matrix)
             ]
         return tuple(found)
+
+    def _kink_by_rotation(self):
+        """Function from the imposed rotation phi (...) to the kink g (...), rad, both in the frame of the crack."""
+        if self.sudden:  # it yields along xi alone, so that phi opens it where mu does
+            share = self.open_shares[0]
+            return lambda imposed: share * np.maximum(imposed.real, 0)
+        series = self._series()
+
+        def kink(imposed):
+            size = np.abs(imposed)
+            direction = imposed / np.where(size > 0, size, 1)
+            return size * np.polyval(series[::-1], direction) * direction.conj() ** ORDER
+
+        return kink
 
     def _series(self):
         """h_k (k,), k = -ORDER..ORDER."""

@@ -19,6 +19,7 @@ HEADINGS = {
     "chapter_4": ("Chapter 4", "Rotor with an offset disc and gyroscopic moments."),
     "chapter_5": ("Chapter 5", "The second experiment, replayed."),
     "chapter_6": ("Chapter 6", "Finite-element rotor on anisotropic bearings."),
+    "chapter_7": ("Transverse cracks", "How small a crack can be found, and how accurately, by place and sensors."),
     "rigs": ("Both rigs", "Parameters identified on the two test rigs, side by side."),
     "cracks": ("Crack models", "Every crack plugin on one rotor."),
     "bearings": ("Bearing models", "Stiffness and damping of every bearing plugin over speed."),

@@ -21,6 +21,7 @@ from rotorstudy.response.harmonic import (
 )
 from rotorstudy.response.statics import static_deflection
 
+SOLVED_AT_ONCE = 8  # coordinates whose receptances are solved together: more take more memory, not less time
 EXACT_STEP = 1e-4  # of a typical amplitude: relative errors of the derivative of 1e-11, by truncation and round-off
 
 
@@ -209,11 +210,19 @@ class Near:
         The components are the real and imaginary part of each carried harmonic. Each coordinate is solved once.
         """
         if coordinate not in self.by_coordinate:
-            carried, dof = len(self.blocks.harmonics), len(self.model.structure.dofs)
-            force = np.zeros((len(self.speed), carried, dof, 2 * carried), complex)
-            force[:, :, coordinate] = np.kron(np.eye(carried), [1, 1j])
-            self.by_coordinate[coordinate] = self._solved(force)
+            self._solve_for([coordinate])
         return self.by_coordinate[coordinate]
+
+    def _solve_for(self, coordinates):
+        """Keep the replies of some coordinates, several by one factorisation."""
+        carried, dof = len(self.blocks.harmonics), len(self.model.structure.dofs)
+        for first in range(0, len(coordinates), SOLVED_AT_ONCE):
+            part = coordinates[first : first + SOLVED_AT_ONCE]
+            force = np.zeros((len(self.speed), carried, dof, len(part), 2 * carried), complex)
+            for place, coordinate in enumerate(part):
+                force[:, :, coordinate, place] = np.kron(np.eye(carried), [1, 1j])
+            found = self._solved(force.reshape(*force.shape[:3], -1)).reshape(force.shape)
+            self.by_coordinate |= {c: np.ascontiguousarray(found[..., place, :]) for place, c in enumerate(part)}
 
     def _moved(self, columns, count):
         """Measured harmonics (speed, harmonic, sensor, unknown) by the Columns of a number of unknowns.
@@ -222,11 +231,12 @@ class Near:
         """
         acted, shown = np.unique(columns.row).tolist(), positions(self.harmonics, self.blocks)
         carried, speeds = len(self.blocks.harmonics), len(self.speed)
-        fresh = sum(coordinate not in self.by_coordinate for coordinate in acted)
-        if 2 * carried * fresh >= count:
+        fresh = [coordinate for coordinate in acted if coordinate not in self.by_coordinate]
+        if 2 * carried * len(fresh) >= count:
             return self._solved(columns.dense(len(self.model.structure.dofs), count))[:, shown][
                 :, :, self.model.measured
             ]
+        self._solve_for(fresh)
         found = np.zeros((speeds, count, len(shown) * len(self.model.measured)), complex)
         for coordinate in acted:
             here = columns.row == coordinate

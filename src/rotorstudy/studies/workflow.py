@@ -32,6 +32,7 @@ class WorkflowConfig(Strict):
     blind, compare, cracks : configuration files of the blind tests, of the comparison of spectrum methods and
                              estimators, and of that of crack models; each is left out if not given
     diagnoses : name -> measured records and their rig file
+    crack_study : configuration file of the study of transverse cracks, left out if not given
     """
 
     results: str
@@ -43,6 +44,7 @@ class WorkflowConfig(Strict):
     compare: str | None = None
     diagnoses: dict[str, DiagnosisItem] = {}
     cracks: str = ""
+    crack_study: str = ""
 
 
 @contextmanager

@@ -92,7 +92,7 @@ def readings(replays):
     for number, (config, _, spectra) in enumerate(replays):
         seen = spectra.compensated.sel(version="corrected", data_set=COLUMN, spectrum_method=COLUMN)
         both = (as_complex(seen.sel(harmonic=n)) for n in (1, -1))
-        found += [(number, *one) for one in zip(*both, receptance_at(config.model, seen.speed.values), strict=True)]
+        found += [(number, *one) for one in zip(*both, receptance_at(config.model, config.speeds), strict=True)]
     return tuple(map(np.array, zip(*found, strict=True)))
 
 

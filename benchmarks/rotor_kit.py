@@ -1,0 +1,123 @@
+"""Unbalance of a real rotor kit: python benchmarks/rotor_kit.py [--tables]
+
+The rig of examples/rotor_kit is updated by its baseline and two trial runs; the unbalance of both discs in every other
+condition is then identified with it, one condition at a time. Nothing else of those conditions is used. `--tables`
+writes the tables of harmonics in examples/rotor_kit/runs from the published figures.
+"""
+
+import argparse
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import yaml
+from scipy.stats import chi2
+
+from rotorstudy.diagnosis.runs import identify_runs
+from rotorstudy.model.estimated_rig import write_rig
+from rotorstudy.model.rig import read_rig
+
+KIT = Path(__file__).parents[1] / "examples" / "rotor_kit"
+PROBES = ("plane1_x", "plane1_y", "plane2_x", "plane2_y")
+UPDATING = ("BASE", "A008", "A016")
+SHOWN = (*UPDATING, "A020", "A025", "B010")
+USUAL = 30.0  # g mm, standard deviation of each part of an unbalance before anything is measured
+MEASURABLE = 24.0  # g mm, from which the phase of an unbalance is scored
+
+
+def published():
+    """Tables of harmonics of every condition, {condition: text}, and the unbalance of each, {condition: (2,) g mm}.
+
+    The published phasors are lags of each probe, mil, relative to the baseline; y is 90 degrees ahead of x, and hole
+    angles count against the sense of rotation.
+    """
+    change = pd.read_csv(KIT / "published" / "one_x_minus_baseline.csv")
+    baseline = pd.read_csv(KIT / "published" / "baseline_mean.csv").set_index("speed")
+    added = pd.read_csv(KIT / "published" / "added_unbalance.csv").set_index("condition")
+    tables = {}
+    for condition, rows in change.groupby("condition"):
+        lines = ["speed_rpm,node,harmonic,amplitude_mil,phase_deg"]
+        for speed, repeats in rows.groupby("speed"):
+            whole = [_phasor(repeats, probe).mean() + _phasor(baseline.loc[speed], probe) for probe in PROBES]
+            for plane in (1, 2):
+                x, y = np.conj(whole[2 * plane - 2 : 2 * plane])
+                for n, z in ((1, (x + 1j * y) / 2), (-1, np.conj(x - 1j * y) / 2)):
+                    rpm = baseline.loc[speed, "speed_rpm"]
+                    lines.append(f"{rpm},{plane},{n},{abs(z):.6f},{np.degrees(np.angle(z)):.3f}")
+        tables[condition] = "\n".join(lines) + "\n"
+    true = {
+        name: np.array([row[f"disc{d}_g_mm"] * np.exp(-1j * np.deg2rad(row[f"disc{d}_hole_deg"])) for d in (1, 2)])
+        for name, row in added.iterrows()
+    }
+    return tables, true
+
+
+def _phasor(rows, probe):
+    return rows[f"{probe}_real_mil"] + 1j * rows[f"{probe}_imag_mil"]
+
+
+def estimated(rig, folder, condition, text):
+    """Unbalance of both discs, (4,) real and imaginary parts in g mm, and its covariance."""
+    (folder / f"{condition}.csv").write_text(text)
+    run = {
+        "name": condition,
+        "records": [f"{condition}.csv"],
+        "unbalances": [{"node": f"disc {d}", "std_g_mm": USUAL} for d in (1, 2)],
+    }
+    (folder / "run.yaml").write_text(yaml.safe_dump({"runs": [run]}))
+    joint = identify_runs(folder / "run.yaml", rig).joint
+    names = [f"eccentricity[added {d}]_{part} @ {condition}" for d in (1, 2) for part in ("real", "imag")]
+    theta, covariance = joint.of(names)
+    return 1e3 * theta, 1e6 * covariance
+
+
+def scores(found, true):
+    """Rows (quantity, value) over conditions; found : {condition: (theta, covariance)}."""
+    size, phase, split, resultant, inside, inside_resultant = [], [], [], [], [], []
+    together = np.kron([1.0, 1.0], np.eye(2))
+    for condition, (theta, covariance) in found.items():
+        u, t = theta[::2] + 1j * theta[1::2], true[condition]
+        size += list(np.abs(np.abs(u) - np.abs(t)))
+        phase += [abs(np.degrees(np.angle(a / b))) for a, b in zip(u, t, strict=True) if abs(b) >= MEASURABLE]
+        off = theta - np.column_stack([t.real, t.imag]).ravel()
+        inside.append(off @ np.linalg.solve(covariance, off) < chi2.ppf(0.95, 4))
+        both, spread = together @ off, together @ covariance @ together.T
+        resultant.append(np.hypot(*both))
+        inside_resultant.append(both @ np.linalg.solve(spread, both) < chi2.ppf(0.95, 2))
+        split.append(np.sqrt(np.trace(covariance) / np.trace(spread)))
+    return [
+        ("conditions", len(found)),
+        ("mean absolute error of the unbalance of a disc (g mm)", np.mean(size)),
+        (f"mean absolute error of the phase, of {MEASURABLE:.0f} g mm and more (degrees)", np.mean(phase)),
+        ("mean error of the sum of both discs, as a vector (g mm)", np.mean(resultant)),
+        ("95 % regions of both discs that hold the truth", np.mean(inside)),
+        ("95 % regions of the sum that hold the truth", np.mean(inside_resultant)),
+        ("uncertainty of the discs over that of their sum", np.median(split)),
+    ]
+
+
+def main():
+    """Update the rig, identify the unbalance of the other conditions and print the scores."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--tables", action="store_true", help="write examples/rotor_kit/runs and stop")
+    given = parser.parse_args()
+    tables, true = published()
+    if given.tables:
+        for name in SHOWN:
+            (KIT / "runs" / f"{name}.csv").write_text(tables[name])
+        return
+    updated = identify_runs(KIT / "updating.yaml", KIT / "rig.yaml")
+    with tempfile.TemporaryDirectory() as folder:
+        folder = Path(folder)
+        write_rig(updated.rig, folder / "updated.yaml", "updated")
+        rig = read_rig(folder / "updated.yaml")
+        rest = {name: text for name, text in tables.items() if name not in UPDATING}
+        complete = {name: text for name, text in rest.items() if text.count("\n") == 9}  # at both speeds
+        found = {name: estimated(rig, folder, name, text) for name, text in complete.items()}
+    for name, value in scores(found, true):
+        print(f"{value:8.3g}  {name}")
+
+
+if __name__ == "__main__":
+    main()

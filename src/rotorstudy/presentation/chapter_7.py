@@ -1,0 +1,242 @@
+"""Figures of Chapter 7: how small a crack is detected, and how accurately it is found."""
+
+import numpy as np
+
+from rotorstudy.presentation.plots import COLOURS, MARKERS, figure
+from rotorstudy.studies.crack_study.limits import detection_probability
+
+QUANTITIES = (("depth_ratio", "depth (% of diameter)", 100.0), ("position_m", "position (% of length)", 100.0),
+              ("angle_rad", "angle (degrees)", 180 / np.pi))  # fmt: skip
+STYLES = {"none": ":", "healthy record": "-"}
+BASELINE_TEXT = {"none": "rig file only", "healthy record": "with a healthy record"}
+SHOWN_DEPTH = 0.12  # of the diameter, up to which the completeness is drawn
+
+
+def _outline(panel, rotor, title):
+    """Shaft, discs, bearings and probes of a rotor along an axis of position in m."""
+    model = rotor.model()
+    structure = model.structure
+    at = _node_positions(rotor)
+    grid = np.linspace(0, structure.length, 300)
+    radius = np.array([structure.section_at(s).outer_diameter_m for s in grid]) / 2
+    panel.fill_between(grid, -radius, radius, color="0.75", linewidth=0)
+    size = radius.max()
+    for disc in rotor.rotor.get("discs", []):
+        panel.plot([at[disc["node"] - 1]] * 2, [-2.5 * size, 2.5 * size], color="0.35", linewidth=3)
+    for bearing in rotor.bearings:
+        panel.plot(at[bearing["node"] - 1], -2.2 * size, "^", color="k", markersize=6)
+    panel.set(yticks=[], xlabel=f"position on the shaft (m), {title}", ylim=(-3.2 * size, 3.2 * size))
+    panel.grid(visible=False)
+
+
+def _node_positions(rotor):
+    """(node,) m."""
+    lengths = []
+    for part in rotor.rotor["elements"]:
+        count = part.get("count", 1)
+        lengths += [part["length_m"] / count] * count
+    return np.concatenate([[0.0], np.cumsum(lengths)])
+
+
+def smallest_crack(study, limits):
+    """Smallest crack detected over the shaft of each rotor, with and without a record of the healthy machine."""
+    names = list(study.rotors)
+    picture, axes = figure(2, len(names), height=1.9, width=3.6, sharex="col", height_ratios=[3, 1])
+    for column, name in enumerate(names):
+        panel, rotor = axes[0, column], study.rotors[name]
+        found = limits[f"smallest_depth_{name}"].sel(noise=study.usual_noise_percent) * 100
+        position = limits[f"position_{name}"]
+        for i, planes in enumerate(rotor.planes):
+            for baseline, line in STYLES.items():
+                values = found.sel({f"planes_{name}": planes, "baseline": baseline})
+                label = planes if baseline == "healthy record" else None
+                panel.plot(position, values, line, color=COLOURS[i], label=label, marker=MARKERS[i], markersize=2.5)
+        panel.set(yscale="log", ylim=(1, 60), title=f"{name}: solid {BASELINE_TEXT['healthy record']}, dotted without")
+        panel.set_yticks([1, 2, 5, 10, 20, 50], ["1", "2", "5", "10", "20", "50"])
+        panel.legend(title="probes", fontsize=5.5, title_fontsize=6, ncols=2, loc="upper center")
+        _outline(axes[1, column], rotor, name)
+    axes[0, 0].set_ylabel("smallest crack detected (% of diameter)")
+    middle = _smallest_in_the_middle(study, limits)
+    picture.suptitle(
+        f"At {study.usual_noise_percent:g} % noise a crack of {middle:.1f} % in the best place is detected "
+        f"({study.power:.0%} of the time)",
+        fontsize=9,
+    )
+    return picture
+
+
+def _smallest_in_the_middle(study, limits):
+    name = next(iter(study.rotors))
+    found = limits[f"smallest_depth_{name}"].sel(noise=study.usual_noise_percent, baseline="healthy record")
+    return 100 * float(found.min())
+
+
+def completeness(study, limits):
+    """Share of cracks anywhere on the shaft that are detected, over their depth."""
+    name, rotor = next(iter(study.rotors.items()))
+    seen = limits[f"visibility_{name}"].fillna(0.0)
+    depths = np.geomspace(float(seen.depth_ratio.min()), SHOWN_DEPTH, 60)
+    logs = np.log(np.maximum(seen.transpose(..., "depth_ratio").values, 1e-300))
+    dims, known = seen.transpose(..., "depth_ratio").dims, np.log(seen.depth_ratio.values)
+    fine = np.apply_along_axis(lambda row: np.interp(np.log(depths), known, row), -1, logs)
+    detected = detection_probability(np.exp(fine), study.false_alarm)
+    share = detected.mean(axis=dims.index(f"position_{name}"))  # (planes, noise, baseline, depth)
+    usual = study.noise_percent.index(study.usual_noise_percent)
+    picture, axes = figure(1, 2, height=2.6, sharey=True)
+    for i, planes in enumerate(rotor.planes):
+        for b, line in enumerate(STYLES.values()):
+            text = planes if line == "-" else None
+            axes[0, 0].plot(depths * 100, share[i, usual, b], line, color=COLOURS[i], label=text)
+    last = list(rotor.planes)[-1]
+    for n, percent in enumerate(study.noise_percent):
+        for b, line in enumerate(STYLES.values()):
+            text = f"{percent:g} % noise" if line == "-" else None
+            axes[0, 1].plot(depths * 100, share[-1, n, b], line, color=COLOURS[n], label=text)
+    axes[0, 0].set(ylabel="detected share of places", title=f"By probes, {study.usual_noise_percent:g} % noise")
+    axes[0, 1].set(title=f"By noise, probes at {last}")
+    for panel in axes[0]:
+        panel.set(xlabel="depth (% of diameter)", ylim=(0, 1.02))
+        panel.legend(fontsize=6)
+    picture.suptitle("A healthy record (solid) makes far smaller cracks visible than the rig file alone", fontsize=9)
+    return picture
+
+
+def accuracy_over_the_shaft(study, accuracy):
+    """Bounds of depth, position and angle over the shaft, for some depths."""
+    length = study.main.model().structure.length
+    planes = list(study.main.planes)[2 if len(study.main.planes) > 2 else -1]
+    found = accuracy.bound.sel(planes=planes, noise=study.usual_noise_percent)
+    picture, axes = figure(1, 3, height=2.5, width=2.6)
+    for panel, (name, text, factor) in zip(axes[0], QUANTITIES, strict=True):
+        scale = factor / length if name == "position_m" else factor
+        for i, depth in enumerate(accuracy.depth_ratio.values):
+            values = found.sel(shape=name, depth_ratio=depth) * scale
+            panel.plot(accuracy.position, values, MARKERS[i] + "-", color=COLOURS[i], label=f"{100 * depth:g} %")
+        panel.set(yscale="log", xlabel="position on the shaft (m)", title=text)
+    axes[0, 0].set_ylabel("standard deviation (Cramér-Rao)")
+    axes[0, 0].legend(title="depth", fontsize=6, title_fontsize=6)
+    picture.suptitle(
+        f"Near the bearings nothing bends the crack and its place is lost (probes at {planes})", fontsize=9
+    )
+    return picture
+
+
+def noise_and_probes(study, accuracy):
+    """Bounds of depth and position at mid-shaft over the noise, for all sets of probes."""
+    length = study.main.model().structure.length
+    middle = float(accuracy.position[len(accuracy.position) // 2])
+    depth = float(accuracy.depth_ratio[np.argmin(np.abs(accuracy.depth_ratio.values - study.reference.depth_ratio))])
+    picture, axes = figure(1, 2, height=2.5)
+    for panel, (name, text, factor) in zip(axes[0], QUANTITIES[:2], strict=True):
+        scale = factor / length if name == "position_m" else factor
+        for i, planes in enumerate(accuracy.planes.values):
+            values = accuracy.bound.sel(planes=planes, shape=name, depth_ratio=depth).sel(position=middle) * scale
+            panel.loglog(accuracy.noise, values, MARKERS[i] + "-", color=COLOURS[i], label=str(planes))
+        panel.set(xlabel="noise (% of the rms vibration)", title=text)
+        panel.set_xticks(accuracy.noise.values, [f"{x:g}" for x in accuracy.noise.values])
+    axes[0, 0].set_ylabel("standard deviation (Cramér-Rao)")
+    axes[0, 0].legend(fontsize=6)
+    picture.suptitle(
+        f"Crack of {100 * depth:g} % at {middle * 1e3:.0f} mm: below 1 % noise the model limits", fontsize=9
+    )
+    return picture
+
+
+def information(study, accuracy):
+    """What the harmonics and the speeds tell of the reference crack."""
+    picture, axes = figure(1, 2, height=2.6)
+    names = [str(name) for name in accuracy.harmonic_group.values]
+    width = 0.8 / len(QUANTITIES)
+    best = accuracy.bound_of_reference
+    for i, (name, text, _) in enumerate(QUANTITIES):
+        ratio = accuracy.bound_by_harmonic.sel(shape=name) / best.sel(shape=name)
+        place = np.arange(len(names)) + (i - 1) * width
+        axes[0, 0].bar(place, ratio, width, color=COLOURS[i], label=text.split(" (")[0])
+        for variable, line in (("bound_by_speed", "o"), ("bound_by_speeds", "-")):
+            over = accuracy[variable].sel(shape=name) / best.sel(shape=name)
+            axes[0, 1].plot(accuracy.speed, over, line, color=COLOURS[i])
+    axes[0, 0].set(yscale="log", ylabel="standard deviation over that of all", title="Some harmonics alone")
+    axes[0, 0].set_xticks(range(len(names)), names, rotation=45)
+    axes[0, 0].legend(fontsize=6)
+    axes[0, 1].set(yscale="log", xlabel="speed (rad/s)", title="One speed alone (dots), all up to it (lines)")
+    without = float(
+        accuracy.bound_by_harmonic.sel(harmonic_group="without 1X", shape="depth_ratio") / best.sel(shape="depth_ratio")
+    )
+    picture.suptitle(f"The crack shows in all harmonics: without 1X its depth is {without:.1f} times less accurate",
+                     fontsize=9)  # fmt: skip
+    return picture
+
+
+def trade_offs(study, accuracy):
+    """How much less accurate the reference crack is if another effect may be present."""
+    names = [str(name) for name in accuracy.confounder.values]
+    picture, axes = figure(1, 1, height=2.6, width=4.5)
+    width = 0.8 / len(QUANTITIES)
+    for i, (name, text, _) in enumerate(QUANTITIES):
+        ratio = accuracy.bound_with.sel(shape=name) / accuracy.bound_of_reference.sel(shape=name)
+        place = np.arange(len(names)) + (i - 1) * width
+        axes[0, 0].barh(place, ratio - 1, width, color=COLOURS[i], label=text.split(" (")[0])
+    axes[0, 0].set_yticks(range(len(names)), names)
+    axes[0, 0].invert_yaxis()
+    axes[0, 0].set(xlabel="increase of the standard deviation (1)")
+    axes[0, 0].legend(fontsize=6)
+    worst = int(np.argmax(accuracy.bound_with.sel(shape="depth_ratio").values))
+    picture.suptitle(f"The depth trades off most against {names[worst]}", fontsize=9)
+    return picture
+
+
+def noisy_records(study, trials):
+    """Errors of identified cracks over their Cramér-Rao bound, and the coverage of the stated intervals."""
+    picture, axes = figure(1, len(QUANTITIES), height=2.4, width=2.6, sharey=True)
+    held = (np.abs(trials.error) <= 1.96 * trials.stated_std).mean().item()
+    for panel, (name, text, _) in zip(axes[0], QUANTITIES, strict=True):
+        for i, depth in enumerate(trials.depth_ratio.values):
+            error = trials.error.sel(shape=name, depth_ratio=depth) / trials.bound.sel(shape=name, depth_ratio=depth)
+            offset = np.linspace(-0.25, 0.25, len(error))
+            panel.plot(i + offset, error, ".", color=COLOURS[i])
+            panel.plot([i - 0.3, i + 0.3], [float(np.sqrt((error**2).mean()))] * 2, color="k")
+        panel.axhspan(-1.96, 1.96, color="0.9", zorder=0)
+        panel.set_xticks(range(len(trials.depth_ratio)), [f"{100 * d:g} %" for d in trials.depth_ratio.values])
+        panel.set(xlabel="depth of the crack", title=text.split(" (")[0])
+    axes[0, 0].set_ylabel("error over the bound (bar: rms)")
+    count = trials.error.size
+    picture.suptitle(
+        f"{held:.0%} of {count} stated 95 % intervals hold the truth (grey: 95 % by the bound)", fontsize=9
+    )
+    return picture
+
+
+def thesis_method_figure(study, thesis):
+    """The stiffness loss that the thesis's method finds for the same crack at other places."""
+    node = study.thesis.cracks[0]["node"]
+    picture, axes = figure(1, 1, height=2.5, width=4.2)
+    axes[0, 0].plot(thesis.position, thesis.loss / 1e3, "o-", color=COLOURS[0])
+    axes[0, 0].axvline(study.reference.position_m, color="0.5", linewidth=0.8)
+    axes[0, 0].axhline(0, color="k", linewidth=0.6)
+    axes[0, 0].set(xlabel="true position of the crack (m)", ylabel="stiffness loss found (N/mm)")
+    picture.suptitle(
+        f"Least squares with a crack at node {node}: what one of\n{100 * study.thesis.depth_ratio:g} % of the diameter "
+        "reads depends on its place",
+        fontsize=9,
+    )
+    return picture
+
+
+def figures(study, limits, accuracy, trials, thesis_method):
+    """The figures of the study, from the Datasets of its stages.
+
+    Returns
+    -------
+    dict
+        name -> matplotlib figure.
+    """
+    return {
+        "smallest_crack": smallest_crack(study, limits),
+        "completeness": completeness(study, limits),
+        "accuracy_over_the_shaft": accuracy_over_the_shaft(study, accuracy),
+        "noise_and_probes": noise_and_probes(study, accuracy),
+        "information": information(study, accuracy),
+        "trade_offs": trade_offs(study, accuracy),
+        "noisy_records": noisy_records(study, trials),
+        "thesis_method": thesis_method_figure(study, thesis_method),
+    }

@@ -1,0 +1,129 @@
+"""Configuration of the study of transverse cracks."""
+
+from typing import Any
+
+from pydantic import Field
+
+from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.errors import unknown_name
+from rotorstudy.model.configuration import Strict, check_config
+from rotorstudy.model.rig import build_model
+from rotorstudy.studies.config import PositiveNumber
+from rotorstudy.yaml_file import read_yaml
+
+
+class CrackedRotor(Strict):
+    """rotor, bearings, effects : as in a rig, without a crack;  speeds_rad_s : measured
+
+    planes : name -> nodes with probes;  source : of the geometry
+    confounders : name -> effect that may be present in the healthy machine, too
+    """
+
+    source: str
+    rotor: dict[str, Any]
+    bearings: list[dict[str, Any]]
+    effects: list[dict[str, Any]]
+    speeds_rad_s: list[PositiveNumber] = Field(min_length=1)
+    planes: dict[str, list[int]] = Field(min_length=1)
+    confounders: dict[str, dict[str, Any]] = {}
+
+    @property
+    def nodes(self):
+        """All nodes with probes."""
+        return sorted({node for nodes in self.planes.values() for node in nodes})
+
+    def model(self, *effects):
+        """Model with all probes and further effects."""
+        given = {"rotor": self.rotor, "bearings": self.bearings, "effects": [*self.effects, *effects]}
+        return build_model({**given, "sensors": self.nodes}, where=self.source)
+
+
+class CrackMap(Strict):
+    """positions : how many, along the shaft;  depth_ratios, angles_rad : at each"""
+
+    positions: int = Field(ge=2)
+    depth_ratios: list[PositiveNumber] = Field(min_length=2)
+    angles_rad: list[float] = Field(min_length=1)
+
+
+class Crack(Strict):
+    """A crack in detail."""
+
+    position_m: PositiveNumber
+    depth_ratio: PositiveNumber
+    angle_rad: float
+
+
+class CrackModel(Strict):
+    """kind : the effect;  variant : its other options than position, depth and angle;  amplitudes : of the real one"""
+
+    kind: str
+    variant: dict[str, Any] = {}
+    amplitudes: dict[str, float]
+
+    def effect(self, position_m, depth_ratio, angle_rad):
+        """A crack as an effect of a rig."""
+        shape = {"position_m": position_m, "depth_ratio": depth_ratio, "angle_rad": angle_rad}
+        return {"kind": self.kind, **self.variant, **shape, **self.amplitudes}
+
+
+class Trials(Strict):
+    """count : noisy records at each of `depth_ratios`, of the reference crack otherwise"""
+
+    count: int = Field(ge=2)
+    depth_ratios: list[PositiveNumber] = Field(min_length=1)
+    seed: int
+
+
+class ThesisMethod(Strict):
+    """cracks : of the thesis's model;  estimator, unknowns : of its estimate;  depth_ratio : of the true crack"""
+
+    estimator: str
+    cracks: list[dict[str, Any]]
+    unknowns: list[str]
+    depth_ratio: PositiveNumber
+
+
+class CrackStudy(Strict):
+    """crack : how it is modelled;  rotors : name -> CrackedRotor, of which the first is studied in detail
+
+    samples           : of a record, all together
+    noise_percent     : white noise on each sample, of the rms vibration;  usual_noise_percent : where not varied
+    probe_noise_m     : white noise on each sample, whatever the vibration
+    diagnosis         : as in a rig: accuracy of its numbers, of the probes and of the model
+    false_alarm, power : of the test by which a crack is detected
+    """
+
+    name: str
+    title: str
+    crack: CrackModel
+    rotors: dict[str, CrackedRotor] = Field(min_length=1)
+    harmonics: list[int] = Field(min_length=1)
+    samples: int = Field(gt=1)
+    noise_percent: list[PositiveNumber] = Field(min_length=1)
+    usual_noise_percent: PositiveNumber
+    probe_noise_m: float = Field(ge=0)
+    diagnosis: Settings
+    false_alarm: float = Field(gt=0, lt=0.5)
+    power: float = Field(gt=0.5, lt=1)
+    map: CrackMap
+    accuracy: CrackMap
+    reference: Crack
+    trials: Trials
+    thesis: ThesisMethod
+
+    @property
+    def main(self):
+        """The rotor that is studied in detail."""
+        return next(iter(self.rotors.values()))
+
+
+def load_crack_study(path):
+    """The CrackStudy of a file, whose rigs can be built and whose reference crack lies on the shaft."""
+    study = check_config(CrackStudy, read_yaml(path), str(path))
+    if study.usual_noise_percent not in study.noise_percent:
+        raise unknown_name("usual_noise_percent", study.usual_noise_percent, study.noise_percent, str(path))
+    for rotor in study.rotors.values():
+        rotor.model()
+    study.main.model(study.crack.effect(**study.reference.model_dump()))
+    return study

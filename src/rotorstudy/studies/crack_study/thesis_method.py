@@ -1,0 +1,57 @@
+"""The thesis's method on the same cracks: a stiffness loss at a node that is given, by least squares."""
+
+import numpy as np
+
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.inference.problem import Problem, estimate_by
+from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+from rotorstudy.model.registry import registry
+from rotorstudy.model.rig import build_model
+from rotorstudy.response.measured import measured_response
+from rotorstudy.store import dataset
+
+
+def thesis_method(study):
+    """Stiffness loss found by least squares at the thesis's node, for true cracks along the shaft, without noise.
+
+    All nodes are measured, as least squares of the equations needs. The depth follows from the loss that the same
+    method finds for cracks of known depth at the reference position.
+
+    returns : loss (position) N/m for one depth, apparent_depth (position) over the diameter, loss_at_reference
+              (depth_ratio) N/m
+    """
+    main, settings = study.main, study.thesis
+    given = {"rotor": main.rotor, "bearings": main.bearings, "effects": main.effects}
+    nodes = list(build_model(given).structure.nodes)
+    model = build_model({**given, "cracks": settings.cracks, "sensors": nodes})
+    speed, estimator = np.array(main.speeds_rad_s), registry().get("estimator", settings.estimator)
+    (name,) = (name for name in settings.unknowns if name.startswith("stiffness_loss"))
+
+    def loss(position, depth):
+        effect = study.crack.effect(position, depth, 0.0)  # it faces the mark, as the one of the thesis
+        try:
+            cracked = build_model({**given, "effects": [*main.effects, effect], "sensors": nodes})
+        except RotorstudyError:  # at a disc
+            return np.nan
+        shown = measured_response(cracked, speed, study.harmonics)
+        covariance = independent_covariance(np.ones(shown.shape))
+        spectrum = Spectrum(shown, speed, np.array(study.harmonics), tuple(nodes), covariance)
+        found = estimate_by(estimator, Problem(model, spectrum, tuple(settings.unknowns)))
+        return float(found.theta[found.names.index(name)])
+
+    length = model.structure.length
+    position = (np.arange(study.map.positions) + 0.5) / study.map.positions * length
+    depths = np.array(study.map.depth_ratios)
+    found = np.array([loss(place, settings.depth_ratio) for place in position])
+    known = np.array([loss(study.reference.position_m, depth) for depth in depths])
+    apparent = np.interp(found, known, depths, left=0.0, right=np.nan)
+    coordinates = {
+        "position": (position, "m", "position of the true crack on the shaft, from node 1"),
+        "depth_ratio": (depths, "1", "depth over diameter"),
+    }
+    variables = {
+        "loss": (("position",), found, "N/m", "stiffness loss found at the thesis's node"),
+        "apparent_depth": (("position",), apparent, "1", "depth over diameter that gives it at the reference position"),
+        "loss_at_reference": (("depth_ratio",), known, "N/m", "loss found for cracks at the reference position"),
+    }
+    return dataset(variables, coordinates, title=f"{study.title}: the thesis's method")

@@ -1,0 +1,71 @@
+"""Noisy records of a crack, identified one by one: whether the Cramer-Rao bound and the stated intervals hold."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from rotorstudy.diagnosis.candidates import shape_ranges
+from rotorstudy.diagnosis.one_cause import fitted_from, identified
+from rotorstudy.inference.prediction import predicted
+from rotorstudy.inference.prior import Prior
+from rotorstudy.measurement.noise import standard_normal
+from rotorstudy.store import dataset
+from rotorstudy.studies.crack_study.sensitivity import SHAPE, Machine, bounds
+
+
+def trials(study):
+    """Identification of the reference crack in some depths, from noisy records of rigs as uncertain as stated.
+
+    The numbers of the rig and of its probes are drawn from their prior, then noise and model error from theirs; each
+    fit starts at the true crack on the stated rig.
+
+    returns : error, stated_std (depth_ratio, trial, shape), bound (depth_ratio, shape), in the units of the shape
+    """
+    machine, settings = Machine(study, study.main), study.trials
+    errors, stated, bound = [], [], []
+    for number, depth in enumerate(settings.depth_ratios):
+        crack = machine.crack(**{**study.reference.model_dump(), "depth_ratio": depth})
+        model, names = machine.whole.plus(crack.term), (*machine.prior.names, *crack.names)
+        prior = machine.prior.plus(Prior.independent(crack.prior))
+        spectrum = machine.noisy_spectrum(machine.healthy + _shown(machine, crack), study.usual_noise_percent)
+        widths = [ends.high - ends.low for ends in shape_ranges(crack.effect, machine.model.structure).values()]
+        columns = machine.columns(crack) / machine.std(study.usual_noise_percent)[:, None]
+        bound.append(bounds(columns, prior.whitener, widths))
+        std = spectrum_std(spectrum)
+        size = len(prior.names) + 2 * spectrum.amplitude.size
+        for draw in standard_normal(settings.seed, number, settings.count, size):
+            true, noise = draw[: len(prior.names)], draw[len(prior.names) :].reshape(2, *spectrum.amplitude.shape)
+            theta = np.concatenate([term.theta for term in model.terms])
+            theta[model.position(names)] = prior.mean + prior.factor @ true
+            amplitude = predicted(model, spectrum, theta) + std * (noise[0] + 1j * noise[1])
+            work = machine.work(replace(spectrum, amplitude=amplitude))
+            start = np.concatenate([machine.prior.mean, [1.0]])
+            fitted = fitted_from(work, crack, start)
+            found = identified(work, fitted, [fitted]).cause
+            errors.append([found.shape[name] - crack.shape[name] for name in SHAPE])
+            stated.append([found.shape_std[name] for name in SHAPE])
+    shape = (len(settings.depth_ratios), settings.count, len(SHAPE))
+    coordinates = {
+        "depth_ratio": (np.array(settings.depth_ratios), "1", "depth over diameter"),
+        "trial": (np.arange(settings.count), "1", "record"),
+        "shape": (list(SHAPE), "1", "position in m, depth over diameter, angle in rad"),
+    }
+    dims = ("depth_ratio", "trial", "shape")
+    variables = {
+        "error": (dims, np.reshape(errors, shape), "SI", "estimate less truth"),
+        "stated_std": (dims, np.reshape(stated, shape), "SI", "stated standard deviation"),
+        "bound": (("depth_ratio", "shape"), np.array(bound), "SI", "Cramer-Rao bound"),
+    }
+    return dataset(variables, coordinates, title=f"{study.title}: noisy records", seed=settings.seed)
+
+
+def _shown(machine, crack):
+    """(speed, harmonic, sensor) what a crack changes, m."""
+    model = machine.model.plus(crack.term)
+    return predicted(model, machine.raw, np.concatenate([machine.model.theta, [1.0]])) - machine.healthy
+
+
+def spectrum_std(spectrum):
+    """(speed, harmonic, sensor) standard deviation of the real part of each harmonic, of independent ones, m."""
+    variance = np.diagonal(spectrum.covariance, axis1=-2, axis2=-1)[..., : len(spectrum.harmonics)]
+    return np.sqrt(np.moveaxis(variance, 1, 2))
