@@ -135,7 +135,7 @@ def test_a_model_without_parameters_says_so_when_asked_for_unknowns():
         (b"a: \x00b\n", ["not valid YAML"]),
         (b"\xff\xfe\x00\xd8", ["x.yaml"]),  # a binary file given by mistake
         (b"rotor: {kind: jeffcott, mass_kg: 2, mass_kg: 3, stiffness_N_per_m: 1}\n", ["mass_kg", "twice"]),
-        (b"rotor: {kind: jeffcott, mass_kg: 2020-01-01, stiffness_N_per_m: 1}\n", ["mass_kg", "number"]),
+        (b"rotor: {kind: jeffcott, mass_kg: 2020-01-01, stiffness_N_per_m: 1}\n", ["line 1", "timestamp"]),
     ],
     ids=["empty", "number", "tab", "tag", "nul", "binary", "key twice", "date"],
 )
