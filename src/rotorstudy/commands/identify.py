@@ -19,7 +19,7 @@ def add(commands):
     parser.add_argument(
         "--runs",
         metavar="FILE",
-        help="instead of records: file that lists several runs, their records and what is added in each; they are "
+        help="instead of records: YAML file that lists several runs, their records and what is added in each; they are "
         "fitted together, within the uncertainty that the rig file states",
     )
     parser.add_argument(
