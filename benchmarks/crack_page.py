@@ -53,7 +53,7 @@ def summary(rows: pd.DataFrame) -> pd.DataFrame:
         share("place within 5 % of the length", cracks.place_right),
         share("angle within 10 degrees", cracks.angle_right),
         share("95 % intervals of depth, place and angle that hold the truth", np.concatenate(held), "93 to 97 %"),
-        share("law of opening right", cracks.law_right.fillna(False)),
+        share("breathing law right", cracks.law_right.fillna(False)),
         share("slots said to open and close", slots.breathing.fillna("none") != "none", "<= 2 %"),
         share("identified in 10 s of one core or less", rows.seconds <= SECONDS, "all"),
     ]

@@ -1,7 +1,7 @@
 """Cracks of the independent simulator in tests/foreign, in millimetres: python benchmarks/cracks.py --cases 100
 
 Random machines with one crack of 5 to 40 % of the diameter, or a slot that never closes, measured at seven speeds in
-two planes with 1 % noise (`crack_cases.py`). Each walks the public road: record and rig file on disk, spectrum, and
+two planes with 1 % noise (`crack_cases.py`). Each takes the way of a user: record and rig file on disk, spectrum, and
 `identify --cause transverse_crack`; with `--diagnose` every so many are also diagnosed with the whole library. One row
 a case goes to `cracks.csv`, the shares with their 95 % bounds to `summary.csv` and to a page.
 """

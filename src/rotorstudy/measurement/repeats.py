@@ -87,8 +87,9 @@ def _findings(squares, expected, freedom, counts, where):
     size, times = float(np.sqrt(squares / freedom).max()), float(np.sqrt(ratio.max()))
     text = f"{int(counts.sum())} records at {len(counts)} speeds; repeats are averaged, and scatter by up to {um(size)}"
     if p >= SIGNIFICANT:
-        return [Finding("note", "repeats", where, f"{text}, as the noise of each lets expect")]
+        return [Finding("note", "repeats", where, f"{text}, as expected from the noise of each")]
     text += (
-        f" (rms), {times:.3g} times what the noise of each lets expect ({p_value(p)}); look for what changes from run "
+        f" (rms), {times:.3g} times what is expected from the noise of each ({p_value(p)}); look for what changes from "
+        "run to run. The scatter is in the covariance"
     )
-    return [Finding("warning", "repeats differ", where, f"{text}to run. The scatter is in the covariance")]
+    return [Finding("warning", "repeats differ", where, text)]
