@@ -1,7 +1,7 @@
 """Cracks of the independent simulator in tests/foreign, in millimetres: python benchmarks/cracks.py --cases 100
 
 Random machines with one crack of 5 to 40 % of the diameter, or a slot that never closes, measured at seven speeds in
-two planes with 1 % noise (`crack_cases.py`). Each walks the public road: record and rig file on disk, spectrum, and
+two planes with 1 % noise (`crack_cases.py`). Each takes the way of a user: record and rig file on disk, spectrum, and
 `identify --cause transverse_crack`; with `--diagnose` every so many are also diagnosed with the whole library. One row
 a case goes to `cracks.csv`, the shares with their 95 % bounds to `summary.csv` and to a page.
 """
@@ -36,6 +36,7 @@ from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.model.rig import read_rig
 
 SLOTS = 5  # every fifth case is a slot
+START, END = "<!-- cracks -->", "<!-- /cracks -->"
 RIG_ERROR = np.array([0.005, 0.02, 0.05])  # of the rig file: modulus, bearings, unbalance
 HARMONICS = list(range(-4, 5))
 LAW = {"gradual": "gradual", "switching": "sudden", "open": "none"}  # names of the simulator -> of the package
@@ -114,7 +115,9 @@ def main():
     parser.add_argument("--rig-error", type=float, default=1.0, help="0: the rig file is exact; 1: as real ones are")
     parser.add_argument("--processes", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path("crack_cases"))
-    parser.add_argument("--page", type=Path, help="Markdown page to write the numbers to")
+    parser.add_argument(
+        "--page", type=Path, help="Markdown page with the marks <!-- cracks --> to write the numbers to"
+    )
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
     work = [
@@ -132,7 +135,8 @@ def main():
     summary(table).to_csv(given.out / "summary.csv", index=False)
     print(summary(table).to_string(index=False))
     if given.page:
-        given.page.write_text(page(table), encoding="utf-8")
+        before, _, rest = given.page.read_text(encoding="utf-8").partition(START)
+        given.page.write_text(f"{before}{START}\n{page(table)}{END}{rest.partition(END)[2]}", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,8 @@
 """The diagnosis on records of the independent simulator in tests/foreign: python benchmarks/foreign.py --cases 100
 
-Each case walks the public road: record and rig file on disk, spectrum, verdict. One row a case goes to `cases.csv`, the
-shares with their 95 % bounds (`foreign_scores.py`) to `summary.csv`; truth and verdict of each case stay in `cases/`.
+Each case is diagnosed as by a user: record and rig file on disk, spectrum, verdict. One row per case goes to
+`cases.csv`, the shares with their 95 % bounds (`foreign_scores.py`) to `summary.csv`; truth and verdict of each case
+stay in `cases/`.
 """
 
 import argparse
@@ -52,7 +53,7 @@ NODE, ELEMENT, STRETCH, ANY = "node", "element", "stretch", "any"
 MEANS = {
     "unbalance": (("unbalance",), NODE, ()),
     "couple_unbalance": (("couple_unbalance",), NODE, ()),
-    # the law of opening is the crack's shape, not its name
+    # the breathing law is the crack's shape, not its name
     "crack": (CRACKS, ELEMENT, ()),
     "open_crack": (CRACKS, ELEMENT, ()),
     # a fixed offset of an isotropic coupling is a constant force, its 2X a rotating stiffness: both may be named

@@ -22,7 +22,7 @@ KIT = Path(__file__).parents[1] / "examples" / "rotor_kit"
 PROBES = ("plane1_x", "plane1_y", "plane2_x", "plane2_y")
 UPDATING = ("BASE", "A008", "A016")
 SHOWN = (*UPDATING, "A020", "A025", "B010")
-USUAL = 30.0  # g mm, standard deviation of each part of an unbalance before anything is measured
+USUAL = 30.0  # g mm, prior standard deviation of each part of an unbalance
 MEASURABLE = 24.0  # g mm, from which the phase of an unbalance is scored
 
 

@@ -111,7 +111,7 @@ def difference(machine):
     ours = measured_response(model, machine["speeds"], [1, -1])
     part = np.array(machine["response"])
     x, y = ((part[d::6] @ [1, 1j])[list(machine["probes"])] for d in (0, 1))  # (node, speed)
-    # The package's x is down, a quarter turn behind that of ROSS, and its time is zero when the reference line points
+    # The package's x is down, 90 degrees behind that of ROSS, and its time is zero when the reference line points
     # there: harmonic n is turned by 90 degrees, and by -90 n degrees
     theirs = np.stack([(x + 1j * y) / 2, -np.conj(x - 1j * y) / 2])
     return np.abs(ours - np.transpose(theirs, (2, 0, 1))).max() / np.abs(theirs).max()

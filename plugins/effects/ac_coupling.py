@@ -4,7 +4,7 @@ from rotorstudy.plugins import Effect, Entry, Parameter, Positive, hookimpl
 
 
 def ac_coupling(sensors, corner_rad_per_s: Positive = 3.0):
-    """First-order high pass in all channels, which removes the mean: gain j n w / (j n w + w_c) of harmonic n.
+    """First-order high-pass filter in all channels, which removes the mean: gain j n w / (j n w + w_c) of harmonic n.
 
     The amplitude is 1 if the channels are AC coupled, else 0; the corner frequency is a shape parameter.
     """
@@ -28,6 +28,6 @@ def rotorstudy_effect():
         checked="0X gone to 1e-12, -3 dB and 45 degrees of lead at the corner",
         confounders=(
             ("sensor_gap", "AC coupling removes the entire mean of every sensor"),
-            ("delay", "a high pass leads most at low speeds and removes 0X; a delay lags most at high speeds"),
+            ("delay", "a high-pass filter leads most at low speeds and removes 0X; a delay lags most at high speeds"),
         ),
     )

@@ -52,7 +52,7 @@ def rotorstudy_effect():
             ("seal", "the mass of the fluid comes with its damping, and only in the full machine"),
             (
                 "stiffness_error",
-                "stiffness dominates below the critical speed, mass above it; at 0X it weighs",
+                "stiffness dominates below the critical speed, mass above it; a mass also has weight (0X)",
             ),
             (
                 "speed_error",

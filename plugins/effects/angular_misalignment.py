@@ -13,7 +13,7 @@ def angular_misalignment(
 
     Each harmonic has its own amplitude and phase, backward ones (-1, -2, -3) and a constant one (0) included; the axial
     motion at 1X, invisible to radial probes, is not modelled. coupled: the bending stiffness of the coupling, which the
-    rig lacks, acts on the tilt too; its asymmetry k_d, which turns with the coupling, adds the moment
+    rig lacks, acts on the tilt too; its asymmetry k_d, which rotates with the coupling, adds the moment
     -k_d e^{2jwt} conj(dz/ds), which gives 2X.
     """
     node = structure.default_node() if node is None else node

@@ -7,7 +7,7 @@ def internal_damping(structure, node: int | None = None, element: int | None = N
     """Viscous damping in the rotating shaft: force -c (dz/dt - j w z), that is -j (n - 1) w c z_n on harmonic n.
 
     In an element, or in all up to a last one, c is their stiffness matrix times the amplitude, without a force on a
-    rigid motion. At a node of a rotor with several it acts between the node and the ground, as in the thesis.
+    rigid-body motion. At a node of a rotor with several it acts between the node and the ground, as in the thesis.
     """
     if element is not None:
         here = structure.stiffness_of(element, last_element)

@@ -18,7 +18,7 @@ def parallel_misalignment(
     They act at a node, or, for a coupling modelled by an element, at both its ends in opposite directions. Each
     harmonic has its own amplitude and phase, since couplings differ; 2X usually dominates. A force that is not circular
     has backward harmonics (-1, -2, -3) too, and a shaft that is bent into line has a constant force (0). coupled: the
-    stiffness of the coupling, which the rig lacks, acts on the motion too; its asymmetry k_d, which turns with the
+    stiffness of the coupling, which the rig lacks, acts on the motion too; its asymmetry k_d, which rotates with the
     coupling, adds the force -k_d e^{2jwt} conj(z), which gives 2X.
     """
     scales = structure.scales

@@ -41,7 +41,7 @@ def rotorstudy_effect():
                 "phase_reference",
                 "rotated probes shift all phases by the same angle, a wrong mark that of harmonic n by n times it",
             ),
-            ("probe_error", "a turned bracket turns both probes; exchange the probes, and the error stays"),
+            ("probe_error", "a rotated bracket rotates both probes; exchange the probes, and the error stays"),
             ("swapped_probes", "swapped probes mirror the entire signal, a skew a few per cent of it"),
         ),
     )

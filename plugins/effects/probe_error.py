@@ -4,10 +4,11 @@ from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl, sensor_unit
 
 
 def probe_error(sensors, node: int | None = None, direction_rad: float = 0.0):
-    """One probe of a pair reads wrongly: r = (x, y) is measured as r + d (p d . r + q e . r).
+    """One wrong probe of a pair: r = (x, y) is measured as r + d (p d . r + q e . r).
 
-    d, at direction_rad from x, is square to the other probe, and e a quarter turn ahead of d. Of probes at right angles
-    the wrong one is along d: with its gain g and an error a of its angle, p = g cos a - 1 and q = g sin a exactly.
+    d, at direction_rad from x, is perpendicular to the other probe; e is 90 degrees ahead of d. If the probes are at
+    right angles, the wrong one is along d, and with its gain g and the error a of its angle p = g cos a - 1 and
+    q = g sin a exactly.
     """
     here, turned = np.diag(sensor_unit(sensors, node)) / 2, np.exp(2j * direction_rad)
     along = (Entry(here), Entry(turned * here, on="conj"))
@@ -32,7 +33,7 @@ def rotorstudy_effect():
                 "probe_gain",
                 "equal for the gain of a probe along x or y; exchange the probes, and the error moves along",
             ),
-            ("probe_angle", "a turned bracket turns both probes; exchange the probes, and the error stays"),
+            ("probe_angle", "a rotated bracket rotates both probes; exchange the probes, and the error stays"),
             (
                 "support_anisotropy",
                 "a wrong probe mirrors the same share of every harmonic; anisotropy excites backward whirl modes",

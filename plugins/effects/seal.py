@@ -4,7 +4,7 @@ from rotorstudy.plugins import Effect, Entry, Parameter, Share, hookimpl
 
 
 def seal(structure, node: int | None = None, swirl_ratio: Share = 0.45):
-    """Annular seal, a fluid that turns at lambda w: force -K z - C (z' - j lambda w z) - M (d/dt - j lambda w)^2 z.
+    """Annular seal, a fluid that rotates at lambda w: force -K z - C (z' - j lambda w z) - M (d/dt - j lambda w)^2 z.
 
     Damping and inertia act on the motion relative to the fluid: the direct stiffness is K - lambda^2 M w^2, the cross
     stiffness lambda C w, the cross damping 2 lambda M w. Added to these are a cross stiffness and a cross damping that

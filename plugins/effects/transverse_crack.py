@@ -16,11 +16,11 @@ def transverse_crack(
     opened_by: Literal["moment", "weight"] = "moment",
     flexibility: str = "strip_integration",
 ):
-    """Crack with a straight front across a solid shaft: a hinge that yields to the moment by which it is opened.
+    """Crack with a straight front across a solid shaft: a hinge that yields to the bending moment that opens it.
 
     position_m: from node 1.  depth_ratio: depth over the diameter.  angle_rad: of the middle of the crack edge from the
     reference line of the shaft, in the direction of rotation.  breathing: gradual, by the part of the front in tension;
-    sudden, open or closed as a whole; none, a notch that never closes.  opened_by: the moment of the instant, or that
+    sudden, open or closed as a whole; none, a notch that never closes.  opened_by: the instantaneous moment, or that
     of the weight alone.  flexibility: name of a depth plugin.
     """
     hinge = crack_at(structure, position_m, depth_ratio, angle_rad, flexibility, breathing == "sudden")

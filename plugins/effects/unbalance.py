@@ -4,7 +4,7 @@ from rotorstudy.plugins import Effect, Entry, Parameter, Positive, hookimpl
 def unbalance(structure, node: int | None = None, mass_kg: Positive | None = None):
     """Mass centre at a distance e from the shaft centre, at angle phi: force m e w^2 e^{j(wt + phi)}.
 
-    mass_kg: by default that of the node; phi is measured from the crack edge.
+    mass_kg: by default that of the node; phi is measured from the shaft's reference line.
     """
     node = structure.default_node() if node is None else node
     here = structure.unit(node)

@@ -1,4 +1,4 @@
-"""All that a plugin file imports, from one place that stays when the rooms behind it change.
+"""All that a plugin file imports, from one place that stays when the modules behind it change.
 
     from rotorstudy.plugins import Effect, Entry, Parameter, hookimpl
 

@@ -52,7 +52,7 @@ def run(config, out, cases, seed):
 
 
 def check_always(rows, verdicts, truths, seals, where):
-    """What holds of every case: a whole verdict, a truth that is the sealed one, a whole row of the score."""
+    """What holds of every case: a complete verdict, the truth that was sealed, a complete row of the result."""
     for row, verdict, opened, sealed in zip(rows.to_dict("records"), verdicts, truths, seals, strict=True):
         assert verdict["verdict"] in ("nothing", "cause", "ambiguous", "unknown"), (where, verdict)
         assert {key: isinstance(verdict[key], kind) for key, kind in KINDS.items()} == dict.fromkeys(KINDS, True), where

@@ -133,7 +133,7 @@ EFFECTS = {  # what probes x and y show instead of their phasors (order,)
 @pytest.mark.parametrize("name", EFFECTS)
 @pytest.mark.parametrize("directions", [(0.0, (0.0, 90.0)), (30.0, (75.0, -15.0)), (180.0, (-45.0, 45.0))])
 def test_effects_of_probes_act_along_them(name, directions, rotation):
-    """A unit of each effect, which is linear; x is the probe from which the other is a quarter turn ahead."""
+    """A unit of each effect, which is linear; x is the probe from which the other is 90 degrees ahead."""
     (gravity, angles), (item, show) = directions, EFFECTS[name]
     conventions, shown = stated(gravity, angles, gravity + 5.0, rotation), drawn()  # the reference line along x
     ahead = (angles[1] - angles[0]) * conventions.sense > 0

@@ -1,4 +1,4 @@
-"""Causes are weighed by the chance of the data, which is known exactly where everything is linear and normal."""
+"""Causes are weighed by the probability of the data, which is known exactly where everything is linear and normal."""
 
 from dataclasses import replace
 
@@ -42,7 +42,7 @@ def noisy(model, seed):
     return spectrum(shown + draws[0] + 1j * draws[1])
 
 
-def test_evidence_is_the_chance_of_the_data_of_a_linear_model():
+def test_evidence_is_the_probability_of_the_data_of_a_linear_model():
     """Eccentricity acts linearly: the data are normal with the covariance of the noise plus that of the prior."""
     data = noisy(MODEL, 1)
     prior = {"eccentricity_real": (4e-6, 2e-6), "eccentricity_imag": (0.0, 1e-6)}
@@ -70,8 +70,8 @@ def test_a_prior_of_unknown_width_is_the_mean_over_widths():
     covariance, mean = np.array([[0.02]]), np.array([0.3])
     precision = 1 / covariance[0, 0] - 1  # of the data
     middle = mean[0] / covariance[0, 0] / precision
-    chance = [norm(0, np.sqrt(1 / precision + scale**2)).pdf(middle) for scale in SCALES]
-    assert log_scales(mean, covariance, np.array([0])) == pytest.approx(np.log(np.mean(chance) / chance[0]), rel=1e-9)
+    density = [norm(0, np.sqrt(1 / precision + scale**2)).pdf(middle) for scale in SCALES]
+    assert log_scales(mean, covariance, np.array([0])) == pytest.approx(np.log(np.mean(density) / density[0]), rel=1e-9)
 
 
 def test_an_amplitude_on_the_wrong_side_costs_its_deviations_and_never_overflows():

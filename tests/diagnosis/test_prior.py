@@ -164,7 +164,7 @@ GOOD = {"parameters": ["external_damping", "internal_damping"], "standard_deviat
         ({"correlation": [[1.0], [0.5, 1.0]]}, "did you mean 'correlations'"),
     ],
 )
-def test_a_prior_that_cannot_be_is_refused_at_the_door(change, words):
+def test_an_impossible_prior_is_refused(change, words):
     assert build_model({**RIG, "prior": GOOD}).uncertainty.covariance == pytest.approx(np.diag([4.0, 1.0]))
     with pytest.raises(RotorstudyError, match=words):
         build_model({**RIG, "prior": {**GOOD, **change}})

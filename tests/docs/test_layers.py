@@ -1,4 +1,4 @@
-"""Imports point one way, as pyproject.toml declares; the machine knows no model by name."""
+"""Imports point one way, as pyproject.toml declares; the package knows no model by name."""
 
 import ast
 import subprocess
@@ -12,19 +12,19 @@ from rotorstudy.model.registry import registry
 
 ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "src" / "rotorstudy"
-MACHINE = sorted(SOURCE.rglob("*.py"))
+PACKAGE = sorted(SOURCE.rglob("*.py"))
 PLUGINS = sorted((ROOT / "plugins").rglob("*.py"))
 TEMPLATES = sorted((SOURCE / "authoring" / "templates").glob("*.py"))
 GENERAL = sorted(
     path
-    for path in MACHINE
+    for path in PACKAGE
     if path.relative_to(SOURCE).parts[0] not in ("thesis", "blind")
     and not path.name.startswith(("chapter_", "replay_"))
 )
 # thesis/ and the figures of its chapters and replays are about the models of Chapters 2 to 6; blind/ writes the answers
 # that a diagnosis must give, which are names
 
-NAMED = {  # words of other rooms that are the name of a plugin too, and why each may stand there
+NAMED = {  # words that are the name of a plugin too, and why each may be used there
     "phase_reference": ("a dimension of datasets", {"studies/identify.py", "studies/simulate.py"}),
     "internal_damping": ("a parameter of the rigs", {"studies/stability.py", "presentation/estimate_figures.py"}),
     "external_damping": ("a parameter of the rigs", {"presentation/estimate_figures.py"}),
@@ -69,13 +69,13 @@ def contracts(config=ROOT / "pyproject.toml"):
     return found.returncode, found.stdout + found.stderr
 
 
-def test_rooms_import_as_the_contracts_say():
+def test_folders_import_as_the_contracts_say():
     status, said = contracts()
     assert status == 0, said
 
 
 def test_the_contracts_see_imports_inside_functions(tmp_path):
-    """The negative control: the command line imports the rooms late, in its functions."""
+    """The negative control: the command line imports late, in its functions."""
     config = tmp_path / "pyproject.toml"
     config.write_text(
         '[tool.importlinter]\nroot_package = "rotorstudy"\n[[tool.importlinter.contracts]]\nname = "turned round"\n'
@@ -85,14 +85,14 @@ def test_the_contracts_see_imports_inside_functions(tmp_path):
     assert status == 1 and "rotorstudy.commands.simulate -> rotorstudy.response" in said
 
 
-def test_the_door_opens_on_the_rooms_that_plugins_need():
+def test_plugins_py_offers_what_plugins_need():
     """It imports by name when first used, which import-linter does not see."""
-    rooms = {module.split(".")[0] for module in rotorstudy.plugins._MODULE.values()}
-    assert rooms <= {"model", "response", "measurement", "inference", "errors"}
+    folders = {module.split(".")[0] for module in rotorstudy.plugins._MODULE.values()}
+    assert folders <= {"model", "response", "measurement", "inference", "errors"}
 
 
 def foreign_imports(text):
-    """Modules of plugins or workflow that a file of the machine imports."""
+    """Modules of plugins or workflow that a file of the package imports."""
     return [m for m in imported(text) if m.split(".")[0] in ("plugins", "workflow", "snakemake") or "_plugin_" in m]
 
 
@@ -101,12 +101,12 @@ def models_named(text):
     return sorted({plugin.name for _, plugin in registry()} & strings(text))
 
 
-def test_the_machine_imports_no_plugin():
-    assert {path.name: foreign_imports(path.read_text()) for path in MACHINE if foreign_imports(path.read_text())} == {}
+def test_the_package_imports_no_plugin():
+    assert {path.name: foreign_imports(path.read_text()) for path in PACKAGE if foreign_imports(path.read_text())} == {}
     assert foreign_imports("def late():\n    from plugins.cracks import switching") == ["plugins.cracks"]
 
 
-def test_the_machine_names_no_plugin():
+def test_the_package_names_no_plugin():
     found = {(word, path.relative_to(SOURCE).as_posix()) for path in GENERAL for word in models_named(path.read_text())}
     assert found == {(word, place) for word, (_, places) in NAMED.items() for place in places}
 
@@ -125,11 +125,11 @@ def wrong_imports(text):
 
 
 @pytest.mark.parametrize("path", [*PLUGINS, *TEMPLATES], ids=lambda p: f"{p.parent.name}-{p.stem}")
-def test_a_plugin_file_imports_from_the_door_alone(path):
+def test_a_plugin_file_imports_from_rotorstudy_plugins_alone(path):
     assert wrong_imports(path.read_text()) == []
 
 
-def test_a_plugin_file_that_goes_round_the_door_is_found():
+def test_another_import_of_a_plugin_file_is_found():
     text = (
         "from rotorstudy.model.terms import Entry\nimport pandas\nfrom rotorstudy import plugins\nimport numpy.linalg"
     )
@@ -137,5 +137,5 @@ def test_a_plugin_file_that_goes_round_the_door_is_found():
 
 
 def test_no_file_names_a_folder_outside_the_project():
-    for path in [*MACHINE, *PLUGINS, *(ROOT / "workflow").rglob("*.py"), *(ROOT / "workflow").rglob("*.yaml")]:
+    for path in [*PACKAGE, *PLUGINS, *(ROOT / "workflow").rglob("*.py"), *(ROOT / "workflow").rglob("*.yaml")]:
         assert "../" not in path.read_text().replace("../scripts", ""), path

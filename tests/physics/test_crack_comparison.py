@@ -1,4 +1,4 @@
-"""The study that puts crack models side by side: critical sub-speeds, closed forms, steady state that is one."""
+"""The study that puts crack models side by side: subcritical resonances, closed forms, steady state that is one."""
 
 from functools import reduce
 from pathlib import Path

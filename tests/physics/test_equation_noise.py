@@ -145,7 +145,7 @@ def test_neither_estimate_nor_interval_depends_on_the_order_of_harmonics(problem
         assert found.covariance == pytest.approx(expected.covariance, rel=1e-5, abs=1e-8 * expected.std.min() ** 2)
 
 
-def test_an_unknown_that_has_a_twin_is_named(problem, model, clean):
+def test_an_unknown_with_a_confounder_is_named(problem, model, clean):
     """The same push twice, under two labels: four columns of which two are copies."""
     push = model.terms[[t.kind for t in model.terms].index("push")]
     doubled = model.plus(replace(push, label="again", values={}))

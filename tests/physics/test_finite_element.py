@@ -445,7 +445,7 @@ BAD = [
 
 
 @pytest.mark.parametrize("wrong, words", BAD, ids=lambda value: str(value)[:40])
-def test_bad_input_is_refused_at_the_door(wrong, words):
+def test_bad_input_is_refused(wrong, words):
     build_model({"rotor": {"kind": "finite_element", **GOOD, "discs": [DISC]}})
     with pytest.raises(RotorstudyError) as refused:
         build_model({"rotor": {"kind": "finite_element", **GOOD, **wrong}})

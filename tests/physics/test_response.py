@@ -102,7 +102,7 @@ def exact_switching(w, samples=4096):
 
     step = 2 * np.pi / w / samples
     opened, closed = expm(system(K - DK) * step), expm(system(K) * step)
-    # open while cos(wt) > 0: from -quarter to +quarter turn
+    # open while cos(wt) > 0: a quarter revolution to either side
     quarter = samples // 4
     order = [opened] * quarter + [closed] * (2 * quarter) + [opened] * quarter
     turn = np.eye(7)
@@ -182,7 +182,7 @@ def test_displacement_counts_from_the_static_line_of_the_uncracked_rotor():
 
 @pytest.mark.parametrize("speed", [0.0, -5.0, np.nan])
 def test_a_rotor_that_does_not_turn_is_refused(speed):
-    with pytest.raises(RotorstudyError, match="rotor that turns"):
+    with pytest.raises(RotorstudyError, match="rotating shaft"):
         harmonic_response(jeffcott(), [88.0, speed], HARMONICS)
 
 

@@ -188,7 +188,7 @@ BAD = [
 
 
 @pytest.mark.parametrize("item, words", BAD, ids=lambda value: str(value)[:30])
-def test_bad_input_is_refused_at_the_door(item, words):
+def test_bad_input_is_refused(item, words):
     shaft = build_model({"rotor": SHAFT}).structure
     for good in (FULL, ISOTROPIC, TABLE):
         term({**good, "node": 1}, shaft)

@@ -192,7 +192,7 @@ BAD = [
 
 
 @pytest.mark.parametrize("item, words", BAD, ids=lambda value: str(value)[:30])
-def test_bad_input_is_refused_at_the_door(item, words):
+def test_bad_input_is_refused(item, words):
     for good in (JOURNAL, DAMPER):
         bearing(good)
     with pytest.raises(RotorstudyError) as refused:

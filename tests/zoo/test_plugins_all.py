@@ -57,7 +57,7 @@ def test_it_holds_every_invariant_of_its_kind(plugin, check):
 
 
 def one_sided_confounders(effects):
-    """Twins that do not exist, do not name back, or of which is not said what separates them."""
+    """Confounders that do not exist, do not name this effect, or lack what separates them."""
     return [
         (effect.name, confounder)
         for effect in effects.values()
@@ -66,7 +66,7 @@ def one_sided_confounders(effects):
     ]
 
 
-def test_twins_name_each_other_and_what_separates_them_is_said():
+def test_confounders_name_each_other_and_what_separates_them():
     effects = ZOO.plugins["effect"]
     assert one_sided_confounders(effects) == []
     assert one_sided_confounders({**effects, "bow": replace(effects["bow"], confounders=())})

@@ -191,9 +191,9 @@ def bearing_coefficients(plant, values, where):
 
 
 def seal(plant, values, where):
-    """Fluid that turns at a share of the spin speed: its drag and its inertia act on the motion relative to it.
+    """Fluid that rotates at a share of the spin speed: its drag and its inertia act on the motion relative to it.
 
-    In axes that turn with it the inertia has a Coriolis and a centrifugal force.
+    In axes that rotate with it the inertia has a Coriolis and a centrifugal force.
     """
     k, k_0, c_x = (values[f"seal_{name}"] for name in ("stiffness", "cross_stiffness", "cross_damping"))
     here, c, m = plant.point(_node(where, plant)), values["seal_damping"], values["seal_fluid_mass"]
@@ -269,7 +269,7 @@ OPENINGS = {
 
 
 def _stretched_above(plant, where):
-    """Half a turn if the weight bends the element of a crack so that its upper side is stretched, else 0."""
+    """Half a revolution if the weight bends the element of a crack so that its upper side is stretched, else 0."""
     element = where.get("element")
     if element is None:
         return 0.0

@@ -9,7 +9,9 @@ from rotorstudy.errors import RotorstudyError
 
 def add(commands):
     """Add the command and its arguments to the subparsers."""
-    parser = commands.add_parser("analyse", help="critical speeds, unbalance response, loads and stability of a rig")
+    parser = commands.add_parser(
+        "analyse", help="drawing, loads, critical speeds, unbalance response and stability of a rig"
+    )
     parser.add_argument("rig", help="rig file (YAML) with a value for every parameter")
     parser.add_argument("--records", nargs="+", default=(), help="records of the machine, shown beside the response")
     parser.add_argument(

@@ -3,7 +3,7 @@
 
 def add(commands):
     """Add the command and its arguments to the subparsers."""
-    parser = commands.add_parser("check", help="check every invariant of its kind on a plugin file")
+    parser = commands.add_parser("check", help="check a plugin file against every invariant of its kind")
     parser.add_argument("file", help="plugin file")
     parser.set_defaults(func=run)
 

@@ -9,7 +9,7 @@ from rotorstudy.commands.speeds import add_rpm, in_rad_s
 
 def add(commands):
     """Add the command and its arguments to the subparsers."""
-    parser = commands.add_parser("diagnose", help="find the cause of differences between simulation and records")
+    parser = commands.add_parser("diagnose", help="find what a rig file lacks to explain the records")
     parser.add_argument(
         "records", nargs="+", help="record files, tables of harmonics, or one spectrum written by `import`"
     )
@@ -22,7 +22,7 @@ def add(commands):
         type=float,
         nargs="+",
         metavar="RAD_S",
-        help="measured speeds in rad/s that no fit uses (default: those of the rig file, else about a quarter)",
+        help="measured speeds in rad/s that no fit uses (default: those of the rig file, else a quarter of 5 or more)",
     )
     add_rpm(parser)
     parser.set_defaults(func=run)

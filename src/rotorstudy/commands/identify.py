@@ -10,7 +10,7 @@ from rotorstudy.model.registry import registry
 
 def add(commands):
     """Add the command and its arguments to the subparsers."""
-    parser = commands.add_parser("identify", help="estimate parameters of a rig from records")
+    parser = commands.add_parser("identify", help="estimate parameters of a rig from records, or from several runs")
     parser.add_argument(
         "records",
         nargs="*",
@@ -19,7 +19,7 @@ def add(commands):
     parser.add_argument(
         "--runs",
         metavar="FILE",
-        help="instead of records: file that lists several runs, their records and what is added in each; they are "
+        help="instead of records: YAML file that lists several runs, their records and what is added in each; they are "
         "fitted together, within the uncertainty that the rig file states",
     )
     parser.add_argument(
@@ -123,7 +123,7 @@ def _run_cause(given, rig, spectrum, model):
     print(f"{given.cause}{place}")
     _print_estimates(names, values, std, units)
     for told, misfit in sorted(found.misfits.items(), key=lambda one: one[1]):
-        print(f"misfit beyond the best, {told}: {misfit:.3g}")
+        print(f"misfit above the best, {told}: {misfit:.3g}")
     print(f"p-value of the misfit: {found.p_value:.2g}")
     if found.p_value < settings.significance:
         print(f"warning: {given.cause} does not explain the records; its intervals are not valid", file=sys.stderr)
@@ -172,7 +172,7 @@ def _print_misfit(misfit, freedom):
     from scipy.stats import chi2
 
     low, high = chi2.ppf([0.025, 0.975], freedom) / freedom
-    expected = f"{low:.2g} to {high:.2g} expected if the model explains a record with noise"
+    expected = f"{low:.2g} to {high:.2g} expected if only noise is left"
     print(f"misfit {misfit / freedom:.3g} per degree of freedom ({expected})")
     if misfit / freedom > high:
         print("warning: the model does not explain the records; the stated intervals are not valid", file=sys.stderr)

@@ -1,4 +1,4 @@
-"""Analyse and simulate rotor rigs, import records, identify and diagnose rigs, list and write plugins."""
+"""Analyse, simulate, identify and diagnose rotor rigs described by a rig file (YAML); list and write plugins."""
 
 import argparse
 import logging
@@ -23,18 +23,18 @@ from rotorstudy.commands import (
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.registry import blamed, registry
 
-COMMANDS = (demo, plugins, new, check, analyse, simulate, import_records, diagnose, compare, identify, blind)
+COMMANDS = (demo, analyse, simulate, import_records, identify, diagnose, compare, plugins, new, check, blind)
 EPILOG = """examples:
   rotorstudy demo
-  rotorstudy plugins
-  rotorstudy new crack my_crack
-  rotorstudy check my_crack.py
   rotorstudy analyse rig.yaml --out analysis
   rotorstudy simulate rig.yaml --speeds 88 308 --out records.nc
   rotorstudy import run_1.csv run_2.csv --rig rig.yaml --out spectrum.nc
   rotorstudy identify spectrum.nc --rig rig.yaml --unknowns internal_damping external_damping
   rotorstudy diagnose run_1.csv run_2.csv --rig rig.yaml --out diagnosis
   rotorstudy compare --before march.csv --after may.csv --rig rig.yaml --out what_changed
+  rotorstudy plugins --kind crack
+  rotorstudy new crack my_crack
+  rotorstudy check my_crack.py
   rotorstudy blind --cases 60 --seed 7 --out blind_7
 """
 

@@ -109,7 +109,7 @@ class Conventions(Strict):
 
     @property
     def sense(self):
-        """1 if the shaft turns in the direction of the user's angles, else -1."""
+        """1 if the shaft rotates in the direction of the user's angles, else -1."""
         return 1 if self.rotation == "with_angles" else -1
 
     def direction_rad(self, angle_deg):

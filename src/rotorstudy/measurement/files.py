@@ -317,7 +317,7 @@ def _open_uff(path, conventions):
     try:
         import pyuff
     except ImportError:
-        raise RotorstudyError(f"{path}: UFF files need the package pyuff; pip install 'rotorstudy[uff]'") from None
+        raise RotorstudyError(f"{path}: UFF files need the package pyuff; pip install pyuff") from None
     try:
         opened = pyuff.UFF(str(path))
         kinds = [int(kind) for kind in np.atleast_1d(opened.get_set_types())]

@@ -260,7 +260,7 @@ def shrunk_variances(variance, freedom):
 def with_phase_noise(amplitude, covariance, harmonics, variance):
     """Covariance (component, component) m^2 with the error of the phase mark added.
 
-    amplitude : (harmonic,) complex, m;  variance : of the mark, rad^2, whose error turns harmonic n by n times as much
+    amplitude : (harmonic,) complex, m;  variance : of the mark, rad^2; its error rotates harmonic n by n times as much
     """
     turned = 1j * np.asarray(harmonics) * amplitude
     slope = np.concatenate([turned.real, turned.imag])

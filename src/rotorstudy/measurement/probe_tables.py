@@ -1,4 +1,4 @@
-"""Tables of a probe's amplitude and phase, as balancers write them: one row for a probe, a speed and a harmonic."""
+"""Tables of a probe's amplitude and phase, as balancing instruments write them: a row per probe, speed, harmonic."""
 
 import numpy as np
 

@@ -18,7 +18,7 @@ GAP = (0.0, 0.05)  # fraction of missing samples: warning, error
 EMPTY = 0.5  # fraction of missing samples above which a probe is not connected
 LOUD = 15.0  # power of a harmonic over its expectation in pure noise; p-value 3e-7
 FLAT_SAMPLES, FLAT_RATIO = 6, 4.0  # samples at the top, and their ratio to those one step below
-FLAT_SHARE = 8e-4  # of the samples; fewer meet at the greatest value by chance
+FLAT_SHARE = 8e-4  # of the samples; fewer share the greatest value by accident
 WEAK = 0.01  # of the motion at the other probes of the node
 DEAD = 10.0  # times what a probe resolves, or times all that the others show; flatter orbits are rare
 SIGNIFICANT = 5.0  # standard deviations
@@ -174,8 +174,8 @@ def check_directions(directions, where):
         return []
     listed = ", ".join(map(str, sorted(directions)))
     text = (
-        f"node {listed} has a single probe: its motion along the probe is data, and forward and backward are separated "
-        "by the rig alone. A second probe there would measure the orbit"
+        f"node {listed} has a single probe: only its motion along the probe is measured, and "
+        "only the model separates forward from backward. A second probe there would measure the orbit"
     )
     return [Finding("note", "single probe", where, text)]
 

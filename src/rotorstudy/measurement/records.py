@@ -117,7 +117,7 @@ def phase_from_reference(where, harmonics, amplitude, covariance):
     if silent.any():
         lost = [int(n) for n in np.asarray(harmonics)[silent]]
         raise RotorstudyError(f"{where}: the reference signal has no harmonic {lost}; use the keyphasor")
-    # the signal is real: its noise turns n and -n by opposite angles and does not turn the mean
+    # the signal is real: its noise rotates n and -n by opposite angles and does not rotate the mean
     count, n = len(size), np.asarray(harmonics)
     power = np.diag(covariance)[:count] + np.diag(covariance)[count:]
     std = np.where(n == 0, 0, np.sqrt(power / 2) / size)
@@ -160,7 +160,7 @@ def _no_reference(record, harmonics):
     highest = max(abs(int(n)) for n in harmonics)
     return (
         f"{record.where}: no reference signal; record one, or use the keyphasor. Without either (phase 'none') the "
-        "angle of the first sample is unknown, and its error turns harmonic n n times as far: each missing sample is "
+        "angle of the first sample is unknown, and its error rotates harmonic n n times as far: each missing sample is "
         f"{step:.2g} degrees at 1X and {highest * step:.2g} at {highest}X. A fit takes that for damping: in the rotor "
         "of thesis Table 4.10, 100 missing samples of 65536 change 27 N s/m to 7, and 200 to -22"
     )

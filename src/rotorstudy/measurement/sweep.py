@@ -1,4 +1,4 @@
-"""The turning of a shaft in a run-up or coast-down: angle, speed and its rate from the phase marks."""
+"""The rotation of a shaft in a run-up or coast-down: angle, speed and its rate from the phase marks."""
 
 from dataclasses import dataclass
 
@@ -14,12 +14,12 @@ FEWEST_MARKS = 40  # of a sweep
 class Sweep:
     """Angle of the shaft as a cubic spline of time, fitted to the marks by least squares.
 
-    turns   : spline, revolutions since the first mark over time, s
-    marks   : (mark,) s; start, end : s, between which the speed grows or falls throughout
+    revolutions : spline, revolutions since the first mark over time, s
+    marks : (mark,) s; start, end : s, between which the speed grows or falls throughout
     missing, doubled, jitter_rad, resolution_s : as of `keyphasor.Turning`
     """
 
-    turns: object
+    revolutions: object
     marks: np.ndarray
     start: float
     end: float
@@ -30,11 +30,11 @@ class Sweep:
 
     def angle(self, time):
         """(time,) rad since the first mark."""
-        return 2 * np.pi * self.turns(time)
+        return 2 * np.pi * self.revolutions(time)
 
     def speed(self, time):
         """(time,) rad/s."""
-        return 2 * np.pi * self.turns(time, nu=1)
+        return 2 * np.pi * self.revolutions(time, nu=1)
 
     def rate(self, time):
         """(time,) rad/s^2, mean over ten revolutions on either side: a spline's second derivative shows its knots."""
@@ -65,10 +65,12 @@ def find_sweep(pulses, resolution_s=0.0):
     marks, missing = pulses[kept], int(counts[-1] + 1 - len(kept))
     inner = marks[PIECE_REVOLUTIONS:-PIECE_REVOLUTIONS:PIECE_REVOLUTIONS]
     knots = np.concatenate([[marks[0]] * 4, inner, [marks[-1]] * 4])
-    turns = make_lsq_spline(marks, counts.astype(float), knots)
-    off = counts - turns(marks)
+    revolutions = make_lsq_spline(marks, counts.astype(float), knots)
+    off = counts - revolutions(marks)
     jitter = 2 * np.pi * np.sqrt(np.sum(off**2) / (len(marks) - len(inner) - 4))
-    speed = turns(marks, nu=1)
+    speed = revolutions(marks, nu=1)
     ends = sorted([int(speed.argmin()), int(speed.argmax())])
     start, end = marks[ends]
-    return Sweep(turns, marks, float(start), float(end), missing, len(pulses) - len(marks), float(jitter), resolution_s)
+    return Sweep(
+        revolutions, marks, float(start), float(end), missing, len(pulses) - len(marks), float(jitter), resolution_s
+    )

@@ -134,7 +134,7 @@ def last_digit(cell):
 def _into_project_axes(conventions, harmonic, amplitude):
     """Harmonics in the project's axes, with phases relative to the shaft's reference line.
 
-    The user's plane is rotated to gravity. If the shaft turns against the user's angles it is mirrored: harmonic n
+    The user's plane is rotated to gravity. If the shaft rotates against the user's angles it is mirrored: harmonic n
     becomes -n and is conjugated. The phase mark passes when the reference line is at `mark_rad`.
     """
     turned = amplitude * np.exp(-1j * np.deg2rad(conventions.gravity_angle_deg))

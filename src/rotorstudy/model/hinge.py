@@ -6,14 +6,14 @@ by a unit kink while the nodes are held (`Section.stiffness`). The moment that t
 nodes a kink acts as the force b D, with b = `Section.moment`: it is internal, so it has no resultant, and a rigid
 motion causes no kink. This is the static condensation of the two parts of the element, exact wherever the crack lies.
 
-In the frame that turns with the crack by a = wt + its angle, the moment is mu = -m e^{-ja}, which pulls most on the
+In the frame that rotates with the crack by a = wt + its angle, the moment is mu = -m e^{-ja}, which pulls most on the
 side at the angle psi = arg mu from xi, and the kink is g = -D e^{-ja}. It is the gradient of a strain energy of degree
 two, so g = |mu| c(psi), with c from `CrackDepth.partly_open`, or from a hinge along xi that opens while Re mu > 0. Of
 the rotation imposed by the nodes, phi = -(m0 / s) e^{-ja}, a part strains the shaft and the rest is the kink:
 
     phi = mu / s + g,   hence   g = |phi| h(arg phi),   h(x) = sum of h_k e^{jkx},
 
-with real h_k, as the crack is symmetric. Where the weight alone opens the crack, psi turns with the shaft; the
+with real h_k, as the crack is symmetric. Where the weight alone opens the crack, psi rotates with the shaft; the
 derivative C of g with respect to mu is then a periodic matrix, and g = (1 + s C)^-1 s C phi.
 """
 
@@ -29,7 +29,7 @@ from rotorstudy.model.registry import registry
 from rotorstudy.model.structure import Section, Structure
 from rotorstudy.model.terms import Entry, NonlinearForce
 
-DIRECTIONS = 128  # of the moment, over a full turn; interpolation between them is wrong by 2e-4 of the kink
+DIRECTIONS = 128  # of the moment, over 360 degrees; interpolation between them is wrong by 2e-4 of the kink
 ORDER = 15  # highest k of h_k, which decrease with the cube of k; those left out are less than 1e-3 of the kink
 
 
@@ -76,7 +76,7 @@ class Hinge:
         return self.section.stiffness * _partly_open(self.depth.name, float(self.depth_ratio), shaft)
 
     def force(self) -> NonlinearForce:
-        """The crack opened by the moment of the instant.
+        """The crack opened by the instantaneous moment.
 
         Returns
         -------
@@ -90,7 +90,7 @@ class Hinge:
             turned = np.exp(1j * (shaft_angle + self.angle))
             return -stiffness * kink(-(rotation + own_rotation) / turned) * turned
 
-        return NonlinearForce(self.row[None], moment, turns=True)
+        return NonlinearForce(self.row[None], moment, takes_angle=True)
 
     def entries_by_weight(self) -> tuple[Entry, ...]:
         """The crack opened by the static moment, which stretches the lower or the upper side of the shaft.

@@ -1,4 +1,4 @@
-"""Keys of a rig file in a balancer's units, read as the keys in SI: angles in degrees, unbalance in g mm or kg m."""
+"""Keys of a rig file in the units of balancing, read as keys in SI: angles in degrees, unbalance in g mm or kg m."""
 
 import numpy as np
 

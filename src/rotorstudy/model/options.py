@@ -97,7 +97,7 @@ def validation_message(error, where, keys_at=lambda loc: ()):
 
 
 def number_hint(value):
-    """Why a number in a YAML file was read as text, or an empty string."""
+    """What to do about a number that a YAML file gives as text, or an empty string."""
     try:
         float(value)
     except (TypeError, ValueError):

@@ -113,7 +113,7 @@ class Reading:
         Returns
         -------
         complex
-            The other one is taken as a quarter turn ahead, also where the angle between them is not a right one, or
+            The other one is taken as 90 degrees ahead, also where the angle between them is not a right one, or
             where it is missing.
         """
         first, *others = np.exp(1j * np.array(list(self.probes_at(node).values())[:2]))
@@ -471,5 +471,5 @@ def sensor_unit(sensors, node=None):
 
 
 def probe_axis(structure, sensors, node=None):
-    """Direction e^{ja} of the probe x of a node, by default of the first sensor; y is a quarter turn ahead of it."""
+    """Direction e^{ja} of the probe x of a node, by default of the first sensor; y is 90 degrees ahead of it."""
     return structure.reading.axis(sensors[0] if node is None else node)

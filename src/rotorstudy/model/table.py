@@ -156,12 +156,12 @@ class Table:
 
     @cached_property
     def patterns(self) -> list[Pattern]:
-        """Pattern of every kind of entry on the motion that does not turn with the shaft."""
+        """Pattern of every kind of entry on the motion that does not rotate with the shaft."""
         return self._patterns(False)
 
     @cached_property
     def turning_patterns(self) -> list[Pattern]:
-        """Pattern of every kind of entry on the motion that turns with the shaft."""
+        """Pattern of every kind of entry on the motion that rotates with the shaft."""
         return self._patterns(True)
 
     @cached_property

@@ -151,12 +151,12 @@ class NonlinearForce:
     matrix   : (coordinate, dof) the coordinates it depends and acts on: a node, or a deformation of an element
     function : (displacement (..., time, coordinate), velocity, deflection) -> force of that shape, N; the displacement
                includes the static deflection, which is also passed by itself, constant in time
-    turns    : whether the function takes the shaft angle too, (time, 1) rad, as its fourth argument
+    takes_angle : whether the function takes the shaft angle too, (time, 1) rad, as its fourth argument
     """
 
     matrix: np.ndarray
     function: Callable
-    turns: bool = False
+    takes_angle: bool = False
 
     def at(
         self, displacement: ArrayLike, velocity: ArrayLike, deflection: ArrayLike, shaft_angle: ArrayLike
@@ -184,7 +184,7 @@ class NonlinearForce:
         PluginError
             If the plugin returns another shape, or NaN for a finite motion.
         """
-        angle = (np.asarray(shaft_angle, float)[:, None],) if self.turns else ()
+        angle = (np.asarray(shaft_angle, float)[:, None],) if self.takes_angle else ()
         found = self.function(displacement, velocity, deflection, *angle)
         shape = np.shape(displacement)
         if np.shape(found) == shape and not (np.isnan(found).any() and np.isfinite(displacement).all()):

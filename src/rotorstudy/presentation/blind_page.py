@@ -50,8 +50,8 @@ def write_pages(data, criteria, rows, folder):
     write_csv(table(criteria), folder / "criteria.csv")
     write_csv(cases.drop(columns=["seconds"]), folder / "cases.csv")
     source = (
-        f"{data.attrs['cases']} cases of seed {data.attrs['seed']}: effects were hidden in simulated measurements, by "
-        "physics that shares nothing with the diagnosis, and the truth was sealed before the diagnosis began."
+        f"{data.attrs['cases']} cases of seed {data.attrs['seed']}: effects were hidden in simulated measurements, "
+        "whose equations are not those of the diagnosis, and the truth was sealed before the diagnosis began."
     )
     figures = [
         (name.replace("_", " ").capitalize(), inline_png(folder / "figures" / f"{name}.png"), caption)
@@ -69,7 +69,7 @@ def opening(criteria):
         for key, text in OPENING.items()
         if (c := known.get(key))
     ]
-    counts = f"With 95 % bounds: {'; '.join(said)}." if said else "No case bears on the main criteria."
+    counts = f"With 95 % bounds: {'; '.join(said)}." if said else "No case concerns the main criteria."
     return [statement(criteria), counts]
 
 

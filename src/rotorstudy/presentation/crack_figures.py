@@ -80,7 +80,7 @@ def sweep_figure(data, orders):
         text: handle for panel in axes[:, 0] for handle, text in zip(*panel.get_legend_handles_labels(), strict=True)
     }
     picture.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3)
-    picture.suptitle("Critical sub-speeds: nX peaks just below 1/n of the natural frequency", fontsize=9)
+    picture.suptitle("Subcritical resonances: nX peaks just below 1/n of the natural frequency", fontsize=9)
     return picture
 
 

@@ -7,9 +7,9 @@ from rotorstudy.presentation.pages import render
 from rotorstudy.store import write_text
 
 HEADINGS = {
-    "": ("All chapters", "What the thesis prints beside what is computed here, its errors, and the plugin library."),
+    "": ("All chapters", "Each printed value beside ours, the errors of the thesis, and the plugin library."),
     "diagnosis": ("Diagnoses", "What the thesis's models get wrong on its own measurements, and what explains it."),
-    "blind": ("Blind tests", "Effects hidden in simulated measurements and searched for."),
+    "blind": ("Blind tests", "Effects hidden in simulated measurements and diagnosed blind."),
     "compare": (
         "Comparison",
         "Every spectrum method with every estimator on five rotors; which to use for which data.",

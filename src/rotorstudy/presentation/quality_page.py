@@ -65,7 +65,7 @@ def _pictures(measurement):
 
 
 def _picture(spectrum, i, record):
-    """Time signal and orbit (if there is a record) and spectrum with error bars of one speed, as a PNG."""
+    """Time signal and orbit (if there is a record) and spectrum with error bars at one speed, as a PNG."""
     from rotorstudy.presentation.plots import COLOURS, figure, harmonic_axis, plot_orbit, png_bytes
 
     picture, axes = figure(1, 3 if record else 1)

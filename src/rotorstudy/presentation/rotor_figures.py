@@ -143,7 +143,7 @@ def bode(analysis, measured=None):
 
 
 def polar(analysis, measured=None):
-    """1X of each node's probes in the complex plane: a circle a resonance."""
+    """1X of each node's probes in the complex plane: each resonance a circle."""
     data = analysis.data
     response = as_complex(data.unbalance_response)
     nodes = probes_by_node(data)
@@ -223,5 +223,5 @@ def _lag(response):
 
 
 def _near(lag, curve):
-    """Phase lags in degrees moved by whole turns to where they are nearest to those of a curve."""
+    """Phase lags in degrees moved by whole revolutions to where they are nearest to those of a curve."""
     return lag + 360 * np.round((curve - lag) / 360)

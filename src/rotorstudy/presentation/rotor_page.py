@@ -63,8 +63,8 @@ def summary(analysis):
     found.append(f"Unbalance: {analysis.unbalance}.")
     if analysis.left_out:
         found.append(
-            f"Whirl and unbalance response leave out {', '.join(analysis.left_out)}: they are nonlinear, turn with the "
-            "shaft, or have no time-domain form. The growth rate includes stiffness that turns with the shaft."
+            f"Whirl and unbalance response leave out {', '.join(analysis.left_out)}: they are nonlinear, rotate with "
+            "the shaft, or have no time-domain form. The growth rate includes stiffness that rotates with the shaft."
         )
     return found
 

@@ -19,7 +19,7 @@ def check_speed(speed):
     speed = np.atleast_1d(np.asarray(speed, float))
     if not np.all(np.isfinite(speed)) or np.any(speed <= 0):
         bad = speed[~(np.isfinite(speed) & (speed > 0))][0]
-        raise RotorstudyError(f"speed {bad:g} rad/s: only a rotor that turns has harmonics; give speeds > 0 rad/s")
+        raise RotorstudyError(f"speed {bad:g} rad/s: only a rotating shaft has harmonics; give speeds > 0 rad/s")
     return speed
 
 

@@ -1,4 +1,4 @@
-"""Whether the rotor at speed returns to its steady state: eigenvalues, or multipliers of one turn (Floquet)."""
+"""Whether a rotor returns to its steady state at a speed: eigenvalues, or Floquet multipliers of one revolution."""
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,7 +11,7 @@ from rotorstudy.response.coupling import check_speed
 ROUND_OFF = 1e-12  # of the largest eigenvalue: real part of an undamped mode due to round-off
 TURN_STEPS = 256  # a mode at n times the speed loses 4e-4 n^2 of its frequency, and no more than 2e-6 n^3 to damping
 RELATIVE_STEP = 1e-4  # of amplitudes, in the central difference of an eigenvalue
-SLOWEST_GROWTH = 1e-6  # per turn; slower growth is round-off of an undamped mode
+SLOWEST_GROWTH = 1e-6  # per revolution; slower growth is round-off of an undamped mode
 
 
 def state_matrix(model, speed, theta=None):
@@ -173,16 +173,16 @@ def damping_of_effects(model, speed, theta=None):
 
 
 def varies_in_time(model):
-    """Whether the stiffness, damping or mass of a model turns with the shaft (an open or breathing crack)."""
+    """Whether the stiffness, damping or mass of a model rotates with the shaft (an open or breathing crack)."""
     return any(e.reads_motion and e.shift for unknown in model.rotor_unknowns for e in unknown.entries)
 
 
 def periodic_growth_rate(model: Model, speed: ArrayLike, theta: ArrayLike | None = None) -> np.ndarray:
-    """Growth rate of the fastest growing free motion of a model whose coefficients turn with the shaft.
+    """Growth rate of the fastest growing free motion of a model whose coefficients rotate with the shaft.
 
-    The logarithm of the largest multiplier of one turn, over its duration. The turn is integrated in real x and y by
-    the trapezoidal rule with a second-order backward difference (TR-BDF2): stiff modes, which the shaft has many of,
-    are damped and need no small steps.
+    The logarithm of the largest multiplier of one revolution, over its duration. The motion is integrated in real x and
+    y by the trapezoidal rule with a second-order backward difference (TR-BDF2): stiff modes, of which the shaft has
+    many, are damped and need no small steps.
 
     Parameters
     ----------
@@ -223,13 +223,13 @@ def _growth_of_one_turn(model, speed, theta):
     turns = np.linalg.solve(identity - weight * starts[1:], ahead)
     while len(turns) > 1:  # TURN_STEPS is a power of two
         turns = turns[1::2] @ turns[::2]
-    if not np.isfinite(turns).all():  # of a motion that grows beyond all numbers within a turn
+    if not np.isfinite(turns).all():  # of a motion that grows beyond all numbers within a revolution
         return np.inf
     return np.log(np.abs(np.linalg.eigvals(turns[0])).max()) / duration
 
 
 def _real_state_matrices(model, theta, speed, turned):
-    """State matrices (instant, state, state) of x, y and their velocities at shares of a turn (instant,)."""
+    """State matrices (instant, state, state) of x, y and their velocities at fractions of a revolution (instant,)."""
     own, still = model.matrices(theta), np.zeros(len(model.structure.dofs))
     _, stiffness, damping, mass = time_matrices(model, theta, speed, still)
     turning = np.multiply.outer(2j * np.pi * turned, np.ones((1, 1)))
@@ -269,7 +269,7 @@ def check_stable(model, speeds, theta=None):
     growth, speeds = growth_of_free_motion(model, speeds, theta), check_speed(speeds)
     if varies_in_time(model):
         unstable = growth * 2 * np.pi / speeds > SLOWEST_GROWTH
-        why = "the turning stiffness (a crack, an asymmetric shaft) or internal damping feeds a whirl there; "
+        why = "the rotating stiffness (a crack, an asymmetric shaft) or internal damping drives a whirl there; "
     else:
         unstable = growth > 0
         why = "internal damping or cross-coupled bearings make the rotor unstable there; "

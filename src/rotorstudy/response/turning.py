@@ -1,4 +1,4 @@
-"""Harmonics coupled by coefficients that turn with the shaft, solved on the few coordinates that these touch.
+"""Harmonics coupled by coefficients that rotate with the shaft, solved on the few coordinates that these touch.
 
 A crack couples every harmonic with every other, but only through the coordinates of one element. With the receptances
 of the rotor without the turning coefficients, which couple n with -n at most, the unknowns are the harmonics x of these

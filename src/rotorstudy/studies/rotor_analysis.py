@@ -30,7 +30,7 @@ BALANCE_GRADE = 2.5e-3  # m/s, grade G 2.5 of ISO 21940-11: residual unbalance o
 ABOUT_A_RESONANCE = np.sinh(np.linspace(-3, 3, 61)) / np.sinh(3)  # further speeds about a critical one, dense at it
 RESONANCE_WIDTHS = 12  # half their range, in half-power half-widths
 SAME = 1e-6  # relative difference of whirl frequencies that are equal
-PERIODIC_SPEEDS = 40  # at which the growth in a rotor with turning stiffness is integrated
+PERIODIC_SPEEDS = 40  # at which the growth in a rotor with rotating stiffness is integrated
 
 
 class Critical(NamedTuple):
@@ -62,8 +62,8 @@ class RotorAnalysis(NamedTuple):
     weight    : of the rotor, N
     threshold : lowest speed, rad/s, at which a free motion grows; None if there is none in the range
     damping   : {effect: change of the growth rate of the least stable mode, 1/s} at the threshold, else at the highest
-                speed; empty if the stiffness turns with the shaft
-    left_out  : kinds of effects that whirl and response leave out: they turn with the shaft or are nonlinear
+                speed; empty if the stiffness rotates with the shaft
+    left_out  : kinds of effects that whirl and response leave out: they rotate with the shaft or are nonlinear
     unbalance : how the rotor is unbalanced, in words
     """
 
@@ -157,7 +157,7 @@ def _finer(speeds, criticals):
 def with_unbalance(model, highest):
     """The model with an unbalance, and how it is unbalanced, in words.
 
-    A rotor without a force that turns with it gets the unbalance of grade G 2.5 for the highest speed (rad/s) at its
+    A rotor without a force that rotates with it gets the unbalance of grade G 2.5 for the highest speed (rad/s) at its
     heaviest node.
     """
     turning = [t for t in model.terms for u in t.unknowns for e in u.entries if e.is_constant and e.shift == 1]
