@@ -12,6 +12,8 @@ DEPTH = 0.15  # relative
 PLACE = 0.05  # of the length
 ANGLE = np.deg2rad(10)
 INTERVAL = 1.96  # standard deviations of a 95 % interval
+EXPLAINED = 1e-3  # p-value from which no warning is given
+VISIBLE = 0.01
 SECONDS = 10.0
 BINS = (0.05, 0.1, 0.2, 0.3, 0.4)  # of the depth over the diameter
 
@@ -38,10 +40,15 @@ def summary(rows: pd.DataFrame) -> pd.DataFrame:
     """The shares that count, with 95 % bounds; cases that could not be drawn are left out."""
     rows = judged(rows[~rows.outcome.str.startswith("not drawn")])
     cracks, slots = rows[rows.kind == "crack"], rows[rows.kind == "slot"]
-    answered = cracks[cracks.outcome == "done"]
+    answered = cracks[(cracks.outcome == "done") & (cracks.p_value >= EXPLAINED)]
     held = [np.abs(answered[f"{name}_error"]) <= INTERVAL * answered[f"{name}_std"] for name in SIZES]
     found = [
         share("depth within 15 %, place within 5 %, angle within 10 degrees", cracks.all_right, ">= 85 %"),
+        share(
+            "of the cracks that change a harmonic by 1 % of 1X or more, all three",
+            cracks.all_right[cracks.change >= VISIBLE],
+        ),
+        share("of the answers without a warning, all three", answered.all_right),
         share("depth within 15 %", cracks.depth_right),
         share("place within 5 % of the length", cracks.place_right),
         share("angle within 10 degrees", cracks.angle_right),

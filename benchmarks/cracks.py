@@ -36,6 +36,7 @@ from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.model.rig import read_rig
 
 SLOTS = 5  # every fifth case is a slot
+START, END = "<!-- cracks -->", "<!-- /cracks -->"
 RIG_ERROR = np.array([0.005, 0.02, 0.05])  # of the rig file: modulus, bearings, unbalance
 HARMONICS = list(range(-4, 5))
 LAW = {"gradual": "gradual", "switching": "sudden", "open": "none"}  # names of the simulator -> of the package
@@ -114,7 +115,9 @@ def main():
     parser.add_argument("--rig-error", type=float, default=1.0, help="0: the rig file is exact; 1: as real ones are")
     parser.add_argument("--processes", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path("crack_cases"))
-    parser.add_argument("--page", type=Path, help="Markdown page to write the numbers to")
+    parser.add_argument(
+        "--page", type=Path, help="Markdown page with the marks <!-- cracks --> to write the numbers to"
+    )
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
     work = [
@@ -132,7 +135,8 @@ def main():
     summary(table).to_csv(given.out / "summary.csv", index=False)
     print(summary(table).to_string(index=False))
     if given.page:
-        given.page.write_text(page(table), encoding="utf-8")
+        before, _, rest = given.page.read_text(encoding="utf-8").partition(START)
+        given.page.write_text(f"{before}{START}\n{page(table)}{END}{rest.partition(END)[2]}", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -8,10 +8,10 @@ from scipy.stats import chi2
 
 from rotorstudy import RotorstudyError
 from rotorstudy.response.measured import measured_response
-from rotorstudy.store import read_yaml
 from rotorstudy.studies.crack_study.config import load_crack_study
 from rotorstudy.studies.crack_study.limits import needed_visibility, smallest
 from rotorstudy.studies.crack_study.sensitivity import SHAPE, Machine, bounds, explained_away, visibility
+from rotorstudy.yaml_file import read_yaml
 
 CONFIG = Path(__file__).parents[2] / "workflow/config/test/chapter_7.yaml"
 

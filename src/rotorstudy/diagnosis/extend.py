@@ -59,12 +59,13 @@ def _with_rotor_built_again(rig, diagnosis, renamed):
     if not own.any():
         return rig, best.free, best.covariance
     rig = rig_with_values(rig, build_model(rig), dict(zip(names, best.free, strict=True)))
+    model = build_model({**rig, "sensors": list(diagnosis.spectrum.sensors)})
+    known = {*renamed, *model.names}
     calibration = [
         term
         for term in best.model.terms
-        if not term.variation and all(u.name in best.names and u.name not in renamed for u in term.unknowns)
+        if not term.variation and all(u.name in best.names and u.name not in known for u in term.unknowns)
     ]
-    model = build_model({**rig, "sensors": list(diagnosis.spectrum.sensors)})
     model = replace(with_rotor_numbers(model, names).plus(*calibration), before=best.model.before)
     ratio = np.where(own, 1 + best.free, 1)
     mean = np.where(own, (1 + best.prior.mean) / ratio - 1, best.prior.mean)

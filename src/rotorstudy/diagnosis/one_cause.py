@@ -160,11 +160,11 @@ def _alternatives(work, effect):
     if not plugin.shape or plugin.acts_on_output:
         known = sorted(n for n, p in registry().plugins["effect"].items() if p.shape and not p.acts_on_output)
         raise RotorstudyError(f"{effect} has no shape to be searched; known causes with one: {', '.join(known)}")
-    ranges = shape_ranges(effect, structure)
     chosen = product(*(known() for known in plugin.alternatives.values()))
     variants = [dict(zip(plugin.alternatives, values, strict=True)) for values in chosen]
     found = []
     for where, variant in product(plugin.places(structure, work.rig.sensors), variants):
+        ranges = shape_ranges(effect, structure, where.get("node"))
         for x in SOMEWHERE:
             shape = {name: ends.value(x) for name, ends in ranges.items()}
             try:
@@ -177,16 +177,21 @@ def _alternatives(work, effect):
     return found
 
 
+def _ranges(work, cause):
+    """Option -> ShapeRange of a cause."""
+    return shape_ranges(cause.effect, work.rig.structure, cause.where.get("node"))
+
+
 def reshaped(work, cause, point, label="cause"):
     """The cause in the shape at a point (option,) of its ranges."""
-    ranges = shape_ranges(cause.effect, work.rig.structure)
+    ranges = _ranges(work, cause)
     shape = {name: ends.value(x) for (name, ends), x in zip(ranges.items(), point, strict=True)}
     return with_shape(work.rig, cause._replace(term=replace(cause.term, label=label)), shape, work.settings.prior_width)
 
 
 def point_of(work, cause):
     """The shape of a cause as fractions (option,) of its ranges."""
-    ranges = shape_ranges(cause.effect, work.rig.structure)
+    ranges = _ranges(work, cause)
     return np.array([ends.fraction(cause.shape[name]) for name, ends in ranges.items()])
 
 
@@ -202,7 +207,7 @@ def _starts(work, base: Fit, cause):
     for a small one. Options other than positions and angles are first in the middle of their ranges.
     """
     projection = Projection(base, work.spectrum)
-    kinds = [_kind(*one) for one in shape_ranges(cause.effect, work.rig.structure).items()]
+    kinds = [_kind(*one) for one in _ranges(work, cause).items()]
     first = [[0.5] if kind == "other" else (np.arange(TRIED[kind]) + 0.5) / TRIED[kind] for kind in kinds]
     free, apart = "other" in kinds, [i for i, kind in enumerate(kinds) if kind != "other"]
     found = []
@@ -261,7 +266,7 @@ def fitted_from(work, cause, amplitudes, convergence=CLOSELY, beyond=None):
     """
     prior = work.prior.plus(Prior.independent(cause.prior))
     point, count = point_of(work, cause), len(amplitudes)
-    ranges = shape_ranges(cause.effect, work.rig.structure)
+    ranges = _ranges(work, cause)
     about = {name: (x if ends.goes_around else 0.5, 1.0) for (name, ends), x in zip(ranges.items(), point, strict=True)}
     prior = prior.plus(Prior.independent(about))
 
@@ -314,7 +319,7 @@ def identified(work, best, tried):
     names = work.prior.names + cause.names + tuple(cause.shape)
     normal = minimum.jacobian[0].T @ minimum.jacobian[0]
     covariance = invert(normal)
-    ranges, first = shape_ranges(cause.effect, work.rig.structure), len(names) - len(cause.shape)
+    ranges, first = _ranges(work, cause), len(names) - len(cause.shape)
     std = np.sqrt(np.diag(covariance)[first:])
     spread = {n: ranges[n].slope(cause.shape[n]) * x for n, x in zip(cause.shape, std, strict=True)}
     misfits = {}

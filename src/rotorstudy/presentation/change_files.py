@@ -6,7 +6,6 @@ from rotorstudy.diagnosis.change_words import summary_of_change
 from rotorstudy.diagnosis.compare import compare
 from rotorstudy.diagnosis.dataset import verdict_dataset
 from rotorstudy.diagnosis.extend import extended_rig
-from rotorstudy.diagnosis.labels import labelled, labels_of
 from rotorstudy.diagnosis.result import Verdict
 from rotorstudy.diagnosis.settings import check_names, read_settings
 from rotorstudy.measurement.measurement import measured_spectrum
@@ -46,7 +45,7 @@ def compare_files(before: list[str | Path], after: list[str | Path], rig_path: s
     origin = provenance(rig_file.given, [*named_plugins(rig_file.given), *added])
     names = [", ".join(map(str, paths)) for paths in (before, after)]
     origin |= {"records": f"{names[1]} after {names[0]}", "rig": str(rig_path)}
-    said = labelled(summary_of_change(diagnosis.verdict), labels_of(rig_file.given))
+    said = summary_of_change(diagnosis.verdict)
     verdict = diagnosis.verdict.model_copy(update={"summary": said, "provenance": origin})
     data = verdict_dataset(diagnosis, found.difference).assign_attrs(origin)
     figures = {"two_states": two_states(found.before, found.after, found.difference)}

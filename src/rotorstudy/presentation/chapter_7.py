@@ -137,7 +137,7 @@ def noise_and_probes(study, accuracy):
     axes[0, 0].set_ylabel("standard deviation (Cramér-Rao)")
     axes[0, 0].legend(fontsize=6)
     picture.suptitle(
-        f"Crack of {100 * depth:g} % at {middle * 1e3:.0f} mm: below 1 % noise the model limits", fontsize=9
+        f"Crack of {100 * depth:g} % at {middle * 1e3:.0f} mm: more planes help more than less noise", fontsize=9
     )
     return picture
 

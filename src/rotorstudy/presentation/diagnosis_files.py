@@ -7,7 +7,6 @@ from pathlib import Path
 
 from rotorstudy.diagnosis.dataset import verdict_dataset
 from rotorstudy.diagnosis.extend import extended_rig
-from rotorstudy.diagnosis.labels import labelled, labels_of
 from rotorstudy.diagnosis.result import Verdict
 from rotorstudy.diagnosis.settings import check_names, read_settings
 from rotorstudy.diagnosis.verdict import investigate
@@ -51,8 +50,7 @@ def diagnose_files(
     added = [registry().get("effect", cause.effect) for cause in diagnosis.verdict.causes]
     origin = provenance(rig, [*named_plugins(rig), *added])
     origin |= {"records": ", ".join(map(str, records)), "rig": str(rig_path)}
-    said = labelled(diagnosis.verdict.summary, labels_of(rig))
-    verdict = diagnosis.verdict.model_copy(update={"summary": said, "provenance": origin})
+    verdict = diagnosis.verdict.model_copy(update={"provenance": origin})
     data = verdict_dataset(diagnosis, spectrum).assign_attrs(origin)
     write_diagnosis(verdict, data, extended_rig(rig, diagnosis), out)
     return verdict
