@@ -97,6 +97,7 @@ def _at_common_speeds(before, after):
     for name, one, other in (
         ("sensors", list(before.sensors), list(after.sensors)),
         ("harmonics", before.harmonics.tolist(), after.harmonics.tolist()),
+        ("single probes", before.single_probes, after.single_probes),
     ):
         if one != other:
             raise RotorstudyError(f"the states have different {name}: {one} before, {other} after; give the same ones")
@@ -120,7 +121,7 @@ def _at_common_speeds(before, after):
 
 def _difference(before, after, model):
     """The difference of two spectra at the speeds of the first, less what small differences in speed cause."""
-    moved = [measured_response(model, one.speed, one.harmonics) for one in (before, after)]
+    moved = [one.shown(measured_response(model, one.speed, one.harmonics)) for one in (before, after)]
     amplitude = after.amplitude - before.amplitude - (moved[1] - moved[0])
     return replace(before, amplitude=amplitude, covariance=before.covariance + after.covariance)
 

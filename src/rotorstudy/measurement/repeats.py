@@ -6,7 +6,7 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.findings import Finding
-from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.units import p_value, um
 
 SAME_SPEED = 5e-4  # relative difference up to which records are repeats at one speed
@@ -55,10 +55,9 @@ def averaged(spectrum: Spectrum, where: str) -> tuple[Spectrum, list[Finding]]:
     scatter = wider * np.maximum(squares - expected, 0) / freedom  # of each of the real and imaginary parts
     counts = np.array([len(group) for group in groups])
     covariance = np.array([spectrum.covariance[group].mean(axis=0) / len(group) for group in groups])
-    covariance = covariance + independent_covariance(scatter / counts[:, None, None])
     speed = np.array([spectrum.speed[group].mean() for group in groups])
     found = replace(spectrum, amplitude=mean, speed=speed, covariance=covariance)
-    return found, _findings(squares, expected, freedom, counts, where)
+    return found.with_error(scatter / counts[:, None, None]), _findings(squares, expected, freedom, counts, where)
 
 
 def _groups(speed):

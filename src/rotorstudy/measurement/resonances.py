@@ -24,6 +24,7 @@ MUCH = 10.0  # in BIC, by which a mode or a sweep must improve the fit
 
 
 NEGLIGIBLE = 0.01  # of the largest amplitude: a smaller vector is noise
+LEAST_FACTOR = 2.5  # amplification factor of a critical speed by API 617; a lower one is no resonance
 FAST = 0.1  # rate over the squared half-power bandwidth, from which the vectors are not steady
 
 
@@ -89,7 +90,10 @@ def check_resonances(spectrum, swept, where):
     each = [
         f"{_with(speed / rpm, std / rpm)} rpm (amplification factor {_with(factor, spread)})"
         for speed, std, factor, spread in zip(found.speed, speed_std, found.amplification, factor_std, strict=True)
+        if factor >= LEAST_FACTOR
     ]
+    if not each:
+        return []
     text = f"{' and '.join(each)}; the residual is {number(1e6 * found.noise, 2)} µm"
     notes = [Finding("note", "critical speeds", where, text)]
     ratio = abs(found.rate) / (2 * found.decay.min()) ** 2

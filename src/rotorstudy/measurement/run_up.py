@@ -9,7 +9,9 @@ one gains nothing, as a sweep excites all frequencies within sqrt(a) together.
 Transient. In a sweep harmonic n is not the steady R_n(w) but, for a constant rate, exp(-(j a / 2n) d^2/dw^2) R_n: each
 part of the impulse response, tau old, was excited with the phase of an earlier speed, off by n a tau^2 / 2. Over tau
 (the Fourier transform over w) this is a factor of modulus one, so the steady harmonics follow by its inverse without
-amplifying noise; the response of the Hann window, known in tau as well, is divided out down to one half.
+amplifying noise; the response of the Hann window, known in tau as well, is divided out down to one half. For a force
+that grows with w^2 the expression holds with the tangential force of the accelerated unbalance, -j a / w^2 of it. It
+is exact where natural frequencies do not depend on the speed; where they change by a share g of it, g a / d^2 is left.
 
 Source: Markert and Seidler 2001, Analytically based estimation of the maximum amplitude during passage through
 resonance (the passage); Fyfe and Munck 1997 (order tracking by resampled angle).
@@ -25,6 +27,7 @@ from rotorstudy.response.series import rotating_basis
 
 LEAST_REVOLUTIONS = 4.0  # in a window, so that neighbouring harmonics are separated
 STEPS = 4  # of speed in a window, on the grid of the correction
+LEAST_APART = 2e-3  # relative, of the speeds that are given: nearer ones count as repeats of one speed
 APART = 3  # steps between the speeds that are given: the noise of windows 3/4 apart is uncorrelated (1 %)
 HANN_VARIANCE = 1 / 12 - 1 / (2 * np.pi**2)  # of time under a Hann window, in squared lengths
 LEAST_PASSED = 0.5  # share that a window must pass of a part of the response for it to be restored
@@ -75,11 +78,14 @@ def speed_grid(sweep):
     length = np.maximum(1 / np.sqrt(np.maximum(np.abs(rate), 0.25 * usual)), shortest)
     inside = (at - length / 2 >= sweep.start) & (at + length / 2 <= sweep.end)
     at, rate, length = at[inside], rate[inside], length[inside]
+    speed = sweep.speed(at)
     chosen = [0]
     for i in range(1, len(at)):
-        if abs(at[i] - at[chosen[-1]]) >= APART / STEPS * max(length[i], length[chosen[-1]]):
+        last = chosen[-1]
+        apart = abs(at[i] - at[last]) >= APART / STEPS * max(length[i], length[last])
+        if apart and abs(speed[i] - speed[last]) >= LEAST_APART * speed[i]:
             chosen.append(i)
-    return Grid(at, sweep.speed(at), rate, length, np.array(chosen))
+    return Grid(at, speed, rate, length, np.array(chosen))
 
 
 def track(signals, time, angle, grid, harmonics, directions, mark_variance):

@@ -10,8 +10,11 @@ def rotating_basis(time, speed, harmonics):
     for n in range(2, max(abs(int(h)) for h in harmonics) + 1):
         powers[n] = powers[n - 1] * first
     basis = np.empty((len(harmonics), *first.shape), complex)
-    for i, n in enumerate(harmonics):
-        basis[i] = powers[int(n)] if n >= 0 else powers[-int(n)].conj()
+    for row, n in zip(basis, harmonics, strict=True):
+        if n >= 0:
+            row[:] = powers[int(n)]
+        else:
+            np.conj(powers[-int(n)], out=row)
     return basis
 
 
