@@ -215,8 +215,8 @@ def thesis_method_figure(study, thesis):
     axes[0, 0].axhline(0, color="k", linewidth=0.6)
     axes[0, 0].set(xlabel="true position of the crack (m)", ylabel="stiffness loss found (N/mm)")
     picture.suptitle(
-        f"Least squares with a crack at node {node}: what one of\n{100 * study.thesis.depth_ratio:g} % of the diameter "
-        "reads depends on its place",
+        f"Least squares with a crack at node {node}: the loss found for a crack of\n"
+        f"{100 * study.thesis.depth_ratio:g} % of the diameter depends on its place",
         fontsize=9,
     )
     return picture
