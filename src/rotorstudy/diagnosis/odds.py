@@ -97,7 +97,7 @@ def log_scales(mean: np.ndarray, covariance: np.ndarray, parameter: np.ndarray) 
         return 0.5 * (np.sum(drawn * solved, axis=-1) - np.linalg.slogdet(precision)[1])
 
     widths = np.append(0, SCALES)
-    chance = np.append(0, np.full(len(SCALES), -np.log(len(SCALES)))) - np.log(2)
+    log_prior = np.append(0, np.full(len(SCALES), -np.log(len(SCALES)))) - np.log(2)
     best = np.ones((*mean.shape[:-1], 1, int(parameter[-1]) + 1))
     widest = value(best)[..., 0]
     for _ in range(SWEEPS):
@@ -106,10 +106,10 @@ def log_scales(mean: np.ndarray, covariance: np.ndarray, parameter: np.ndarray) 
             tried = np.repeat(best, len(widths), axis=-2)
             tried[..., i] = widths
             found = value(tried)
-            top = (found + chance).argmax(axis=-1)[..., None]
+            top = (found + log_prior).argmax(axis=-1)[..., None]
             best = np.take_along_axis(tried, top[..., None], axis=-2)
             reached = np.take_along_axis(found, top, axis=-1)[..., 0]
-            factor += np.logaddexp.reduce(found + chance, axis=-1) - reached
+            factor += np.logaddexp.reduce(found + log_prior, axis=-1) - reached
     return reached + factor - widest
 
 

@@ -131,7 +131,7 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     work.screened.extend(work.screen(base, every))
     work.found[frozenset()] = Explanation((), base, 0.0)
     best = _added(work, work.found[frozenset()], [base, fit(whole, widened, prior, steps=0)] if imitates else None)
-    log.info("fitting what comes near, %d explanations", len(work.found))
+    log.info("fitting the best of %d explanations again", len(work.found))
     settled = _settled(work, spectrum, missing, best)
     _added(settled, max(settled.explanations, key=odds_of))
     _drop_impossible(settled)
