@@ -151,6 +151,27 @@ def test_a_parameter_of_its_own_differs_between_runs(folder):
     assert found.rig["bearings"][0]["bearing_damping_N_s_per_m"] == 50.0  # the next run has its own again
 
 
+def test_runs_that_contradict_each_other_are_told(folder):
+    """A trial mass stated on the wrong side of the disc; as it was, nothing is told."""
+    runs = yaml.safe_load((folder / "runs.yaml").read_text())["runs"][:2]
+    (folder / "agreeing.yaml").write_text(yaml.safe_dump({"runs": runs}))
+    runs[1]["unbalances"][0]["angle_deg"] = 270.0
+    (folder / "contradicting.yaml").write_text(yaml.safe_dump({"runs": runs}))
+    told = [
+        [one.name for one in identify_runs(folder / f"{name}.yaml", folder / "rig.yaml").findings]
+        for name in ("agreeing", "contradicting")
+    ]
+    assert "not explained" not in told[0] and "not explained" in told[1]
+
+
+def test_a_label_of_a_node_that_no_rig_lists_is_named(folder):
+    rig = yaml.safe_load((folder / "rig.yaml").read_text())
+    del rig["measurement"]["node_of_label"]
+    (folder / "unlabelled.yaml").write_text(yaml.safe_dump(rig))
+    with pytest.raises(RotorstudyError, match="unknown node label 'disc 1'"):
+        identify_runs(folder / "runs.yaml", folder / "unlabelled.yaml")
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [
@@ -158,6 +179,7 @@ def test_a_parameter_of_its_own_differs_between_runs(folder):
         ({"own": ["nothing"]}, "unknown uncertain parameter 'nothing'"),
         ({"unbalances": [{"node": "disc 3"}]}, "unknown node label 'disc 3'"),
         ({"records": []}, "records"),
+        ({"records": ["trial.csv"]}, "runs 'baseline' and 'trial' have the same records"),
         ({"name": "trial"}, "two runs are named 'trial'"),
         ({"unbalances": {"node": 3}}, "must be a list"),
     ],

@@ -130,6 +130,18 @@ def test_what_is_wrong_in_a_table_is_named(change, more, words, tmp_path):
     assert "\n" not in str(error.value) and all(word in str(error.value) for word in words), error.value
 
 
+def test_a_table_without_rows_is_refused(tmp_path):
+    with pytest.raises(RotorstudyError, match="without rows"):
+        read(tmp_path, table("peak, m, lead, rad").splitlines()[0])
+
+
+def test_a_negative_amplitude_is_refused(tmp_path):
+    head, first, *rest = table("rms, um").splitlines()
+    speed, probe, size, phase = first.split(",")
+    with pytest.raises(RotorstudyError, match="column of amplitude: a value is negative"):
+        read(tmp_path, "\n".join([head, f"{speed},{probe},-{size},{phase}", *rest]), "rms, um")
+
+
 def test_a_row_that_is_missing_or_doubled_is_named(tmp_path):
     lines = table("rms, um").splitlines()
     with pytest.raises(RotorstudyError, match="need the same probes"):

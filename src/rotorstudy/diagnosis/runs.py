@@ -22,6 +22,7 @@ from annotated_types import Ge, MinLen
 from rotorstudy.diagnosis.search import base_model
 from rotorstudy.diagnosis.settings import check_names, read_settings
 from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.inference.fit import chi_square_p_value
 from rotorstudy.inference.joint import JointFit, Run, fit_runs
 from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.inference.prior import Prior
@@ -35,11 +36,13 @@ from rotorstudy.model.rig import RigFile, make_term, read_rig
 from rotorstudy.model.rotor_numbers import is_rotor_number
 from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import Term
+from rotorstudy.units import number, p_value
 from rotorstudy.yaml_file import read_yaml
 
 GRAM, GRAM_MM = 1e-3, 1e-6  # kg, kg m
 SETTLED = 1e-2  # standard deviations by which a number of the rotor still changes when it is built again
 REBUILDS = 5
+FEWEST_VECTORS = 4  # of a run that do not equal those of another one by the rounding of the instrument
 
 
 class AddedUnbalance(Strict):
@@ -95,7 +98,7 @@ def identify_runs(runs_path: str | Path, rig: str | Path | RigFile) -> Identifie
     Raises
     ------
     RotorstudyError
-        For files that cannot be read, runs of different probes, and unknown names.
+        For files that cannot be read, runs of different probes or with the same records, and unknown names.
     """
     rig = read_rig(rig)
     settings = read_settings(rig.given, str(rig.path))
@@ -109,11 +112,36 @@ def identify_runs(runs_path: str | Path, rig: str | Path | RigFile) -> Identifie
                 f"run '{item.name}' has probes at nodes {list(own_model.sensors)}, run '{items[0].name}' at "
                 f"{list(model.sensors)}; the runs of one file need the same probes"
             )
+        _check_distinct(item, spectrum, measured)
         measured.append(MeasuredRun(item, with_model_error(spectrum, settings)))
         findings += [replace(one, where=f"run '{item.name}': {one.where}") for one in found]
     check_names(settings, model, f"{rig.path}, diagnosis")
     conventions = read_conventions(rig.given, str(rig.path))
     return _updated(rig, model, measured, settings, conventions, findings)
+
+
+def _check_distinct(item, spectrum, others):
+    """Raise if another run has the same vectors: counted twice, they would make the intervals too narrow."""
+    for other in others:
+        same = [np.array_equal(one, there) for one in spectrum.amplitude for there in other.spectrum.amplitude]
+        if sum(same) == len(spectrum.speed) and spectrum.amplitude.size >= FEWEST_VECTORS:
+            raise RotorstudyError(
+                f"runs '{other.item.name}' and '{item.name}' have the same records; give each record to one run"
+            )
+
+
+def _unexplained(joint, settings):
+    """Findings on runs that the machine with what was added does not explain."""
+    found = []
+    for name, (cost, rows) in joint.misfits.items():
+        if (p := chi_square_p_value(cost, rows)) < settings.significance:
+            text = (
+                f"misfit {number(cost / rows)} per component of the spectrum ({p_value(p)}): the runs and what is said "
+                "of them do not agree with one machine, and the stated intervals are not valid; check the masses, "
+                "angles and records of the runs, or state what else may differ under 'own:'"
+            )
+            found.append(Finding("warning", "not explained", f"run '{name}'", text))
+    return found
 
 
 def read_runs(path: str | Path) -> list[RunItem]:
@@ -170,7 +198,7 @@ def _updated(rig, model, measured, settings, conventions, findings):
         start[[joint.prior.names.index(name) for name in numbers]] = 0.0
     names = [name for name in shared_names(joint) if name in bare.names or is_rotor_number(name)]
     updated = rig_with_estimate(given, bare, names, *joint.of(names))
-    return IdentifiedRig(joint, updated, findings, conventions)
+    return IdentifiedRig(joint, updated, [*findings, *_unexplained(joint, settings)], conventions)
 
 
 def shared_names(joint: JointFit) -> list[str]:

@@ -140,7 +140,7 @@ class Conventions(Strict):
 
     def node(self, label, where):
         """Node of the rig for the label of a node in a file."""
-        if not self.node_of_label:
+        if not self.node_of_label and str(label).isdecimal():
             return int(label)
         known = {str(one): node for one, node in self.node_of_label.items()}
         if str(label) not in known:

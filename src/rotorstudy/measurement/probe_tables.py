@@ -59,6 +59,10 @@ def read_probe_table(path, conventions, nodes):
     harmonic = whole_numbers(text, "harmonic", path) if "harmonic" in text else np.ones(len(text), int)
     _check_rows(speed, harmonic, where)
     values, steps, inferred = quantities_of(text, path, units)
+    if (values[size] < 0).any():
+        raise RotorstudyError(
+            f"{where}: column of {size}: a value is negative; state it positive, its phase by 180° more"
+        )
     factor = PEAK[conventions.table_amplitude] / ((harmonic * speed) if size == "velocity" else 1.0)
     phase = (-1 if conventions.table_phase == "lag" else 1) * values["phase"] - harmonic * conventions.mark_rad
     phase = phase - (np.pi / 2 if size == "velocity" else 0.0)  # a velocity leads its displacement

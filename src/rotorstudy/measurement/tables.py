@@ -67,6 +67,8 @@ def open_table(path, layout):
         )
     except (ValueError, UnicodeDecodeError) as error:
         raise RotorstudyError(f"{path}: not a readable table ({str(error).splitlines()[0]})") from None
+    if not len(text):
+        raise RotorstudyError(f"{path}: a table without rows below its header; leave the file out")
     text.columns = [name.strip() for name in text.columns]
     return text.apply(lambda column: column.str.strip().str.replace(layout.decimal, "."))
 

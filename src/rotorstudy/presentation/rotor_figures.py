@@ -30,7 +30,9 @@ def rotor_figures(rig, analysis, measured=None):
         "stability": stability(analysis),
     }
     if rig.model.structure.node_positions:
-        found = {"rotor": rotor(rig), **found, "mode_shapes": mode_shapes(rig.model.structure, analysis)}
+        found = {"rotor": rotor(rig), **found}
+        if np.isfinite(analysis.data.frequency.values[-1]).any():
+            found["mode_shapes"] = mode_shapes(rig.model.structure, analysis)
     return found
 
 

@@ -63,9 +63,19 @@ def summary(analysis):
     found.append(f"Unbalance: {analysis.unbalance}.")
     if analysis.left_out:
         found.append(
-            f"Whirl and unbalance response leave out {', '.join(analysis.left_out)}: they are nonlinear, rotate with "
-            "the shaft, or have no time-domain form. The growth rate includes stiffness that rotates with the shaft."
+            f"Whirl and unbalance response leave out {', '.join(analysis.left_out)}: they are nonlinear or rotate with "
+            "the shaft. The growth rate includes stiffness that rotates with the shaft."
         )
+    if analysis.timeless:
+        found.append(
+            f"Whirl and stability leave out what has no time-domain form of {', '.join(analysis.timeless)}; the "
+            "unbalance response includes it."
+        )
+    unbounded = dict.fromkeys(
+        f"{number(p.peak.speed * RPM, 5)} rpm" for p in analysis.peaks if np.isinf(p.peak.amplitude)
+    )
+    if unbounded:
+        found.append(f"No damping acts on the resonance at {', '.join(unbounded)}: its response has no bound.")
     return found
 
 
@@ -90,8 +100,8 @@ def resonances(analysis, operating=None):
         row = {
             "probe": f"{probe} at node {node}",
             "peak (rpm)": peak.speed * RPM,
-            "1X (µm peak to peak)": 2e6 * peak.amplitude,
-            "amplification factor (1)": None if np.isnan(peak.amplification) else peak.amplification,
+            "1X (µm peak to peak)": 2e6 * peak.amplitude if np.isfinite(peak.amplitude) else None,
+            "amplification factor (1)": peak.amplification if np.isfinite(peak.amplification) else None,
         }
         if operating:
             row["separation margin"] = percent(separation_margin(peak.speed, operating))

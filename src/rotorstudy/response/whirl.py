@@ -1,5 +1,6 @@
 """Whirl over speed: Campbell diagram and critical speeds."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -10,16 +11,30 @@ OVERDAMPED = 1e-6  # imaginary part over modulus of an eigenvalue; a smaller one
 
 
 def time_invariant(model):
+    """The model without what is nonlinear, varies with the rotation (a crack) or is stated in frequency only."""
+    steady = without_rotation(model)
+    terms = tuple(term if is_in_time(term) else _in_time(term) for term in steady.terms)
+    return replace(steady, terms=tuple(term for term in terms if any(u.entries for u in term.unknowns)))
+
+
+def without_rotation(model):
     """The model without the terms that are nonlinear or vary with the rotation, such as a crack."""
-    kinds = [
-        t.kind
-        for t in model.terms
-        for u in t.unknowns
-        for e in u.entries
-        if e.reads_motion and (e.shift or e.frequency_only)
+    turning = [t.kind for t in model.terms for u in t.unknowns for e in u.entries if e.reads_motion and e.shift]
+    return model.without([*turning, *(t.kind for t in model.terms for u in t.unknowns if u.force)])
+
+
+def is_in_time(term):
+    """Whether all that a term adds to the equations of motion has a form in time."""
+    return not any(e.reads_motion and e.frequency_only for u in term.unknowns for e in u.entries)
+
+
+def _in_time(term):
+    """A term without its entries that are stated in frequency only, such as the stiffness of a squeeze film."""
+    parameters = [
+        replace(p, entries=tuple(e for e in p.entries if not (e.reads_motion and e.frequency_only)))
+        for p in term.parameters
     ]
-    kinds += [t.kind for t in model.terms for u in t.unknowns if u.force]
-    return model.without(kinds)
+    return replace(term, parameters=tuple(parameters))
 
 
 def without_damping(model):
@@ -134,10 +149,13 @@ def critical_speeds(model, up_to, orders=(1,), theta=None, speeds=None):
     frequency = eigenvalues(model, speeds, theta).imag  # sorted, so continuous in speed
 
     def off(w, mode, order):
-        return eigenvalues(model, [w], theta).imag[0, mode] - order * w
+        here = eigenvalues(model, [w], theta).imag[0]
+        if len(here) < frequency.shape[1]:  # bearings that are isotropic at this speed, and not at others
+            here = np.sort(np.concatenate([here, -here]))
+        return here[mode] - order * w
 
     def meeting(order):
-        change = np.diff(np.sign(frequency - order * speeds[:, None]), axis=0) != 0
+        change = np.diff(frequency > order * speeds[:, None], axis=0)
         return np.sort(
             [brentq(off, *speeds[i : i + 2], args=(mode, order), xtol=1e-9 * up_to) for i, mode in np.argwhere(change)]
         )

@@ -1,5 +1,6 @@
 """Rotordynamic analysis of one rig: static loads, whirl, critical speeds, unbalance response, stability."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,7 @@ from rotorstudy.response.coupling import check_speed
 from rotorstudy.response.harmonic import harmonic_response
 from rotorstudy.response.resonance import Peak, peaks
 from rotorstudy.response.stability import (
+    SLOWEST_GROWTH,
     damping_of_effects,
     eigenvalues,
     growth_rate,
@@ -18,7 +20,14 @@ from rotorstudy.response.stability import (
     varies_in_time,
 )
 from rotorstudy.response.statics import static_deflection, static_loads
-from rotorstudy.response.whirl import OVERDAMPED, critical_speeds, damped_modes, time_invariant
+from rotorstudy.response.whirl import (
+    OVERDAMPED,
+    critical_speeds,
+    damped_modes,
+    is_in_time,
+    time_invariant,
+    without_rotation,
+)
 from rotorstudy.store import dataset
 from rotorstudy.studies.common import SPEED
 
@@ -30,6 +39,11 @@ BALANCE_GRADE = 2.5e-3  # m/s, grade G 2.5 of ISO 21940-11: residual unbalance o
 ABOUT_A_RESONANCE = np.sinh(np.linspace(-3, 3, 61)) / np.sinh(3)  # further speeds about a critical one, dense at it
 RESONANCE_WIDTHS = 12  # half their range, in half-power half-widths
 SAME = 1e-6  # relative difference of whirl frequencies that are equal
+OSCILLATING = 0.3  # imaginary part over modulus of an eigenvalue whose motion swings through; slower ones creep back
+UNDAMPED = 1e-6  # damping ratio that is round-off: the response at such a critical speed has no bound
+NARROWEST = 1e-4  # damping ratio of the narrowest resonance that is resolved
+DENSER = 20  # speeds of the response over those of the whirl, where forces without it shift and damp the resonances
+UNHELD = 1e-6  # of the lowest natural frequency: eigenvalue of a motion that nothing holds
 PERIODIC_SPEEDS = 40  # at which the growth in a rotor with rotating stiffness is integrated
 
 
@@ -64,6 +78,7 @@ class RotorAnalysis(NamedTuple):
     damping   : {effect: change of the growth rate of the least stable mode, 1/s} at the threshold, else at the highest
                 speed; empty if the stiffness rotates with the shaft
     left_out  : kinds of effects that whirl and response leave out: they rotate with the shaft or are nonlinear
+    timeless  : kinds of effects that whirl and stability leave out: they are stated in frequency only
     unbalance : how the rotor is unbalanced, in words
     """
 
@@ -75,6 +90,7 @@ class RotorAnalysis(NamedTuple):
     threshold: float | None
     damping: dict
     left_out: list
+    timeless: list
     unbalance: str
 
 
@@ -97,18 +113,26 @@ def analyse_rotor(model, lowest=None, highest=None, reading=None):
     Raises
     ------
     RotorstudyError
-        For an amplitude without a value, an empty range of speeds, or bearings that are not defined in it.
+        For an amplitude without a value, an empty range of speeds, bearings that are not defined in it, or a rotor that
+        its bearings do not hold.
     """
     model.require_values()
-    still = time_invariant(model)
+    still, steady = time_invariant(model), without_rotation(model)
+    timeless = sorted({term.kind for term in steady.terms if not term.acts_on_output and not is_in_time(term)})
+    if not (still.is_carried or still.structure.is_supported) and steady.is_carried:
+        raise RotorstudyError(
+            f"{', '.join(timeless)}: stated in the frequency domain only, so that the whirl of a rotor that nothing "
+            "else supports is not known; use bearings with stiffness and damping, such as 'linear' or 'speed_tabulated'"
+        )
+    _check_held(still, highest or lowest or still.structure.scales.frequency)
     highest = _default_highest(still, lowest) if highest is None else highest
     lowest = LOWEST_SHARE * highest if lowest is None else lowest
     if not 0 < lowest < highest:
         raise RotorstudyError(f"speeds from {lowest:g} to {highest:g} rad/s: give 0 < lowest < highest")
     speeds = check_speed(np.linspace(lowest, highest, SPEEDS))
     criticals = [_critical(still, w) for w in critical_speeds(still, highest, speeds=speeds)[0]]
-    unbalanced, unbalance = with_unbalance(still, highest)
-    fine = _finer(speeds, criticals)
+    unbalanced, unbalance = with_unbalance(steady, highest)
+    fine = _finer(np.linspace(lowest, highest, DENSER * SPEEDS) if timeless else speeds, criticals)
     response = harmonic_response(unbalanced, fine, (1, -1))
     of_node = {node: response[..., model.structure.index(node)].T for node in model.sensors}
     probes, read = probe_vectors(of_node, reading or model.structure.reading)
@@ -118,7 +142,7 @@ def analyse_rotor(model, lowest=None, highest=None, reading=None):
         data=_dataset(model, speeds, fine, damped_modes(still, speeds, MODES), probes, read, growth, deflection),
         criticals=criticals,
         peaks=[
-            ProbePeak(*probe, peak)
+            ProbePeak(*probe, peak if timeless else _unbounded(peak, criticals))
             for probe, one in zip(probes, np.abs(read.T), strict=True)
             for peak in peaks(fine, one)
         ],
@@ -126,7 +150,8 @@ def analyse_rotor(model, lowest=None, highest=None, reading=None):
         weight=float(np.abs(model.structure.static_load @ model.structure.along)),
         threshold=threshold,
         damping={} if varies_in_time(model) else damping_of_effects(still, threshold or highest),
-        left_out=sorted({term.kind for term in model.terms} - {term.kind for term in still.terms}),
+        left_out=sorted({term.kind for term in model.terms} - {term.kind for term in steady.terms}),
+        timeless=timeless,
         unbalance=unbalance,
     )
 
@@ -134,10 +159,20 @@ def analyse_rotor(model, lowest=None, highest=None, reading=None):
 def _default_highest(still, lowest):
     """A highest speed that shows the first critical ones, rad/s."""
     values = eigenvalues(still, [lowest or still.structure.scales.frequency])[0]
-    whirl = np.abs(values.imag[np.abs(values.imag) > OVERDAMPED * np.abs(values)])
-    if not len(whirl):
+    share = np.abs(values.imag) / np.abs(values)
+    whirl = np.abs(values.imag[share >= min(OSCILLATING, share.max())])
+    if share.max() <= OVERDAMPED:
         raise RotorstudyError("every motion of the rotor is overdamped; state the range of speeds")
     return NATURAL_FREQUENCIES * float(whirl.min())
+
+
+def _check_held(still, speed):
+    """Raise if the rotor can move at a speed (rad/s) without a restoring force."""
+    slowest = np.abs(eigenvalues(still, [speed])).min()
+    if slowest < UNHELD * still.structure.scales.frequency:
+        raise RotorstudyError(
+            "the bearings do not hold the rotor, which can move without a restoring force; add bearings"
+        )
 
 
 def _critical(still, speed):
@@ -149,9 +184,21 @@ def _critical(still, speed):
 
 def _finer(speeds, criticals):
     """Speeds with more of them about the critical ones, as a lightly damped resonance is narrow."""
-    around = [c.speed * (1 + RESONANCE_WIDTHS * max(c.damping_ratio, 1e-4) * ABOUT_A_RESONANCE) for c in criticals]
+    around = [c.speed * (1 + RESONANCE_WIDTHS * max(c.damping_ratio, NARROWEST) * ABOUT_A_RESONANCE) for c in criticals]
     found = np.unique(np.concatenate([speeds, *around]))
+    for one in criticals:
+        if abs(one.damping_ratio) < UNDAMPED:
+            found = found[np.abs(found - one.speed) > SAME * one.speed]
     return found[(found >= speeds[0]) & (found <= speeds[-1])]
+
+
+def _unbounded(peak, criticals):
+    """The peak; that of an undamped mode, which the speeds only approach, without bound."""
+    for one in criticals:
+        near = abs(peak.speed - one.speed) < RESONANCE_WIDTHS * NARROWEST * one.speed
+        if near and abs(one.damping_ratio) < UNDAMPED:
+            return Peak(one.speed, np.inf, np.inf)
+    return peak
 
 
 def with_unbalance(model, highest):
@@ -160,13 +207,20 @@ def with_unbalance(model, highest):
     A rotor without a force that rotates with it gets the unbalance of grade G 2.5 for the highest speed (rad/s) at its
     heaviest node.
     """
-    turning = [t for t in model.terms for u in t.unknowns for e in u.entries if e.is_constant and e.shift == 1]
+    acting = [term for term in model.terms if not term.acts_on_output]
+    turning = [t for t in acting for u in t.unknowns for e in u.entries if e.is_constant and e.shift == 1]
     if any(np.any(term.theta) for term in turning):
         return model, f"as stated in the rig ({', '.join(sorted({term.kind for term in turning}))})"
     structure = model.structure
     mass = float(structure.along @ structure.mass @ structure.along)
     node = max(structure.nodes, key=lambda n: structure.mass[structure.index(n), structure.index(n)])
-    item = {"kind": "unbalance", "node": node, "mass_kg": mass, "eccentricity_m": BALANCE_GRADE / highest}
+    item = {
+        "kind": "unbalance",
+        "node": node,
+        "mass_kg": mass,
+        "label": "G 2.5",
+        "eccentricity_m": BALANCE_GRADE / highest,
+    }
     text = (
         f"none is stated in the rig; it has grade G 2.5 (ISO 21940-11) for {60 * highest / (2 * np.pi):.0f} rpm, "
         f"{1e6 * mass * BALANCE_GRADE / highest:.3g} g mm, at node {node}"
@@ -194,11 +248,9 @@ def _growth(model, still, speeds):
     if not varies_in_time(model):
         return growth_rate(still, speeds), stability_threshold(still, speeds[-1], lowest=speeds[0])
     some = np.linspace(speeds[0], speeds[-1], PERIODIC_SPEEDS)
-    growth = periodic_growth_rate(
-        model.without([t.kind for t in model.terms if any(u.force for u in t.unknowns)]), some
-    )
-    growth = np.interp(speeds, some, growth)
-    unstable = speeds[growth > 0]
+    in_time = [t for t in model.terms if t.acts_on_output or (is_in_time(t) and not any(u.force for u in t.unknowns))]
+    growth = np.interp(speeds, some, periodic_growth_rate(replace(model, terms=tuple(in_time)), some))
+    unstable = speeds[growth * 2 * np.pi / speeds > SLOWEST_GROWTH]
     return growth, float(unstable[0]) if len(unstable) else None
 
 

@@ -1,0 +1,131 @@
+"""Rotordynamic analysis of rotors without damping, without enough bearings, and on films stated in frequency only."""
+
+import numpy as np
+import pytest
+
+from rotorstudy import build_model
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.presentation.rotor_page import resonances, summary
+from rotorstudy.response.whirl import critical_speeds
+from rotorstudy.studies.rotor_analysis import analyse_rotor
+
+MASS, STIFFNESS = 2.0, 3.2e5
+NATURAL = np.sqrt(STIFFNESS / MASS)  # 400 rad/s
+ROTOR = {"kind": "jeffcott", "mass_kg": MASS, "stiffness_N_per_m": STIFFNESS}
+UNBALANCE = {"kind": "unbalance", "mass_kg": MASS, "eccentricity_m": 1e-5}
+SHAFT = {
+    "kind": "finite_element",
+    "elements": [{"length_m": 0.6, "count": 4}],
+    "outer_diameter_m": 0.02,
+    "youngs_modulus_Pa": 2.1e11,
+    "density_kg_per_m3": 7800.0,
+    "discs": [{"node": 3, "mass_kg": 2.0, "polar_moment_kg_m2": 4.8e-3, "diametral_moment_kg_m2": 2.4e-3}],
+}
+FILM = {
+    "kind": "squeeze_film",
+    "diameter_m": 0.1,
+    "length_m": 0.02,
+    "radial_clearance_m": 2e-4,
+    "viscosity_Pa_s": 0.01,
+    "eccentricity_ratio": 0.4,
+    "bearing_scale": 1.0,
+}
+
+
+def linear(node):
+    coefficients = {"bearing_stiffness_N_per_m": 1e6, "bearing_damping_N_s_per_m": 300.0}
+    return {"kind": "linear", "node": node, "label": str(node), **coefficients}
+
+
+def test_an_undamped_resonance_has_no_bound():
+    """Also where a speed of the analysis is the critical speed: from 100 to 696 rad/s they are 4 rad/s apart."""
+    found = analyse_rotor(build_model({"rotor": ROTOR, "effects": [UNBALANCE]}), 100.0, 696.0)
+    assert [one.speed for one in found.criticals] == [pytest.approx(NATURAL, rel=1e-12)]
+    assert [(p.peak.speed, p.peak.amplitude, p.peak.amplification) for p in found.peaks] == [
+        (pytest.approx(NATURAL), np.inf, np.inf)
+    ] * 2
+    assert "No damping acts" in summary(found)[-1]
+    assert [(row["amplification factor (1)"], row["required (API 617)"]) for row in resonances(found, (100, 200))] == [
+        (None, "26 %")
+    ] * 2
+    damped = {"kind": "external_damping", "external_damping_N_s_per_m": 10.0}
+    bounded = analyse_rotor(build_model({"rotor": ROTOR, "effects": [UNBALANCE, damped]}), 100.0, 696.0)
+    assert not any("No damping" in line for line in summary(bounded))
+
+
+def test_a_stated_unbalance_of_zero_is_replaced_by_that_of_the_grade():
+    found = analyse_rotor(build_model({"rotor": ROTOR, "effects": [{**UNBALANCE, "eccentricity_m": 0.0}]}))
+    assert found.unbalance.startswith("none is stated")
+
+
+def test_runout_is_no_unbalance():
+    found = analyse_rotor(build_model({"rotor": ROTOR, "effects": [{"kind": "runout", "runout_1X_m": 1e-6}]}))
+    assert found.unbalance.startswith("none is stated")
+    assert found.peaks
+
+
+@pytest.mark.parametrize("speeds", [(None, None), (10.0, 1000.0)])
+def test_a_rotor_on_one_bearing_is_refused(speeds):
+    rig = {"rotor": SHAFT, "bearings": [linear(1)], "sensors": [3]}
+    with pytest.raises(RotorstudyError, match="do not hold the rotor"):
+        analyse_rotor(build_model(rig), *speeds)
+
+
+def test_the_film_of_a_damper_acts_on_the_response_and_its_damping_on_the_whirl():
+    """A Jeffcott rotor with a squeeze film: (k + w a k_f - w^2 m + j w a c_f) R = m e w^2, with its k_f, c_f.
+
+    The half film: a = viscosity D/2 (L/c)^3, k_f = 2 e / (1 - e^2)^2 and c_f = pi/2 (1 - e^2)^-1.5.
+    """
+    rig = {
+        "rotor": ROTOR,
+        "bearings": [{**FILM, "length_m": 0.01, "centring_stiffness_N_per_m": 0.0}],
+        "effects": [UNBALANCE],
+    }
+    found = analyse_rotor(build_model(rig))
+    size, e = 0.01 * 0.05 * (0.01 / 2e-4) ** 3, 0.4
+    damping = size * np.pi / 2 * (1 - e * e) ** -1.5
+    assert found.criticals[0].damping_ratio == pytest.approx(damping / (2 * MASS * NATURAL), rel=1e-6)
+    assert (found.left_out, found.timeless) == ([], ["squeeze_film"])
+    w = np.linspace(300, 600, 300001)
+    film = w * size * 2 * e / (1 - e * e) ** 2 + 1j * w * damping
+    response = np.abs(MASS * 1e-5 * w**2 / (STIFFNESS + film - MASS * w**2))
+    peak = found.peaks[0].peak
+    assert peak.speed == pytest.approx(w[response.argmax()], rel=1e-3)  # between speeds 1.2e-3 of it apart
+    assert peak.amplitude == pytest.approx(response.max(), rel=1e-3)
+
+
+def test_bearings_stated_in_frequency_only_are_named():
+    pedestal = {
+        "kind": "flexible_pedestal",
+        "bearing_stiffness_N_per_m": {"xx": 1e6},
+        "pedestal_stiffness_N_per_m": {"xx": 1e7},
+        "pedestal_mass_kg": {"xx": 1.0},
+        "bearing_scale": 1.0,
+    }
+    rig = {"rotor": SHAFT, "bearings": [{**pedestal, "node": n, "label": str(n)} for n in (1, 5)], "sensors": [3]}
+    with pytest.raises(RotorstudyError, match="flexible_pedestal: stated in the frequency domain only"):
+        analyse_rotor(build_model(rig))
+
+
+def test_growth_with_a_crack_leaves_out_hysteretic_damping():
+    crack = {"kind": "switching", "element": 2, "angle_rad": 1.0, "stiffness_loss": 0.1, "weight_dominance": False}
+    lossy = {"kind": "hysteretic_damping", "loss_factor": 0.01}
+    rig = {"rotor": SHAFT, "bearings": [linear(1), linear(5)], "sensors": [3], "cracks": [crack], "effects": [lossy]}
+    found = analyse_rotor(build_model(rig), 100.0, 300.0)
+    assert (found.left_out, found.timeless, found.threshold) == (["switching"], ["hysteretic_damping"], None)
+
+
+def test_critical_speeds_on_a_bearing_that_is_isotropic_at_some_speeds_only():
+    """In its isotropic part the forward critical speed is that of the isotropic bearing."""
+    ends = [100.0, 500.0, 800.0]
+
+    def model(last):
+        table = {"kind": "speed_tabulated", "speeds_rad_per_s": ends, "bearing_scale": 1.0}
+        springs = {"xx": [1e6, 1e6, last], "yy": [1e6] * 3}
+        bearings = [{**table, "node": n, "label": str(n), "stiffness_N_per_m": springs} for n in (1, 5)]
+        return build_model({"rotor": SHAFT, "bearings": bearings, "sensors": [3]})
+
+    speeds = np.linspace(100, 800, 50)
+    [isotropic], [mixed] = (critical_speeds(model(last), 800.0, speeds=speeds) for last in (1e6, 1.2e6))
+    assert len(mixed) == 2  # backward and forward
+    assert mixed[1] == pytest.approx(isotropic[0], rel=1e-9)
