@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import binom
 from slow_effects import SLOW
 
-from rotorstudy.diagnosis.next_run import explanations_in_question, further_run
+from rotorstudy.diagnosis.next_run import explanations_in_question, further_run, with_term
 from rotorstudy.diagnosis.verdict import STATED_SET, investigate
 from rotorstudy.diagnosis.words import next_steps
 from rotorstudy.inference.fit import fit
@@ -20,6 +20,7 @@ from rotorstudy.inference.predictive import (
     log_densities,
     predictive,
 )
+from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.rig import build_model, make_term
 from rotorstudy.response.measured import measured_response
@@ -36,28 +37,38 @@ RUNS = 100  # simulated
 ONE_IN_A_THOUSAND = (5e-4, 1 - 5e-4)
 
 
-@pytest.fixture(scope="module")
-def bow_or_runout():
-    """A bow, which far below the critical speed a runout imitates: Diagnosis and the Spectrum measured."""
-    bow = make_term("effect", {"kind": "bow", "bow_m": 2e-6, "label": "hidden"}, MODEL.structure, MODEL.sensors)
-    shown = measured_response(MODEL.plus(bow), SPEEDS, HARMONICS)
+def diagnosed(speeds, **hidden):
+    """Diagnosis of a rotor with an effect that is not in its model, and the Spectrum measured."""
+    item = {"label": "hidden", **hidden}
+    shown = measured_response(MODEL.plus(make_term("effect", item, MODEL.structure, MODEL.sensors)), speeds, HARMONICS)
     draws = np.random.default_rng(1).normal(0, NOISE / np.sqrt(2), (2, *shown.shape))
     covariance = independent_covariance(np.full(shown.shape, NOISE**2 / 2))
-    measured = Spectrum(shown + draws[0] + 1j * draws[1], SPEEDS, HARMONICS, tuple(MODEL.sensors), covariance)
+    measured = Spectrum(shown + draws[0] + 1j * draws[1], speeds, HARMONICS, tuple(MODEL.sensors), covariance)
     settings = {"uncertainty": {"default": 0.02}, "most_causes": 1, "leave_out": SLOW}
     return investigate(measured, MODEL, settings=settings), measured
 
 
-def run_at(diagnosis, measured, speed):
-    """Fits and weights of the explanations, and the Spectrum of a run at a speed."""
+@pytest.fixture(scope="module")
+def bow_or_runout():
+    """A bow, which far below the critical speed a runout imitates."""
+    return diagnosed(SPEEDS, kind="bow", bow_m=2e-6)
+
+
+def run_at(diagnosis, measured, speed, term=None):
+    """Fits and weights of the explanations, with a trial unbalance if any, and the Spectrum of a run at a speed."""
     fits, weights = explanations_in_question(diagnosis.search, STATED_SET)
-    run, _ = further_run(diagnosis.search, measured, diagnosis.search.base, fits, weights, np.array([speed]))
+    base, *fits = (with_term(one, term) if term else one for one in (diagnosis.search.base, *fits))
+    run, _ = further_run(diagnosis.search, measured, base, fits, weights, np.array([speed]))
     return fits, weights, run
 
 
-def share_decided(diagnosis, measured, speed):
-    """Shares of simulated runs at a speed that decide, and of those that then name the explanation that is true."""
-    fits, weights, run = run_at(diagnosis, measured, speed)
+def share_decided(diagnosis, measured, speed, term=None):
+    """Shares of simulated runs at a speed that decide, and of those that then name the explanation that is true.
+
+    A run without a trial unbalance is fitted together with the data of before. For one with it, which those do not
+    have, the posterior of before is the prior.
+    """
+    fits, weights, run = run_at(diagnosis, measured, speed, term)
     known, draws, decided, right = diagnosis.search.spectrum, np.random.default_rng(7), 0, 0
     noise = np.linalg.cholesky(run.full_covariance()[0])
     for _ in range(RUNS):
@@ -66,14 +77,20 @@ def share_decided(diagnosis, measured, speed):
         free = fits[true].model.position(fits[true].names)
         theta[free] = draws.multivariate_normal(fits[true].free, fits[true].covariance, method="cholesky")
         real, imaginary = (noise @ draws.normal(size=len(noise))).reshape(2, len(HARMONICS), -1)
-        new = predicted(fits[true].model, run, theta)[0] + real + 1j * imaginary
-        both = replace(
-            known,
-            amplitude=np.concatenate([known.amplitude, new[None]]),
-            speed=np.append(known.speed, speed),
-            covariance=np.concatenate([known.covariance, run.covariance]),
-        )
-        again = [fit(one.model, both, one.prior, start=one.theta).evidence - one.evidence for one in fits]
+        new = run.with_amplitude(predicted(fits[true].model, run, theta) + real + 1j * imaginary)
+        if term:
+            again = [
+                fit(one.model, new, Prior(one.names, one.free, one.covariance), start=one.theta).evidence
+                for one in fits
+            ]
+        else:
+            both = replace(
+                known,
+                amplitude=np.concatenate([known.amplitude, new.amplitude]),
+                speed=np.append(known.speed, speed),
+                covariance=np.concatenate([known.covariance, run.covariance]),
+            )
+            again = [fit(one.model, both, one.prior, start=one.theta).evidence - one.evidence for one in fits]
         odds = np.log(weights) + again
         posterior = np.exp(odds - np.logaddexp.reduce(odds))
         decided += posterior.max() >= STATED_SET
@@ -90,6 +107,23 @@ def test_the_advised_run_decides_as_often_as_stated_and_rightly(bow_or_runout):
     low, high = binom.ppf(ONE_IN_A_THOUSAND, RUNS, advised.decision_probability) / RUNS
     assert advised.decision_probability > 0.2 and low <= decided <= high
     assert right >= binom.ppf(1e-3, int(decided * RUNS), STATED_SET) / (decided * RUNS)
+
+
+def test_a_trial_unbalance_decides_as_often_as_stated():
+    """It adds forward motion, of which an anisotropic support makes backward motion, an added mass none."""
+    diagnosis, measured = diagnosed(
+        np.array([150.0, 300.0, 450.0]), kind="support_anisotropy", support_anisotropy_N_per_m=3e4
+    )
+    advised = next(run for run in diagnosis.verdict.next_runs if run.trial)
+    item = {"kind": "unbalance", **advised.trial.where, "label": "trial", "mass_kg": 1e-3,
+            "eccentricity_m": advised.trial_unbalance / 1e-3}  # fmt: skip
+    term = make_term("effect", item, MODEL.structure, MODEL.sensors)
+    decided, _ = share_decided(diagnosis, measured, advised.speed, term)
+    low, high = binom.ppf(ONE_IN_A_THOUSAND, RUNS, advised.decision_probability) / RUNS
+    assert low <= decided <= high
+    fits, weights, run = run_at(diagnosis, measured, advised.speed)
+    (without,) = predictive(fits, run)
+    assert decision_probability(without, weights, STATED_SET) < advised.decision_probability  # negative control
 
 
 def test_a_run_where_it_was_measured_already_does_not_decide(bow_or_runout):

@@ -17,9 +17,10 @@ from rotorstudy.inference.prediction import predicted, with_cause_error, with_mo
 from rotorstudy.inference.predictive import decision_probability, expected_log_odds, predictive
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.rig import make_term
+from rotorstudy.model.terms import Term
 from rotorstudy.response.stability import check_stable
 
-SPEEDS = 40  # of the grid of possible runs
+SPEEDS = 30  # of the grid of possible runs
 SLOW_ROLL, BEYOND = 0.25, 1.3  # times the lowest and the highest measured speed: between these a run may be possible
 TRIAL = 0.5  # of the largest vibration measured, by which a trial unbalance changes it
 GAIN = 0.05  # in the probability of a decision, that makes a trial unbalance worth its trouble
@@ -105,7 +106,7 @@ def _trials(found, measured):
         item = {"kind": "unbalance", "node": node, "label": "trial"}
         term = make_term("effect", item, structure, found.rig.sensors, "trial unbalance")
         (parameter,) = term.parameters
-        usual = _with_term(base, replace(term, values={parameter.name: complex(parameter.typical)}))
+        usual = with_term(base, replace(term, values={parameter.name: complex(parameter.typical)}))
         change = predicted(usual.model, measured, usual.theta) - predicted(base.model, measured, base.theta)
         if not change.any():  # no 1X was measured
             continue
@@ -125,7 +126,7 @@ def _vibration(spectrum, amplitude):
 def _best_run(found, measured, fits, weights, speeds, trial, decided):
     """The NextRun at the speed that separates the explanations best, or None if there is none."""
     place, term, size = trial or (None, None, None)
-    base, *fits = (fitted if term is None else _with_term(fitted, term) for fitted in (found.base, *fits))
+    base, *fits = (fitted if term is None else with_term(fitted, term) for fitted in (found.base, *fits))
     spectrum, each = further_run(found, measured, base, fits, weights, speeds)
     bearable = BEARABLE * _vibration(measured, measured.amplitude)
     within = [i for i in range(len(spectrum.speed)) if _vibration(measured, each[:, i]) <= bearable]
@@ -142,8 +143,19 @@ def _best_run(found, measured, fits, weights, speeds, trial, decided):
     return None
 
 
-def _with_term(fitted, term):
-    """A fit with a known term added to its model."""
+def with_term(fitted: Fit, term: Term) -> Fit:
+    """A fit with a term added to its model.
+
+    Parameters
+    ----------
+    fitted : Fit
+    term : Term
+        With a value for every parameter.
+
+    Returns
+    -------
+    Fit
+    """
     model = fitted.model.plus(term)  # whose amplitudes of the measuring chain remain the last ones
     values = dict(zip(fitted.model.names, fitted.theta, strict=True))
     values |= dict(zip((unknown.name for unknown in term.unknowns), term.theta, strict=True))
