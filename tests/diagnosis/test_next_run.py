@@ -1,6 +1,7 @@
 """The run that is advised decides as often as stated: simulated, and judged by fits of all data together."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from scipy.stats import binom
 from slow_effects import SLOW
 
 from rotorstudy.diagnosis.next_run import explanations_in_question, further_run, with_term
+from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict import STATED_SET, investigate
 from rotorstudy.diagnosis.words import next_steps
 from rotorstudy.inference.fit import fit
@@ -163,3 +165,18 @@ def test_divergence_is_the_mean_log_ratio_of_two_normal_densities():
     weights = np.array([0.8, 0.2])
     expected = weights @ (np.log([4, 0.25]) + divergence(run)[[0, 1], [1, 0]])
     assert expected_log_odds(run, weights) == pytest.approx(expected)
+
+
+def test_speeds_beyond_the_table_of_a_bearing_are_left_out():
+    table = {"speeds_rad_per_s": [0.0, 300.0], "stiffness_N_per_m": {"xx": [1e6, 2e6], "yy": [1e6, 2e6]}}
+    rotor = {"kind": "finite_element", "elements": [{"length_m": 0.6, "count": 2}], "outer_diameter_m": 0.02}
+    bearings = [{"kind": "speed_tabulated", "node": n, "label": str(n), "bearing_scale": 1.0} | table for n in (1, 3)]
+    unbalance = {"kind": "unbalance", "node": 2, "eccentricity_m": 1e-5}
+    model = build_model({"rotor": rotor, "bearings": bearings, "effects": [unbalance], "sensors": [2]})
+    shown = measured_response(model, SPEEDS, HARMONICS)
+    covariance = independent_covariance(np.full(shown.shape, NOISE**2))
+    measured = Spectrum(shown, SPEEDS, HARMONICS, tuple(model.sensors), covariance)
+    held = fit(model, measured, Prior.independent({"eccentricity_real": (1e-5, 1e-6)}), steps=0)
+    found, speeds = SimpleNamespace(settings=Settings(), cause_error=0.0), np.array([250.0, 299.0, 301.0, 390.0])
+    run, each = further_run(found, measured, held, [held, held], np.array([0.5, 0.5]), speeds)
+    assert run.speed.tolist() == [250.0, 299.0] and each.shape == (2, 2, len(HARMONICS), 1)

@@ -11,7 +11,7 @@ import numpy as np
 
 from rotorstudy.diagnosis.explanations import Search
 from rotorstudy.diagnosis.result import NextRun, Place
-from rotorstudy.errors import NoSteadyState
+from rotorstudy.errors import NoSteadyState, RotorstudyError
 from rotorstudy.inference.fit import Fit
 from rotorstudy.inference.prediction import predicted, with_cause_error, with_model_error
 from rotorstudy.inference.predictive import decision_probability, expected_log_odds, predictive
@@ -211,10 +211,10 @@ def further_run(
 
 
 def _predicted_where_steady(fitted, spectrum):
-    """What a fit predicts, NaN at speeds without a steady state."""
+    """What a fit predicts, NaN at speeds without a steady state, or which its plugins do not cover."""
     try:
         return predicted(fitted.model, spectrum, fitted.theta)
-    except NoSteadyState:
+    except RotorstudyError:  # a table of a bearing may end
         if len(spectrum.speed) == 1:
             return np.full(spectrum.amplitude.shape, np.nan)
     halves = np.array_split(np.arange(len(spectrum.speed)), 2)
