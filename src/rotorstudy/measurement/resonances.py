@@ -82,8 +82,8 @@ def check_resonances(spectrum, swept, where):
     """
     if not {1, -1} <= set(spectrum.harmonics.tolist()):
         return []
-    order = np.argsort(spectrum.speed)
-    found = find_resonances(spectrum.speed[order], np.array(list(vectors_1x(spectrum).values()))[:, order], swept)
+    order, vectors = np.argsort(spectrum.speed), list(vectors_1x(spectrum).values())
+    found = find_resonances(spectrum.speed[order], np.array(vectors)[:, order], swept) if vectors else None
     if found is None:
         return []
     rpm, (rate_std, speed_std, factor_std) = RAD_PER_S["rpm"], found.std
@@ -126,7 +126,7 @@ def modal_passage(offset, decay, rate):
 def find_resonances(speed, vectors, swept):
     """The Resonances of vectors of 1X over speed, or None if no resonance shows.
 
-    One or two modes, steady or swept, are chosen by the Bayesian information criterion.
+    None, one or two modes, steady or swept, are chosen by the Bayesian information criterion.
 
     speed : (speed,) rad/s, increasing;  vectors : (vector, speed) complex, m
     swept : whether the speed may have changed while they were measured
@@ -149,6 +149,8 @@ def find_resonances(speed, vectors, swept):
         score = count * np.log(fit.cost) + complexity * np.log(count)
         if chosen is None or score < chosen[0] - MUCH:
             chosen = score, complexity, fit, modes, rates
+    if count * np.log(_without_modes(speed, vectors)) + 4 * len(vectors) * np.log(count) < chosen[0] + MUCH:
+        return None
     _, complexity, fit, modes, rates = chosen
     variance = 2 * fit.cost / (count * (1 - complexity / (2 * vectors.size)))
     covariance = variance * np.linalg.inv(fit.jac.T @ fit.jac)
@@ -158,6 +160,13 @@ def find_resonances(speed, vectors, swept):
     noise = float(height * np.sqrt(2 * fit.cost / (2 * vectors.size - complexity)))
     rate = float(values[0]) if rates else 0.0
     return Resonances(values[rates : rates + modes], np.exp(values[rates + modes :]), rate, covariance, noise)
+
+
+def _without_modes(speed, vectors):
+    """Half the sum of squares that a linear change over the range leaves of the vectors."""
+    basis = np.vstack([np.ones_like(speed), speed - speed.mean()]).T
+    left = vectors.T - basis @ np.linalg.lstsq(basis, vectors.T, rcond=None)[0]
+    return float(np.sum(np.abs(left) ** 2)) / 2
 
 
 def _fitted(speed, vectors, modes, rates, peak, bandwidth):
