@@ -140,3 +140,14 @@ def test_vectors_of_zero_have_no_resonance():
         np.zeros((2, 2, 1), complex), np.array([100.0, 200.0]), np.array([1, -1]), (1,), np.zeros((2, 1, 4, 4))
     )
     assert check_resonances(spectrum, True, "table") == []
+
+
+def test_orbits_on_anisotropic_supports_show_both_critical_speeds():
+    """Their backward parts are conj(X) + j conj(Y) over 2, whose phase would lead as that of the forward ones lags."""
+    speed, generator = np.linspace(110.0, 260.0, 120), np.random.default_rng(2)
+    x, y = 1e-5 * speed**2 / (CRITICAL[:, None] ** 2 - speed**2 + 2j * DECAY[:, None] * speed) * [[1], [-1j]]
+    amplitude = np.stack([x + 1j * y, x.conj() + 1j * y.conj()], axis=1)[..., None] / 2
+    noise = generator.normal(0, 2e-8, (2, *amplitude.shape))
+    amplitude = amplitude + noise[0] + 1j * noise[1]
+    spectrum = Spectrum(amplitude, speed, np.array([1, -1]), (1,), np.tile(4e-16 * np.eye(4), (120, 1, 1, 1)))
+    assert_is_rotor(find_resonances(speed, np.array(list(vectors_1x(spectrum).values())), False), 0.0)

@@ -62,6 +62,8 @@ class Resonances:
 def vectors_1x(spectrum):
     """{name: (speed,) complex m} of 1X: forward and backward of orbits, of a single probe its own vector (peak).
 
+    All of them lag with the force of e^{jwt}: the backward one is conj(R_-1), as R_-1 itself is the factor of e^{-jwt}.
+
     spectrum : Spectrum with harmonics 1 and -1. Vectors that are negligible beside the largest are left out.
     """
     order, found = list(spectrum.harmonics), {}
@@ -70,7 +72,7 @@ def vectors_1x(spectrum):
         if node in spectrum.single_probes:
             found[f"probe, node {node}"] = 2 * np.exp(-1j * spectrum.directions[s]) * forward
         else:
-            found |= {f"forward, node {node}": forward, f"backward, node {node}": backward}
+            found |= {f"forward, node {node}": forward, f"backward, node {node}": backward.conj()}
     largest = max(np.abs(vector).max() for vector in found.values())
     return {name: vector for name, vector in found.items() if np.abs(vector).max() > NEGLIGIBLE * largest}
 
@@ -149,9 +151,11 @@ def find_resonances(speed, vectors, swept):
         score = count * np.log(fit.cost) + complexity * np.log(count)
         if chosen is None or score < chosen[0] - MUCH:
             chosen = score, complexity, fit, modes, rates
-    if count * np.log(_without_modes(speed, vectors)) + 4 * len(vectors) * np.log(count) < chosen[0] + MUCH:
-        return None
     _, complexity, fit, modes, rates = chosen
+    size = 2 * vectors.size
+    more = complexity - 4 * len(vectors)  # than a linear change over the range has
+    if size * np.log(_without_modes(speed, vectors) / fit.cost) < more * np.log(size) + MUCH:
+        return None
     variance = 2 * fit.cost / (count * (1 - complexity / (2 * vectors.size)))
     covariance = variance * np.linalg.inv(fit.jac.T @ fit.jac)
     order = np.argsort(fit.x[-2 * modes : -modes])
