@@ -57,7 +57,7 @@ def check_always(rows, verdicts, truths, seals, where):
         assert verdict["verdict"] in ("nothing", "cause", "ambiguous", "unknown"), (where, verdict)
         assert {key: isinstance(verdict[key], kind) for key, kind in KINDS.items()} == dict.fromkeys(KINDS, True), where
         for cause in [*verdict["causes"], *verdict["ambiguous_with"]]:
-            assert set(cause) == {"effect", "where", "variant", "parameters", "posterior_probability"}, where
+            assert set(cause) == {"effect", "where", "label", "variant", "parameters", "posterior_probability"}, where
             assert cause["effect"] in registry().plugins["effect"], where
             assert 0 <= cause["posterior_probability"] <= 1 + 1e-9, where
             assert all(np.isfinite(value["value"]) for value in cause["parameters"].values()), where

@@ -102,7 +102,8 @@ def test_verdict_json_has_what_the_documentation_says(asymmetric):
     verdict, _ = asymmetric
     kinds = {
         "format_version": int, "verdict": str, "summary": str, "causes": list, "ambiguous_with": list,
-        "separating_measurement": list, "not_considered": list, "broken_plugins": list, "unexplained": list,
+        "separating_measurement": list, "next_runs": list, "not_considered": list, "broken_plugins": list,
+        "unexplained": list,
         "residual_p_value": dict, "residual_share": float, "cause_error": float, "log_posterior_odds": float,
         "parameter_p_value": float, "outside_probability": float,
         "detection_limit": list, "gain": dict, "base_parameters": list, "identifiability": dict, "candidates": int,

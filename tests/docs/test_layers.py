@@ -34,8 +34,9 @@ NAMED = {  # words that are the name of a plugin too, and why each may be used t
     ),
     "maximum_likelihood": ("a default of the command line", {"commands/identify.py"}),
     "unbalance": (
-        "what a trial mass is, in a file of several runs; what the response of an analysis is a response to",
-        {"diagnosis/runs.py", "studies/rotor_analysis.py"},
+        "what a trial mass is, in a file of several runs and in a run that is advised; what the response of an "
+        "analysis is a response to",
+        {"diagnosis/runs.py", "diagnosis/next_run.py", "studies/rotor_analysis.py"},
     ),
     "least_squares": (
         "the thesis's method, whose bias two studies measure",

@@ -68,6 +68,22 @@ class SeparatingMeasurement(Result):
     measurement: str
 
 
+class NextRun(Result):
+    """A further run that would separate the causes.
+
+    speed : rad/s;  trial : the disc with a trial unbalance, at the shaft's reference line, of `trial_unbalance`, kg m
+    expected_log_odds : natural logarithm of the posterior odds of the true cause against its closest rival, on average,
+                        where odds above 1000 count as 1000
+    decision_probability : that only one cause remains
+    """
+
+    speed: float
+    trial: Place | None = None
+    trial_unbalance: float | None = None
+    expected_log_odds: float
+    decision_probability: float
+
+
 class Unexplained(Result):
     """A harmonic at a node with a significant residual; share : of the mean square, sigma : rms residual."""
 
@@ -159,6 +175,7 @@ class Verdict(Result):
     causes: tuple[Cause, ...]
     ambiguous_with: tuple[Cause, ...]
     separating_measurement: tuple[SeparatingMeasurement, ...]
+    next_runs: tuple[NextRun, ...] = ()
     not_considered: tuple[str, ...]
     broken_plugins: tuple[str, ...]
     unexplained: tuple[Unexplained, ...]

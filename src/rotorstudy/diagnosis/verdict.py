@@ -8,6 +8,7 @@ import numpy as np
 from rotorstudy.diagnosis.explanations import LEAST_LOG_ODDS, Search
 from rotorstudy.diagnosis.far_from_the_rig import far_from_the_rig
 from rotorstudy.diagnosis.held_out import gain_of, is_upheld, is_worse, split
+from rotorstudy.diagnosis.next_run import next_runs
 from rotorstudy.diagnosis.odds import faults_of
 from rotorstudy.diagnosis.outside import with_outside
 from rotorstudy.diagnosis.result import (
@@ -142,6 +143,7 @@ def investigate(
         causes=_causes(best, probability),
         ambiguous_with=[_cause(parts, e.fit, probability[fault]) for fault, parts, e in stated],
         separating_measurement=_separating(best.causes, [parts[0] for _, parts, _ in stated], model.structure),
+        next_runs=_next_runs(kind, found, measured, held),
         not_considered=_not_considered(best.causes, settings, {term.kind for term in model.terms}),
         broken_plugins=[*registry().failures, *found.broken],
         unexplained=_unexplained(best.fit, fitted, settings) if kind == "unknown" or best.causes else [],
@@ -337,6 +339,13 @@ def _separating(causes, others, structure):
             pair = (Place(effect=c.effect, where=c.where, label=structure.label_at(c.where)) for c in (a, b))
             found.append(SeparatingMeasurement(causes=tuple(pair), measurement=text))
     return list({(one.measurement, *map(place, one.causes)): one for one in found}.values())
+
+
+def _next_runs(kind, found, measured, held):
+    """Runs that would decide an ambiguous verdict; of a change both states would have to be run."""
+    if kind != "ambiguous" or found.rig.before is not None:
+        return []
+    return next_runs(found, measured, () if held is None else tuple(held.speed), STATED_SET)
 
 
 def _not_considered(causes, settings, known):

@@ -4,12 +4,13 @@ import numpy as np
 
 from rotorstudy.diagnosis.result import Place
 from rotorstudy.model.registry import registry
-from rotorstudy.units import interval, p_value, percent, probability, quantity
+from rotorstudy.units import RAD_PER_S, interval, number, p_value, percent, probability, quantity
 
 FEW = 3  # detection limits, or unexplained harmonics, in a sentence
 SMALL = 1e-3  # m; lengths below are said in µm
 ABSENT = 3.0  # standard deviations; of a cause with many amplitudes, a sentence names those above
 WORTH_SAYING = 0.05  # probability that the true cause is not among those stated
+LIKELY = 0.1  # probability of a decision below which a run is not worth its trouble
 HARDLY = 3.0  # standard deviations (rms) below which a longer record helps to separate causes
 
 
@@ -219,6 +220,27 @@ def separated(verdict):
     return groups
 
 
+def _run(run):
+    """'258 rad/s (41.1 Hz) with a trial unbalance at node 3 of 30 g mm: expected odds 12 to 1, decided with ...'."""
+    trial = f" with a trial {place(run.trial)} of {quantity(run.trial_unbalance, 'kg m')}" if run.trial else ""
+    odds = number(np.exp(run.expected_log_odds), 2)
+    likely = percent(run.decision_probability, 2)
+    return (
+        f"{run.speed:.4g} rad/s ({run.speed / RAD_PER_S['Hz']:.3g} Hz){trial}: expected odds {odds} to 1, "
+        f"decided with a probability of {likely}"
+    )
+
+
+def runs_in_words(verdict):
+    """What further runs would decide, as sentences."""
+    if not verdict.next_runs:
+        return []
+    likely = [run for run in verdict.next_runs if run.decision_probability >= LIKELY]
+    if not likely:
+        return [f"No run at one more speed is likely to decide. The best one is at {_run(verdict.next_runs[0])}."]
+    return [f"{'Or run' if i else 'Run'} at {_run(run)}." for i, run in enumerate(likely)]
+
+
 def next_steps(verdict):
     """Recommended actions and measurements, as sentences."""
     kind, steps = verdict.verdict, []
@@ -233,6 +255,7 @@ def next_steps(verdict):
             "lower the limits."
         )
     if kind == "ambiguous":
+        steps += runs_in_words(verdict)
         steps += [f"{text.rstrip('.')}." for text in separated(verdict)]
         if verdict.gain and verdict.gain.before_sigma < HARDLY:
             steps.append("What is missing hardly exceeds the noise: take longer records, or more of them.")

@@ -1,0 +1,164 @@
+"""Densities of data not yet measured, as several fitted models predict them.
+
+To first order in the parameters of a model, whose posterior has the covariance P, the data are normally distributed. In
+standard deviations of their noise they have the mean m and the covariance
+
+    S = 1 + J P J^T,        J the derivatives of the prediction.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from rotorstudy.inference.fit import Fit
+from rotorstudy.inference.prediction import whitened_prediction
+from rotorstudy.measurement.spectrum import Spectrum
+
+DECISIVE = np.log(1000)  # log odds beyond which more are no gain
+DRAWS = 400  # of the data, for each model: the probability of a decision to about 2 %
+SEED = 1
+
+
+class Predictive(NamedTuple):
+    """What several models predict, in standard deviations of the noise.
+
+    mean       : ndarray (model, component)
+    covariance : ndarray (model, component, component)
+    """
+
+    mean: np.ndarray
+    covariance: np.ndarray
+
+
+def predictive(fits: list[Fit], spectrum: Spectrum) -> list[Predictive]:
+    """What fitted models predict at each speed of a spectrum.
+
+    Parameters
+    ----------
+    fits : list of Fit
+    spectrum : Spectrum
+        Gives speeds, harmonics, sensors and the covariance of the noise.
+
+    Returns
+    -------
+    list of Predictive
+        (speed,)
+
+    Raises
+    ------
+    NoSteadyState
+    """
+    means, covariances, speeds = [], [], len(spectrum.speed)
+    for fitted in fits:
+        mean, columns = whitened_prediction(fitted.model, spectrum, fitted.names, fitted.free)
+        columns = columns.reshape(speeds, -1, len(fitted.names))
+        means.append(mean.reshape(speeds, -1))
+        covariances.append(np.eye(columns.shape[1]) + columns @ fitted.covariance @ np.swapaxes(columns, -1, -2))
+    return [Predictive(*both) for both in zip(np.stack(means, 1), np.stack(covariances, 1), strict=True)]
+
+
+def log_densities(run: Predictive, measured: np.ndarray) -> np.ndarray:
+    """Logarithm of the predictive density of data, less a constant.
+
+    Parameters
+    ----------
+    run : Predictive
+    measured : ndarray (..., component)
+        In standard deviations of the noise.
+
+    Returns
+    -------
+    ndarray (..., model)
+    """
+    return np.stack([_log_density(measured, *one) for one in zip(*run, strict=True)], axis=-1)
+
+
+def _log_density(measured, mean, covariance):
+    factor = np.linalg.cholesky(covariance)
+    off = solve_triangular(factor, (measured - mean).reshape(-1, len(mean)).T, lower=True)
+    square = np.sum(off**2, axis=0).reshape(measured.shape[:-1])
+    return -0.5 * square - np.log(np.diag(factor)).sum()
+
+
+def divergence(run: Predictive) -> np.ndarray:
+    """Kullback-Leibler divergence of the densities: the mean logarithm of their ratio if the first one is true.
+
+    It is (tr(S_j^-1 S_i) - n + (m_j - m_i)^T S_j^-1 (m_j - m_i) + ln(det S_j / det S_i)) / 2 for n components.
+
+    Parameters
+    ----------
+    run : Predictive
+
+    Returns
+    -------
+    ndarray (model, model)
+        Of the true one (first) from another one.
+    """
+    inverse = np.linalg.inv(run.covariance)
+    volume = np.linalg.slogdet(run.covariance)[1]
+    off = run.mean[:, None] - run.mean[None, :]
+    trace = np.einsum("jab,iba->ij", inverse, run.covariance)
+    distance = np.einsum("ija,jab,ijb->ij", off, inverse, off)
+    return 0.5 * (trace - run.mean.shape[-1] + distance + volume[None, :] - volume[:, None])
+
+
+def posterior_after(run: Predictive, weights: np.ndarray, measured: np.ndarray) -> np.ndarray:
+    """Posterior probabilities of the models.
+
+    Parameters
+    ----------
+    run : Predictive
+    weights : ndarray (model,)
+        Their probabilities before.
+    measured : ndarray (..., component)
+        In standard deviations of the noise.
+
+    Returns
+    -------
+    ndarray (..., model)
+    """
+    log_odds = np.log(weights) + log_densities(run, measured)
+    return np.exp(log_odds - np.logaddexp.reduce(log_odds, axis=-1, keepdims=True))
+
+
+def expected_log_odds(run: Predictive, weights: np.ndarray) -> float:
+    """Mean log posterior odds of the true model against its closest rival after the data, at most `DECISIVE`.
+
+    Else the odds of one improbable model, which can be enormous, would count most.
+
+    Parameters
+    ----------
+    run : Predictive
+    weights : ndarray (model,)
+        Their probabilities before.
+
+    Returns
+    -------
+    float
+    """
+    odds = np.log(weights)[:, None] - np.log(weights)[None, :] + divergence(run)
+    np.fill_diagonal(odds, np.inf)
+    return float(weights @ np.minimum(odds.min(axis=1), DECISIVE))
+
+
+def decision_probability(run: Predictive, weights: np.ndarray, decided: float) -> float:
+    """Probability that data decide between the models.
+
+    Parameters
+    ----------
+    run : Predictive
+    weights : ndarray (model,)
+        Their probabilities before.
+    decided : float
+        Posterior probability of one of them from which on it does.
+
+    Returns
+    -------
+    float
+    """
+    draws, share = np.random.default_rng(SEED), []
+    for mean, covariance in zip(*run, strict=True):
+        data = mean + draws.normal(size=(DRAWS, len(mean))) @ np.linalg.cholesky(covariance).T
+        share.append(np.mean(posterior_after(run, weights, data).max(axis=-1) >= decided))
+    return float(weights @ share)

@@ -1,0 +1,131 @@
+"""The run that is advised decides as often as stated: simulated, and judged by fits of all data together."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import binom
+from slow_effects import SLOW
+
+from rotorstudy.diagnosis.next_run import explanations_in_question, further_run
+from rotorstudy.diagnosis.verdict import STATED_SET, investigate
+from rotorstudy.diagnosis.words import next_steps
+from rotorstudy.inference.fit import fit
+from rotorstudy.inference.prediction import predicted
+from rotorstudy.inference.predictive import (
+    Predictive,
+    decision_probability,
+    divergence,
+    expected_log_odds,
+    log_densities,
+    predictive,
+)
+from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+from rotorstudy.model.rig import build_model, make_term
+from rotorstudy.response.measured import measured_response
+
+SPEEDS, HARMONICS, NOISE = np.array([200.0, 220.0, 240.0]), np.array([0, 1, -1, 2]), 2e-7
+MODEL = build_model({
+    "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
+    "effects": [
+        {"kind": "external_damping", "external_damping_N_s_per_m": 100.0},
+        {"kind": "unbalance", "eccentricity_m": 5e-6},
+    ],
+})  # fmt: skip
+RUNS = 100  # simulated
+ONE_IN_A_THOUSAND = (5e-4, 1 - 5e-4)
+
+
+@pytest.fixture(scope="module")
+def bow_or_runout():
+    """A bow, which far below the critical speed a runout imitates: Diagnosis and the Spectrum measured."""
+    bow = make_term("effect", {"kind": "bow", "bow_m": 2e-6, "label": "hidden"}, MODEL.structure, MODEL.sensors)
+    shown = measured_response(MODEL.plus(bow), SPEEDS, HARMONICS)
+    draws = np.random.default_rng(1).normal(0, NOISE / np.sqrt(2), (2, *shown.shape))
+    covariance = independent_covariance(np.full(shown.shape, NOISE**2 / 2))
+    measured = Spectrum(shown + draws[0] + 1j * draws[1], SPEEDS, HARMONICS, tuple(MODEL.sensors), covariance)
+    settings = {"uncertainty": {"default": 0.02}, "most_causes": 1, "leave_out": SLOW}
+    return investigate(measured, MODEL, settings=settings), measured
+
+
+def run_at(diagnosis, measured, speed):
+    """Fits and weights of the explanations, and the Spectrum of a run at a speed."""
+    fits, weights = explanations_in_question(diagnosis.search, STATED_SET)
+    run, _ = further_run(diagnosis.search, measured, diagnosis.search.base, fits, weights, np.array([speed]))
+    return fits, weights, run
+
+
+def share_decided(diagnosis, measured, speed):
+    """Shares of simulated runs at a speed that decide, and of those that then name the explanation that is true."""
+    fits, weights, run = run_at(diagnosis, measured, speed)
+    known, draws, decided, right = diagnosis.search.spectrum, np.random.default_rng(7), 0, 0
+    noise = np.linalg.cholesky(run.full_covariance()[0])
+    for _ in range(RUNS):
+        true = draws.choice(len(fits), p=weights)
+        theta = fits[true].theta.copy()
+        free = fits[true].model.position(fits[true].names)
+        theta[free] = draws.multivariate_normal(fits[true].free, fits[true].covariance, method="cholesky")
+        real, imaginary = (noise @ draws.normal(size=len(noise))).reshape(2, len(HARMONICS), -1)
+        new = predicted(fits[true].model, run, theta)[0] + real + 1j * imaginary
+        both = replace(
+            known,
+            amplitude=np.concatenate([known.amplitude, new[None]]),
+            speed=np.append(known.speed, speed),
+            covariance=np.concatenate([known.covariance, run.covariance]),
+        )
+        again = [fit(one.model, both, one.prior, start=one.theta).evidence - one.evidence for one in fits]
+        odds = np.log(weights) + again
+        posterior = np.exp(odds - np.logaddexp.reduce(odds))
+        decided += posterior.max() >= STATED_SET
+        right += posterior[true] >= STATED_SET
+    return decided / RUNS, right / max(decided, 1)
+
+
+def test_the_advised_run_decides_as_often_as_stated_and_rightly(bow_or_runout):
+    diagnosis, measured = bow_or_runout
+    assert diagnosis.verdict.verdict == "ambiguous"
+    assert {c.effect for c in (*diagnosis.verdict.causes, *diagnosis.verdict.ambiguous_with)} == {"bow", "runout"}
+    advised = next(run for run in diagnosis.verdict.next_runs if run.trial is None)
+    decided, right = share_decided(diagnosis, measured, advised.speed)
+    low, high = binom.ppf(ONE_IN_A_THOUSAND, RUNS, advised.decision_probability) / RUNS
+    assert advised.decision_probability > 0.2 and low <= decided <= high
+    assert right >= binom.ppf(1e-3, int(decided * RUNS), STATED_SET) / (decided * RUNS)
+
+
+def test_a_run_where_it_was_measured_already_does_not_decide(bow_or_runout):
+    """The negative control."""
+    diagnosis, measured = bow_or_runout
+    fits, weights, run = run_at(diagnosis, measured, SPEEDS[1])
+    (one,) = predictive(fits, run)
+    stated = decision_probability(one, weights, STATED_SET)
+    decided, _ = share_decided(diagnosis, measured, SPEEDS[1])
+    assert stated < 0.05 and decided <= binom.ppf(1 - 5e-4, RUNS, stated + 1 / RUNS) / RUNS
+    assert expected_log_odds(one, weights) < 0.7 * diagnosis.verdict.next_runs[0].expected_log_odds
+
+
+def test_the_page_and_the_summary_of_what_to_do_name_the_run(bow_or_runout):
+    verdict = bow_or_runout[0].verdict
+    first = verdict.next_runs[0]
+    (text, *_) = next_steps(verdict)
+    assert text.startswith(f"Run at {first.speed:.4g} rad/s") and "to 1, decided with a probability of" in text
+    speeds = [run.speed for run in verdict.next_runs]
+    assert all(0.25 * SPEEDS[0] <= speed <= 1.3 * SPEEDS[-1] + 1e-9 for speed in speeds)
+
+
+def test_divergence_is_the_mean_log_ratio_of_two_normal_densities():
+    """Of N(0, 1) and N(m, s^2): ln s + (1 + m^2) / (2 s^2) - 1/2; and the mean over draws in several dimensions."""
+    run = Predictive(np.array([[0.0], [1.5]]), np.array([[[1.0]], [[4.0]]]))
+    found = divergence(run)
+    assert found[0, 1] == pytest.approx(np.log(2) + (1 + 1.5**2) / 8 - 0.5)
+    assert found[1, 0] == pytest.approx(-np.log(2) + (4 + 1.5**2) / 2 - 0.5)
+    assert np.diag(found) == pytest.approx(0)
+    draws = np.random.default_rng(2)
+    roots = draws.normal(size=(2, 3, 3))
+    run = Predictive(draws.normal(size=(2, 3)), np.eye(3) + roots @ np.swapaxes(roots, -1, -2))
+    data = draws.multivariate_normal(run.mean[0], run.covariance[0], size=20000)
+    density = log_densities(run, data)
+    ratio = density[:, 0] - density[:, 1]
+    assert ratio.mean() == pytest.approx(divergence(run)[0, 1], abs=4 * ratio.std() / np.sqrt(len(ratio)))
+    weights = np.array([0.8, 0.2])
+    expected = weights @ (np.log([4, 0.25]) + divergence(run)[[0, 1], [1, 0]])
+    assert expected_log_odds(run, weights) == pytest.approx(expected)
