@@ -135,6 +135,12 @@ def test_a_table_without_rows_is_refused(tmp_path):
         read(tmp_path, table("peak, m, lead, rad").splitlines()[0])
 
 
+def test_amplitudes_of_zero_are_told(tmp_path):
+    rows = [f"{rpm},{probe},0,0" for rpm in (1000, 2000) for probe in PROBES]
+    [error] = read(tmp_path, "\n".join(["speed_rpm,probe,amplitude_um,phase_deg", *rows])).errors
+    assert "no vibration" in error.text
+
+
 def test_a_negative_amplitude_is_refused(tmp_path):
     head, first, *rest = table("rms, um").splitlines()
     speed, probe, size, phase = first.split(",")

@@ -8,7 +8,8 @@ import yaml
 from scipy.integrate import quad, solve_ivp
 
 from rotorstudy.measurement.measurement import read_measurement
-from rotorstudy.measurement.resonances import find_resonances, modal_passage, vectors_1x
+from rotorstudy.measurement.resonances import check_resonances, find_resonances, modal_passage, vectors_1x
+from rotorstudy.measurement.spectrum import Spectrum
 
 CRITICAL, DECAY = np.array([162.0, 172.0]), np.array([3.0, 6.0])  # rad/s, 1/s: 95 rpm apart, factors of 27 and 14
 
@@ -124,3 +125,29 @@ def test_the_measured_run_up_says_what_its_page_says(request):
     steady_fit = find_resonances(found.spectrum.speed, np.array(list(vectors_1x(found.spectrum).values())), False)
     assert f"one mode at {steady_fit.speed[0] * 30 / np.pi:.0f} rpm" in page
     assert f"residual of {1e6 * steady_fit.noise:.1f} µm" in page
+
+
+def test_noise_alone_is_no_resonance():
+    """The highest of 60 values of noise exceeds the lowest beside it three times, as a peak does."""
+    speed, generator = np.linspace(300, 900, 60), np.random.default_rng(1)
+    for _ in range(3):
+        noise = 1e-6 * (generator.normal(size=(1, 60)) + 1j * generator.normal(size=(1, 60)))
+        assert find_resonances(speed, noise, False) is None
+
+
+def test_vectors_of_zero_have_no_resonance():
+    spectrum = Spectrum(
+        np.zeros((2, 2, 1), complex), np.array([100.0, 200.0]), np.array([1, -1]), (1,), np.zeros((2, 1, 4, 4))
+    )
+    assert check_resonances(spectrum, True, "table") == []
+
+
+def test_orbits_on_anisotropic_supports_show_both_critical_speeds():
+    """Their backward parts are conj(X) + j conj(Y) over 2, whose phase would lead as that of the forward ones lags."""
+    speed, generator = np.linspace(110.0, 260.0, 120), np.random.default_rng(2)
+    x, y = 1e-5 * speed**2 / (CRITICAL[:, None] ** 2 - speed**2 + 2j * DECAY[:, None] * speed) * [[1], [-1j]]
+    amplitude = np.stack([x + 1j * y, x.conj() + 1j * y.conj()], axis=1)[..., None] / 2
+    noise = generator.normal(0, 2e-8, (2, *amplitude.shape))
+    amplitude = amplitude + noise[0] + 1j * noise[1]
+    spectrum = Spectrum(amplitude, speed, np.array([1, -1]), (1,), np.tile(4e-16 * np.eye(4), (120, 1, 1, 1)))
+    assert_is_rotor(find_resonances(speed, np.array(list(vectors_1x(spectrum).values())), False), 0.0)

@@ -314,6 +314,8 @@ def check_units(fluctuating, expected, where):
     fluctuating : (speed, node) rms of the harmonics without the mean, m;  expected : predicted amplitude, m, or None
     """
     largest = float(np.max(fluctuating))
+    if largest == 0:
+        return [Finding("error", "units", where, "no vibration in any harmonic; check the probes and their columns")]
     if largest > HUGE_M or largest < TINY_M:
         what = "more than a shaft can move" if largest > HUGE_M else "less than a probe can resolve"
         text = f"vibration of {um(largest, 3)} rms is {what}; check the units ({_fitting(largest, expected)})"

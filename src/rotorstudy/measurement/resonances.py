@@ -62,6 +62,8 @@ class Resonances:
 def vectors_1x(spectrum):
     """{name: (speed,) complex m} of 1X: forward and backward of orbits, of a single probe its own vector (peak).
 
+    All of them lag with the force of e^{jwt}: the backward one is conj(R_-1), as R_-1 itself is the factor of e^{-jwt}.
+
     spectrum : Spectrum with harmonics 1 and -1. Vectors that are negligible beside the largest are left out.
     """
     order, found = list(spectrum.harmonics), {}
@@ -70,7 +72,7 @@ def vectors_1x(spectrum):
         if node in spectrum.single_probes:
             found[f"probe, node {node}"] = 2 * np.exp(-1j * spectrum.directions[s]) * forward
         else:
-            found |= {f"forward, node {node}": forward, f"backward, node {node}": backward}
+            found |= {f"forward, node {node}": forward, f"backward, node {node}": backward.conj()}
     largest = max(np.abs(vector).max() for vector in found.values())
     return {name: vector for name, vector in found.items() if np.abs(vector).max() > NEGLIGIBLE * largest}
 
@@ -82,8 +84,8 @@ def check_resonances(spectrum, swept, where):
     """
     if not {1, -1} <= set(spectrum.harmonics.tolist()):
         return []
-    order = np.argsort(spectrum.speed)
-    found = find_resonances(spectrum.speed[order], np.array(list(vectors_1x(spectrum).values()))[:, order], swept)
+    order, vectors = np.argsort(spectrum.speed), list(vectors_1x(spectrum).values())
+    found = find_resonances(spectrum.speed[order], np.array(vectors)[:, order], swept) if vectors else None
     if found is None:
         return []
     rpm, (rate_std, speed_std, factor_std) = RAD_PER_S["rpm"], found.std
@@ -126,7 +128,7 @@ def modal_passage(offset, decay, rate):
 def find_resonances(speed, vectors, swept):
     """The Resonances of vectors of 1X over speed, or None if no resonance shows.
 
-    One or two modes, steady or swept, are chosen by the Bayesian information criterion.
+    None, one or two modes, steady or swept, are chosen by the Bayesian information criterion.
 
     speed : (speed,) rad/s, increasing;  vectors : (vector, speed) complex, m
     swept : whether the speed may have changed while they were measured
@@ -150,6 +152,10 @@ def find_resonances(speed, vectors, swept):
         if chosen is None or score < chosen[0] - MUCH:
             chosen = score, complexity, fit, modes, rates
     _, complexity, fit, modes, rates = chosen
+    size = 2 * vectors.size
+    more = complexity - 4 * len(vectors)  # than a linear change over the range has
+    if size * np.log(_without_modes(speed, vectors) / fit.cost) < more * np.log(size) + MUCH:
+        return None
     variance = 2 * fit.cost / (count * (1 - complexity / (2 * vectors.size)))
     covariance = variance * np.linalg.inv(fit.jac.T @ fit.jac)
     order = np.argsort(fit.x[-2 * modes : -modes])
@@ -158,6 +164,13 @@ def find_resonances(speed, vectors, swept):
     noise = float(height * np.sqrt(2 * fit.cost / (2 * vectors.size - complexity)))
     rate = float(values[0]) if rates else 0.0
     return Resonances(values[rates : rates + modes], np.exp(values[rates + modes :]), rate, covariance, noise)
+
+
+def _without_modes(speed, vectors):
+    """Half the sum of squares that a linear change over the range leaves of the vectors."""
+    basis = np.vstack([np.ones_like(speed), speed - speed.mean()]).T
+    left = vectors.T - basis @ np.linalg.lstsq(basis, vectors.T, rcond=None)[0]
+    return float(np.sum(np.abs(left) ** 2)) / 2
 
 
 def _fitted(speed, vectors, modes, rates, peak, bandwidth):
