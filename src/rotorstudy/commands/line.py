@@ -9,6 +9,7 @@ import time
 from rotorstudy import __version__
 from rotorstudy.commands import (
     analyse,
+    balance,
     blind,
     check,
     compare,
@@ -23,7 +24,7 @@ from rotorstudy.commands import (
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.registry import blamed, registry
 
-COMMANDS = (demo, analyse, simulate, import_records, identify, diagnose, compare, plugins, new, check, blind)
+COMMANDS = (demo, analyse, simulate, import_records, identify, diagnose, compare, balance, plugins, new, check, blind)
 EPILOG = """examples:
   rotorstudy demo
   rotorstudy analyse rig.yaml --out analysis
@@ -32,6 +33,7 @@ EPILOG = """examples:
   rotorstudy identify spectrum.nc --rig rig.yaml --unknowns internal_damping external_damping
   rotorstudy diagnose run_1.csv run_2.csv --rig rig.yaml --out diagnosis
   rotorstudy compare --before march.csv --after may.csv --rig rig.yaml --out what_changed
+  rotorstudy balance run_1.csv run_2.csv --rig updated.yaml --planes 3 7
   rotorstudy plugins --kind crack
   rotorstudy new crack my_crack
   rotorstudy check my_crack.py

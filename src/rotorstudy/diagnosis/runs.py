@@ -11,6 +11,7 @@
 All other parameters are shared: those of the rig, uncertain as its section `diagnosis:` or `prior:` states.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, NamedTuple
@@ -33,6 +34,8 @@ from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.estimated_rig import rig_with_estimate, rig_with_values
 from rotorstudy.model.rig import RigFile, make_term, read_rig
 from rotorstudy.model.rotor_numbers import is_rotor_number
+from rotorstudy.model.structure import Structure
+from rotorstudy.model.terms import Term
 from rotorstudy.units import number, p_value
 from rotorstudy.yaml_file import read_yaml
 
@@ -211,7 +214,7 @@ def _run(measured, whole, shared, settings, conventions):
     terms = []
     for i, added in enumerate(item.unbalances):
         place = f"run '{item.name}', unbalances[{i}]"
-        term = _unbalance(added, structure, whole.sensors, conventions, f"added {i + 1}", place)
+        term = unbalance_term(added, structure, whole.sensors, conventions, f"added {i + 1}", place)
         terms.append(term)
         if added.unbalance_g_mm is None or added.std_g_mm:
             own = own.plus(_prior_of_added(term, added, settings))
@@ -236,8 +239,15 @@ def _own_names(item, whole, shared, settings):
     return list(dict.fromkeys(found))
 
 
-def _unbalance(added, structure, sensors, conventions, label, where):
-    """The Term of an unbalance added in a run, that of a gram at an eccentricity."""
+def unbalance_term(
+    added: AddedUnbalance,
+    structure: Structure,
+    sensors: Sequence[int],
+    conventions: Conventions,
+    label: str,
+    where: str,
+) -> Term:
+    """The Term of an added unbalance, that of a gram at an eccentricity; label : of the term, where : for an error."""
     node = conventions.node(added.node, where) if isinstance(added.node, str) else added.node
     item = {"kind": "unbalance", "node": node, "mass_kg": GRAM, "label": label}
     if added.unbalance_g_mm is not None:

@@ -1,0 +1,107 @@
+"""Correction masses against closed forms: a rotor of one mass, and two planes of a rotor with two discs."""
+
+import numpy as np
+import pytest
+import yaml
+from scipy.stats import norm
+from test_runs import RIG, machine, write_table
+from test_runs import SPEEDS as RUN_SPEEDS
+
+from rotorstudy.commands.line import main
+from rotorstudy.diagnosis.balance import balance, balance_files
+from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.measurement.conventions import Conventions
+from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+from rotorstudy.model.rig import build_model, make_term
+from rotorstudy.response.measured import measured_response
+
+MASS, STIFFNESS, ECCENTRICITY, NOISE = 2.0, 7.6e5, 5e-6 * np.exp(0.7j), 1e-11
+SPEEDS, HARMONICS = np.array([200.0, 300.0]), np.array([1, -1])
+EXACT = {"model_error": 0.0, "model_floor": 0.0, "covariance_error": 0.0, "nuisance": {}}
+
+
+def jeffcott(uncertainty=0.0):
+    """Balancing of an undamped rotor of one mass, with an uncertain support that adds nothing to its stiffness."""
+    support = {"kind": "support_stiffness", "support_stiffness_N_per_m": 1e4}
+    rotor = {"kind": "jeffcott", "mass_kg": MASS, "stiffness_N_per_m": STIFFNESS - 1e4}
+    model = build_model({"rotor": rotor, "effects": [support]})
+    shown = np.zeros((2, 2, 1), complex)
+    shown[:, 0, 0] = ECCENTRICITY * MASS * SPEEDS**2 / (STIFFNESS - MASS * SPEEDS**2)
+    covariance = independent_covariance(np.full(shown.shape, NOISE**2 / 2))
+    spectrum = Spectrum(shown, SPEEDS, HARMONICS, tuple(model.sensors), covariance)
+    settings = Settings(**EXACT, uncertainty={"default": uncertainty, "rotor": 0.0})
+    return balance(spectrum, model, [1], settings, Conventions()), shown
+
+
+def test_a_rotor_of_one_mass_is_corrected_opposite_its_unbalance():
+    found, shown = jeffcott()
+    assert found.corrections @ [1, 1j] == pytest.approx(-MASS * ECCENTRICITY, rel=1e-9)
+    gain = SPEEDS**2 / (STIFFNESS - MASS * SPEEDS**2)
+    assert np.sqrt(found.covariance[0, 0]) == pytest.approx(NOISE / np.sqrt(2) / np.linalg.norm(gain), rel=1e-9)
+    assert found.before == pytest.approx(np.abs(shown).sum(axis=1), rel=1e-12)
+    assert found.after.max() < 5 * NOISE
+
+
+def test_an_uncertain_stiffness_leaves_vibration_within_the_stated_interval():
+    """The influence m w^2 / (k - m w^2) changes by its -1 / (k - m w^2) per N/m, and what is left is normal."""
+    found, shown = jeffcott(uncertainty=0.5)
+    left = np.abs(shown[:, 0]) * 5e3 / (STIFFNESS - MASS * SPEEDS**2)[:, None]
+    assert found.after[2] == pytest.approx(norm.ppf(0.9875) * left, rel=0.1)  # three times the error of 1000 draws
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A rig updated by a baseline and a trial run, whose unbalances remain unknown to it, and the baseline."""
+    path = tmp_path_factory.mktemp("balance")
+    (path / "rig.yaml").write_text(yaml.safe_dump(RIG))
+    for seed, (name, trial) in enumerate((("baseline", (0.0, 0)), ("trial", (60.0, 90)))):
+        write_table(path / f"{name}.csv", machine(trial), seed)
+    runs = [
+        {"name": "baseline", "records": ["baseline.csv"]},
+        {"name": "trial", "records": ["trial.csv"],
+         "unbalances": [{"node": "disc 1", "unbalance_g_mm": 60.0, "angle_deg": 90.0}]},
+    ]  # fmt: skip
+    (path / "runs.yaml").write_text(yaml.safe_dump({"runs": runs}))
+    options = ["--rig", str(path / "rig.yaml"), "--rig-out", str(path / "updated.yaml")]
+    assert main(["identify", "--runs", str(path / "runs.yaml"), *options]) == 0
+    return path
+
+
+def balanced(corrections, nodes):
+    """Semi-major axes (speed, sensor) of the true machine with corrections added."""
+    model = machine((0.0, 0))
+    for node, size in zip(nodes, corrections @ [1, 1j], strict=True):
+        item = {"kind": "unbalance", "node": node, "mass_kg": 1e-3, "label": f"correction {node}",
+                "eccentricity_m": 1e3 * abs(size), "eccentricity_phase_rad": np.angle(size)}  # fmt: skip
+        model = model.plus(make_term("effect", item, model.structure, model.sensors))
+    return np.abs(measured_response(model, RUN_SPEEDS, [1, -1])).sum(axis=1)
+
+
+def test_two_planes_of_an_updated_rig_are_balanced_as_predicted(folder):
+    found, _, _ = balance_files([folder / "baseline.csv"], folder / "updated.yaml", ["disc 1", 7])
+    true = -1e-5 * np.array([2 * np.exp(1j), np.exp(-2j)])
+    off = found.corrections.ravel() - np.column_stack([true.real, true.imag]).ravel()
+    assert off @ np.linalg.solve(found.covariance, off) < 18.5  # chi-square of four, p = 0.001
+    left = balanced(found.corrections, [3, 7])
+    assert np.all(left < 1.5 * found.after[2]) and left.max() < 0.05 * found.before.max()
+    one, _, _ = balance_files([folder / "baseline.csv"], folder / "updated.yaml", ["disc 1"])
+    assert one.after[1].max() > 5 * found.after[2].max()  # negative control: one plane does not suffice
+    assert np.all(np.abs(balanced(one.corrections, [3]) - one.after[1]) < 0.5 * (one.after[2] - one.after[0]) + 5e-8)
+
+
+def test_the_command_prints_masses_and_the_vibration_left(folder, capsys):
+    arguments = ["balance", str(folder / "baseline.csv"), "--rig", str(folder / "updated.yaml"), "--planes"]
+    assert main([*arguments, "disc 1", "7"]) == 0
+    text = capsys.readouterr().out
+    assert "plane disc 1: " in text and "g mm at 237" in text and "80 rad/s, node 2: " in text
+    assert main([*arguments, "3", "disc 1"]) == 1  # twice the same plane
+    assert "trade off" in capsys.readouterr().err
+
+
+def test_records_without_1x_cannot_be_balanced():
+    model = build_model(RIG)
+    shown = np.zeros((1, 1, 2), complex)
+    spectrum = Spectrum(shown, RUN_SPEEDS[:1], np.array([2]), (2, 8), independent_covariance(np.ones((1, 1, 2))))
+    with pytest.raises(RotorstudyError, match="no harmonic 1"):
+        balance(spectrum, model, [3], Settings(), Conventions())
