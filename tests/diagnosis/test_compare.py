@@ -145,3 +145,8 @@ def test_every_opening_of_a_diagnosis_is_said_of_a_change():
 def test_labels_that_are_numbers_and_texts_have_one_provenance():
     mixed = {"measurement": {"node_of_label": {1: 2, "disc 1": 2}}}
     assert provenance(mixed)["configuration_sha256"] != provenance({})["configuration_sha256"]
+
+
+def test_one_record_given_as_both_states_is_refused():
+    with pytest.raises(RotorstudyError, match="same harmonics at every speed"):
+        compare(state(1), state(1), build_model(RIG), settings=SETTINGS)

@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+import yaml
 
 from rotorstudy import build_model
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.presentation.rotor_files import analyse_files
 from rotorstudy.presentation.rotor_page import resonances, summary
 from rotorstudy.response.whirl import critical_speeds
 from rotorstudy.studies.rotor_analysis import analyse_rotor
@@ -51,6 +53,13 @@ def test_an_undamped_resonance_has_no_bound():
     damped = {"kind": "external_damping", "external_damping_N_s_per_m": 10.0}
     bounded = analyse_rotor(build_model({"rotor": ROTOR, "effects": [UNBALANCE, damped]}), 100.0, 696.0)
     assert not any("No damping" in line for line in summary(bounded))
+
+
+def test_a_probe_at_a_node_that_the_rig_lacks_is_named(tmp_path):
+    rig = {"rotor": ROTOR, "measurement": {"probes": [{"channel": "A", "node": 9, "angle_deg": 0, "unit": "um"}]}}
+    (tmp_path / "rig.yaml").write_text(yaml.safe_dump(rig))
+    with pytest.raises(RotorstudyError, match="unknown node '9'"):
+        analyse_files(tmp_path / "rig.yaml", tmp_path / "out")
 
 
 def test_a_stated_unbalance_of_zero_is_replaced_by_that_of_the_grade():

@@ -79,10 +79,12 @@ def compare(
     Raises
     ------
     RotorstudyError
-        For states without a common speed, or of different sensors or harmonics.
+        For states without a common speed, of different sensors or harmonics, or with the same records.
     """
     settings = Settings(**settings) if isinstance(settings, dict) else settings or Settings()
     before, after, notes = _at_common_speeds(before, after)
+    if np.array_equal(before.amplitude, after.amplitude):
+        raise RotorstudyError("both states have the same harmonics at every speed: give the records of two states")
     model, more = known_as_before(model, before, settings) if model.uncertainty is None else (model, [])
     size = np.sqrt(np.mean(np.sum(np.abs(after.amplitude[:, after.harmonics != 0]) ** 2, axis=1), axis=-1))
     structure = replace(model.structure, vibration=float(np.median(size)))

@@ -37,7 +37,11 @@ def analyse_files(rig_path, out, speeds=(None, None), operating=None, records=()
         For files that cannot be read, and as `analyse_rotor`.
     """
     rig, measured = read_rig(rig_path), None
-    model, reading = rig.model, read_conventions(rig.given, str(rig_path)).reading(rig.model.sensors)
+    model, conventions = rig.model, read_conventions(rig.given, str(rig_path))
+    for probe in conventions.probes:
+        if probe.node not in (None, *model.structure.nodes):
+            raise unknown_name("node", probe.node, model.structure.nodes, f"{rig_path}, probe '{probe.channel}'")
+    reading = conventions.reading(model.sensors)
     if records:
         spectrum, model, _ = measured_spectrum(records, rig)
         reading = model.structure.reading

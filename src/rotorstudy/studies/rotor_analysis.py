@@ -142,7 +142,7 @@ def analyse_rotor(model, lowest=None, highest=None, reading=None):
         data=_dataset(model, speeds, fine, damped_modes(still, speeds, MODES), probes, read, growth, deflection),
         criticals=criticals,
         peaks=[
-            ProbePeak(*probe, peak if timeless else _unbounded(peak, criticals))
+            ProbePeak(*probe, peak if timeless else _unbounded(peak, criticals, fine))
             for probe, one in zip(probes, np.abs(read.T), strict=True)
             for peak in peaks(fine, one)
         ],
@@ -184,7 +184,11 @@ def _critical(still, speed):
 
 def _finer(speeds, criticals):
     """Speeds with more of them about the critical ones, as a lightly damped resonance is narrow."""
-    around = [c.speed * (1 + RESONANCE_WIDTHS * max(c.damping_ratio, NARROWEST) * ABOUT_A_RESONANCE) for c in criticals]
+    around = [
+        c.speed * (1 + RESONANCE_WIDTHS * max(c.damping_ratio, NARROWEST) * ABOUT_A_RESONANCE)
+        for c in criticals
+        if abs(c.damping_ratio) > UNDAMPED
+    ]
     found = np.unique(np.concatenate([speeds, *around]))
     for one in criticals:
         if abs(one.damping_ratio) < UNDAMPED:
@@ -192,11 +196,12 @@ def _finer(speeds, criticals):
     return found[(found >= speeds[0]) & (found <= speeds[-1])]
 
 
-def _unbounded(peak, criticals):
-    """The peak; that of an undamped mode, which the speeds only approach, without bound."""
+def _unbounded(peak, criticals, speeds):
+    """The peak; that of an undamped mode, which lies beside it between two speeds, without bound."""
+    at = np.searchsorted(speeds, peak.speed)
+    below, above = speeds[max(at - 1, 0)], speeds[min(at + 1, len(speeds) - 1)]
     for one in criticals:
-        near = abs(peak.speed - one.speed) < RESONANCE_WIDTHS * NARROWEST * one.speed
-        if near and abs(one.damping_ratio) < UNDAMPED:
+        if below <= one.speed <= above and abs(one.damping_ratio) < UNDAMPED:
             return Peak(one.speed, np.inf, np.inf)
     return peak
 
