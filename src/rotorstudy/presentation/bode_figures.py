@@ -30,7 +30,7 @@ def _bode(rpm, vectors):
         phase.plot(rpm, lag - 360 * np.floor(lag[0] / 360), color=COLOURS[i % len(COLOURS)])
     size.set_ylabel("1X amplitude (µm)")
     size.legend()
-    phase.set_ylabel("phase lag (°)")
+    phase.set_ylabel("lag from reference line (°)")
     phase.set_xlabel("speed (rpm)")
     return png_bytes(picture)
 

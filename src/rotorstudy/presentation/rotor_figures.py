@@ -140,7 +140,7 @@ def bode(analysis, measured=None):
         axes[0, column].legend()
         axes[1, column].set_xlabel("speed (rpm)")
     axes[0, 0].set_ylabel("1X (µm peak to peak)")
-    axes[1, 0].set_ylabel("phase lag (°)")
+    axes[1, 0].set_ylabel("lag from the mark (°)")
     return picture
 
 

@@ -7,6 +7,7 @@ from rotorstudy.presentation.pages import inline_png, render
 from rotorstudy.presentation.rotor_figures import RPM, whirl_name
 from rotorstudy.presentation.tables import cells
 from rotorstudy.response.resonance import required_margin, separation_margin
+from rotorstudy.studies.rotor_analysis import PERIODIC_SPEEDS
 from rotorstudy.units import number, percent
 
 MOST_EFFECTS = 8  # on the least stable mode, the largest
@@ -57,7 +58,7 @@ def summary(analysis):
     named = [f"{number(one.speed * RPM, 5)} rpm ({whirl_name(one.direction)})" for one in analysis.criticals]
     found = [f"Critical speeds up to {last}: {', '.join(named) or 'none'}."]
     if analysis.threshold is None:
-        found.append(f"The rotor is stable up to {last}.")
+        found.append(f"The rotor is stable up to {last}{_checked(analysis)}.")
     else:
         found.append(f"The rotor is unstable from {number(analysis.threshold * RPM, 5)} rpm.")
     found.append(f"Unbalance: {analysis.unbalance}.")
@@ -77,6 +78,11 @@ def summary(analysis):
     if unbounded:
         found.append(f"No damping acts on the resonance at {', '.join(unbounded)}: its response has no bound.")
     return found
+
+
+def _checked(analysis):
+    """Where the stiffness rotates with the shaft, growth is computed at a few speeds: narrow ranges may be missed."""
+    return "" if analysis.damping else f", as far as {PERIODIC_SPEEDS} speeds show" if analysis.left_out else ""
 
 
 def criticals(analysis):
