@@ -1,6 +1,7 @@
 """results/index.html: the entry to every page, figure and table of the workflow."""
 
 import json
+import re
 from pathlib import Path
 
 from rotorstudy.presentation.pages import render
@@ -37,10 +38,15 @@ def write_index(path, files):
         Results in that folder; pages (.html) and figures (.png) are shown, the verdicts and the scoreboard quoted.
     """
     root = Path(path).parent
-    inside = sorted(Path(file).relative_to(root) for file in files)
+    inside = sorted((Path(file).relative_to(root) for file in files), key=_in_numbered_order)
     folders = list(dict.fromkeys([*HEADINGS, *(_folder(file) for file in inside)]))
     groups = [_group(root, folder, [file for file in inside if _folder(file) == folder]) for folder in folders]
     write_text(path, render("index.html", title="rotorstudy: results", groups=[one for one in groups if one["count"]]))
+
+
+def _in_numbered_order(file):
+    """Key by which table 4.10 follows table 4.9."""
+    return [(int(part), "") if part.isdigit() else (0, part) for part in re.split(r"(\d+)", file.as_posix())]
 
 
 def _folder(file):
