@@ -1,7 +1,8 @@
 """Put the numbers of a run of benchmarks/foreign.py into README and docs: python benchmarks/foreign_page.py FOLDER
 
-The rows of the cases go to `docs/independent_records.csv`. What follows from them stands between marks in
-`docs/independent_records.md` and in the README; a test compares both with the file.
+The rows of the cases go to `docs/independent_records.csv`, with --latest to `docs/independent_records_latest.csv`. What
+follows from them stands between marks in `docs/independent_records.md` and in the README; a test compares both with the
+files.
 """
 
 import argparse
@@ -14,7 +15,8 @@ from foreign_scores import by_kind, summary
 
 ROOT = Path(__file__).parents[1]
 ROWS = ROOT / "docs/independent_records.csv"
-PAGES = {"numbers": ROOT / "docs/independent_records.md", "independent records": ROOT / "README.md"}
+LATEST = ROOT / "docs/independent_records_latest.csv"  # a smaller run of a later version of the package
+PAGE, README = ROOT / "docs/independent_records.md", ROOT / "README.md"
 COLUMNS = [
     "case", "seed", "kind", "families", "mass_kg", "elements", "probed_nodes", "known", "size", "verdict", "named",
     "stated", "alone", "in_set", "wrong", "probability", "first_right", "gain", "sizes", "covered", "angle_right",
@@ -74,19 +76,22 @@ def with_numbers(text, mark, numbers):
     return pattern.sub(lambda found: found[1] + numbers + found[2], text)
 
 
-def pages(rows):
-    """{path: text} of the pages with the numbers of some cases."""
-    shown = {"numbers": numbers(rows), "independent records": sentence(rows)}
-    return {path: with_numbers(path.read_text(encoding="utf-8"), mark, shown[mark]) for mark, path in PAGES.items()}
+def pages(rows, latest):
+    """{path: text} of the pages with the numbers of some cases, and of those of a later version."""
+    page, readme = (path.read_text(encoding="utf-8") for path in (PAGE, README))
+    page = with_numbers(with_numbers(page, "numbers", numbers(rows)), "latest", sentence(latest))
+    return {PAGE: page, README: with_numbers(readme, "independent records", sentence(rows))}
 
 
 def main():
     """Copy the rows, write the pages."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folders", type=Path, nargs="+", metavar="FOLDER")
-    rows = pd.concat([pd.read_csv(folder / "cases.csv") for folder in parser.parse_args().folders])
-    rows[COLUMNS].to_csv(ROWS, index=False, float_format="%.4g")
-    for path, text in pages(pd.read_csv(ROWS)).items():
+    parser.add_argument("--latest", action="store_true", help="the cases are of a later version of the package")
+    given = parser.parse_args()
+    rows = pd.concat([pd.read_csv(folder / "cases.csv") for folder in given.folders])
+    rows[COLUMNS].to_csv(LATEST if given.latest else ROWS, index=False, float_format="%.4g")
+    for path, text in pages(pd.read_csv(ROWS), pd.read_csv(LATEST)).items():
         path.write_text(text, encoding="utf-8")
 
 
