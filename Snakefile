@@ -29,12 +29,6 @@ include: "workflow/rules/cracks.smk"
 include: "workflow/rules/chapter_7.smk"
 
 
-def all_files():
-    """Every result but the index."""
-    found = [*scoreboard_files(), *table_files(), *figure_files(), *bearing_files(), *data_files(), *rules.zoo.output]
-    return [*found, *comparison_files(), *blind_files(), *diagnosis_files(), *crack_files(), *crack_study_files()]
-
-
 rule index:
     input:
         all_files(),

@@ -78,3 +78,9 @@ wildcard_constraints:
     method="|".join(METHODS),
     estimator="|".join(ESTIMATORS),
     diagnosis="|".join(settings.diagnoses) or "none",
+
+
+def all_files():
+    """Every result but the index."""
+    found = [*scoreboard_files(), *table_files(), *figure_files(), *bearing_files(), *data_files(), *rules.zoo.output]
+    return [*found, *comparison_files(), *blind_files(), *diagnosis_files(), *crack_files(), *crack_study_files()]
