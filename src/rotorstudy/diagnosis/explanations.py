@@ -10,7 +10,8 @@ from rotorstudy.diagnosis.odds import LEAST_LOG_PROBABILITY, Explanation, PriorO
 from rotorstudy.diagnosis.screening import Projected, Screened, project, screen_each
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import NoSteadyState, PluginError
-from rotorstudy.inference.fit import HYPOTHESIS, Fit, fit
+from rotorstudy.inference.fit import Fit, fit
+from rotorstudy.inference.levenberg_marquardt import HYPOTHESIS
 from rotorstudy.inference.linear import invert
 from rotorstudy.inference.prediction import predicted
 from rotorstudy.inference.prior import Prior

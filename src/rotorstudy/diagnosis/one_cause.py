@@ -17,15 +17,8 @@ from rotorstudy.diagnosis.search import base_model
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.shape_scan import acts_on, motion_by_a_free_force
 from rotorstudy.errors import CannotAct, NoConvergenceError, NoSteadyState, RotorstudyError
-from rotorstudy.inference.fit import (
-    ESTIMATE,
-    HYPOTHESIS,
-    Fit,
-    Minimum,
-    chi_square_p_value,
-    fit,
-    levenberg_marquardt,
-)
+from rotorstudy.inference.fit import Fit, chi_square_p_value, fit
+from rotorstudy.inference.levenberg_marquardt import ESTIMATE, HYPOTHESIS, Minimum, levenberg_marquardt
 from rotorstudy.inference.linear import invert
 from rotorstudy.inference.prediction import whitened_prediction, with_model_error
 from rotorstudy.inference.prior import Prior

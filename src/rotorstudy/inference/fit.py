@@ -1,195 +1,25 @@
 """The fit of the predicted to the measured harmonics: with or without a prior, one spectrum or many trials at once."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.errors import NoConvergenceError, NoSteadyState, RotorstudyError
-from rotorstudy.inference.linear import check_identifiable, in_chunks, invert, solve_equations, whitened
+from rotorstudy.errors import NoConvergenceError, RotorstudyError
+from rotorstudy.inference.levenberg_marquardt import (
+    ESTIMATE,
+    HYPOTHESIS,
+    levenberg_marquardt,
+)
+from rotorstudy.inference.linear import in_chunks, invert, solve_equations, whitened
 from rotorstudy.inference.prediction import predicted_derivatives, whitened_prediction
 from rotorstudy.inference.prior import Prior, log_narrowing
 from rotorstudy.inference.problem import Estimate, Problem
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 
-FIRST_DAMPING = 1e-6  # nearly a Gauss-Newton step
-LEAST_DAMPING = 1e-12  # a smaller one has no effect, and delays the recovery after a rejected step
-ROUND_OFF = 1e-12  # relative increase of the cost that is accepted as round-off
 FITTED_TOGETHER = 50  # trials: more do not fit the cache of a processor and take up to six times as long
-
-
-@dataclass(frozen=True)
-class Convergence:
-    """Convergence tolerances of a fit; the first one that is met ends it.
-
-    Parameters
-    ----------
-    step_in_sigma : float
-        Length of a step in standard deviations of the fit, scaled by the root of the reduced misfit where above one.
-    step_relative : float
-        Step of each amplitude relative to it, for data without noise.
-    gain_relative : float
-        Decrease of the cost relative to the cost.
-    steps : int
-        Largest number of steps.
-    first_damping : float
-        Of the normal matrix with a unit diagonal; a large one if the start may be far off.
-    """
-
-    step_in_sigma: float
-    step_relative: float
-    gain_relative: float
-    steps: int
-    first_damping: float = FIRST_DAMPING
-
-
-# for estimates: at a misfit of a few hundred, a gain of 1e-6 is about a hundredth of a standard deviation
-ESTIMATE = Convergence(step_in_sigma=1e-4, step_relative=1e-12, gain_relative=1e-6, steps=200)
-# for hypotheses, compared by their evidence in hundreds of fits: a wrong one need not be fitted closely
-HYPOTHESIS = Convergence(step_in_sigma=1e-3, step_relative=0.0, gain_relative=1e-4, steps=40)
-
-
-@dataclass(frozen=True)
-class Minimum:
-    """End of a fit, for each trial.
-
-    Parameters
-    ----------
-    theta : ndarray (trial, parameter)
-    cost : ndarray (trial,)
-        Loss of the data plus the squared distance from the prior mean.
-    residual : ndarray (trial, row)
-        Whitened measured minus predicted; with a prior its rows follow those of the data.
-    jacobian : ndarray (trial, row, parameter)
-        Derivatives of the prediction.
-    normal : ndarray (trial, parameter, parameter)
-        Weighted J^T J of the last step.
-    converged : ndarray (trial,)
-    """
-
-    theta: np.ndarray
-    cost: np.ndarray
-    residual: np.ndarray
-    jacobian: np.ndarray
-    normal: np.ndarray
-    converged: np.ndarray
-
-
-def levenberg_marquardt(
-    predict: Callable,
-    measured: np.ndarray,
-    start: np.ndarray,
-    names: Sequence[str],
-    *,
-    prior: Prior | None = None,
-    clip: float = np.inf,
-    convergence: Convergence = ESTIMATE,
-) -> Minimum:
-    """Minimise the sum of squares (or Huber's loss) of the whitened residual, plus the squared distance from a prior.
-
-    All trials are fitted at once. A step without a steady state is rejected like one that raises the cost. The prior is
-    whitened by its Cholesky factor and appended to the data as rows.
-
-    Parameters
-    ----------
-    predict : callable
-        theta (trial, parameter) -> whitened prediction (trial, component), derivatives (trial, component, parameter).
-    measured : ndarray (trial, component)
-        Whitened data.
-    start : ndarray (trial, parameter)
-    names : sequence of str
-        The parameters.
-    prior : Prior, optional
-        Of these parameters; without it the data must identify them.
-    clip : float
-        Standard deviations beyond which the loss is linear (Huber); data only.
-    convergence : Convergence
-
-    Returns
-    -------
-    Minimum
-
-    Raises
-    ------
-    UnidentifiableError
-        If the parameters trade off at the start and there is no prior.
-    NoSteadyState
-        If the model has none at the start.
-
-    References
-    ----------
-    Nocedal and Wright, Numerical Optimization, 2006, section 10.3.
-    """
-    count, rows = len(names), measured.shape[-1] + (0 if prior is None else len(names))
-    clips = np.full(rows, np.inf)
-    clips[: measured.shape[-1]] = clip
-
-    def evaluate(trials, theta):
-        prediction, jacobian = predict(theta)
-        residual = measured[trials] - prediction
-        if prior is not None:
-            residual = np.concatenate([residual, (prior.mean - theta) @ prior.whitener.T], axis=-1)
-            known = np.broadcast_to(prior.whitener, (len(theta), count, count))
-            jacobian = np.concatenate([jacobian, known], axis=-2)
-        return residual, jacobian, *_loss(residual, clips)
-
-    def attempt(trials, theta):
-        """`evaluate`, with an infinite cost for the trials that have no steady state."""
-        try:
-            return evaluate(trials, theta)
-        except NoSteadyState:
-            if len(trials) == 1:
-                return np.zeros((1, rows)), np.zeros((1, rows, count)), np.array([np.inf]), np.ones((1, rows))
-        half = len(trials) // 2
-        parts = attempt(trials[:half], theta[:half]), attempt(trials[half:], theta[half:])
-        return tuple(np.concatenate(both) for both in zip(*parts, strict=True))
-
-    theta, trials = np.array(start, float), np.arange(len(start))
-    residual, jacobian, cost, weight = evaluate(trials, theta)
-    if prior is None:
-        check_identifiable(jacobian[0], names)
-    normal = np.zeros((len(theta), count, count))
-    damping = np.full(len(theta), convergence.first_damping)
-    converged = np.zeros(len(theta), bool)
-    freedom = max(1, rows - count)
-    for _ in range(convergence.steps):
-        weighted = np.swapaxes(jacobian[trials] * weight[trials][..., None], -1, -2)
-        normal[trials] = weighted @ jacobian[trials]
-        scale = np.sqrt(np.diagonal(normal[trials], axis1=-2, axis2=-1))
-        # trials are given up in which the data no longer depend on a parameter
-        seen = (np.isfinite(scale) & (scale > 0)).all(axis=-1)
-        trials, weighted, scale = trials[seen], weighted[seen], scale[seen]
-        if not len(trials):
-            break
-        scaled = normal[trials] / (scale[:, :, None] * scale[:, None, :])
-        scaled = scaled + damping[trials, None, None] * np.eye(count)
-        gradient = (weighted @ residual[trials][..., None])[..., 0] / scale
-        step = np.linalg.solve(scaled, gradient[..., None])[..., 0] / scale
-        tried = theta[trials] + step
-        new_residual, new_jacobian, new_cost, new_weight = attempt(trials, tried)
-        better = new_cost <= cost[trials] * (1 + ROUND_OFF)
-        in_sigma = np.sqrt(np.maximum(np.einsum("tp,tpq,tq->t", step, normal[trials], step), 0))
-        in_sigma = in_sigma / np.sqrt(np.maximum(1, np.minimum(new_cost, cost[trials]) / freedom))
-        done = in_sigma < convergence.step_in_sigma
-        done |= np.all(np.abs(step) <= convergence.step_relative * np.abs(tried), axis=-1)
-        done |= better & (cost[trials] - new_cost <= convergence.gain_relative * new_cost)
-        taken = trials[better]
-        theta[taken], cost[taken] = tried[better], new_cost[better]
-        residual[taken], jacobian[taken], weight[taken] = new_residual[better], new_jacobian[better], new_weight[better]
-        damping[trials] = np.maximum(damping[trials] * np.where(better, 0.1, 10.0), LEAST_DAMPING)
-        converged[trials[done]] = True
-        trials = trials[~done]
-        if not len(trials):
-            break
-    return Minimum(theta, cost, residual, jacobian, normal, converged)
-
-
-def _loss(residual, clip):
-    """Huber's loss (...) of residuals (..., row), quadratic up to `clip`, and its weights (..., row)."""
-    weight = np.minimum(1, clip / np.maximum(np.abs(residual), np.finfo(float).tiny))
-    return np.sum(weight * (2 - weight) * residual**2, axis=-1), weight
 
 
 def start_values(problem: Problem) -> np.ndarray:

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.inference.fit import HYPOTHESIS, Posterior, fit_within
+from rotorstudy.inference.fit import Posterior, fit_within
+from rotorstudy.inference.levenberg_marquardt import HYPOTHESIS
 from rotorstudy.inference.prediction import whitened_prediction
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.spectrum import Spectrum
