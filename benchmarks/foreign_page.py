@@ -42,8 +42,8 @@ def numbers(rows):
     return "\n".join(lines)
 
 
-def sentence(rows):
-    """The same in a few sentences, for the README."""
+def sentence(rows, in_full=False):
+    """The same in a few sentences, for the README; `in_full` with what its reader does not need."""
     found = summary(rows).set_index("what")
 
     def count(what):
@@ -67,6 +67,13 @@ def sentence(rows):
         f"at held-out speeds falls to a median of {held:.2g} of what it was. A diagnosis takes {seconds:.2g} s of one "
         "core."
     )
+    if in_full:
+        further = (
+            "95 % intervals that hold the true size",
+            "effects left out of the library called unknown",
+            "held-out error worse with the causes",
+        )
+        text += "".join(f" {what[0].upper()}{what[1:]}: {count(what)}." for what in further)
     return textwrap.fill(text, 130, initial_indent="  ", subsequent_indent="  ")
 
 
@@ -79,7 +86,7 @@ def with_numbers(text, mark, numbers):
 def pages(rows, latest):
     """{path: text} of the pages with the numbers of some cases, and of those of a later version."""
     page, readme = (path.read_text(encoding="utf-8") for path in (PAGE, README))
-    page = with_numbers(with_numbers(page, "numbers", numbers(rows)), "latest", sentence(latest))
+    page = with_numbers(with_numbers(page, "numbers", numbers(rows)), "latest", sentence(latest, in_full=True))
     return {PAGE: page, README: with_numbers(readme, "independent records", sentence(rows))}
 
 

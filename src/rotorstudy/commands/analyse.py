@@ -26,7 +26,7 @@ def add(commands):
         type=float,
         nargs=2,
         metavar=("LOWEST", "HIGHEST"),
-        help="operating speeds, for separation margins",
+        help="operating speeds in rad/s, for separation margins",
     )
     add_rpm(parser)
     parser.add_argument("--json", action="store_true", help="print the tables as JSON")

@@ -3,7 +3,7 @@
 import numpy as np
 
 from rotorstudy.measurement.resonances import vectors_1x
-from rotorstudy.presentation.plots import COLOURS, figure, png_bytes
+from rotorstudy.presentation.plots import COLOURS, figure, phase_lag, png_bytes
 from rotorstudy.units import RAD_PER_S
 
 FEWEST_SPEEDS = 8
@@ -26,8 +26,7 @@ def _bode(rpm, vectors):
     size, phase = np.ravel(axes)
     for i, (name, vector) in enumerate(vectors.items()):
         size.plot(rpm, np.abs(vector), color=COLOURS[i % len(COLOURS)], label=name)
-        lag = -np.rad2deg(np.unwrap(np.angle(vector)))
-        phase.plot(rpm, lag - 360 * np.floor(lag[0] / 360), color=COLOURS[i % len(COLOURS)])
+        phase.plot(rpm, phase_lag(vector), color=COLOURS[i % len(COLOURS)])
     size.set_ylabel("1X amplitude (µm)")
     size.legend()
     phase.set_ylabel("lag from reference line (°)")

@@ -173,6 +173,12 @@ def plot_phase(harmonics, amplitude, axes, *, label=None, index=0):
     return axes
 
 
+def phase_lag(vectors):
+    """Phase lag (speed,) in degrees of vectors over speed, complex, unwrapped, starting between 0 and 360."""
+    lag = np.rad2deg(np.unwrap(-np.angle(vectors)))
+    return lag - 360 * np.floor(lag[0] / 360)
+
+
 def plot_orbit(signal, axes, *, label=None, index=0, linestyle="-"):
     """Orbit of one node: y over x in micrometres, x pointing down as gravity does; signal (time,) complex, m."""
     axes.plot(

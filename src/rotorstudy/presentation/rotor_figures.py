@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from rotorstudy.presentation.plots import COLOURS, MARKERS, figure
+from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, phase_lag
 from rotorstudy.store import as_complex
 
 RPM = 60 / (2 * np.pi)
@@ -128,14 +128,14 @@ def bode(analysis, measured=None):
     picture, axes = figure(2, len(nodes), height=1.9, width=2.6, sharex=True)
     for column, (node, probes) in enumerate(nodes.items()):
         for i, (position, name) in enumerate(probes):
-            amplitude, lag = 2e6 * np.abs(response[:, position]), _lag(response[:, position])
+            amplitude, lag = 2e6 * np.abs(response[:, position]), phase_lag(response[:, position])
             axes[0, column].plot(speed, amplitude, color=COLOURS[i], label=name)
             axes[1, column].plot(speed, lag, color=COLOURS[i])
             if measured:
                 points, shown = measured[1][:, position], measured[0] * RPM
                 style = {"color": COLOURS[i], "marker": MARKERS[i], "linestyle": "", "fillstyle": "none"}
                 axes[0, column].plot(shown, 2e6 * np.abs(points), **style, label=f"{name}, measured")
-                axes[1, column].plot(shown, _near(_lag(points), np.interp(shown, speed, lag)), **style)
+                axes[1, column].plot(shown, _near(phase_lag(points), np.interp(shown, speed, lag)), **style)
         axes[0, column].set_title(f"node {node}")
         axes[0, column].legend()
         axes[1, column].set_xlabel("speed (rpm)")
@@ -216,12 +216,6 @@ def probes_by_node(data):
     for position, (node, name) in enumerate(zip(data.probe_node.values, data.probe.values, strict=True)):
         found.setdefault(int(node), []).append((position, str(name).split(" at ")[0]))
     return found
-
-
-def _lag(response):
-    """Phase lag in degrees, continuous over speed, starting between 0 and 360."""
-    lag = np.rad2deg(np.unwrap(-np.angle(response)))
-    return lag - 360 * np.floor(lag[0] / 360)
 
 
 def _near(lag, curve):
