@@ -2,12 +2,14 @@
 
 import logging
 from dataclasses import replace
+from itertools import permutations
 from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq
 
 from rotorstudy.diagnosis.candidates import Candidate, candidates, with_vibration
+from rotorstudy.diagnosis.contained import is_contained
 from rotorstudy.diagnosis.explanations import Search
 from rotorstudy.diagnosis.impossible import is_impossible
 from rotorstudy.diagnosis.odds import Explanation, faults_of, odds_of
@@ -31,6 +33,7 @@ FITTED_FULLY = 4  # least number of explanations per round that are fitted to co
 CLOSE = 15.0  # excess over the lowest cost of a round (likelihood ratio e^-7.5) beyond which a fit is not finished
 STRAINED = 3.0  # mean square distance of the base parameters from their priors, beyond which they imitate a cause
 WORTH_FITTING = 0.1  # of what the best candidate explains when linearised, which is inaccurate for large effects
+WORTH_REFINING = 0.05  # of the same, by the best of some hundred shapes; refined, it explains up to a few times as much
 REACH = 10.0  # log odds below the best, at its motion, beyond which an alternative cannot change a probability
 INACCURACY = 0.01  # of what a cause explains: added to REACH, as columns at the best motion are not exact
 ALTERNATIVES = 12  # most alternatives to each cause that are fitted in a round
@@ -197,8 +200,15 @@ def _settled(work, spectrum, missing, best):
 
 
 def _is_allowed(work, causes):
-    """Whether causes are no more faults than allowed, each named once."""
-    return len(faults_of(causes)) <= work.settings.most_causes and len({c.cause for c in causes}) == len(causes)
+    """Whether causes are no more faults than allowed, each named once and none a special case of another."""
+    if len(faults_of(causes)) > work.settings.most_causes or len({c.cause for c in causes}) < len(causes):
+        return False
+    return _are_distinct(*causes)
+
+
+def _are_distinct(*causes):
+    """Whether no cause is a special case of another."""
+    return not any(is_contained(one, other) for one, other in permutations(causes, 2))
 
 
 def with_one_more(work, current, fits=None):
@@ -231,7 +241,8 @@ def _with_scanned(work, chosen, screenings, fits):
     """Candidates and their screenings, each with those added whose shape a scan at one of the fits has found."""
     first = list({(c.cause, *c.variant.values()): c for c in reversed(chosen)}.values())
     for number, fitted in enumerate(fits):
-        scanned = scan(work, fitted, first)
+        best = max((one.explained for one in screenings[number]), default=0.0)
+        scanned = scan(work, fitted, first, least=WORTH_REFINING * best)
         work.scanned.extend(one.cause for one in scanned)
         chosen = [*chosen, *(one.cause for one in scanned)]
         screenings = [
@@ -389,17 +400,15 @@ def _pairs(work, current):
 
 def _can_be_paired(work, first, second):
     """Whether two candidates (first, second) may be causes together; two contacts at once take too long to fit."""
-    contacts = np.outer(*([bool(c.shape) and any(u.force for u in c.term.unknowns) for c in part]
-                          for part in (first, second)))  # fmt: skip
-    if work.settings.most_causes > 1:
-        return ~contacts
+    contacts = [[bool(c.shape) and any(u.force for u in c.term.unknowns) for c in part] for part in (first, second)]
     each = [list({c.cause: c for c in part}.values()) for part in (first, second)]
-    allowed = np.array([[_is_allowed(work, (a, b)) for b in each[1]] for a in each[0]])
+    of_two = _are_distinct if work.settings.most_causes > 1 else lambda *both: _is_allowed(work, both)
+    allowed = np.array([[of_two(a, b) for b in each[1]] for a in each[0]])
     place = [
         [[c.cause for c in known].index(c.cause) for c in part]
         for known, part in zip(each, (first, second), strict=True)
     ]
-    return ~contacts & allowed[np.ix_(*place)]
+    return ~np.outer(*contacts) & allowed[np.ix_(*place)]
 
 
 def _drop(work, current):
