@@ -50,9 +50,9 @@ def accuracy(whole, trials):
         right.set_yticks(range(len(names)), worst, fontsize=6.5)
         right.tick_params(length=0)
         row[0].set_ylim(len(names) - 0.5, -0.5)
-        row[1].set_title("worst parameter", loc="right", fontsize=6.5, x=1.25)
     for axis, text in zip(axes[-1], ("scatter / bound, 95 % interval", "|bias| / bound, 95 % interval"), strict=True):
         axis.set_xlabel(text)
+    axes[0, 1].set_title("worst parameter", loc="right", fontsize=6.5, x=1.25)
     for axis in axes.flat:
         axis.set_xscale("log")
         axis.xaxis.set_major_formatter("{x:g}")

@@ -1,7 +1,7 @@
 """Tables of the comparison of spectrum methods and estimators: ranking and recommendation."""
 
 from rotorstudy.presentation.tables import write_csv, write_html
-from rotorstudy.studies.comparison.ranking import AS_GOOD, SELDOM, VALID, advice, in_short
+from rotorstudy.studies.comparison.ranking import AS_GOOD, SELDOM, VALID, advice, in_short, with_words
 
 BEST = 7  # pairs that the page shows of each rotor, fault and noise; the CSV file has all
 
@@ -42,7 +42,7 @@ def write_advice(ranked, use_if, csv, html):
         Fault -> when to follow its advice, in words.
     csv, html : str or Path
     """
-    told = advice(ranked)
+    told = with_words(advice(ranked), use_if)
     write_csv(told, csv)
     write_html(
         html,
@@ -57,6 +57,6 @@ def write_advice(ranked, use_if, csv, html):
             "stated 95 % intervals hold the truth.",
             "advice.csv has the full table, ranking.csv every pair on every rotor.",
         ],
-        {"In short": in_short(told, use_if), "In full": told},
+        {"In short": in_short(told), "In full": told.drop(columns="use this if")},
         3,
     )

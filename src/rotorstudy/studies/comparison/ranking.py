@@ -88,8 +88,8 @@ def advice(ranked):
     return best[list(shown)].rename(columns=shown).reset_index(drop=True)
 
 
-def in_short(told, use_if):
-    """The first choice for each fault in words, a row each.
+def with_words(told, use_if):
+    """Advice with the column "use this if".
 
     Parameters
     ----------
@@ -102,13 +102,20 @@ def in_short(told, use_if):
     -------
     pandas.DataFrame
     """
+    words = {fault: text for fault, text in use_if.items() if text} | {ANY_FAULT: "you do not know, or fear all of it"}
+    told = told.copy()
+    told.insert(0, "use this if", [words.get(fault, f"the record has: {fault}") for fault in told.fault])
+    return told
+
+
+def in_short(told):
+    """The first choice for each fault in words, a row each; told : DataFrame of `with_words`."""
     import pandas as pd
 
-    words = {fault: text for fault, text in use_if.items() if text} | {ANY_FAULT: "you do not know, or fear all of it"}
     first = told.groupby("fault", sort=False).head(1)
     return pd.DataFrame(
         {
-            "use this if": words.get(row["fault"], f"the record has: {row['fault']}"),
+            "use this if": row["use this if"],
             "spectrum method": named(row["spectrum_method"]),
             "estimator": named(row["estimator"]),
             "error, times the least possible": f"{row['error over bound, median']:.2g} typical, "
@@ -116,7 +123,7 @@ def in_short(told, use_if):
             "at worst": f"{row['worst rotor and noise']} noise, {named(row['worst parameter there'])}",
             "its 95 % intervals": row["intervals"],
         }
-        for _, row in first.iterrows()
+        for row in first.to_dict("records")
     )
 
 
