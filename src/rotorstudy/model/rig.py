@@ -399,6 +399,8 @@ def _read_values(parameters, given, options, where):
         if parameter.key in given:
             phase = given.get(parameter.phase_key, 0.0)
             values[parameter.name] = given[parameter.key] * (np.exp(1j * phase) if parameter.is_complex else 1)
+        elif parameter.default is not None:
+            values[parameter.name] = parameter.default
         elif parameter.is_complex and parameter.phase_key in given:
             raise RotorstudyError(f"{parameter.phase_key} in {where} has no magnitude; give {parameter.key} too")
     return values

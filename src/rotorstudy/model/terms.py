@@ -207,6 +207,7 @@ class Parameter:
     force   : NonlinearForce multiplied by the (real) parameter, whose table of entries is then empty
     exact   : function(real amplitude) -> table of entries of an effect on the output that is not linear in its
               amplitude, and acts on what the others show; `entries` are then its derivative at zero
+    default : its value where the rig states none; None: it has none, and is unknown
     also    : another name of its value -> (SI unit, factor from it): {"unbalance": ("kg m", 1 / mass)}
     """
 
@@ -217,6 +218,7 @@ class Parameter:
     is_complex: bool = False
     force: NonlinearForce | None = None
     exact: Callable | None = None
+    default: float | None = None
     also: dict = field(default_factory=dict)
 
     @property
