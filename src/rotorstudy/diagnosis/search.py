@@ -16,7 +16,7 @@ from rotorstudy.diagnosis.odds import Explanation, faults_of, odds_of
 from rotorstudy.diagnosis.parts import faults_of_several_parts
 from rotorstudy.diagnosis.screening import TIE, Screened, screen, screen_each, screen_pairs
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.diagnosis.shape_scan import can_be_scanned, scan
+from rotorstudy.diagnosis.shape_scan import can_be_scanned, is_sought_everywhere, scan
 from rotorstudy.diagnosis.shapes import refine, refine_in_turn
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import predicted, with_cause_error
@@ -38,6 +38,7 @@ REACH = 10.0  # log odds below the best, at its motion, beyond which an alternat
 INACCURACY = 0.01  # of what a cause explains: added to REACH, as columns at the best motion are not exact
 ALTERNATIVES = 12  # most alternatives to each cause that are fitted in a round
 ROUNDS = 3  # of alternatives, each at the motion of the best of the last one
+STEPPED = 4  # explanations by causes whose shape was scanned, of which it is refined by steps, however much they leave
 REFINED = 3  # most explanations of a round whose shape is refined
 LEFT_BY_SHAPE = 0.05  # of what a cause explains, left if its shape is half a step of those tried away from the true one
 NOT_SCREENED = Screened(0.0, -np.inf, np.zeros(0), np.zeros(0))
@@ -160,7 +161,10 @@ def _added(work, current, fits=None):
     """
     while True:
         tried = with_one_more(work, current, fits)
-        better = max((refine(work, e) for e in _to_refine(tried, current.fit.cost)), key=odds_of, default=current)
+        stepped = [refine(work, e, again=False) for e in _scanned(tried)]
+        better = max(
+            (refine(work, e) for e in _to_refine([*tried, *stepped], current.fit.cost)), key=odds_of, default=current
+        )
         if odds_of(better) <= odds_of(current):
             return current
         log.info("comparing alternatives to %s", " and ".join(better.named))
@@ -253,12 +257,16 @@ def _with_scanned(work, chosen, screenings, fits):
 
 
 def _promising(work, chosen, screenings, most):
-    """Candidates worth a fit, {index: Screened}: the best of the screenings in turn, each cause in its best shape."""
-    lists = []
+    """Candidates worth a fit, {index: Screened}: the best of the screenings in turn, each cause in its best shape.
+
+    A crack that was scanned counts in each alternative, as its columns say little about how it opens.
+    """
+    lists, of_scans = [], {id(cause) for cause in work.scanned if is_sought_everywhere(cause)}
+    names = [c.label if id(c) in of_scans else c.cause for c in chosen]
     for screened in screenings:
         odds = [one.evidence + np.log(work.prior_odds.of(cause)) for one, cause in zip(screened, chosen, strict=True)]
         order, seen = sorted(range(len(chosen)), key=lambda i: -odds[i]), set()
-        order = [i for i in order if not (chosen[i].cause in seen or seen.add(chosen[i].cause))]
+        order = [i for i in order if not (names[i] in seen or seen.add(names[i]))]
         best = max((one.explained for one in screened), default=0.0)
         worth = [max(WORTH_FITTING * best, 0.5 * work.prior_odds.even_odds_gain(chosen[i])) for i in order]
         lists.append([(i, screened[i]) for i, low in zip(order, worth, strict=True) if screened[i].explained >= low])
@@ -271,7 +279,7 @@ def _promising(work, chosen, screenings, most):
 
 
 def _fit_closest(work, options, from_stated=False):
-    """Explanations by those options whose cost after a trial fit is close to the lowest.
+    """Explanations by those options whose cost after a trial fit is close to the lowest, and by all cracks.
 
     from_stated : whether the trial starts from the stated values, but for causes whose shape was scanned
     """
@@ -282,10 +290,15 @@ def _fit_closest(work, options, from_stated=False):
         looked += [(fitted.cost, len(looked), causes, [fitted.theta, start])] if fitted else []
     tried = []
     for rank, (cost, _, causes, starts) in enumerate(sorted(looked, key=lambda one: one[:2])):
-        if rank >= FITTED_FULLY and cost > min(looked)[0] + CLOSE:
-            break
-        tried.append(work.explain(causes, starts))
+        if rank < FITTED_FULLY or cost <= min(looked)[0] + CLOSE or is_sought_everywhere(causes[-1]):
+            tried.append(work.explain(causes, starts))
     return [e for e in tried if e]
+
+
+def _scanned(tried):
+    """The best explanations whose last cause was scanned: steps from there may gain much more than from elsewhere."""
+    found = sorted((e for e in tried if can_be_scanned(e.causes[-1])), key=odds_of, reverse=True)
+    return found[:STEPPED]
 
 
 def _to_refine(tried, before):
@@ -371,7 +384,7 @@ def _pairs(work, current):
 
     Of what was scanned, the shape found counts instead of those of a coarse grid.
     """
-    scanned = {(c.cause, *c.variant.values()): c for c in work.scanned}
+    scanned = {(c.cause, *c.variant.values()): c for c in reversed(work.scanned)}
     others = [c for c in work.candidates if (c.cause, *c.variant.values()) not in scanned]
     chosen = [*others, *scanned.values()]
     projected, usable = work.project(current.fit, chosen, tuple(n for c in current.causes for n in c.names))
