@@ -38,7 +38,7 @@ REACH = 10.0  # log odds below the best, at its motion, beyond which an alternat
 INACCURACY = 0.01  # of what a cause explains: added to REACH, as columns at the best motion are not exact
 ALTERNATIVES = 12  # most alternatives to each cause that are fitted in a round
 ROUNDS = 3  # of alternatives, each at the motion of the best of the last one
-STEPPED = 4  # explanations by causes whose shape was scanned, of which it is refined by steps, however much they leave
+STEPPED = 4  # explanations by causes whose shape was scanned, of which it is refined by steps, the best or not
 REFINED = 3  # most explanations of a round whose shape is refined
 LEFT_BY_SHAPE = 0.05  # of what a cause explains, left if its shape is half a step of those tried away from the true one
 NOT_SCREENED = Screened(0.0, -np.inf, np.zeros(0), np.zeros(0))
@@ -160,11 +160,10 @@ def _added(work, current, fits=None):
     fits : as for `with_one_more`
     """
     while True:
-        tried = with_one_more(work, current, fits)
-        stepped = [refine(work, e, again=False) for e in _scanned(tried)]
-        better = max(
-            (refine(work, e) for e in _to_refine([*tried, *stepped], current.fit.cost)), key=odds_of, default=current
-        )
+        tried, before = with_one_more(work, current, fits), current.fit.cost
+        scanned = _scanned(tried, before)
+        tried = [refine(work, e, again=False) if id(e) in scanned else e for e in tried]
+        better = max((refine(work, e) for e in _to_refine(tried, before)), key=odds_of, default=current)
         if odds_of(better) <= odds_of(current):
             return current
         log.info("comparing alternatives to %s", " and ".join(better.named))
@@ -198,8 +197,8 @@ def _settled(work, spectrum, missing, best):
     for rank, known in enumerate(sorted(work.explanations, key=odds_of, reverse=True)):
         if known.causes and (rank < FITTED_FULLY or odds_of(known) >= odds_of(best) - REACH):
             found = again.explain(known.causes, [known.fit.theta])
-            if found and known.causes[-1].shape:
-                refine(again, found)
+            if found:
+                refine_in_turn(again, found)
     return again
 
 
@@ -238,7 +237,7 @@ def with_one_more(work, current, fits=None):
         for fitted in fits
         for parts, start in faults_of_several_parts(work, fitted, chosen)
     ]
-    return [*_fit_closest(work, options, from_stated=True), *_fit_closest(work, several)]
+    return [*_fit_closest(work, options, from_stated=True, before=current.fit.cost), *_fit_closest(work, several)]
 
 
 def _with_scanned(work, chosen, screenings, fits):
@@ -278,10 +277,11 @@ def _promising(work, chosen, screenings, most):
     return found
 
 
-def _fit_closest(work, options, from_stated=False):
-    """Explanations by those options whose cost after a trial fit is close to the lowest, and by all cracks.
+def _fit_closest(work, options, from_stated=False, before=0.0):
+    """Explanations by options whose cost after a trial fit is close to the lowest, and by cracks that explain much.
 
     from_stated : whether the trial starts from the stated values, but for causes whose shape was scanned
+    before      : cost of the explanation that the options extend
     """
     looked = []
     for causes, start in options:
@@ -290,15 +290,25 @@ def _fit_closest(work, options, from_stated=False):
         looked += [(fitted.cost, len(looked), causes, [fitted.theta, start])] if fitted else []
     tried = []
     for rank, (cost, _, causes, starts) in enumerate(sorted(looked, key=lambda one: one[:2])):
-        if rank < FITTED_FULLY or cost <= min(looked)[0] + CLOSE or is_sought_everywhere(causes[-1]):
+        is_crack = is_sought_everywhere(causes[-1]) and _explains_much(cost, min(looked)[0], before)
+        if rank < FITTED_FULLY or cost <= min(looked)[0] + CLOSE or is_crack:
             tried.append(work.explain(causes, starts))
     return [e for e in tried if e]
 
 
-def _scanned(tried):
-    """The best explanations whose last cause was scanned: steps from there may gain much more than from elsewhere."""
-    found = sorted((e for e in tried if can_be_scanned(e.causes[-1])), key=odds_of, reverse=True)
-    return found[:STEPPED]
+def _explains_much(cost, least, before):
+    """Whether a cost has come down by half as much as the least one, from what it was before."""
+    return cost <= 0.5 * (least + before)
+
+
+def _scanned(tried, before):
+    """The best explanations (by id) whose last cause was scanned: steps from there may gain more than from elsewhere.
+
+    before : cost of the explanation that they extend
+    """
+    least = min((e.fit.cost for e in tried), default=0.0)
+    found = [e for e in tried if can_be_scanned(e.causes[-1]) and _explains_much(e.fit.cost, least, before)]
+    return {id(e) for e in sorted(found, key=odds_of, reverse=True)[:STEPPED]}
 
 
 def _to_refine(tried, before):
