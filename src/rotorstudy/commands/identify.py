@@ -169,9 +169,9 @@ def _chosen(spectrum, harmonics):
 
 def _print_misfit(misfit, freedom):
     """Print the misfit per degree of freedom and its 95 % range for a model that explains the records."""
-    from scipy.stats import chi2
+    from scipy.special import chdtri
 
-    low, high = chi2.ppf([0.025, 0.975], freedom) / freedom
+    low, high = chdtri(freedom, [0.975, 0.025]) / freedom
     expected = f"{low:.2g} to {high:.2g} expected if only noise is left"
     print(f"misfit {misfit / freedom:.3g} per degree of freedom ({expected})")
     if misfit / freedom > high:

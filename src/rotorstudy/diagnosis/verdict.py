@@ -263,7 +263,7 @@ def residual_map(fitted, spectrum):
 
 def _unexplained(fitted, spectrum, settings):
     """Harmonics and nodes with a significant residual, the largest share first."""
-    from scipy.stats import chi2
+    from scipy.special import chdtrc
 
     square = residual_map(fitted, spectrum) ** 2
     total, speeds = square.sum(), len(spectrum.speed)
@@ -271,7 +271,7 @@ def _unexplained(fitted, spectrum, settings):
     for h, n in enumerate(spectrum.harmonics):
         for s, node in enumerate(spectrum.sensors):
             part = 2 * square[:, h, s].sum()
-            if chi2.sf(part, 2 * speeds) * square[0].size < settings.significance:
+            if chdtrc(2 * speeds, part) * square[0].size < settings.significance:
                 share, sigma = part / (2 * total), np.sqrt(part / (2 * speeds))
                 found.append(Unexplained(harmonic=int(n), node=int(node), share=share, sigma=sigma))
     return sorted(found, key=lambda row: -row.share)

@@ -183,9 +183,9 @@ def chi_square_p_value(cost: float, freedom: int) -> float:
     float
         Positive, also where it underflows.
     """
-    from scipy.stats import chi2
+    from scipy.special import chdtrc
 
-    return float(max(chi2.sf(cost, freedom), np.finfo(float).tiny)) if freedom else 1.0
+    return float(max(chdtrc(freedom, cost), np.finfo(float).tiny)) if freedom else 1.0
 
 
 def fit(
