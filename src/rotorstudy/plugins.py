@@ -7,8 +7,11 @@ The names below are imported when first used, so that a plugin costs no more tha
 
 _HOME = {
     "model.kinds": "Bearing Crack CrackDepth Effect Estimator Rotor SpectrumMethod hookimpl",
-    "model.terms": "Entry NonlinearForce Parameter planar_entries",
-    "model.structure": "RigidDisc Section Structure at_supports probe_axis sensor_unit",
+    "model.entries": "Entry planar_entries",
+    "model.terms": "NonlinearForce Parameter",
+    "model.reading": "probe_axis sensor_unit",
+    "model.shaft_parts": "RigidDisc Section",
+    "model.structure": "Structure at_supports",
     "model.hinge": "crack_at",
     "model.options": "AtLeastOne DepthRatio Even Fraction NonNegative PoissonsRatio Positive Share TypedDict Whole",
     "model.cracks": "crack_parameters",

@@ -7,9 +7,9 @@ import pytest
 
 from rotorstudy.diagnosis.verdict import investigate
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+from rotorstudy.model.reading import Reading
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
-from rotorstudy.model.structure import Reading
 from rotorstudy.response.measured import measured_response
 from rotorstudy.response.statics import static_deflection
 

@@ -16,7 +16,8 @@ from rotorstudy.diagnosis.verdict import investigate
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prior import Prior, log_narrowing
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
-from rotorstudy.model.rig import build_model, make_term
+from rotorstudy.model.rig import build_model
+from rotorstudy.model.rig_items import make_term
 from rotorstudy.model.terms import share_of
 from rotorstudy.response.measured import measured_response
 

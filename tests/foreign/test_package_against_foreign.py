@@ -15,7 +15,8 @@ from rotorstudy import build_model, measured_response
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.settings import read_settings
 from rotorstudy.measurement.measurement import measured_spectrum
-from rotorstudy.model.rig import RigFile, make_term, read_rig
+from rotorstudy.model.rig import RigFile, read_rig
+from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.floquet import periodic_growth_rate
 from rotorstudy.response.stability import growth_rate
 

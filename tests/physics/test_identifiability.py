@@ -12,7 +12,7 @@ from rotorstudy.errors import UnidentifiableError
 from rotorstudy.inference.bounds import cramer_rao_bound
 from rotorstudy.inference.problem import magnitude_and_phase
 from rotorstudy.measurement.spectrum import independent_covariance
-from rotorstudy.model.rig import make_term
+from rotorstudy.model.rig_items import make_term
 from rotorstudy.studies.common import clean_spectrum
 from rotorstudy.studies.config import ExtraMeasurement, load_study
 from rotorstudy.studies.identifiability import identifiability, information

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from rotorstudy.model.entries import apply_entries
 from rotorstudy.model.model import Model
 from rotorstudy.model.table import Columns, Table
-from rotorstudy.model.terms import apply_entries
 from rotorstudy.response.alternating import nonlinear_columns
 from rotorstudy.response.coupling import COUPLED_ORDER, layout
 from rotorstudy.response.harmonic import (

@@ -8,7 +8,7 @@ to R_-1 of each rig. A backward force independent of the speed, as of a misalign
 import numpy as np
 import pandas as pd
 
-from rotorstudy.model.rig import make_term
+from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.measured import measured_response
 from rotorstudy.store import as_complex
 from rotorstudy.thesis.replay import COLUMN

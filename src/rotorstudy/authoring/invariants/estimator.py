@@ -9,8 +9,9 @@ from rotorstudy.authoring.invariants.bench import bench_structure, bench_terms, 
 from rotorstudy.errors import RotorstudyError, UnidentifiableError
 from rotorstudy.inference.problem import Problem, estimate_by
 from rotorstudy.measurement.spectrum import independent_covariance
+from rotorstudy.model.entries import Entry
 from rotorstudy.model.model import Model
-from rotorstudy.model.terms import Entry, Parameter, Term
+from rotorstudy.model.terms import Parameter, Term
 from rotorstudy.response.measured import measured_response
 
 
