@@ -14,7 +14,8 @@ from rotorstudy.measurement.spectrum import Spectrum, shared_product
 from rotorstudy.model.entries import apply_entries
 from rotorstudy.model.model import Model
 from rotorstudy.response.coupling import COUPLED_ORDER, check_speed, gather, layout, mirrored_unknown, own_harmonic
-from rotorstudy.response.harmonic import operator, reference_of, static_force
+from rotorstudy.response.harmonic import reference_of, static_force
+from rotorstudy.response.solving import operator
 from rotorstudy.response.statics import static_deflection
 
 

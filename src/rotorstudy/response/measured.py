@@ -12,13 +12,8 @@ from rotorstudy.model.model import Model
 from rotorstudy.model.table import Columns, Table
 from rotorstudy.response.alternating import nonlinear_columns
 from rotorstudy.response.coupling import COUPLED_ORDER, layout
-from rotorstudy.response.harmonic import (
-    Linearised,
-    carried_response,
-    positions,
-    response_inputs,
-    solver,
-)
+from rotorstudy.response.harmonic import Linearised, carried_response, positions, response_inputs
+from rotorstudy.response.solving import solver
 from rotorstudy.response.statics import static_deflection
 
 SOLVED_AT_ONCE = 8  # coordinates whose receptances are solved together: more take more memory, not less time
