@@ -35,9 +35,9 @@ _HOME = {
     "measured_spectrum": "measurement.measurement",
     "Spectrum": "measurement.spectrum",
     "Problem": "inference.problem",
-    "Estimate": "inference.problem",
+    "Estimate": "inference.estimate",
     "cramer_rao_bound": "inference.bounds",
-    "magnitude_and_phase": "inference.problem",
+    "magnitude_and_phase": "inference.estimate",
     "plot_full_spectrum": "presentation.plots",
     "RotorstudyError": "errors",
 }

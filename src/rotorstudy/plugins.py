@@ -20,7 +20,7 @@ _HOME = {
     "measurement.harmonics": "circular_covariance fit_basis noise_power shared_error_covariance spectral_lines "
     "white_noise_covariance",
     "measurement.keyphasor": "shaft_angle",
-    "inference.problem": "Estimate linear_estimate",
+    "inference.estimate": "Estimate linear_estimate",
     "inference.linear": "by_speed in_chunks invert noise_in_equations solve_equations solve_full_rank solve_linear "
     "solve_truncated solve_weighted undetermined whitened",
     "inference.prediction": "predicted_derivatives",

@@ -29,10 +29,10 @@ from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.words import place, readable, summary
 from rotorstudy.diagnosis.wrong_convention import chain_hypothesis, finding_of
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.inference.fit import Fit, chi_square_p_value, residual_share
 from rotorstudy.inference.prediction import misfit, predicted, with_cause_error, with_model_error
 from rotorstudy.inference.prior import with_rotor
-from rotorstudy.inference.problem import magnitude_and_phase
 from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model

@@ -8,9 +8,9 @@ from rotorstudy.diagnosis.search import base_model
 from rotorstudy.diagnosis.settings import read_settings
 from rotorstudy.diagnosis.verdict import diagnose
 from rotorstudy.diagnosis.words import gain_in_words, place, readable
+from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import predicted, with_model_error
-from rotorstudy.inference.problem import magnitude_and_phase
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import read_rig
