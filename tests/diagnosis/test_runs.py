@@ -191,3 +191,12 @@ def test_bad_runs_are_told_in_one_line(folder, change, said):
     with pytest.raises(RotorstudyError, match=said) as error:
         identify_runs(folder / "bad.yaml", folder / "rig.yaml")
     assert "\n" not in str(error.value)
+
+
+def test_an_unbalance_is_printed_in_g_mm_at_an_angle(folder, capsys):
+    assert main(["identify", "--runs", str(folder / "runs.yaml"), "--rig", str(folder / "rig.yaml")]) == 0
+    said = capsys.readouterr().out
+    assert "eccentricity" not in said
+    (line,) = [one for one in said.splitlines() if "added 1" in one]  # 25 g mm at -40 degrees
+    size, angle = float(line.split("unknown")[1].split()[0]), float(line.split(" at ")[1].split()[0])
+    assert abs(size - 25) < 0.5 and abs(angle - 320) < 1
