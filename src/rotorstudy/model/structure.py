@@ -10,6 +10,7 @@ import numpy as np
 from rotorstudy.errors import CannotAct, unknown_name
 from rotorstudy.model.scales import Scales
 
+UNBALANCED = 1e-6  # of the static load: larger forces that the bearings leave are no round-off
 STRETCHES = 8  # most parts into which a shaft is divided, of which longer stretches consist
 
 
@@ -426,6 +427,33 @@ class Structure:
             1 below (also where the moment is zero or not known), -1 above.
         """
         return -1 if section.moment @ self._deflection_on_rigid_bearings + section.own_moment > 0 else 1
+
+    def bearing_load(self, node: int) -> float:
+        """Static load on the bearing at a node, N downward, if the bearings are rigid.
+
+        That is exact for two bearings: the loads then follow from equilibrium alone.
+
+        Parameters
+        ----------
+        node : int
+
+        Returns
+        -------
+        float
+            Zero where there is no gravity; negative if the rotor lifts there.
+
+        Raises
+        ------
+        CannotAct
+            If the node cannot move, or the bearings do not carry the rotor.
+        """
+        i = self.index(node)
+        deflection = self._deflection_on_rigid_bearings
+        left = self.static_load - self.stiffness @ deflection
+        held = [self.dofs.index((n, "translation")) for n in self.bearing_nodes if (n, "translation") in self.dofs]
+        if np.abs(np.delete(left, held)).max(initial=0) > UNBALANCED * np.abs(self.static_load).max():
+            raise CannotAct("the bearings and supports do not carry the rotor, so their static loads are not known")
+        return float(left[i])
 
     @cached_property
     def _deflection_on_rigid_bearings(self):

@@ -207,6 +207,7 @@ class Parameter:
     force   : NonlinearForce multiplied by the (real) parameter, whose table of entries is then empty
     exact   : function(real amplitude) -> table of entries of an effect on the output that is not linear in its
               amplitude, and acts on what the others show; `entries` are then its derivative at zero
+    default : its value where the rig states none; None: it has none, and is unknown
     also    : another name of its value -> (SI unit, factor from it): {"unbalance": ("kg m", 1 / mass)}
     """
 
@@ -217,6 +218,7 @@ class Parameter:
     is_complex: bool = False
     force: NonlinearForce | None = None
     exact: Callable | None = None
+    default: float | None = None
     also: dict = field(default_factory=dict)
 
     @property
@@ -252,6 +254,7 @@ class Term:
     carries : whether it carries the static load (a bearing), so that it does not act on the static deflection
     label   : distinguishes terms of the same kind; it becomes part of the names, "eccentricity[left]"
     variation : of the numbers of the rotor, its matrices at any change of them; the entries are their derivatives
+    options : of its plugin, in SI
     """
 
     kind: str
@@ -261,6 +264,7 @@ class Term:
     label: str = ""
     carries: bool = False
     variation: "Variation | None" = None
+    options: dict = field(default_factory=dict)
 
     @property
     def acts_on_output(self) -> bool:

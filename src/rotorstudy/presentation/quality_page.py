@@ -11,6 +11,7 @@ from rotorstudy.units import shown_unit
 
 SHOWN_REVOLUTIONS = 4  # of the time signal
 MOST_PICTURES = 24
+MOST_NAMED = 5  # nodes in one column of a legend
 
 
 def write_page(measurement, path, title):
@@ -82,7 +83,8 @@ def _picture(spectrum, i, record):
             plot_orbit(z, orbit_axes, index=s % len(COLOURS), label=f"node {node}")
         signals.set_xlabel("revolutions")
         signals.set_ylabel("displacement minus mean (µm)")
-        signals.legend()
+        if len(record.sensors) <= MOST_NAMED:
+            signals.legend()
     count = len(spectrum.harmonics)
     for s, node in enumerate(spectrum.sensors):
         variance = np.diag(spectrum.covariance[i, s])
@@ -95,6 +97,6 @@ def _picture(spectrum, i, record):
         axes[0].errorbar(place, 1e6 * size, fmt="o", color=colour, **bars)
     axes[0].set_yscale("log")
     axes[0].set_ylabel("amplitude ± 2 σ (µm)")
-    axes[0].legend()
+    axes[0].legend(ncols=1 + len(spectrum.sensors) // MOST_NAMED)
     harmonic_axis(axes[0], spectrum.harmonics)
     return png_bytes(picture)
