@@ -40,22 +40,43 @@ def published():
     added = pd.read_csv(KIT / "published" / "added_unbalance.csv").set_index("condition")
     tables, changes = {}, {}
     for condition, rows in change.groupby("condition"):
-        lines, found = ["speed_rpm,node,harmonic,amplitude_mil,phase_deg"], []
-        for speed, repeats in rows.groupby("speed"):
-            moved = np.array([_phasor(repeats, probe).mean() for probe in PROBES])
-            whole = moved + [_phasor(baseline.loc[speed], probe) for probe in PROBES]
-            found.append(MIL * np.conj(moved))
-            for plane in (1, 2):
-                x, y = np.conj(whole[2 * plane - 2 : 2 * plane])
-                for n, z in ((1, (x + 1j * y) / 2), (-1, np.conj(x - 1j * y) / 2)):
-                    rpm = baseline.loc[speed, "speed_rpm"]
-                    lines.append(f"{rpm},{plane},{n},{abs(z):.6f},{np.degrees(np.angle(z)):.3f}")
-        tables[condition], changes[condition] = "\n".join(lines) + "\n", np.concatenate(found)
+        found = {
+            speed: np.array([_phasor(repeats, probe).mean() for probe in PROBES])
+            for speed, repeats in rows.groupby("speed")
+        }
+        tables[condition] = _table(found, baseline)
+        changes[condition] = MIL * np.conj(np.concatenate(list(found.values())))
     true = {
         name: np.array([row[f"disc{d}_g_mm"] * np.exp(-1j * np.deg2rad(row[f"disc{d}_hole_deg"])) for d in (1, 2)])
         for name, row in added.iterrows()
     }
     return tables, true, changes
+
+
+def baseline_records():
+    """Tables of harmonics of each of the records of the baseline."""
+    change = pd.read_csv(KIT / "published" / "one_x_minus_baseline.csv").query("condition == 'BASE'")
+    baseline = pd.read_csv(KIT / "published" / "baseline_mean.csv").set_index("speed")
+    records = [rows.set_index("speed") for _, rows in change.groupby("record")]
+    return [
+        _table(
+            {speed: np.array([_phasor(rows.loc[speed], probe) for probe in PROBES]) for speed in rows.index}, baseline
+        )
+        for rows in records
+    ]
+
+
+def _table(found, baseline):
+    """The text of a table of harmonics; found : {speed: change (probe,) of the published phasors, mil}."""
+    lines = ["speed_rpm,node,harmonic,amplitude_mil,phase_deg"]
+    for speed, moved in found.items():
+        whole = moved + [_phasor(baseline.loc[speed], probe) for probe in PROBES]
+        for plane in (1, 2):
+            x, y = np.conj(whole[2 * plane - 2 : 2 * plane])
+            for n, z in ((1, (x + 1j * y) / 2), (-1, np.conj(x - 1j * y) / 2)):
+                rpm = baseline.loc[speed, "speed_rpm"]
+                lines.append(f"{rpm},{plane},{n},{abs(z):.6f},{np.degrees(np.angle(z)):.3f}")
+    return "\n".join(lines) + "\n"
 
 
 def _phasor(rows, probe):

@@ -28,7 +28,7 @@ def rotorstudy_effect():
     return Effect(
         "probe_vibration",
         probe_vibration,
-        source="API 670 (rigid brackets of probes); Bently and Hatch 2002, Fundamentals of Rotating Machinery Diagnostics",
+        source="API 670 (brackets of probes are rigid); Bently and Hatch 2002",
         acts_on="output",
         candidate=False,  # a runout, forward and backward, of one probe: one cause, one name
         places=both_probes,

@@ -24,6 +24,7 @@ from rotorstudy.diagnosis.result import (
     Unexplained,
     Verdict,
 )
+from rotorstudy.diagnosis.resultant import resultant_of
 from rotorstudy.diagnosis.search import search
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.words import place, readable, summary
@@ -142,6 +143,7 @@ def investigate(
         verdict=kind,
         causes=_causes(best, probability),
         ambiguous_with=[_cause(parts, e.fit, probability[fault]) for fault, parts, e in stated],
+        resultant=resultant_of(found, best),
         separating_measurement=_separating(best.causes, [parts[0] for _, parts, _ in stated], model.structure),
         next_runs=_next_runs(kind, found, measured, held),
         not_considered=_not_considered(best.causes, settings, {term.kind for term in model.terms}),
