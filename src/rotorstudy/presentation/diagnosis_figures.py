@@ -184,7 +184,7 @@ def gain(data):
         ax.set_xlabel("speed (rad/s), node")
         ax.set_xlim(-1.5, max(len(labels), 4) - 0.5)
     axes[0, 1].axhline(1, color="k", linewidth=0.8, linestyle=":")
-    axes[0, 0].legend()
+    picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     axes[0, 0].set_title("held-out speeds" if held.any() else "fitted speeds (none was held out)")
     axes[0, 1].set_title("1: noise and stated model error alone")
     return picture
