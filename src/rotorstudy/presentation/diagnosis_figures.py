@@ -163,6 +163,8 @@ def before_and_after(data):
 
 def gain(data):
     """Error before and after by held-out speed (fitted speed if none is held out) and node, in µm and sigma."""
+    from matplotlib.ticker import LogLocator, NullLocator
+
     held = data.held_out.values.astype(bool)
     chosen = data.isel(speed=np.flatnonzero(held)) if held.any() else data
     picture, axes = figure(1, 2, height=3.1)
@@ -183,8 +185,9 @@ def gain(data):
         ax.set_ylabel(label)
         ax.set_xlabel("speed (rad/s), node")
         ax.set_xlim(-0.6, max(len(labels), 4) - 0.4)
+        ax.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
         ax.yaxis.set_major_formatter("{x:g}")
-        ax.yaxis.set_minor_formatter("{x:g}")
+        ax.yaxis.set_minor_locator(NullLocator())
     axes[0, 1].axhline(1, color="k", linewidth=0.8, linestyle=":")
     picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     axes[0, 0].set_title("held-out speeds" if held.any() else "fitted speeds (none was held out)")
