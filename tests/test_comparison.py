@@ -109,7 +109,7 @@ def test_figures_of_a_comparison_carry_their_name_and_say_what_is_in_the_data():
     figures = comparison_figures(whole, errors, biased, 200)
     assert list(figures) == ["estimators", "spectra", "faults", "coverage", "bias"]
     said = {name: picture.get_suptitle() for name, picture in figures.items()}
-    assert said["estimators"].startswith("1 of 2 estimators stay within 1.25 times")
+    assert said["estimators"].startswith("Good comes closest to the Cramér-Rao bound")
     assert "with good has the smallest error in its worst fault (1 % noise)" in said["faults"]
     assert said["coverage"].startswith("2 of 4 pairs state valid 95 % intervals")
     assert "by 1 % moves the parameters by 2 to 2 %" in said["bias"]

@@ -89,7 +89,7 @@ def advice(ranked):
 
 
 def with_words(told, use_if):
-    """Advice with the column "use this if".
+    """Advice with the column "use this if", its faults in the order of `use_if`.
 
     Parameters
     ----------
@@ -102,8 +102,11 @@ def with_words(told, use_if):
     -------
     pandas.DataFrame
     """
-    words = {fault: text for fault, text in use_if.items() if text} | {ANY_FAULT: "you do not know, or fear all of it"}
-    told = told.copy()
+    words = {fault: text for fault, text in use_if.items() if text} | {
+        ANY_FAULT: "you do not know which of these holds"
+    }
+    place = {fault: i for i, fault in enumerate(use_if)}
+    told = told.sort_values("fault", key=lambda faults: faults.map(place).fillna(len(place)), kind="stable")
     told.insert(0, "use this if", [words.get(fault, f"the record has: {fault}") for fault in told.fault])
     return told
 
