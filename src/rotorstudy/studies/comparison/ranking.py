@@ -121,8 +121,8 @@ def in_short(told):
             "use this if": row["use this if"],
             "spectrum method": named(row["spectrum_method"]),
             "estimator": named(row["estimator"]),
-            "error, times the least possible": f"{row['error over bound, median']:.2g} typical, "
-            f"{row['error over bound, worst rotor and noise']:.2g} at worst",
+            "error, times the least possible": f"typically {row['error over bound, median']:.2g}, "
+            f"at worst {row['error over bound, worst rotor and noise']:.2g}",
             "at worst": f"{row['worst rotor and noise']} noise, {named(row['worst parameter there'])}",
             "its 95 % intervals": row["intervals"],
         }
