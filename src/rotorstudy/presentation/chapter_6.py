@@ -9,6 +9,7 @@ from rotorstudy.presentation.plots import (
     figure,
     harmonic_axis,
     phases_near,
+    phases_of,
     plot_full_spectrum,
     plot_orbit,
     plot_phase,
@@ -104,7 +105,7 @@ def spectra_figure(config, rows, speed, quantity, printed):
             table = printed[(printed.table == spectrum_table(quantity, n)) & (printed.method == "regression")]
             at, shown = table.item.astype(int).to_list(), 1e6 * table.published
             if quantity == "phase":
-                shown = phases_near(table.published, first[[list(config.harmonics).index(n) for n in at]])
+                shown = phases_near(np.rad2deg(table.published), phases_of(values, first, config.harmonics, at))
             panel.plot(at, shown, "kx", markersize=3, label="printed in the thesis")
         panel.set_title(f"node {n}: {place}")
         panel.set_xlabel("")

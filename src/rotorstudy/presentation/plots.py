@@ -164,10 +164,15 @@ def plot_full_spectrum(
 
 
 def phases_near(phases, near):
-    """Phases (...) in degrees, beside those of `near` where these are close to 180; phases rad, near complex (...)."""
-    off = np.angle(np.exp(1j * np.asarray(phases)) * np.exp(-1j * np.angle(near)), deg=True)
-    beside = np.angle(near, deg=True) + off
-    return np.where(np.abs(beside) > MOST_DEGREES, np.rad2deg(phases), beside)
+    """Phases (...) in degrees, moved by a revolution where that brings them beside those of `near` (...), degrees."""
+    beside = near + (np.asarray(phases) - near + 180) % 360 - 180
+    return np.where(np.abs(beside) > MOST_DEGREES, phases, beside)
+
+
+def phases_of(amplitude, near, harmonics, at):
+    """Phases in degrees, as `plot_phase` draws them, of some harmonics `at` of amplitude (harmonic,)."""
+    drawn = phases_near(np.angle(amplitude, deg=True), np.angle(near, deg=True))
+    return drawn[[list(harmonics).index(n) for n in at]]
 
 
 def plot_phase(harmonics, amplitude, axes, *, label=None, index=0, near=None):
@@ -175,7 +180,8 @@ def plot_phase(harmonics, amplitude, axes, *, label=None, index=0, near=None):
 
     harmonics, amplitude : (harmonic,) complex;  near : (harmonic,) complex, drawn before: -179 degrees stand beside 180
     """
-    phase = phases_near(np.angle(amplitude), amplitude if near is None else near)
+    phase = np.angle(amplitude, deg=True)
+    phase = phase if near is None else phases_near(phase, np.angle(near, deg=True))
     style = {"color": COLOURS[index], "fillstyle": "none", "markersize": max(8 - 2 * index, 3)}
     axes.plot(np.asarray(harmonics), phase, MARKERS[index], label=label, **style)
     axes.set_ylim(-MOST_DEGREES, MOST_DEGREES)

@@ -7,6 +7,7 @@ from rotorstudy.presentation.plots import (
     COLOURS,
     figure,
     phases_near,
+    phases_of,
     plot_full_spectrum,
     plot_orbit,
     plot_phase,
@@ -58,8 +59,10 @@ def full_spectra(harmonics, rows, panels, printed=None):
                 plot_phase(harmonics, values, panel, label=name, index=index, near=next(iter(here.values())))
         if printed and title in printed:
             at, values = printed[title]
-            first = np.asarray(next(iter(here.values())))[[list(harmonics).index(n) for n in at]]
-            shown = 1e6 * np.asarray(values) if kind == "amplitude" else phases_near(np.asarray(values), first)
+            first, last = (list(here.values())[k] for k in (0, -1))
+            shown = 1e6 * np.asarray(values)
+            if kind == "phase":
+                shown = phases_near(np.rad2deg(values), phases_of(last, first, harmonics, at))
             panel.plot(at, shown, "kx", markersize=3, label="printed in the thesis")
         panel.set_title(title)
     entries = [panel.get_legend_handles_labels() for panel in axes[:, 0]]
