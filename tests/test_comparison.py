@@ -2,13 +2,16 @@
 
 import numpy as np
 import pandas as pd
+import pytest
 import xarray as xr
 
-from rotorstudy import load_rig
+from rotorstudy import load_rig, registry
 from rotorstudy.presentation.comparison_figures import best_by_worst, comparison_figures
 from rotorstudy.presentation.comparison_page import write_advice, write_ranking
+from rotorstudy.studies.comparison.config import Fault, Rotor, load_comparison
 from rotorstudy.studies.comparison.estimates import without_values
 from rotorstudy.studies.comparison.ranking import ANY_FAULT, advice, ranking
+from rotorstudy.studies.comparison.trials import make_trials, trial_spectra
 
 
 def ranked(*rows):
@@ -66,6 +69,33 @@ def test_an_estimator_is_not_told_the_value_it_is_to_find(request):
     given = dict(zip(asked.names, np.concatenate([term.theta for term in asked.terms]), strict=True))
     assert {name for name, value in given.items() if np.isnan(value)} == set(sought)
     assert given["external_damping"] == 100.0 and asked.names == model.names
+
+
+@pytest.mark.parametrize("method", ["regression", "order_tracking"])
+@pytest.mark.parametrize("fault", [{}, {"keyphasor_jitter_rad": 0.02}])
+def test_levels_evaluated_together_are_those_evaluated_alone(method, fault, request):
+    """They share their draws: the error of a linear method grows with the level, without a fault in proportion."""
+    root = request.config.rootpath
+    config = load_comparison(root / "workflow" / "config" / "test" / "compare.yaml")
+    config = config.model_copy(update={"faults": {"one": Fault(**fault)}})
+    model, harmonics, method = (
+        load_rig(root / "examples" / "jeffcott.yaml"),
+        [0, 1, -1],
+        registry().get("spectrum", method),
+    )
+    rotor = Rotor(model, (), harmonics, harmonics, np.array([100.0]))
+
+    def found(levels):
+        return trial_spectra(method, make_trials(config, 0, rotor, "one", 0, levels, 3), harmonics)
+
+    both, clean = found([1.0, 5.0]), found([0.0])
+    for i, level in enumerate((1.0, 5.0)):
+        for part, alone in zip(both, found([level]), strict=True):
+            assert np.allclose(part[i], alone[0], rtol=1e-12, atol=1e-12 * abs(alone).max())
+    off = both[0] - clean[0]
+    if not fault:
+        assert np.allclose(off[1], 5 * off[0], rtol=1e-6, atol=1e-9 * abs(clean[0]).max())
+    assert abs(off[1]).max() > 3 * abs(off[0]).max() > 0
 
 
 def compared():
