@@ -3,9 +3,10 @@
 import sys
 
 from rotorstudy.commands.identify_runs import identify_several
-from rotorstudy.commands.outputs import check_file
+from rotorstudy.commands.outputs import NETCDF, YAML, check_file
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.registry import registry
+from rotorstudy.units import with_interval
 
 
 def add(commands):
@@ -80,9 +81,16 @@ def run(given):
             "--estimator and --rig-out ('diagnose' writes an extended rig)"
         )
     if given.out:
-        check_file(given.out, given.rig, *given.records)
+        check_file(given.out, given.rig, *given.records, suffixes=NETCDF)
     if given.rig_out:
-        check_file(given.rig_out, given.rig, *given.records, *([given.out] if given.out else []), option="--rig-out")
+        check_file(
+            given.rig_out,
+            given.rig,
+            *given.records,
+            *([given.out] if given.out else []),
+            option="--rig-out",
+            suffixes=YAML,
+        )
     method = registry().get("spectrum", given.spectrum) if given.spectrum else None
     estimator = registry().get("estimator", given.estimator)
     rig = read_rig(given.rig)
@@ -133,9 +141,9 @@ def _run_cause(given, rig, spectrum, model):
 
 
 def _print_estimates(names, values, std, units):
-    """Print each estimate with its 95 % interval."""
+    """Print each estimate with its standard deviation and its 95 % interval."""
     for name, value, one, unit in zip(names, values, std, units, strict=True):
-        print(f"{name:24} {value: .6g} ± {1.96 * one:.2g} {unit} (95 %)")
+        print(f"{name:24} {with_interval(value, one, unit)}")
 
 
 def _save(given, rig, plugins, names, values, std, units):

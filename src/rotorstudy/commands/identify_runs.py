@@ -2,8 +2,9 @@
 
 import sys
 
-from rotorstudy.commands.outputs import check_file
+from rotorstudy.commands.outputs import YAML, check_file
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.units import with_interval
 
 NOT_WITH_RUNS = ("unknowns", "cause", "harmonics", "spectrum", "out")
 
@@ -17,7 +18,7 @@ def identify_several(given):
         if getattr(given, name) is not None:
             raise RotorstudyError(f"--{name} is for a single set of records; leave it out, or leave out --runs")
     if given.rig_out:
-        check_file(given.rig_out, given.rig, given.runs, option="--rig-out")
+        check_file(given.rig_out, given.rig, given.runs, option="--rig-out", suffixes=YAML)
     found = identify_runs(given.runs, given.rig)
     for finding in found.findings:
         print(finding, file=sys.stderr)
@@ -33,9 +34,9 @@ def identify_several(given):
 
 
 def _print_estimates(joint, names):
-    """Print values with their 95 % intervals, complex ones by magnitude and phase."""
+    """Print values with standard deviations and 95 % intervals, complex ones by magnitude and phase."""
     import numpy as np
 
     units = {run.joint_name(n): u for run in joint.runs for n, u in zip(run.model.names, run.model.units, strict=True)}
-    for name, value, half in zip(names, joint.of(names)[0], 1.96 * np.sqrt(np.diag(joint.of(names)[1])), strict=True):
-        print(f"  {name:40} {value: .6g} ± {half:.2g} {units[name]} (95 %)")
+    for name, value, std in zip(names, joint.of(names)[0], np.sqrt(np.diag(joint.of(names)[1])), strict=True):
+        print(f"  {name:40} {with_interval(value, std, units[name])}")

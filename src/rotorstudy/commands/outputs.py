@@ -4,12 +4,16 @@ from pathlib import Path
 
 from rotorstudy.errors import RotorstudyError
 
+NETCDF, YAML, HTML = (".nc", ".nc4"), (".yaml", ".yml"), (".html", ".htm")
 
-def check_file(out, *inputs, option="--out"):
-    """Raise unless `out` is a file in an existing folder and none of the inputs."""
+
+def check_file(out, *inputs, option="--out", suffixes=()):
+    """Raise unless `out` is a file in an existing folder, with a suffix of its content, and none of the inputs."""
     path = Path(out)
     if path.is_dir():
         raise RotorstudyError(f"{option} {out}: is a folder; give a file in it")
+    if suffixes and path.suffix.lower() not in suffixes:
+        raise RotorstudyError(f"{option} {out}: the content is that of a file {' or '.join(suffixes)}; name it so")
     _check_parent(out, option)
     for given in inputs:
         if path.resolve() == Path(given).resolve():
