@@ -22,7 +22,7 @@ results: .venv/ready
 	$(SNAKEMAKE)
 
 report: results
-	.venv/bin/snakemake --quiet all --report results/report.html
+	.venv/bin/snakemake --quiet all --report results/report.html --report-stylesheet workflow/report/style.css
 
 check: .venv/ready
 	.venv/bin/ruff check .

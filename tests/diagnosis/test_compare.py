@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
+from page_checks import problems
 from slow_effects import SLOW
 
 from rotorstudy.commands.line import main
@@ -131,6 +132,7 @@ def test_the_command_writes_a_page_that_says_what_changed(tmp_path, capsys):
     assert capsys.readouterr().out.startswith("Something changed")
     page = (tmp_path / "out" / "index.html").read_text()
     assert "What changed in rig" in page and "Both states" in page
+    assert problems([tmp_path / "out" / "index.html"], tmp_path) == []
     assert (tmp_path / "out" / "figures" / "two_states.png").is_file()
     build_model(yaml.safe_load((tmp_path / "out" / "extended_rig.yaml").read_text()))
 

@@ -16,6 +16,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 import yaml
+from page_checks import problems
 
 ROOT = Path(__file__).parents[2]
 SOME_TARGETS = ["results/chapter_2/monte_carlo/physical/Single_speed_88.nc", "results/chapter_3/identification.nc"]
@@ -98,6 +99,12 @@ def test_everything_is_there_and_nothing_is_left_to_do(built, snakemake, whole):
     assert not list(built.rglob("*.partial*"))
     for kind, least in (("png", 20), ("svg", 20), ("csv", 15), ("nc", 15)):
         assert len(list((built / "results").rglob(f"*.{kind}"))) >= least
+
+
+def test_every_page_is_sound(built, tmp_path):
+    pages = sorted((built / "results").rglob("*.html"))
+    assert {"index.html", "scoreboard.html", "errata.html", "advice.html", "table_4_10.html"} <= {p.name for p in pages}
+    assert problems(pages, tmp_path) == []
 
 
 def test_no_rule_needs_the_number_of_cores():

@@ -11,5 +11,5 @@ if __name__ == "__main__":  # its worker processes import this file again
 
         folder = Path(snakemake.output.data).parent
         data, criteria, rows = run_blind(load_blind(snakemake.input.config), folder, cores=snakemake.threads)
-        write_pages(data, criteria, rows, folder)
+        write_pages(data, criteria, rows, folder, *snakemake.input.independent)
         print(printed(criteria))

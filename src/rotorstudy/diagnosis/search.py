@@ -15,7 +15,7 @@ from rotorstudy.diagnosis.parts import faults_of_several_parts
 from rotorstudy.diagnosis.screening import TIE, Screened, screen, screen_each, screen_pairs
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.shape_scan import can_be_scanned, scan
-from rotorstudy.diagnosis.shapes import refine
+from rotorstudy.diagnosis.shapes import refine, refine_in_turn
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import predicted, with_cause_error
 from rotorstudy.inference.prior import Prior, prior_of, with_rotor
@@ -163,7 +163,7 @@ def _added(work, current, fits=None):
         log.info("comparing alternatives to %s", " and ".join(better.named))
         current, fits = _with_alternatives(work, better), None
         if len(current.causes) > 1:
-            current = _drop(work, current)
+            current = _drop(work, refine_in_turn(work, current))
 
 
 def _settled(work, spectrum, missing, best):
@@ -232,6 +232,7 @@ def _with_scanned(work, chosen, screenings, fits):
     first = list({(c.cause, *c.variant.values()): c for c in reversed(chosen)}.values())
     for number, fitted in enumerate(fits):
         scanned = scan(work, fitted, first)
+        work.scanned.extend(one.cause for one in scanned)
         chosen = [*chosen, *(one.cause for one in scanned)]
         screenings = [
             [*rows, *(one.screened if i == number else NOT_SCREENED for one in scanned)]
@@ -355,8 +356,14 @@ def _elsewhere(work, current, cause):
 
 
 def _pairs(work, current):
-    """Explanations by two causes that explain most together, at the motion of an explanation."""
-    projected, usable = work.project(current.fit, work.candidates, tuple(n for c in current.causes for n in c.names))
+    """Explanations by two causes that explain most together, at the motion of an explanation.
+
+    Of what was scanned, the shape found counts instead of those of a coarse grid.
+    """
+    scanned = {(c.cause, *c.variant.values()): c for c in work.scanned}
+    others = [c for c in work.candidates if (c.cause, *c.variant.values()) not in scanned]
+    chosen = [*others, *scanned.values()]
+    projected, usable = work.project(current.fit, chosen, tuple(n for c in current.causes for n in c.names))
     alone = {c.label: one.evidence for c, one in zip(usable, screen_each(projected, usable), strict=True)}
     first = list({c.cause: c for c in sorted(usable, key=lambda c: alone[c.label])}.values())  # each in its best shape
     second = [c for c in usable if not c.fixed]
@@ -382,16 +389,17 @@ def _pairs(work, current):
 
 def _can_be_paired(work, first, second):
     """Whether two candidates (first, second) may be causes together; two contacts at once take too long to fit."""
-    shaped = np.outer([bool(c.shape) for c in first], [bool(c.shape) for c in second])
+    contacts = np.outer(*([bool(c.shape) and any(u.force for u in c.term.unknowns) for c in part]
+                          for part in (first, second)))  # fmt: skip
     if work.settings.most_causes > 1:
-        return ~shaped
+        return ~contacts
     each = [list({c.cause: c for c in part}.values()) for part in (first, second)]
     allowed = np.array([[_is_allowed(work, (a, b)) for b in each[1]] for a in each[0]])
     place = [
         [[c.cause for c in known].index(c.cause) for c in part]
         for known, part in zip(each, (first, second), strict=True)
     ]
-    return ~shaped & allowed[np.ix_(*place)]
+    return ~contacts & allowed[np.ix_(*place)]
 
 
 def _drop(work, current):

@@ -89,7 +89,9 @@ def motion_by_a_free_force(fitted: Fit, spectrum: Spectrum, row: np.ndarray, nea
     return Motion(near.motion.amplitude + np.einsum("whdp,wp->whd", moved, forces), near.motion.deflection)
 
 
-def scan(work: Search, fitted: Fit, chosen: list[Candidate], refined: int = REFINED) -> list[Scanned]:
+def scan(
+    work: Search, fitted: Fit, chosen: list[Candidate], refined: int = REFINED, least: float = 0.0
+) -> list[Scanned]:
     """The shapes of causes at which their columns explain most, at the best places of each effect.
 
     Parameters
@@ -101,6 +103,8 @@ def scan(work: Search, fitted: Fit, chosen: list[Candidate], refined: int = REFI
         One for each effect, place and alternative; those that `can_be_scanned` are considered.
     refined : int
         Most places of each effect, those where coarse shapes explain most.
+    least : float
+        What a coarse shape must explain (decrease of the cost), for its place to be refined.
 
     Returns
     -------
@@ -119,7 +123,7 @@ def scan(work: Search, fitted: Fit, chosen: list[Candidate], refined: int = REFI
     found = []
     for places in coarse.values():
         places.sort(key=lambda place: -place[1][0].screened.evidence)
-        least = LEAST_SEEN * fitted.cost
+        least = max(least, LEAST_SEEN * fitted.cost)
         found += [one.refined(best) for one, best in places[:refined] if best[0].screened.explained > least]
     return found
 
@@ -156,8 +160,11 @@ class _Scan(NamedTuple):
         labelled = self.cause._replace(term=replace(self.cause.term, label=label))
         return with_shape(self.work.rig, labelled, shape, self.work.settings.prior_width)
 
-    def judged(self, points):
-        """The shapes at some points (shape, option), the best first, without those in which the cause cannot act."""
+    def judged(self, points, kept=False):
+        """The shapes at some points (shape, option), the best first, without those in which the cause cannot act.
+
+        kept : whether the motions are kept, as alternatives of the cause are tried at the same points
+        """
         groups = {}
         for i, point in enumerate(points):
             try:
@@ -170,17 +177,17 @@ class _Scan(NamedTuple):
             groups[row.tobytes()][2].append(cause)
         if not groups:
             raise NoSteadyState(f"{self.cause.effect} cannot act with any of {len(points)} shapes")
-        projected = self.projection.of_groups([(chosen, self._motion(row)) for row, _, chosen in groups.values()])
+        projected = self.projection.of_groups([(chosen, self._motion(row, kept)) for row, _, chosen in groups.values()])
         points, chosen = ([one for group in groups.values() for one in group[i]] for i in (1, 2))
         found = map(_Judged, points, chosen, screen_each(projected, chosen))
         return sorted(found, key=lambda one: -one.screened.evidence)
 
-    def _motion(self, row):
+    def _motion(self, row, kept):
         """The Motion with a free force on a coordinate; that of a node is kept, as all shapes there share it."""
         if row.tobytes() in self.motions:
             return self.motions[row.tobytes()]
         motion = motion_by_a_free_force(self.fitted, self.work.spectrum, row, self.projection.near)
-        if self.cause.where:
+        if kept or self.cause.where:
             self.motions[row.tobytes()] = motion
         return motion
 
@@ -190,7 +197,8 @@ class _Scan(NamedTuple):
 
         options = len(self.ranges)
         count = FIRST_SAMPLES[options] * self._more
-        return self._distinct(self.judged(qmc.Sobol(options, scramble=False).random(count)))[: STARTS * self._more]
+        found = self.judged(qmc.Sobol(options, scramble=False).random(count), kept=True)
+        return self._distinct(found)[: STARTS * self._more]
 
     @property
     def _more(self):

@@ -122,10 +122,10 @@ def investigate(
     left = residual_share(*(misfit(one.model, fitted, one.theta) for one in (base, best.fit)), rows)
     weights = found.posterior()
     probability = _probability(weights)
-    stated = _stated(weights, best)
+    stated, gain = _stated(weights, best), gain_of(base, best.fit, held, expected)
     if not best.causes:
         kind = "nothing" if min(p_values.before, p_parameters) >= settings.significance else "unknown"
-    elif _is_rejected(found, p_values.after, p_parameters) or is_worse(base, best.fit, expected, settings):
+    elif _is_rejected(found, p_values.after, p_parameters) or is_worse(base, best.fit, expected, settings, gain):
         kind = "unknown"
     elif stated or min(probability[fault] for fault in best.faults) < settings.naming_probability:
         kind = "ambiguous"
@@ -153,7 +153,7 @@ def investigate(
         log_posterior_odds=max(odds, default=None),
         parameter_p_value=p_parameters,
         detection_limit=_detection_limits(found),
-        gain=gain_of(base, best.fit, held),
+        gain=gain,
         base_parameters=moved,
         identifiability=_identifiability(best.fit, found.prior.by_name),
         candidates=len(found.candidates),

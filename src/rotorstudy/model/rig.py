@@ -2,9 +2,10 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import combinations
 from pathlib import Path
 
-from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
+from rotorstudy.errors import CannotAct, PluginError, RotorstudyError, unknown_name
 from rotorstudy.model.cracks import SERIES_ORDER, crack_parameters
 from rotorstudy.model.depth import keys_from_depth
 from rotorstudy.model.key_units import aliases_of, in_si
@@ -143,11 +144,23 @@ def build_model(rig: dict, where: str = "the rig", reading: Reading | None = Non
             terms.append(make_term(SECTIONS[section], item, structure, sensors, f"{where}, {section}[{i}]"))
         if section == "bearings" and rig.get(section):
             structure = replace(structure, support=_support(structure, terms))
+    _check_together(structure, terms, where)
     held = _held_deflection(rig.get("static_deflection_m"), structure, where)
     model = Model(structure, tuple(terms), sensors, held)
     if rig.get("prior") is None:
         return model
     return with_uncertainty(model, rig["prior"], f"{where}, prior")
+
+
+def _check_together(structure, terms, where):
+    """Raise if two effects of a kind cannot be on the rotor together."""
+    for one, other in combinations(terms, 2):
+        plugin = registry().plugins["effect"].get(one.kind)
+        if one.kind == other.kind and plugin and plugin.together:
+            try:
+                plugin.together(structure, one.options, other.options)
+            except CannotAct as error:
+                raise RotorstudyError(f"{where}, two effects {one.kind}: {error}") from None
 
 
 def _support(structure, terms):
@@ -295,7 +308,7 @@ def make_term(
         _check_losses(
             values, structure.stiffness_loss_at(options.get("node"), options.get("element")), structure, where
         )
-    return Term(plugin.name, parameters, values, acts_on, label, carries=section == "bearing")
+    return Term(plugin.name, parameters, values, acts_on, label, carries=section == "bearing", options=options)
 
 
 def _check_structure(structure, plugin, where):

@@ -254,6 +254,7 @@ class Term:
     carries : whether it carries the static load (a bearing), so that it does not act on the static deflection
     label   : distinguishes terms of the same kind; it becomes part of the names, "eccentricity[left]"
     variation : of the numbers of the rotor, its matrices at any change of them; the entries are their derivatives
+    options : of its plugin, in SI
     """
 
     kind: str
@@ -263,6 +264,7 @@ class Term:
     label: str = ""
     carries: bool = False
     variation: "Variation | None" = None
+    options: dict = field(default_factory=dict)
 
     @property
     def acts_on_output(self) -> bool:

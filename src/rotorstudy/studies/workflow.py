@@ -33,6 +33,7 @@ class WorkflowConfig(Strict):
                              estimators, and of that of crack models; each is left out if not given
     diagnoses : name -> measured records and their rig file
     crack_study : configuration file of the study of transverse cracks, left out if not given
+    independent_records : cases of the independent simulator (CSV), shown beside the blind tests
     """
 
     results: str
@@ -45,6 +46,7 @@ class WorkflowConfig(Strict):
     diagnoses: dict[str, DiagnosisItem] = {}
     cracks: str = ""
     crack_study: str = ""
+    independent_records: str = ""
 
 
 @contextmanager
