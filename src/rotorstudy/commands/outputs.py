@@ -12,12 +12,12 @@ def check_file(out, *inputs, option="--out", suffixes=()):
     path = Path(out)
     if path.is_dir():
         raise RotorstudyError(f"{option} {out}: is a folder; give a file in it")
-    if suffixes and path.suffix.lower() not in suffixes:
-        raise RotorstudyError(f"{option} {out}: the content is that of a file {' or '.join(suffixes)}; name it so")
     _check_parent(out, option)
     for given in inputs:
         if path.resolve() == Path(given).resolve():
             raise RotorstudyError(f"{option} {out}: would overwrite an input; choose another name")
+    if suffixes and path.suffix.lower() not in suffixes:
+        raise RotorstudyError(f"{option} {out}: the content is that of a file {' or '.join(suffixes)}; name it so")
 
 
 def check_folder(out, *inputs, option="--out"):
