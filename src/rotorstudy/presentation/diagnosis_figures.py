@@ -141,7 +141,9 @@ def before_and_after(data):
         size = np.abs(measured[:, node])
         reach = 2 * std[:, node]
         bars = 1e6 * np.array([np.minimum(reach, np.maximum(size - floor, 0)), reach])
-        ax.errorbar(harmonics, 1e6 * size, yerr=bars, fmt="o", color=MEASURED, markersize=3, label="measured ± 2 σ")
+        ax.errorbar(
+            harmonics, 1e6 * size, yerr=bars, fmt="o", color=MEASURED, markersize=3, label="measured, bars of 2 σ"
+        )
         ax.set_yscale("log")
         ax.set_ylim(bottom=1e6 * floor)
         ax.set_ylabel(f"node {data.node.values[node]}: amplitude (µm)")
