@@ -34,7 +34,7 @@ def identify_several(given):
 
 
 def _print_estimates(found, names):
-    """Print values with standard deviations and 95 % intervals; an eccentricity as its unbalance, at an angle of the user's picture."""
+    """Print values with their uncertainty; an eccentricity as its unbalance, at an angle of the user's picture."""
     import numpy as np
 
     joint, done = found.joint, set()
