@@ -59,11 +59,12 @@ def _promising(work, chosen, screenings, most):
 
     A crack that was scanned counts in each alternative, as its columns say little about how it opens.
     """
-    lists, of_scans = [], {id(cause) for cause in work.scanned if is_sought_everywhere(cause)}
-    names = [c.label if id(c) in of_scans else c.cause for c in chosen]
+    lists, of_scans = [], {id(cause): cause.cause for cause in work.scanned if is_sought_everywhere(cause)}
+    names = [c.label if c.cause in of_scans.values() else c.cause for c in chosen]
+    coarse = {i for i, c in enumerate(chosen) if c.cause in of_scans.values() and id(c) not in of_scans}
     for screened in screenings:
         odds = [one.evidence + np.log(work.prior_odds.of(cause)) for one, cause in zip(screened, chosen, strict=True)]
-        order, seen = sorted(range(len(chosen)), key=lambda i: -odds[i]), set()
+        order, seen = sorted(set(range(len(chosen))) - coarse, key=lambda i: -odds[i]), set()
         order = [i for i in order if not (names[i] in seen or seen.add(names[i]))]
         best = max((one.explained for one in screened), default=0.0)
         worth = [max(WORTH_FITTING * best, 0.5 * work.prior_odds.even_odds_gain(chosen[i])) for i in order]
