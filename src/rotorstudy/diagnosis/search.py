@@ -13,7 +13,7 @@ from rotorstudy.diagnosis.impossible import is_impossible
 from rotorstudy.diagnosis.odds import Explanation, odds_of
 from rotorstudy.diagnosis.one_more import with_one_more
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.diagnosis.shape_scan import can_be_scanned
+from rotorstudy.diagnosis.shape_scan import is_sought_everywhere
 from rotorstudy.diagnosis.shapes import refine, refine_in_turn
 from rotorstudy.diagnosis.trials import CLOSE, FITTED_FULLY, LEFT_BY_SHAPE, REACH, explains_much
 from rotorstudy.inference.fit import fit
@@ -28,7 +28,7 @@ from rotorstudy.model.rotor_numbers import with_rotor_numbers
 log = logging.getLogger(__name__)
 
 STRAINED = 3.0  # mean square distance of the base parameters from their priors, beyond which they imitate a cause
-STEPPED = 4  # explanations by causes whose shape was scanned, of which it is refined by steps, the best or not
+STEPPED = 6  # explanations by a crack whose shape is refined by steps, the best or not
 
 
 def base_model(model: Model, settings: Settings) -> tuple[Model, Prior]:
@@ -139,8 +139,8 @@ def _added(work, current, fits=None):
     """
     while True:
         tried, before = with_one_more(work, current, fits), current.fit.cost
-        scanned = _scanned(tried, before)
-        tried = [refine(work, e, again=False) if id(e) in scanned else e for e in tried]
+        cracks = _cracks(tried, before)
+        tried = [refine(work, e, again=False) if id(e) in cracks else e for e in tried]
         better = max((refine(work, e) for e in _to_refine(tried, before)), key=odds_of, default=current)
         if odds_of(better) <= odds_of(current):
             return current
@@ -180,14 +180,18 @@ def _settled(work, spectrum, missing, best):
     return again
 
 
-def _scanned(tried, before):
-    """The best explanations (by id) whose last cause was scanned: steps from there may gain more than from elsewhere.
+def _cracks(tried, before):
+    """The best explanations (by id) by a crack of each law in each quadrant: steps of its shape may gain much.
 
     before : cost of the explanation that they extend
     """
-    least = min((e.fit.cost for e in tried), default=0.0)
-    found = [e for e in tried if can_be_scanned(e.causes[-1]) and explains_much(e.fit.cost, least, before)]
-    return {id(e) for e in sorted(found, key=odds_of, reverse=True)[:STEPPED]}
+    least, best = min((e.fit.cost for e in tried), default=0.0), {}
+    for e in sorted(tried, key=odds_of, reverse=True):
+        crack = e.causes[-1]
+        if is_sought_everywhere(crack) and explains_much(e.fit.cost, least, before):
+            sides = (value // (np.pi / 2) for name, value in crack.shape.items() if name.endswith("_rad"))
+            best.setdefault((*crack.variant.values(), *sides), e)
+    return {id(e) for e in list(best.values())[:STEPPED]}
 
 
 def _to_refine(tried, before):
