@@ -8,6 +8,8 @@ from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.registry import registry
 from rotorstudy.units import with_interval
 
+MOST_OF_A_CAUSE = 3  # more shapes than that trade off
+
 
 def add(commands):
     """Add the command and its arguments to the subparsers."""
@@ -43,6 +45,9 @@ def add(commands):
         "parameters of the rig, which all need a value; 'diagnosis:' of the rig file says how accurate they are",
     )
     parser.add_argument(
+        "--count", type=int, default=1, metavar="N", help="how many of that cause there are, 1 to 3 (default 1)"
+    )
+    parser.add_argument(
         "--harmonics", type=int, nargs="+", metavar="N", help="measured harmonics to use (default: all)"
     )
     parser.add_argument(
@@ -64,7 +69,8 @@ def run(given):
     """Print the estimates with their intervals, and the misfit."""
     import numpy as np
 
-    from rotorstudy.inference.problem import Problem, magnitude_and_phase
+    from rotorstudy.inference.estimate import magnitude_and_phase
+    from rotorstudy.inference.problem import Problem
     from rotorstudy.inference.rig_estimate import estimate_rig
     from rotorstudy.measurement.measurement import measured_spectrum
     from rotorstudy.model.estimated_rig import rig_with_estimate, write_rig
@@ -80,6 +86,8 @@ def run(given):
             "--cause estimates all that the rig file leaves uncertain, by maximum likelihood; leave out --unknowns, "
             "--estimator and --rig-out ('diagnose' writes an extended rig)"
         )
+    if not 1 <= given.count <= MOST_OF_A_CAUSE or (given.count > 1 and not given.cause):
+        raise RotorstudyError(f"--count {given.count}: the number of effects of --cause, 1 to {MOST_OF_A_CAUSE}")
     if given.out:
         check_file(given.out, given.rig, *given.records, suffixes=NETCDF)
     if given.rig_out:
@@ -120,16 +128,20 @@ def run(given):
 
 def _run_cause(given, rig, spectrum, model):
     """Print the shape and the size of a cause with their intervals, and which of its alternatives fits."""
-    from rotorstudy.diagnosis.one_cause import estimates_of, identify_cause
+    from rotorstudy.diagnosis.one_cause import estimates_of, identify_cause, shape_of
     from rotorstudy.diagnosis.settings import check_names, read_settings
 
     settings = read_settings(rig.given, given.rig)
     check_names(settings, model, f"{given.rig}, diagnosis")
-    found = identify_cause(spectrum, model, given.cause, settings)
+    found = identify_cause(spectrum, model, given.cause, settings, given.count)
     names, values, std, units = zip(*estimates_of(found), strict=True)
-    place = "".join(f", {key} {value}" for key, value in {**found.cause.where, **found.cause.variant}.items())
-    print(f"{given.cause}{place}")
+    for cause in found.causes:
+        print(given.cause + _place(cause))
     _print_estimates(names, values, std, units)
+    for causes in found.elsewhere:
+        print(f"or, explaining the records as well, {' and '.join(given.cause + _place(cause) for cause in causes)}")
+        for cause in causes:
+            _print_estimates(*zip(*shape_of(found, cause), strict=True))
     for told, misfit in sorted(found.misfits.items(), key=lambda one: one[1]):
         print(f"misfit above the best, {told}: {misfit:.3g}")
     print(f"p-value of the misfit: {found.p_value:.2g}")
@@ -138,6 +150,11 @@ def _run_cause(given, rig, spectrum, model):
     if given.out:
         _save(given, rig, [*rig.plugins, registry().get("effect", given.cause)], names, values, std, units)
     return 0
+
+
+def _place(cause):
+    """Where a cause is, and which of its alternatives it has."""
+    return "".join(f", {key} {value}" for key, value in {**cause.where, **cause.variant}.items())
 
 
 def _print_estimates(names, values, std, units):
@@ -177,9 +194,9 @@ def _chosen(spectrum, harmonics):
 
 def _print_misfit(misfit, freedom):
     """Print the misfit per degree of freedom and its 95 % range for a model that explains the records."""
-    from scipy.stats import chi2
+    from scipy.special import chdtri
 
-    low, high = chi2.ppf([0.025, 0.975], freedom) / freedom
+    low, high = chdtri(freedom, [0.975, 0.025]) / freedom
     expected = f"{low:.2g} to {high:.2g} expected if only noise is left"
     print(f"misfit {misfit / freedom:.3g} per degree of freedom ({expected})")
     if misfit / freedom > high:
