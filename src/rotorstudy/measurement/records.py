@@ -1,5 +1,6 @@
 """Records in time: simulated, checked, written to disk, and converted to full spectra with a phase reference."""
 
+import logging
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
@@ -17,6 +18,8 @@ from rotorstudy.response.measured import measured_response
 from rotorstudy.response.series import synthesize
 from rotorstudy.response.stability import check_stable
 from rotorstudy.store import dataset
+
+log = logging.getLogger(__name__)
 
 # what phases refer to: nothing but the first sample, a multi-harmonic reference signal, or a keyphasor
 PHASES = ("none", "reference", "keyphasor")
@@ -320,6 +323,7 @@ def simulate_records(
         If a whirl mode grows at a speed.
     """
     if theta is None:
+        log.info("stability and response at %d speeds", len(speeds))
         check_stable(model, speeds)
     vibrating = forced_harmonics(model)
     shown = measured_response(model, speeds, vibrating, theta)
