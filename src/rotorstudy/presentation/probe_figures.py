@@ -49,7 +49,7 @@ def _section(panel, conventions):
     sensor = _on_page(conventions, key.sensor_angle_deg)
     panel.plot(*(0.9 * _xy(sensor)), "s", color="k", markersize=6)
     panel.plot(*np.transpose([1.08 * _xy(sensor), PROBE * _xy(sensor)]), color="k", linewidth=3, solid_capstyle="butt")
-    panel.text(*(1.62 * _xy(sensor)), "phase mark", ha="center", va="center", fontsize=7, bbox=BLANK)
+    panel.text(*(1.95 * _xy(sensor)), "phase\nmark", ha="center", va="center", fontsize=7, bbox=BLANK)
     line = _on_page(conventions, key.sensor_angle_deg - key.mark_angle_deg)
     panel.plot(*np.transpose([0 * _xy(line), 0.8 * _xy(line)]), ":", color="k", linewidth=1)
     panel.text(*(0.45 * _xy(line + 0.6)), "reference\nline", ha="center", va="center", fontsize=6)
