@@ -34,7 +34,6 @@ ROUNDS = 3  # of searches elsewhere, as long as they find something better
 EXPLAINED = 0.05  # p-value below which it is searched again, at the values of the rig that fit best without the cause
 LIKELY = 0.95  # of the region about the best shape whose misfit another one must have to be stated beside it
 SAME = 3.0  # standard deviations of the shape, within which two fits are one
-BEYOND = 10  # harmonics carried beyond the measured ones: a crack that opens at once has many
 SOMEWHERE = (0.5, 0.37, 0.61, 0.13, 0.89)  # fractions of the ranges: at some of them an effect may be unable to act
 
 
@@ -127,7 +126,7 @@ def _fitted(work, starts, least=np.inf):
     for one in begun[: NEAR[0]]:
         least = min([least, one.cost, *(known.cost for known in found)])
         if one.cost <= NEAR[1] * least:
-            found += _tried(work, [_start(one)], CLOSELY, BEYOND)
+            found += _tried(work, [_start(one)], CLOSELY)
     return _sorted([*found, *begun, *looked])
 
 
@@ -139,12 +138,12 @@ def _sorted(found):
     return sorted(found, key=lambda one: one.cost)
 
 
-def _tried(work, starts, convergence, beyond=None):
+def _tried(work, starts, convergence):
     """Fits from those starts at which the rotor has a steady state, the best first."""
     found = []
     for causes, amplitudes in starts:
         try:
-            found.append(fitted_from(work, causes, amplitudes, convergence, beyond))
+            found.append(fitted_from(work, causes, amplitudes, convergence))
         except (CannotAct, NoSteadyState, NoConvergenceError):  # in that shape
             continue
     return _sorted(found)
