@@ -94,12 +94,6 @@ def problems_of_text(text):
     return found
 
 
-def problems_of_pages(paths):
-    """{path: problems found in its text} of the pages that have any."""
-    found = {path: problems_of_text(Path(path).read_text(encoding="utf-8")) for path in paths}
-    return {path: said for path, said in found.items() if said}
-
-
 def seen_in_browser(paths, folder):
     """Pages opened at every width of WIDTHS.
 
@@ -142,3 +136,10 @@ def problems_in_browser(paths, folder):
             said.append(f"{page} has {one['broken']} broken images")
         said += [f"{page} asks for {address}" for address in one["outside"]]
     return said
+
+
+def problems(paths, folder):
+    """What is wrong with pages: in their text, and in the browser where there is one; folder : for its files."""
+    paths = list(map(Path, paths))
+    said = [f"{path}: {one}" for path in paths for one in problems_of_text(path.read_text(encoding="utf-8"))]
+    return said + (problems_in_browser(paths, folder) if BROWSER else [])

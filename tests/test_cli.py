@@ -71,7 +71,7 @@ def test_identify_warns_when_the_model_does_not_explain_the_records(records, tmp
 
 
 def test_identify_notes_a_fit_better_than_usual(records, capsys, monkeypatch):
-    monkeypatch.setattr("scipy.stats.chi2.ppf", lambda level, freedom: 10 * np.array([0.5, 2.0]) * freedom)
+    monkeypatch.setattr("scipy.special.chdtri", lambda freedom, above: 10 * np.array([0.5, 2.0]) * freedom)
     _, _, err = run(capsys, "identify", records, "--rig", RIG, "--unknowns", "external_damping")
     assert err == "note: the misfit is below the expected range\n"
 

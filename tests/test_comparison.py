@@ -13,7 +13,7 @@ from rotorstudy.studies.comparison.ranking import ANY_FAULT, advice, ranking
 
 def ranked(*rows):
     columns = ["fault", "rotor", "noise", "spectrum_method", "estimator", "error over bound", "coverage", "failed"]
-    return pd.DataFrame(rows, columns=columns).assign(**{"time per estimate (ms)": 1.0})
+    return pd.DataFrame(rows, columns=columns).assign(**{"time per estimate (ms)": 1.0, "which parameter": "damping"})
 
 
 def test_advice_takes_valid_equals_first_names_them_and_says_where_the_worst_is():
@@ -85,6 +85,9 @@ def compared():
     whole = xr.Dataset(
         {
             "efficiency": (dims, efficiency),
+            "rmse": (dims, efficiency**-0.5),
+            "scatter": (dims, 0.9 * efficiency**-0.5),
+            "bias": (dims, 0.4 * efficiency**-0.5),
             "coverage": (dims, np.full(shape, 0.95) - 0.5 * (np.arange(2) == 1)[:, None, None, None, None]),
             "failed": (dims[:-1], np.zeros(shape[:-1])),
             "seconds": (dims[:-1], np.full(shape[:-1], 1e-3)),
@@ -103,7 +106,7 @@ def compared():
 
 def test_figures_of_a_comparison_carry_their_name_and_say_what_is_in_the_data():
     whole, errors, biased = compared()
-    figures = comparison_figures(whole, errors, biased)
+    figures = comparison_figures(whole, errors, biased, 200)
     assert list(figures) == ["estimators", "spectra", "faults", "coverage", "bias"]
     said = {name: picture.get_suptitle() for name, picture in figures.items()}
     assert said["estimators"].startswith("1 of 2 estimators stay within 1.25 times")
@@ -123,9 +126,10 @@ def test_one_that_fails_somewhere_is_none_of_the_best():
 def test_ranking_and_advice_as_pages(tmp_path):
     ranked = ranking(compared()[0])
     write_ranking(ranked, 200, tmp_path / "ranking.csv", tmp_path / "ranking.html")
-    write_advice(ranked, tmp_path / "advice.csv", tmp_path / "advice.html")
+    write_advice(ranked, {"outliers": "samples are spikes"}, tmp_path / "advice.csv", tmp_path / "advice.html")
     assert set(pd.read_csv(tmp_path / "ranking.csv").noise) == {1.0, 5.0}
     told = pd.read_csv(tmp_path / "advice.csv")
     assert set(told.estimator) == {"good"} and set(told.intervals) == {"valid"}
-    assert "within 5 % of it" in (tmp_path / "advice.html").read_text()
+    page = (tmp_path / "advice.html").read_text()
+    assert "within 5 % of it" in page and "samples are spikes" in page and "the record has: whole revolutions" in page
     assert "small, outliers" in (tmp_path / "ranking.html").read_text()

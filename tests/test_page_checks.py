@@ -30,7 +30,7 @@ def test_a_bad_page_is_seen_in_its_text():
     ]
 
 
-@pytest.mark.skipif(not BROWSER, reason="no Chromium found")
+@pytest.mark.skipif(not BROWSER, reason="no Chromium found: pages are read, not opened")
 def test_a_bad_page_is_seen_in_the_browser(tmp_path):
     for name, text in (("good", good()), ("bad", BAD)):
         (tmp_path / f"{name}.html").write_text(text)

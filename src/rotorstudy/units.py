@@ -56,10 +56,10 @@ def as_certain_as(value: float, std: float) -> str:
 
 def interval(value: float, unit: str, std: float) -> str:
     """The 95 % interval of a normally distributed value: 11.80 to 12.20 µm."""
-    from scipy.stats import norm
+    from scipy.special import ndtri
 
     unit, factor = shown_unit(unit)
-    ends = norm.interval(0.95, value * factor, std * factor)
+    ends = factor * (value + std * ndtri([0.025, 0.975]))
     return f"{' to '.join(as_certain_as(end, std * factor) for end in ends)} {unit}".strip()
 
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
+from page_checks import problems
 from slow_effects import SLOW
 
 from rotorstudy.commands.line import main
@@ -15,7 +16,8 @@ from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict import investigate
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
-from rotorstudy.model.rig import build_model, make_term
+from rotorstudy.model.rig import build_model
+from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.measured import measured_response, measured_response_and_jacobian
 from rotorstudy.store import provenance
 
@@ -131,6 +133,7 @@ def test_the_command_writes_a_page_that_says_what_changed(tmp_path, capsys):
     assert capsys.readouterr().out.startswith("Something changed")
     page = (tmp_path / "out" / "index.html").read_text()
     assert "What changed in rig" in page and "Both states" in page
+    assert problems([tmp_path / "out" / "index.html"], tmp_path) == []
     assert (tmp_path / "out" / "figures" / "two_states.png").is_file()
     build_model(yaml.safe_load((tmp_path / "out" / "extended_rig.yaml").read_text()))
 

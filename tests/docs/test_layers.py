@@ -30,7 +30,7 @@ NAMED = {  # words that are the name of a plugin too, and why each may be used t
     "external_damping": ("a parameter of the rigs", {"presentation/estimate_figures.py"}),
     "regression": (
         "the method that studies without noise are defined by, and beside which the comparison draws the others",
-        {"presentation/comparison_figures.py", "studies/identify.py"},
+        {"presentation/accuracy_figure.py", "studies/identify.py"},
     ),
     "maximum_likelihood": ("a default of the command line", {"commands/identify.py"}),
     "unbalance": (

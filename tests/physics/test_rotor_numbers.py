@@ -7,7 +7,8 @@ from rotorstudy import registry
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.inference.problem import Problem
 from rotorstudy.model.estimated_rig import rig_with_estimate
-from rotorstudy.model.rig import build_model, make_term
+from rotorstudy.model.rig import build_model
+from rotorstudy.model.rig_items import make_term
 from rotorstudy.model.rotor_numbers import rotor_with_changes, with_rotor_numbers
 from rotorstudy.response.floquet import periodic_growth_rate
 from rotorstudy.response.harmonic import harmonic_response

@@ -19,7 +19,7 @@ def run(given):
     import numpy as np
 
     from rotorstudy.diagnosis.balance import balance_files
-    from rotorstudy.inference.problem import magnitude_and_phase
+    from rotorstudy.inference.estimate import magnitude_and_phase
     from rotorstudy.units import quantity, um
 
     planes = [int(plane) if plane.isdigit() else plane for plane in given.planes]

@@ -68,7 +68,8 @@ def run(given):
     """Print the estimates with their intervals, and the misfit."""
     import numpy as np
 
-    from rotorstudy.inference.problem import Problem, magnitude_and_phase
+    from rotorstudy.inference.estimate import magnitude_and_phase
+    from rotorstudy.inference.problem import Problem
     from rotorstudy.inference.rig_estimate import estimate_rig
     from rotorstudy.measurement.measurement import measured_spectrum
     from rotorstudy.model.estimated_rig import rig_with_estimate, write_rig
@@ -185,9 +186,9 @@ def _chosen(spectrum, harmonics):
 
 def _print_misfit(misfit, freedom):
     """Print the misfit per degree of freedom and its 95 % range for a model that explains the records."""
-    from scipy.stats import chi2
+    from scipy.special import chdtri
 
-    low, high = chi2.ppf([0.025, 0.975], freedom) / freedom
+    low, high = chdtri(freedom, [0.975, 0.025]) / freedom
     expected = f"{low:.2g} to {high:.2g} expected if only noise is left"
     print(f"misfit {misfit / freedom:.3g} per degree of freedom ({expected})")
     if misfit / freedom > high:

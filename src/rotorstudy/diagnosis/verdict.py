@@ -29,10 +29,10 @@ from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.words import place, readable, summary
 from rotorstudy.diagnosis.wrong_convention import chain_hypothesis, finding_of
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.inference.fit import Fit, chi_square_p_value, residual_share
 from rotorstudy.inference.prediction import misfit, predicted, with_cause_error, with_model_error
 from rotorstudy.inference.prior import with_rotor
-from rotorstudy.inference.problem import magnitude_and_phase
 from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
@@ -122,10 +122,10 @@ def investigate(
     left = residual_share(*(misfit(one.model, fitted, one.theta) for one in (base, best.fit)), rows)
     weights = found.posterior()
     probability = _probability(weights)
-    stated = _stated(weights, best)
+    stated, gain = _stated(weights, best), gain_of(base, best.fit, held, expected)
     if not best.causes:
         kind = "nothing" if min(p_values.before, p_parameters) >= settings.significance else "unknown"
-    elif _is_rejected(found, p_values.after, p_parameters) or is_worse(base, best.fit, expected, settings):
+    elif _is_rejected(found, p_values.after, p_parameters) or is_worse(base, best.fit, expected, settings, gain):
         kind = "unknown"
     elif stated or min(probability[fault] for fault in best.faults) < settings.naming_probability:
         kind = "ambiguous"
@@ -153,7 +153,7 @@ def investigate(
         log_posterior_odds=max(odds, default=None),
         parameter_p_value=p_parameters,
         detection_limit=_detection_limits(found),
-        gain=gain_of(base, best.fit, held),
+        gain=gain,
         base_parameters=moved,
         identifiability=_identifiability(best.fit, found.prior.by_name),
         candidates=len(found.candidates),
@@ -263,7 +263,7 @@ def residual_map(fitted, spectrum):
 
 def _unexplained(fitted, spectrum, settings):
     """Harmonics and nodes with a significant residual, the largest share first."""
-    from scipy.stats import chi2
+    from scipy.special import chdtrc
 
     square = residual_map(fitted, spectrum) ** 2
     total, speeds = square.sum(), len(spectrum.speed)
@@ -271,7 +271,7 @@ def _unexplained(fitted, spectrum, settings):
     for h, n in enumerate(spectrum.harmonics):
         for s, node in enumerate(spectrum.sensors):
             part = 2 * square[:, h, s].sum()
-            if chi2.sf(part, 2 * speeds) * square[0].size < settings.significance:
+            if chdtrc(2 * speeds, part) * square[0].size < settings.significance:
                 share, sigma = part / (2 * total), np.sqrt(part / (2 * speeds))
                 found.append(Unexplained(harmonic=int(n), node=int(node), share=share, sigma=sigma))
     return sorted(found, key=lambda row: -row.share)

@@ -192,10 +192,14 @@ def gain_in_words(verdict):
         return f"No speed was held out, so the gain from adding {it} is not known."
     speeds = " and ".join(f"{w:.4g}" for w in gain.speeds)
     change = "lowers" if gain.ratio < 1 else "raises"
-    return (
+    told = (
         f"Adding {it} {change} the error at {speeds} rad/s, held out of every fit, from {quantity(gain.before_m, 'm')} "
         f"to {quantity(gain.after_m, 'm')} rms ({gain.before_sigma:.3g} to {gain.after_sigma:.3g} standard deviations)."
     )
+    if gain.ratio < 1:
+        return told
+    chance = percent(gain.chance_to_rise, 2)
+    return f"{told} If the model with {it} is right, noise raises it with a probability of {chance}."
 
 
 def detection_limits(verdict):

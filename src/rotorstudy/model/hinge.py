@@ -24,10 +24,12 @@ import numpy as np
 
 from rotorstudy.errors import CannotAct, RotorstudyError
 from rotorstudy.model.depth import compliance
+from rotorstudy.model.entries import Entry
 from rotorstudy.model.kinds import CrackDepth
 from rotorstudy.model.registry import registry
-from rotorstudy.model.structure import Section, Structure
-from rotorstudy.model.terms import Entry, NonlinearForce
+from rotorstudy.model.shaft_parts import Section
+from rotorstudy.model.structure import Structure
+from rotorstudy.model.terms import NonlinearForce
 
 DIRECTIONS = 128  # of the moment, over 360 degrees; interpolation between them is wrong by 2e-4 of the kink
 ORDER = 15  # highest k of h_k, which decrease with the cube of k; those left out are less than 1e-3 of the kink
