@@ -29,7 +29,9 @@ from rotorstudy.model.registry import registry
 LOOK = replace(HYPOTHESIS, steps=2, first_damping=1e-2)  # the first steps from a start
 FAR = replace(HYPOTHESIS, steps=4, first_damping=1e-2)  # from the best of these
 PROMISING = (6, 10.0)  # fits that are taken further: at most that many, with less than so many times the least misfit
-NEAR = (3, 3.0)  # fits that are taken to convergence, likewise
+NEAR = (3, 3.0)  # fits that are taken further still, likewise
+FURTHER = replace(HYPOTHESIS, steps=12)  # the steps of these
+WITHIN = 20.0  # of the least misfit: fits that are taken to convergence
 ROUNDS = 3  # of searches elsewhere, as long as they find something better
 EXPLAINED = 0.05  # p-value below which it is searched again, at the values of the rig that fit best without the cause
 LIKELY = 0.95  # of the region about the best shape whose misfit another one must have to be stated beside it
@@ -122,11 +124,13 @@ def _fitted(work, starts, least=np.inf):
         raise RotorstudyError("no shape of the cause gives a steady motion of this rotor")
     least = min([least, *(one.cost for one in looked)])
     begun = _tried(work, [_start(one) for one in looked[: PROMISING[0]] if one.cost <= PROMISING[1] * least], FAR)
-    found = []
+    least, found = min([least, *(one.cost for one in begun)]), []
     for one in begun[: NEAR[0]]:
-        least = min([least, one.cost, *(known.cost for known in found)])
         if one.cost <= NEAR[1] * least:
-            found += _tried(work, [_start(one)], CLOSELY)
+            found += _tried(work, [_start(one)], FURTHER)
+            least = min([least, *(known.cost for known in found)])
+            if found and found[-1].cost <= least + WITHIN and not found[-1].minimum.converged[0]:
+                found += _tried(work, [_start(found[-1])], CLOSELY)
     return _sorted([*found, *begun, *looked])
 
 
