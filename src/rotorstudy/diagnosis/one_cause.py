@@ -36,6 +36,7 @@ ROUNDS = 3  # of searches elsewhere, as long as they find something better
 EXPLAINED = 0.05  # p-value below which it is searched again, at the values of the rig that fit best without the cause
 LIKELY = 0.95  # of the region about the best shape whose misfit another one must have to be stated beside it
 SAME = 3.0  # standard deviations of the shape, within which two fits are one
+ALIKE = 0.1  # standard deviations of the data: predictions that are closer are the same
 SOMEWHERE = (0.5, 0.37, 0.61, 0.13, 0.89)  # fractions of the ranges: at some of them an effect may be unable to act
 
 
@@ -173,15 +174,19 @@ def _also_elsewhere(work, kinds, found):
 
 
 def _is_same(work, one, other):
-    """Whether two fits have the same alternatives, and their shapes agree within their uncertainty, in any order."""
+    """Whether two fits have the same alternatives, and their shapes agree within their uncertainty, in any order.
+
+    Where they predict the same, a half turn counts as none: a slot looks the same from both sides.
+    """
     if one.variant != other.variant:
         return False
+    data = slice(2 * work.spectrum.amplitude.size)
+    alike = np.abs(one.minimum.residual[0, data] - other.minimum.residual[0, data]).max() < ALIKE
     pairs = (sorted(shaped(work, fitted), key=lambda cause: tuple(cause.shape.values())) for fitted in (one, other))
     for a, b in zip(*pairs, strict=True):
         for name, ends in ranges_of(work, a).items():
-            turn = ends.high - ends.low
-            off = abs(a.shape[name] - b.shape[name])
-            off = min(off, turn - off) if ends.goes_around else off
+            turn, off = (ends.high - ends.low) / (2 if alike else 1), abs(a.shape[name] - b.shape[name])
+            off = min(off % turn, -off % turn) if ends.goes_around else off
             if off > SAME * max(a.shape_std[name], b.shape_std[name]):
                 return False
     return True
