@@ -3,9 +3,10 @@
 import sys
 
 from rotorstudy.commands.identify_runs import identify_several
-from rotorstudy.commands.outputs import check_file
+from rotorstudy.commands.outputs import NETCDF, YAML, check_file
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.registry import registry
+from rotorstudy.units import with_interval
 
 MOST_OF_A_CAUSE = 3  # more shapes than that trade off
 
@@ -88,9 +89,16 @@ def run(given):
     if not 1 <= given.count <= MOST_OF_A_CAUSE or (given.count > 1 and not given.cause):
         raise RotorstudyError(f"--count {given.count}: the number of effects of --cause, 1 to {MOST_OF_A_CAUSE}")
     if given.out:
-        check_file(given.out, given.rig, *given.records)
+        check_file(given.out, given.rig, *given.records, suffixes=NETCDF)
     if given.rig_out:
-        check_file(given.rig_out, given.rig, *given.records, *([given.out] if given.out else []), option="--rig-out")
+        check_file(
+            given.rig_out,
+            given.rig,
+            *given.records,
+            *([given.out] if given.out else []),
+            option="--rig-out",
+            suffixes=YAML,
+        )
     method = registry().get("spectrum", given.spectrum) if given.spectrum else None
     estimator = registry().get("estimator", given.estimator)
     rig = read_rig(given.rig)
@@ -150,9 +158,9 @@ def _place(cause):
 
 
 def _print_estimates(names, values, std, units):
-    """Print each estimate with its 95 % interval."""
+    """Print each estimate with its standard deviation and its 95 % interval."""
     for name, value, one, unit in zip(names, values, std, units, strict=True):
-        print(f"{name:24} {value: .6g} ± {1.96 * one:.2g} {unit} (95 %)")
+        print(f"{name:24} {with_interval(value, one, unit)}")
 
 
 def _save(given, rig, plugins, names, values, std, units):
