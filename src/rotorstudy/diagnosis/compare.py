@@ -136,19 +136,24 @@ def _difference(before, after, model, settings):
 
 
 def _with_scatter(model, speed, after, settings):
-    """The model with what turns and scales all probes alike at a speed from run to run, and settings that say so.
+    """The model with what all probes share from run to run at a speed, and settings that say so.
 
-    The phase mark falls between two samples, or the load differs: a share of the vibration measured. Taken as the error
-    of each probe alone, it would be far too improbable that all of them agree, and look like a change.
+    The phase mark falls between two samples, which turns the readings; and the load differs, which turns and scales the
+    motion. Taken as errors of each probe alone, it would be far too improbable that all agree, and look like a change.
     """
-    parameters = []
+    parameters, each = [], np.eye(len(after.sensors))
     moving = [(h, n) for h, n in enumerate(after.harmonics.tolist()) if n]
     for k, w in enumerate(speed.tolist()):
-        for name, factor in (("phase", 1j), ("amplitude", 0)):
-            entries = tuple(
-                Entry(after.amplitude[k, h] * (factor * n or 1), on="one", shift=n, gain=_only_at(w)) for h, n in moving
-            )
-            parameters.append(Parameter(f"{name} of the run at {w:.6g} rad/s", "1", entries, settings.repeatability))
+        here, rate = _only_at(w), _only_at(w, 1 / w)
+        mark = tuple(Entry(1j * n * after.amplitude[k, h], on="one", shift=n, gain=here) for h, n in moving)
+        parameters += [
+            Parameter(f"{name} of the run at {w:.6g} rad/s", "1", entries, settings.repeatability)
+            for name, entries in {
+                "mark": mark,
+                "phase": (Entry(each, order=1, gain=rate),),  # n j z
+                "swing": (Entry(each, gain=here),),
+            }.items()
+        ]
     term = replace(Term("repeatability", tuple(parameters), acts_on="output"), values={p.name: 0.0 for p in parameters})
     names = tuple(p.name for p in parameters)
     known = model.uncertainty
@@ -158,9 +163,9 @@ def _with_scatter(model, speed, after, settings):
     return model, settings.model_copy(update={"run_to_run": [*settings.run_to_run, *names]})
 
 
-def _only_at(speed):
-    """A gain that is one at a speed and zero at others."""
-    return lambda other: np.isclose(other, speed, rtol=1e-9, atol=0) * 1.0
+def _only_at(speed, value=1.0):
+    """A gain with a value at one speed, and zero at others."""
+    return lambda other: np.isclose(other, speed, rtol=1e-9, atol=0) * value
 
 
 def known_as_before(model: Model, spectrum: Spectrum, settings: Settings) -> tuple[Model, list[Finding]]:
