@@ -15,7 +15,8 @@ from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.conventions import Conventions
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
-from rotorstudy.model.rig import build_model, make_term
+from rotorstudy.model.rig import build_model
+from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.measured import measured_response
 
 MASS, STIFFNESS, ECCENTRICITY, NOISE = 2.0, 7.6e5, 5e-6 * np.exp(0.7j), 1e-11

@@ -16,7 +16,8 @@ from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict import investigate
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
-from rotorstudy.model.rig import build_model, make_term
+from rotorstudy.model.rig import build_model
+from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.measured import measured_response, measured_response_and_jacobian
 from rotorstudy.store import provenance
 

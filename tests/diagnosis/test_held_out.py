@@ -10,7 +10,8 @@ from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import predicted
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
-from rotorstudy.model.rig import build_model, make_term
+from rotorstudy.model.rig import build_model
+from rotorstudy.model.rig_items import make_term
 
 RIG = {
     "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},

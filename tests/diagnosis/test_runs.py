@@ -13,7 +13,8 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.measurement.measurement import measured_spectrum
-from rotorstudy.model.rig import build_model, make_term, read_rig
+from rotorstudy.model.rig import build_model, read_rig
+from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.measured import measured_response
 
 SPEEDS = np.array([80.0, 120.0, 150.0])

@@ -12,7 +12,8 @@ from rotorstudy.commands.line import main
 from rotorstudy.measurement.conventions import Keyphasor
 from rotorstudy.measurement.keyphasor import count_revolutions, find_pulses
 from rotorstudy.measurement.measurement import read_measurement
-from rotorstudy.measurement.quality import check_sense, flat_top
+from rotorstudy.measurement.plausibility import check_sense
+from rotorstudy.measurement.quality import flat_top
 from rotorstudy.measurement.spectrum_file import load_spectrum
 
 SPEED = 80.0

@@ -180,8 +180,7 @@ def test_a_killed_run_resumes_on_one_core_with_the_bytes_of_two(built, snakemake
     assert log.exists()  # the job had begun
     if target.exists():  # the job may have been quicker than the kill; then the file must be whole
         assert target.read_bytes() == (built / SOME_TARGETS[0]).read_bytes()
-    snakemake(tmp_path, "--unlock", config=some)
-    snakemake(tmp_path, "--rerun-incomplete", *SOME_TARGETS, config=some, cores=1)
+    snakemake(tmp_path, "--nolock", "--rerun-incomplete", "--", *SOME_TARGETS, config=some, cores=1)
     for name in SOME_TARGETS:
         assert (tmp_path / name).read_bytes() == (built / name).read_bytes()
 

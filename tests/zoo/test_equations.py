@@ -9,7 +9,7 @@ from rotorstudy import Model, Problem, Spectrum, Term, build_model, make_term, m
 from rotorstudy.errors import UnidentifiableError
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.model.cracks import crack_parameters, crack_series, participation_factors
-from rotorstudy.model.terms import apply_entries
+from rotorstudy.model.entries import apply_entries
 from rotorstudy.response.coupling import forced_harmonics
 
 SPEEDS = np.array([90.0, 200.0, 310.0, 450.0])  # below the critical speeds of both rotors

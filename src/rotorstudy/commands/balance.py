@@ -65,7 +65,7 @@ def _print_corrections(found, planes, conventions):
     """Print the best corrections with their standard deviations."""
     import numpy as np
 
-    from rotorstudy.inference.problem import magnitude_and_phase
+    from rotorstudy.inference.estimate import magnitude_and_phase
     from rotorstudy.units import quantity
 
     names = [f"plane {plane}_{part}" for plane in planes for part in ("real", "imag")]

@@ -2,8 +2,9 @@
 
 import sys
 
-from rotorstudy.commands.outputs import check_file
+from rotorstudy.commands.outputs import YAML, check_file
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.units import with_interval
 
 NOT_WITH_RUNS = ("unknowns", "cause", "harmonics", "spectrum", "out")
 
@@ -17,7 +18,7 @@ def identify_several(given):
         if getattr(given, name) is not None:
             raise RotorstudyError(f"--{name} is for a single set of records; leave it out, or leave out --runs")
     if given.rig_out:
-        check_file(given.rig_out, given.rig, given.runs, option="--rig-out")
+        check_file(given.rig_out, given.rig, given.runs, option="--rig-out", suffixes=YAML)
     found = identify_runs(given.runs, given.rig)
     for finding in found.findings:
         print(finding, file=sys.stderr)
@@ -33,16 +34,16 @@ def identify_several(given):
 
 
 def _print_estimates(found, names):
-    """Print values with their 95 % intervals; an eccentricity as its unbalance, at an angle of the user's picture."""
+    """Print values with their uncertainty; an eccentricity as its unbalance, at an angle of the user's picture."""
     import numpy as np
 
     joint, done = found.joint, set()
     units = {run.joint_name(n): u for run in joint.runs for n, u in zip(run.model.names, run.model.units, strict=True)}
     unbalances = _unbalances(joint)
-    for name, value, half in zip(names, joint.of(names)[0], 1.96 * np.sqrt(np.diag(joint.of(names)[1])), strict=True):
+    for name, value, std in zip(names, joint.of(names)[0], np.sqrt(np.diag(joint.of(names)[1])), strict=True):
         stem = name.replace("_real", "").replace("_imag", "")
         if stem not in unbalances:
-            print(f"  {name:40} {value: .6g} ± {half:.2g} {units[name]} (95 %)")
+            print(f"  {name:40} {with_interval(value, std, units[name])}")
         elif stem not in done:
             done.add(stem)
             print(f"  {stem.replace('eccentricity', 'unbalance'):40} {_unbalance(found, stem, unbalances[stem])}")
@@ -60,10 +61,10 @@ def _unbalances(joint):
 
 
 def _unbalance(found, stem, factor):
-    """The size and the angle of an unbalance with their 95 % intervals."""
+    """The size and the angle of an unbalance with standard deviations and 95 % intervals."""
     import numpy as np
 
-    from rotorstudy.inference.problem import magnitude_and_phase
+    from rotorstudy.inference.estimate import magnitude_and_phase
     from rotorstudy.units import shown_unit
 
     name, *run = stem.split(" @ ")
@@ -71,9 +72,7 @@ def _unbalance(found, stem, factor):
     theta, covariance = found.joint.of([" @ ".join([part, *run]) for part in parts])
     _, (size, angle), spread = magnitude_and_phase(parts, theta, covariance)
     unit, shown = shown_unit("kg m")
-    half = 1.96 * np.sqrt(np.diag(spread))
-    degrees = np.degrees(found.conventions.sense * angle) % 360
-    return (
-        f"{size / factor * shown: .6g} ± {half[0] / factor * shown:.2g} {unit} "
-        f"at {degrees:.4g} ± {min(np.degrees(half[1]), 180):.2g}° (95 %)"
-    )
+    std = np.sqrt(np.diag(spread))
+    degrees, uncertain = np.degrees(found.conventions.sense * angle) % 360, min(np.degrees(std[1]), 90)
+    weight = with_interval(size / factor * shown, std[0] / factor * shown, unit)
+    return f"{weight} at {with_interval(degrees, uncertain, '°').strip()}"

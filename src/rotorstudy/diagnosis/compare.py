@@ -24,9 +24,10 @@ from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.findings import Finding
 from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.model.entries import Entry
 from rotorstudy.model.model import Model
 from rotorstudy.model.rotor_numbers import with_rotor_numbers
-from rotorstudy.model.terms import Entry, Parameter, Term
+from rotorstudy.model.terms import Parameter, Term
 from rotorstudy.model.uncertainty import Uncertainty
 from rotorstudy.response.measured import measured_response
 from rotorstudy.units import percent

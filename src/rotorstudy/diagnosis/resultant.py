@@ -12,9 +12,9 @@ from rotorstudy.diagnosis.explanations import Search
 from rotorstudy.diagnosis.odds import Explanation
 from rotorstudy.diagnosis.result import ParameterEstimate, Place, Resultant
 from rotorstudy.errors import NoSteadyState
+from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prior import Prior
-from rotorstudy.inference.problem import magnitude_and_phase
 from rotorstudy.model.rig import make_term
 
 WORSE = 2.0  # standard deviations of a disc over that of the resultant, from which on the split counts as not known

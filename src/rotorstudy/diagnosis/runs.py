@@ -32,7 +32,8 @@ from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.estimated_rig import rig_with_estimate, rig_with_values
-from rotorstudy.model.rig import RigFile, make_term, read_rig
+from rotorstudy.model.rig import RigFile, read_rig
+from rotorstudy.model.rig_items import make_term
 from rotorstudy.model.rotor_numbers import is_rotor_number
 from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import Term

@@ -30,10 +30,10 @@ from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.words import place, readable, summary
 from rotorstudy.diagnosis.wrong_convention import chain_hypothesis, finding_of
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.inference.fit import Fit, chi_square_p_value, residual_share
 from rotorstudy.inference.prediction import misfit, predicted, with_cause_error, with_model_error
 from rotorstudy.inference.prior import with_rotor
-from rotorstudy.inference.problem import magnitude_and_phase
 from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
@@ -266,7 +266,7 @@ def residual_map(fitted, spectrum):
 
 def _unexplained(fitted, spectrum, settings):
     """Harmonics and nodes with a significant residual, the largest share first."""
-    from scipy.stats import chi2
+    from scipy.special import chdtrc
 
     square = residual_map(fitted, spectrum) ** 2
     total, speeds = square.sum(), len(spectrum.speed)
@@ -274,7 +274,7 @@ def _unexplained(fitted, spectrum, settings):
     for h, n in enumerate(spectrum.harmonics):
         for s, node in enumerate(spectrum.sensors):
             part = 2 * square[:, h, s].sum()
-            if chi2.sf(part, 2 * speeds) * square[0].size < settings.significance:
+            if chdtrc(2 * speeds, part) * square[0].size < settings.significance:
                 share, sigma = part / (2 * total), np.sqrt(part / (2 * speeds))
                 found.append(Unexplained(harmonic=int(n), node=int(node), share=share, sigma=sigma))
     return sorted(found, key=lambda row: -row.share)

@@ -199,7 +199,7 @@ class SpectrumMethod(Plugin):
 
 @dataclass(frozen=True)
 class Estimator(Plugin):
-    """function(problem) -> Estimate, see `rotorstudy.inference.problem`
+    """function(Problem) -> Estimate, see `rotorstudy.inference`
 
     Claims, each checked both ways:
     uses_covariance         : harmonics are weighted by their stated covariance

@@ -70,12 +70,6 @@ def _cell(value, digits):
     return "" if value is None else str(value)
 
 
-def write_table(table, csv, html, title, note, digits=6):
-    """Write a DataFrame as CSV and as a page, see `write_html`."""
-    write_csv(table, csv)
-    write_html(html, title, note, {"": table}, digits)
-
-
 def write_tables(tables, paths):
     """Write every table to the files of its name: .csv for programs, .html for people.
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.errors import NoSteadyState, RotorstudyError
-from rotorstudy.model.rig import make_term
+from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.coupling import check_speed
 from rotorstudy.response.floquet import periodic_growth_rate, varies_in_time
 from rotorstudy.response.harmonic import harmonic_response

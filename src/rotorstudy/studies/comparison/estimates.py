@@ -9,7 +9,8 @@ import numpy as np
 
 from rotorstudy.errors import PluginError, RotorstudyError, UnidentifiableError
 from rotorstudy.inference.bounds import cramer_rao_bound
-from rotorstudy.inference.problem import Problem, estimate_by, magnitude_and_phase
+from rotorstudy.inference.estimate import estimate_by, magnitude_and_phase
+from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.noise import noise_std
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.store import as_complex, dataset
