@@ -236,7 +236,7 @@ def judged(case, true, verdict):
         right = len(true) == 1 and CONVENTIONS.get(true[0]["family"]) == said
         return {"verdict": "convention", "named": said, "stated": "", "alone": right, "in_set": right,
                 "name_in_set": right, "wrong": not right, "probability": np.nan, "first_right": right,
-                "gain": np.nan}  # fmt: skip
+                **held_out(None)}  # fmt: skip
     return {
         "verdict": verdict.verdict,
         "named": " + ".join(name_of(cause) for cause in verdict.causes),
@@ -252,7 +252,18 @@ def judged(case, true, verdict):
         # posterior among the effects of the library, times the probability that the truth is one of those stated
         "probability": causes[0].posterior_probability * (1 - verdict.outside_probability) if causes else np.nan,
         "first_right": bool(causes) and any(there for _, there, _ in match[id(causes[0])]),
-        "gain": verdict.gain.ratio if verdict.gain and causes else np.nan,
+        **held_out(verdict.gain if causes else None),
+    }
+
+
+def held_out(gain):
+    """The error at held-out speeds after over before, in m and in standard deviations, and the chance that it rises."""
+    if gain is None:
+        return {"gain": np.nan, "gain_sigma": np.nan, "chance_to_rise": np.nan}
+    return {
+        "gain": gain.ratio,
+        "gain_sigma": gain.after_sigma / gain.before_sigma,
+        "chance_to_rise": gain.chance_to_rise,
     }
 
 

@@ -63,6 +63,12 @@ def interval(value: float, unit: str, std: float) -> str:
     return f"{' to '.join(as_certain_as(end, std * factor) for end in ends)} {unit}".strip()
 
 
+def with_interval(value: float, std: float, unit: str) -> str:
+    """A value in SI with its standard deviation and its 95 % interval: 100.2 ± 0.4 N s/m (95 %: 99.4 to 101)."""
+    half = 1.96 * std
+    return f"{value: .6g} ± {std:.2g} {unit} (95 %: {value - half:.5g} to {value + half:.5g})"
+
+
 def percent(share: float, digits: int = 3) -> str:
     """A share in percent: 12.3 %."""
     return f"{number(100 * share, digits)} %"

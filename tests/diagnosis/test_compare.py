@@ -118,6 +118,18 @@ def test_a_speed_of_one_state_only_is_told():
     np.testing.assert_array_equal(found.difference.speed, SPEEDS[:3])
 
 
+def test_a_speed_before_is_compared_with_one_speed_after():
+    """Two speeds after within 0.5 % of the same one before: its noise must not count twice."""
+    twice = state(2)
+    twice = twice.at_speeds([0, 0, 1, 2, 3])
+    speed = twice.speed.copy()
+    speed[0] *= 1.003
+    found = compare(state(1), replace(twice, speed=speed), build_model(RIG), settings=SETTINGS)
+    np.testing.assert_array_equal(found.after.speed, SPEEDS)
+    told = [one.text for one in found.diagnosis.verdict.findings if one.name == "speeds of one state"]
+    assert len(told) == 1 and f"{speed[0]:.4g} rad/s" in told[0]
+
+
 def test_the_command_writes_a_page_that_says_what_changed(tmp_path, capsys):
     rig = {**RIG, "measurement": {"harmonics": [1, -1, 2], "table_noise_m": NOISE},
            "diagnosis": {"nuisance": CHAIN, "hold_out_rad_s": []}}  # fmt: skip

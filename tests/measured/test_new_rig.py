@@ -76,7 +76,7 @@ def test_a_shaft_that_turns_the_other_way_is_noticed(signals, tmp_path):
     names = {"X": "Y", "Y": "X"}
     columns = {f"{node}{names[name]} (um)": values for (node, name), values in probes.items()}
     path = csv(tmp_path / "run.csv", {"time": TIME, **columns, "key": pulses})
-    rig, said = new_rig("mine", tmp_path, [path])
+    rig, said, _ = new_rig("mine", tmp_path, [path])
     assert yaml.safe_load(rig.read_text())["measurement"]["rotation"] == "against_angles"
     assert said[-1].startswith("sense of rotation: against")
     assert read_measurement([path], rig).errors == []
@@ -87,7 +87,7 @@ def test_a_table_of_a_balancing_instrument(tmp_path):
     path.write_text("speed_rpm;probe;amplitude_mil;phase_deg\n" + "".join(
         f"{rpm};{probe};0,{size};{phase}\n" for rpm in (1000, 2000) for probe, size, phase in
         (("1X", 62, 41), ("1Y", 58, 131), ("2X", 40, 35), ("2Y", 41, 126))))  # fmt: skip
-    rig, said = new_rig("mine", tmp_path, [path])
+    rig, said, _ = new_rig("mine", tmp_path, [path])
     section = yaml.safe_load(rig.read_text())["measurement"]
     assert section["csv"] == {"separator": ";", "decimal": ","} and section["table_amplitude"] == "peak_to_peak"
     found = read_measurement([path], rig)
@@ -165,4 +165,4 @@ def test_names_that_cannot_be_written(tmp_path, capsys):
         with pytest.raises(RotorstudyError, match=words):
             new_rig(name, tmp_path)
     assert main(["new", "crack", "my_crack", "--records", "x.csv", "--folder", str(tmp_path)]) == 1
-    assert "--records is for" in capsys.readouterr().err
+    assert "are for `new rig`" in capsys.readouterr().err

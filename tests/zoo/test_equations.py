@@ -138,6 +138,10 @@ SHOWN = {  # what the probe shows in addition
     "probe_error": [lambda w, t, z, v: z.real, lambda w, t, z, v: z.imag],  # of x alone
     "swapped_probes": [lambda w, t, z, v: z.imag + 1j * z.real - z],
     "reversed_probe": [lambda w, t, z, v: -z.real + 1j * z.imag - z],
+    "probe_vibration": [  # of x alone
+        lambda w, t, z, v: np.cos(w * t)[:, None],
+        lambda w, t, z, v: -np.sin(w * t)[:, None],
+    ],
     "phase_reference": [lambda w, t, z, v: v / w],
     "delay": [lambda w, t, z, v: -v],
 }

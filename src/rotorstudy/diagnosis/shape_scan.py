@@ -29,6 +29,7 @@ PARTS = (
     6  # then, of the range of an option; each has a start of its own, as a crack elsewhere may explain nearly as much
 )
 HALVES = 2  # of a full turn, likewise
+ANOTHER_SIDE = 0.25  # of a turn
 SAMPLES = 9  # shapes per round and option about the best ones
 REFINED = 2  # places of each effect at which the best shape is refined
 LEAST_SEEN = 0.01  # share of the cost that the best coarse shape of a place explains, if it is refined
@@ -47,6 +48,11 @@ def can_be_scanned(cause):
     at_node = "node" in cause.where and not cause.variant
     several = len(registry().get("effect", cause.effect).shape) > 1
     return bool(cause.shape) and not cause.term.acts_on_output and (at_node or several)
+
+
+def is_sought_everywhere(cause):
+    """Whether the place of a cause is among the shape options that are scanned, as of a crack along the shaft."""
+    return can_be_scanned(cause) and not cause.where
 
 
 def acts_on(cause, structure):
@@ -109,7 +115,8 @@ def scan(
     Returns
     -------
     list of Scanned
-        Without those whose plugin fails, which is recorded as broken.
+        The best shape of each place, for a crack also the best that faces the other side. Without those whose plugin
+        fails, which is recorded as broken.
     """
     projection, motions, coarse = Projection(fitted, work.spectrum), {}, {}
     for cause in filter(can_be_scanned, chosen):
@@ -124,7 +131,8 @@ def scan(
     for places in coarse.values():
         places.sort(key=lambda place: -place[1][0].screened.evidence)
         least = max(least, LEAST_SEEN * fitted.cost)
-        found += [one.refined(best) for one, best in places[:refined] if best[0].screened.explained > least]
+        for one, best in places[:refined]:
+            found += one.refined(best) if best[0].screened.explained > least else []
     return found
 
 
@@ -216,7 +224,7 @@ class _Scan(NamedTuple):
         return list(best.values())
 
     def refined(self, starts):
-        """The Scanned cause, found by rounds of ever closer shapes about fewer and fewer of the best ones."""
+        """List of Scanned, found by rounds of ever closer shapes about fewer and fewer of the best ones."""
         random = np.random.default_rng(0)  # the same numbers for the same records
         for spread in SPREADS:
             count = SAMPLES * len(self.ranges) * self._more // len(starts)
@@ -225,5 +233,14 @@ class _Scan(NamedTuple):
             kept = 1 if spread == SPREADS[-1] else max(len(starts) - 1, 1)
             found = sorted([*starts, *closer], key=lambda one: -one.screened.evidence)
             starts = self._distinct(found)[:kept]
-        (best,) = starts
-        return Scanned(self.at(best.point, self.cause.term.label), best.screened)
+        return [
+            Scanned(self.at(one.point, self.cause.term.label), one.screened) for one in (*starts, *self._facing(found))
+        ]
+
+    def _facing(self, found):
+        """The best shape that faces another side than the best one: which side is open decides little at first."""
+        around = [i for i, ends in enumerate(self.ranges.values()) if ends.goes_around]
+        if self.cause.where or not around:
+            return []
+        apart = [abs((one.point[around[0]] - found[0].point[around[0]] + 0.5) % 1 - 0.5) for one in found]
+        return [one for one, turn in zip(found, apart, strict=True) if turn > ANOTHER_SIDE][:1]

@@ -15,7 +15,7 @@ SHAPE_GAIN = 0.25  # convergence tolerance of the shape, in log posterior odds
 SHARES_OF_STEP = (1.0, 0.3, 0.1)
 
 
-def refine(work: Search, explanation: Explanation, name: str | None = None) -> Explanation:
+def refine(work: Search, explanation: Explanation, name: str | None = None, again: bool = True) -> Explanation:
     """The explanation with the best shape of one of its causes; unchanged if that shape cannot be varied.
 
     Parameters
@@ -24,13 +24,20 @@ def refine(work: Search, explanation: Explanation, name: str | None = None) -> E
     explanation : Explanation
     name : str, optional
         Of the cause (`Candidate.cause`); by default the last one.
+    again : bool
+        Whether all shapes are tried again where more than noise is left.
 
     Returns
     -------
     Explanation
     """
+    name = name or explanation.causes[-1].cause
     try:
-        return _best_of_all_shapes(work, explanation, name or explanation.causes[-1].cause)
+        if not can_be_scanned(_apart(explanation, name)[1]):
+            return _stepped(work, _best_shape(work, explanation, name), name)
+        stepped = _stepped(work, explanation, name)  # from the shape that a scan has found
+        best = _best_shape(work, stepped, name) if again else stepped
+        return best if best is stepped else _stepped(work, best, name)
     except NoSteadyState:
         return explanation
     except Exception as error:
@@ -69,13 +76,8 @@ def _values(explanation):
     return dict(zip(explanation.fit.model.names, explanation.fit.theta.tolist(), strict=True))
 
 
-def _best_of_all_shapes(work, explanation, name):
-    """The explanation with the shape options of a cause optimised by Gauss-Newton steps.
-
-    Options are scaled to their range. The linearised columns of a contact depend strongly on its shape and may select a
-    wrong one: where more than noise is left, all shapes are tried first.
-    """
-    explanation = _best_shape(work, explanation, name)
+def _stepped(work, explanation, name):
+    """The explanation with the shape options of a cause, scaled to their ranges, optimised by Gauss-Newton steps."""
     rest, own = _apart(explanation, name)
     ranges = shape_ranges(own.effect, work.rig.structure, own.where.get("node"))
 
@@ -109,7 +111,10 @@ def _best_of_all_shapes(work, explanation, name):
 
 
 def _best_shape(work, explanation, name):
-    """The explanation with a cause in the best of the shapes tried."""
+    """The explanation with a cause in the best of all shapes tried, where more than noise is left.
+
+    The linearised columns of a contact depend strongly on its shape and may select a wrong one.
+    """
     rest, own = _apart(explanation, name)
     if not own.shape or explanation.fit.cost < len(explanation.fit.residual):
         return explanation
@@ -132,7 +137,7 @@ def _rescanned(work, explanation, name):
         scanned = scan(work, work.held(rest, explanation.fit), [own])
         if not scanned:
             break
-        ((cause, screened),) = scanned
+        cause, screened = scanned[0]
         causes = (*rest, cause)
         start = work.start(causes, _values(explanation) | dict(zip(cause.names, screened.start, strict=True)))
         tried = work.explain(causes, [start])

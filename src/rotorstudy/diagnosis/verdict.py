@@ -24,6 +24,7 @@ from rotorstudy.diagnosis.result import (
     Unexplained,
     Verdict,
 )
+from rotorstudy.diagnosis.resultant import resultant_of
 from rotorstudy.diagnosis.search import search
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.words import place, readable, summary
@@ -142,6 +143,7 @@ def investigate(
         verdict=kind,
         causes=_causes(best, probability),
         ambiguous_with=[_cause(parts, e.fit, probability[fault]) for fault, parts, e in stated],
+        resultant=resultant_of(found, best),
         separating_measurement=_separating(best.causes, [parts[0] for _, parts, _ in stated], model.structure),
         next_runs=_next_runs(kind, found, measured, held),
         not_considered=_not_considered(best.causes, settings, {term.kind for term in model.terms}),
@@ -248,11 +250,12 @@ def _parameters(candidate, fitted):
     for name, value in candidate.shape.items():
         unit = "rad" if name.endswith("_rad") else ""
         parameters[name] = ParameterEstimate(value=value, std=candidate.shape_std.get(name), unit=unit, part="shape")
-    stated = registry().get("effect", candidate.effect).stated
-    for name, (option, factor) in stated(fitted.model.structure, **candidate.shape).items() if stated else ():
-        known = parameters[option]
-        std = None if known.std is None else factor * known.std
-        parameters[name] = ParameterEstimate(value=factor * known.value, std=std, unit="", part="shape")
+    plugin = registry().get("effect", candidate.effect)
+    known = plugin.stated and set(plugin.shape) <= set(candidate.shape)  # not before its whole shape was searched
+    for name, (option, factor) in plugin.stated(fitted.model.structure, **candidate.shape).items() if known else ():
+        one = parameters[option]
+        std = None if one.std is None else factor * one.std
+        parameters[name] = ParameterEstimate(value=factor * one.value, std=std, unit="", part="shape")
     return parameters
 
 

@@ -146,9 +146,8 @@ class Hinge:
 
     def _series(self):
         """h_k (k,), k = -ORDER..ORDER."""
-        imposed = np.exp(1j * _pull()) + self._kink
-        share = self._kink / np.abs(imposed)
-        return _coefficients(np.interp(_pull(), np.unwrap(np.angle(imposed)), share, period=2 * np.pi))
+        shaft = tuple(_shaft(self.section).items())
+        return _series_of(self.depth.name, float(self.depth_ratio), shaft, float(self.section.stiffness))
 
     def _series_by_weight(self):
         """Fourier coefficients (2, k), k = -ORDER..ORDER, of the shares of the imposed rotation and of its conjugate.
@@ -234,6 +233,14 @@ def _partly_open(name, depth_ratio, shaft):
     half = _pull()[: DIRECTIONS // 2]
     found = registry().get("depth", name, "the transverse crack").partly_open(depth_ratio, half, **dict(shaft))
     return np.concatenate([found, [0], found[:0:-1].conj()])  # closed in pure compression, and symmetric
+
+
+@lru_cache(maxsize=256)
+def _series_of(name, depth_ratio, shaft, stiffness):
+    """h_k (k,), k = -ORDER..ORDER, of a crack at any angle."""
+    kink = stiffness * _partly_open(name, depth_ratio, shaft)
+    imposed = np.exp(1j * _pull()) + kink
+    return _coefficients(np.interp(_pull(), np.unwrap(np.angle(imposed)), kink / np.abs(imposed), period=2 * np.pi))
 
 
 def _coefficients(values):

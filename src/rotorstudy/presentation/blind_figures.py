@@ -160,7 +160,8 @@ def detection_limits(data):
     axes.set_xscale("log")
     axes.set_xlabel("change over noise at which half are found, 95 % bounds")
     sure = int((high <= LARGE).sum())
-    picture.suptitle(f"{sure} of {len(half)} effects are found below three times the noise (95 % bounds)", fontsize=8)
+    told = f"{sure} of {len(half)} effects are found below\nthree times the noise (95 % bounds)"
+    picture.suptitle(told, fontsize=8)
     return picture
 
 

@@ -60,7 +60,7 @@ def error_of_harmonics(whole, harmonic_errors, level):
     axes.grid(True, axis="x", which="minor")  # lines between the groups
     axes.set_ylabel("error of harmonics / rms of vibration")
     picture.legend(loc="outside lower center", ncols=3, fontsize=6, frameon=False, columnspacing=1, handletextpad=0.2)
-    axes.set_title(f"{best_by_worst(cost)[0]} has the smallest error in its worst fault\n({level:g} % noise)")
+    axes.set_title(f"{best_by_worst(cost)[0]} has the smallest error\nin its worst fault ({level:g} % noise)")
     return picture
 
 

@@ -17,7 +17,7 @@ DIFFERENCE = 1e-6  # step of the central differences of a force, relative to the
 
 
 def varies_in_time(model):
-    """Whether the coefficients of the free motion vary over a revolution: they turn with the shaft, or with its motion."""
+    """Whether the coefficients of the free motion vary over a revolution: a turning stiffness, or nonlinear forces."""
     turning = any(e.reads_motion and e.shift for unknown in model.rotor_unknowns for e in unknown.entries)
     return turning or bool(model.nonlinear_forces)
 

@@ -89,7 +89,7 @@ def advice(ranked):
 
 
 def with_words(told, use_if):
-    """Advice with the column "use this if".
+    """Advice with the column "use this if", its faults in the order of `use_if`.
 
     Parameters
     ----------
@@ -102,8 +102,11 @@ def with_words(told, use_if):
     -------
     pandas.DataFrame
     """
-    words = {fault: text for fault, text in use_if.items() if text} | {ANY_FAULT: "you do not know, or fear all of it"}
-    told = told.copy()
+    words = {fault: text for fault, text in use_if.items() if text} | {
+        ANY_FAULT: "you do not know which of these holds"
+    }
+    place = {fault: i for i, fault in enumerate(use_if)}
+    told = told.sort_values("fault", key=lambda faults: faults.map(place).fillna(len(place)), kind="stable")
     told.insert(0, "use this if", [words.get(fault, f"the record has: {fault}") for fault in told.fault])
     return told
 
@@ -118,8 +121,8 @@ def in_short(told):
             "use this if": row["use this if"],
             "spectrum method": named(row["spectrum_method"]),
             "estimator": named(row["estimator"]),
-            "error, times the least possible": f"{row['error over bound, median']:.2g} typical, "
-            f"{row['error over bound, worst rotor and noise']:.2g} at worst",
+            "error, times the least possible": f"typically {row['error over bound, median']:.2g}, "
+            f"at worst {row['error over bound, worst rotor and noise']:.2g}",
             "at worst": f"{row['worst rotor and noise']} noise, {named(row['worst parameter there'])}",
             "its 95 % intervals": row["intervals"],
         }
