@@ -52,6 +52,7 @@ class WorkflowConfig(Strict):
     diagnoses: dict[str, DiagnosisItem] = {}
     cracks: str = ""
     crack_study: str = ""
+    chunks: Chunks = Chunks()
 
 
 @contextmanager
