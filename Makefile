@@ -2,7 +2,7 @@
 # make test   set up .venv, run all checks and tests
 # make foreign  diagnose 300 records of the independent simulator (tests/foreign), several hours on 2 cores
 # make docs   build the pages of docs/ as a site, with a check for dead links
-# make cracks   identify cracks of the independent simulator in millimetres, about an hour on 1 core
+# make cracks   identify cracks of the independent simulator in millimetres, half an hour on 2 cores; can be interrupted
 # make ross     diagnose records of the package ROSS, in an environment of its own
 # make peers    speed, memory and results beside ROSS and scipy on one rotor, about ten minutes on 1 core
 PYTHON ?= python3
@@ -23,7 +23,7 @@ results: .venv/ready
 	$(SNAKEMAKE)
 
 report: results
-	.venv/bin/snakemake --quiet all --report results/report.html
+	.venv/bin/snakemake --quiet all --report results/report.html --report-stylesheet workflow/report/style.css
 
 check: .venv/ready
 	.venv/bin/ruff check .
@@ -42,7 +42,7 @@ foreign: .venv/ready
 	.venv/bin/python benchmarks/foreign.py --cases 300 --processes 2 --out results/foreign
 
 cracks: .venv/ready
-	.venv/bin/python benchmarks/cracks.py --cases 200 --diagnose 10 --out results/crack_cases
+	.venv/bin/python benchmarks/cracks.py --cases 200 --diagnose 10 --processes 2 --out results/crack_cases
 
 ross: .venv/ready .venv-ross/ready
 	.venv-ross/bin/python benchmarks/ross/simulate.py results/ross

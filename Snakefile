@@ -11,9 +11,6 @@ configfile: "workflow/config/config.yaml"
 container: "docker://python:3.11"
 
 
-report: "workflow/report/workflow.rst"
-
-
 include: "workflow/rules/common.smk"
 include: "workflow/rules/shared.smk"
 include: "workflow/rules/study.smk"
@@ -29,11 +26,16 @@ include: "workflow/rules/cracks.smk"
 include: "workflow/rules/chapter_7.smk"
 
 
+# what was found, written by the rule index
+report: str(Path(f"{RESULTS}/report.rst").resolve())
+
+
 rule index:
     input:
         all_files(),
     output:
-        f"{RESULTS}/index.html",
+        page=f"{RESULTS}/index.html",
+        report=f"{RESULTS}/report.rst",
     params:
         code=code("index.py"),
     log:

@@ -18,6 +18,15 @@ SECONDS = 10.0
 BINS = (0.05, 0.1, 0.2, 0.3, 0.4)  # of the depth over the diameter
 
 
+def is_right(errors: dict, true: dict) -> bool:
+    """Whether the errors of position (m), depth and angle (rad) of a crack are small enough."""
+    return bool(
+        abs(errors["depth_ratio"]) <= DEPTH * true["depth_ratio"]
+        and abs(errors["position_m"]) <= PLACE * true["length_m"]
+        and abs(errors["angle_rad"]) <= ANGLE
+    )
+
+
 def judged(rows: pd.DataFrame) -> pd.DataFrame:
     """The rows with `depth_right`, `place_right`, `angle_right`, `all_right`; without an answer they are wrong."""
     rows = rows.copy()
@@ -41,7 +50,7 @@ def summary(rows: pd.DataFrame) -> pd.DataFrame:
     rows = judged(rows[~rows.outcome.str.startswith("not drawn")])
     cracks, slots = rows[rows.kind == "crack"], rows[rows.kind == "slot"]
     answered = cracks[(cracks.outcome == "done") & (cracks.p_value >= EXPLAINED)]
-    held = [np.abs(answered[f"{name}_error"]) <= INTERVAL * answered[f"{name}_std"] for name in SIZES]
+    held = [answered[f"{name}_held"].astype(bool) for name in SIZES]
     found = [
         share("depth within 15 %, place within 5 %, angle within 10 degrees", cracks.all_right, ">= 85 %"),
         share(
@@ -49,6 +58,8 @@ def summary(rows: pd.DataFrame) -> pd.DataFrame:
             cracks.all_right[cracks.change >= VISIBLE],
         ),
         share("of the answers without a warning, all three", answered.all_right),
+        share("all three, at the best place or another one stated", cracks.stated_right.fillna(False)),
+        share("answers with another place beside the best", answered.stated > 1),
         share("depth within 15 %", cracks.depth_right),
         share("place within 5 % of the length", cracks.place_right),
         share("angle within 10 degrees", cracks.angle_right),
@@ -75,7 +86,13 @@ def summary(rows: pd.DataFrame) -> pd.DataFrame:
 
 def page(rows: pd.DataFrame) -> str:
     """The numbers as a Markdown table."""
-    lines = ["| | reached | 95 % bounds | cases | asked |", "|---|---|---|---|---|"]
+    slots = int((rows.kind == "slot").sum())
+    lines = [
+        f"{len(rows)} records, {len(rows) - slots} cracks and {slots} slots, seeds {rows.seed.min()} to "
+        f"{rows.seed.max()}, each used once ([`crack_records.csv`](crack_records.csv)).",
+        "",
+    ]
+    lines += ["| | reached | 95 % bounds | cases | asked |", "|---|---|---|---|---|"]
     for one in summary(rows).itertuples():
         value = "-" if np.isnan(one.value) else f"{100 * one.value:.0f} %"
         lines.append(

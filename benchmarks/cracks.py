@@ -3,7 +3,8 @@
 Random machines with one crack of 5 to 40 % of the diameter, or a slot that never closes, measured at seven speeds in
 two planes with 1 % noise (`crack_cases.py`). Each takes the way of a user: record and rig file on disk, spectrum, and
 `identify --cause transverse_crack`; with `--diagnose` every so many are also diagnosed with the whole library. One row
-a case goes to `cracks.csv`, the shares with their 95 % bounds to `summary.csv` and to a page.
+a case goes to `cracks.csv`, the shares with their 95 % bounds to `summary.csv` and to a page. A run can be done in
+parts: cases that are in `cracks.csv` already are not repeated (another version of the package needs another folder).
 """
 
 import argparse
@@ -12,7 +13,7 @@ import sys
 import tempfile
 import time
 import warnings
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import NamedTuple
 
@@ -24,7 +25,7 @@ sys.path.insert(0, str(ROOT / "tests"))
 import numpy as np
 import pandas as pd
 from crack_cases import drawn, truth_of
-from crack_page import SIZES, page, summary
+from crack_page import INTERVAL, SIZES, is_right, page, summary
 from foreign.files import write_case
 from foreign.stepping import NoSteadyState
 
@@ -35,7 +36,7 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.model.rig import read_rig
 
-SLOTS = 5  # every fifth case is a slot
+SLOTS = 5  # every fifth seed is a slot
 START, END = "<!-- cracks -->", "<!-- /cracks -->"
 RIG_ERROR = np.array([0.005, 0.02, 0.05])  # of the rig file: modulus, bearings, unbalance
 HARMONICS = list(range(-4, 5))
@@ -82,13 +83,21 @@ def _identified(spectrum, model, settings, true):
     found = identify_cause(spectrum, model, "transverse_crack", settings)
     row = {"seconds": time.process_time() - start, "breathing": found.cause.variant["breathing"]}
     row |= {"p_value": found.p_value, "law_right": found.cause.variant["breathing"] == LAW[true["breathing"]]}
+    stated = [(one, _errors(one, true)) for one in (found.cause, *(causes[0] for causes in found.elsewhere))]
+    row |= {"stated": len(stated), "stated_right": any(is_right(errors, true) for _, errors in stated)}
     for name in SIZES:
-        value, std = found.cause.shape[name], found.cause.shape_std[name]
-        turn = np.pi if true["breathing"] == "open" else 2 * np.pi  # a slot looks the same from both sides
-        error = value - true[name]
-        error = (error + turn / 2) % turn - turn / 2 if name == "angle_rad" else error
-        row |= {name: value, f"{name}_std": std, f"{name}_error": error}
+        row |= {name: found.cause.shape[name], f"{name}_std": found.cause.shape_std[name]}
+        row |= {f"{name}_error": stated[0][1][name]}
+        row[f"{name}_held"] = any(abs(errors[name]) <= INTERVAL * one.shape_std[name] for one, errors in stated)
     return row
+
+
+def _errors(cause, true):
+    """Found less true position (m), depth over the diameter, and angle (rad)."""
+    turn = np.pi if true["breathing"] == "open" else 2 * np.pi  # a slot looks the same from both sides
+    errors = {name: cause.shape[name] - true[name] for name in SIZES}
+    errors["angle_rad"] = (errors["angle_rad"] + turn / 2) % turn - turn / 2
+    return errors
 
 
 def _diagnosed(spectrum, model, settings, findings, true):
@@ -111,32 +120,51 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--cases", type=int, default=50)
     parser.add_argument("--first", type=int, default=1, help="seed of the first case")
-    parser.add_argument("--diagnose", type=int, default=0, metavar="N", help="diagnose every Nth case, too (0: none)")
+    parser.add_argument("--diagnose", type=int, default=0, metavar="N", help="of N seeds diagnose two, too (0: none)")
     parser.add_argument("--rig-error", type=float, default=1.0, help="0: the rig file is exact; 1: as real ones are")
     parser.add_argument("--processes", type=int, default=1)
+    parser.add_argument("--minutes", type=float, default=np.inf, help="no case is begun later than that")
     parser.add_argument("--out", type=Path, default=Path("crack_cases"))
     parser.add_argument(
         "--page", type=Path, help="Markdown page with the marks <!-- cracks --> to write the numbers to"
     )
+    parser.add_argument("--records", type=Path, help="a copy of cracks.csv, for the page")
     given = parser.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
-    work = [
-        Work(given.first + i, "slot" if i % SLOTS == SLOTS - 1 else "crack", given.rig_error,
-             bool(given.diagnose) and i % given.diagnose == 0)
-        for i in range(given.cases)
-    ]  # fmt: skip
-    rows = []
-    with ProcessPoolExecutor(given.processes) as pool:
-        for row in pool.map(run_case, work):
-            rows.append(row)
-            print(row, flush=True)
-            pd.DataFrame(rows).to_csv(given.out / "cracks.csv", index=False, float_format="%.5g")
-    table = pd.DataFrame(rows)
+    file = given.out / "cracks.csv"
+    rows = pd.read_csv(file).to_dict("records") if file.exists() else []
+    for row in _new_rows(given, {row["seed"] for row in rows}):
+        print(row, flush=True)
+        rows.append(row)
+        pd.DataFrame(rows).sort_values("seed").to_csv(file, index=False, float_format="%.5g")
+    table = pd.DataFrame(rows).sort_values("seed")
     summary(table).to_csv(given.out / "summary.csv", index=False)
     print(summary(table).to_string(index=False))
     if given.page:
         before, _, rest = given.page.read_text(encoding="utf-8").partition(START)
         given.page.write_text(f"{before}{START}\n{page(table)}{END}{rest.partition(END)[2]}", encoding="utf-8")
+    if given.records:
+        table.to_csv(given.records, index=False, float_format="%.5g")
+
+
+def _new_rows(given, known):
+    """Rows of the cases asked for that are not known yet, as they are done, until the time is over."""
+    end = time.monotonic() + 60 * given.minutes
+    seeds = [seed for seed in range(given.first, given.first + given.cases) if seed not in known]
+    work = [
+        Work(seed, "crack" if seed % SLOTS else "slot", given.rig_error,
+             bool(given.diagnose) and seed % given.diagnose < 2)
+        for seed in seeds
+    ]  # fmt: skip
+    with ProcessPoolExecutor(given.processes) as pool:
+        for done in as_completed([pool.submit(_in_time, one, end) for one in work]):
+            if done.result() is not None:
+                yield done.result()
+
+
+def _in_time(work, end):
+    """`run_case` before the end on the monotonic clock, which processes share; None after it."""
+    return run_case(work) if time.monotonic() < end else None
 
 
 if __name__ == "__main__":

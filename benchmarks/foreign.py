@@ -86,6 +86,29 @@ MEANS = {
     "runout": (("runout",), NODE, ()),
     "unloaded_zero": ((), ANY, ()),
 }
+# Truth -> further names that have the same forces, in part or as one of two causes. An effect is outside the library
+# only if these are left out too: else the verdict names the same physics in other words.
+ALIKE = {
+    "couple_unbalance": ("unbalance",),  # two opposite ones in two planes
+    # a notch is an asymmetry of its element, and the other way round; so is a coupling across it that is not isotropic
+    "open_crack": ("angular_misalignment", "parallel_misalignment", "shaft_asymmetry"),
+    "asymmetry": (*CRACKS, "angular_misalignment", "parallel_misalignment"),
+    "misalignment": ("static_preload",),  # what a fixed offset of an isotropic coupling is
+    # a stiffness lost along one direction, and a stop that gives it back on one side
+    "looseness": ("rub",),
+    "one_sided_loss": ("rub",),
+    # a pedestal far below its resonance is a softer support
+    "support_loss": ("support_stiffness", "pedestal_resonance"),
+    "pedestal": ("bearing_coefficients", "support_anisotropy", "support_loss", "support_stiffness"),
+    "seal": ("cross_coupling", "external_damping", "support_stiffness"),
+    # its eccentricity, its weight, and its inertia (a fluid that does not turn)
+    "added_mass": ("unbalance", "static_preload", "seal"),
+    # opposite moments at the ends of a bent element, that turn with the shaft
+    "bow": ("angular_misalignment", "parallel_misalignment"),
+    "thermal_bow": ("angular_misalignment", "parallel_misalignment"),
+    "preload": ("parallel_misalignment",),  # whose force has a constant part
+    "external_damping": ("seal",),  # whose fluid does not turn
+}
 # Faults that the verdict states as a wrong convention of the records, by the words of that hypothesis
 CONVENTIONS = {"unloaded_zero": "displacements count from the unloaded line"}
 # Faults for which the records are refused, by the words of the finding after its node
@@ -116,6 +139,11 @@ def in_library(family):
     """Whether the package has a candidate for a family."""
     zoo = registry().plugins["effect"]
     return family in CONVENTIONS or any(name in zoo and zoo[name].candidate for name in MEANS[family][0])
+
+
+def left_out(true):
+    """Effects without which the library lacks some true effects."""
+    return sorted({name for one in true for name in MEANS[one["family"]][0] + ALIKE.get(one["family"], ())})
 
 
 def is_there(rule, true, cause):
@@ -208,7 +236,7 @@ def judged(case, true, verdict):
         right = len(true) == 1 and CONVENTIONS.get(true[0]["family"]) == said
         return {"verdict": "convention", "named": said, "stated": "", "alone": right, "in_set": right,
                 "name_in_set": right, "wrong": not right, "probability": np.nan, "first_right": right,
-                "gain": np.nan}  # fmt: skip
+                **held_out(None)}  # fmt: skip
     return {
         "verdict": verdict.verdict,
         "named": " + ".join(name_of(cause) for cause in verdict.causes),
@@ -224,7 +252,18 @@ def judged(case, true, verdict):
         # posterior among the effects of the library, times the probability that the truth is one of those stated
         "probability": causes[0].posterior_probability * (1 - verdict.outside_probability) if causes else np.nan,
         "first_right": bool(causes) and any(there for _, there, _ in match[id(causes[0])]),
-        "gain": verdict.gain.ratio if verdict.gain and causes else np.nan,
+        **held_out(verdict.gain if causes else None),
+    }
+
+
+def held_out(gain):
+    """The error at held-out speeds after over before, in m and in standard deviations, and the chance that it rises."""
+    if gain is None:
+        return {"gain": np.nan, "gain_sigma": np.nan, "chance_to_rise": np.nan}
+    return {
+        "gain": gain.ratio,
+        "gain_sigma": gain.after_sigma / gain.before_sigma,
+        "chance_to_rise": gain.chance_to_rise,
     }
 
 
@@ -298,13 +337,13 @@ def run_case(work):
         case, fault = drawn(seed, kind, quick)
     except (NoSteadyState, ValueError) as problem:
         return row | {"verdict": "not drawn", "named": str(problem)}
-    true, left_out = truth_of(case, fault), work.without_truth or kind == "outside"
+    true, outside = truth_of(case, fault), work.without_truth or kind == "outside"
     row |= {
         "families": "+".join(one["family"] for one in true),
         "mass_kg": case.rotor.mass,
         "elements": len(case.rotor.elements),
         "probed_nodes": len(case.nodes),
-        "known": not left_out and all(in_library(one["family"]) for one in true),
+        "known": not outside and all(in_library(one["family"]) for one in true),
         "size": np.nan,
     }
     error = np.array([0.005, 0.02, 0.05]) * work.rig_error  # of modulus, bearings, unbalance
@@ -317,9 +356,8 @@ def run_case(work):
             rig = read_rig(Path(files) / "rig.yaml")
             spectrum, model, findings = measured_spectrum([Path(files) / "record.nc"], rig)
             settings = read_settings(rig.given, "rig.yaml")
-            if left_out:
-                names = sorted({name for one in true for name in MEANS[one["family"]][0]})
-                settings = settings.model_copy(update={"leave_out": names})
+            if outside:
+                settings = settings.model_copy(update={"leave_out": left_out(true)})
             found = investigate(spectrum, model, settings=settings, findings=findings)
             seconds = time.process_time() - start
             folder.mkdir(parents=True, exist_ok=True)

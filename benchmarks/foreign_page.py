@@ -19,8 +19,8 @@ LATEST = ROOT / "docs/independent_records_latest.csv"  # a smaller run of a late
 PAGE, README = ROOT / "docs/independent_records.md", ROOT / "README.md"
 COLUMNS = [
     "case", "seed", "kind", "families", "mass_kg", "elements", "probed_nodes", "known", "size", "verdict", "named",
-    "stated", "alone", "in_set", "wrong", "probability", "first_right", "gain", "sizes", "covered", "angle_right",
-    "seconds",
+    "stated", "alone", "in_set", "wrong", "probability", "first_right", "gain", "gain_sigma", "chance_to_rise",
+    "sizes", "covered", "angle_right", "seconds",
 ]  # fmt: skip
 
 
@@ -72,6 +72,7 @@ def sentence(rows, in_full=False):
             "95 % intervals that hold the true size",
             "effects left out of the library called unknown",
             "held-out error worse with the causes",
+            "the same, of effects of size 3 or more",
         )
         text += "".join(f" {what[0].upper()}{what[1:]}: {count(what)}." for what in further)
     return textwrap.fill(text, 130, initial_indent="  ", subsequent_indent="  ")

@@ -6,6 +6,7 @@ import pandas as pd
 from rotorstudy.blind.scoring import calibration, share_bounds
 
 LARGE = 3.0  # size from which an effect must be found
+CHANCE = 0.05  # by which noise raises the error at held-out speeds although the causes are right
 SLOW = 30.0  # seconds of one core, above which a diagnosis is counted as slow
 
 
@@ -36,6 +37,7 @@ def summary(rows):
     pairs = done[(done.kind == "pair") & (done["size"] >= LARGE)]
     stated = done[done.probability.notna()]
     held = done[done.gain.notna()]
+    large = held[held["size"] >= LARGE]
     held_sizes = np.arange(int(done.sizes.sum())) < int(done.covered.sum())
     error = calibration(stated.probability.to_numpy(float), stated.first_right.to_numpy(float))[-1]
     rows = [
@@ -53,6 +55,8 @@ def summary(rows):
         share("effects left out of the library named alone", outside, outside.verdict == "cause"),
         share("95 % intervals that hold the true size", held_sizes, held_sizes, "93 to 97 %"),
         share("held-out error worse with the causes", held, held.gain > 1, "<= 1 %"),
+        share("the same, of effects of size 3 or more", large, large.gain > 1),
+        *beyond_chance(held),
         share("records refused for the right reason", refused, refused.alone),
         share("diagnoses that crashed", rows, rows.verdict == "crashed", "none"),
         share(f"diagnoses slower than {SLOW:g} s of one core", done, done.seconds > SLOW, "none"),
@@ -63,6 +67,16 @@ def summary(rows):
         ("seconds of one core for a diagnosis, median", done.seconds.median(), len(done), ""),
     ]
     return pd.DataFrame(rows + [dict(zip(("what", "value", "cases", "asked"), one, strict=True)) for one in numbers])
+
+
+def beyond_chance(held):
+    """Rows on the error at held-out speeds that weigh it by its noise; none for cases of a version without these."""
+    if "chance_to_rise" not in held:
+        return []
+    return [
+        share("the same, in standard deviations", held, held.gain_sigma > 1),
+        share("the same, where its chance is below 5 %", held, (held.gain > 1) & (held.chance_to_rise < CHANCE)),
+    ]
 
 
 def by_kind(rows):

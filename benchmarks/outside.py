@@ -1,6 +1,6 @@
-"""Learn when a verdict misses the true cause: python benchmarks/outside.py WITH WITHOUT
+"""Learn when a verdict misses the true cause: python benchmarks/outside.py --within DIR ... --without DIR ...
 
-WITH and WITHOUT are folders of `benchmarks/foreign.py`: the same cases diagnosed with the whole library, and (by
+The folders are of `benchmarks/foreign.py`: cases, pairs among them, diagnosed with the whole library, and (by
 `--without-truth`) without the effects that are the truth. A logistic regression says from a verdict with causes how
 probable it is that the truth is not among them, if a share of `--outside` of all faults is of a kind that the library
 lacks. `src/rotorstudy/diagnosis/outside.yaml` has the coefficients, the number of verdicts, and the calibration error
@@ -79,11 +79,12 @@ def learned(within, without, share):
 def main():
     """Read both folders, learn, write."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("within", type=Path, metavar="WITH")
-    parser.add_argument("without", type=Path, metavar="WITHOUT")
+    for name in ("--within", "--without"):
+        parser.add_argument(name, type=Path, nargs="+", required=True, metavar="DIR")
     parser.add_argument("--outside", type=float, default=0.1)
     given = parser.parse_args()
-    tables = {"with": read(given.within), "without": read(given.without)}
+    chosen = {"with": given.within, "without": given.without}
+    tables = {name: pd.concat([read(one) for one in folders]) for name, folders in chosen.items()}
     pd.concat(tables, names=["library", None]).to_csv(ROWS, float_format="%.6g")
     found = learned(tables["with"], tables["without"], given.outside)
     TARGET.write_text("# written by benchmarks/outside.py\n" + yaml.safe_dump(found, sort_keys=False), encoding="utf-8")

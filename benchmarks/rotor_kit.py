@@ -23,11 +23,14 @@ PROBES = ("plane1_x", "plane1_y", "plane2_x", "plane2_y")
 UPDATING = ("BASE", "A008", "A016")
 SHOWN = (*UPDATING, "A020", "A025", "B010")
 USUAL = 30.0  # g mm, prior standard deviation of each part of an unbalance
+MIL = 25.4  # µm
 MEASURABLE = 24.0  # g mm, from which the phase of an unbalance is scored
 
 
 def published():
-    """Tables of harmonics of every condition, {condition: text}, and the unbalance of each, {condition: (2,) g mm}.
+    """Tables of harmonics of every condition, {condition: text}, its unbalance, {condition: (2,) g mm}, and change.
+
+    The change is that of 1X of the probes, {condition: (speed * probe,) µm}, complex.
 
     The published phasors are lags of each probe, mil, relative to the baseline; y is 90 degrees ahead of x, and hole
     angles count against the sense of rotation.
@@ -35,22 +38,45 @@ def published():
     change = pd.read_csv(KIT / "published" / "one_x_minus_baseline.csv")
     baseline = pd.read_csv(KIT / "published" / "baseline_mean.csv").set_index("speed")
     added = pd.read_csv(KIT / "published" / "added_unbalance.csv").set_index("condition")
-    tables = {}
+    tables, changes = {}, {}
     for condition, rows in change.groupby("condition"):
-        lines = ["speed_rpm,node,harmonic,amplitude_mil,phase_deg"]
-        for speed, repeats in rows.groupby("speed"):
-            whole = [_phasor(repeats, probe).mean() + _phasor(baseline.loc[speed], probe) for probe in PROBES]
-            for plane in (1, 2):
-                x, y = np.conj(whole[2 * plane - 2 : 2 * plane])
-                for n, z in ((1, (x + 1j * y) / 2), (-1, np.conj(x - 1j * y) / 2)):
-                    rpm = baseline.loc[speed, "speed_rpm"]
-                    lines.append(f"{rpm},{plane},{n},{abs(z):.6f},{np.degrees(np.angle(z)):.3f}")
-        tables[condition] = "\n".join(lines) + "\n"
+        found = {
+            speed: np.array([_phasor(repeats, probe).mean() for probe in PROBES])
+            for speed, repeats in rows.groupby("speed")
+        }
+        tables[condition] = _table(found, baseline)
+        changes[condition] = MIL * np.conj(np.concatenate(list(found.values())))
     true = {
         name: np.array([row[f"disc{d}_g_mm"] * np.exp(-1j * np.deg2rad(row[f"disc{d}_hole_deg"])) for d in (1, 2)])
         for name, row in added.iterrows()
     }
-    return tables, true
+    return tables, true, changes
+
+
+def baseline_records():
+    """Tables of harmonics of each of the records of the baseline."""
+    change = pd.read_csv(KIT / "published" / "one_x_minus_baseline.csv").query("condition == 'BASE'")
+    baseline = pd.read_csv(KIT / "published" / "baseline_mean.csv").set_index("speed")
+    records = [rows.set_index("speed") for _, rows in change.groupby("record")]
+    return [
+        _table(
+            {speed: np.array([_phasor(rows.loc[speed], probe) for probe in PROBES]) for speed in rows.index}, baseline
+        )
+        for rows in records
+    ]
+
+
+def _table(found, baseline):
+    """The text of a table of harmonics; found : {speed: change (probe,) of the published phasors, mil}."""
+    lines = ["speed_rpm,node,harmonic,amplitude_mil,phase_deg"]
+    for speed, moved in found.items():
+        whole = moved + [_phasor(baseline.loc[speed], probe) for probe in PROBES]
+        for plane in (1, 2):
+            x, y = np.conj(whole[2 * plane - 2 : 2 * plane])
+            for n, z in ((1, (x + 1j * y) / 2), (-1, np.conj(x - 1j * y) / 2)):
+                rpm = baseline.loc[speed, "speed_rpm"]
+                lines.append(f"{rpm},{plane},{n},{abs(z):.6f},{np.degrees(np.angle(z)):.3f}")
+    return "\n".join(lines) + "\n"
 
 
 def _phasor(rows, probe):
@@ -97,26 +123,60 @@ def scores(found, true):
     ]
 
 
+def least_error(changes, true):
+    """Rows (quantity, value): the least mean errors that the scatter from run to run allows any estimator (Cramer-Rao).
+
+    The changes of all conditions are fitted by one linear influence of both unbalances and an offset, that of the
+    baseline. What is left is the scatter; estimators that know its covariance, and the influence, reach this bound.
+    """
+    names = list(changes)
+    added, moved = np.array([true[name] for name in names]), np.array([changes[name] for name in names])
+    regressors = np.column_stack([added, np.ones(len(names))])
+    influence, *_ = np.linalg.lstsq(regressors, moved, rcond=None)
+    left = moved - regressors @ influence
+    scatter = left.T @ left.conj() / (len(names) - regressors.shape[1])
+    known = influence[:2].conj() @ np.linalg.solve(scatter, influence[:2].T)  # information of complex amplitudes
+    std = np.sqrt(np.diag(np.linalg.inv(known)).real / 2)  # of a part of the unbalance of each disc
+    mean = np.sqrt(2 / np.pi) * std  # of the absolute value of a normal variable
+    large = np.array([mean / np.maximum(np.abs(one), 1e-9) for one in added])[np.abs(added) >= MEASURABLE]
+    return [
+        ("least mean absolute error of the unbalance of a disc (g mm)", mean.mean()),
+        (
+            f"least mean absolute error of the phase, of {MEASURABLE:.0f} g mm and more (degrees)",
+            np.degrees(large.mean()),
+        ),
+    ]
+
+
 def main():
     """Update the rig, identify the unbalance of the other conditions and print the scores."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--tables", action="store_true", help="write examples/rotor_kit/runs and stop")
     given = parser.parse_args()
-    tables, true = published()
+    tables, true, changes = published()
     if given.tables:
         for name in SHOWN:
             (KIT / "runs" / f"{name}.csv").write_text(tables[name])
         return
-    updated = identify_runs(KIT / "updating.yaml", KIT / "rig.yaml")
+    rest = {name: text for name, text in tables.items() if name not in UPDATING}
+    complete = {name: text for name, text in rest.items() if text.count("\n") == 9}  # at both speeds
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
-        write_rig(updated.rig, folder / "updated.yaml", "updated")
-        rig = read_rig(folder / "updated.yaml")
-        rest = {name: text for name, text in tables.items() if name not in UPDATING}
-        complete = {name: text for name, text in rest.items() if text.count("\n") == 9}  # at both speeds
+        rig = updated_rig(folder)
         found = {name: estimated(rig, folder, name, text) for name, text in complete.items()}
-    for name, value in scores(found, true):
+    for series in ("AB", "A", "B"):
+        print(f"conditions {' and '.join(series)}")
+        for name, value in scores({name: one for name, one in found.items() if name[0] in series}, true):
+            print(f"{value:8.3g}  {name}")
+    print("what the scatter from run to run allows")
+    for name, value in least_error({name: changes[name] for name in complete}, true):
         print(f"{value:8.3g}  {name}")
+
+
+def updated_rig(folder):
+    """The rig updated by the baseline and the trial runs."""
+    write_rig(identify_runs(KIT / "updating.yaml", KIT / "rig.yaml").rig, folder / "updated.yaml", "updated")
+    return read_rig(folder / "updated.yaml")
 
 
 if __name__ == "__main__":

@@ -71,7 +71,7 @@ def test_identify_warns_when_the_model_does_not_explain_the_records(records, tmp
 
 
 def test_identify_notes_a_fit_better_than_usual(records, capsys, monkeypatch):
-    monkeypatch.setattr("scipy.stats.chi2.ppf", lambda level, freedom: 10 * np.array([0.5, 2.0]) * freedom)
+    monkeypatch.setattr("scipy.special.chdtri", lambda freedom, above: 10 * np.array([0.5, 2.0]) * freedom)
     _, _, err = run(capsys, "identify", records, "--rig", RIG, "--unknowns", "external_damping")
     assert err == "note: the misfit is below the expected range\n"
 
@@ -249,6 +249,7 @@ def test_a_result_goes_to_a_file_in_a_folder_that_exists_and_never_over_an_input
     refused(run(capsys, *base, rig), "would overwrite an input")
     refused(run(capsys, *base, tmp_path), "is a folder")
     refused(run(capsys, *base, tmp_path / "none" / "x.nc"), "does not exist")
+    refused(run(capsys, *base, tmp_path / "a.csv"), "a.csv: the content is that of a file .nc")
     assert rig.read_text() == Path(RIG).read_text()
 
 

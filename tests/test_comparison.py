@@ -2,18 +2,21 @@
 
 import numpy as np
 import pandas as pd
+import pytest
 import xarray as xr
 
-from rotorstudy import load_rig
+from rotorstudy import load_rig, registry
 from rotorstudy.presentation.comparison_figures import best_by_worst, comparison_figures
 from rotorstudy.presentation.comparison_page import write_advice, write_ranking
+from rotorstudy.studies.comparison.config import Fault, Rotor, load_comparison
 from rotorstudy.studies.comparison.estimates import without_values
 from rotorstudy.studies.comparison.ranking import ANY_FAULT, advice, ranking
+from rotorstudy.studies.comparison.trials import make_trials, trial_spectra
 
 
 def ranked(*rows):
     columns = ["fault", "rotor", "noise", "spectrum_method", "estimator", "error over bound", "coverage", "failed"]
-    return pd.DataFrame(rows, columns=columns).assign(**{"time per estimate (ms)": 1.0})
+    return pd.DataFrame(rows, columns=columns).assign(**{"time per estimate (ms)": 1.0, "which parameter": "damping"})
 
 
 def test_advice_takes_valid_equals_first_names_them_and_says_where_the_worst_is():
@@ -68,6 +71,33 @@ def test_an_estimator_is_not_told_the_value_it_is_to_find(request):
     assert given["external_damping"] == 100.0 and asked.names == model.names
 
 
+@pytest.mark.parametrize("method", ["regression", "order_tracking"])
+@pytest.mark.parametrize("fault", [{}, {"keyphasor_jitter_rad": 0.02}])
+def test_levels_evaluated_together_are_those_evaluated_alone(method, fault, request):
+    """They share their draws: the error of a linear method grows with the level, without a fault in proportion."""
+    root = request.config.rootpath
+    config = load_comparison(root / "workflow" / "config" / "test" / "compare.yaml")
+    config = config.model_copy(update={"faults": {"one": Fault(**fault)}})
+    model, harmonics, method = (
+        load_rig(root / "examples" / "jeffcott.yaml"),
+        [0, 1, -1],
+        registry().get("spectrum", method),
+    )
+    rotor = Rotor(model, (), harmonics, harmonics, np.array([100.0]))
+
+    def found(levels):
+        return trial_spectra(method, make_trials(config, 0, rotor, "one", 0, levels, 3), harmonics)
+
+    both, clean = found([1.0, 5.0]), found([0.0])
+    for i, level in enumerate((1.0, 5.0)):
+        for part, alone in zip(both, found([level]), strict=True):
+            assert np.allclose(part[i], alone[0], rtol=1e-12, atol=1e-12 * abs(alone).max())
+    off = both[0] - clean[0]
+    if not fault:
+        assert np.allclose(off[1], 5 * off[0], rtol=1e-6, atol=1e-9 * abs(clean[0]).max())
+    assert abs(off[1]).max() > 3 * abs(off[0]).max() > 0
+
+
 def compared():
     """A tiny comparison as its stages leave it: Dataset over everything, errors of the harmonics, bias."""
     rng = np.random.default_rng(0)
@@ -85,6 +115,9 @@ def compared():
     whole = xr.Dataset(
         {
             "efficiency": (dims, efficiency),
+            "rmse": (dims, efficiency**-0.5),
+            "scatter": (dims, 0.9 * efficiency**-0.5),
+            "bias": (dims, 0.4 * efficiency**-0.5),
             "coverage": (dims, np.full(shape, 0.95) - 0.5 * (np.arange(2) == 1)[:, None, None, None, None]),
             "failed": (dims[:-1], np.zeros(shape[:-1])),
             "seconds": (dims[:-1], np.full(shape[:-1], 1e-3)),
@@ -103,10 +136,10 @@ def compared():
 
 def test_figures_of_a_comparison_carry_their_name_and_say_what_is_in_the_data():
     whole, errors, biased = compared()
-    figures = comparison_figures(whole, errors, biased)
+    figures = comparison_figures(whole, errors, biased, 200)
     assert list(figures) == ["estimators", "spectra", "faults", "coverage", "bias"]
     said = {name: picture.get_suptitle() for name, picture in figures.items()}
-    assert said["estimators"].startswith("1 of 2 estimators stay within 1.25 times")
+    assert said["estimators"].startswith("Good comes closest to the Cramér-Rao bound")
     assert "with good has the smallest error in its worst fault (1 % noise)" in said["faults"]
     assert said["coverage"].startswith("2 of 4 pairs state valid 95 % intervals")
     assert "by 1 % moves the parameters by 2 to 2 %" in said["bias"]
@@ -123,9 +156,10 @@ def test_one_that_fails_somewhere_is_none_of_the_best():
 def test_ranking_and_advice_as_pages(tmp_path):
     ranked = ranking(compared()[0])
     write_ranking(ranked, 200, tmp_path / "ranking.csv", tmp_path / "ranking.html")
-    write_advice(ranked, tmp_path / "advice.csv", tmp_path / "advice.html")
+    write_advice(ranked, {"outliers": "samples are spikes"}, tmp_path / "advice.csv", tmp_path / "advice.html")
     assert set(pd.read_csv(tmp_path / "ranking.csv").noise) == {1.0, 5.0}
     told = pd.read_csv(tmp_path / "advice.csv")
     assert set(told.estimator) == {"good"} and set(told.intervals) == {"valid"}
-    assert "within 5 % of it" in (tmp_path / "advice.html").read_text()
+    page = (tmp_path / "advice.html").read_text()
+    assert "within 5 % of it" in page and "samples are spikes" in page and "the record has: whole revolutions" in page
     assert "small, outliers" in (tmp_path / "ranking.html").read_text()

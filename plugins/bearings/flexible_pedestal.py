@@ -55,7 +55,7 @@ def flexible_pedestal(
     for direction in ("xx", "yy"):
         one = [values.get(direction, values["xx"]) for values in given]
         entries += planar_entries(direction, -here, gain=series(*one, node), frequency_only=True)
-    return [Parameter("bearing_scale", "1", tuple(entries), typical=1.0)]
+    return [Parameter("bearing_scale", "1", tuple(entries), typical=1.0, default=1.0)]
 
 
 def series(bearing_stiffness, bearing_damping, pedestal_stiffness, pedestal_damping, mass, node):

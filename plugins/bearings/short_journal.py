@@ -10,16 +10,17 @@ ECCENTRICITY = (1e-6, 1 - 1e-6)  # search range; outside, there is no film or it
 
 def short_journal(
     structure,
-    load_N: Positive,
     diameter_m: Positive,
     length_m: Positive,
     radial_clearance_m: Positive,
     viscosity_Pa_s: Positive,
+    load_N: Positive | None = None,
     node: int | None = None,
 ):
     """Oil film of a short plain journal bearing (Ocvirk, half film) about its running position, times bearing_scale.
 
-    load_N is the static load on this bearing, along gravity. Displacements are measured from the equilibrium position
+    load_N is the static load on this bearing, along gravity; by default what it carries of the weight if all bearings
+    are rigid, which is exact for two. Displacements are measured from the equilibrium position
     of the journal at each speed. This offset, of 0 to 1 radial clearances, is part neither of the displacements nor of
     the static deflection, which follows from the stiffness; the bending of the shaft is correct if the bearings share
     the load as stated.
@@ -30,6 +31,7 @@ def short_journal(
             f"to {LONGEST:g} (accurate up to 0.5); for a longer bearing tabulate the coefficients over speed"
         )
     node = structure.default_node() if node is None else node
+    load_N = static_load(structure, node) if load_N is None else load_N
     here, entries = np.outer(structure.unit(node), structure.unit(node)), []
     film = diameter_m * length_m**3 * viscosity_Pa_s / (8 * load_N * radial_clearance_m**2)  # Ocvirk number / speed
 
@@ -50,7 +52,18 @@ def short_journal(
     for order in (0, 1):
         for direction in ("xx", "xy", "yx", "yy"):
             entries += planar_entries(direction, -here, order, gain(order, *("xy".index(axis) for axis in direction)))
-    return [Parameter("bearing_scale", "1", tuple(entries), typical=1.0)]
+    return [Parameter("bearing_scale", "1", tuple(entries), typical=1.0, default=1.0)]
+
+
+def static_load(structure, node):
+    """What the bearing at a node carries of the weight, N."""
+    load = structure.bearing_load(node)
+    if not load > 0:
+        raise RotorstudyError(
+            f"short_journal at node {node}: the weight of the rotor loads it by {load:.3g} N; a film bearing needs a "
+            "load downward, so state load_N (with forces of belts or gears) or another bearing"
+        )
+    return load
 
 
 def eccentricity_ratio(ocvirk, where="the journal"):

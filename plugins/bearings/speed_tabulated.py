@@ -38,7 +38,7 @@ def speed_tabulated(
             entries += planar_entries(direction, -here, order, interpolation(speeds, np.array(values), node))
     if not entries:
         raise RotorstudyError("speed_tabulated: stiffness_N_per_m has no direction; give xx, yy, xy or yx")
-    return [Parameter("bearing_scale", "1", tuple(entries), typical=1.0)]
+    return [Parameter("bearing_scale", "1", tuple(entries), typical=1.0, default=1.0)]
 
 
 def interpolation(speeds, values, node):

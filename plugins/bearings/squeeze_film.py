@@ -32,7 +32,7 @@ def squeeze_film(
         whirl = Entry(-size * stiffness * here, gain=lambda speed, n: np.abs(n) * speed, frequency_only=True)
         entries.append(whirl)
     return [
-        Parameter("bearing_scale", "1", tuple(entries), typical=1.0),
+        Parameter("bearing_scale", "1", tuple(entries), typical=1.0, default=1.0),
         Parameter("centring_stiffness", "N/m", (Entry(-here),), typical=1.3 * structure.scales.stiffness(node)),
     ]
 

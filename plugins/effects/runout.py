@@ -29,6 +29,7 @@ def rotorstudy_effect():
         confounders=(
             ("unbalance", "a runout is the same at all speeds, also at the critical speed"),
             ("bow", "equal at slow roll; a bow is amplified at the critical speed, a runout is not"),
+            ("probe_vibration", "both probes see a runout; a bracket that vibrates is seen by one probe"),
             ("parallel_misalignment", "a runout is not amplified where harmonic n meets a natural frequency"),
         ),
     )

@@ -2,7 +2,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from rotorstudy.plugins import DepthRatio, Effect, NonNegative, Parameter, crack_at, hookimpl
+from rotorstudy.plugins import CannotAct, DepthRatio, Effect, NonNegative, Parameter, crack_at, hookimpl
 
 Breathing = Literal["gradual", "sudden", "none"]
 
@@ -40,6 +40,22 @@ def depth_in_metres(structure, position_m, depth_ratio, angle_rad):
     return {"depth_m": ("depth_ratio", structure.section_at(position_m).outer_diameter_m)}
 
 
+def two_cracks(structure, one, other):
+    """Each has the flexibility of a crack alone, a diameter or more away, and is condensed in an element of its own."""
+    first, second = sorted((one["position_m"], other["position_m"]))
+    diameter = structure.section_at(first).outer_diameter_m
+    if second - first < diameter:
+        raise CannotAct(
+            f"cracks at {first:g} and {second:g} m are nearer than a diameter ({diameter:g} m) and relieve each other, "
+            "which is not modelled; state them as one, or further apart"
+        )
+    ends = sorted(structure.node_positions.values())
+    if np.searchsorted(ends, first) == np.searchsorted(ends, second):
+        raise CannotAct(
+            f"cracks at {first:g} and {second:g} m are in the same element; divide it, so that a node is between them"
+        )
+
+
 @hookimpl
 def rotorstudy_effect():
     return Effect(
@@ -53,6 +69,7 @@ def rotorstudy_effect():
         example={"position_m": 0.2},
         positive=True,
         fixed=True,
+        together=two_cracks,
         checked="two beams joined by a spring to 1e-9; integrated x-y motion to 5e-3 of its effect; 4 to 40 elements",
         confounders=(
             ("shaft_asymmetry", "under gravity a constant asymmetry gives 2X only, a breathing crack 1X and 3X too"),

@@ -8,7 +8,7 @@ The names below are imported when first used, so that `import rotorstudy` stays 
 __version__ = "0.2.0"
 
 _HOME = {
-    "Entry": "model.terms",
+    "Entry": "model.entries",
     "NonlinearForce": "model.terms",
     "Parameter": "model.terms",
     "Term": "model.terms",
@@ -17,7 +17,7 @@ _HOME = {
     "load_rig": "model.rig",
     "read_rig": "model.rig",
     "build_model": "model.rig",
-    "make_term": "model.rig",
+    "make_term": "model.rig_items",
     "registry": "model.registry",
     "hookimpl": "model.kinds",
     "harmonic_response": "response.harmonic",
@@ -35,9 +35,9 @@ _HOME = {
     "measured_spectrum": "measurement.measurement",
     "Spectrum": "measurement.spectrum",
     "Problem": "inference.problem",
-    "Estimate": "inference.problem",
+    "Estimate": "inference.estimate",
     "cramer_rao_bound": "inference.bounds",
-    "magnitude_and_phase": "inference.problem",
+    "magnitude_and_phase": "inference.estimate",
     "plot_full_spectrum": "presentation.plots",
     "RotorstudyError": "errors",
 }

@@ -7,8 +7,11 @@ The names below are imported when first used, so that a plugin costs no more tha
 
 _HOME = {
     "model.kinds": "Bearing Crack CrackDepth Effect Estimator Rotor SpectrumMethod hookimpl",
-    "model.terms": "Entry NonlinearForce Parameter planar_entries",
-    "model.structure": "RigidDisc Section Structure at_supports probe_axis sensor_unit",
+    "model.entries": "Entry planar_entries",
+    "model.terms": "NonlinearForce Parameter",
+    "model.reading": "probe_axis sensor_unit",
+    "model.shaft_parts": "RigidDisc Section",
+    "model.structure": "Structure at_supports",
     "model.hinge": "crack_at",
     "model.options": "AtLeastOne DepthRatio Even Fraction NonNegative PoissonsRatio Positive Share TypedDict Whole",
     "model.cracks": "crack_parameters",
@@ -17,7 +20,7 @@ _HOME = {
     "measurement.harmonics": "circular_covariance fit_basis noise_power shared_error_covariance spectral_lines "
     "white_noise_covariance",
     "measurement.keyphasor": "shaft_angle",
-    "inference.problem": "Estimate linear_estimate",
+    "inference.estimate": "Estimate linear_estimate",
     "inference.linear": "by_speed in_chunks invert noise_in_equations solve_equations solve_full_rank solve_linear "
     "solve_truncated solve_weighted undetermined whitened",
     "inference.prediction": "predicted_derivatives",

@@ -56,11 +56,17 @@ def as_certain_as(value: float, std: float) -> str:
 
 def interval(value: float, unit: str, std: float) -> str:
     """The 95 % interval of a normally distributed value: 11.80 to 12.20 µm."""
-    from scipy.stats import norm
+    from scipy.special import ndtri
 
     unit, factor = shown_unit(unit)
-    ends = norm.interval(0.95, value * factor, std * factor)
+    ends = factor * (value + std * ndtri([0.025, 0.975]))
     return f"{' to '.join(as_certain_as(end, std * factor) for end in ends)} {unit}".strip()
+
+
+def with_interval(value: float, std: float, unit: str) -> str:
+    """A value in SI with its standard deviation and its 95 % interval: 100.2 ± 0.4 N s/m (95 %: 99.4 to 101)."""
+    half = 1.96 * std
+    return f"{value: .6g} ± {std:.2g} {unit} (95 %: {value - half:.5g} to {value + half:.5g})"
 
 
 def percent(share: float, digits: int = 3) -> str:

@@ -16,7 +16,7 @@ from rotorstudy.blind.setting import draw_setting
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.measurement import read_measurement
 from rotorstudy.model.registry import registry
-from rotorstudy.model.rig import make_term
+from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.measured import measured_response
 
 from .conftest import SEED

@@ -44,7 +44,7 @@ def run(config, out, cases, seed):
     def answer(spectrum, model, stated):
         assert len(json.loads((out / "seals.json").read_text())["sha256"]) == cases
         assert not (out / "truths.json").exists()
-        return diagnosed(spectrum, model, stated)
+        return diagnosed(spectrum, model, stated | {"candidates_per_round": 5})  # half of the usual time
 
     _, _, rows = run_blind(config, out, cases=cases, seed=seed, answer=answer)
     verdicts, truths, seals = (json.loads((out / f"{n}.json").read_text()) for n in ("verdicts", "truths", "seals"))
@@ -101,9 +101,10 @@ def test_most_large_effects_are_found_or_not_ruled_out(config, tmp_path):
 def test_one_case_of_any_seed(config, tmp_path):
     """Only what holds whatever is hidden: whether it is found is a matter of shares, see the criteria."""
     seed = secrets.randbelow(2**31)
+    quickest = quick(config, rigs={"offset disc": config.rigs["offset disc"]})
     where = f"random seed {seed}: pytest cannot choose it again; put it into test_one_case_of_any_seed"
     try:
-        check_always(*run(quick(config), tmp_path, 1, seed), where)
+        check_always(*run(quickest, tmp_path, 1, seed), where)
     except AssertionError:
         raise
     except Exception as error:

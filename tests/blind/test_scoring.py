@@ -10,12 +10,13 @@ from scipy.stats import binom
 
 from rotorstudy.blind.chunks import answer_chunk, gather_chunks
 from rotorstudy.blind.criteria import Criterion, attributes, judge, printed, statement, tally
+from rotorstudy.blind.glance import ANSWERS, INDEPENDENT, OWN, independent_answers, own_answers, sentences
 from rotorstudy.blind.run import run_blind
 from rotorstudy.blind.scoring import same_cause, score, share_bounds
 from rotorstudy.blind.sealing import check_seal, salt_of, seal
 from rotorstudy.blind.summary import summary
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.presentation.blind_page import criteria_page, opening, write_pages
+from rotorstudy.presentation.blind_page import criteria_page, write_pages
 from rotorstudy.presentation.captions import BLIND_FIGURES
 
 from .conftest import accuser, mute, oracle
@@ -68,13 +69,43 @@ def test_a_missed_criterion_changes_what_is_said(cases):
         text = printed(criteria)
         assert text.startswith(f"{statement(criteria)}\n") and f"{len(missed)} not reached" in text
         assert "nan" not in text and text.count("have no cases") == 1
-        page = criteria_page(criteria, "simulated", [])
-        first = page.index("<h2>")
+        answers = own_answers(rows)
+        page = criteria_page(answers, criteria, "simulated", [("Answers", "data:,", "")])
+        assert all(f"<p>{sentence}</p>" in page[: page.index("<h2>")] for sentence in sentences(answers))
+        first = page.index("<h2>How to read")
         assert page.index(statement(criteria)) < first
         for c in criteria:
             assert (f"<li>{escape(c.what)}:" in page[:first]) == (c.status in ("not reached", "undecided")), c
-        said[who] = statement(criteria), attrs["missed_criteria"], opening(criteria)[1]
+        said[who] = statement(criteria), attrs["missed_criteria"], *sentences(answers)
     assert len(set(said.values())) == 3
+
+
+def test_the_counts_at_a_glance_are_those_of_who_answers(cases):
+    counts = {who: own_answers(scored(cases, who)[0]).set_index("answer").found for who in (oracle, mute, accuser)}
+    single = own_answers(scored(cases, mute)[0]).set_index("answer").cases["alone"]
+    assert list(counts[oracle].index) == list(ANSWERS) and single > 0
+    assert counts[oracle]["alone"] == counts[oracle]["in_set"] == single
+    assert counts[mute].drop("clean").sum() == 0 and counts[mute]["clean"] > 0
+    assert counts[accuser]["clean"] == 0 and counts[accuser]["wrong"] > 0 and counts[oracle]["wrong"] == 0
+
+
+def test_the_independent_records_stand_beside_the_own(cases):
+    """A refused record and a pair do not count; small effects do not either."""
+    rows = pd.DataFrame(
+        [
+            ("healthy", True, 0.0, "nothing", False, False, False),
+            ("bow", True, 9.0, "cause", True, True, False),
+            ("bow", True, 9.0, "ambiguous", False, True, False),
+            ("bow", True, 1.0, "nothing", False, False, False),
+            ("pair", True, 9.0, "cause", False, False, True),
+            ("bow", True, 9.0, "refused", False, False, False),
+        ],
+        columns=["kind", "known", "size", "verdict", "alone", "in_set", "wrong"],
+    )
+    there = independent_answers(rows)
+    assert list(there.found) == [1, 1, 2, 0, 0] and list(there.cases) == [1, 2, 2, 2, 2]
+    said = sentences(pd.concat([own_answers(scored(cases, oracle)[0]), there]))
+    assert len(said) == 5 and OWN in said[1] and f"1 of 2 cases of {INDEPENDENT} (1 to 99 %)" in said[1]
 
 
 def test_criteria_have_one_key_each_and_say_what_they_need(cases):

@@ -10,8 +10,9 @@ from rotorstudy.diagnosis.measuring_chain import hypotheses
 from rotorstudy.measurement.conventions import Conventions
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.measurement.tables import read_table
-from rotorstudy.model.rig import build_model, make_term
-from rotorstudy.model.terms import apply_entries
+from rotorstudy.model.entries import apply_entries
+from rotorstudy.model.rig import build_model
+from rotorstudy.model.rig_items import make_term
 
 HARMONICS = np.array([0, 1, -1, 2, -2])
 ORDERS = np.array([0, 1, 2])

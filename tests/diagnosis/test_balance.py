@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 import yaml
 from scipy.stats import norm
 from test_runs import RIG, machine, write_table
@@ -9,11 +10,13 @@ from test_runs import SPEEDS as RUN_SPEEDS
 
 from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.balance import balance, balance_files
+from rotorstudy.diagnosis.balance_holes import _choices, chosen, equal_holes
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.conventions import Conventions
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
-from rotorstudy.model.rig import build_model, make_term
+from rotorstudy.model.rig import build_model
+from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.measured import measured_response
 
 MASS, STIFFNESS, ECCENTRICITY, NOISE = 2.0, 7.6e5, 5e-6 * np.exp(0.7j), 1e-11
@@ -105,3 +108,51 @@ def test_records_without_1x_cannot_be_balanced():
     spectrum = Spectrum(shown, RUN_SPEEDS[:1], np.array([2]), (2, 8), independent_covariance(np.ones((1, 1, 2))))
     with pytest.raises(RotorstudyError, match="no harmonic 1"):
         balance(spectrum, model, [3], Settings(), Conventions())
+
+
+def test_holes_and_weights_leave_least_of_all_that_they_allow(folder):
+    """Against the vibration of every choice of one hole a plane, with weights so that a second hole is of no use."""
+    holes = equal_holes(6, [12.0, 21.0])
+    found, _, _ = balance_files([folder / "baseline.csv"], folder / "updated.yaml", ["disc 1", 7], holes)
+    best, _, _ = balance_files([folder / "baseline.csv"], folder / "updated.yaml", ["disc 1", 7])
+    normal = np.linalg.inv(best.covariance)  # in proportion, as far as the parameters are known
+
+    def left(totals):
+        off = np.ravel(totals) - best.corrections.ravel()
+        return off @ normal @ off
+
+    for choice, total in zip(found.choices, found.corrections, strict=True):
+        assert 0 < len(choice.placed) <= 2
+        parts = [size * np.exp(1j * holes.angles[hole]) for hole, size in choice.placed]
+        assert total @ [1, 1j] == pytest.approx(sum(parts), rel=1e-9)
+    assert left(found.corrections) > 0
+    assert np.all(best.after[1].max() <= found.after[1].max()) and found.after[1].max() < found.before.max()
+
+
+def test_the_choice_of_holes_is_the_best_of_all():
+    """Three holes, two weights, two strongly coupled planes: against every combination."""
+    rng, holes = np.random.default_rng(1), equal_holes(3, [1.0, 2.5])
+    root = rng.normal(size=(4, 4))
+    normal, best = root @ root.T + 1e-3 * np.eye(4), 2e-6 * rng.normal(size=4)
+    every = _choices(holes)
+    costs = [
+        (off @ normal @ off, i, j)
+        for i, a in enumerate(every)
+        for j, b in enumerate(every)
+        for off in [np.concatenate([a.total, b.total]) - best]
+    ]
+    _, i, j = min(costs)
+    assert [choice.placed for choice in chosen(holes, best, normal)] == [every[i].placed, every[j].placed]
+
+
+def test_the_command_takes_holes_and_writes_a_file(folder, capsys):
+    arguments = ["balance", str(folder / "baseline.csv"), "--rig", str(folder / "updated.yaml"), "--planes", "disc 1"]
+    out = folder / "balance.nc"
+    assert main([*arguments, "--holes", "8", "--weights", "10", "20", "--out", str(out)]) == 0
+    assert "0 g mm at" in capsys.readouterr().out
+    with xr.open_dataset(out) as data:
+        assert data.correction.dims == ("plane", "part") and data.after.dims == ("percentile", "speed", "node")
+    assert main([*arguments, "--holes", "8"]) == 1
+    assert "belong together" in capsys.readouterr().err
+    assert main([*arguments, "--holes", "100", "--weights", "1", "2"]) == 1
+    assert "at most" in capsys.readouterr().err

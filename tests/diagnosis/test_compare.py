@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
+from page_checks import problems
 from slow_effects import SLOW
 
 from rotorstudy.commands.line import main
@@ -15,7 +16,8 @@ from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict import investigate
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
-from rotorstudy.model.rig import build_model, make_term
+from rotorstudy.model.rig import build_model
+from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.measured import measured_response, measured_response_and_jacobian
 from rotorstudy.store import provenance
 
@@ -116,6 +118,18 @@ def test_a_speed_of_one_state_only_is_told():
     np.testing.assert_array_equal(found.difference.speed, SPEEDS[:3])
 
 
+def test_a_speed_before_is_compared_with_one_speed_after():
+    """Two speeds after within 0.5 % of the same one before: its noise must not count twice."""
+    twice = state(2)
+    twice = twice.at_speeds([0, 0, 1, 2, 3])
+    speed = twice.speed.copy()
+    speed[0] *= 1.003
+    found = compare(state(1), replace(twice, speed=speed), build_model(RIG), settings=SETTINGS)
+    np.testing.assert_array_equal(found.after.speed, SPEEDS)
+    told = [one.text for one in found.diagnosis.verdict.findings if one.name == "speeds of one state"]
+    assert len(told) == 1 and f"{speed[0]:.4g} rad/s" in told[0]
+
+
 def test_the_command_writes_a_page_that_says_what_changed(tmp_path, capsys):
     rig = {**RIG, "measurement": {"harmonics": [1, -1, 2], "table_noise_m": NOISE},
            "diagnosis": {"nuisance": CHAIN, "hold_out_rad_s": []}}  # fmt: skip
@@ -131,6 +145,7 @@ def test_the_command_writes_a_page_that_says_what_changed(tmp_path, capsys):
     assert capsys.readouterr().out.startswith("Something changed")
     page = (tmp_path / "out" / "index.html").read_text()
     assert "What changed in rig" in page and "Both states" in page
+    assert problems([tmp_path / "out" / "index.html"], tmp_path) == []
     assert (tmp_path / "out" / "figures" / "two_states.png").is_file()
     build_model(yaml.safe_load((tmp_path / "out" / "extended_rig.yaml").read_text()))
 

@@ -18,7 +18,8 @@ from rotorstudy.inference.prediction import carried_order, with_model_error
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.spectrum import Spectrum, components, independent_covariance
 from rotorstudy.model.registry import Registry, plugin_folders, registry, using
-from rotorstudy.model.rig import build_model, make_term
+from rotorstudy.model.rig import build_model
+from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.measured import carried_motion, measured_response
 
 SPEEDS, HARMONICS, NOISE = np.array([150.0, 300.0, 450.0]), np.array([0, 1, -1, 2]), 1e-7

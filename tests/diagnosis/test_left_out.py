@@ -2,7 +2,8 @@
 
 from types import SimpleNamespace
 
-from rotorstudy.thesis.left_out import Compared, changed_estimates, impossible_values, in_short
+from rotorstudy.thesis.left_out import Compared
+from rotorstudy.thesis.replays_page import changed_estimates, impossible_values, in_short
 
 
 def compared(name, thesis, base, extended, **kind):

@@ -7,9 +7,9 @@ import pytest
 
 from rotorstudy.diagnosis.verdict import investigate
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+from rotorstudy.model.reading import Reading
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
-from rotorstudy.model.structure import Reading
 from rotorstudy.response.measured import measured_response
 from rotorstudy.response.statics import static_deflection
 
@@ -28,27 +28,27 @@ QUICK = {
 RIG = {
     "rotor": {
         "kind": "finite_element",
-        "elements": [{"length_m": 0.8, "count": 4, "outer_diameter_m": 0.02}],
+        "elements": [{"length_m": length, "count": 1, "outer_diameter_m": 0.02} for length in (0.2, 0.4, 0.2)],
         "outer_diameter_m": 0.02,
         "youngs_modulus_Pa": 2.1e11,
         "density_kg_per_m3": 7800.0,
         "discs": [
             {"node": 2, "mass_kg": 2.0, "polar_moment_kg_m2": 4e-3, "diametral_moment_kg_m2": 2.1e-3},
-            {"node": 4, "mass_kg": 1.0, "polar_moment_kg_m2": 2e-3, "diametral_moment_kg_m2": 1.1e-3},
+            {"node": 3, "mass_kg": 1.0, "polar_moment_kg_m2": 2e-3, "diametral_moment_kg_m2": 1.1e-3},
         ],
     },
     "bearings": [
         {"kind": "linear", "node": node, "label": str(node), "coefficients": "anisotropic"}
         | {"bearing_stiffness_xx_N_per_m": 1e6, "bearing_stiffness_yy_N_per_m": 1.6e6}
         | {"bearing_damping_xx_N_s_per_m": 300.0, "bearing_damping_yy_N_s_per_m": 300.0}
-        for node in (1, 5)
+        for node in (1, 4)
     ],
     "effects": [
         {"kind": "unbalance", "node": 2, "label": "2", "eccentricity_m": 2e-5, "eccentricity_phase_rad": 0.4},
         {"kind": "shaft_asymmetry", "shaft_asymmetry": 0.02},
         {"kind": "external_damping", "node": 2, "label": "2", "external_damping_N_s_per_m": 20.0},
     ],
-    "sensors": [2, 4],
+    "sensors": [2, 3],
 }
 MODEL = build_model(RIG)
 
@@ -85,9 +85,9 @@ SAG = static_deflection(MODEL, SPEEDS, MODEL.theta[: len(MODEL.rotor_unknowns)])
 WRONG = {
     "all readings are 0.03937 times": lambda z: z / 25.4,
     "all readings are 0.5 times": lambda z: z / 2,
-    "readings at node 4 are 0.03937 times": at(1, lambda z: z / 25.4),
+    "readings at node 3 are 0.03937 times": at(1, lambda z: z / 25.4),
     "of probe 'x' at node 2 are 0.03937 times": at(0, lambda z: z.real / 25.4 + 1j * z.imag),
-    "of probe 'y' at node 4 are 2 times": at(1, lambda z: z.real + 2j * z.imag),
+    "of probe 'y' at node 3 are 2 times": at(1, lambda z: z.real + 2j * z.imag),
     "probes are turned by 90 degrees": lambda z: z * -1j,
     "phase mark is 90 degrees": lambda z: np.roll(z, -4, axis=1),
     "gravity points -90 degrees": lambda z: np.roll(z, -4, axis=1) * -1j,
@@ -110,7 +110,7 @@ def test_a_probe_at_45_degrees_read_in_another_unit_is_told():
     spectrum = read_wrongly(measured(), at(1, one_probe_at_45_degrees_halved))
     reading = Reading({node: {"left": -np.pi / 4, "right": np.pi / 4} for node in MODEL.sensors})
     verdict = investigate(spectrum, build_model(RIG, reading=reading), settings=QUICK).verdict
-    assert "of probe 'right' at node 4 are 0.5 times" in verdict.measuring_chain.hypothesis
+    assert "of probe 'right' at node 3 are 0.5 times" in verdict.measuring_chain.hypothesis
     assert not verdict.causes
 
 
@@ -129,10 +129,10 @@ def test_a_wrong_unit_beside_a_fault_is_told(factor):
 
 
 FAULTS = [
-    {"kind": "unbalance", "node": 4, "label": "more", "eccentricity_m": 2e-5, "eccentricity_phase_rad": 1.0},
+    {"kind": "unbalance", "node": 3, "label": "more", "eccentricity_m": 2e-5, "eccentricity_phase_rad": 1.0},
     {"kind": "bow", "node": 2, "label": "more", "bow_m": 2e-5, "bow_phase_rad": -2.0},
     {"kind": "static_preload", "node": 2, "label": "more", "static_preload_N": 30.0, "static_preload_phase_rad": 0.3},
-    {"kind": "reversed_probe", "node": 4, "probe": "x", "reversed_probe_x": 1.0},
+    {"kind": "reversed_probe", "node": 3, "probe": "x", "reversed_probe_x": 1.0},
 ]
 
 

@@ -24,7 +24,8 @@ from rotorstudy.inference.predictive import (
 )
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
-from rotorstudy.model.rig import build_model, make_term
+from rotorstudy.model.rig import build_model
+from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.measured import measured_response
 
 SPEEDS, HARMONICS, NOISE = np.array([200.0, 220.0, 240.0]), np.array([0, 1, -1, 2]), 2e-7

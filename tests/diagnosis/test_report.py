@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 import yaml
+from page_checks import BROWSER, problems, seen_in_browser
 from slow_effects import SLOW
 
 from rotorstudy.commands.line import main
@@ -18,7 +19,9 @@ from rotorstudy.measurement.measurement import read_measurement
 from rotorstudy.model.rig import build_model
 from rotorstudy.presentation.captions import DIAGNOSIS_FIGURES
 from rotorstudy.presentation.diagnosis_page import diagnosis_page
+from rotorstudy.presentation.speed_view import speed_view
 from rotorstudy.response.measured import measured_response
+from rotorstudy.store import as_complex
 
 SPEEDS = [100.0, 150.0, 200.0, 250.0, 300.0, 350.0, 400.0]
 RIG = {
@@ -87,13 +90,14 @@ def test_a_hidden_effect_is_found_with_its_size(asymmetric):
     assert "250 rad/s, held out of every fit" in verdict["summary"]
 
 
-def test_everything_is_written_and_the_page_needs_no_other_file(asymmetric):
+def test_everything_is_written_and_the_page_needs_no_other_file(asymmetric, tmp_path):
     verdict, out = asymmetric
     assert {path.name for path in out.iterdir()} == FILES | {"figures"}
     assert {path.name for path in (out / "figures").iterdir()} == PICTURES
     assert not list(out.parent.glob(".*partial"))
     page = (out / "index.html").read_text()
-    assert page.count("data:image/png;base64,") == 4 and 'src="figures' not in page and "http" not in page
+    assert page.count("data:image/png;base64,") == 4 and 'src="figures' not in page
+    assert problems([out / "index.html"], tmp_path) == []
     for text in ("What the simulation gets wrong", "Detection limits", "default: 0.1", verdict["summary"][:60]):
         assert text in page
 
@@ -151,6 +155,26 @@ def test_verdict_nc_holds_maps_spectra_and_fits_with_units(asymmetric):
     best = data.isel(explanation=int(np.argmax(data.is_best.values)))
     assert float(best.log_posterior_odds) == verdict["log_posterior_odds"] == float(data.log_posterior_odds.max())
     assert "shaft asymmetry, real part" in data.label.values and "mass" not in data.label.values
+
+
+def test_the_view_of_each_speed_shows_what_the_file_holds(asymmetric):
+    _, out = asymmetric
+    with xr.open_dataset(out / "verdict.nc") as data:
+        view = speed_view(data.load())
+        s, k, n = 4, 0, view["harmonic"].index(-2)
+        assert (view["speed"][s], view["node"][k]) == (pytest.approx(SPEEDS[s], rel=1e-3), 1)
+        stored = data.isel(speed=s, node=k, harmonic=n)
+        for name in ("measured", "base", "extended"):
+            shown = complex(view[name]["real"][s][k][n], view[name]["imag"][s][k][n])
+            assert shown == pytest.approx(1e6 * complex(as_complex(stored[name])), rel=1e-3)
+        assert view["before"][s][k][n] == pytest.approx(float(stored.residual_before), rel=1e-3)
+        assert view["held_out"] == data.held_out.values.tolist() and view["held_out"][view["start"][0]]
+
+
+@pytest.mark.skipif(not BROWSER, reason="no Chromium found: pages are read, not opened")
+def test_the_view_of_each_speed_follows_its_controls(asymmetric, tmp_path):
+    measured, console = seen_in_browser([asymmetric[1] / "index.html"], tmp_path)
+    assert all(one["moved"] for one in measured) and console == []
 
 
 def test_the_extended_rig_is_accepted_again_and_lacks_nothing(asymmetric, folder):

@@ -12,7 +12,8 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.measurement.measurement import measured_spectrum
-from rotorstudy.model.rig import build_model, make_term, read_rig
+from rotorstudy.model.rig import build_model, read_rig
+from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.measured import measured_response
 
 SPEEDS = np.array([80.0, 120.0, 150.0])
@@ -151,17 +152,35 @@ def test_a_parameter_of_its_own_differs_between_runs(folder):
     assert found.rig["bearings"][0]["bearing_damping_N_s_per_m"] == 50.0  # the next run has its own again
 
 
-def test_runs_that_contradict_each_other_are_told(folder):
-    """A trial mass stated on the wrong side of the disc; as it was, nothing is told."""
+def findings_of(folder, name, runs):
+    (folder / f"{name}.yaml").write_text(yaml.safe_dump({"runs": runs}))
+    return identify_runs(folder / f"{name}.yaml", folder / "rig.yaml").findings
+
+
+def test_a_mass_on_the_wrong_side_of_the_disc_is_told(folder):
+    """With what the records show instead; as it was, nothing is told."""
     runs = yaml.safe_load((folder / "runs.yaml").read_text())["runs"][:2]
-    (folder / "agreeing.yaml").write_text(yaml.safe_dump({"runs": runs}))
+    assert not {"known mass contradicted", "not explained"} & {
+        one.name for one in findings_of(folder, "agreeing", runs)
+    }
     runs[1]["unbalances"][0]["angle_deg"] = 270.0
-    (folder / "contradicting.yaml").write_text(yaml.safe_dump({"runs": runs}))
-    told = [
-        [one.name for one in identify_runs(folder / f"{name}.yaml", folder / "rig.yaml").findings]
-        for name in ("agreeing", "contradicting")
-    ]
-    assert "not explained" not in told[0] and "not explained" in told[1]
+    (told,) = [one for one in findings_of(folder, "contradicting", runs) if one.name == "known mass contradicted"]
+    assert told.where == "run 'trial'" and "60 g mm at 270 ° is stated" in told.text
+    shown = told.text.split("show ")[1]
+    assert abs(float(shown.split()[0]) - 60) < 2 and abs(float(shown.split(" at ")[1].split()[0]) - 90) < 2
+
+
+def test_a_run_of_another_machine_is_told(folder):
+    """A support half as stiff in one of three runs; two runs alone cannot tell which of them it is."""
+    rig = yaml.safe_load(yaml.safe_dump(RIG))
+    rig["bearings"][0]["bearing_stiffness_N_per_m"] = 0.5 * TRUE["bearing_stiffness[left]"]
+    rig["effects"][0] |= {"eccentricity_m": 0.005, "eccentricity_phase_rad": -1.0}
+    write_table(folder / "other.csv", build_model(rig), 7)
+    write_table(folder / "again.csv", machine((0.0, 0)), 8)
+    runs = [{"name": name, "records": [f"{name}.csv"]} for name in ("baseline", "other", "again")]
+    (told,) = [one for one in findings_of(folder, "machines", runs) if one.name == "another machine"]
+    assert told.where == "run 'other'"
+    assert "not explained" in [one.name for one in findings_of(folder, "two_machines", runs[:2])]
 
 
 def test_a_label_of_a_node_that_no_rig_lists_is_named(folder):
@@ -191,3 +210,12 @@ def test_bad_runs_are_told_in_one_line(folder, change, said):
     with pytest.raises(RotorstudyError, match=said) as error:
         identify_runs(folder / "bad.yaml", folder / "rig.yaml")
     assert "\n" not in str(error.value)
+
+
+def test_an_unbalance_is_printed_in_g_mm_at_an_angle(folder, capsys):
+    assert main(["identify", "--runs", str(folder / "runs.yaml"), "--rig", str(folder / "rig.yaml")]) == 0
+    said = capsys.readouterr().out
+    assert "eccentricity" not in said
+    (line,) = [one for one in said.splitlines() if "added 1" in one]  # 25 g mm at -40 degrees
+    size, angle = float(line.split("unknown")[1].split()[0]), float(line.split(" at ")[1].split()[0])
+    assert abs(size - 25) < 0.5 and abs(angle - 320) < 1

@@ -16,14 +16,15 @@ from rotorstudy.diagnosis.verdict import investigate
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prior import Prior, log_narrowing
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
-from rotorstudy.model.rig import build_model, make_term
+from rotorstudy.model.rig import build_model
+from rotorstudy.model.rig_items import make_term
 from rotorstudy.model.terms import share_of
 from rotorstudy.response.measured import measured_response
 
 HARMONICS = np.array([0, 1, -1, 2, -2, 3])
 SPEEDS = np.array([120.0, 200.0, 280.0, 360.0, 440.0, 520.0])
 KNOWN = Settings(uncertainty={"default": 0.02}, model_error=0.0, model_floor=0.0, leave_out=SLOW)
-ONE = KNOWN.model_copy(update={"most_causes": 1})
+ONE = KNOWN.model_copy(update={"most_causes": 1, "candidates_per_round": 4})
 JEFFCOTT = {
     "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
     "effects": [

@@ -1,38 +1,50 @@
 """The page on adding a model, run from top to bottom in an empty folder."""
 
+import io
 import os
 import re
-import subprocess
-import sys
+import shlex
+from contextlib import redirect_stdout
 from pathlib import Path
 
 import pytest
+
+from rotorstudy.commands.line import main
+from rotorstudy.model.registry import Registry, plugin_folders, using
 
 PAGE = (Path(__file__).parents[2] / "docs" / "adding_a_model.md").read_text()
 BLOCK = re.compile(r"```(\w+)(?: file=(\S+))?\n(.*?)```", re.DOTALL)
 
 
+def run(language, text):
+    """Run a block in this process: as processes of their own, its commands would spend most of the time on imports."""
+    if language == "python":
+        exec(compile(text, "block of the page", "exec"), {"__name__": "__main__"})
+        return
+    for program, *arguments in map(shlex.split, text.splitlines()):
+        if program == "export":
+            os.environ.update(one.split("=") for one in arguments)
+        elif program == "mkdir":
+            Path(arguments[-1]).mkdir()
+        else:
+            assert program == "rotorstudy"
+            assert main(arguments) == 0, arguments
+
+
 @pytest.fixture(scope="module")
 def followed(tmp_path_factory):
-    """The folder after every block was run, and what the shell blocks said."""
-    folder = tmp_path_factory.mktemp("page")
-    tool = folder / "bin"
-    tool.mkdir()
-    (tool / "rotorstudy").write_text(f'#!/bin/sh\nexec {sys.executable} -m rotorstudy "$@"\n')
-    (tool / "rotorstudy").chmod(0o755)
-    path = f"{tool}{os.pathsep}{os.environ['PATH']}"
-    environment = {**os.environ, "MPLBACKEND": "Agg", "ROTORSTUDY_PLUGINS": "zoo", "PATH": path}
-    (folder / "zoo").mkdir()
-    said = []
-    for language, file, text in BLOCK.findall(PAGE):
-        if file:
-            (folder / file).write_text(text)
-            continue
-        run = {"sh": ["sh", "-e", "-c"], "python": [sys.executable, "-c"]}[language]
-        found = subprocess.run([*run, text], cwd=folder, env=environment, capture_output=True, text=True, timeout=600)
-        assert found.returncode == 0, (text, found.stdout, found.stderr)
-        said.append(found.stdout)
-    return folder, "\n".join(said)
+    """The folder after every block was run, and what the blocks said."""
+    folder, said = tmp_path_factory.mktemp("page"), io.StringIO()
+    with pytest.MonkeyPatch.context() as changed, redirect_stdout(said):
+        changed.chdir(folder)
+        changed.setenv("ROTORSTUDY_PLUGINS", "")
+        for language, file, text in BLOCK.findall(PAGE):
+            if file:
+                Path(file).write_text(text)
+                continue
+            with using(Registry(plugin_folders())):  # a new process would see the files that are there now
+                run(language, text)
+    return folder, said.getvalue()
 
 
 def test_every_block_runs_and_both_figures_are_there(followed):
@@ -50,11 +62,11 @@ def test_the_stiffness_loss_is_found_again_by_the_name_of_the_new_crack(followed
     _, said = followed
     found = re.findall(r"stiffness_loss +(\S+) ± (\S+)", said)
     assert len(found) == 3  # as it is, by the new estimator, by the new spectrum method
-    for value, half in found:
-        assert abs(float(value) - 1e5) < 2 * float(half) < 1e4  # twice the 95 % interval
+    for value, std in found:
+        assert abs(float(value) - 1e5) < 4 * float(std) < 1e4
 
 
 def test_the_new_effect_is_found_again(followed):
     _, said = followed
-    value, half = map(float, re.search(r"steam_stiffness +(\S+) ± (\S+)", said).groups())
-    assert abs(value - 5e3) < 2 * half < 5e3
+    value, std = map(float, re.search(r"steam_stiffness +(\S+) ± (\S+)", said).groups())
+    assert abs(value - 5e3) < 4 * std < 5e3

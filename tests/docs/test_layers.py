@@ -30,13 +30,17 @@ NAMED = {  # words that are the name of a plugin too, and why each may be used t
     "external_damping": ("a parameter of the rigs", {"presentation/estimate_figures.py"}),
     "regression": (
         "the method that studies without noise are defined by, and beside which the comparison draws the others",
-        {"presentation/comparison_figures.py", "studies/identify.py"},
+        {"presentation/accuracy_figure.py", "studies/identify.py"},
     ),
     "maximum_likelihood": ("a default of the command line", {"commands/identify.py"}),
     "unbalance": (
         "what a trial mass is, in a file of several runs and in a run that is advised; what the response of an "
-        "analysis is a response to",
-        {"diagnosis/runs.py", "diagnosis/next_run.py", "studies/rotor_analysis.py"},
+        "analysis is a response to; what a new rig starts with",
+        {"diagnosis/runs.py", "diagnosis/next_run.py", "studies/rotor_analysis.py", "authoring/ross_model.py"},
+    ),
+    **dict.fromkeys(
+        ("finite_element", "linear", "speed_tabulated", "seal"),
+        ("what the parts of a rotor saved by ROSS are here", {"authoring/ross_model.py"}),
     ),
     "least_squares": (
         "the thesis's method, whose bias two studies measure",

@@ -33,7 +33,7 @@ def loaded(root, folder, source, path=(), to=None):
 
 
 def test_the_comparison_itself_is_right(request, tmp_path):
-    assert loaded(request.config.rootpath, tmp_path, CONFIG).trials == 200
+    assert loaded(request.config.rootpath, tmp_path, CONFIG).trials == 100
 
 
 @pytest.mark.parametrize(
@@ -50,7 +50,8 @@ def test_the_comparison_itself_is_right(request, tmp_path):
         (("rotors", "2-DOF", "speeds_rad_s"), None, ["rotors.2-DOF", "a study needs speeds_rad_s"]),
         (("rotors", "2-DOF", "speed_rad_s"), [1.0], ["did you mean 'rotors.2-DOF.speeds_rad_s'"]),
         (("rotors", "2-DOF", "harmonics"), [0, 1, 1], ["rotor '2-DOF'", "each once"]),
-        (("rotors", "2-DOF", "levels_percent"), [3.0], ["rotor '2-DOF'", "must be some of [0.0, 1.0, 5.0]"]),
+        (("faults", "1 % outliers", "levels_percent"), [3.0],
+         ["fault '1 % outliers'", "must be some of [0.0, 0.5, 1.0, 2.0, 5.0]"]),
     ],
 )  # fmt: skip
 def test_a_wrong_comparison_is_refused(request, tmp_path, path, to, words):

@@ -15,13 +15,18 @@ from rotorstudy import build_model, measured_response
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.settings import read_settings
 from rotorstudy.measurement.measurement import measured_spectrum
-from rotorstudy.model.rig import RigFile, make_term, read_rig
+from rotorstudy.model.rig import RigFile, read_rig
+from rotorstudy.model.rig_items import make_term
+from rotorstudy.response.floquet import periodic_growth_rate
+from rotorstudy.response.stability import growth_rate
 
 pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")
 
 
 HARMONICS = [0, 1, -1, 2, -2, 3, -3]
-CRACKS = ["breathing_crack", "transverse_crack"]  # half the time of a search; left out where a test is not about them
+# these take most of the time of a search; left out where a test is not about them
+CRACKS = ["breathing_crack", "transverse_crack"]
+OF_SHAPE = ["rub", "looseness", "cubic_stiffness", "pedestal_resonance"]
 
 
 def read(case, folder, rig_error=1.0, modulus=1.0, zero="at_rest"):
@@ -142,20 +147,17 @@ def test_the_clean_case_is_called_nothing(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("seed", "family", "effect"),
+    ("seed", "family", "effect", "leave_out"),
     [
-        (1, "unbalance", "unbalance"),
-        (2, "support_loss", "support_loss"),
+        (1, "unbalance", "unbalance", []),
+        (2, "support_loss", "support_loss", CRACKS),
     ],
 )
-def test_what_the_library_has_is_named(seed, family, effect, tmp_path):
+def test_what_the_library_has_is_named(seed, family, effect, leave_out, tmp_path):
     case = small(seed, family, count=4, visible=0.05)
-    verdict = verdict_on(case, tmp_path)
+    verdict = verdict_on(case, tmp_path, leave_out=leave_out)
     assert verdict.verdict == "cause"
     assert names(verdict) == {(effect, case.effects[0]["node"])}
-
-
-# ---- wrong verdicts known from issue 12: whoever mends one deletes its mark ----
 
 
 def special(monkeypatch, seed, add, **options):
@@ -208,14 +210,16 @@ def test_the_coupling_of_a_misaligned_shaft_acts_on_its_motion(kind, add, monkey
     assert off(0.0) > 5e-3
 
 
-@pytest.mark.parametrize(("kind", "breathing"), [("switching", "sudden"), ("gradual", "gradual")])
-def test_a_crack_at_sixty_degrees_is_named(monkeypatch, tmp_path, kind, breathing):
+@pytest.mark.parametrize(
+    ("kind", "breathing", "leave_out"), [("switching", "sudden", []), ("gradual", "gradual", OF_SHAPE)]
+)
+def test_a_crack_at_sixty_degrees_is_named(monkeypatch, tmp_path, kind, breathing, leave_out):
     def add(draw):
         add_crack(draw.machine, 0, 0.8, 0.8, np.deg2rad(60.0), kind)
         return {"element": 1}
 
     case = special(monkeypatch, 1, add)
-    verdict = verdict_on(case, tmp_path, rig_error=0.0)
+    verdict = verdict_on(case, tmp_path, rig_error=0.0, leave_out=leave_out)
     assert verdict.verdict == "cause"
     (cause,) = verdict.causes
     assert (cause.effect, cause.variant) == ("transverse_crack", {"breathing": breathing})
@@ -227,13 +231,57 @@ def test_a_crack_at_sixty_degrees_is_named(monkeypatch, tmp_path, kind, breathin
     assert found["angle_rad"] == pytest.approx(np.deg2rad(60.0), abs=np.deg2rad(10.0))
 
 
+def test_two_cracks_are_predicted(monkeypatch):
+    """In two elements, each with its own law of breathing; the simulator leaves out the moment by the weight between
+    the nodes of an element, which is 1 % here. The multipliers of the integrated turn give the growth of a free motion.
+    """
+    places = [(0, 0.6, 0.5, 0.4, "gradual"), (1, 0.4, 0.35, 2.9, "switching")]
+
+    def add(draw):
+        for element, position, depth, angle, kind in places:
+            add_crack(draw.machine, element, position, depth, angle, kind)
+        return {}
+
+    monkeypatch.setitem(FAMILIES, "special", add)
+    case = draw_case(1, "special", speeds=3, count=2, modes=None)
+    rig = rig_of(case, modulus_error=0, bearing_error=0, unbalance_error=0)
+    start, lengths = case.rotor.positions, [element.length for element in case.rotor.elements]
+    cracks = [
+        {
+            "kind": "transverse_crack",
+            "label": f"in element {element + 1}",
+            "position_m": float(start[element] + position * lengths[element]),
+            "depth_ratio": depth / 2,
+            "angle_rad": angle,
+            "breathing": {"gradual": "gradual", "switching": "sudden"}[kind],
+            "flexibility_factor": 1.0,
+        }
+        for element, position, depth, angle, kind in places
+    ]
+    true = np.array([[case.steady.whirl(node, k) for node in case.nodes] for k in HARMONICS[1:]])
+
+    def off(*chosen):
+        model = build_model(rig | {"effects": [*rig["effects"], *chosen]})
+        shown = measured_response(model, case.steady.speed, HARMONICS[1:], order=20)
+        return np.abs(np.transpose(shown, (1, 2, 0)) - true).max()
+
+    size = off()
+    assert off(*cracks) < 0.02 * size
+    assert min(off(cracks[0]), off(cracks[1])) > 0.05 * size
+    speed = case.steady.speed
+    growth = np.log(case.steady.multipliers) * speed / (2 * np.pi)
+    cracked, sound = (build_model(rig | {"effects": [*rig["effects"], *more]}) for more in (cracks, []))
+    bare = growth_rate(sound, speed)
+    assert np.abs(periodic_growth_rate(cracked, speed) - growth).max() < 0.1 * np.abs(bare - growth).max()
+
+
 def test_an_added_mass_is_named(monkeypatch, tmp_path):
     def add(draw):
         mass, radius = 0.05 * draw.rotor.mass, draw.rotor.elements[0].outer_diameter / 2
         add_added_mass(draw.machine, 1, mass, radius, radius)
         return {"node": 2}
 
-    verdict = verdict_on(special(monkeypatch, 1, add), tmp_path, rig_error=0.0)
+    verdict = verdict_on(special(monkeypatch, 1, add), tmp_path, rig_error=0.0, leave_out=CRACKS)
     assert verdict.verdict == "cause"
     assert names(verdict) == {("added_mass", 2)}
 

@@ -5,13 +5,15 @@ import pytest
 import xarray as xr
 import yaml
 from machine import HARMONICS, TIME, channels, model, records, section, write, write_rig
+from page_checks import problems
 
 from rotorstudy import RotorstudyError
 from rotorstudy.commands.line import main
 from rotorstudy.measurement.conventions import Keyphasor
 from rotorstudy.measurement.keyphasor import count_revolutions, find_pulses
 from rotorstudy.measurement.measurement import read_measurement
-from rotorstudy.measurement.quality import check_sense, flat_top
+from rotorstudy.measurement.plausibility import check_sense
+from rotorstudy.measurement.quality import flat_top
 from rotorstudy.measurement.spectrum_file import load_spectrum
 
 SPEED = 80.0
@@ -312,6 +314,7 @@ def test_import_from_the_command_line(tmp_path, capsys):
     assert "3 speed(s)" in printed.out and printed.err == ""
     assert load_spectrum(out).amplitude.shape == (3, len(HARMONICS), 2)
     page = (tmp_path / "quality.html").read_text()
+    assert problems([tmp_path / "quality.html"], tmp_path) == []
     assert page.count("data:image/png") == 3 and "No problem was found" in page and len(page) < 500_000
     out.unlink()
 

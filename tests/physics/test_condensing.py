@@ -54,5 +54,5 @@ def test_where_the_condensed_part_resonates_on_its_own_all_coordinates_are_solve
         return np.abs(measured_response(model, [speed], [1]) - whole).max() / np.abs(whole).max()
 
     assert error() < 1e-10
-    monkeypatch.setattr("rotorstudy.response.harmonic.CONDENSED_AT_MOST", np.inf)
+    monkeypatch.setattr("rotorstudy.response.solving.CONDENSED_AT_MOST", np.inf)
     assert error() > 1e-10

@@ -10,9 +10,9 @@ from test_transient import OFFSET_DISC
 from rotorstudy import Problem, RotorstudyError, build_model
 from rotorstudy.errors import UnidentifiableError
 from rotorstudy.inference.bounds import cramer_rao_bound
-from rotorstudy.inference.problem import magnitude_and_phase
+from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.measurement.spectrum import independent_covariance
-from rotorstudy.model.rig import make_term
+from rotorstudy.model.rig_items import make_term
 from rotorstudy.studies.common import clean_spectrum
 from rotorstudy.studies.config import ExtraMeasurement, load_study
 from rotorstudy.studies.identifiability import identifiability, information

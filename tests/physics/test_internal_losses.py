@@ -10,7 +10,8 @@ from rotorstudy.diagnosis.candidates import candidates
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.registry import registry
-from rotorstudy.model.rig import build_model, make_term
+from rotorstudy.model.rig import build_model
+from rotorstudy.model.rig_items import make_term
 
 ROOT = Path(__file__).parents[2]
 FREE = {

@@ -7,7 +7,8 @@ from scipy.integrate import solve_ivp
 
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.model.rig import build_model
-from rotorstudy.response.stability import check_stable, growth_rate, periodic_growth_rate, varies_in_time
+from rotorstudy.response.floquet import periodic_growth_rate, varies_in_time
+from rotorstudy.response.stability import check_stable, growth_rate
 
 MASS, STIFFNESS = 2.0, 7.6e5
 NATURAL = np.sqrt(STIFFNESS / MASS)

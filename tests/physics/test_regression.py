@@ -11,7 +11,7 @@ from rotorstudy.errors import UnidentifiableError
 from rotorstudy.inference.equation_error import regression
 from rotorstudy.inference.linear import solve_linear
 from rotorstudy.measurement.spectrum import independent_covariance
-from rotorstudy.model.terms import apply_entries
+from rotorstudy.model.entries import apply_entries
 from rotorstudy.response.integration import force_in_time
 
 

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from page_checks import problems
 
 from rotorstudy import build_model, harmonic_response, measured_spectrum, read_rig
 from rotorstudy.commands.line import main
@@ -127,6 +128,7 @@ def test_command_writes_page_data_and_figures(tmp_path, capsys):
         "rotor.png", "campbell.png", "mode_shapes.png", "bode.png", "polar.png", "stability.png"
     }  # fmt: skip
     assert "leave out switching" in (out / "index.html").read_text(encoding="utf-8")
+    assert problems([out / "index.html"], tmp_path) == []
 
 
 @pytest.mark.parametrize(

@@ -7,12 +7,14 @@ from rotorstudy import registry
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.inference.problem import Problem
 from rotorstudy.model.estimated_rig import rig_with_estimate
-from rotorstudy.model.rig import build_model, make_term
+from rotorstudy.model.rig import build_model
+from rotorstudy.model.rig_items import make_term
 from rotorstudy.model.rotor_numbers import rotor_with_changes, with_rotor_numbers
+from rotorstudy.response.floquet import periodic_growth_rate
 from rotorstudy.response.harmonic import harmonic_response
 from rotorstudy.response.integration import time_response
 from rotorstudy.response.measured import measured_response, measured_response_and_jacobian
-from rotorstudy.response.stability import eigenvalues, periodic_growth_rate
+from rotorstudy.response.stability import eigenvalues
 from rotorstudy.response.statics import static_deflection
 
 SPEEDS, HARMONICS = [60.0, 140.0, 260.0], [0, 1, -1, 2, -2]

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from rotorstudy.model.entries import Entry, apply_entries
 from rotorstudy.model.table import Table
-from rotorstudy.model.terms import Entry, Unknown, apply_entries
+from rotorstudy.model.terms import Unknown
 
 ROUND_OFF = 1e-13  # relative to the largest force: sums of at most some ten products
 SPEED, HARMONICS, SIZE = np.array([40.0, 90.0]), np.array([-2, -1, 0, 1, 2]), 3

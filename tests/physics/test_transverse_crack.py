@@ -189,6 +189,21 @@ def test_what_is_wrong_with_a_crack_is_said_in_one_line(changes, words):
         assert word in str(said.value)
 
 
+@pytest.mark.parametrize(
+    ("second", "words"),
+    [(0.16, "nearer than a diameter"), (0.175, "nearer than a diameter"), (0.29, "same element"), (0.31, None)],
+)
+def test_two_cracks_are_apart_and_in_elements_of_their_own(second, words):
+    both = crack(0.16, label="a"), crack(second, label="b")
+    if words is None:
+        assert rotor(4, *both).nonlinear_forces
+        return
+    with pytest.raises(RotorstudyError, match=words) as said:
+        rotor(4, *both)
+    assert "two effects transverse_crack" in str(said.value)
+    assert "\n" not in str(said.value)
+
+
 def test_a_hollow_shaft_and_a_rotor_without_sections_are_refused():
     with pytest.raises(RotorstudyError, match="hollow"):
         rotor(4, crack(), inner_diameter_m=0.01)

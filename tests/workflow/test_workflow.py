@@ -16,6 +16,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 import yaml
+from page_checks import problems
 
 ROOT = Path(__file__).parents[2]
 SOME_TARGETS = ["results/chapter_2/monte_carlo/physical/Single_speed_88.nc", "results/chapter_3/identification.nc"]
@@ -100,6 +101,12 @@ def test_everything_is_there_and_nothing_is_left_to_do(built, snakemake, whole):
         assert len(list((built / "results").rglob(f"*.{kind}"))) >= least
 
 
+def test_every_page_is_sound(built, tmp_path):
+    pages = sorted((built / "results").rglob("*.html"))
+    assert {"index.html", "scoreboard.html", "errata.html", "advice.html", "table_4_10.html"} <= {p.name for p in pages}
+    assert problems(pages, tmp_path) == []
+
+
 def test_no_rule_needs_the_number_of_cores():
     """A report is made without --cores, and a rule that asks for all of them stops it."""
     rules = sorted((ROOT / "workflow" / "rules").glob("*.smk"))
@@ -173,8 +180,7 @@ def test_a_killed_run_resumes_on_one_core_with_the_bytes_of_two(built, snakemake
     assert log.exists()  # the job had begun
     if target.exists():  # the job may have been quicker than the kill; then the file must be whole
         assert target.read_bytes() == (built / SOME_TARGETS[0]).read_bytes()
-    snakemake(tmp_path, "--unlock", config=some)
-    snakemake(tmp_path, "--rerun-incomplete", *SOME_TARGETS, config=some, cores=1)
+    snakemake(tmp_path, "--nolock", "--rerun-incomplete", "--", *SOME_TARGETS, config=some, cores=1)
     for name in SOME_TARGETS:
         assert (tmp_path / name).read_bytes() == (built / name).read_bytes()
 

@@ -7,7 +7,7 @@ import yaml
 
 from rotorstudy import build_model, eigenvalues, harmonic_response, registry, stability_threshold
 from rotorstudy.commands.line import main
-from rotorstudy.model.rig import make_term
+from rotorstudy.model.rig_items import make_term
 from rotorstudy.presentation.bearing_figures import plot_bearing_coefficients
 from rotorstudy.response.statics import static_deflection
 from rotorstudy.studies.bearings import all_bearings, bearing_coefficients

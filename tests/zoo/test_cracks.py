@@ -12,7 +12,7 @@ from rotorstudy.errors import PluginError
 from rotorstudy.model.cracks import crack_series, participation_factors
 from rotorstudy.model.depth import compliance, depth_ratio_of, stiffness_loss
 from rotorstudy.model.kinds import Crack
-from rotorstudy.model.rig import make_term
+from rotorstudy.model.rig_items import make_term
 
 CRACKS = registry().plugins["crack"]
 JEFFCOTT = {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5}

@@ -9,7 +9,7 @@ from rotorstudy import Model, Problem, Spectrum, Term, build_model, make_term, m
 from rotorstudy.errors import UnidentifiableError
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.model.cracks import crack_parameters, crack_series, participation_factors
-from rotorstudy.model.terms import apply_entries
+from rotorstudy.model.entries import apply_entries
 from rotorstudy.response.coupling import forced_harmonics
 
 SPEEDS = np.array([90.0, 200.0, 310.0, 450.0])  # below the critical speeds of both rotors
@@ -138,6 +138,10 @@ SHOWN = {  # what the probe shows in addition
     "probe_error": [lambda w, t, z, v: z.real, lambda w, t, z, v: z.imag],  # of x alone
     "swapped_probes": [lambda w, t, z, v: z.imag + 1j * z.real - z],
     "reversed_probe": [lambda w, t, z, v: -z.real + 1j * z.imag - z],
+    "probe_vibration": [  # of x alone
+        lambda w, t, z, v: np.cos(w * t)[:, None],
+        lambda w, t, z, v: -np.sin(w * t)[:, None],
+    ],
     "phase_reference": [lambda w, t, z, v: v / w],
     "delay": [lambda w, t, z, v: -v],
 }

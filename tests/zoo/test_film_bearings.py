@@ -9,6 +9,7 @@ import pytest
 from rotorstudy import (
     Model,
     RotorstudyError,
+    build_model,
     eigenvalues,
     harmonic_response,
     make_term,
@@ -182,7 +183,7 @@ def test_a_journal_at_a_crawl_and_at_rest():
 BAD = [
     ({**JOURNAL, "load_N": 0.0}, ["load_N = 0.0", "greater than 0"]),
     ({**JOURNAL, "load_N": -5.0}, ["load_N = -5.0", "greater than 0"]),
-    ({k: v for k, v in JOURNAL.items() if k != "load_N"}, ["'load_N' is missing"]),
+    ({k: v for k, v in JOURNAL.items() if k != "diameter_m"}, ["'diameter_m' is missing"]),
     ({**JOURNAL, "length_m": 0.12}, ["length_m / diameter_m = 1.2", "limited to 1", "tabulate"]),
     ({**JOURNAL, "radial_clearance_m": 0.0}, ["radial_clearance_m = 0.0"]),
     ({**DAMPER, "eccentricity_ratio": 1.0}, ["eccentricity_ratio = 1.0", "less than 1"]),
@@ -199,6 +200,34 @@ def test_bad_input_is_refused(item, words):
         bearing(item)
     for word in words:
         assert word in str(refused.value)
+
+
+def rig_of_two_films(second, **first):
+    """A shaft of 20 kg without weight of its own, at one third of its span, on films at nodes 1 and 4."""
+    film = {k: v for k, v in JOURNAL.items() if k not in ("load_N", "bearing_scale")}
+    return {
+        "rotor": {
+            "kind": "finite_element",
+            "elements": [{"length_m": 0.6, "count": 3}],
+            "outer_diameter_m": 0.02,
+            "density_kg_per_m3": 1e-6,
+            "discs": [{"node": 2, "mass_kg": 20.0, "polar_moment_kg_m2": 0.1, "diametral_moment_kg_m2": 0.05}],
+        },
+        "bearings": [{**film, "node": 1, "label": "a", **first}, {**film, "node": second, "label": "b"}],
+    }
+
+
+def test_a_film_carries_by_default_its_part_of_the_weight():
+    """Equilibrium: two thirds of 20 kg at one third of the span; the scale is 1, and a lifted bearing is refused."""
+    stated, free = build_model(rig_of_two_films(4, load_N=20 * GRAVITY * 2 / 3)), build_model(rig_of_two_films(4))
+    assert free.theta.tolist() == [1.0, 1.0]
+    for one, other in zip(stated.unknowns, free.unknowns, strict=True):
+        for entry, same in zip(one.entries, other.entries, strict=True):
+            assert entry.gain_at(100.0, 1) == pytest.approx(same.gain_at(100.0, 1), rel=1e-8)
+    overhung = rig_of_two_films(3)  # the disc hangs over the end at node 1
+    first, second = overhung["bearings"]
+    with pytest.raises(RotorstudyError, match=r"node 4.*loads it by -"):
+        build_model({**overhung, "bearings": [second, {**first, "node": 4}]})
 
 
 @pytest.mark.parametrize("film", ["pi", "2pi"])

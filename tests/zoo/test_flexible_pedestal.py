@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from rotorstudy import Entry, Model, Parameter, RotorstudyError, Term, build_model, harmonic_response, make_term
+from rotorstudy.model.entries import planar_entries
 from rotorstudy.model.structure import Structure
-from rotorstudy.model.terms import planar_entries
 from rotorstudy.response.measured import measured_response, measured_response_and_jacobian
 from rotorstudy.response.statics import static_deflection
 

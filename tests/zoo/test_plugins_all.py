@@ -21,8 +21,8 @@ from rotorstudy.authoring.invariants.bearing import (
 from rotorstudy.authoring.invariants.bench import bench_structure, check_round_trip
 from rotorstudy.authoring.invariants.effect import check_table, check_units
 from rotorstudy.errors import PluginError
+from rotorstudy.model.entries import planar_entries
 from rotorstudy.model.kinds import KINDS
-from rotorstudy.model.terms import planar_entries
 
 ZOO = registry()
 STRUCTURE = bench_structure()

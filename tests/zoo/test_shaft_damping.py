@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rotorstudy import RotorstudyError, build_model, eigenvalues, harmonic_response, make_term, stability_threshold
-from rotorstudy.model.terms import apply_entries
+from rotorstudy.model.entries import apply_entries
 from rotorstudy.response.integration import force_in_time
 
 PLAIN = {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5}

@@ -22,12 +22,13 @@ if BLIND:
     rule blind:
         input:
             config=str(ROOT / settings.blind),
+            independent=[str(ROOT / settings.independent_records)] if settings.independent_records else [],
             seals=[f"{BLIND_RESULTS}/chunks/{i}/seals.json" for i in range(settings.chunks.blind)],
             answers=[f"{BLIND_RESULTS}/chunks/{i}/answers.json" for i in range(settings.chunks.blind)],
         output:
             data=f"{BLIND_RESULTS}/blind.nc",
             sealed=[f"{BLIND_RESULTS}/{name}.json" for name in ("seals", "truths", "verdicts")],
-            sheets=[f"{BLIND_RESULTS}/{name}.csv" for name in BLIND_PAGES],
+            sheets=[f"{BLIND_RESULTS}/{name}.csv" for name in [*BLIND_PAGES, "answers"]],
             pages=[
                 in_report(f"{BLIND_RESULTS}/{name}.html", f"blind_{name}", "Blind tests", "Tables")
                 for name in BLIND_PAGES

@@ -88,8 +88,14 @@ def replay_config(wildcards):
 
 
 def in_report(path, caption, category, subcategory):
-    """A file shown in the HTML report, with its caption from workflow/report."""
+    """A file shown in the HTML report, with its caption from workflow/report.
+
+    Items with the same label would hide each other: files of a wildcard are named by it too, and tables beside figures.
+    """
     name = re.sub(r"^(figure|table) (\d+) (\d+)$", r"\1 \2.\3", Path(path).stem.replace("_", " ")).capitalize()
+    kept = [part for part in Path(path).parts if "{" in part]
+    name = ", ".join([*kept, "verdict" if name == "Index" else name.lower()]) if kept else name
+    name += " (table)" * (subcategory == "Tables" and not name.startswith("Table"))
     return report(
         path,
         caption=str(ROOT / "workflow" / "report" / f"{caption}.rst"),

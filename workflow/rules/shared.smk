@@ -52,7 +52,8 @@ def blind_files():
     if not BLIND:
         return []
     figures = [f"{BLIND_RESULTS}/figures/{name}.{kind}" for name in BLIND_FIGURES for kind in ("png", "svg")]
-    return [f"{BLIND_RESULTS}/blind.nc", *figures, *(f"{BLIND_RESULTS}/{name}.html" for name in BLIND_PAGES)]
+    pages = [f"{BLIND_RESULTS}/{name}.html" for name in BLIND_PAGES]
+    return [f"{BLIND_RESULTS}/blind.nc", f"{BLIND_RESULTS}/answers.csv", *figures, *pages]
 
 
 DIAGNOSIS = f"{RESULTS}/diagnosis"

@@ -10,5 +10,5 @@ with job(snakemake):
 
     given, folder = snakemake.input, Path(snakemake.output.data).parent
     data, criteria, rows = gather_chunks(load_blind(given.config), folder, given.seals, given.answers)
-    write_pages(data, criteria, rows, folder)
+    write_pages(data, criteria, rows, folder, *given.independent)
     print(printed(criteria))

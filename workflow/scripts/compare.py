@@ -22,9 +22,11 @@ with job(snakemake):
     save(whole.assign_attrs(provenance(config.model_dump(), [], config.seed), title=config.title), output.comparison)
     ranked = ranking(whole)
     write_ranking(ranked, config.trials, output.ranking, output.ranking_page)
-    write_advice(ranked, output.advice, output.advice_page)
+    write_advice(
+        ranked, {name: fault.use_if for name, fault in config.faults.items()}, output.advice, output.advice_page
+    )
     errors = {key: data.harmonic_error for key, data in loaded(snakemake.input.spectra).items()}
     biased = [(*key, data) for key, data in loaded(snakemake.input.bias).items()]
     paths = {Path(path).stem: path for path in output.png}
-    for name, picture in comparison_figures(whole, errors, biased).items():
+    for name, picture in comparison_figures(whole, errors, biased, config.trials).items():
         save_figure(picture, paths[name], Path(paths[name]).with_suffix(".svg"))

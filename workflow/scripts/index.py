@@ -3,4 +3,4 @@ from rotorstudy.studies.workflow import job
 with job(snakemake):
     from rotorstudy.presentation.index_page import write_index
 
-    write_index(snakemake.output[0], [*snakemake.input])
+    write_index(snakemake.output.page, [*snakemake.input], snakemake.output.report)

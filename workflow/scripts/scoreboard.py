@@ -24,9 +24,6 @@ with job(snakemake):
         f"Of {len(computed)} printed values that are computed anew, {reproduced(computed)} are reproduced within one "
         f"unit of their last digit. Another {len(measured)} are measurements: replayed as records and measured again, "
         f"{reproduced(measured)} are reproduced, which checks the measuring chain. Every other value has a reason.",
-        {
-            "Number of values": counts,
-            "Values that are not reproduced to the digit": scored[scored.status != "reproduced"],
-            "All": scored,
-        },
+        {"Every value": scored, "Number of values by table": counts},
+        choose=("table", "quantity", "method", "origin", "status"),
     )

@@ -37,20 +37,27 @@ def facts(kind, plugin):
 
 
 def _options(kind, plugin):
-    """'name = default' of every option; those without a default are marked (needed)."""
+    """'name = default' of every option, or (needed), or (optional) if nothing is its default."""
     known = inspect.signature(plugin.function).parameters
     names = option_names(plugin.function, GIVEN.get(kind, ()))
     defaults = {name: known[name].default for name in names}
-    told = {n: f"{d:g}" if isinstance(d, float) else d for n, d in defaults.items()}
-    return ", ".join(f"{n} (needed)" if d is inspect.Parameter.empty else f"{n} = {d}" for n, d in told.items())
+    marks = {inspect.Parameter.empty: " (needed)", None: " (optional)"}
+    return ", ".join(
+        name
+        + (marks[d] if d in (None, inspect.Parameter.empty) else f" = {d:g}" if isinstance(d, float) else f" = {d}")
+        for name, d in defaults.items()
+    )
 
 
 def _parameters(kind, plugin):
     """'key (typically size)' of every amplitude, at the first possible place on a bench rotor."""
     structure, place = bench_of(plugin) if kind == "effect" else (bench_structure(), {})
     term = typical_term(plugin, structure, place)
-    return ", ".join(f"{p.key} (typically {p.typical:.3g}{' and a phase' if p.is_complex else ''})"
-                     for p in term.parameters)  # fmt: skip
+    found = []
+    for p in term.parameters:
+        more = " and a phase" if p.is_complex else "" if p.default is None else f", by default {p.default:g}"
+        found.append(f"{p.key} (typically {p.typical:.3g}{more})")
+    return ", ".join(found)
 
 
 def _claims(plugin):

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.blind import chain, physics
+from rotorstudy.blind import chain, physics, physics_in_time
 
 
 class Scale(NamedTuple):
@@ -58,8 +58,8 @@ ACTS = {
         physics.unbalance, physics.couple_unbalance, physics.bow, physics.angular_misalignment,
         physics.parallel_misalignment, physics.base_motion, physics.static_preload, physics.external_damping,
         physics.internal_damping, physics.shaft_damping, physics.hysteretic_damping, physics.cross_coupling,
-        physics.support_anisotropy, physics.added_mass, physics.shaft_asymmetry, physics.rub, physics.looseness,
-        physics.cubic_stiffness, physics.seal, physics.pedestal_resonance,
+        physics.support_anisotropy, physics.added_mass, physics_in_time.shaft_asymmetry, physics_in_time.rub,
+        physics_in_time.looseness, physics_in_time.cubic_stiffness, physics.seal, physics.pedestal_resonance,
     ),
     **_named(
         "rotor",
@@ -67,7 +67,7 @@ ACTS = {
         physics.support_loss, physics.bearing_coefficients,
         signed=True,
     ),
-    **_named("rotor", physics.breathing_crack, most=1.5),
+    **_named("rotor", physics_in_time.breathing_crack, most=1.5),
     **_named("output", chain.swapped_probes, chain.reversed_probe, chain.runout, chain.delay, chain.ac_coupling),
     **_named(
         "output", chain.probe_gain, chain.probe_angle, chain.probe_error, chain.phase_reference,
@@ -75,11 +75,12 @@ ACTS = {
     ),
     "speed_error": Act("speed", signed=True),
     "coulomb_friction": Foreign(
-        "rotor", physics.coulomb_friction, size="friction_N", unit="N", confounders=("external_damping",),
+        "rotor", physics_in_time.coulomb_friction, size="friction_N", unit="N", confounders=("external_damping",),
         draw=lambda scale, generator: (scale.force, {"smooth_m_per_s": 0.1 * scale.velocity}),
     ),
     "quadratic_damping": Foreign(
-        "rotor", physics.quadratic_damping, size="drag_N_s2_per_m2", unit="N s2/m2", confounders=("external_damping",),
+        "rotor", physics_in_time.quadratic_damping, size="drag_N_s2_per_m2", unit="N s2/m2",
+        confounders=("external_damping",),
         draw=lambda scale, generator: (scale.force / scale.velocity**2, {}),
     ),
     "gear_mesh": Foreign(

@@ -4,7 +4,7 @@ import numpy as np
 
 from rotorstudy.inference.prior import prior_of, with_rotor
 from rotorstudy.model.registry import registry
-from rotorstudy.model.rig import make_term
+from rotorstudy.model.rig_items import make_term
 from rotorstudy.model.rotor_numbers import with_rotor_numbers
 from rotorstudy.response.measured import measured_response_and_jacobian
 

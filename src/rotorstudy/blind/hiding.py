@@ -6,10 +6,10 @@ import numpy as np
 
 from rotorstudy.blind.acts import ACTS, Foreign, Scale
 from rotorstudy.blind.machine import STEPS, steady_motion
-from rotorstudy.blind.physics import OPENINGS
+from rotorstudy.blind.physics_in_time import OPENINGS
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.registry import registry
-from rotorstudy.model.rig import make_term
+from rotorstudy.model.rig_items import make_term
 
 SIZINGS = 6
 CLOSE_ENOUGH = 1.2  # accepted ratio of the change obtained to the change wanted

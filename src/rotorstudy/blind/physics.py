@@ -1,7 +1,8 @@
-"""Effects on the machine, derived from their physics and not from the tables of the plugin library.
+"""Linear effects on the machine, derived from their physics and not from the tables of the plugin library.
 
 Each is a function(plant, values, where) that adds forces, damping or stiffness to a Plant, named as the effect of the
-plugin library; the last three are foreign to it (see `acts`).
+plugin library; `gear_mesh` is foreign to it (see `acts`). Forces that turn with the shaft or are not linear stand in
+`physics_in_time`.
 values : by parameter name, SI, complex where they have a direction;  where : place and shape
 Hysteretic damping and a pedestal (whose own motion is no coordinate of the plant) are applied to each harmonic.
 """
@@ -9,27 +10,29 @@ Hysteretic damping and a pedestal (whose own motion is no coordinate of the plan
 import numpy as np
 
 
-def _node(where, plant):
+def node_of(where, plant):
+    """Node of an effect, by default the first of the rotor."""
     return where.get("node", plant.nominal.nodes[0])
 
 
-def _here(plant, where, motion="translation"):
+def force_at(plant, where, motion="translation"):
+    """Unit force (dof,) on the node of an effect."""
     found = np.zeros(plant.dof)
-    found[plant.index(_node(where, plant), motion)] = 1.0
+    found[plant.index(node_of(where, plant), motion)] = 1.0
     return found
 
 
 def unbalance(plant, values, where):
     """Rotating force m e w^2 of an `eccentricity`, complex, m."""
-    node = _node(where, plant)
+    node = node_of(where, plant)
     i = plant.nominal.index(node)
     mass = where.get("mass_kg", plant.nominal.mass[i, i])  # the eccentricity is stated for the mass of the rig file
-    plant.push(_here(plant, where), 1, mass * values["eccentricity"] * plant.speed**2)
+    plant.push(force_at(plant, where), 1, mass * values["eccentricity"] * plant.speed**2)
 
 
 def couple_unbalance(plant, values, where):
     """Rotating moment of a `couple_unbalance`, complex, kg m^2."""
-    plant.push(_here(plant, where, "tilt"), 1, values["couple_unbalance"] * plant.speed**2)
+    plant.push(force_at(plant, where, "tilt"), 1, values["couple_unbalance"] * plant.speed**2)
 
 
 def bow(plant, values, where):
@@ -38,7 +41,7 @@ def bow(plant, values, where):
     if "element" in where:
         plant.push(structure.stiffness @ _bent(plant, values, where), 1, 1.0)
         return
-    here = _here(plant, where)
+    here = force_at(plant, where)
     ends = [] if structure.is_supported else [structure.index(n) for n in (structure.nodes[0], structure.nodes[-1])]
     free = np.setdiff1d(np.arange(plant.dof), ends)
     shape = np.zeros(plant.dof)
@@ -73,15 +76,15 @@ def _bent(plant, values, where):
 def angular_misalignment(plant, values, where):
     """Moments at multiples of the spin speed, complex, N m."""
     for name, value in values.items():
-        plant.push(_here(plant, where, "tilt"), _order(name), value)
+        plant.push(force_at(plant, where, "tilt"), _order(name), value)
 
 
 def parallel_misalignment(plant, values, where):
     """Forces at multiples of the spin speed, complex, N; opposite ones at the ends of a coupling that is an element."""
     if "element" in where:
-        here = _here(plant, {"node": where["element"]}) - _here(plant, {"node": where["element"] + 1})
+        here = force_at(plant, {"node": where["element"]}) - force_at(plant, {"node": where["element"] + 1})
     else:
-        here = _here(plant, where)
+        here = force_at(plant, where)
     for name, value in values.items():
         plant.push(here, _order(name), value)
 
@@ -99,7 +102,7 @@ def base_motion(plant, values, where):
 
 def static_preload(plant, values, where):
     """Constant force, complex, N."""
-    plant.push(_here(plant, where), 0, values["static_preload"])
+    plant.push(force_at(plant, where), 0, values["static_preload"])
 
 
 def gravity_direction(plant, values, where):
@@ -110,16 +113,16 @@ def gravity_direction(plant, values, where):
 def external_damping(plant, values, where):
     """Dashpot to ground, N s/m."""
     c = values["external_damping"]
-    plant.couple(plant.damping, plant.point(_node(where, plant)), xx=c, yy=c)
+    plant.couple(plant.damping, plant.point(node_of(where, plant)), xx=c, yy=c)
 
 
 def internal_damping(plant, values, where):
     """Damping of the shaft's motion in rotating axes, of the only disc, N s/m, or of the bending of one element, s."""
-    pattern = _stiffness_of(plant, where) if "element" in where else plant.point(_node(where, plant))
+    pattern = stiffness_of(plant, where) if "element" in where else plant.point(node_of(where, plant))
     _rotating_damping(plant, pattern, values["internal_damping"])
 
 
-def _stiffness_of(plant, where):
+def stiffness_of(plant, where):
     """(dof, dof) stiffness of an element or a stretch of the rig file; each element is several of this mesh."""
     stretch = range(where["element"], where.get("last_element", where["element"]) + 1)
     return sum(plant.structure.stiffness_loss_at(None, e)["stiffness_loss"][0]
@@ -154,7 +157,7 @@ def hysteretic_damping(plant, values, where):
 def cross_coupling(plant, values, where):
     """Skew-symmetric stiffness at a node, N/m."""
     k = values["cross_coupling"]
-    plant.couple(plant.stiffness, plant.point(_node(where, plant)), xy=k, yx=-k)
+    plant.couple(plant.stiffness, plant.point(node_of(where, plant)), xy=k, yx=-k)
 
 
 def stiffness_error(plant, values, where):
@@ -166,20 +169,20 @@ def stiffness_error(plant, values, where):
 def support_stiffness(plant, values, where):
     """Isotropic spring to ground, N/m."""
     k = values["support_stiffness"]
-    plant.couple(plant.stiffness, plant.point(_node(where, plant)), xx=k, yy=k)
+    plant.couple(plant.stiffness, plant.point(node_of(where, plant)), xx=k, yy=k)
 
 
 def support_anisotropy(plant, values, where):
     """Difference of stiffness between two fixed directions at a node, complex, N/m."""
     k, angle = np.abs(values["support_anisotropy"]), np.angle(values["support_anisotropy"])
-    here, c, s = plant.point(_node(where, plant)), k * np.cos(angle), k * np.sin(angle)
+    here, c, s = plant.point(node_of(where, plant)), k * np.cos(angle), k * np.sin(angle)
     plant.couple(plant.stiffness, here, xx=c, yy=-c, xy=s, yx=s)
 
 
 def support_loss(plant, values, where):
     """Spring to ground that is missing along one direction, N/m."""
     k, c, s = values["support_stiffness_loss"], np.cos(where["direction_rad"]), np.sin(where["direction_rad"])
-    here = plant.point(_node(where, plant))
+    here = plant.point(node_of(where, plant))
     plant.couple(plant.stiffness, here, xx=-k * c * c, yy=-k * s * s, xy=-k * c * s, yx=-k * c * s)
 
 
@@ -187,7 +190,7 @@ def bearing_coefficients(plant, values, where):
     """Springs and dashpots to ground, with cross terms, N/m and N s/m."""
     for name, value in values.items():
         target = plant.stiffness if "stiffness" in name else plant.damping
-        plant.couple(target, plant.point(_node(where, plant)), **{name[-2:]: value})
+        plant.couple(target, plant.point(node_of(where, plant)), **{name[-2:]: value})
 
 
 def seal(plant, values, where):
@@ -196,7 +199,7 @@ def seal(plant, values, where):
     In axes that rotate with it the inertia has a Coriolis and a centrifugal force.
     """
     k, k_0, c_x = (values[f"seal_{name}"] for name in ("stiffness", "cross_stiffness", "cross_damping"))
-    here, c, m = plant.point(_node(where, plant)), values["seal_damping"], values["seal_fluid_mass"]
+    here, c, m = plant.point(node_of(where, plant)), values["seal_damping"], values["seal_fluid_mass"]
     turning = where["swirl_ratio"] * plant.speed
     dragged, coriolis, pulled = c * turning + k_0, 2 * m * turning + c_x, k - m * turning**2
     plant.couple(plant.damping, here, xx=c, yy=c, xy=coriolis, yx=-coriolis)
@@ -212,7 +215,7 @@ def pedestal_resonance(plant, values, where):
     the loss at rest k_b^2 / (k_p + k_b).
     """
     frequency, ratio, lag = (where[key] for key in ("natural_frequency_rad_per_s", "damping_ratio", "bearing_time_s"))
-    here = plant.point(_node(where, plant))
+    here = plant.point(node_of(where, plant))
 
     def passed_on(n):
         found = np.zeros((len(plant.speed), 2 * plant.dof, 2 * plant.dof), complex)
@@ -230,116 +233,14 @@ def pedestal_resonance(plant, values, where):
 def added_mass(plant, values, where):
     """Mass at a node, with its weight."""
     m = values["added_mass"]
-    plant.couple(plant.mass, plant.point(_node(where, plant)), xx=m, yy=m)
-    plant.push(_here(plant, where), 0, m * plant.structure.acceleration_of_gravity)
+    plant.couple(plant.mass, plant.point(node_of(where, plant)), xx=m, yy=m)
+    plant.push(force_at(plant, where), 0, m * plant.structure.acceleration_of_gravity)
 
 
 def gyroscopic_error(plant, values, where):
     """Relative error of the gyroscopic moments."""
     share = values["gyroscopic_error"] * plant.speed
     plant.couple(plant.damping, plant.structure.gyroscopic, xy=share, yx=-share)
-
-
-def shaft_asymmetry(plant, values, where):
-    """Shaft, or stretch of it, that is stiffer along one rotating axis and softer across it."""
-    share, axis = np.abs(values["shaft_asymmetry"]), np.angle(values["shaft_asymmetry"]) / 2
-    size, stiffness = plant.dof, _stiffness_of(plant, where) if "element" in where else plant.structure.stiffness
-
-    def force(angle, middle, position, velocity):
-        c, s = np.cos(2 * (angle + axis)), np.sin(2 * (angle + axis))
-        x, y = position[:, :size] @ stiffness, position[:, size:] @ stiffness
-        return -share * np.concatenate([c * x + s * y, s * x - c * y], axis=1)
-
-    plant.moving.append(force)
-
-
-def _lost_stiffness(plant, values, where):
-    """(dof, dof) stiffness lost while the crack is open; a nominal element is several elements of this mesh."""
-    element = where.get("element")
-    places = [{}] if element is None else [{"element": e} for e in plant.place(element, element=True)]
-    return sum(values[name] * pattern for p in places
-               for name, (pattern, _, _) in plant.structure.stiffness_loss_at(**p).items())  # fmt: skip
-
-
-OPENINGS = {
-    "switching": lambda angle: np.cos(angle) > 0,
-    "breathing": lambda angle: np.cos(angle / 2) ** 2,
-    "open": lambda angle: 1.0,
-}  # of a crack whose edge is at an angle from the side that the weight stretches
-
-
-def _stretched_above(plant, where):
-    """Half a revolution if the weight bends the element of a crack so that its upper side is stretched, else 0."""
-    element = where.get("element")
-    if element is None:
-        return 0.0
-    ends = [plant.place(element), plant.place(element + 1)]
-    tilts = [plant.rest[plant.structure.index(n, "tilt")] if (n, "tilt") in plant.structure.dofs else 0 for n in ends]
-    return np.pi if tilts[1] > tilts[0] else 0.0
-
-
-def breathing_crack(plant, values, where):
-    """Crack that opens and closes with the shaft angle, acting on the full motion."""
-    lost, size, turned = _lost_stiffness(plant, values, where), plant.dof, where["crack_angle_rad"]
-    opening, above = OPENINGS[where["crack"]], _stretched_above(plant, where)
-
-    def force(angle, middle, position, velocity):
-        c, s = np.cos(angle + turned), np.sin(angle + turned)
-        along = opening(middle + turned - above) * (c * position[:, :size] + s * position[:, size:]) @ lost
-        return np.concatenate([c * along, s * along], axis=1)
-
-    plant.moving.append(force)
-
-
-def _local(plant, where, force):
-    """Add a force that depends on the motion of one node: force(x, y, x', y'), each (speed,) -> its x and y."""
-    i, j = plant.index(_node(where, plant)), plant.index(_node(where, plant)) + plant.dof
-
-    def moving(angle, middle, position, velocity):
-        found = np.zeros_like(position)
-        found[:, i], found[:, j] = force(position[:, i], position[:, j], velocity[:, i], velocity[:, j])
-        return found
-
-    plant.moving.append(moving)
-    return plant.rest[i], plant.rest[j]
-
-
-def rub(plant, values, where):
-    """Contact with a ring, with friction; stiffness in N/m beyond the gap.
-
-    The shaft at rest is nearest to the ring on the side of the contact angle; the ring's centre is away from there.
-    """
-    friction, k, angle = where["friction_ratio"], values["rub_stiffness"], where["contact_angle_rad"]
-    radius = where["clearance_m"] / (1 - where["offset_ratio"])
-    away = radius - where["clearance_m"]
-
-    def force(x, y, vx, vy):
-        x, y = x - rest[0] + away * np.cos(angle), y - rest[1] + away * np.sin(angle)
-        distance = np.hypot(x, y)
-        press = k * np.maximum(distance - radius, 0) / np.maximum(distance, 1e-30)
-        return -press * (x - friction * y), -press * (y + friction * x)
-
-    rest = _local(plant, where, force)
-
-
-def looseness(plant, values, where):
-    """Support that loses stiffness, N/m, once the journal lifts off, until its bolts hold it after a play.
-
-    It lifts off against the direction that presses it down.
-    """
-    k, c, s = values["stiffness_lost_in_lift"], np.cos(where["direction_rad"]), np.sin(where["direction_rad"])
-
-    def force(x, y, vx, vy):
-        lost = k * np.clip((rest[0] - x) * c + (rest[1] - y) * s - where["lift_m"], 0, where["play_m"])
-        return -lost * c, -lost * s
-
-    rest = _local(plant, where, force)
-
-
-def cubic_stiffness(plant, values, where):
-    """Isotropic cubic spring to ground, N/m^3."""
-    k = values["cubic_stiffness"]
-    _local(plant, where, lambda x, y, vx, vy: (-k * (x**2 + y**2) * x, -k * (x**2 + y**2) * y))
 
 
 def bearing(plant, values, where):
@@ -351,29 +252,8 @@ def bearing(plant, values, where):
         plant.couple(target, here, **({direction: value} if direction else {"xx": value, "yy": value}))
 
 
-def coulomb_friction(plant, values, where):
-    """Dry friction: a force of constant size against the velocity."""
-    slow = where["smooth_m_per_s"]
-
-    def force(x, y, vx, vy):
-        along = -values["friction_N"] / np.sqrt(vx**2 + vy**2 + slow**2)
-        return along * vx, along * vy
-
-    _local(plant, where, force)
-
-
-def quadratic_damping(plant, values, where):
-    """Drag against the velocity, proportional to its square, N s^2/m^2."""
-    c = values["drag_N_s2_per_m2"]
-
-    def force(x, y, vx, vy):
-        return -c * np.hypot(vx, vy) * vx, -c * np.hypot(vx, vy) * vy
-
-    _local(plant, where, force)
-
-
 def gear_mesh(plant, values, where):
     """A force of fixed direction at four times the spin speed: a pinion of four teeth."""
     force, direction = values["mesh_force_N"], where["direction_rad"]
     for n, phase in ((4, where["phase_rad"]), (-4, -where["phase_rad"])):
-        plant.push(_here(plant, where), n, force / 2 * np.exp(1j * (direction + phase)))
+        plant.push(force_at(plant, where), n, force / 2 * np.exp(1j * (direction + phase)))

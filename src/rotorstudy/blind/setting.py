@@ -15,7 +15,8 @@ from rotorstudy.blind.machine import build_plant, critical_speeds, growth, settl
 from rotorstudy.blind.physics import bearing
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.model import Model
-from rotorstudy.model.rig import build_model, make_term
+from rotorstudy.model.rig import build_model
+from rotorstudy.model.rig_items import make_term
 from rotorstudy.model.rotor_numbers import rotor_with_changes, uncertain_numbers
 
 RANGE_OF_SPEEDS = (0.35, 1.7)  # of the first critical speed

@@ -1,15 +1,37 @@
-"""`rotorstudy check`: check the invariants of the plugins in a file."""
+"""`rotorstudy check`: check a rig file, or the invariants of the plugins in a file."""
+
+from pathlib import Path
+
+RIG_FILES = (".yaml", ".yml")
 
 
 def add(commands):
     """Add the command and its arguments to the subparsers."""
-    parser = commands.add_parser("check", help="check a plugin file against every invariant of its kind")
-    parser.add_argument("file", help="plugin file")
+    parser = commands.add_parser(
+        "check", help="check a rig file (loads, critical speeds, anything odd), or the invariants of a plugin file"
+    )
+    parser.add_argument("file", help="rig file (.yaml) or plugin file (.py)")
+    parser.add_argument("--json", action="store_true", help="of a rig: print everything as JSON")
     parser.set_defaults(func=run)
 
 
 def run(given):
-    """Check every invariant; status 1 if one fails."""
+    """Check the file by its suffix; status 1 if something is wrong."""
+    return _rig(given) if Path(given.file).suffix.lower() in RIG_FILES else _plugins(given)
+
+
+def _rig(given):
+    import json
+
+    from rotorstudy.presentation.rig_check_words import check_data, check_words
+    from rotorstudy.studies.rig_check import check_rig
+
+    found = check_rig(given.file)
+    print(json.dumps(check_data(found), indent=1) if given.json else "\n".join(check_words(found)))
+    return 1 if found.errors else 0
+
+
+def _plugins(given):
     from rotorstudy.authoring.files import check_file, left_to_write
 
     rows = check_file(given.file)

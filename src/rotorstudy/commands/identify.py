@@ -3,9 +3,12 @@
 import sys
 
 from rotorstudy.commands.identify_runs import identify_several
-from rotorstudy.commands.outputs import check_file
+from rotorstudy.commands.outputs import NETCDF, YAML, check_file
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.registry import registry
+from rotorstudy.units import with_interval
+
+MOST_OF_A_CAUSE = 3  # more shapes than that trade off
 
 
 def add(commands):
@@ -42,6 +45,9 @@ def add(commands):
         "parameters of the rig, which all need a value; 'diagnosis:' of the rig file says how accurate they are",
     )
     parser.add_argument(
+        "--count", type=int, default=1, metavar="N", help="how many of that cause there are, 1 to 3 (default 1)"
+    )
+    parser.add_argument(
         "--harmonics", type=int, nargs="+", metavar="N", help="measured harmonics to use (default: all)"
     )
     parser.add_argument(
@@ -63,7 +69,8 @@ def run(given):
     """Print the estimates with their intervals, and the misfit."""
     import numpy as np
 
-    from rotorstudy.inference.problem import Problem, magnitude_and_phase
+    from rotorstudy.inference.estimate import magnitude_and_phase
+    from rotorstudy.inference.problem import Problem
     from rotorstudy.inference.rig_estimate import estimate_rig
     from rotorstudy.measurement.measurement import measured_spectrum
     from rotorstudy.model.estimated_rig import rig_with_estimate, write_rig
@@ -79,10 +86,19 @@ def run(given):
             "--cause estimates all that the rig file leaves uncertain, by maximum likelihood; leave out --unknowns, "
             "--estimator and --rig-out ('diagnose' writes an extended rig)"
         )
+    if not 1 <= given.count <= MOST_OF_A_CAUSE or (given.count > 1 and not given.cause):
+        raise RotorstudyError(f"--count {given.count}: the number of effects of --cause, 1 to {MOST_OF_A_CAUSE}")
     if given.out:
-        check_file(given.out, given.rig, *given.records)
+        check_file(given.out, given.rig, *given.records, suffixes=NETCDF)
     if given.rig_out:
-        check_file(given.rig_out, given.rig, *given.records, *([given.out] if given.out else []), option="--rig-out")
+        check_file(
+            given.rig_out,
+            given.rig,
+            *given.records,
+            *([given.out] if given.out else []),
+            option="--rig-out",
+            suffixes=YAML,
+        )
     method = registry().get("spectrum", given.spectrum) if given.spectrum else None
     estimator = registry().get("estimator", given.estimator)
     rig = read_rig(given.rig)
@@ -112,16 +128,20 @@ def run(given):
 
 def _run_cause(given, rig, spectrum, model):
     """Print the shape and the size of a cause with their intervals, and which of its alternatives fits."""
-    from rotorstudy.diagnosis.one_cause import estimates_of, identify_cause
+    from rotorstudy.diagnosis.one_cause import estimates_of, identify_cause, shape_of
     from rotorstudy.diagnosis.settings import check_names, read_settings
 
     settings = read_settings(rig.given, given.rig)
     check_names(settings, model, f"{given.rig}, diagnosis")
-    found = identify_cause(spectrum, model, given.cause, settings)
+    found = identify_cause(spectrum, model, given.cause, settings, given.count)
     names, values, std, units = zip(*estimates_of(found), strict=True)
-    place = "".join(f", {key} {value}" for key, value in {**found.cause.where, **found.cause.variant}.items())
-    print(f"{given.cause}{place}")
+    for cause in found.causes:
+        print(given.cause + _place(cause))
     _print_estimates(names, values, std, units)
+    for causes in found.elsewhere:
+        print(f"or, explaining the records as well, {' and '.join(given.cause + _place(cause) for cause in causes)}")
+        for cause in causes:
+            _print_estimates(*zip(*shape_of(found, cause), strict=True))
     for told, misfit in sorted(found.misfits.items(), key=lambda one: one[1]):
         print(f"misfit above the best, {told}: {misfit:.3g}")
     print(f"p-value of the misfit: {found.p_value:.2g}")
@@ -132,10 +152,15 @@ def _run_cause(given, rig, spectrum, model):
     return 0
 
 
+def _place(cause):
+    """Where a cause is, and which of its alternatives it has."""
+    return "".join(f", {key} {value}" for key, value in {**cause.where, **cause.variant}.items())
+
+
 def _print_estimates(names, values, std, units):
-    """Print each estimate with its 95 % interval."""
+    """Print each estimate with its standard deviation and its 95 % interval."""
     for name, value, one, unit in zip(names, values, std, units, strict=True):
-        print(f"{name:24} {value: .6g} ± {1.96 * one:.2g} {unit} (95 %)")
+        print(f"{name:24} {with_interval(value, one, unit)}")
 
 
 def _save(given, rig, plugins, names, values, std, units):
@@ -169,9 +194,9 @@ def _chosen(spectrum, harmonics):
 
 def _print_misfit(misfit, freedom):
     """Print the misfit per degree of freedom and its 95 % range for a model that explains the records."""
-    from scipy.stats import chi2
+    from scipy.special import chdtri
 
-    low, high = chi2.ppf([0.025, 0.975], freedom) / freedom
+    low, high = chdtri(freedom, [0.975, 0.025]) / freedom
     expected = f"{low:.2g} to {high:.2g} expected if only noise is left"
     print(f"misfit {misfit / freedom:.3g} per degree of freedom ({expected})")
     if misfit / freedom > high:

@@ -2,8 +2,9 @@
 
 import sys
 
-from rotorstudy.commands.outputs import check_file
+from rotorstudy.commands.outputs import YAML, check_file
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.units import with_interval
 
 NOT_WITH_RUNS = ("unknowns", "cause", "harmonics", "spectrum", "out")
 
@@ -17,25 +18,61 @@ def identify_several(given):
         if getattr(given, name) is not None:
             raise RotorstudyError(f"--{name} is for a single set of records; leave it out, or leave out --runs")
     if given.rig_out:
-        check_file(given.rig_out, given.rig, given.runs, option="--rig-out")
+        check_file(given.rig_out, given.rig, given.runs, option="--rig-out", suffixes=YAML)
     found = identify_runs(given.runs, given.rig)
     for finding in found.findings:
         print(finding, file=sys.stderr)
     print("parameters of the machine")
-    _print_estimates(found.joint, shared_names(found.joint))
+    _print_estimates(found, shared_names(found.joint))
     for run in found.joint.runs:
         cost, rows = found.joint.misfits[run.name]
         print(f"run '{run.name}': misfit {cost / rows:.3g} per component of the spectrum")
-        _print_estimates(found.joint, [run.joint_name(name) for name in run.own.names])
+        _print_estimates(found, [run.joint_name(name) for name in run.own.names])
     if given.rig_out:
         write_rig(found.rig, given.rig_out, f"{given.rig} updated by the runs of {given.runs}")
     return 0
 
 
-def _print_estimates(joint, names):
-    """Print values with their 95 % intervals, complex ones by magnitude and phase."""
+def _print_estimates(found, names):
+    """Print values with their uncertainty; an eccentricity as its unbalance, at an angle of the user's picture."""
     import numpy as np
 
+    joint, done = found.joint, set()
     units = {run.joint_name(n): u for run in joint.runs for n, u in zip(run.model.names, run.model.units, strict=True)}
-    for name, value, half in zip(names, joint.of(names)[0], 1.96 * np.sqrt(np.diag(joint.of(names)[1])), strict=True):
-        print(f"  {name:40} {value: .6g} ± {half:.2g} {units[name]} (95 %)")
+    unbalances = _unbalances(joint)
+    for name, value, std in zip(names, joint.of(names)[0], np.sqrt(np.diag(joint.of(names)[1])), strict=True):
+        stem = name.replace("_real", "").replace("_imag", "")
+        if stem not in unbalances:
+            print(f"  {name:40} {with_interval(value, std, units[name])}")
+        elif stem not in done:
+            done.add(stem)
+            print(f"  {stem.replace('eccentricity', 'unbalance'):40} {_unbalance(found, stem, unbalances[stem])}")
+
+
+def _unbalances(joint):
+    """{joint name of an eccentricity, without its part: eccentricity of 1 kg m, in m}."""
+    return {
+        run.joint_name(f"{term.full_name(p)}_real").replace("_real", ""): p.also["unbalance"][1]
+        for run in joint.runs
+        for term in run.model.terms
+        for p in term.parameters
+        if "unbalance" in p.also
+    }
+
+
+def _unbalance(found, stem, factor):
+    """The size and the angle of an unbalance with standard deviations and 95 % intervals."""
+    import numpy as np
+
+    from rotorstudy.inference.estimate import magnitude_and_phase
+    from rotorstudy.units import shown_unit
+
+    name, *run = stem.split(" @ ")
+    parts = [f"{name}_{part}" for part in ("real", "imag")]
+    theta, covariance = found.joint.of([" @ ".join([part, *run]) for part in parts])
+    _, (size, angle), spread = magnitude_and_phase(parts, theta, covariance)
+    unit, shown = shown_unit("kg m")
+    std = np.sqrt(np.diag(spread))
+    degrees, uncertain = np.degrees(found.conventions.sense * angle) % 360, min(np.degrees(std[1]), 90)
+    weight = with_interval(size / factor * shown, std[0] / factor * shown, unit)
+    return f"{weight} at {with_interval(degrees, uncertain, '°').strip()}"

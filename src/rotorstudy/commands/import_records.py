@@ -3,7 +3,7 @@
 import sys
 from pathlib import Path
 
-from rotorstudy.commands.outputs import check_file
+from rotorstudy.commands.outputs import HTML, NETCDF, check_file
 from rotorstudy.errors import RotorstudyError
 
 
@@ -28,8 +28,8 @@ def run(given):
     from rotorstudy.store import provenance, save
 
     page = given.quality or Path(given.out).parent / "quality.html"
-    check_file(given.out, given.rig, *given.records)
-    check_file(page, given.rig, given.out, *given.records, option="--quality")
+    check_file(given.out, given.rig, *given.records, suffixes=NETCDF)
+    check_file(page, given.rig, given.out, *given.records, option="--quality", suffixes=HTML)
     rig = read_rig(given.rig)
     measurement = read_measurement(given.records, rig)
     write_page(measurement, page, f"Quality of {', '.join(Path(path).name for path in given.records)}")

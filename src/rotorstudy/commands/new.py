@@ -1,22 +1,51 @@
-"""`rotorstudy new`: a working plugin file to start from."""
+"""`rotorstudy new`: a rig file or a working plugin file to start from."""
+
+from rotorstudy.errors import RotorstudyError
+
+RIG = "rig"
 
 
 def add(commands):
     """Add the command and its arguments to the subparsers."""
-    parser = commands.add_parser("new", help="write a working plugin file to start from")
-    parser.add_argument("kind", help="rotor, crack, depth, bearing, effect, spectrum or estimator")
-    parser.add_argument("name", help="name of the plugin and its file")
+    parser = commands.add_parser("new", help="write a rig file, or a working plugin file, to start from")
+    parser.add_argument("kind", help="rig; or of a plugin: rotor, crack, depth, bearing, effect, spectrum, estimator")
+    parser.add_argument("name", help="name of the rig or plugin, and of its file")
+    parser.add_argument("--records", nargs="+", default=(), help="of a rig: record files, which show how to read them")
+    parser.add_argument("--ross", metavar="MODEL", help="of a rig: a rotor saved by ROSS (.toml or .json)")
     parser.add_argument(
         "--folder",
-        help="output folder (default: plugins/<kind> in the project's folder, elsewhere the current folder)",
+        help="output folder (default: of a plugin plugins/<kind> in the project's folder; else the current folder)",
     )
     parser.set_defaults(func=run)
 
 
 def run(given):
     """Write the file."""
+    if given.kind == RIG:
+        return _rig(given)
     from rotorstudy.authoring.files import new_plugin
 
+    if given.records or given.ross:
+        raise RotorstudyError(f"new {given.kind}: --records and --ross are for `new rig`")
     path = new_plugin(given.kind, given.name, given.folder)
     print(f"wrote {path}; edit it, then: rotorstudy check {path}")
+    return 0
+
+
+def _rig(given):
+    """Write a rig file and the picture of its probes."""
+    from rotorstudy.authoring.new_rig import new_rig
+    from rotorstudy.presentation.probe_files import draw_probes
+
+    path, guessed, changed = new_rig(given.name, given.folder, given.records, given.ross)
+    picture = draw_probes(path, path.with_name(f"{path.stem}_probes.png"))
+    for title, lines in (
+        ("different from the rotor of ROSS", changed),
+        ("guessed from the records; confirm or correct it in the section `measurement:`", guessed),
+    ):
+        if lines:
+            print("\n".join([f"{title}:", *(f"  {line}" for line in lines)]))
+    print(f"wrote {path}" + (f" and the picture of its probes, {picture}" if picture else ""))
+    shown = " ".join(map(str, given.records)) or "RECORDS"
+    print(f"next: rotorstudy check {path}; rotorstudy import {shown} --rig {path} --out spectrum.nc")
     return 0

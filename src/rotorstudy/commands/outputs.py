@@ -4,9 +4,11 @@ from pathlib import Path
 
 from rotorstudy.errors import RotorstudyError
 
+NETCDF, YAML, HTML = (".nc", ".nc4"), (".yaml", ".yml"), (".html", ".htm")
 
-def check_file(out, *inputs, option="--out"):
-    """Raise unless `out` is a file in an existing folder and none of the inputs."""
+
+def check_file(out, *inputs, option="--out", suffixes=()):
+    """Raise unless `out` is a file in an existing folder, with a suffix of its content, and none of the inputs."""
     path = Path(out)
     if path.is_dir():
         raise RotorstudyError(f"{option} {out}: is a folder; give a file in it")
@@ -14,6 +16,8 @@ def check_file(out, *inputs, option="--out"):
     for given in inputs:
         if path.resolve() == Path(given).resolve():
             raise RotorstudyError(f"{option} {out}: would overwrite an input; choose another name")
+    if suffixes and path.suffix.lower() not in suffixes:
+        raise RotorstudyError(f"{option} {out}: the content is that of a file {' or '.join(suffixes)}; name it so")
 
 
 def check_folder(out, *inputs, option="--out"):

@@ -1,6 +1,6 @@
 """`rotorstudy simulate`: simulate records of the steady state of a rig."""
 
-from rotorstudy.commands.outputs import check_file
+from rotorstudy.commands.outputs import NETCDF, check_file
 from rotorstudy.commands.speeds import add_rpm, in_rad_s
 from rotorstudy.errors import RotorstudyError
 
@@ -47,7 +47,7 @@ def run(given):
             f"--duration {given.duration:g} at --rate {given.rate:g}: more than {MOST_SAMPLES:.0e} samples per speed; "
             "shorten the record or reduce the rate"
         )
-    check_file(given.out, given.rig)
+    check_file(given.out, given.rig, suffixes=NETCDF)
     rig = read_rig(given.rig)
     time = np.arange(round(given.duration * given.rate)) / given.rate
     speeds = check_speed(in_rad_s(given.speeds, given.rpm))

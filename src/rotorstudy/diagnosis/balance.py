@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rotorstudy.diagnosis.balance_holes import Choice, Holes, chosen
 from rotorstudy.diagnosis.runs import GRAM, AddedUnbalance, unbalance_term
 from rotorstudy.diagnosis.search import base_model
 from rotorstudy.diagnosis.settings import Settings, read_settings
@@ -36,7 +37,8 @@ class Balancing(NamedTuple):
     """Corrections, and the vibration before and after.
 
     corrections : ndarray (plane, part), real and imaginary part from the shaft's reference line, kg m
-    covariance  : ndarray (plane * part, plane * part), kg^2 m^2
+    covariance  : ndarray (plane * part, plane * part), of the best ones, kg^2 m^2
+    choices     : list of Choice (plane,), what is put into given holes; None if any correction can be made
     spectrum    : Spectrum balanced, at 1X and -1X
     before      : ndarray (speed, sensor), semi-major axis of the orbit, m
     after       : ndarray (percentile, speed, sensor), its 2.5, 50 and 97.5 % points, m
@@ -44,13 +46,14 @@ class Balancing(NamedTuple):
 
     corrections: np.ndarray
     covariance: np.ndarray
+    choices: list[Choice] | None
     spectrum: Spectrum
     before: np.ndarray
     after: np.ndarray
 
 
 def balance_files(
-    paths: Sequence[str | Path], rig: str | Path | RigFile, planes: Sequence[int | str]
+    paths: Sequence[str | Path], rig: str | Path | RigFile, planes: Sequence[int | str], holes: Holes | None = None
 ) -> tuple[Balancing, Conventions, list[Finding]]:
     """Balance a rotor by its records.
 
@@ -62,6 +65,8 @@ def balance_files(
         As updated by `rotorstudy identify`: its parameters are not fitted again.
     planes : list of int or str
         Nodes, or labels of nodes, where a correction mass can be put.
+    holes : Holes, optional
+        And weights, to which the corrections are restricted.
 
     Returns
     -------
@@ -75,11 +80,16 @@ def balance_files(
     rig = read_rig(rig)
     settings, conventions = read_settings(rig.given, str(rig.path)), read_conventions(rig.given, str(rig.path))
     spectrum, model, findings = measured_spectrum(paths, rig)
-    return balance(spectrum, model, planes, settings, conventions), conventions, findings
+    return balance(spectrum, model, planes, settings, conventions, holes), conventions, findings
 
 
 def balance(
-    spectrum: Spectrum, model: Model, planes: Sequence[int | str], settings: Settings, conventions: Conventions
+    spectrum: Spectrum,
+    model: Model,
+    planes: Sequence[int | str],
+    settings: Settings,
+    conventions: Conventions,
+    holes: Holes | None = None,
 ) -> Balancing:
     """Unbalances to be added in some planes, so that the least 1X vibration is left.
 
@@ -95,6 +105,8 @@ def balance(
         Uncertainty of the parameters, and model error.
     conventions : Conventions
         Of the records.
+    holes : Holes, optional
+        And weights, to which the corrections are restricted.
 
     Returns
     -------
@@ -133,8 +145,12 @@ def balance(
     influence = changes(names, none)
     columns = spectrum.whitened(influence).T
     check_identifiable(columns, names)
-    gain = invert(columns.T @ columns) @ columns.T
-    corrections = -gain @ spectrum.whitened(spectrum.amplitude)
+    normal = columns.T @ columns
+    gain = invert(normal) @ columns.T
+    corrections, choices = -gain @ spectrum.whitened(spectrum.amplitude), None
+    if holes:
+        choices = chosen(holes, GRAM * corrections, normal / GRAM**2)
+        corrections = np.concatenate([choice.total for choice in choices]) / GRAM
     moved = changes(prior.names, corrections) - changes(prior.names, none)  # by the parameters, through the influence
     spread = np.eye(len(columns))
     if len(moved):
@@ -147,6 +163,7 @@ def balance(
     return Balancing(
         GRAM * corrections.reshape(-1, 2),
         GRAM**2 * gain @ spread @ gain.T,
+        choices,
         spectrum,
         _axis(spectrum.amplitude),
         np.percentile(_axis(left + noise + np.tensordot(parameters, moved, 1)), INTERVAL, axis=0),

@@ -11,7 +11,7 @@ from rotorstudy.errors import CannotAct
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import blamed, registry
-from rotorstudy.model.rig import make_term
+from rotorstudy.model.rig_items import make_term
 from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import Term, share_of
 

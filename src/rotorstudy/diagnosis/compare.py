@@ -23,9 +23,10 @@ from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.findings import Finding
 from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.model.entries import Entry
 from rotorstudy.model.model import Model
 from rotorstudy.model.rotor_numbers import with_rotor_numbers
-from rotorstudy.model.terms import Entry, Parameter, Term
+from rotorstudy.model.terms import Parameter, Term
 from rotorstudy.model.uncertainty import Uncertainty
 from rotorstudy.response.measured import measured_response
 from rotorstudy.units import percent
@@ -106,6 +107,8 @@ def _at_common_speeds(before, after):
     apart = np.abs(before.speed[:, None] / after.speed - 1)
     nearest = apart.argmin(axis=0)
     common = apart.min(axis=0) <= SAME_SPEED
+    # a record counts once: of two speeds that meet the same one, the closer is compared
+    common &= [apart[i, k] == apart[i, common & (nearest == i)].min(initial=np.inf) for k, i in enumerate(nearest)]
     if not common.any():
         speeds = [", ".join(f"{w:.4g}" for w in one.speed) for one in (before, after)]
         raise RotorstudyError(

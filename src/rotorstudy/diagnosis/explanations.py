@@ -33,6 +33,7 @@ class Search:
     spectrum        : that with the error of the causes too
     prior           : Prior of the parameters that are free in every fit;  base : Fit of these alone
     candidates      : list of Candidate;  screened : Screened of each, at the base fit
+    scanned         : list of Candidate in the shapes that scans have found
     found           : labels of the causes -> Explanation, for every one fitted
     failures        : effect -> one line with file and line number, for plugins that failed; the rest was searched
     cause_error     : standard deviation of the error of a cause, which the spectrum has
@@ -48,6 +49,7 @@ class Search:
     base: Fit
     candidates: list
     screened: list = field(default_factory=list)
+    scanned: list = field(default_factory=list)
     found: dict = field(default_factory=dict)
     failures: dict = field(default_factory=dict)
     cause_error: float = 0.0

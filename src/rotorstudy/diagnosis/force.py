@@ -3,7 +3,8 @@
 import numpy as np
 
 from rotorstudy.inference.prediction import BEYOND
-from rotorstudy.model.terms import Entry, Unknown
+from rotorstudy.model.entries import Entry
+from rotorstudy.model.terms import Unknown
 from rotorstudy.response.measured import Near
 
 

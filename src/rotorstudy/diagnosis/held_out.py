@@ -7,8 +7,12 @@ import numpy as np
 from rotorstudy.diagnosis.explanations import LEAST_LOG_ODDS
 from rotorstudy.diagnosis.result import Gain
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.inference.fit import chi_square_p_value
-from rotorstudy.inference.prediction import predicted, whitened_prediction
+from rotorstudy.inference.fit import Fit, chi_square_p_value
+from rotorstudy.inference.prediction import carried_order, predicted, whitened_prediction
+from rotorstudy.measurement.spectrum import Spectrum, components
+from rotorstudy.response.measured import measured_response_and_jacobian
+
+HARDLY_CHANCE = 0.01  # probability by which the error at held-out speeds may rise although the causes are right
 
 
 def split(spectrum, hold_out):
@@ -30,8 +34,11 @@ def split(spectrum, hold_out):
     return spectrum.at_speeds(~mask), spectrum.at_speeds(mask) if mask.any() else None
 
 
-def gain_of(base, best, held):
-    """The Gain of the extension at the held-out speeds; None if there are none."""
+def gain_of(base, best, held, expected):
+    """The Gain of the extension at the held-out speeds; None if there are none.
+
+    expected : Spectrum held out, whose covariance has the error of the causes too
+    """
     if held is None:
         return None
 
@@ -42,7 +49,39 @@ def gain_of(base, best, held):
 
     (before_m, before_sigma), (after_m, after_sigma) = error(base), error(best)
     ratio, sigma = after_m / before_m if before_m else 1.0, {"before_sigma": before_sigma, "after_sigma": after_sigma}
-    return Gain(speeds=held.speed, before_m=before_m, after_m=after_m, ratio=ratio, **sigma)
+    chance = chance_to_be_worse(base, best, expected)
+    return Gain(speeds=held.speed, before_m=before_m, after_m=after_m, ratio=ratio, chance_to_rise=chance, **sigma)
+
+
+def chance_to_be_worse(base: Fit, best: Fit, held: Spectrum) -> float:
+    """Probability that the error (rms, m) at held-out speeds rises, though the extended model is true.
+
+    With the error e of its prediction, by noise and uncertain parameters, and what the causes change, d, it rises if
+    |e| > |e + d|, that is if d.e < -|d|^2 / 2. This is linear in e, which is normally distributed.
+
+    Parameters
+    ----------
+    base, best : Fit
+        Of the model without and with the causes.
+    held : Spectrum
+
+    Returns
+    -------
+    float
+        One half where the causes change nothing there.
+    """
+    from scipy.special import ndtr
+
+    model = best.model
+    shown, columns = measured_response_and_jacobian(
+        model, held.speed, held.harmonics, best.theta, order=carried_order(held)
+    )
+    change = held.shown(shown - predicted(base.model, held, base.theta))
+    columns = held.shown(np.moveaxis(columns[..., model.position(best.names)], -1, 0))
+    slope, parts = np.sum((change.conj() * columns).real, axis=(1, 2, 3)), components(change)
+    noise = np.einsum("wcs,wscd,wds->", parts, held.covariance, parts)
+    spread = np.sqrt(noise + slope @ best.covariance @ slope)
+    return float(ndtr(-np.sum(np.abs(change) ** 2) / (2 * spread))) if spread else 0.5
 
 
 def is_upheld(found, held):
@@ -54,12 +93,16 @@ def is_upheld(found, held):
     return best.log_posterior_odds + after - before > LEAST_LOG_ODDS
 
 
-def is_worse(base, best, held, settings):
-    """Whether the held-out speeds contradict the prediction of the extended model, and that of the base less."""
+def is_worse(base, best, held, settings, gain):
+    """Whether the held-out speeds contradict the extended model, and the base model less.
+
+    Either its prediction is off by more than its uncertainty, or the error rises where that is hardly chance.
+    """
     if held is None:
         return False
     before, after = (_misfit(fitted, held) for fitted in (base, best))
-    return after.p_value < settings.significance and after.misfit > before.misfit
+    is_off = after.p_value < settings.significance and after.misfit > before.misfit
+    return is_off or (gain.ratio > 1 and gain.chance_to_rise < HARDLY_CHANCE)
 
 
 class HeldOutMisfit(NamedTuple):

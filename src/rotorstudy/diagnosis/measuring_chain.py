@@ -11,7 +11,7 @@ import numpy as np
 
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
-from rotorstudy.model.structure import Reading
+from rotorstudy.model.reading import Reading
 
 FACTORS = {  # true over read
     25.4: "the file is in mil and read as um; state 'unit: mil'",

@@ -16,7 +16,7 @@ from rotorstudy.inference.fit import Fit
 from rotorstudy.inference.prediction import predicted, with_cause_error, with_model_error
 from rotorstudy.inference.predictive import decision_probability, expected_log_odds, predictive
 from rotorstudy.measurement.spectrum import Spectrum
-from rotorstudy.model.rig import make_term
+from rotorstudy.model.rig_items import make_term
 from rotorstudy.model.terms import Term
 from rotorstudy.response.stability import check_stable
 

@@ -1,8 +1,9 @@
 """One effect of the library where it is known to be the cause: its shape and amplitudes, beside the rig's parameters.
 
-The shape (the position, depth and angle of a crack) is searched in three steps: many shapes by their columns at the
-motion that the records imply (see `shape_scan`), the best of them by a few Gauss-Newton steps of all parameters
-together, and the best of those to convergence.
+The shape (the position, depth and angle of a crack) is searched in three steps. Many shapes are judged by their columns
+at the motion that the records imply; the best are fitted by a few Gauss-Newton steps of all parameters together, the
+best of those to convergence. Then shapes elsewhere are judged at the motion that was found, and fitted too: one of them
+may be better, or explain the records as well, which is stated. A further cause of the same kind is searched likewise.
 """
 
 from dataclasses import replace
@@ -11,84 +12,63 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.diagnosis.candidates import Candidate, candidate, shape_ranges, with_shape, with_vibration
-from rotorstudy.diagnosis.screening import Projection, screen_each
+from rotorstudy.diagnosis.candidates import Candidate, candidate, shape_ranges, with_vibration
 from rotorstudy.diagnosis.search import base_model
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.diagnosis.shape_scan import acts_on, motion_by_a_free_force
+from rotorstudy.diagnosis.shape_fit import CLOSELY, Fitted, Work, fitted_from, ranges_of
+from rotorstudy.diagnosis.shape_starts import first_starts, further_starts, starts_of_another
 from rotorstudy.errors import CannotAct, NoConvergenceError, NoSteadyState, RotorstudyError
-from rotorstudy.inference.fit import Fit, chi_square_p_value, fit
-from rotorstudy.inference.levenberg_marquardt import ESTIMATE, HYPOTHESIS, Minimum, levenberg_marquardt
+from rotorstudy.inference.fit import chi_square_p_value, fit
+from rotorstudy.inference.levenberg_marquardt import HYPOTHESIS
 from rotorstudy.inference.linear import invert
-from rotorstudy.inference.prediction import whitened_prediction, with_model_error
-from rotorstudy.inference.prior import Prior
+from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
 
-TRIED = {"position": 20, "angle": 16, "other": 9}  # values of an option
-STARTS = 3  # shapes of each alternative and motion from which steps are made
-FAR = replace(HYPOTHESIS, steps=6, first_damping=1e-2)  # the first steps from a start
-CLOSELY = replace(HYPOTHESIS, steps=ESTIMATE.steps)
-FINISHED = (2, 4)  # of all starts: always, and at most those that are close to the best
-CLOSE = 10.0  # times its misfit
+LOOK = replace(HYPOTHESIS, steps=2, first_damping=1e-2)  # the first steps from a start
+FAR = replace(HYPOTHESIS, steps=4, first_damping=1e-2)  # from the best of these
+PROMISING = (6, 10.0)  # fits that are taken further: at most that many, with less than so many times the least misfit
+NEAR = (3, 3.0)  # fits that are taken to convergence, likewise
+ROUNDS = 3  # of searches elsewhere, as long as they find something better
 EXPLAINED = 0.05  # p-value below which it is searched again, at the values of the rig that fit best without the cause
-FAILURES = 1  # steps of a fit without a steady state, which take long to find out
+LIKELY = 0.95  # of the region about the best shape whose misfit another one must have to be stated beside it
+SAME = 3.0  # standard deviations of the shape, within which two fits are one
 BEYOND = 10  # harmonics carried beyond the measured ones: a crack that opens at once has many
-DIFFERENCE = 1e-4  # of the range of an option, for its derivative
-APART = 0.08  # of the range of the position or the angle: starts that are closer count as one
 SOMEWHERE = (0.5, 0.37, 0.61, 0.13, 0.89)  # fractions of the ranges: at some of them an effect may be unable to act
-FREE = 10.0  # standard deviation of an amplitude in typical sizes, while the options that scale it are not yet known
 
 
 class Identified(NamedTuple):
     """An effect as identified.
 
-    cause      : Candidate with its shape, and the standard deviations of that
+    causes     : (cause,) Candidate with its shape, and the standard deviations of that
     model      : Model with the effect in that shape
-    names      : (parameter,) of the free amplitudes of the model, then of the options of the shape
+    names      : (parameter,) of the free amplitudes of the model, then of the options of the shapes
     theta      : (parameter,) their values, of options as fractions of their ranges
     covariance : (parameter, parameter) of the posterior
     p_value    : probability of a misfit as large by noise alone
     misfits    : alternatives of the effect (as a text) -> misfit and penalty beyond those of the best
+    elsewhere  : other shapes (with their standard deviations) that explain the records as well, each (cause,)
     """
 
-    cause: Candidate
+    causes: tuple[Candidate, ...]
     model: Model
     names: tuple[str, ...]
     theta: np.ndarray
     covariance: np.ndarray
     p_value: float
     misfits: dict[str, float]
-
-
-class Work(NamedTuple):
-    """What is known.
-
-    rig      : Model of the rig;  whole : with the nuisance terms
-    prior    : Prior of the parameters of both that are free
-    spectrum : Spectrum with the model error
-    """
-
-    rig: Model
-    whole: Model
-    prior: Prior
-    spectrum: Spectrum
-    settings: Settings
-
-
-class Fitted(NamedTuple):
-    """A cause in its best shape, and the Minimum of all amplitudes and of the shape."""
-
-    cause: Candidate
-    minimum: Minimum
+    elsewhere: tuple[tuple[Candidate, ...], ...] = ()
 
     @property
-    def cost(self):
-        return float(self.minimum.cost[0])
+    def cause(self) -> Candidate:
+        """The first one."""
+        return self.causes[0]
 
 
-def identify_cause(spectrum: Spectrum, model: Model, effect: str, settings: Settings | None = None) -> Identified:
+def identify_cause(
+    spectrum: Spectrum, model: Model, effect: str, settings: Settings | None = None, count: int = 1
+) -> Identified:
     """The shape and the amplitudes of an effect that is known to be the only cause.
 
     Parameters
@@ -99,6 +79,8 @@ def identify_cause(spectrum: Spectrum, model: Model, effect: str, settings: Sett
     effect : str
         Name of a plugin with options that enter nonlinearly, such as `transverse_crack`.
     settings : Settings, optional
+    count : int, optional
+        How many of them there are.
 
     Returns
     -------
@@ -113,38 +95,93 @@ def identify_cause(spectrum: Spectrum, model: Model, effect: str, settings: Sett
     spectrum = with_model_error(spectrum, settings)
     model = with_vibration(model, spectrum)
     work = Work(model, *base_model(model, settings), spectrum, settings)
-    causes = _alternatives(work, effect)
-    found = _searched(work, causes, fit(work.whole, spectrum, work.prior, steps=0))
-    best = min(found, key=lambda one: one.cost)
-    if chi_square_p_value(best.cost, 2 * spectrum.amplitude.size) < EXPLAINED:
-        found += _searched(work, causes, fit(work.whole, spectrum, work.prior), found)
-    return identified(work, min(found, key=lambda one: one.cost), found)
+    kinds = _alternatives(work, effect)
+    stated = fit(work.whole, spectrum, work.prior, steps=0)
+    found = _also_elsewhere(work, kinds, _fitted(work, [s for kind in kinds for s in first_starts(work, stated, kind)]))
+    if count == 1 and not _explains(work, found[0]):
+        alone = fit(work.whole, spectrum, work.prior)
+        found = _sorted([*found, *_fitted(work, [s for kind in kinds for s in first_starts(work, alone, kind)])])
+    for _ in range(count - 1):
+        starts = [s for one in found[:1] for kind in kinds for s in starts_of_another(work, one, kind)]
+        found = _also_elsewhere(work, kinds, _fitted(work, starts))
+    return identified(work, found[0], found)
 
 
-def _searched(work, causes, base, known=()):
-    """List of Fitted from the best shapes at a fit of the rig; those worth it, fewer than `known`, to convergence.
+def _explains(work, one):
+    return chi_square_p_value(one.cost, 2 * work.spectrum.amplitude.size) >= EXPLAINED
+
+
+def _fitted(work, starts, least=np.inf):
+    """Fits from (causes, amplitudes), the best first: all by a few steps, the best to convergence.
 
     At the stated values of the rig its parameters do not imitate the cause.
+
+    least : misfit of a fit that is known
     """
-    begun = []
-    for cause in causes:
-        for start, amplitudes in _starts(work, base, cause):
-            try:
-                begun.append(fitted_from(work, start, np.concatenate([base.free, amplitudes]), FAR))
-            except (NoSteadyState, NoConvergenceError):  # in that shape
-                continue
-    if not begun and not known:
-        raise RotorstudyError(f"{causes[0].effect}: no shape of it gives a steady motion of this rotor")
-    begun.sort(key=lambda one: one.cost)
+    looked = _tried(work, starts, LOOK)
+    if not looked and not np.isfinite(least):
+        raise RotorstudyError("no shape of the cause gives a steady motion of this rotor")
+    least = min([least, *(one.cost for one in looked)])
+    begun = _tried(work, [_start(one) for one in looked[: PROMISING[0]] if one.cost <= PROMISING[1] * least], FAR)
     found = []
-    for rank, one in enumerate(begun[: max(FINISHED)]):
-        if rank < min(FINISHED) or one.cost < CLOSE * begun[0].cost:
-            count = len(one.minimum.theta[0]) - len(one.cause.shape)
-            try:
-                found.append(fitted_from(work, one.cause, one.minimum.theta[0, :count], CLOSELY, BEYOND))
-            except (NoSteadyState, NoConvergenceError):
-                continue
-    return [*found, *begun]
+    for one in begun[: NEAR[0]]:
+        least = min([least, one.cost, *(known.cost for known in found)])
+        if one.cost <= NEAR[1] * least:
+            found += _tried(work, [_start(one)], CLOSELY, BEYOND)
+    return _sorted([*found, *begun, *looked])
+
+
+def _start(one):
+    return one.causes, one.amplitudes
+
+
+def _sorted(found):
+    return sorted(found, key=lambda one: one.cost)
+
+
+def _tried(work, starts, convergence, beyond=None):
+    """Fits from those starts at which the rotor has a steady state, the best first."""
+    found = []
+    for causes, amplitudes in starts:
+        try:
+            found.append(fitted_from(work, causes, amplitudes, convergence, beyond))
+        except (CannotAct, NoSteadyState, NoConvergenceError):  # in that shape
+            continue
+    return _sorted(found)
+
+
+def _also_elsewhere(work, kinds, found):
+    """The fits with those of shapes elsewhere, judged at the motion of the best one, the best first."""
+    for _ in range(ROUNDS):
+        best, known = found[0], [one for one in found if one.minimum.converged[0]]
+        reach = NEAR[1] * best.cost if _explains(work, best) else np.inf
+        close = [one.causes[-1].variant for one in found if one.cost <= reach]
+        starts = [
+            start
+            for gone in best.causes
+            for kind in kinds
+            if kind.variant in close
+            for start in further_starts(work, best, gone, kind, known)
+        ]
+        found = _sorted([*found, *_fitted(work, starts, best.cost)])
+        if found[0] is best or _is_same(work, found[0], best):
+            return found
+    return found
+
+
+def _is_same(work, one, other):
+    """Whether two fits have the same alternatives, and their shapes agree within their uncertainty, in any order."""
+    if one.variant != other.variant:
+        return False
+    pairs = (sorted(shaped(work, fitted), key=lambda cause: tuple(cause.shape.values())) for fitted in (one, other))
+    for a, b in zip(*pairs, strict=True):
+        for name, ends in ranges_of(work, a).items():
+            turn = ends.high - ends.low
+            off = abs(a.shape[name] - b.shape[name])
+            off = min(off, turn - off) if ends.goes_around else off
+            if off > SAME * max(a.shape_std[name], b.shape_std[name]):
+                return False
+    return True
 
 
 def _alternatives(work, effect):
@@ -170,162 +207,49 @@ def _alternatives(work, effect):
     return found
 
 
-def _ranges(work, cause):
-    """Option -> ShapeRange of a cause."""
-    return shape_ranges(cause.effect, work.rig.structure, cause.where.get("node"))
+def shaped(work: Work, one: Fitted) -> tuple[Candidate, ...]:
+    """The causes of a fit, with the standard deviations of their shapes."""
+    std = np.sqrt(np.diag(_covariance(one)))[len(one.amplitudes) :]
+    found, first = [], 0
+    for cause in one.causes:
+        ranges, own = ranges_of(work, cause), std[first : first + len(cause.shape)]
+        spread = {n: ranges[n].slope(cause.shape[n]) * x for n, x in zip(cause.shape, own, strict=True)}
+        found.append(cause._replace(shape_std=spread))
+        first += len(own)
+    return tuple(found)
 
 
-def reshaped(work, cause, point, label="cause"):
-    """The cause in the shape at a point (option,) of its ranges."""
-    ranges = _ranges(work, cause)
-    shape = {name: ends.value(x) for (name, ends), x in zip(ranges.items(), point, strict=True)}
-    return with_shape(work.rig, cause._replace(term=replace(cause.term, label=label)), shape, work.settings.prior_width)
+def _covariance(one):
+    return invert(one.minimum.jacobian[0].T @ one.minimum.jacobian[0])
 
 
-def point_of(work, cause):
-    """The shape of a cause as fractions (option,) of its ranges."""
-    ranges = _ranges(work, cause)
-    return np.array([ends.fraction(cause.shape[name]) for name, ends in ranges.items()])
-
-
-def _kind(name, ends):
-    """Kind of an option, as in `TRIED`."""
-    return "angle" if ends.goes_around else "position" if name.startswith("position") else "other"
-
-
-def _starts(work, base: Fit, cause):
-    """The best shapes of a cause, with its amplitudes there, by columns.
-
-    At the motion that the records imply, which is the better one for a large effect, and at that of the fit, which is
-    for a small one. Options other than positions and angles are first in the middle of their ranges.
-    """
-    projection = Projection(base, work.spectrum)
-    kinds = [_kind(*one) for one in _ranges(work, cause).items()]
-    first = [[0.5] if kind == "other" else (np.arange(TRIED[kind]) + 0.5) / TRIED[kind] for kind in kinds]
-    free, apart = "other" in kinds, [i for i, kind in enumerate(kinds) if kind != "other"]
-    found = []
-    for implied in (True, False):
-        taken = []
-        for point, *_ in _judged(work, projection, cause, np.array(list(product(*first))), implied, free):
-            if len(taken) == STARTS:
-                break
-            if all(_distance(point[apart], other[apart]) > APART for other in taken):
-                taken.append(point)
-        for point in taken:
-            rest = [
-                np.linspace(0, 1, TRIED["other"]) if kind == "other" else [x]
-                for kind, x in zip(kinds, point, strict=True)
-            ]
-            found.append(_judged(work, projection, cause, np.array(list(product(*rest))), implied, False)[0][1:])
-    return found
-
-
-def _distance(a, b):
-    return np.max(np.abs(a - b)) if len(a) else 0.0
-
-
-def _judged(work, projection, cause, points, implied, free):
-    """(point, cause, amplitudes) of shapes at points (shape, option), the one that explains most first.
-
-    implied : at the motion that the records imply, else at that of the fit;  free : with amplitudes of any size
-    """
-    groups, found = {}, []
-    for number, point in enumerate(points):
-        try:
-            one = reshaped(work, cause, point, f"shape {number}")
-        except CannotAct:
-            continue
-        row = acts_on(one, work.rig.structure)
-        groups.setdefault(row.tobytes() if implied else b"", (row, []))[1].append((point, one))
-    for row, there in groups.values():
-        chosen = [_freed(one) if free else one for _, one in there]
-        motion = motion_by_a_free_force(projection.fitted, work.spectrum, row, projection.near) if implied else None
-        judged = screen_each(projection.of(chosen, motion), chosen)
-        for (point, _), one, seen in zip(there, chosen, judged, strict=True):
-            found.append((seen.evidence, point, one, seen.start))
-    return [one[1:] for one in sorted(found, key=lambda one: -one[0])]
-
-
-def _freed(cause):
-    """The cause with a wide prior of its amplitudes, as if their size were not known."""
-    prior = {unknown.name: (0.0, FREE * unknown.typical) for unknown in cause.term.unknowns}
-    return cause._replace(prior=prior, fixed=False)
-
-
-def fitted_from(work, cause, amplitudes, convergence=CLOSELY, beyond=None):
-    """A fit of all amplitudes and the shape of a cause together, from its shape and some amplitudes (parameter,).
-
-    beyond : harmonics carried beyond the highest measured one, by default as in every other fit
-    """
-    prior = work.prior.plus(Prior.independent(cause.prior))
-    point, count = point_of(work, cause), len(amplitudes)
-    ranges = _ranges(work, cause)
-    about = {name: (x if ends.goes_around else 0.5, 1.0) for (name, ends), x in zip(ranges.items(), point, strict=True)}
-    prior = prior.plus(Prior.independent(about))
-
-    failed = []
-
-    def predict(theta):
-        (one,) = theta
-        try:
-            return predicted_with_shape(work, cause, one[:count], one[count:], beyond)
-        except (CannotAct, NoSteadyState) as error:  # such as a crack at a disc
-            failed.append(error)
-            if len(failed) > FAILURES:
-                raise NoConvergenceError(f"{cause.label}: {error}") from None
-            raise NoSteadyState(str(error)) from None
-
-    found = levenberg_marquardt(
-        predict,
-        work.spectrum.whitened(work.spectrum.amplitude)[None],
-        np.concatenate([amplitudes, point])[None],
-        prior.names,
-        prior=prior,
-        convergence=convergence,
-    )
-    return Fitted(reshaped(work, cause, found.theta[0, count:]), found)
-
-
-def predicted_with_shape(work, cause, amplitudes, point, beyond=None):
-    """Whitened prediction (1, component) and its derivatives (1, component, parameter), the shape last.
-
-    The derivative by an option follows from the columns of the cause in that shape and in one beside it, of amplitude
-    zero, at the same motion.
-    """
-    here = reshaped(work, cause, point)
-    offs = np.where(point < 0.5, DIFFERENCE, -DIFFERENCE)
-    beside = [reshaped(work, cause, at, f"beside {i}") for i, at in enumerate(point + np.diag(offs))]
-    names = work.prior.names + here.names + tuple(name for one in beside for name in one.names)
-    size = amplitudes[len(work.prior.names) :]
-    model = work.whole.plus(here.term, *(one.term for one in beside))
-    values = np.concatenate([amplitudes, np.zeros(len(size) * len(beside))])
-    order = None if beyond is None else int(np.abs(work.spectrum.harmonics).max()) + beyond
-    shown, slopes = whitened_prediction(model, work.spectrum, names, values, order)
-    own, *others = np.split(slopes[:, len(work.prior.names) :], 1 + len(beside), axis=1)
-    columns = [(other - own) @ size / off for other, off in zip(others, offs, strict=True)]
-    return shown[None], np.column_stack([slopes[:, : len(amplitudes)], *columns])[None]
-
-
-def identified(work, best, tried):
+def identified(work: Work, best: Fitted, tried: list[Fitted]) -> Identified:
     """The Identified of a fit, the best of all that were tried."""
-    cause, minimum = best.cause, best.minimum
-    names = work.prior.names + cause.names + tuple(cause.shape)
-    normal = minimum.jacobian[0].T @ minimum.jacobian[0]
-    covariance = invert(normal)
-    ranges, first = _ranges(work, cause), len(names) - len(cause.shape)
-    std = np.sqrt(np.diag(covariance)[first:])
-    spread = {n: ranges[n].slope(cause.shape[n]) * x for n, x in zip(cause.shape, std, strict=True)}
+    from scipy.stats import chi2
+
+    names = [*work.prior.names, *(name for cause in best.causes for name in cause.names)]
+    names += [name for cause in best.causes for name in cause.shape]
     misfits = {}
     for one in tried:
-        told = ", ".join(f"{key} {value}" for key, value in one.cause.variant.items()) or one.cause.cause
-        misfits[told] = min(misfits.get(told, np.inf), one.cost - best.cost)
-    p_value = chi_square_p_value(best.cost, 2 * work.spectrum.amplitude.size)
-    cause, model = cause._replace(shape_std=spread), work.whole.plus(cause.term)
-    return Identified(cause, model, names, minimum.theta[0], covariance, p_value, misfits)
+        misfits[one.variant] = min(misfits.get(one.variant, np.inf), one.cost - best.cost)
+    least, elsewhere = best.cost + chi2.isf(1 - LIKELY, sum(len(cause.shape) for cause in best.causes)), [best]
+    for one in tried:
+        if one.cost <= least and not any(_is_same(work, one, known) for known in elsewhere):
+            elsewhere.append(one)
+    return Identified(
+        shaped(work, best),
+        work.whole.plus(*(cause.term for cause in best.causes)),
+        tuple(names),
+        best.minimum.theta[0],
+        _covariance(best),
+        chi_square_p_value(best.cost, 2 * work.spectrum.amplitude.size),
+        misfits,
+        tuple(shaped(work, one) for one in elsewhere[1:]),
+    )
 
 
 def estimates_of(found: Identified) -> list[tuple[str, float, float, str]]:
-    """(name, value, standard deviation, unit) of the shape of a cause, what follows from it, and its amplitudes.
+    """(name, value, standard deviation, unit) of the shapes of the causes, what follows, and their amplitudes.
 
     Parameters
     ----------
@@ -335,17 +259,24 @@ def estimates_of(found: Identified) -> list[tuple[str, float, float, str]]:
     -------
     list of tuple
     """
-    cause, rows = found.cause, []
-    for name, value in cause.shape.items():
-        rows.append((name, value, cause.shape_std[name], _unit(name)))
+    rows, std = [], np.sqrt(np.diag(found.covariance))
+    for number, cause in enumerate(found.causes, start=1):
+        more = f"[{number}]" if len(found.causes) > 1 else ""
+        rows += [(name + more, *one) for name, *one in shape_of(found, cause)]
+        place = [found.names.index(name) for name in cause.names]
+        units = [unknown.unit for unknown in cause.term.unknowns]
+        names = (name.replace(f"[{cause.term.label}]", more) for name in cause.names)
+        rows += zip(names, found.theta[place].tolist(), std[place].tolist(), units, strict=True)
+    return rows
+
+
+def shape_of(found: Identified, cause: Candidate) -> list[tuple[str, float, float, str]]:
+    """(name, value, standard deviation, unit) of the shape of a cause, and what follows from it."""
+    rows = [(name, value, cause.shape_std[name], _unit(name)) for name, value in cause.shape.items()]
     stated = registry().get("effect", cause.effect).stated
     for name, (option, factor) in stated(found.model.structure, **cause.shape).items() if stated else ():
         rows.append((name, factor * cause.shape[option], factor * cause.shape_std[option], _unit(name)))
-    place = [found.names.index(name) for name in cause.names]
-    std = np.sqrt(np.diag(found.covariance))
-    units = [unknown.unit for unknown in cause.term.unknowns]
-    names = (name.replace(f"[{cause.term.label}]", "") for name in cause.names)
-    return rows + list(zip(names, found.theta[place].tolist(), std[place].tolist(), units, strict=True))
+    return rows
 
 
 def _unit(name):

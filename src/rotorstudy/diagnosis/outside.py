@@ -24,14 +24,26 @@ def _below_ordinary(p_value):
     return np.log10(ORDINARY / np.clip(p_value, LEAST_P_VALUE, ORDINARY))
 
 
+def _held_out_share(gain):
+    """Error at the held-out speeds over what it is without the causes, a thousandth at least, noise not counted."""
+    return np.clip(max(gain.after_sigma, 1) / max(gain.before_sigma, 1), 1e-3, 1)
+
+
+def _amplitudes(verdict):
+    """Number of amplitudes and shape options of each cause."""
+    return [sum(p.part != "phase" for p in cause.parameters.values()) for cause in verdict.causes]
+
+
 FEATURES = {
     "residual_share": lambda v: np.log10(max(v.residual_share, LEAST_SHARE) / LEAST_SHARE),
     "residual_p_value": lambda v: _below_ordinary(v.residual_p_value.after),
     "parameter_p_value": lambda v: _below_ordinary(v.parameter_p_value),
     "cause_error": lambda v: v.cause_error / v.settings.cause_error if v.settings.cause_error else 0.0,
     "further_causes": lambda v: len(v.causes) - 1,
-    "further_amplitudes": lambda v: np.log2(sum(p.part != "phase" for c in v.causes for p in c.parameters.values())),
+    "further_amplitudes": lambda v: np.log2(sum(_amplitudes(v))),
+    "amplitudes_beside": lambda v: np.log2(1 + sum(sorted(_amplitudes(v))[:-1])),  # the cause that has most
     "held_out_error": lambda v: np.log10(np.clip(v.gain.after_sigma, 1, 100)) if v.gain else 0.0,
+    "held_out_share": lambda v: 3 + np.log10(_held_out_share(v.gain)) if v.gain else 3.0,
     "doubt": lambda v: np.log10(max(1 - min(c.posterior_probability for c in v.causes), LEAST_DOUBT) / LEAST_DOUBT),
 }
 

@@ -118,8 +118,25 @@ class ChainHypothesis(Result):
     residual_share: float
 
 
+class Resultant(Result):
+    """What the unbalances of several discs are together, where the records do not tell how they are split.
+
+    discs : Places;  weights : of each disc in the sum, the largest one 1
+    size, angle : of the sum, kg m and rad;  std_of_each : standard deviation of each part of each disc alone, kg m
+    """
+
+    discs: tuple[Place, ...]
+    weights: tuple[float, ...]
+    size: ParameterEstimate
+    angle: ParameterEstimate
+    std_of_each: tuple[float, ...]
+
+
 class Gain(Result):
-    """Error (rms) at the held-out speeds (rad/s), in m and in standard deviations; ratio : of the errors in m."""
+    """Error (rms) at the held-out speeds (rad/s), in m and in standard deviations; ratio : of the errors in m.
+
+    chance_to_rise : probability that the error in m rises by noise although the causes are right
+    """
 
     speeds: tuple[float, ...]
     before_m: float
@@ -127,6 +144,7 @@ class Gain(Result):
     ratio: float
     before_sigma: float
     after_sigma: float
+    chance_to_rise: float = 0.0
 
 
 class DetectionLimit(Place):
@@ -174,6 +192,7 @@ class Verdict(Result):
     summary: str = ""
     causes: tuple[Cause, ...]
     ambiguous_with: tuple[Cause, ...]
+    resultant: Resultant | None = None
     separating_measurement: tuple[SeparatingMeasurement, ...]
     next_runs: tuple[NextRun, ...] = ()
     not_considered: tuple[str, ...]

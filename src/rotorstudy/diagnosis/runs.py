@@ -19,10 +19,10 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from annotated_types import Ge, MinLen
 
+from rotorstudy.diagnosis.contradicting import contradictions
 from rotorstudy.diagnosis.search import base_model
 from rotorstudy.diagnosis.settings import check_names, read_settings
 from rotorstudy.errors import RotorstudyError, unknown_name
-from rotorstudy.inference.fit import chi_square_p_value
 from rotorstudy.inference.joint import JointFit, Run, fit_runs
 from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.inference.prior import Prior
@@ -32,11 +32,11 @@ from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.estimated_rig import rig_with_estimate, rig_with_values
-from rotorstudy.model.rig import RigFile, make_term, read_rig
+from rotorstudy.model.rig import RigFile, read_rig
+from rotorstudy.model.rig_items import make_term
 from rotorstudy.model.rotor_numbers import is_rotor_number
 from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import Term
-from rotorstudy.units import number, p_value
 from rotorstudy.yaml_file import read_yaml
 
 GRAM, GRAM_MM = 1e-3, 1e-6  # kg, kg m
@@ -130,20 +130,6 @@ def _check_distinct(item, spectrum, others):
             )
 
 
-def _unexplained(joint, settings):
-    """Findings on runs that the machine with what was added does not explain."""
-    found = []
-    for name, (cost, rows) in joint.misfits.items():
-        if (p := chi_square_p_value(cost, rows)) < settings.significance:
-            text = (
-                f"misfit {number(cost / rows)} per component of the spectrum ({p_value(p)}): the runs and what is said "
-                "of them do not agree with one machine, and the stated intervals are not valid; check the masses, "
-                "angles and records of the runs, or state what else may differ under 'own:'"
-            )
-            found.append(Finding("warning", "not explained", f"run '{name}'", text))
-    return found
-
-
 def read_runs(path: str | Path) -> list[RunItem]:
     """The runs listed in a file.
 
@@ -198,7 +184,8 @@ def _updated(rig, model, measured, settings, conventions, findings):
         start[[joint.prior.names.index(name) for name in numbers]] = 0.0
     names = [name for name in shared_names(joint) if name in bare.names or is_rotor_number(name)]
     updated = rig_with_estimate(given, bare, names, *joint.of(names))
-    return IdentifiedRig(joint, updated, [*findings, *_unexplained(joint, settings)], conventions)
+    told = contradictions(joint, shared, settings.significance, settings.prior_width, conventions.sense)
+    return IdentifiedRig(joint, updated, [*findings, *told], conventions)
 
 
 def shared_names(joint: JointFit) -> list[str]:

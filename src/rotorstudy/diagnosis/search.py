@@ -2,27 +2,29 @@
 
 import logging
 from dataclasses import replace
+from itertools import permutations
 from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq
 
 from rotorstudy.diagnosis.candidates import Candidate, candidates, with_vibration
+from rotorstudy.diagnosis.contained import is_contained
 from rotorstudy.diagnosis.explanations import Search
 from rotorstudy.diagnosis.impossible import is_impossible
 from rotorstudy.diagnosis.odds import Explanation, faults_of, odds_of
 from rotorstudy.diagnosis.parts import faults_of_several_parts
 from rotorstudy.diagnosis.screening import TIE, Screened, screen, screen_each, screen_pairs
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.diagnosis.shape_scan import can_be_scanned, scan
-from rotorstudy.diagnosis.shapes import refine
+from rotorstudy.diagnosis.shape_scan import can_be_scanned, is_sought_everywhere, scan
+from rotorstudy.diagnosis.shapes import refine, refine_in_turn
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import predicted, with_cause_error
 from rotorstudy.inference.prior import Prior, prior_of, with_rotor
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
-from rotorstudy.model.rig import make_term
+from rotorstudy.model.rig_items import make_term
 from rotorstudy.model.rotor_numbers import with_rotor_numbers
 
 log = logging.getLogger(__name__)
@@ -31,10 +33,12 @@ FITTED_FULLY = 4  # least number of explanations per round that are fitted to co
 CLOSE = 15.0  # excess over the lowest cost of a round (likelihood ratio e^-7.5) beyond which a fit is not finished
 STRAINED = 3.0  # mean square distance of the base parameters from their priors, beyond which they imitate a cause
 WORTH_FITTING = 0.1  # of what the best candidate explains when linearised, which is inaccurate for large effects
+WORTH_REFINING = 0.05  # of the same, by the best of some hundred shapes; refined, it explains up to a few times as much
 REACH = 10.0  # log odds below the best, at its motion, beyond which an alternative cannot change a probability
 INACCURACY = 0.01  # of what a cause explains: added to REACH, as columns at the best motion are not exact
 ALTERNATIVES = 12  # most alternatives to each cause that are fitted in a round
 ROUNDS = 3  # of alternatives, each at the motion of the best of the last one
+STEPPED = 4  # explanations by causes whose shape was scanned, of which it is refined by steps, the best or not
 REFINED = 3  # most explanations of a round whose shape is refined
 LEFT_BY_SHAPE = 0.05  # of what a cause explains, left if its shape is half a step of those tried away from the true one
 NOT_SCREENED = Screened(0.0, -np.inf, np.zeros(0), np.zeros(0))
@@ -156,14 +160,16 @@ def _added(work, current, fits=None):
     fits : as for `with_one_more`
     """
     while True:
-        tried = with_one_more(work, current, fits)
-        better = max((refine(work, e) for e in _to_refine(tried, current.fit.cost)), key=odds_of, default=current)
+        tried, before = with_one_more(work, current, fits), current.fit.cost
+        scanned = _scanned(tried, before)
+        tried = [refine(work, e, again=False) if id(e) in scanned else e for e in tried]
+        better = max((refine(work, e) for e in _to_refine(tried, before)), key=odds_of, default=current)
         if odds_of(better) <= odds_of(current):
             return current
         log.info("comparing alternatives to %s", " and ".join(better.named))
         current, fits = _with_alternatives(work, better), None
         if len(current.causes) > 1:
-            current = _drop(work, current)
+            current = _drop(work, refine_in_turn(work, current))
 
 
 def _settled(work, spectrum, missing, best):
@@ -191,14 +197,21 @@ def _settled(work, spectrum, missing, best):
     for rank, known in enumerate(sorted(work.explanations, key=odds_of, reverse=True)):
         if known.causes and (rank < FITTED_FULLY or odds_of(known) >= odds_of(best) - REACH):
             found = again.explain(known.causes, [known.fit.theta])
-            if found and known.causes[-1].shape:
-                refine(again, found)
+            if found:
+                refine_in_turn(again, found)
     return again
 
 
 def _is_allowed(work, causes):
-    """Whether causes are no more faults than allowed, each named once."""
-    return len(faults_of(causes)) <= work.settings.most_causes and len({c.cause for c in causes}) == len(causes)
+    """Whether causes are no more faults than allowed, each named once and none a special case of another."""
+    if len(faults_of(causes)) > work.settings.most_causes or len({c.cause for c in causes}) < len(causes):
+        return False
+    return _are_distinct(*causes)
+
+
+def _are_distinct(*causes):
+    """Whether no cause is a special case of another."""
+    return not any(is_contained(one, other) for one, other in permutations(causes, 2))
 
 
 def with_one_more(work, current, fits=None):
@@ -224,14 +237,16 @@ def with_one_more(work, current, fits=None):
         for fitted in fits
         for parts, start in faults_of_several_parts(work, fitted, chosen)
     ]
-    return [*_fit_closest(work, options, from_stated=True), *_fit_closest(work, several)]
+    return [*_fit_closest(work, options, from_stated=True, before=current.fit.cost), *_fit_closest(work, several)]
 
 
 def _with_scanned(work, chosen, screenings, fits):
     """Candidates and their screenings, each with those added whose shape a scan at one of the fits has found."""
     first = list({(c.cause, *c.variant.values()): c for c in reversed(chosen)}.values())
     for number, fitted in enumerate(fits):
-        scanned = scan(work, fitted, first)
+        best = max((one.explained for one in screenings[number]), default=0.0)
+        scanned = scan(work, fitted, first, least=WORTH_REFINING * best)
+        work.scanned.extend(one.cause for one in scanned)
         chosen = [*chosen, *(one.cause for one in scanned)]
         screenings = [
             [*rows, *(one.screened if i == number else NOT_SCREENED for one in scanned)]
@@ -241,12 +256,16 @@ def _with_scanned(work, chosen, screenings, fits):
 
 
 def _promising(work, chosen, screenings, most):
-    """Candidates worth a fit, {index: Screened}: the best of the screenings in turn, each cause in its best shape."""
-    lists = []
+    """Candidates worth a fit, {index: Screened}: the best of the screenings in turn, each cause in its best shape.
+
+    A crack that was scanned counts in each alternative, as its columns say little about how it opens.
+    """
+    lists, of_scans = [], {id(cause) for cause in work.scanned if is_sought_everywhere(cause)}
+    names = [c.label if id(c) in of_scans else c.cause for c in chosen]
     for screened in screenings:
         odds = [one.evidence + np.log(work.prior_odds.of(cause)) for one, cause in zip(screened, chosen, strict=True)]
         order, seen = sorted(range(len(chosen)), key=lambda i: -odds[i]), set()
-        order = [i for i in order if not (chosen[i].cause in seen or seen.add(chosen[i].cause))]
+        order = [i for i in order if not (names[i] in seen or seen.add(names[i]))]
         best = max((one.explained for one in screened), default=0.0)
         worth = [max(WORTH_FITTING * best, 0.5 * work.prior_odds.even_odds_gain(chosen[i])) for i in order]
         lists.append([(i, screened[i]) for i, low in zip(order, worth, strict=True) if screened[i].explained >= low])
@@ -258,10 +277,11 @@ def _promising(work, chosen, screenings, most):
     return found
 
 
-def _fit_closest(work, options, from_stated=False):
-    """Explanations by those options whose cost after a trial fit is close to the lowest.
+def _fit_closest(work, options, from_stated=False, before=0.0):
+    """Explanations by options whose cost after a trial fit is close to the lowest, and by cracks that explain much.
 
     from_stated : whether the trial starts from the stated values, but for causes whose shape was scanned
+    before      : cost of the explanation that the options extend
     """
     looked = []
     for causes, start in options:
@@ -270,10 +290,25 @@ def _fit_closest(work, options, from_stated=False):
         looked += [(fitted.cost, len(looked), causes, [fitted.theta, start])] if fitted else []
     tried = []
     for rank, (cost, _, causes, starts) in enumerate(sorted(looked, key=lambda one: one[:2])):
-        if rank >= FITTED_FULLY and cost > min(looked)[0] + CLOSE:
-            break
-        tried.append(work.explain(causes, starts))
+        is_crack = is_sought_everywhere(causes[-1]) and _explains_much(cost, min(looked)[0], before)
+        if rank < FITTED_FULLY or cost <= min(looked)[0] + CLOSE or is_crack:
+            tried.append(work.explain(causes, starts))
     return [e for e in tried if e]
+
+
+def _explains_much(cost, least, before):
+    """Whether a cost has come down by half as much as the least one, from what it was before."""
+    return cost <= 0.5 * (least + before)
+
+
+def _scanned(tried, before):
+    """The best explanations (by id) whose last cause was scanned: steps from there may gain more than from elsewhere.
+
+    before : cost of the explanation that they extend
+    """
+    least = min((e.fit.cost for e in tried), default=0.0)
+    found = [e for e in tried if can_be_scanned(e.causes[-1]) and _explains_much(e.fit.cost, least, before)]
+    return {id(e) for e in sorted(found, key=odds_of, reverse=True)[:STEPPED]}
 
 
 def _to_refine(tried, before):
@@ -355,8 +390,14 @@ def _elsewhere(work, current, cause):
 
 
 def _pairs(work, current):
-    """Explanations by two causes that explain most together, at the motion of an explanation."""
-    projected, usable = work.project(current.fit, work.candidates, tuple(n for c in current.causes for n in c.names))
+    """Explanations by two causes that explain most together, at the motion of an explanation.
+
+    Of what was scanned, the shape found counts instead of those of a coarse grid.
+    """
+    scanned = {(c.cause, *c.variant.values()): c for c in reversed(work.scanned)}
+    others = [c for c in work.candidates if (c.cause, *c.variant.values()) not in scanned]
+    chosen = [*others, *scanned.values()]
+    projected, usable = work.project(current.fit, chosen, tuple(n for c in current.causes for n in c.names))
     alone = {c.label: one.evidence for c, one in zip(usable, screen_each(projected, usable), strict=True)}
     first = list({c.cause: c for c in sorted(usable, key=lambda c: alone[c.label])}.values())  # each in its best shape
     second = [c for c in usable if not c.fixed]
@@ -382,16 +423,15 @@ def _pairs(work, current):
 
 def _can_be_paired(work, first, second):
     """Whether two candidates (first, second) may be causes together; two contacts at once take too long to fit."""
-    shaped = np.outer([bool(c.shape) for c in first], [bool(c.shape) for c in second])
-    if work.settings.most_causes > 1:
-        return ~shaped
+    contacts = [[bool(c.shape) and any(u.force for u in c.term.unknowns) for c in part] for part in (first, second)]
     each = [list({c.cause: c for c in part}.values()) for part in (first, second)]
-    allowed = np.array([[_is_allowed(work, (a, b)) for b in each[1]] for a in each[0]])
+    of_two = _are_distinct if work.settings.most_causes > 1 else lambda *both: _is_allowed(work, both)
+    allowed = np.array([[of_two(a, b) for b in each[1]] for a in each[0]])
     place = [
         [[c.cause for c in known].index(c.cause) for c in part]
         for known, part in zip(each, (first, second), strict=True)
     ]
-    return ~shaped & allowed[np.ix_(*place)]
+    return ~np.outer(*contacts) & allowed[np.ix_(*place)]
 
 
 def _drop(work, current):

@@ -29,6 +29,7 @@ PARTS = (
     6  # then, of the range of an option; each has a start of its own, as a crack elsewhere may explain nearly as much
 )
 HALVES = 2  # of a full turn, likewise
+ANOTHER_SIDE = 0.25  # of a turn
 SAMPLES = 9  # shapes per round and option about the best ones
 REFINED = 2  # places of each effect at which the best shape is refined
 LEAST_SEEN = 0.01  # share of the cost that the best coarse shape of a place explains, if it is refined
@@ -47,6 +48,11 @@ def can_be_scanned(cause):
     at_node = "node" in cause.where and not cause.variant
     several = len(registry().get("effect", cause.effect).shape) > 1
     return bool(cause.shape) and not cause.term.acts_on_output and (at_node or several)
+
+
+def is_sought_everywhere(cause):
+    """Whether the place of a cause is among the shape options that are scanned, as of a crack along the shaft."""
+    return can_be_scanned(cause) and not cause.where
 
 
 def acts_on(cause, structure):
@@ -89,7 +95,9 @@ def motion_by_a_free_force(fitted: Fit, spectrum: Spectrum, row: np.ndarray, nea
     return Motion(near.motion.amplitude + np.einsum("whdp,wp->whd", moved, forces), near.motion.deflection)
 
 
-def scan(work: Search, fitted: Fit, chosen: list[Candidate], refined: int = REFINED) -> list[Scanned]:
+def scan(
+    work: Search, fitted: Fit, chosen: list[Candidate], refined: int = REFINED, least: float = 0.0
+) -> list[Scanned]:
     """The shapes of causes at which their columns explain most, at the best places of each effect.
 
     Parameters
@@ -101,11 +109,14 @@ def scan(work: Search, fitted: Fit, chosen: list[Candidate], refined: int = REFI
         One for each effect, place and alternative; those that `can_be_scanned` are considered.
     refined : int
         Most places of each effect, those where coarse shapes explain most.
+    least : float
+        What a coarse shape must explain (decrease of the cost), for its place to be refined.
 
     Returns
     -------
     list of Scanned
-        Without those whose plugin fails, which is recorded as broken.
+        The best shape of each place, for a crack also the best that faces the other side. Without those whose plugin
+        fails, which is recorded as broken.
     """
     projection, motions, coarse = Projection(fitted, work.spectrum), {}, {}
     for cause in filter(can_be_scanned, chosen):
@@ -119,8 +130,9 @@ def scan(work: Search, fitted: Fit, chosen: list[Candidate], refined: int = REFI
     found = []
     for places in coarse.values():
         places.sort(key=lambda place: -place[1][0].screened.evidence)
-        least = LEAST_SEEN * fitted.cost
-        found += [one.refined(best) for one, best in places[:refined] if best[0].screened.explained > least]
+        least = max(least, LEAST_SEEN * fitted.cost)
+        for one, best in places[:refined]:
+            found += one.refined(best) if best[0].screened.explained > least else []
     return found
 
 
@@ -156,8 +168,11 @@ class _Scan(NamedTuple):
         labelled = self.cause._replace(term=replace(self.cause.term, label=label))
         return with_shape(self.work.rig, labelled, shape, self.work.settings.prior_width)
 
-    def judged(self, points):
-        """The shapes at some points (shape, option), the best first, without those in which the cause cannot act."""
+    def judged(self, points, kept=False):
+        """The shapes at some points (shape, option), the best first, without those in which the cause cannot act.
+
+        kept : whether the motions are kept, as alternatives of the cause are tried at the same points
+        """
         groups = {}
         for i, point in enumerate(points):
             try:
@@ -170,17 +185,17 @@ class _Scan(NamedTuple):
             groups[row.tobytes()][2].append(cause)
         if not groups:
             raise NoSteadyState(f"{self.cause.effect} cannot act with any of {len(points)} shapes")
-        projected = self.projection.of_groups([(chosen, self._motion(row)) for row, _, chosen in groups.values()])
+        projected = self.projection.of_groups([(chosen, self._motion(row, kept)) for row, _, chosen in groups.values()])
         points, chosen = ([one for group in groups.values() for one in group[i]] for i in (1, 2))
         found = map(_Judged, points, chosen, screen_each(projected, chosen))
         return sorted(found, key=lambda one: -one.screened.evidence)
 
-    def _motion(self, row):
+    def _motion(self, row, kept):
         """The Motion with a free force on a coordinate; that of a node is kept, as all shapes there share it."""
         if row.tobytes() in self.motions:
             return self.motions[row.tobytes()]
         motion = motion_by_a_free_force(self.fitted, self.work.spectrum, row, self.projection.near)
-        if self.cause.where:
+        if kept or self.cause.where:
             self.motions[row.tobytes()] = motion
         return motion
 
@@ -190,7 +205,8 @@ class _Scan(NamedTuple):
 
         options = len(self.ranges)
         count = FIRST_SAMPLES[options] * self._more
-        return self._distinct(self.judged(qmc.Sobol(options, scramble=False).random(count)))[: STARTS * self._more]
+        found = self.judged(qmc.Sobol(options, scramble=False).random(count), kept=True)
+        return self._distinct(found)[: STARTS * self._more]
 
     @property
     def _more(self):
@@ -208,7 +224,7 @@ class _Scan(NamedTuple):
         return list(best.values())
 
     def refined(self, starts):
-        """The Scanned cause, found by rounds of ever closer shapes about fewer and fewer of the best ones."""
+        """List of Scanned, found by rounds of ever closer shapes about fewer and fewer of the best ones."""
         random = np.random.default_rng(0)  # the same numbers for the same records
         for spread in SPREADS:
             count = SAMPLES * len(self.ranges) * self._more // len(starts)
@@ -217,5 +233,14 @@ class _Scan(NamedTuple):
             kept = 1 if spread == SPREADS[-1] else max(len(starts) - 1, 1)
             found = sorted([*starts, *closer], key=lambda one: -one.screened.evidence)
             starts = self._distinct(found)[:kept]
-        (best,) = starts
-        return Scanned(self.at(best.point, self.cause.term.label), best.screened)
+        return [
+            Scanned(self.at(one.point, self.cause.term.label), one.screened) for one in (*starts, *self._facing(found))
+        ]
+
+    def _facing(self, found):
+        """The best shape that faces another side than the best one: which side is open decides little at first."""
+        around = [i for i, ends in enumerate(self.ranges.values()) if ends.goes_around]
+        if self.cause.where or not around:
+            return []
+        apart = [abs((one.point[around[0]] - found[0].point[around[0]] + 0.5) % 1 - 0.5) for one in found]
+        return [one for one, turn in zip(found, apart, strict=True) if turn > ANOTHER_SIDE][:1]

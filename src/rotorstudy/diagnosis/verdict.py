@@ -24,15 +24,16 @@ from rotorstudy.diagnosis.result import (
     Unexplained,
     Verdict,
 )
+from rotorstudy.diagnosis.resultant import resultant_of
 from rotorstudy.diagnosis.search import search
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.words import place, readable, summary
 from rotorstudy.diagnosis.wrong_convention import chain_hypothesis, finding_of
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.inference.fit import Fit, chi_square_p_value, residual_share
 from rotorstudy.inference.prediction import misfit, predicted, with_cause_error, with_model_error
 from rotorstudy.inference.prior import with_rotor
-from rotorstudy.inference.problem import magnitude_and_phase
 from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
@@ -122,10 +123,10 @@ def investigate(
     left = residual_share(*(misfit(one.model, fitted, one.theta) for one in (base, best.fit)), rows)
     weights = found.posterior()
     probability = _probability(weights)
-    stated = _stated(weights, best)
+    stated, gain = _stated(weights, best), gain_of(base, best.fit, held, expected)
     if not best.causes:
         kind = "nothing" if min(p_values.before, p_parameters) >= settings.significance else "unknown"
-    elif _is_rejected(found, p_values.after, p_parameters) or is_worse(base, best.fit, expected, settings):
+    elif _is_rejected(found, p_values.after, p_parameters) or is_worse(base, best.fit, expected, settings, gain):
         kind = "unknown"
     elif stated or min(probability[fault] for fault in best.faults) < settings.naming_probability:
         kind = "ambiguous"
@@ -142,6 +143,7 @@ def investigate(
         verdict=kind,
         causes=_causes(best, probability),
         ambiguous_with=[_cause(parts, e.fit, probability[fault]) for fault, parts, e in stated],
+        resultant=resultant_of(found, best),
         separating_measurement=_separating(best.causes, [parts[0] for _, parts, _ in stated], model.structure),
         next_runs=_next_runs(kind, found, measured, held),
         not_considered=_not_considered(best.causes, settings, {term.kind for term in model.terms}),
@@ -153,7 +155,7 @@ def investigate(
         log_posterior_odds=max(odds, default=None),
         parameter_p_value=p_parameters,
         detection_limit=_detection_limits(found),
-        gain=gain_of(base, best.fit, held),
+        gain=gain,
         base_parameters=moved,
         identifiability=_identifiability(best.fit, found.prior.by_name),
         candidates=len(found.candidates),
@@ -248,11 +250,12 @@ def _parameters(candidate, fitted):
     for name, value in candidate.shape.items():
         unit = "rad" if name.endswith("_rad") else ""
         parameters[name] = ParameterEstimate(value=value, std=candidate.shape_std.get(name), unit=unit, part="shape")
-    stated = registry().get("effect", candidate.effect).stated
-    for name, (option, factor) in stated(fitted.model.structure, **candidate.shape).items() if stated else ():
-        known = parameters[option]
-        std = None if known.std is None else factor * known.std
-        parameters[name] = ParameterEstimate(value=factor * known.value, std=std, unit="", part="shape")
+    plugin = registry().get("effect", candidate.effect)
+    known = plugin.stated and set(plugin.shape) <= set(candidate.shape)  # not before its whole shape was searched
+    for name, (option, factor) in plugin.stated(fitted.model.structure, **candidate.shape).items() if known else ():
+        one = parameters[option]
+        std = None if one.std is None else factor * one.std
+        parameters[name] = ParameterEstimate(value=factor * one.value, std=std, unit="", part="shape")
     return parameters
 
 
@@ -263,7 +266,7 @@ def residual_map(fitted, spectrum):
 
 def _unexplained(fitted, spectrum, settings):
     """Harmonics and nodes with a significant residual, the largest share first."""
-    from scipy.stats import chi2
+    from scipy.special import chdtrc
 
     square = residual_map(fitted, spectrum) ** 2
     total, speeds = square.sum(), len(spectrum.speed)
@@ -271,7 +274,7 @@ def _unexplained(fitted, spectrum, settings):
     for h, n in enumerate(spectrum.harmonics):
         for s, node in enumerate(spectrum.sensors):
             part = 2 * square[:, h, s].sum()
-            if chi2.sf(part, 2 * speeds) * square[0].size < settings.significance:
+            if chdtrc(2 * speeds, part) * square[0].size < settings.significance:
                 share, sigma = part / (2 * total), np.sqrt(part / (2 * speeds))
                 found.append(Unexplained(harmonic=int(n), node=int(node), share=share, sigma=sigma))
     return sorted(found, key=lambda row: -row.share)

@@ -7,6 +7,7 @@ from rotorstudy.model.registry import registry
 from rotorstudy.units import RAD_PER_S, interval, number, p_value, percent, probability, quantity
 
 FEW = 3  # detection limits, or unexplained harmonics, in a sentence
+SAME_WEIGHT = 0.05  # difference of the weights of two discs in a sum that is not worth saying
 SMALL = 1e-3  # m; lengths below are said in µm
 ABSENT = 3.0  # standard deviations; of a cause with many amplitudes, a sentence names those above
 WORTH_SAYING = 0.05  # probability that the true cause is not among those stated
@@ -113,6 +114,8 @@ def sizes(cause):
 def summary(verdict):
     """The verdict as a few plain sentences."""
     said = [_said(verdict)]
+    if verdict.resultant:
+        said.append(resultant_in_words(verdict.resultant))
     if verdict.not_considered:
         alike = ", ".join(map(readable, verdict.not_considered))
         said.append(f"Not considered, although it would look similar: {alike}.")
@@ -122,6 +125,18 @@ def summary(verdict):
     if doubts:
         said.append(f"Check the records first: {doubts}.")
     return " ".join(said)
+
+
+def resultant_in_words(found):
+    """A sentence on what the unbalances of several discs are together, and that their split is not known."""
+    parts = [f"{number(w, 2)} × " * (abs(w - 1) > SAME_WEIGHT) + (one.label or f"node {one.where['node']}")
+             for w, one in zip(found.weights, found.discs, strict=True)]  # fmt: skip
+    size, angle = (quantity(one.value, one.unit, one.std) for one in (found.size, found.angle))
+    each = ", ".join(quantity(std, "kg m", digits=2) for std in found.std_of_each)
+    return (
+        f"The unbalances of the discs look alike in these records: their sum ({' + '.join(parts)}) is {size} at "
+        f"{angle}; how it is split between them is not known (standard deviation of each: {each})."
+    )
 
 
 def _doubts(verdict):
@@ -192,10 +207,14 @@ def gain_in_words(verdict):
         return f"No speed was held out, so the gain from adding {it} is not known."
     speeds = " and ".join(f"{w:.4g}" for w in gain.speeds)
     change = "lowers" if gain.ratio < 1 else "raises"
-    return (
+    told = (
         f"Adding {it} {change} the error at {speeds} rad/s, held out of every fit, from {quantity(gain.before_m, 'm')} "
         f"to {quantity(gain.after_m, 'm')} rms ({gain.before_sigma:.3g} to {gain.after_sigma:.3g} standard deviations)."
     )
+    if gain.ratio < 1:
+        return told
+    chance = percent(gain.chance_to_rise, 2)
+    return f"{told} If the model with {it} is right, noise raises it with a probability of {chance}."
 
 
 def detection_limits(verdict):

@@ -11,10 +11,11 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.spectrum import Spectrum, shared_product
+from rotorstudy.model.entries import apply_entries
 from rotorstudy.model.model import Model
-from rotorstudy.model.terms import apply_entries
 from rotorstudy.response.coupling import COUPLED_ORDER, check_speed, gather, layout, mirrored_unknown, own_harmonic
-from rotorstudy.response.harmonic import operator, reference_of, static_force
+from rotorstudy.response.harmonic import reference_of, static_force
+from rotorstudy.response.solving import operator
 from rotorstudy.response.statics import static_deflection
 
 

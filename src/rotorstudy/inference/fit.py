@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.errors import NoConvergenceError, RotorstudyError
+from rotorstudy.inference.estimate import Estimate
 from rotorstudy.inference.levenberg_marquardt import (
     ESTIMATE,
     HYPOTHESIS,
@@ -15,7 +16,7 @@ from rotorstudy.inference.levenberg_marquardt import (
 from rotorstudy.inference.linear import in_chunks, invert, solve_equations, whitened
 from rotorstudy.inference.prediction import predicted_derivatives, whitened_prediction
 from rotorstudy.inference.prior import Prior, log_narrowing
-from rotorstudy.inference.problem import Estimate, Problem
+from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 
@@ -183,9 +184,9 @@ def chi_square_p_value(cost: float, freedom: int) -> float:
     float
         Positive, also where it underflows.
     """
-    from scipy.stats import chi2
+    from scipy.special import chdtrc
 
-    return float(max(chi2.sf(cost, freedom), np.finfo(float).tiny)) if freedom else 1.0
+    return float(max(chdtrc(freedom, cost), np.finfo(float).tiny)) if freedom else 1.0
 
 
 def fit(

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from rotorstudy.inference.problem import Estimate, Problem, estimate_by
+from rotorstudy.inference.estimate import Estimate, estimate_by
+from rotorstudy.inference.problem import Problem
 from rotorstudy.model.estimated_rig import rig_with_values
 from rotorstudy.model.kinds import Estimator
 from rotorstudy.model.rig import build_model

@@ -7,7 +7,7 @@ from annotated_types import Ge, Gt, Lt
 
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.configuration import Strict, check_config
-from rotorstudy.model.structure import Reading
+from rotorstudy.model.reading import Reading
 from rotorstudy.response.coupling import check_harmonics
 from rotorstudy.units import METRES, RAD_PER_S
 
@@ -76,11 +76,21 @@ class Keyphasor(Strict):
 
 
 class CsvLayout(Strict):
-    """Layout of a CSV file."""
+    """Layout of a CSV file.
+
+    skip_rows : lines above the header;  unit_rows : lines between the header and the numbers
+    """
 
     separator: str = ","
     decimal: Literal[".", ","] = "."
     skip_rows: Annotated[int, Ge(0)] = 0
+    unit_rows: Annotated[int, Ge(0)] = 0
+
+    @property
+    def skipped(self):
+        """Numbers of the lines that are neither header nor data, from 0."""
+        below = self.skip_rows + 1
+        return [*range(self.skip_rows), *range(below, below + self.unit_rows)]
 
 
 class Conventions(Strict):

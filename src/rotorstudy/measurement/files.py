@@ -85,14 +85,23 @@ def read_file(path, conventions, nodes):
     raises : RotorstudyError for a file that cannot be read, or that contradicts the rig file
     """
     path = _existing(path)
-    kind = SUFFIXES.get(path.suffix.lower())
-    if kind is None:
-        raise unknown_name("kind of record file", path.suffix, SUFFIXES, str(path))
-    if kind == "netcdf":
+    if kind_of(path) == "netcdf":
         yield from _read_netcdf(path, conventions, nodes)
     else:
-        names, channel = {"csv": _open_csv, "matlab": _open_matlab, "uff": _open_uff}[kind](path, conventions)
-        yield _from_channels(path, conventions, nodes, names, channel)
+        yield _from_channels(path, conventions, nodes, *open_channels(path, conventions))
+
+
+def kind_of(path):
+    """Kind of a record file by its suffix: netcdf, csv, matlab or uff; RotorstudyError for another one."""
+    kind = SUFFIXES.get(Path(path).suffix.lower())
+    if kind is None:
+        raise unknown_name("kind of record file", Path(path).suffix, SUFFIXES, str(path))
+    return kind
+
+
+def open_channels(path, conventions):
+    """Names of the channels of a file that is no NetCDF file, and a function: name -> (samples,) values."""
+    return {"csv": _open_csv, "matlab": _open_matlab, "uff": _open_uff}[kind_of(path)](_existing(path), conventions)
 
 
 def _existing(path):
@@ -271,7 +280,7 @@ def _open_csv(path, conventions):
     layout = conventions.csv
     try:
         table = pd.read_csv(
-            path, sep=layout.separator, decimal=layout.decimal, skiprows=layout.skip_rows, encoding="utf-8-sig"
+            path, sep=layout.separator, decimal=layout.decimal, skiprows=layout.skipped, encoding="utf-8-sig"
         )
     except (ValueError, UnicodeDecodeError) as error:
         raise RotorstudyError(f"{path}: not a readable table ({str(error).splitlines()[0]})") from None
@@ -285,7 +294,7 @@ def _open_csv(path, conventions):
             row = int(np.flatnonzero(bad)[0])
             raise RotorstudyError(
                 f"{path}: column '{name}' has '{column.iloc[row]}' in data row {row + 1}, which is not a number; "
-                "check 'csv: separator, decimal, skip_rows' in the rig file"
+                "check 'csv: separator, decimal, skip_rows, unit_rows' in the rig file"
             )
         return numbers.to_numpy(float)
 

@@ -275,7 +275,7 @@ def with_phase_noise(amplitude, covariance, harmonics, variance):
 
 def trend_probability(blocks):
     """p-value of the largest linear trend over the blocks (block, harmonic) of a steady vibration."""
-    from scipy.stats import f
+    from scipy.special import fdtrc
 
     parts = np.concatenate([blocks.real, blocks.imag], axis=1)
     place = np.arange(len(parts)) - (len(parts) - 1) / 2
@@ -285,5 +285,5 @@ def trend_probability(blocks):
     left = np.sum(centred**2, axis=0) - explained
     freedom = len(parts) - 2
     ratio = explained / np.maximum(left / freedom, 1e-300)
-    lowest = f.sf(ratio, 1, freedom).min()
+    lowest = fdtrc(1, freedom, ratio).min()
     return float(min(1.0, lowest * len(ratio)))  # Bonferroni: the largest of all components

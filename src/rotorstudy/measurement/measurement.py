@@ -15,19 +15,18 @@ from rotorstudy.measurement.facts import RecordFacts, node_facts
 from rotorstudy.measurement.files import read_file, table_columns
 from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.nonsynchronous import check_lines
+from rotorstudy.measurement.plausibility import check_together
 from rotorstudy.measurement.probe_tables import harmonics_in, is_probe_table, read_probe_table
 from rotorstudy.measurement.records import Record, full_spectrum
 from rotorstudy.measurement.repeats import averaged
 from rotorstudy.measurement.resonances import check_resonances
 from rotorstudy.measurement.run_up_analysis import analyse_each
-from rotorstudy.measurement.single_probe import along_probes
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.measurement.spectrum_file import is_spectrum, load_imported
 from rotorstudy.measurement.tables import read_table
 from rotorstudy.model.kinds import SpectrumMethod
 from rotorstudy.model.model import Model
 from rotorstudy.model.rig import RigFile, read_rig
-from rotorstudy.response.measured import measured_response
 
 log = logging.getLogger(__name__)
 
@@ -217,7 +216,7 @@ def read_measurement(
     )
     records = [_with_sensors(one.record, model.sensors) for one in usable if one.record is not None]
     named = ", ".join(path.name for path in paths)
-    findings += _check_together(spectrum, model, named)
+    findings += check_together(spectrum, model, named)
     tables = any(is_probe_table(names) for names in columns.values())
     if tables or {"run-up", "coast-down"} & {finding.name for finding in findings}:
         findings += check_resonances(spectrum, tables, named)
@@ -327,41 +326,3 @@ def _with_sensors(record, sensors):
     """The Record with some of its sensors, in their order."""
     chosen = [record.sensors.index(node) for node in sensors]
     return replace(record, displacement=record.displacement[chosen], sensors=tuple(sensors))
-
-
-def _check_together(spectrum, rig, where):
-    """Findings that need all speeds: units, mean, probes and sense of rotation, against the prediction of the rig."""
-    harmonics, nodes = list(spectrum.harmonics), spectrum.sensors
-    moving = spectrum.harmonics != 0
-    fluctuating = np.abs(spectrum.amplitude[:, moving])
-    variance = np.diagonal(spectrum.covariance, axis1=-2, axis2=-1)
-    std = np.sqrt(sum(np.swapaxes(part, 1, 2) for part in np.split(variance, 2, axis=-1)))[:, moving]
-    rms = np.sqrt(np.sum(fluctuating**2, axis=1))
-    largest, expected, mean = _expected(rig, spectrum)
-    findings = quality.check_units(rms, largest, where)
-    findings += quality.check_detected(fluctuating, std, expected.max(axis=0), nodes, where)
-    if 0 in harmonics:
-        findings += quality.check_mean(spectrum.amplitude[:, harmonics.index(0)], mean, rms, nodes, where)
-    if -1 in harmonics:
-        orbits = np.isnan(spectrum.directions)
-        forward, turned = (np.abs(spectrum.amplitude[:, harmonics.index(n), orbits]) for n in (1, -1))
-        backward = (expected[1] > expected[0])[orbits]
-        nodes = [node for node, whole in zip(nodes, orbits, strict=True) if whole]
-        findings += quality.check_sense(forward, turned, backward, nodes, where)
-    directions = dict(zip(spectrum.sensors, spectrum.directions.tolist(), strict=True))
-    return findings + quality.check_directions({n: a for n, a in directions.items() if np.isfinite(a)}, where)
-
-
-def _expected(rig, spectrum):
-    """Prediction by the rig's own values, m: largest amplitude or None; rms +1X and -1X (2, sensor); 0X there.
-
-    Without values for all parameters the largest amplitude is the static deflection, and no whirl is predicted.
-    """
-    try:
-        shown = measured_response(rig, spectrum.speed, [1, -1, 0])
-        shown = along_probes(shown, [1, -1, 0], spectrum.directions)
-    except RotorstudyError:
-        deflection = rig.structure.static_deflection
-        return float(np.abs(deflection).max()) or None, np.zeros((2, len(rig.sensors))), deflection[list(rig.measured)]
-    size = np.abs(shown[:, :2])
-    return float(size.max()) or None, np.sqrt(np.mean(size**2, axis=0)), shown[:, 2]

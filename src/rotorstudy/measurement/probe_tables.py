@@ -67,7 +67,7 @@ def read_probe_table(path, conventions, nodes):
     phase = (-1 if conventions.table_phase == "lag" else 1) * values["phase"] - harmonic * conventions.mark_rad
     phase = phase - (np.pi / 2 if size == "velocity" else 0.0)  # a velocity leads its displacement
     vector = factor * values[size] * np.exp(1j * phase)
-    noise = conventions.table_noise_m**2
+    noise = 2 * conventions.table_noise_m**2  # of a reading: a harmonic is half the sum of those of two probes
     along = (factor * steps[size]) ** 2 / 12 + noise
     across = np.where(vector == 0, along, np.abs(vector) ** 2 * steps["phase"] ** 2 / 12 + noise)
     probe, spectra = _probes(text, conventions, nodes, where), []

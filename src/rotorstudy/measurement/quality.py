@@ -1,4 +1,4 @@
-"""Checks of a record. Each returns findings; a good record has none."""
+"""Checks of one record. Each returns findings; a good record has none."""
 
 from typing import NamedTuple
 
@@ -8,7 +8,7 @@ from rotorstudy.measurement.angle_fit import fit_each
 from rotorstudy.measurement.findings import Finding
 from rotorstudy.measurement.harmonics import FEWEST_BLOCKS, trend_probability
 from rotorstudy.measurement.keyphasor import LONGEST_PULSE
-from rotorstudy.units import METRES, um
+from rotorstudy.units import um
 
 LABEL_OFF = 0.02  # relative error of a stated speed
 DRIFT = (0.005, 0.05)  # relative change of the speed over the record: warning, error
@@ -22,10 +22,6 @@ FLAT_SHARE = 8e-4  # of the samples; fewer share the greatest value by accident
 WEAK = 0.01  # of the motion at the other probes of the node
 DEAD = 10.0  # times what a probe resolves, or times all that the others show; flatter orbits are rare
 SIGNIFICANT = 5.0  # standard deviations
-BACKWARD = 2.0  # ratio of backward to forward 1X
-HUGE_M, TINY_M = 5e-3, 1e-9  # more than a shaft can vibrate, less than a probe resolves
-SCALE = 20.0  # ratio to the predicted vibration, either way; mil taken as µm gives 25
-APART = 3.0  # times the sag plus the rms vibration: a mean further from the predicted one is a probe gap
 STEADY = 1e-4  # p-value below which a trend over the blocks is significant
 CHANGE = 0.01  # of the largest fluctuating harmonic: a smaller change over the record does not matter
 
@@ -169,18 +165,6 @@ def check_channel(name, node, readings, seen, others, where):
     return found
 
 
-def check_directions(directions, where):
-    """A note on the nodes that one direction is measured of. directions : {node: rad}."""
-    if not directions:
-        return []
-    listed = ", ".join(map(str, sorted(directions)))
-    text = (
-        f"node {listed} has a single probe: only its motion along the probe is measured, and "
-        "only the model separates forward from backward. A second probe there would measure the orbit"
-    )
-    return [Finding("note", "single probe", where, text)]
-
-
 def left_out(dead, where):
     """Warnings on the dead probes {(node, channel)} that are left out."""
     return [
@@ -191,26 +175,6 @@ def left_out(dead, where):
             "dead in every record, and left out of all of them. Repair it, or remove it from 'probes:'",
         )
         for node, name in sorted(dead)
-    ]
-
-
-def check_detected(amplitude, std, expected, nodes, where):
-    """Whether the probes of a node show a vibration at any speed, where the rig predicts one that they would show.
-
-    amplitude, std : (speed, harmonic, node) of the fluctuating harmonics, m;  expected : (node,) predicted 1X rms, m
-    """
-    silent = (amplitude <= SIGNIFICANT * std).all(axis=(0, 1))
-    told = silent & (expected > DEAD * SIGNIFICANT * std.max(axis=(0, 1)))
-    return [
-        Finding(
-            "error",
-            "dead probe",
-            f"{where}, node {node}",
-            f"no harmonic exceeds the noise at any speed, where the rig predicts {um(expected[i])}: its probes do not "
-            "detect the shaft, or the shaft does not vibrate",
-        )
-        for i, node in enumerate(nodes)
-        if told[i]
     ]
 
 
@@ -275,89 +239,6 @@ def check_steadiness(blocks, harmonics, where):
         "a constant. Wait for a steady state, or shorten the record"
     )
     return [Finding("warning", "not steady", where, text)]
-
-
-def check_sense(forward, backward, expected_backward, nodes, where):
-    """Whether backward 1X exceeds forward where the rig does not predict it.
-
-    forward, backward : (speed, node) |R_1|, |R_-1|, m, of nodes whose orbit is measured
-    expected_backward : (node,) bool, predicted by the rig
-    """
-    size = np.sqrt(np.sum(forward**2, axis=0)), np.sqrt(np.sum(backward**2, axis=0))
-    reversed_nodes = (size[1] > BACKWARD * size[0]) & ~expected_backward
-    ratio = size[1] / np.maximum(size[0], 1e-300)
-    remedy = (
-        "If the shaft does whirl backward here (between the two critical speeds of anisotropic bearings), give the rig "
-        "the values of its bearings, so that it predicts this"
-    )
-    if len(nodes) and reversed_nodes.all():
-        text = (
-            f"backward 1X is {ratio.min():.3g} times forward or more at every node: reversed rotation, or the probes "
-            f"of all nodes swapped or of the wrong sign. Correct 'rotation:' or the probes. {remedy}"
-        )
-        return [Finding("error", "sense of rotation", where, text)]
-    return [
-        Finding(
-            "error",
-            "swapped probes",
-            f"{where}, node {node}",
-            f"backward 1X is {ratio[i]:.3g} times forward, but not at the other nodes: the two probes of this node are "
-            f"swapped, or one has the wrong sign. {remedy}",
-        )
-        for i, node in enumerate(nodes)
-        if reversed_nodes[i]
-    ]
-
-
-def check_units(fluctuating, expected, where):
-    """Whether the amplitudes are plausible for a shaft.
-
-    fluctuating : (speed, node) rms of the harmonics without the mean, m;  expected : predicted amplitude, m, or None
-    """
-    largest = float(np.max(fluctuating))
-    if largest == 0:
-        return [Finding("error", "units", where, "no vibration in any harmonic; check the probes and their columns")]
-    if largest > HUGE_M or largest < TINY_M:
-        what = "more than a shaft can move" if largest > HUGE_M else "less than a probe can resolve"
-        text = f"vibration of {um(largest, 3)} rms is {what}; check the units ({_fitting(largest, expected)})"
-        return [Finding("error", "units", where, text)]
-    if expected and not expected / SCALE < largest < expected * SCALE:
-        text = (
-            f"vibration of {um(largest, 3)} rms where the rig predicts {um(expected)}; check the units "
-            f"({_fitting(largest, expected)})"
-        )
-        return [Finding("warning", "units", where, text)]
-    return []
-
-
-def check_mean(mean, expected, fluctuating, nodes, where):
-    """Whether 0X is near the predicted static position: the reading of most proximity probes includes their gap.
-
-    mean, expected : (speed, node) complex, m, measured and predicted;  fluctuating : (speed, node) rms of the rest, m
-    """
-    off = np.median(np.abs(mean - expected), axis=0)
-    allowed = APART * (np.abs(np.atleast_2d(expected)).max(axis=0) + fluctuating.max(axis=0))
-    return [
-        Finding(
-            "warning",
-            "probe gap",
-            f"{where}, node {node}",
-            f"the mean is {um(off[i])} from the static position that the rig predicts, while the shaft vibrates by "
-            f"{um(fluctuating[:, i].max())} rms. Does it include the gap of the probes? It would be taken for a "
-            "preload. Zero the probes with the shaft at rest, leave 0 out of 'measurement: harmonics:', or give the "
-            "rig the effect sensor_gap",
-        )
-        for i, node in enumerate(nodes)
-        if off[i] > allowed[i]
-    ]
-
-
-def _fitting(size, expected):
-    """The confusion of units that would bring an amplitude (m) nearest to the expected one."""
-    pairs = {(a, b): METRES[a] / METRES[b] for a in METRES for b in METRES if a != b}
-    off = {pair: abs(np.log(size * factor / (expected or 5e-5))) for pair, factor in pairs.items()}
-    nearest = [f"{a} taken as {b}?" for (a, b), one in off.items() if one < min(off.values()) + 1e-6]
-    return " ".join(nearest)
 
 
 def check_noise(amplitude, std, where):

@@ -80,10 +80,10 @@ def _check_distinct(spectrum, group, where):
 
 def _findings(squares, expected, freedom, counts, where):
     """A note on the repeats, or a warning if they differ by more than the noise within each of them."""
-    from scipy.stats import chi2
+    from scipy.special import chdtrc
 
     ratio = np.divide(squares, expected, out=np.ones_like(squares), where=expected > 0)
-    p = min(1.0, float(chi2.sf(freedom * ratio, freedom).min()) * ratio.size)
+    p = min(1.0, float(chdtrc(freedom, freedom * ratio).min()) * ratio.size)
     size, times = float(np.sqrt(squares / freedom).max()), float(np.sqrt(ratio.max()))
     text = f"{int(counts.sum())} records at {len(counts)} speeds; repeats are averaged, and scatter by up to {um(size)}"
     if p >= SIGNIFICANT:

@@ -60,7 +60,7 @@ def open_table(path, layout):
         text = pd.read_csv(
             path,
             sep=layout.separator,
-            skiprows=layout.skip_rows,
+            skiprows=layout.skipped,
             dtype=str,
             keep_default_na=False,
             encoding="utf-8-sig",

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rotorstudy.model.terms import apply_entries
+from rotorstudy.model.entries import apply_entries
 
 
 def dynamic_stiffness(term, speed, harmonics):

@@ -18,7 +18,8 @@ from functools import lru_cache
 import numpy as np
 
 from rotorstudy.errors import PluginError
-from rotorstudy.model.terms import Entry, Parameter
+from rotorstudy.model.entries import Entry
+from rotorstudy.model.terms import Parameter
 
 SERIES_ORDER = 15  # doubling it changes the first harmonics of a switching crack by 0.3 % at most
 SAMPLES = 2**14  # per revolution; coefficients are accurate to 1e-4 of a jump, 1e-8 of a kink, else to round-off

@@ -9,7 +9,8 @@ from rotorstudy.model.depth import keys_from_depth
 from rotorstudy.model.key_units import aliases_of, without_aliases
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
-from rotorstudy.model.rig import SECTIONS, make_term
+from rotorstudy.model.rig import SECTIONS
+from rotorstudy.model.rig_items import make_term
 from rotorstudy.model.rotor_numbers import is_rotor_number, rotor_with_changes
 from rotorstudy.model.uncertainty import uncertainty_section
 from rotorstudy.store import write_text

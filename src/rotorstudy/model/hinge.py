@@ -24,10 +24,12 @@ import numpy as np
 
 from rotorstudy.errors import CannotAct, RotorstudyError
 from rotorstudy.model.depth import compliance
+from rotorstudy.model.entries import Entry
 from rotorstudy.model.kinds import CrackDepth
 from rotorstudy.model.registry import registry
-from rotorstudy.model.structure import Section, Structure
-from rotorstudy.model.terms import Entry, NonlinearForce
+from rotorstudy.model.shaft_parts import Section
+from rotorstudy.model.structure import Structure
+from rotorstudy.model.terms import NonlinearForce
 
 DIRECTIONS = 128  # of the moment, over 360 degrees; interpolation between them is wrong by 2e-4 of the kink
 ORDER = 15  # highest k of h_k, which decrease with the cube of k; those left out are less than 1e-3 of the kink
@@ -144,9 +146,8 @@ class Hinge:
 
     def _series(self):
         """h_k (k,), k = -ORDER..ORDER."""
-        imposed = np.exp(1j * _pull()) + self._kink
-        share = self._kink / np.abs(imposed)
-        return _coefficients(np.interp(_pull(), np.unwrap(np.angle(imposed)), share, period=2 * np.pi))
+        shaft = tuple(_shaft(self.section).items())
+        return _series_of(self.depth.name, float(self.depth_ratio), shaft, float(self.section.stiffness))
 
     def _series_by_weight(self):
         """Fourier coefficients (2, k), k = -ORDER..ORDER, of the shares of the imposed rotation and of its conjugate.
@@ -232,6 +233,14 @@ def _partly_open(name, depth_ratio, shaft):
     half = _pull()[: DIRECTIONS // 2]
     found = registry().get("depth", name, "the transverse crack").partly_open(depth_ratio, half, **dict(shaft))
     return np.concatenate([found, [0], found[:0:-1].conj()])  # closed in pure compression, and symmetric
+
+
+@lru_cache(maxsize=256)
+def _series_of(name, depth_ratio, shaft, stiffness):
+    """h_k (k,), k = -ORDER..ORDER, of a crack at any angle."""
+    kink = stiffness * _partly_open(name, depth_ratio, shaft)
+    imposed = np.exp(1j * _pull()) + kink
+    return _coefficients(np.interp(_pull(), np.unwrap(np.angle(imposed)), kink / np.abs(imposed), period=2 * np.pi))
 
 
 def _coefficients(values):

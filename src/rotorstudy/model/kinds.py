@@ -126,6 +126,8 @@ class Effect(Plugin):
     switches  : its force changes its law within a revolution; where it never does, it is a constant force and a
                 stiffness, and not considered as a cause
     nuisance  : standard deviation of its amplitude in any measuring chain, where it is never exactly zero
+    together  : function(structure, one, other) of the options of two of them on a rotor, which raises CannotAct where
+                they cannot be there together
     """
 
     acts_on: str = "rotor"
@@ -144,6 +146,7 @@ class Effect(Plugin):
     switches: bool = False
     base_rate: float = 1.0
     nuisance: float = 0.0
+    together: Callable | None = field(default=None, compare=False)
 
     def __post_init__(self):
         if self.places is None:
@@ -196,7 +199,7 @@ class SpectrumMethod(Plugin):
 
 @dataclass(frozen=True)
 class Estimator(Plugin):
-    """function(problem) -> Estimate, see `rotorstudy.inference.problem`
+    """function(Problem) -> Estimate, see `rotorstudy.inference`
 
     Claims, each checked both ways:
     uses_covariance         : harmonics are weighted by their stated covariance

@@ -2,24 +2,24 @@
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import combinations
 from pathlib import Path
 
-from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
-from rotorstudy.model.cracks import SERIES_ORDER, crack_parameters
-from rotorstudy.model.depth import keys_from_depth
-from rotorstudy.model.key_units import aliases_of, in_si
+from rotorstudy.errors import CannotAct, RotorstudyError, unknown_name
 from rotorstudy.model.model import Model
-from rotorstudy.model.options import Whole, check_options, number_hint, option_names
+from rotorstudy.model.options import check_options
+from rotorstudy.model.plugin_results import check_structure
+from rotorstudy.model.reading import Reading
 from rotorstudy.model.registry import registry
-from rotorstudy.model.structure import Origin, Reading, Structure
-from rotorstudy.model.terms import Entry, Parameter, Term
+from rotorstudy.model.rig_items import kind_of, make_term, without_kind
+from rotorstudy.model.structure import Origin
 from rotorstudy.model.uncertainty import with_uncertainty
 from rotorstudy.yaml_file import read_yaml
 
 SECTIONS = {"rotor": "rotor", "cracks": "crack", "bearings": "bearing", "effects": "effect"}
 # `measurement` is read by rotorstudy.measurement, `diagnosis` by rotorstudy.diagnosis
-SPEEDS_TRIED = 12  # halved each time, to find one at which a bearing is defined
 OTHER = ("sensors", "static_deflection_m", "prior", "measurement", "diagnosis")
+SPEEDS_TRIED = 12  # halved each time, to find one at which a bearing is defined
 
 
 @dataclass(frozen=True)
@@ -120,10 +120,10 @@ def build_model(rig: dict, where: str = "the rig", reading: Reading | None = Non
     if "rotor" not in rig:
         raise RotorstudyError(f"section 'rotor' is missing in {where}")
     place = f"{where}, rotor"
-    plugin = registry().get("rotor", _kind(rig["rotor"], place), place)
-    options = check_options(plugin.function, _rest(rig["rotor"]), place)
+    plugin = registry().get("rotor", kind_of(rig["rotor"], place), place)
+    options = check_options(plugin.function, without_kind(rig["rotor"]), place)
     structure = plugin.function(**options)
-    _check_structure(structure, plugin, place)
+    check_structure(structure, plugin, place)
     origin = Origin(plugin.function, options, plugin.uncertain)
     structure = replace(
         structure,
@@ -143,11 +143,23 @@ def build_model(rig: dict, where: str = "the rig", reading: Reading | None = Non
             terms.append(make_term(SECTIONS[section], item, structure, sensors, f"{where}, {section}[{i}]"))
         if section == "bearings" and rig.get(section):
             structure = replace(structure, support=_support(structure, terms))
+    _check_together(structure, terms, where)
     held = _held_deflection(rig.get("static_deflection_m"), structure, where)
     model = Model(structure, tuple(terms), sensors, held)
     if rig.get("prior") is None:
         return model
     return with_uncertainty(model, rig["prior"], f"{where}, prior")
+
+
+def _check_together(structure, terms, where):
+    """Raise if two effects of a kind cannot be on the rotor together."""
+    for one, other in combinations(terms, 2):
+        plugin = registry().plugins["effect"].get(one.kind)
+        if one.kind == other.kind and plugin and plugin.together:
+            try:
+                plugin.together(structure, one.options, other.options)
+            except CannotAct as error:
+                raise RotorstudyError(f"{where}, two effects {one.kind}: {error}") from None
 
 
 def _support(structure, terms):
@@ -230,201 +242,3 @@ def named_plugins(rig):
         ]
     depths = [item["depth"] for item in rig.get("cracks") or [] if "depth" in item]
     return found + [registry().get("depth", depth["kind"], "depth") for depth in depths]
-
-
-def make_term(
-    section: str, item: dict, structure: Structure, sensors: tuple[int, ...], where: str = "the term"
-) -> Term:
-    """The Term described by an item of a rig: kind, label, options, and values of its parameters.
-
-    The stiffness loss of a crack can be given by its depth instead: {"depth": {"kind": ..., "depth_ratio": ..., ...}}.
-
-    Parameters
-    ----------
-    section : str
-        "crack", "bearing" or "effect".
-    item : dict
-        {"kind": name, options..., parameter_unit: value, ...}; a complex parameter also has parameter_phase_rad. Angles
-        can be given in degrees (`_deg` for `_rad`), an unbalance as unbalance_g_mm or unbalance_kg_m.
-    structure : Structure
-        The rotor it acts on.
-    sensors : ints (sensor,)
-        Nodes with a sensor.
-    where : str, optional
-        Its name in error messages.
-
-    Returns
-    -------
-    Term
-
-    Raises
-    ------
-    RotorstudyError
-        For an unknown key or a value that is not allowed.
-    PluginError
-        If the plugin gives something of a wrong type or shape.
-    """
-    plugin = registry().get(section, _kind(item, where), where)
-    given = _rest(item)
-    label = given.pop("label", "")
-    if not isinstance(label, (str, int)):
-        raise RotorstudyError(f"label = {label!r} in {where}: must be a text")
-    function, fixed, acts_on = plugin.function, {}, getattr(plugin, "acts_on", "rotor")
-    if section == "crack":
-        function, fixed = crack_parameters, {"crack": plugin, "structure": structure}
-        if "depth" in given:
-            depth = given.pop("depth")
-            given = {**keys_from_depth(depth, plugin, structure, given, where), **given}
-        names = {n for one in (_every_crack, plugin.function) for n in option_names(one, ("angle",))}
-        given = in_si(given, names, where)
-        options = _crack_options(plugin, given, where)
-    else:
-        fixed = {"sensors": sensors} if acts_on == "output" else {}
-        if acts_on != "output" or "structure" in option_names(function):
-            fixed["structure"] = structure
-        names = option_names(function, fixed)
-        given = in_si(given, names, where)
-        options = check_options(function, {k: v for k, v in given.items() if k in names}, where, fixed)
-    parameters = _parameters(function(**fixed, **options), plugin, where)
-    _check_shapes(parameters, len(sensors) if acts_on == "output" else len(structure.dofs), plugin, where)
-    keys = [key for p in parameters for key in ((p.key, p.phase_key) if p.is_complex else (p.key,))]
-    given = in_si(given, [*keys, *options], where, aliases_of(parameters))
-    values = {key: value for key, value in given.items() if key not in options}
-    values = _read_values(parameters, values, options, where)
-    if section == "crack":
-        _check_losses(
-            values, structure.stiffness_loss_at(options.get("node"), options.get("element")), structure, where
-        )
-    return Term(plugin.name, parameters, values, acts_on, label, carries=section == "bearing")
-
-
-def _check_structure(structure, plugin, where):
-    """Raise PluginError unless a rotor plugin returned a Structure whose matrices fit its coordinates."""
-    import numpy as np
-
-    who = f"rotor '{plugin.name}' ({plugin.file}) in {where}"
-    if not isinstance(structure, Structure):
-        raise PluginError(f"{who} gives {type(structure).__name__}; it must give a Structure, see rotorstudy.plugins")
-    size = len(structure.dofs)
-    for name in ("mass", "stiffness", "gyroscopic", "static_load"):
-        matrix, needed = getattr(structure, name), (size,) if name == "static_load" else (size, size)
-        if np.shape(matrix) != needed:
-            raise PluginError(
-                f"{who} gives {name} of shape {np.shape(matrix)}; it must be {needed} for its {size} coordinates"
-            )
-        if not np.isfinite(matrix).all():
-            raise PluginError(f"{who} gives {name} with NaN or infinite values")
-
-
-def _parameters(found, plugin, where):
-    """The parameters returned by a plugin as a tuple, or PluginError unless each is a Parameter with entries."""
-    found = [found] if isinstance(found, Parameter) else found
-    who = f"plugin '{plugin.name}' ({plugin.file}) in {where}"
-    if not isinstance(found, (list, tuple)) or not all(isinstance(one, Parameter) for one in found):
-        inside = f" of {type(found[0]).__name__}" if isinstance(found, (list, tuple)) and found else ""
-        raise PluginError(f"{who} gives {type(found).__name__}{inside}; it must give a list of Parameter")
-    for parameter in found:
-        if not parameter.unit:
-            raise PluginError(f"{who}: '{parameter.name}' has no unit; write it as 'N s/m', or '1' for a pure number")
-        if not isinstance(parameter.entries, (list, tuple)) or not all(isinstance(e, Entry) for e in parameter.entries):
-            raise PluginError(
-                f"{who}: the entries of '{parameter.name}' are {type(parameter.entries).__name__}; they must be a "
-                "tuple of Entry, a single one written with a comma: (Entry(...),)"
-            )
-    return tuple(found)
-
-
-def _check_shapes(parameters, size, plugin, where):
-    """Raise PluginError unless the matrices of a plugin fit the rotor and are finite."""
-    import numpy as np
-
-    for parameter in parameters:
-        local = parameter.force
-        if local and (
-            parameter.is_complex
-            or parameter.entries
-            or getattr(plugin, "acts_on", "rotor") != "rotor"
-            or np.shape(local.matrix)[1:] != (size,)
-        ):
-            raise PluginError(
-                f"plugin '{plugin.name}' ({plugin.file}) in {where}: '{parameter.name}' multiplies a force in time: "
-                f"it must be real, act on the rotor, and have no entries and a matrix (coordinate, {size}) here"
-            )
-        for i, entry in enumerate(parameter.entries):
-            needed = (size,) if entry.is_constant else (size, size)
-            if np.shape(entry.matrix) != needed:
-                raise PluginError(
-                    f"plugin '{plugin.name}' ({plugin.file}) in {where}: entry {i} of '{parameter.name}' has a matrix "
-                    f"of shape {np.shape(entry.matrix)}; on '{entry.on}' it must be {needed} here"
-                )
-            if not np.isfinite(entry.matrix).all():
-                raise PluginError(
-                    f"plugin '{plugin.name}' ({plugin.file}) in {where}: entry {i} of '{parameter.name}' is not finite"
-                )
-
-
-def _every_crack(
-    weight_dominance: bool = True,
-    order: Whole = SERIES_ORDER,
-    node: int | None = None,
-    element: int | None = None,
-    angle_rad: float = 0.0,
-):
-    """Options of every crack."""
-
-
-def _crack_options(plugin, given, where):
-    options = {}
-    for function in (_every_crack, plugin.function):
-        names = option_names(function, ("angle",))
-        for name in {*options, "depth", "label"} & {*names}:
-            raise PluginError(
-                f"plugin '{plugin.name}' ({plugin.file}): option '{name}' is reserved for all cracks; rename it"
-            )
-        options |= check_options(function, {k: v for k, v in given.items() if k in names}, where, ("angle",))
-    return options
-
-
-def _read_values(parameters, given, options, where):
-    import numpy as np
-
-    allowed = {p.key for p in parameters} | {p.phase_key for p in parameters if p.is_complex}
-    for key, value in given.items():
-        if key not in allowed:
-            raise unknown_name("key", key, [*allowed, *options, "label"], where)
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not np.isfinite(value):
-            raise RotorstudyError(f"{key} = {value!r} in {where}: must be a finite number{number_hint(value)}")
-    values = {}
-    for parameter in parameters:
-        if parameter.key in given:
-            phase = given.get(parameter.phase_key, 0.0)
-            values[parameter.name] = given[parameter.key] * (np.exp(1j * phase) if parameter.is_complex else 1)
-        elif parameter.is_complex and parameter.phase_key in given:
-            raise RotorstudyError(f"{parameter.phase_key} in {where} has no magnitude; give {parameter.key} too")
-    return values
-
-
-def _check_losses(values, losses, structure, where):
-    """Raise for a crack that adds stiffness, or takes away more than the shaft has."""
-    import numpy as np
-
-    for name, value in values.items():
-        pattern, unit, _ = losses[name]
-        share = value if unit == "1" else np.max(value * np.diag(pattern) / np.diag(structure.stiffness))
-        if value < 0 or share >= 1:
-            raise RotorstudyError(
-                f"{name} = {value:g} in {where}: a crack loses from nothing up to, but not including, all of the "
-                "stiffness of the shaft there" + ("" if unit == "1" else f" ({value / share:.3g} {unit})")
-            )
-
-
-def _kind(item, where):
-    if not isinstance(item, dict) or "kind" not in item:
-        raise RotorstudyError(f"key 'kind' is missing in {where}")
-    if not isinstance(item["kind"], str):
-        raise RotorstudyError(f"kind = {item['kind']!r} in {where}: must be the name of a plugin")
-    return item["kind"]
-
-
-def _rest(item):
-    return {key: value for key, value in item.items() if key != "kind"}

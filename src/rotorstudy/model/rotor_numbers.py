@@ -12,9 +12,10 @@ from dataclasses import replace
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.model.entries import Entry
 from rotorstudy.model.model import Model
 from rotorstudy.model.structure import Matrices, Structure
-from rotorstudy.model.terms import Entry, Parameter, Term
+from rotorstudy.model.terms import Parameter, Term
 from rotorstudy.model.variation import Variation
 
 PREFIX = "rotor."

@@ -1,4 +1,4 @@
-"""The rotor without its effects: matrices, coordinates and the places of sensors and cracks."""
+"""The rotor without its effects: matrices, coordinates and the places of cracks."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -8,8 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.errors import CannotAct, unknown_name
+from rotorstudy.model.reading import Reading
 from rotorstudy.model.scales import Scales
+from rotorstudy.model.shaft_parts import RigidDisc, Section
 
+UNBALANCED = 1e-6  # of the static load: larger forces that the bearings leave are no round-off
 STRETCHES = 8  # most parts into which a shaft is divided, of which longer stretches consist
 
 
@@ -20,45 +23,6 @@ class Matrices(NamedTuple):
     stiffness: np.ndarray
     gyroscopic: np.ndarray
     static_load: np.ndarray
-
-
-class Section(NamedTuple):
-    """A cross section of the shaft, and how it bends.
-
-    position   : m from node 1
-    outer_diameter_m, inner_diameter_m, youngs_modulus_Pa, poissons_ratio : of the shaft there
-    moment     : (dof,) bending moment E I d2z/ds2 by a unit of each coordinate, N (N m of a tilt)
-    own_moment : moment by the weight of its element while the nodes are held, N m
-    stiffness  : moment by a kink of 1 rad in the shaft there while the nodes are held, N m/rad
-    """
-
-    position: float
-    outer_diameter_m: float
-    inner_diameter_m: float
-    youngs_modulus_Pa: float
-    poissons_ratio: float
-    moment: np.ndarray
-    own_moment: float
-    stiffness: float
-
-
-class RigidDisc(NamedTuple):
-    """A rigid disc: its node, mass in kg, and moments of inertia in kg m2."""
-
-    node: int
-    mass: float
-    polar_moment: float
-    diametral_moment: float
-
-    @property
-    def radius(self) -> float:
-        """Of the solid cylinder with these moments, m."""
-        return float(np.sqrt(2 * self.polar_moment / self.mass))
-
-    @property
-    def thickness(self) -> float:
-        """Of the solid cylinder with these moments, m; 0 if they are those of a thinner body."""
-        return float(np.sqrt(max(12 * self.diametral_moment / self.mass - 3 * self.radius**2, 0.0)))
 
 
 class Origin(NamedTuple):
@@ -74,51 +38,6 @@ class Origin(NamedTuple):
     def rebuilt(self, options: dict) -> "Structure":
         """The Structure with other options."""
         return self.function(**options)
-
-
-@dataclass(frozen=True)
-class Reading:
-    """The axes in which records were read.
-
-    probes      : node -> {name: direction of the probe, rad from x in the sense of rotation}; those not listed have
-                  probes along x and y
-    gravity_rad : direction of gravity in the user's angles, in the sense of rotation
-    mark_rad    : angle of the shaft's reference line from x when the phase mark passes
-    """
-
-    probes: dict = field(default_factory=dict)
-    gravity_rad: float = 0.0
-    mark_rad: float = 0.0
-
-    def probes_at(self, node: int) -> dict[str, float]:
-        """{name: direction (rad)} of the probes of a node.
-
-        Parameters
-        ----------
-        node : int
-
-        Returns
-        -------
-        dict
-        """
-        return self.probes.get(node, {"x": 0.0, "y": np.pi / 2})
-
-    def axis(self, node: int) -> complex:
-        """Direction e^{ja} of the probe x of a node: of its first two probes, the one from which the other is ahead.
-
-        Parameters
-        ----------
-        node : int
-
-        Returns
-        -------
-        complex
-            The other one is taken as 90 degrees ahead, also where the angle between them is not a right one, or
-            where it is missing.
-        """
-        first, *others = np.exp(1j * np.array(list(self.probes_at(node).values())[:2]))
-        second = others[0] if others else 1j * first
-        return complex(first if (np.conj(first) * second).imag > 0 else second)
 
 
 @dataclass(frozen=True)
@@ -165,7 +84,7 @@ class Structure:
     support: np.ndarray | None = None
     vibration: float = 0.0
     origin: Origin | None = None
-    reading: Reading = Reading()
+    reading: Reading = field(default_factory=Reading)
 
     def label_at(self, where: dict) -> str:
         """What the rig calls the disc or bearing at the place of an effect; empty if it has no label.
@@ -427,6 +346,33 @@ class Structure:
         """
         return -1 if section.moment @ self._deflection_on_rigid_bearings + section.own_moment > 0 else 1
 
+    def bearing_load(self, node: int) -> float:
+        """Static load on the bearing at a node, N downward, if the bearings are rigid.
+
+        That is exact for two bearings: the loads then follow from equilibrium alone.
+
+        Parameters
+        ----------
+        node : int
+
+        Returns
+        -------
+        float
+            Zero where there is no gravity; negative if the rotor lifts there.
+
+        Raises
+        ------
+        CannotAct
+            If the node cannot move, or the bearings do not carry the rotor.
+        """
+        i = self.index(node)
+        deflection = self._deflection_on_rigid_bearings
+        left = self.static_load - self.stiffness @ deflection
+        held = [self.dofs.index((n, "translation")) for n in self.bearing_nodes if (n, "translation") in self.dofs]
+        if np.abs(np.delete(left, held)).max(initial=0) > UNBALANCED * np.abs(self.static_load).max():
+            raise CannotAct("the bearings and supports do not carry the rotor, so their static loads are not known")
+        return float(left[i])
+
     @cached_property
     def _deflection_on_rigid_bearings(self):
         """Static deflection (dof,) with the bearings taken as rigid, m; zero if they do not carry the shaft."""
@@ -460,16 +406,3 @@ def _is_regular(stiffness):
 def at_supports(structure, sensors):
     """Places of an effect of the supports: the nodes of the bearings; without bearings, every node."""
     return [{"node": node} for node in structure.nodes if node in (structure.bearing_nodes or structure.nodes)]
-
-
-def sensor_unit(sensors, node=None):
-    """Vector (sensor,) with a one at the sensor of a node, by default the first; a node without one is an error."""
-    node = sensors[0] if node is None else node
-    if node not in sensors:
-        raise unknown_name("sensor at node", node, sensors, "the rig", CannotAct)
-    return np.eye(len(sensors))[sensors.index(node)]
-
-
-def probe_axis(structure, sensors, node=None):
-    """Direction e^{ja} of the probe x of a node, by default of the first sensor; y is 90 degrees ahead of it."""
-    return structure.reading.axis(sensors[0] if node is None else node)

@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.model.terms import Entry, Unknown
+from rotorstudy.model.entries import Entry
+from rotorstudy.model.terms import Unknown
 
 KEPT = 4  # sets of speeds and harmonics for which the factors of a table are kept
 

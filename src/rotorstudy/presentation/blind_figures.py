@@ -3,6 +3,7 @@
 import numpy as np
 
 from rotorstudy.blind.criteria import LARGE
+from rotorstudy.blind.glance import ANSWERS
 from rotorstudy.presentation.plots import COLOURS, MARKERS, figure
 
 
@@ -27,6 +28,29 @@ def blind_figures(data):
         "detection_limits": detection_limits(data),
         "gain": gain(data),
     }
+
+
+def answers_figure(answers):
+    """The five answers, a point with 95 % bounds for each source of the truth; answers : rows of `glance.counted`."""
+    picture, axes = figure(1, 1, height=2.6, width=6.4)
+    axes = axes[0, 0]
+    sources = list(dict.fromkeys(answers.source))
+    for i, source in enumerate(sources):
+        rows = answers[(answers.source == source) & (answers.cases > 0)]
+        place = np.array([list(ANSWERS).index(key) for key in rows.answer]) + 0.3 * (i - (len(sources) - 1) / 2)
+        reach = 100 * np.array([rows.share - rows.low, rows.high - rows.share])
+        style = {"fmt": MARKERS[i], "color": COLOURS[i], "capsize": 2, "label": f"truth of {source}"}
+        axes.errorbar(100 * rows.share, place, xerr=reach, **style)
+        for y, row in zip(place, rows.itertuples(), strict=True):
+            axes.text(103, y, f"{row.found} of {row.cases}", va="center", fontsize=7, color=COLOURS[i])
+    axes.set_yticks(range(len(ANSWERS)), [name for name, _ in ANSWERS.values()])
+    axes.set(xlim=(-2, 118), ylim=(len(ANSWERS) - 0.4, -0.6), xlabel="share of cases (%), with 95 % bounds")
+    axes.set_xticks(range(0, 101, 20))
+    right = answers[(answers.answer == "in_set") & (answers.cases > 0)]
+    told = " and ".join(f"{row.found} of {row.cases}" for row in right.itertuples()) or "no case"
+    picture.suptitle(f"The hidden effect is named or not ruled out in {told}", fontsize=8)
+    picture.legend(loc="outside lower center", ncols=2, frameon=False)
+    return picture
 
 
 def _percent(share):
@@ -136,7 +160,8 @@ def detection_limits(data):
     axes.set_xscale("log")
     axes.set_xlabel("change over noise at which half are found, 95 % bounds")
     sure = int((high <= LARGE).sum())
-    picture.suptitle(f"{sure} of {len(half)} effects are found below three times the noise (95 % bounds)", fontsize=8)
+    told = f"{sure} of {len(half)} effects are found below\nthree times the noise (95 % bounds)"
+    picture.suptitle(told, fontsize=8)
     return picture
 
 

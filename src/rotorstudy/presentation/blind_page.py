@@ -3,7 +3,8 @@
 from pathlib import Path
 
 from rotorstudy.blind.criteria import LARGE, statement, table, tally
-from rotorstudy.presentation.blind_figures import blind_figures
+from rotorstudy.blind.glance import independent_answers, own_answers, sentences
+from rotorstudy.presentation.blind_figures import answers_figure, blind_figures
 from rotorstudy.presentation.captions import BLIND_FIGURES
 from rotorstudy.presentation.pages import inline_png, render
 from rotorstudy.presentation.plots import save_figure
@@ -23,15 +24,9 @@ NOTES = (
     "Errors on held-out speeds count against the signal without noise, which only a blind test knows. Against the "
     "measurement they cannot fall below its noise.",
 )
-OPENING = {  # key of a criterion -> its count in words
-    "clean_called_clean": "{count} clean records were called clean",
-    "right_large": "the cause and its place were right in {count} cases whose effect changes the harmonics by three "
-    "times their noise or more",
-    "chain_not_rotor": "{count} errors of the measuring chain were not mistaken for effects on the rotor",
-}
 
 
-def write_pages(data, criteria, rows, folder):
+def write_pages(data, criteria, rows, folder, independent=None):
     """Write figures (PNG, SVG), criteria and cases (CSV, HTML) to a folder.
 
     Parameters
@@ -42,9 +37,17 @@ def write_pages(data, criteria, rows, folder):
     rows : pandas.DataFrame
         As `blind.scoring.score` returns it.
     folder : str or Path
+    independent : str or Path, optional
+        Cases of the independent simulator (CSV), which benchmarks/foreign.py leaves; shown beside these.
     """
+    import pandas as pd
+
     folder = Path(folder)
-    for name, picture in blind_figures(data).items():
+    answers = own_answers(rows)
+    if independent:
+        answers = pd.concat([answers, independent_answers(pd.read_csv(independent))])
+    write_csv(answers, folder / "answers.csv")
+    for name, picture in ({"answers": answers_figure(answers)} | blind_figures(data)).items():
         save_figure(picture, *(folder / "figures" / f"{name}.{kind}" for kind in ("png", "svg")))
     cases = rows.drop(columns=["covered"])
     write_csv(table(criteria), folder / "criteria.csv")
@@ -57,32 +60,32 @@ def write_pages(data, criteria, rows, folder):
         (name.replace("_", " ").capitalize(), inline_png(folder / "figures" / f"{name}.png"), caption)
         for name, caption in BLIND_FIGURES.items()
     ]
-    write_text(folder / "criteria.html", criteria_page(criteria, source, figures))
+    write_text(folder / "criteria.html", criteria_page(answers, criteria, source, figures))
     _write_cases(cases, source, folder)
 
 
-def opening(criteria):
-    """Opening sentences: the number of criteria by status, and the main counts with their bounds."""
-    known = {c.key: c for c in criteria if c.cases}
-    said = [
-        text.format(count=f"{c.found} of {c.cases} ({100 * c.low:.0f} to {100 * c.high:.0f} %)")
-        for key, text in OPENING.items()
-        if (c := known.get(key))
-    ]
-    counts = f"With 95 % bounds: {'; '.join(said)}." if said else "No case concerns the main criteria."
-    return [statement(criteria), counts]
+def criteria_page(answers, criteria, source, figures):
+    """The page as HTML.
 
-
-def criteria_page(criteria, source, figures):
-    """The page of criteria and figures as HTML; figures : (label, source of the image, caption) of each."""
+    Parameters
+    ----------
+    answers : pandas.DataFrame
+        As `blind.glance.counted` returns it.
+    criteria : list of Criterion
+    source : str
+        Where the cases come from.
+    figures : list of (label, source of the image, caption)
+    """
     shown = table([c for c in criteria if c.cases]).drop(columns=["key", "kind"])
     without = len(criteria) - len(shown)
     notes = [*NOTES, f"{without} criteria have no cases in this run and are not listed."] if without else NOTES
     found = tally(criteria)
     return render(
         "blind.html",
-        title="Blind tests: acceptance criteria of the diagnosis",
-        opening=[*opening(criteria), source],
+        title="Blind tests: how often the diagnosis is right",
+        opening=sentences(answers),
+        source=source,
+        criteria=statement(criteria),
         open={status: found[status] for status in ("not reached", "undecided")},
         table=cells(shown, 3),
         marks=MARKS,

@@ -8,6 +8,8 @@ from rotorstudy.presentation.plots import (
     MARKERS,
     figure,
     harmonic_axis,
+    phases_near,
+    phases_of,
     plot_full_spectrum,
     plot_orbit,
     plot_phase,
@@ -90,17 +92,21 @@ def spectra_figure(config, rows, speed, quantity, printed):
     seen = {"source": "from rest", "record": "complete cycles", "spectrum_method": "regression"}
     picture, axes = figure(len(PLACES), 1, height=1.7, width=4.8)
     for panel, (n, place) in zip(axes[:, 0], PLACES.items(), strict=True):
+        first = None
         for i, (name, found) in enumerate(rows.items()):
             where = found.displacement.sel(**seen, phase_reference="reference", node=n)
             values = as_complex(where.sel(speed=speed, method="nearest"))
             if quantity == "amplitude":
                 plot_full_spectrum(config.harmonics, values, panel, label=name, index=i, count=2)
             else:
-                plot_phase(config.harmonics, values, panel, label=name, index=i)
+                first = values if first is None else first
+                plot_phase(config.harmonics, values, panel, label=name, index=i, near=first)
         if n in NODES:
             table = printed[(printed.table == spectrum_table(quantity, n)) & (printed.method == "regression")]
-            scale = 1e6 if quantity == "amplitude" else 1.0
-            panel.plot(table.item.astype(int), table.published * scale, "kx", label="printed in the thesis")
+            at, shown = table.item.astype(int).to_list(), 1e6 * table.published
+            if quantity == "phase":
+                shown = phases_near(np.rad2deg(table.published), phases_of(values, first, config.harmonics, at))
+            panel.plot(at, shown, "kx", markersize=3, label="printed in the thesis")
         panel.set_title(f"node {n}: {place}")
         panel.set_xlabel("")
     harmonic_axis(axes[-1, 0], config.harmonics)
@@ -148,8 +154,9 @@ def sensors_figure(config, few):
     place = range(few.sizes["parameter"])
     for panel, case in zip(axes[0], config.cases, strict=True):
         for i, (name, nodes) in enumerate(config.sensor_sets.items()):
-            right = int((few.start_error.sel(sensors=name, case=case) < 1e-6).sum())
-            text = f"nodes {', '.join(map(str, nodes))} ({right} of {few.sizes['start']} starts)"
+            right = [int((few.start_error.sel(sensors=name, case=one) < 1e-6).sum()) for one in config.cases]
+            starts = " and ".join(map(str, dict.fromkeys(right)))
+            text = f"nodes {', '.join(map(str, nodes))} ({starts} of {few.sizes['start']} starts converge)"
             style = {"color": COLOURS[i], "label": text}
             bound = few.bound.sel(sensors=name, case=case) * 100
             panel.plot(bound, place, "|", markersize=9, color=COLOURS[i])
@@ -157,8 +164,8 @@ def sensors_figure(config, few):
             panel.plot(scatter, place, MARKERS[i], fillstyle="none", **style)
         panel.set_xscale("log")
         panel.set(xlabel="error at 1 % noise (%, phases 0.01 rad)", title=case)
-        panel.legend(fontsize=5)
     axes[0, 0].invert_yaxis()
+    picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     picture.suptitle("Two sensors are enough for all parameters (dashes: Cramér-Rao bound)", fontsize=9)
     return picture
 

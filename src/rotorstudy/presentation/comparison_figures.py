@@ -4,16 +4,14 @@ import textwrap
 
 import numpy as np
 
-from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, plain_log
+from rotorstudy.presentation.accuracy_figure import PAGE_WIDTH, accuracy
+from rotorstudy.presentation.plots import COLOURS, MARKERS, figure
 from rotorstudy.studies.comparison.ranking import VALID
 
-PAGE_WIDTH = 7.0  # inches, two columns of a journal; text keeps its size in print
 ROW = 3  # panels side by side
-NEAR = 1.25  # times the Cramer-Rao bound
-PLAIN = "regression"  # the spectrum method that estimators are compared with
 
 
-def comparison_figures(whole, harmonic_errors, biased):
+def comparison_figures(whole, harmonic_errors, biased, trials):
     """The figures of a comparison.
 
     Parameters
@@ -24,6 +22,8 @@ def comparison_figures(whole, harmonic_errors, biased):
         (rotor, spectrum method) -> DataArray (fault, noise), rms error of the harmonics over the rms of the vibration.
     biased : list of (rotor, estimator, xarray.Dataset)
         What wrong known quantities cost, as `studies.comparison.estimates.bias` returns it.
+    trials : int
+        Trials behind each value with noise.
 
     Returns
     -------
@@ -32,39 +32,12 @@ def comparison_figures(whole, harmonic_errors, biased):
     """
     level = 1.0 if 1.0 in whole.noise else float(whole.noise.max())
     return {
-        "estimators": error_against_noise(whole),
+        "estimators": accuracy(whole, trials),
         "spectra": error_of_harmonics(whole, harmonic_errors, level),
         "faults": error_with_faults(whole, level),
         "coverage": coverage_with_faults(whole, level),
         "bias": bias_of_known_quantities(biased),
     }
-
-
-def error_against_noise(whole):
-    """Error over the Cramer-Rao bound against noise: a panel for each rotor, a curve for each estimator."""
-    drawn = whole.sel(spectrum_method=PLAIN, fault=whole.fault[0], noise=whole.noise > 0)
-    over = _geometric_mean(drawn.efficiency**-0.5)
-    picture, axes, spare = _panels(len(whole.rotor), 1.9, sharey=True)
-    for a, rotor in zip(axes, over.rotor.values, strict=True):
-        for i, estimator in enumerate(over.estimator.values):
-            there = over.sel(rotor=rotor, estimator=estimator).dropna("noise")
-            a.loglog(there.noise, there, **_style(i, over.sizes["estimator"]), label=estimator)
-        a.axhline(1, color="0.5", linewidth=0.8, linestyle=":")
-        a.set_title(rotor)
-        plain_log(a, [float(n) for n in over.noise])
-        a.yaxis.set_major_formatter("{x:g}")
-    axes[0].set_ylim(0.7 * min(1, float(over.min())), 1.4 * float(over.max()))
-    picture.supxlabel("white noise (% of rms)", fontsize=8)
-    picture.supylabel("error / Cramér-Rao bound", fontsize=8)
-    spare.legend(*axes[0].get_legend_handles_labels(), loc="center", fontsize=7, frameon=False)
-    most = over.max(["rotor", "noise"])
-    near = int((most < NEAR).sum())
-    picture.suptitle(
-        f"{near} of {len(most)} estimators stay within {NEAR:g} times the Cramér-Rao bound on all rotors; "
-        f"the largest error is {_shown(float(most.max()))} times\n(whole revolutions, plain regression)",
-        fontsize=8,
-    )
-    return picture
 
 
 def error_of_harmonics(whole, harmonic_errors, level):
@@ -87,7 +60,7 @@ def error_of_harmonics(whole, harmonic_errors, level):
     axes.grid(True, axis="x", which="minor")  # lines between the groups
     axes.set_ylabel("error of harmonics / rms of vibration")
     picture.legend(loc="outside lower center", ncols=3, fontsize=6, frameon=False, columnspacing=1, handletextpad=0.2)
-    axes.set_title(f"{best_by_worst(cost)[0]} has the smallest error in its worst fault\n({level:g} % noise)")
+    axes.set_title(f"{best_by_worst(cost)[0]} has the smallest error\nin its worst fault ({level:g} % noise)")
     return picture
 
 

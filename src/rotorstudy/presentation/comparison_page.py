@@ -1,7 +1,7 @@
 """Tables of the comparison of spectrum methods and estimators: ranking and recommendation."""
 
-from rotorstudy.presentation.tables import write_csv, write_html, write_table
-from rotorstudy.studies.comparison.ranking import AS_GOOD, SELDOM, VALID, advice
+from rotorstudy.presentation.tables import write_csv, write_html
+from rotorstudy.studies.comparison.ranking import AS_GOOD, SELDOM, VALID, advice, in_short, with_words
 
 BEST = 7  # pairs that the page shows of each rotor, fault and noise; the CSV file has all
 
@@ -31,17 +31,32 @@ def write_ranking(ranked, trials, csv, html):
     )
 
 
-def write_advice(ranked, csv, html):
-    """Write which spectrum method and estimator to use for which fault, as CSV and as a page."""
-    write_table(
-        advice(ranked),
-        csv,
+def write_advice(ranked, use_if, csv, html):
+    """Write which spectrum method and estimator to use for which fault: in full as CSV, with a summary as a page.
+
+    Parameters
+    ----------
+    ranked : pandas.DataFrame
+        As `studies.comparison.ranking.ranking` returns it.
+    use_if : dict
+        Fault -> when to follow its advice, in words.
+    csv, html : str or Path
+    """
+    told = with_words(advice(ranked), use_if)
+    write_csv(told, csv)
+    write_html(
         html,
-        "Recommended spectrum methods and estimators",
-        "For each fault of a record, and for one that is not known: the three spectrum methods with the smallest "
-        "error in their worst rotor and noise level, each with the estimator to use and those whose error is within "
-        f"{100 * (AS_GOOD - 1):.0f} % of it. Pairs that fail in more than {100 * SELDOM:.0f} % of the trials are left "
-        "out. An error of 1 is the Cramér-Rao bound. Intervals are valid if in every cell between "
-        f"{100 * VALID[0]:.0f} and {100 * VALID[1]:.0f} % of the stated 95 % intervals hold the truth.",
+        "Which spectrum method and estimator for which data",
+        [
+            "The first choice for each fault of a record, and where you do not know. The error is that of the "
+            "parameters on all rotors, over the Cramér-Rao bound: the least error that the noise allows.",
+            "In full: the three spectrum methods with the smallest error in their worst rotor and noise level, each "
+            f"with the estimator to use and those whose error is within {100 * (AS_GOOD - 1):.0f} % of it. Pairs that "
+            f"fail in more than {100 * SELDOM:.0f} % of the trials are left out.",
+            f"Intervals are valid if in every cell between {100 * VALID[0]:.0f} and {100 * VALID[1]:.0f} % of the "
+            "stated 95 % intervals hold the truth.",
+            "advice.csv has the full table, ranking.csv every pair on every rotor.",
+        ],
+        {"In short": in_short(told), "In full": told.drop(columns="use this if")},
         3,
     )

@@ -1,6 +1,6 @@
 """Figures of a diagnosis: residual maps, ranked causes, spectra before and after, error on held-out speeds."""
 
-from textwrap import shorten
+from textwrap import fill, shorten
 
 import numpy as np
 
@@ -87,7 +87,7 @@ def causes(data, naming_probability, verdict):
     count = min(MOST_CAUSES, data.sizes["explanation"])
     part = data.isel(explanation=slice(0, count))
     components = 2 * int((data.held_out == 0).sum()) * data.sizes["harmonic"] * data.sizes["node"]
-    picture, axes = figure(height=1.0 + 0.22 * count, width=6.5)
+    picture, axes = figure(height=1.4 + 0.25 * count, width=6.5)
     ax, place = axes[0, 0], np.arange(count)
     left = np.sqrt(part.cost.values / components)
     start = 0.8 * min(1.0, left.min())
@@ -107,10 +107,10 @@ def causes(data, naming_probability, verdict):
     ax.set_xscale("log")
     ax.set_xlim(start, max(3 * left.max(), 3.0))
     labels = [str(label).replace("_", " ") for label in part.explanation_label.values]
-    ax.set_yticks(place, [shorten(label, 70, placeholder=" ...") for label in labels])
+    ax.set_yticks(place, [fill(shorten(label, 84, placeholder=" ..."), 44) for label in labels], fontsize=6.5)
     ax.invert_yaxis()
-    ax.set_xlabel("rms residual (standard deviations); dotted: noise alone")
-    ax.set_title(f"in %: posterior probability; a cause is named alone at {naming_probability:.0%} or more")
+    ax.set_xlabel("rms residual (standard deviations)\ndotted: noise alone")
+    ax.set_title(f"in %: posterior probability\n(a cause is named alone at {naming_probability:.0%} or more)")
     picture.legend(loc="outside upper center", ncols=3)
     return picture
 
@@ -141,7 +141,9 @@ def before_and_after(data):
         size = np.abs(measured[:, node])
         reach = 2 * std[:, node]
         bars = 1e6 * np.array([np.minimum(reach, np.maximum(size - floor, 0)), reach])
-        ax.errorbar(harmonics, 1e6 * size, yerr=bars, fmt="o", color=MEASURED, markersize=3, label="measured ± 2 σ")
+        ax.errorbar(
+            harmonics, 1e6 * size, yerr=bars, fmt="o", color=MEASURED, markersize=3, label="measured, bars of 2 σ"
+        )
         ax.set_yscale("log")
         ax.set_ylim(bottom=1e6 * floor)
         ax.set_ylabel(f"node {data.node.values[node]}: amplitude (µm)")
@@ -163,9 +165,11 @@ def before_and_after(data):
 
 def gain(data):
     """Error before and after by held-out speed (fitted speed if none is held out) and node, in µm and sigma."""
+    from matplotlib.ticker import LogLocator, NullLocator
+
     held = data.held_out.values.astype(bool)
     chosen = data.isel(speed=np.flatnonzero(held)) if held.any() else data
-    picture, axes = figure(1, 2, height=2.6)
+    picture, axes = figure(1, 2, height=3.1)
     labels = [f"{w:.4g}, node {node}" for w in chosen.speed.values for node in chosen.node.values]
     labels = labels if len(labels) <= 24 else [""] * len(labels)
     measured = as_complex(chosen.measured)
@@ -182,9 +186,12 @@ def gain(data):
         ax.set_xticks(np.arange(len(labels)), labels, rotation=90)
         ax.set_ylabel(label)
         ax.set_xlabel("speed (rad/s), node")
-        ax.set_xlim(-1.5, max(len(labels), 4) - 0.5)
+        ax.set_xlim(-0.6, max(len(labels), 4) - 0.4)
+        ax.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        ax.yaxis.set_major_formatter("{x:g}")
+        ax.yaxis.set_minor_locator(NullLocator())
     axes[0, 1].axhline(1, color="k", linewidth=0.8, linestyle=":")
-    axes[0, 0].legend()
+    picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     axes[0, 0].set_title("held-out speeds" if held.any() else "fitted speeds (none was held out)")
     axes[0, 1].set_title("1: noise and stated model error alone")
     return picture

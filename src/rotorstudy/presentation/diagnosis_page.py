@@ -12,6 +12,7 @@ from rotorstudy.diagnosis.words import (
 )
 from rotorstudy.presentation.captions import CHANGE_FIGURES, DIAGNOSIS_FIGURES
 from rotorstudy.presentation.pages import inline_png, render
+from rotorstudy.presentation.speed_view import speed_view
 from rotorstudy.presentation.tables import cells
 from rotorstudy.units import p_value, percent, probability, quantity
 
@@ -61,6 +62,7 @@ def diagnosis_page(verdict, data, figures, title):
         verdict=verdict,
         glance=_glance(verdict),
         next_steps=next_steps(verdict),
+        view=speed_view(data),
         alternatives=[_with_probability(cause_in_words(c), c) for c in verdict.ambiguous_with],
         separated=separated(verdict) if verdict.ambiguous_with else {},
         figures={

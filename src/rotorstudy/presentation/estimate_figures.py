@@ -5,7 +5,7 @@ units : reported name of a parameter -> its unit; phases are shown in rad, all o
 
 import numpy as np
 
-from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, plain_log
+from rotorstudy.presentation.plots import COLOURS, MARKERS, figure
 from rotorstudy.store import as_complex
 from rotorstudy.studies.identifiability import AS_IT_IS
 from rotorstudy.studies.weight_dominance import first_crack
@@ -21,6 +21,8 @@ LABELS = {
 }
 STYLES = ("-", "--", ":", "-.")  # of speeds
 MANY = 8  # parameters: figures of more have another layout or fewer labels
+MOST_CURVES = 6  # with a colour of their own
+NO_ERROR = 0.01  # percent, too small for a curve
 
 
 def label(parameter):
@@ -36,73 +38,6 @@ def error_unit(unit):
 def in_units(unit, error, true):
     """An error (SI) in the unit in which it is shown; true : value it is relative to."""
     return error if unit == "rad" else error * 100 / abs(true)
-
-
-def error_against_noise(noisy, units, title):
-    """Rms error of every estimator over the noise level, with the bound.
-
-    noisy : title of the columns -> Monte Carlo Dataset of one record kind
-    """
-    first = next(iter(noisy.values()))
-    columns = [(name, model) for name, data in noisy.items() for model in data.noise_model.values]
-    picture, axes = figure(first.sizes["parameter"], len(columns), height=1.7, width=2.6, sharex=True)
-    for c, (name, model) in enumerate(columns):
-        data = noisy[name].sel(noise_model=model)
-        for panel, parameter in zip(axes[:, c], data.parameter.values, strict=True):
-            true, unit = float(data.true.sel(parameter=parameter)), units[parameter]
-            for i, estimator in enumerate(data.estimator.values):
-                error = data.estimate.sel(estimator=estimator, parameter=parameter) - true
-                rms = in_units(unit, np.sqrt((error**2).mean("trial")), true)
-                text = str(estimator).replace("_", " ")
-                panel.loglog(data.noise, rms, MARKERS[i] + "-", color=COLOURS[i], label=text)
-            bound = in_units(unit, data.cramer_rao.sel(parameter=parameter), true)
-            panel.loglog(data.noise, bound, "k--", label="Cramér-Rao bound")
-            if c == 0:
-                panel.set_ylabel(f"{label(parameter)}\nrms error ({error_unit(unit)})")
-            plain_log(panel, data.noise.values)
-        axes[0, c].set_title(f"{name}\nnoise {model}")
-        axes[-1, c].set_xlabel("noise level (%)")
-    axes[0, 0].legend()
-    picture.suptitle(title, fontsize=9)
-    return picture
-
-
-def bias(bias_data, cases, units, title):
-    """Error of the estimates over the error of the quantities held known; cases: name in the data -> name shown."""
-    parameters = bias_data.parameter.values
-    many = len(parameters) > MANY  # then parameters are rows
-    size = (len(parameters), bias_data.sizes["known"]) if many else (bias_data.sizes["known"], len(parameters))
-    picture, axes = figure(*size, height=2.0, width=3.2 if many else 2.2)
-    axes = axes.T if many else axes
-    for k, known in enumerate(bias_data.known.values):
-        for panel, parameter in zip(axes[k], parameters, strict=True):
-            for c, (case, shown) in enumerate(cases.items()):
-                for i, estimator in enumerate(bias_data.estimator.values):
-                    error = bias_data.relative_error.sel(
-                        known=known, case=case, estimator=estimator, parameter=parameter
-                    )
-                    text = f"{shown}, {str(estimator).replace('_', ' ')}"
-                    panel.plot(
-                        bias_data.percent,
-                        in_units(units[parameter], error, 1.0),
-                        ("-", "--")[c],
-                        color=COLOURS[i],
-                        label=text,
-                    )
-            panel.set_title(label(parameter) if many or k == 0 else "")
-            panel.set_xlabel(f"error of {known_name(str(known))} (%)")
-            panel.set_ylabel(f"error ({error_unit(units[parameter])})")
-    picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
-    picture.suptitle(title, fontsize=9)
-    return picture
-
-
-def known_name(key):
-    """mass_kg -> mass, youngs_modulus_Pa -> youngs modulus: the unit left out."""
-    *inside, name = key.split(".")
-    name = name.split("_per_")[0]
-    name = name.rsplit("_", 2 if name.endswith("kg_m2") else 1)[0].replace("_", " ")
-    return f"{name} of {inside[0].removesuffix('s')} {int(inside[1]) + 1}" if inside else name
 
 
 def speed_name(speed):
@@ -138,12 +73,22 @@ def weight_dominance(config, dominance, case, shown, units, title):
     axes[0, 0].axhline(1, color="k", linewidth=0.8)
     axes[0, 0].set_title("Amplitude ratio")
     picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower left", ncols=3)
-    shown_parameters = [p for p in dominance.parameter.values if units[p] != "rad"]
+    here = dominance.error.sel(case=case) * 100
+    worst = {
+        p: float(np.nanmax(np.abs(here.sel(parameter=p)))) for p in dominance.parameter.values if units[p] != "rad"
+    }
+    ordered = sorted(worst, key=worst.get, reverse=True)
+    shown_parameters = [p for p in ordered[:MOST_CURVES] if worst[p] > NO_ERROR]
     for i, parameter in enumerate(shown_parameters):
-        error = dominance.error.sel(case=case, parameter=parameter) * 100
-        axes[0, 1].plot(percent, error, MARKERS[i % 7] + "-", color=COLOURS[i % 7], label=label(parameter))
+        error = here.sel(parameter=parameter)
+        axes[0, 1].plot(percent, error, MARKERS[i] + "-", color=COLOURS[i], label=label(parameter))
+    if others := ordered[len(shown_parameters) :]:
+        error = here.sel(parameter=others).transpose(..., "parameter")
+        text = f"{len(others)} others, {max(worst[others[0]], NO_ERROR):.2g} % at most"
+        lines = axes[0, 1].plot(percent, error, color="0.75", linewidth=0.8, zorder=0)
+        lines[0].set_label(text)
     axes[0, 1].set(xlabel=f"stiffness lost by the open crack ({unit})", ylabel="error of the estimate (%)")
-    if np.nanmax(np.abs(dominance.error.sel(case=case, parameter=shown_parameters))) > 10:
+    if worst[ordered[0]] > 10:
         axes[0, 1].set_yscale("symlog", linthresh=10)
     axes[0, 1].set_title(f"Error of the identification, {shown}")
     picture.legend(*axes[0, 1].get_legend_handles_labels(), loc="outside lower right", ncols=2)
@@ -167,7 +112,7 @@ def collinearity(data, case, title):
     """Correlation of the estimates, and the loss of accuracy that it causes for each."""
     here = data.sel(case=case)
     names = [label(p) for p in here.parameter.values]
-    picture, axes = figure(1, 2, height=3.0, width=3.6)
+    picture, axes = figure(1, 2, height=4.4 if len(names) > MANY else 3.0, width=3.6)
     image = axes[0, 0].imshow(here.correlation, cmap="PuOr", vmin=-1, vmax=1)
     for i, row in enumerate(here.correlation.values):
         for j, value in enumerate(row):
@@ -181,7 +126,7 @@ def collinearity(data, case, title):
     axes[0, 0].set_xticks(range(len(names)), names, rotation=90)
     axes[0, 0].set_yticks(range(len(names)), names)
     axes[0, 0].set_title("Correlation of efficient estimates")
-    picture.colorbar(image, ax=axes[0, 0], shrink=0.8)
+    picture.colorbar(image, ax=axes[0, 0], shrink=0.6)
     axes[0, 1].barh(range(len(names)), here.inflation, color=COLOURS[0])
     axes[0, 1].set_yticks(range(len(names)), names)
     axes[0, 1].invert_yaxis()

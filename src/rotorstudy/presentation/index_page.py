@@ -4,8 +4,10 @@ import json
 import re
 from pathlib import Path
 
+from rotorstudy.blind.glance import sentences
 from rotorstudy.presentation.pages import render
 from rotorstudy.store import write_text
+from rotorstudy.studies.comparison.ranking import in_short
 
 HEADINGS = {
     "": ("All chapters", "Each printed value beside ours, the errors of the thesis, and the plugin library."),
@@ -27,7 +29,7 @@ HEADINGS = {
 }  # in the order of the page; other folders follow
 
 
-def write_index(path, files):
+def write_index(path, files, report=None):
     """Write the page.
 
     Parameters
@@ -35,13 +37,31 @@ def write_index(path, files):
     path : path
         Of the page; links are relative to its folder.
     files : list of path
-        Results in that folder; pages (.html) and figures (.png) are shown, the verdicts and the scoreboard quoted.
+        Results in that folder; pages (.html) and figures (.png) are shown, headline results quoted.
+    report : path, optional
+        A text (reStructuredText) with the headline results, for the first page of Snakemake's report.
     """
     root = Path(path).parent
     inside = sorted((Path(file).relative_to(root) for file in files), key=_in_numbered_order)
     folders = list(dict.fromkeys([*HEADINGS, *(_folder(file) for file in inside)]))
     groups = [_group(root, folder, [file for file in inside if _folder(file) == folder]) for folder in folders]
-    write_text(path, render("index.html", title="rotorstudy: results", groups=[one for one in groups if one["count"]]))
+    groups = [one for one in groups if one["count"]]
+    write_text(path, render("index.html", title="rotorstudy: results", groups=groups))
+    if report:
+        write_text(report, _report(groups))
+
+
+PLAIN = {ord(mark): f"\\{mark}" for mark in "\\`_|"} | {ord("{"): "(", ord("}"): ")"}
+
+
+def _report(groups):
+    """What was found, as reStructuredText that is a Jinja template too: no character of it is markup."""
+    lines = ["A thesis on separating internal and external damping of cracked rotors, recomputed. What was found:", ""]
+    for group in groups:
+        for text in group["said"]:
+            lines += [f"* {group['heading']}: {text}".translate(PLAIN), ""]
+    lines.append("The chapters have the figures and tables; every item has a caption (press the i beside it).")
+    return "\n".join(lines) + "\n"
 
 
 def _in_numbered_order(file):
@@ -76,16 +96,38 @@ def _name(file):
 
 
 def _said(root, files):
-    """Headline results: the sentences of verdicts, and how many printed values are reproduced."""
+    """Headline results: the sentences of verdicts, and what the tables of QUOTED say."""
     found = []
     for file in files:
         if file.name == "verdict.json":
             summary = json.loads((root / file).read_text(encoding="utf-8"))["summary"]
             found.append(f"{file.parent.name.replace('_', ' ')}: {summary}")
-        if file.name == "scoreboard.csv":
-            import pandas as pd
-
-            counts = pd.read_csv(root / file, dtype=str).status.value_counts()
-            told = ", ".join(f"{count} {status}" for status, count in counts.items())
-            found.append(f"Of {counts.sum()} printed values: {told}.")
+        if quote := QUOTED.get(file.as_posix()):
+            found += quote(root / file)
     return found
+
+
+def _of_scoreboard(path):
+    import pandas as pd
+
+    counts = pd.read_csv(path, dtype=str).status.value_counts()
+    return [f"Of {counts.sum()} printed values: {', '.join(f'{count} {status}' for status, count in counts.items())}."]
+
+
+def _of_answers(path):
+    import pandas as pd
+
+    return sentences(pd.read_csv(path))
+
+
+def _of_advice(path):
+    import pandas as pd
+
+    return [
+        f"Use {row['spectrum method']} with {row['estimator']} if {row['use this if']}: the error is "
+        f"{row['error, times the least possible']} times the least possible."
+        for row in in_short(pd.read_csv(path)).to_dict("records")
+    ]
+
+
+QUOTED = {"scoreboard.csv": _of_scoreboard, "blind/answers.csv": _of_answers, "compare/advice.csv": _of_advice}

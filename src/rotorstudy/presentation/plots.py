@@ -15,6 +15,7 @@ from rotorstudy.store import atomic
 # Okabe and Ito: distinguishable for colour-blind readers and in grey print
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+MOST_DEGREES = 225  # of the axis of phases, so that those about 180 need not be split
 COLUMN_WIDTH = 3.5  # inches, one column of a journal
 STYLE = {
     "font.size": 8,
@@ -162,13 +163,30 @@ def plot_full_spectrum(
     return axes
 
 
-def plot_phase(harmonics, amplitude, axes, *, label=None, index=0):
-    """Phase of R_n in rad over the harmonics, as points; harmonics, amplitude (harmonic,) complex."""
-    axes.plot(
-        np.asarray(harmonics), np.angle(amplitude), MARKERS[index], color=COLOURS[index], label=label, fillstyle="none"
-    )
-    axes.set_ylim(-3.5, 3.5)
-    axes.set_ylabel("phase (rad)")
+def phases_near(phases, near):
+    """Phases (...) in degrees, moved by a revolution where that brings them beside those of `near` (...), degrees."""
+    beside = near + (np.asarray(phases) - near + 180) % 360 - 180
+    return np.where(np.abs(beside) > MOST_DEGREES, phases, beside)
+
+
+def phases_of(amplitude, near, harmonics, at):
+    """Phases in degrees, as `plot_phase` draws them, of some harmonics `at` of amplitude (harmonic,)."""
+    drawn = phases_near(np.angle(amplitude, deg=True), np.angle(near, deg=True))
+    return drawn[[list(harmonics).index(n) for n in at]]
+
+
+def plot_phase(harmonics, amplitude, axes, *, label=None, index=0, near=None):
+    """Phase of R_n in degrees over the harmonics, as points; later ones are smaller, so that coinciding ones show.
+
+    harmonics, amplitude : (harmonic,) complex;  near : (harmonic,) complex, drawn before: -179 degrees stand beside 180
+    """
+    phase = np.angle(amplitude, deg=True)
+    phase = phase if near is None else phases_near(phase, np.angle(near, deg=True))
+    style = {"color": COLOURS[index], "fillstyle": "none", "markersize": max(8 - 2 * index, 3)}
+    axes.plot(np.asarray(harmonics), phase, MARKERS[index], label=label, **style)
+    axes.set_ylim(-MOST_DEGREES, MOST_DEGREES)
+    axes.set_yticks(range(-180, 181, 90))
+    axes.set_ylabel("phase (°)")
     harmonic_axis(axes, harmonics)
     return axes
 
@@ -179,11 +197,10 @@ def phase_lag(vectors):
     return lag - 360 * np.floor(lag[0] / 360)
 
 
-def plot_orbit(signal, axes, *, label=None, index=0, linestyle="-"):
+def plot_orbit(signal, axes, *, label=None, index=0, linestyle="-", linewidth=0.9):
     """Orbit of one node: y over x in micrometres, x pointing down as gravity does; signal (time,) complex, m."""
-    axes.plot(
-        signal.imag * 1e6, signal.real * 1e6, color=COLOURS[index], label=label, linewidth=0.9, linestyle=linestyle
-    )
+    style = {"color": COLOURS[index], "linewidth": linewidth, "linestyle": linestyle}
+    axes.plot(signal.imag * 1e6, signal.real * 1e6, label=label, **style)
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel("horizontal y (µm)")
     axes.set_ylabel("vertical x, down (µm)")

@@ -11,6 +11,9 @@ from rotorstudy.units import shown_unit
 
 SHOWN_REVOLUTIONS = 4  # of the time signal
 MOST_PICTURES = 24
+MARGINS_OF_THREE = {"left": 0.06, "right": 0.985, "bottom": 0.2, "top": 0.96, "wspace": 0.3}
+MARGINS_OF_ONE = {"left": 0.17, "right": 0.96, "bottom": 0.2, "top": 0.96}
+MOST_NAMED = 5  # nodes in one column of a legend
 
 
 def write_page(measurement, path, title):
@@ -69,6 +72,8 @@ def _picture(spectrum, i, record):
     from rotorstudy.presentation.plots import COLOURS, figure, harmonic_axis, plot_orbit, png_bytes
 
     picture, axes = figure(1, 3 if record else 1)
+    picture.set_layout_engine(None)  # it would take most of the time of a picture, and all are arranged alike
+    picture.subplots_adjust(**(MARGINS_OF_THREE if record else MARGINS_OF_ONE))
     axes = list(axes[0])
     if record:
         shown = record.time < record.time[0] + SHOWN_REVOLUTIONS * 2 * np.pi / record.speed
@@ -82,7 +87,8 @@ def _picture(spectrum, i, record):
             plot_orbit(z, orbit_axes, index=s % len(COLOURS), label=f"node {node}")
         signals.set_xlabel("revolutions")
         signals.set_ylabel("displacement minus mean (µm)")
-        signals.legend()
+        if len(record.sensors) <= MOST_NAMED:
+            signals.legend()
     count = len(spectrum.harmonics)
     for s, node in enumerate(spectrum.sensors):
         variance = np.diag(spectrum.covariance[i, s])
@@ -94,7 +100,7 @@ def _picture(spectrum, i, record):
         bars = {"yerr": 1e6 * np.array([low, 2 * std]), "markersize": 3, "label": f"node {node}"}
         axes[0].errorbar(place, 1e6 * size, fmt="o", color=colour, **bars)
     axes[0].set_yscale("log")
-    axes[0].set_ylabel("amplitude ± 2 σ (µm)")
-    axes[0].legend()
+    axes[0].set_ylabel("amplitude, bars of 2 σ (µm)")
+    axes[0].legend(ncols=1 + len(spectrum.sensors) // MOST_NAMED)
     harmonic_axis(axes[0], spectrum.harmonics)
     return png_bytes(picture)

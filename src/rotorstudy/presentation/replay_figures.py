@@ -78,11 +78,14 @@ def spectra_figure(replayed, case, group):
     """Full spectra of displacement and reference, both columns of the thesis."""
     harmonics = replayed.config.harmonics
     picture, axes = figure(3, 1, height=2.2, width=4.5)
+    first = None
     for i, data_set in enumerate(replayed.config.data_sets):
         part = replayed.here.sel(data_set=data_set, spectrum_method=data_set, case=case)
-        plot_full_spectrum(harmonics, as_complex(part.displacement), axes[0, 0], label=data_set, index=i, count=2)
-        plot_phase(harmonics, as_complex(part.displacement), axes[1, 0], label=data_set, index=i)
-        plot_phase(harmonics, np.exp(1j * part.reference_phase.values), axes[2, 0], label=data_set, index=i)
+        both = as_complex(part.displacement), np.exp(1j * part.reference_phase.values)
+        first = first or both
+        plot_full_spectrum(harmonics, both[0], axes[0, 0], label=data_set, index=i, count=2)
+        for panel, values, near in zip(axes[1:, 0], both, first, strict=True):
+            plot_phase(harmonics, values, panel, label=data_set, index=i, near=near)
     for panel, title in enumerate(
         ("Amplitude of the displacement", "Phase of the displacement", "Phase of the reference signal")
     ):
@@ -133,7 +136,7 @@ def model_figure(replayed, case, group):
     picture, axes = figure(2, 1, height=2.4, width=5.0)
     for i, (label, values) in enumerate(rows.items()):
         plot_full_spectrum(config.harmonics, values, axes[0, 0], label=label, index=i, count=len(rows))
-        plot_phase(config.harmonics, values, axes[1, 0], label=label, index=i)
+        plot_phase(config.harmonics, values, axes[1, 0], label=label, index=i, near=rows["measured"])
     errors = np.abs(rows["least squares"] - rows["measured"]) / np.abs(rows["measured"])
     axes[0, 0].set_title(
         f"{case}: least squares fits {np.sum(errors < 0.2)} of {len(errors)} harmonics within 20 % as vectors "

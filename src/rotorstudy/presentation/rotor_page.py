@@ -65,7 +65,7 @@ def summary(analysis):
     if analysis.left_out:
         found.append(
             f"Whirl and unbalance response leave out {', '.join(analysis.left_out)}: they are nonlinear or rotate with "
-            "the shaft. The growth rate includes stiffness that rotates with the shaft."
+            "the shaft. The growth rate includes them; that of a nonlinear force is about its own steady state."
         )
     if analysis.timeless:
         found.append(

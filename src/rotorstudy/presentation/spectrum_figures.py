@@ -3,8 +3,18 @@
 import numpy as np
 
 from rotorstudy.measurement.records import reference_signal
-from rotorstudy.presentation.plots import COLOURS, figure, plot_full_spectrum, plot_orbit, plot_phase
+from rotorstudy.presentation.plots import (
+    COLOURS,
+    figure,
+    phases_near,
+    phases_of,
+    plot_full_spectrum,
+    plot_orbit,
+    plot_phase,
+)
 from rotorstudy.store import as_complex
+
+SOURCES = ((5, 3.5), (6, 0.8))  # colour and width of the steady state, and of the start from rest
 
 
 def time_and_orbit(config, records, speed, title):
@@ -14,10 +24,11 @@ def time_and_orbit(config, records, speed, title):
     picture, axes = figure(2, 2)
     for i, source in enumerate(records.source.values):
         z = as_complex(records.displacement.sel(source=source).sel(speed=speed, method="nearest").isel(node=0))[shown]
-        style = {"label": str(source), "color": COLOURS[i], "linestyle": ("-", "--")[i]}
+        index, width = SOURCES[i]  # the curves coincide: a thin one on a wide one
+        style = {"label": str(source), "color": COLOURS[index], "linewidth": width}
         axes[0, 0].plot(time * 1e3, z.real * 1e6, **style)
         axes[0, 1].plot(time * 1e3, z.imag * 1e6, **style)
-        plot_orbit(z, axes[1, 0], index=i, linestyle=("-", "--")[i])
+        plot_orbit(z, axes[1, 0], index=index, linewidth=width)
     axes[1, 1].plot(time * 1e3, reference_signal(speed, config.harmonics, time), color=COLOURS[6])
     axes[0, 0].set(xlabel="time (ms)", ylabel="vertical x (µm)", title="Vertical displacement")
     axes[0, 1].set(xlabel="time (ms)", ylabel="horizontal y (µm)", title="Horizontal displacement")
@@ -45,11 +56,14 @@ def full_spectra(harmonics, rows, panels, printed=None):
             if kind == "amplitude":
                 plot_full_spectrum(harmonics, values, panel, label=name, index=i, count=len(here))
             else:
-                plot_phase(harmonics, values, panel, label=name, index=index)
+                plot_phase(harmonics, values, panel, label=name, index=index, near=next(iter(here.values())))
         if printed and title in printed:
             at, values = printed[title]
-            scale = 1e6 if kind == "amplitude" else 1.0
-            panel.plot(at, np.asarray(values) * scale, "kx", label="printed in the thesis")
+            first, last = (list(here.values())[k] for k in (0, -1))
+            shown = 1e6 * np.asarray(values)
+            if kind == "phase":
+                shown = phases_near(np.rad2deg(values), phases_of(last, first, harmonics, at))
+            panel.plot(at, shown, "kx", markersize=3, label="printed in the thesis")
         panel.set_title(title)
     entries = [panel.get_legend_handles_labels() for panel in axes[:, 0]]
     shown = {}

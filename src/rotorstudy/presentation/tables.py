@@ -13,14 +13,25 @@ def write_csv(table, path):
         table.to_csv(temporary, index=False)
 
 
-def write_html(path, title, note, tables, digits=6):
+def write_html(path, title, note, tables, digits=6, choose=()):
     """Write a page with a title, a note and DataFrames by heading ({heading: table}).
 
-    note : a text, or a list of a text and bullet points;  digits : significant digits of every number
+    Parameters
+    ----------
+    path : path
+    title : str
+    note : str or list of str
+        A text, or a text and bullet points.
+    tables : dict
+        Heading -> DataFrame; the heading may be empty.
+    digits : int
+        Significant digits of every number.
+    choose : sequence of str
+        Columns by whose values, and by any text, a reader may select the rows of a table that has them all.
     """
     note = [note] if isinstance(note, str) else note
     tables = {heading: cells(table, digits) for heading, table in tables.items()}
-    write_text(path, render("tables.html", title=title, note=note, tables=tables))
+    write_text(path, render("tables.html", title=title, note=note, tables=tables, choose=choose))
 
 
 def cells(table, digits=6):
@@ -57,12 +68,6 @@ def _cell(value, digits):
     if isinstance(value, float):
         return "" if value != value else f"{float(f'{value:.{digits}g}'):.12g}"  # 63640, not 6.364e+04
     return "" if value is None else str(value)
-
-
-def write_table(table, csv, html, title, note, digits=6):
-    """Write a DataFrame as CSV and as a page, see `write_html`."""
-    write_csv(table, csv)
-    write_html(html, title, note, {"": table}, digits)
 
 
 def write_tables(tables, paths):

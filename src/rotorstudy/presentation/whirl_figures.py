@@ -4,6 +4,8 @@ import numpy as np
 
 from rotorstudy.presentation.plots import COLOURS, MARKERS, figure
 
+FLAT = 0.01  # change of a whirl frequency with speed, below which it is taken for constant
+
 
 def stability(stable, closed_form=None):
     """Growth rate over speed, and the threshold of stability.
@@ -39,24 +41,14 @@ def campbell(whirl, rigs, title):
         frequency = here.frequency.values / (2 * np.pi)
         highest = min(np.abs(frequency).max() * 1.05, 4 * speed[-1])
         for mode in range(frequency.shape[1]):
-            forward = np.median(frequency[:, mode]) > 0
-            text = ("forward whirl" if forward else "backward whirl") if mode in (0, frequency.shape[1] - 1) else None
-            if (frequency > 0).all():  # anisotropic
-                text = "whirl, forward and backward mixed" if mode == 0 else None
-            panel.plot(
-                speed,
-                np.abs(frequency[:, mode]),
-                "-" if forward else "--",
-                color=COLOURS[0 if forward else 1],
-                label=text,
-            )
+            _mode(panel, speed, frequency[:, mode], mixed=bool((frequency > 0).all()))
         for i, order in enumerate(whirl.order.values):
             if order > 0:
                 panel.plot(speed, order * speed, ":", color="0.5", linewidth=0.9)
                 top = min(speed[-1], highest / order)
                 panel.annotate(f"{order}X", (top, order * top), fontsize=7, ha="right", va="top")
             marks = here.critical_speed.sel(order=order).values / (2 * np.pi)
-            marks = marks[np.isfinite(marks)]
+            marks = marks[(marks < 0.99 * speed[-1]) & (abs(order) * marks < 0.99 * highest)]  # not on the frame
             panel.plot(
                 marks,
                 abs(order) * marks,
@@ -68,6 +60,32 @@ def campbell(whirl, rigs, title):
             )
         panel.set(xlabel="spin speed (Hz)", title=shown, xlim=(0, speed[-1]), ylim=(0, highest))
     axes[0, 0].set_ylabel("whirl frequency (Hz)")
-    picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    named = {}
+    for panel in axes[0]:
+        named |= dict(zip(*panel.get_legend_handles_labels()[::-1], strict=True))
+    picture.legend(named.values(), named.keys(), loc="outside lower center", ncols=3)
     picture.suptitle(title, fontsize=9)
     return picture
+
+
+def _mode(panel, speed, frequency, mixed):
+    """The line of a mode; speed, frequency (speed,) Hz, frequency positive forward.
+
+    mixed : on anisotropic bearings, where whirl is elliptic and has no sign: gyroscopic moments raise the frequency of
+            a mode that is mostly forward, and lower that of one that is mostly backward
+    """
+    if not mixed:
+        forward = np.median(frequency) > 0
+        kinds = [("forward whirl", np.full(len(speed), forward)), ("backward whirl", np.full(len(speed), not forward))]
+    else:
+        slope = np.gradient(frequency, speed)
+        rising, falling = slope > FLAT, slope < -FLAT
+        kinds = [
+            ("rises with speed: mostly forward", rising),
+            ("falls with speed: mostly backward", falling),
+            ("neither", ~rising & ~falling),
+        ]
+    for i, (text, chosen) in enumerate(kinds):
+        if chosen.any():
+            line = np.where(chosen, np.abs(frequency), np.nan)
+            panel.plot(speed, line, ("-", "--", "-.")[i], color=COLOURS[i], label=text)

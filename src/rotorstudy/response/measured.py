@@ -7,18 +7,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from rotorstudy.model.entries import apply_entries
 from rotorstudy.model.model import Model
 from rotorstudy.model.table import Columns, Table
-from rotorstudy.model.terms import apply_entries
 from rotorstudy.response.alternating import nonlinear_columns
 from rotorstudy.response.coupling import COUPLED_ORDER, layout
-from rotorstudy.response.harmonic import (
-    Linearised,
-    carried_response,
-    positions,
-    response_inputs,
-    solver,
-)
+from rotorstudy.response.harmonic import Linearised, carried_response, positions, response_inputs
+from rotorstudy.response.solving import solver
 from rotorstudy.response.statics import static_deflection
 
 SOLVED_AT_ONCE = 8  # coordinates whose receptances are solved together: more take more memory, not less time

@@ -1,15 +1,14 @@
-"""Whether a rotor returns to its steady state at a speed: eigenvalues, or Floquet multipliers of one revolution."""
+"""Whether a rotor returns to its steady state at a speed: eigenvalues, or multipliers of one revolution (`floquet`)."""
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from rotorstudy.errors import NoSteadyState, RotorstudyError
 from rotorstudy.model.model import Model
-from rotorstudy.response.coefficients import time_matrices
 from rotorstudy.response.coupling import check_speed
+from rotorstudy.response.floquet import periodic_growth_rate, varies_in_time
 
 ROUND_OFF = 1e-12  # of the largest eigenvalue: real part of an undamped mode due to round-off
-TURN_STEPS = 256  # a mode at n times the speed loses 4e-4 n^2 of its frequency, and no more than 2e-6 n^3 to damping
 RELATIVE_STEP = 1e-4  # of amplitudes, in the central difference of an eigenvalue
 SLOWEST_GROWTH = 1e-6  # per revolution; slower growth is round-off of an undamped mode
 
@@ -172,96 +171,19 @@ def damping_of_effects(model, speed, theta=None):
     return {name: found[name] for name in sorted(found, key=lambda name: -abs(found[name])) if found[name]}
 
 
-def varies_in_time(model):
-    """Whether the stiffness, damping or mass of a model rotates with the shaft (an open or breathing crack)."""
-    return any(e.reads_motion and e.shift for unknown in model.rotor_unknowns for e in unknown.entries)
-
-
-def periodic_growth_rate(model: Model, speed: ArrayLike, theta: ArrayLike | None = None) -> np.ndarray:
-    """Growth rate of the fastest growing free motion of a model whose coefficients rotate with the shaft.
-
-    The logarithm of the largest multiplier of one revolution, over its duration. The motion is integrated in real x and
-    y by the trapezoidal rule with a second-order backward difference (TR-BDF2): stiff modes, of which the shaft has
-    many, are damped and need no small steps.
-
-    Parameters
-    ----------
-    model : Model
-        Rotor with its terms.
-    speed : array (speed,)
-        Spin speeds in rad/s.
-    theta : array (parameter,), optional
-        Amplitudes in the units of `model.units`; the model's own by default.
-
-    Returns
-    -------
-    array (speed,)
-        In 1/s; unstable if > 0.
-
-    Raises
-    ------
-    RotorstudyError
-        For an effect without a time-domain form.
-
-    References
-    ----------
-    Bank et al., IEEE Trans. Electron Devices 32 (1985) 1992; Hosea and Shampine, Appl. Numer. Math. 20 (1996) 21.
-    """
-    theta = np.asarray(model.theta if theta is None else theta, float)
-    return np.array([_growth_of_one_turn(model, float(w), theta) for w in check_speed(speed)])
-
-
-def _growth_of_one_turn(model, speed, theta):
-    duration = 2 * np.pi / speed
-    step, size = duration / TURN_STEPS, 4 * len(model.structure.dofs)
-    gamma = 2 - np.sqrt(2)
-    starts = _real_state_matrices(model, theta, speed, np.arange(TURN_STEPS + 1) / TURN_STEPS)
-    between = _real_state_matrices(model, theta, speed, (np.arange(TURN_STEPS) + gamma) / TURN_STEPS)
-    identity, weight = np.eye(size), gamma / 2 * step
-    middle = np.linalg.solve(identity - weight * between, identity + weight * starts[:-1])
-    ahead = (middle - (1 - gamma) ** 2 * identity) / (gamma * (2 - gamma))
-    turns = np.linalg.solve(identity - weight * starts[1:], ahead)
-    while len(turns) > 1:  # TURN_STEPS is a power of two
-        turns = turns[1::2] @ turns[::2]
-    if not np.isfinite(turns).all():  # of a motion that grows beyond all numbers within a revolution
-        return np.inf
-    return np.log(np.abs(np.linalg.eigvals(turns[0])).max()) / duration
-
-
-def _real_state_matrices(model, theta, speed, turned):
-    """State matrices (instant, state, state) of x, y and their velocities at fractions of a revolution (instant,)."""
-    own, still = model.matrices(theta), np.zeros(len(model.structure.dofs))
-    _, stiffness, damping, mass = time_matrices(model, theta, speed, still)
-    turning = np.multiply.outer(2j * np.pi * turned, np.ones((1, 1)))
-
-    def at(parts, shaft):
-        """Real matrices on (x, y) of minus `shaft` plus the entries."""
-        on_z = -shaft + sum(np.exp(shift * turning) * part for shift, part in parts["z"].items()) + 0 * turning
-        on_conj = sum(np.exp(shift * turning) * part for shift, part in parts["conj"].items()) + 0 * turning
-        plus, minus = on_z + on_conj, on_z - on_conj
-        upper = np.concatenate([plus.real, -minus.imag], axis=-1)
-        return np.concatenate([upper, np.concatenate([plus.imag, minus.real], axis=-1)], axis=-2)
-
-    inverse = np.kron(np.eye(2), np.linalg.inv(own.mass + np.real(mass)))
-    lower = [inverse @ at(stiffness, own.stiffness), inverse @ at(damping, -1j * speed * own.gyroscopic)]
-    lower = np.concatenate(lower, axis=-1)
-    upper = np.broadcast_to(np.eye(lower.shape[-2], lower.shape[-1], k=lower.shape[-2]), lower.shape)
-    return np.concatenate([upper, lower], axis=-2)
-
-
 def growth_of_free_motion(model, speeds, theta=None):
-    """Growth rate (speed,) of the fastest growing free motion, 1/s; -inf if nonlinear or stated in frequency only.
+    """Growth rate (speed,) of the fastest growing free motion, 1/s; -inf if stated in frequency only.
 
     speeds : (speed,) rad/s;  theta : (parameter,), the model's own by default
+    raises : NoSteadyState if nonlinear forces leave no steady state about which a motion is free
     """
-    in_frequency = any(e.reads_motion and e.frequency_only for u in model.rotor_unknowns for e in u.entries)
-    if in_frequency or model.nonlinear_forces:
+    if any(e.reads_motion and e.frequency_only for u in model.rotor_unknowns for e in u.entries):
         return np.full(len(speeds), -np.inf)
     return (periodic_growth_rate if varies_in_time(model) else growth_rate)(model, speeds, theta)
 
 
 def check_stable(model, speeds, theta=None):
-    """Raise if a free motion grows at one of the speeds; models nonlinear or stated in frequency only are not checked.
+    """Raise if a free motion grows at one of the speeds; models stated in frequency only are not checked.
 
     speeds : (speed,) rad/s;  theta : (parameter,), the model's own by default
     raises : NoSteadyState with the growth rate
@@ -270,6 +192,8 @@ def check_stable(model, speeds, theta=None):
     if varies_in_time(model):
         unstable = growth * 2 * np.pi / speeds > SLOWEST_GROWTH
         why = "the rotating stiffness (a crack, an asymmetric shaft) or internal damping drives a whirl there; "
+        if model.nonlinear_forces:
+            why = "a nonlinear force (a crack, a contact) or internal damping drives it away from its steady state; "
     else:
         unstable = growth > 0
         why = "internal damping or cross-coupled bearings make the rotor unstable there; "

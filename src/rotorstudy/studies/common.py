@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rotorstudy.inference.problem import magnitude_and_phase
+from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.rig import named_plugins
 from rotorstudy.response.measured import measured_response

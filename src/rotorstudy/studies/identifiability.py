@@ -3,8 +3,8 @@
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.inference.linear import check_identifiable, invert
-from rotorstudy.inference.problem import magnitude_and_phase
 from rotorstudy.measurement.spectrum import components
 from rotorstudy.response.harmonic import harmonic_response_and_jacobian
 from rotorstudy.response.measured import measured_response

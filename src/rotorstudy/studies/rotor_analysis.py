@@ -5,9 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.errors import RotorstudyError
-from rotorstudy.model.rig import make_term
+from rotorstudy.errors import NoSteadyState, RotorstudyError
+from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.coupling import check_speed
+from rotorstudy.response.floquet import periodic_growth_rate, varies_in_time
 from rotorstudy.response.harmonic import harmonic_response
 from rotorstudy.response.resonance import Peak, peaks
 from rotorstudy.response.stability import (
@@ -15,9 +16,7 @@ from rotorstudy.response.stability import (
     damping_of_effects,
     eigenvalues,
     growth_rate,
-    periodic_growth_rate,
     stability_threshold,
-    varies_in_time,
 )
 from rotorstudy.response.statics import static_deflection, static_loads
 from rotorstudy.response.whirl import (
@@ -253,10 +252,19 @@ def _growth(model, still, speeds):
     if not varies_in_time(model):
         return growth_rate(still, speeds), stability_threshold(still, speeds[-1], lowest=speeds[0])
     some = np.linspace(speeds[0], speeds[-1], PERIODIC_SPEEDS)
-    in_time = [t for t in model.terms if t.acts_on_output or (is_in_time(t) and not any(u.force for u in t.unknowns))]
-    growth = np.interp(speeds, some, periodic_growth_rate(replace(model, terms=tuple(in_time)), some))
+    in_time = replace(model, terms=tuple(t for t in model.terms if t.acts_on_output or is_in_time(t)))
+    found = np.array([_periodic_growth(in_time, speed) for speed in some])
+    growth = np.interp(speeds, some[np.isfinite(found)], found[np.isfinite(found)], left=np.nan, right=np.nan)
     unstable = speeds[growth * 2 * np.pi / speeds > SLOWEST_GROWTH]
     return growth, float(unstable[0]) if len(unstable) else None
+
+
+def _periodic_growth(model, speed):
+    """Growth rate at a speed, 1/s; NaN where nonlinear forces leave no steady state."""
+    try:
+        return periodic_growth_rate(model, [speed])[0]
+    except NoSteadyState:
+        return np.nan
 
 
 def _dataset(model, speeds, fine, modes, probes, read, growth, deflection):

@@ -4,8 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.inference.linear import solve_equations, solve_linear
-from rotorstudy.inference.problem import Problem, magnitude_and_phase
+from rotorstudy.inference.problem import Problem
 from rotorstudy.response.statics import static_deflection
 from rotorstudy.store import dataset
 from rotorstudy.studies.common import (

@@ -40,6 +40,7 @@ class WorkflowConfig(Strict):
     diagnoses : name -> measured records and their rig file
     crack_study : configuration file of the study of transverse cracks, left out if not given
     chunks : numbers of jobs into which long sweeps are split
+    independent_records : cases of the independent simulator (CSV), shown beside the blind tests
     """
 
     results: str
@@ -53,6 +54,7 @@ class WorkflowConfig(Strict):
     cracks: str = ""
     crack_study: str = ""
     chunks: Chunks = Chunks()
+    independent_records: str = ""
 
 
 @contextmanager

@@ -8,7 +8,7 @@ to R_-1 of each rig. A backward force independent of the speed, as of a misalign
 import numpy as np
 import pandas as pd
 
-from rotorstudy.model.rig import make_term
+from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.measured import measured_response
 from rotorstudy.store import as_complex
 from rotorstudy.thesis.replay import COLUMN
@@ -38,7 +38,7 @@ def hypotheses(rig, forward, backward, receptance, std):
         One row a hypothesis: chi-square, its degrees of freedom and p-value, magnitude, standard deviation (1) and
         angle (deg) of the shares, each a list.
     """
-    from scipy.stats import chi2
+    from scipy.special import chdtrc
 
     here = (rig[:, None] == np.unique(rig)).astype(float)  # (reading, rig)
     mirrored = forward.conj()[:, None]
@@ -62,7 +62,7 @@ def hypotheses(rig, forward, backward, receptance, std):
                 "hypothesis": name,
                 "chi-square": square,
                 "degrees of freedom": freedom,
-                "p-value": float(chi2.sf(square, freedom)),
+                "p-value": float(chdtrc(freedom, square)),
                 "share": [float(abs(found[i])) for i in shares],
                 "standard deviation": [float(deviation[i]) for i in shares],
                 "angle": [float(np.degrees(np.angle(found[i]))) for i in shares],

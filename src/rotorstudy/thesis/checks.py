@@ -8,7 +8,7 @@ from rotorstudy.errors import UnidentifiableError
 from rotorstudy.inference.linear import check_identifiable
 from rotorstudy.measurement.spectrum import components
 from rotorstudy.model.model import Model
-from rotorstudy.model.rig import make_term
+from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.harmonic import harmonic_response
 from rotorstudy.response.measured import measured_response_and_jacobian
 from rotorstudy.response.stability import eigenvalues

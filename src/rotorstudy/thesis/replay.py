@@ -6,7 +6,8 @@ by drawing the printed values uniformly from within it.
 
 import numpy as np
 
-from rotorstudy.inference.problem import Problem, magnitude_and_phase
+from rotorstudy.inference.estimate import magnitude_and_phase
+from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.records import Record, full_spectrum, keyphasor_signal
 from rotorstudy.measurement.spectrum import Spectrum, components, independent_covariance
 from rotorstudy.model.registry import registry

@@ -10,11 +10,13 @@ from rotorstudy.inference.fit import output_error_fit
 from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.cracks import crack_parameters
+from rotorstudy.model.entries import Entry
 from rotorstudy.model.kinds import Crack, Effect
 from rotorstudy.model.model import Model
-from rotorstudy.model.rig import make_term
-from rotorstudy.model.structure import Section, Structure
-from rotorstudy.model.terms import Entry, Parameter, Term
+from rotorstudy.model.rig_items import make_term
+from rotorstudy.model.shaft_parts import Section
+from rotorstudy.model.structure import Structure
+from rotorstudy.model.terms import Parameter, Term
 from rotorstudy.response.measured import measured_response
 
 SERIES_ORDER = 15

@@ -5,7 +5,8 @@ import numpy as np
 from rotorstudy.authoring.invariants.base import HARMONICS, ROUND_OFF, claimed, require
 from rotorstudy.authoring.invariants.bench import SERIES_ORDER, bench_structure, check_round_trip
 from rotorstudy.model.cracks import SAMPLES, breathing_function, crack_parameters, crack_series, participation_factors
-from rotorstudy.model.terms import Term, apply_entries
+from rotorstudy.model.entries import apply_entries
+from rotorstudy.model.terms import Term
 from rotorstudy.response.integration import force_in_time
 
 GRID = 4_000  # angles

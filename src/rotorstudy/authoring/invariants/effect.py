@@ -16,8 +16,8 @@ from rotorstudy.authoring.invariants.bench import (
     typical_term,
 )
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.model.entries import apply_entries
 from rotorstudy.model.model import Model
-from rotorstudy.model.terms import apply_entries
 from rotorstudy.response.harmonic import harmonic_response
 from rotorstudy.response.integration import force_in_time, time_response
 

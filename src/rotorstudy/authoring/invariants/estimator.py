@@ -7,10 +7,12 @@ import numpy as np
 from rotorstudy.authoring.invariants.base import HARMONICS, SPEEDS, claimed, require
 from rotorstudy.authoring.invariants.bench import bench_structure, bench_terms, exact_spectrum
 from rotorstudy.errors import RotorstudyError, UnidentifiableError
-from rotorstudy.inference.problem import Problem, estimate_by
+from rotorstudy.inference.estimate import estimate_by
+from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.spectrum import independent_covariance
+from rotorstudy.model.entries import Entry
 from rotorstudy.model.model import Model
-from rotorstudy.model.terms import Entry, Parameter, Term
+from rotorstudy.model.terms import Parameter, Term
 from rotorstudy.response.measured import measured_response
 
 

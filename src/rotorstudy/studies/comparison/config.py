@@ -21,6 +21,8 @@ class Fault(Strict):
     revolutions : length of the record;  speed_error : of its speed label, relative
     keyphasor_jitter_rad : standard deviation of each pulse
     outlier_share : of the samples;  outlier_size : relative to the rms vibration
+    levels_percent : noise levels, by default those of the comparison
+    use_if : when a reader should follow the advice for this fault, in words that end "Use this if ..."
     """
 
     revolutions: float = Field(default=12.0, ge=2)
@@ -28,6 +30,8 @@ class Fault(Strict):
     keyphasor_jitter_rad: float = Field(default=0.0, ge=0)
     outlier_share: float = Field(default=0.0, ge=0, lt=0.5)
     outlier_size: float = Field(default=0.0, ge=0)
+    levels_percent: list[NonNegative] | None = None
+    use_if: str = ""
 
 
 class Compared(Strict):
@@ -35,14 +39,12 @@ class Compared(Strict):
 
     speeds_rad_s : required for a study; a replay has its own
     harmonics : used for identification, by default all of the study's; a spectrum method estimates all of both
-    levels_percent : noise levels, by default those of the comparison
     """
 
     study: str | None = None
     replay: str | None = None
     speeds_rad_s: list[Positive] = []
     harmonics: list[int] | None = None
-    levels_percent: list[float] | None = None
 
     @model_validator(mode="after")
     def _one_source(self):
@@ -65,10 +67,10 @@ class CompareConfig(Strict):
     rotors: dict[str, Compared] = Field(min_length=1)
     seed: int
 
-    def levels(self, rotor):
-        """Noise levels of a rotor, percent."""
-        own = self.rotors[rotor].levels_percent
-        return self.levels_percent if own is None else own
+    def levels(self, fault):
+        """Noise levels of a fault, percent, in the order of those of the comparison."""
+        own = self.faults[fault].levels_percent
+        return [level for level in self.levels_percent if own is None or level in own]
 
     def check(self, studies, replays):
         """Raise RotorstudyError for an unknown study or replay, wrong harmonics or noise levels."""
@@ -82,10 +84,11 @@ class CompareConfig(Strict):
                     check_harmonics(compared.harmonics)
                 except RotorstudyError as error:
                     raise RotorstudyError(f"compare, rotor '{name}': {error}") from None
-            if any(level not in self.levels_percent for level in self.levels(name)) or not self.levels(name):
+        for name, fault in self.faults.items():
+            own = self.levels_percent if fault.levels_percent is None else fault.levels_percent
+            if not own or {*own} - {*self.levels_percent}:
                 raise RotorstudyError(
-                    f"compare, rotor '{name}': levels_percent = {self.levels(name)} must be some of "
-                    f"{self.levels_percent}"
+                    f"compare, fault '{name}': levels_percent = {own} must be some of {self.levels_percent}"
                 )
 
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from rotorstudy.errors import PluginError, RotorstudyError, UnidentifiableError
 from rotorstudy.inference.bounds import cramer_rao_bound
-from rotorstudy.inference.problem import Problem, estimate_by, magnitude_and_phase
+from rotorstudy.inference.estimate import estimate_by, magnitude_and_phase
+from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.noise import noise_std
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.store import as_complex, dataset
@@ -39,7 +40,7 @@ def estimates(config, name, rotor, by_method, estimator):
                 square error), coverage (of 95 % intervals), each (spectrum_method, fault, noise, parameter);
                 failed (share of trials), seconds (per estimate) (spectrum_method, fault, noise); true (parameter)
     """
-    faults, levels = list(config.faults), config.levels(name)
+    faults, levels = list(config.faults), config.levels_percent
     model, unknowns = rotor.model, rotor.unknowns
     theta_true = model.theta[model.position(unknowns)]
     names, true, _ = magnitude_and_phase(unknowns, theta_true, np.eye(len(unknowns)))
@@ -47,11 +48,13 @@ def estimates(config, name, rotor, by_method, estimator):
     shape = (len(by_method), len(faults), len(levels))
     found = {key: np.full((*shape, len(names)), np.nan) for key in BY_PARAMETER}
     found |= {key: np.full(shape, np.nan) for key in BY_CELL}
-    bounds = _bounds(config, name, rotor, theta_true)
+    bound = _bound(config, rotor, theta_true)
     asked = without_values(model, unknowns)
     for (m, data), (f, fault), (n, level) in product(
         enumerate(by_method.values()), enumerate(faults), enumerate(levels)
     ):
+        if level not in config.levels(fault):
+            continue
         cell = data.sel(fault=fault, noise=level)
         amplitude = as_complex(cell.amplitude)
         amplitude = amplitude[np.isfinite(amplitude[:, 0, 0, 0])]
@@ -80,7 +83,7 @@ def estimates(config, name, rotor, by_method, estimator):
         found["rmse"][m, f, n] = np.sqrt(np.mean(off**2, axis=0))
         found["coverage"][m, f, n] = np.mean(np.abs(off) <= INTERVAL * std, axis=0)
         if level:
-            found["efficiency"][m, f, n] = (bounds[level] / found["rmse"][m, f, n]) ** 2
+            found["efficiency"][m, f, n] = (level * bound / found["rmse"][m, f, n]) ** 2
     dims = ("spectrum_method", "fault", "noise", "parameter")
     variables = {key: (dims[: values.ndim], values, *(BY_PARAMETER | BY_CELL)[key]) for key, values in found.items()}
     variables["true"] = (("parameter",), true, "SI", "value assumed")
@@ -102,20 +105,15 @@ def without_values(model, unknowns):
     return replace(model, terms=tuple(terms))
 
 
-def _bounds(config, name, rotor, theta):
-    """Level -> (parameter,) Cramer-Rao standard deviations for whole revolutions with white noise."""
+def _bound(config, rotor, theta):
+    """(parameter,) Cramer-Rao standard deviations at 1 % white noise, to which they are proportional."""
     clean = measured_without_noise(rotor)
-    found = {}
-    for level in config.levels(name):
-        if not level:
-            continue
-        std = noise_std(clean, level / 100, "white in time", config.samples)
-        both = np.concatenate([std, std], axis=1) ** 2
-        covariance = np.moveaxis(both, -1, 1)[..., None] * np.eye(both.shape[1])
-        used = replace(clean, covariance=covariance).at_harmonics(rotor.harmonics)
-        bound = cramer_rao_bound(Problem(rotor.model, used, rotor.unknowns), theta)
-        found[level] = np.sqrt(np.diag(magnitude_and_phase(rotor.unknowns, theta, bound)[2]))
-    return found
+    std = noise_std(clean, 0.01, "white in time", config.samples)
+    both = np.concatenate([std, std], axis=1) ** 2
+    covariance = np.moveaxis(both, -1, 1)[..., None] * np.eye(both.shape[1])
+    used = replace(clean, covariance=covariance).at_harmonics(rotor.harmonics)
+    bound = cramer_rao_bound(Problem(rotor.model, used, rotor.unknowns), theta)
+    return np.sqrt(np.diag(magnitude_and_phase(rotor.unknowns, theta, bound)[2]))
 
 
 def bias(study, rotor, estimator):

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-VALID = (0.90, 0.99)  # mean coverage of valid 95 % intervals; 200 trials determine it to 1.5 % for one parameter
+VALID = (0.90, 0.99)  # mean coverage of valid 95 % intervals; 100 trials determine it to 2 % for one parameter
 SELDOM = 0.02  # largest share of failed trials of a recommended pair: a failure is noticed, another pair can be used
-AS_GOOD = 1.05  # errors within this factor count as equal: 200 trials determine an error to 5 %
+AS_GOOD = 1.05  # errors within this factor count as equal: 100 trials determine the mean of two or more to 5 %
 ANY_FAULT = "not known which"
 
 
@@ -12,7 +12,7 @@ def ranking(whole):
     """Pairs of spectrum method and estimator ranked by rotor, fault and noise.
 
     returns : DataFrame with the error over the Cramer-Rao bound (geometric mean over the parameters), the error of
-              the worst parameter, coverage, failures and time, best first
+              the worst parameter and its name, coverage, failures and time, best first
     """
     import xarray as xr
 
@@ -21,6 +21,7 @@ def ranking(whole):
     columns = {
         "error over bound": np.exp(np.log(over).mean("parameter")),
         "worst parameter": over.max("parameter"),
+        "which parameter": over.parameter[over.fillna(0).argmax("parameter")].drop_vars("parameter"),
         "coverage": whole.coverage.mean("parameter"),
         "failed": whole.failed,
         "time per estimate (ms)": 1e3 * whole.seconds,
@@ -55,6 +56,7 @@ def advice(ranked):
         ms=("time per estimate (ms)", "median"),
     ).reset_index()
     cells = every.loc[groups[error].idxmax()]
+    table["suffers"] = cells["which parameter"].to_numpy()
     table["worst_in"] = [f"{rotor}, {noise:g} %" for rotor, noise in zip(cells.rotor, cells.noise, strict=True)]
     table["intervals"] = [
         "valid" if VALID[0] <= low and high <= VALID[1] else "too narrow" if low < VALID[0] else "too wide"
@@ -75,6 +77,7 @@ def advice(ranked):
         "as_good": "equally good estimators",
         "worst": "error over bound, worst rotor and noise",
         "worst_in": "worst rotor and noise",
+        "suffers": "worst parameter there",
         "typical": "error over bound, median",
         "intervals": "intervals",
         "lowest_coverage": "lowest coverage",
@@ -83,3 +86,50 @@ def advice(ranked):
         "ms": "time per estimate (ms)",
     }
     return best[list(shown)].rename(columns=shown).reset_index(drop=True)
+
+
+def with_words(told, use_if):
+    """Advice with the column "use this if", its faults in the order of `use_if`.
+
+    Parameters
+    ----------
+    told : pandas.DataFrame
+        As `advice` returns it.
+    use_if : dict
+        Fault -> when to follow its advice, in words; by default the name of the fault.
+
+    Returns
+    -------
+    pandas.DataFrame
+    """
+    words = {fault: text for fault, text in use_if.items() if text} | {
+        ANY_FAULT: "you do not know which of these holds"
+    }
+    place = {fault: i for i, fault in enumerate(use_if)}
+    told = told.sort_values("fault", key=lambda faults: faults.map(place).fillna(len(place)), kind="stable")
+    told.insert(0, "use this if", [words.get(fault, f"the record has: {fault}") for fault in told.fault])
+    return told
+
+
+def in_short(told):
+    """The first choice for each fault in words, a row each; told : DataFrame of `with_words`."""
+    import pandas as pd
+
+    first = told.groupby("fault", sort=False).head(1)
+    return pd.DataFrame(
+        {
+            "use this if": row["use this if"],
+            "spectrum method": named(row["spectrum_method"]),
+            "estimator": named(row["estimator"]),
+            "error, times the least possible": f"typically {row['error over bound, median']:.2g}, "
+            f"at worst {row['error over bound, worst rotor and noise']:.2g}",
+            "at worst": f"{row['worst rotor and noise']} noise, {named(row['worst parameter there'])}",
+            "its 95 % intervals": row["intervals"],
+        }
+        for row in first.to_dict("records")
+    )
+
+
+def named(plugin):
+    """A plugin or parameter as a reader calls it."""
+    return str(plugin).replace("_", " ")

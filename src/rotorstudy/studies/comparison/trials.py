@@ -21,7 +21,7 @@ from rotorstudy.studies.comparison.config import measured_without_noise
 
 
 class Trials(NamedTuple):
-    """Records of one speed with one fault: time (time,) s, label rad/s, signal (trial, sensor, time) complex m,
+    """Records of one speed with one fault: time (time,) s, label rad/s, signal (level, trial, sensor, time) complex m,
     keyphasor (trial or 1, time) V."""
 
     time: np.ndarray
@@ -30,8 +30,11 @@ class Trials(NamedTuple):
     keyphasor: np.ndarray
 
 
-def make_trials(config, rotor_index, rotor, fault_name, place, level, count):
-    """Trials of one speed (position `place` in rotor.speeds): steady state, noise of `level` percent, and a fault."""
+def make_trials(config, rotor_index, rotor, fault_name, place, levels, count):
+    """Trials of one speed (position `place` in rotor.speeds): steady state, noise of some levels (%), and a fault.
+
+    All levels share their random numbers: noise and fault of a trial differ by the level alone.
+    """
     fault, speed = config.faults[fault_name], float(rotor.speeds[place])
     stream = (rotor_index * len(config.faults) + list(config.faults).index(fault_name)) * 1000 + place
     time = np.arange(config.samples) * fault.revolutions * 2 * np.pi / speed / config.samples
@@ -39,7 +42,7 @@ def make_trials(config, rotor_index, rotor, fault_name, place, level, count):
     moving = clean - clean.mean(axis=-1, keepdims=True)
     rms = np.sqrt(np.mean(np.abs(moving) ** 2, axis=-1, keepdims=True) / 2)
     x, y = np.moveaxis(standard_normal(config.seed, stream, count, (2, *clean.shape)), 1, 0)
-    signal = clean + level / 100 * rms * (x + 1j * y)
+    signal = clean + np.array(levels)[:, None, None, None] / 100 * rms * (x + 1j * y)
     others = [
         np.random.default_rng(np.random.SeedSequence(config.seed, spawn_key=(stream, 1, t))) for t in range(count)
     ]
@@ -56,60 +59,72 @@ def make_trials(config, rotor_index, rotor, fault_name, place, level, count):
 
 
 def trial_spectra(method, trials, harmonics):
-    """Harmonics (trial, harmonic, sensor) and the mean of their stated covariance (sensor, component, component).
+    """Harmonics (level, trial, harmonic, sensor) and the mean over the trials of their stated covariance
+    (level, sensor, component, component).
 
     Trials with the same keyphasor are evaluated in one call.
     """
-    count, sensors, _ = trials.signal.shape
+    sensors, samples = trials.signal.shape[2:]
 
     def spectrum(signal, keyphasor, phase):
-        record = Record(trials.time, signal, trials.label, tuple(range(len(signal))), keyphasor=keyphasor)
+        """Of signals (..., time): (..., harmonic), (..., component, component)."""
+        flat = signal.reshape(-1, samples)
+        record = Record(trials.time, flat, trials.label, tuple(range(len(flat))), keyphasor=keyphasor)
         found = full_spectrum([record], harmonics, method, phase)
-        return found.amplitude[0].T, found.covariance[0]  # (signal, harmonic), (signal, component, component)
+        amplitude, covariance = found.amplitude[0].T, found.covariance[0]
+        return tuple(part.reshape(*signal.shape[:-1], *part.shape[1:]) for part in (amplitude, covariance))
 
-    if len(trials.keyphasor) == 1 or not method.uses_marks:
-        phase = "keyphasor" if len(trials.keyphasor) == 1 else "none"
-        amplitude, covariance = spectrum(trials.signal.reshape(-1, len(trials.time)), trials.keyphasor[0], phase)
-        amplitude = amplitude.reshape(count, sensors, -1)
-        covariance = covariance.reshape(count, sensors, *covariance.shape[1:])
-    if len(trials.keyphasor) > 1:
+    one_mark = len(trials.keyphasor) == 1
+    if one_mark or not method.uses_marks:
+        phase = "keyphasor" if one_mark else "none"
+        amplitude, covariance = spectrum(trials.signal, trials.keyphasor[0], phase)
+    if not one_mark:
         turned = []
         for t, keyphasor in enumerate(trials.keyphasor):
             if method.uses_marks:
-                turned.append(spectrum(trials.signal[t], keyphasor, "keyphasor"))
+                turned.append(spectrum(trials.signal[:, t], keyphasor, "keyphasor"))
             else:
-                record = Record(trials.time, trials.signal[t], trials.label, tuple(range(sensors)), keyphasor=keyphasor)
-                psi = phase_from_keyphasor(record, harmonics)
-                turned.append(compensate(amplitude[t], covariance[t], *psi))
-        amplitude, covariance = (np.array(part) for part in zip(*turned, strict=True))
-    return np.swapaxes(amplitude, 1, 2), covariance.mean(axis=0)
+                record = Record(
+                    trials.time, trials.signal[0, t], trials.label, tuple(range(sensors)), keyphasor=keyphasor
+                )
+                turned.append(compensate(amplitude[:, t], covariance[:, t], *phase_from_keyphasor(record, harmonics)))
+        amplitude, covariance = (np.stack(part, axis=1) for part in zip(*turned, strict=True))
+    return np.swapaxes(amplitude, 2, 3), covariance.mean(axis=1)
 
 
 def spectra(config, name, rotor, method):
     """Spectra of all records of a rotor by a spectrum method.
 
-    returns : amplitude (fault, noise, trial, speed, harmonic, node, part) m, NaN beyond the trials of a cell;
+    returns : amplitude (fault, noise, trial, speed, harmonic, node, part) m, NaN beyond the trials of a cell, and for
+              noise levels that a fault leaves out;
               covariance (fault, noise, speed, node, component, component_2) m^2, as stated, mean over trials;
               harmonic_error (fault, noise), rms over trials and harmonics over the rms of the vibration;
               seconds (fault, noise) per record
     """
-    faults, levels = list(config.faults), config.levels(name)
+    faults, levels = list(config.faults), config.levels_percent
     model, harmonics = rotor.model, rotor.measured
     shape = (len(faults), len(levels), config.trials, len(rotor.speeds), len(harmonics), len(model.sensors))
     amplitude = np.full(shape, np.nan, complex)
     size = 2 * len(harmonics)
     covariance = np.full((len(faults), len(levels), len(rotor.speeds), len(model.sensors), size, size), np.nan)
-    error, seconds = np.zeros(shape[:2]), np.zeros(shape[:2])
+    error, seconds = np.full(shape[:2], np.nan), np.full(shape[:2], np.nan)
     true = measured_without_noise(rotor).amplitude
     vibration = np.sqrt(np.sum(np.abs(true[:, np.array(harmonics) != 0]) ** 2, axis=1, keepdims=True))
-    for (f, fault), (n, level) in product(enumerate(faults), enumerate(levels)):
-        count = config.trials if level else min(config.trials, config.trials_without_noise)
-        for s in range(len(rotor.speeds)):
-            trials = make_trials(config, list(config.rotors).index(name), rotor, fault, s, level, count)
+    for (f, fault), s in product(enumerate(faults), range(len(rotor.speeds))):
+        for noisy in (False, True):
+            wanted = [n for n, level in enumerate(levels) if (level > 0) == noisy and level in config.levels(fault)]
+            if not wanted:
+                continue
+            count = config.trials if noisy else min(config.trials, config.trials_without_noise)
+            place = list(config.rotors).index(name)
+            trials = make_trials(config, place, rotor, fault, s, [levels[n] for n in wanted], count)
             start = perf_counter()
-            amplitude[f, n, :count, s], covariance[f, n, s] = trial_spectra(method, trials, harmonics)
-            seconds[f, n] += (perf_counter() - start) / count / len(rotor.speeds)
-        error[f, n] = np.sqrt(np.mean(np.abs((amplitude[f, n, :count] - true) / vibration) ** 2))
+            amplitude[f, wanted, :count, s], covariance[f, wanted, s] = trial_spectra(method, trials, harmonics)
+            spent = (perf_counter() - start) / count / len(wanted) / len(rotor.speeds)
+            seconds[f, wanted] = np.nan_to_num(seconds[f, wanted]) + spent
+    off = np.abs((amplitude - true) / vibration) ** 2
+    cells = np.isfinite(seconds)
+    error[cells] = np.sqrt(np.nanmean(off[cells], axis=(1, 2, 3, 4)))
     coordinates = {
         "fault": (faults, "1", "what is wrong with the record"),
         "noise": (np.array(levels, float), "percent", "white noise on each sample, of the rms of the vibration"),

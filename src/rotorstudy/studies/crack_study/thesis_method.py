@@ -3,7 +3,8 @@
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.inference.problem import Problem, estimate_by
+from rotorstudy.inference.estimate import estimate_by
+from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from rotorstudy.diagnosis.candidates import shape_ranges
-from rotorstudy.diagnosis.one_cause import fitted_from, identified
+from rotorstudy.diagnosis.one_cause import identified
+from rotorstudy.diagnosis.shape_fit import fitted_from
 from rotorstudy.inference.prediction import predicted
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.noise import standard_normal
@@ -40,7 +41,7 @@ def trials(study):
             amplitude = predicted(model, spectrum, theta) + std * (noise[0] + 1j * noise[1])
             work = machine.work(replace(spectrum, amplitude=amplitude))
             start = np.concatenate([machine.prior.mean, [1.0]])
-            fitted = fitted_from(work, crack, start)
+            fitted = fitted_from(work, [crack], start)
             found = identified(work, fitted, [fitted]).cause
             errors.append([found.shape[name] - crack.shape[name] for name in SHAPE])
             stated.append([found.shape_std[name] for name in SHAPE])

@@ -1,0 +1,147 @@
+"""What changed between two states of machines of the simulator in tests/foreign: python benchmarks/changes.py
+
+Both states are measured by the same chain: a runout of 20 µm, gains off by 5 % and angles of probes off by 5 degrees
+(one standard deviation each). In unchanged cases only the noise, the start and the scatter from run to run are drawn
+again. In changed ones an unbalance is added to the second state, a tenth of what `diagnose` is given to find in that
+state alone. One line a case, then the shares.
+"""
+
+import argparse
+import os
+import sys
+import tempfile
+import time
+import warnings
+from dataclasses import replace
+from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads slow them down
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+
+import numpy as np
+from foreign.cases import draw_case
+from foreign.files import write_case
+from foreign.measuring import record, surface_runout
+from foreign.stepping import NoSteadyState
+
+from rotorstudy.diagnosis import investigate
+from rotorstudy.diagnosis.compare import compare
+from rotorstudy.diagnosis.settings import read_settings
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.measurement.measurement import measured_spectrum
+from rotorstudy.model.rig import read_rig
+
+RUNOUT, GAIN, ANGLE = 20e-6, 0.05, np.deg2rad(5)  # m, 1, rad
+SHARE = 0.1  # of the unbalance in the second state, of that given to a single run
+HARMONICS = (0, 1, -1, 2, -2, 3, -3)
+
+
+def drawn(seed, family):
+    """A small machine, seen by a poor measuring chain."""
+    rng = np.random.default_rng([seed, 2])
+    case = draw_case(seed, family, speeds=6, count=int(rng.integers(2, 6)))
+    probes = {}
+    for node, pair in case.probes.items():
+        runout = surface_runout(rng, [probe.angle for probe in pair], RUNOUT)
+        off = {"gain": 1 + GAIN * rng.normal(size=2), "angle_error": ANGLE * rng.normal(size=2)}
+        probes[node] = tuple(
+            replace(probe, runout=profile, **{name: float(values[i]) for name, values in off.items()})
+            for i, (probe, profile) in enumerate(zip(pair, runout, strict=True))
+        )
+    return replace(case, probes=probes)
+
+
+def measured(case, seed, share, folder):
+    """Spectrum, model, rig and findings of a state with a share of the effect of the case, which is linear in it."""
+    moved = case.healthy.displacement + share * (case.steady.displacement - case.healthy.displacement)
+    steady = replace(case.healthy, displacement=moved)
+    records = record(np.random.default_rng([seed, 3]), steady, case.nodes, case.probes, case.chain, case.zero)
+    folder.mkdir()
+    write_case(replace(case, records=records), folder, harmonics=HARMONICS)
+    rig = read_rig(folder / "rig.yaml")
+    return *measured_spectrum([folder / "record.nc"], rig), rig
+
+
+def settings_of(rig):
+    """Those of the rig, with the errors of the probes stated."""
+    settings = read_settings(rig.given, "rig.yaml")
+    chain = settings.nuisance | {"probe_gain": GAIN, "probe_angle": ANGLE}
+    return settings.model_copy(update={"nuisance": chain})
+
+
+def verdicts(seed, changed, single):
+    """Case, verdict on the change, CPU time (s), and verdict on the second state alone with the whole unbalance."""
+    case = drawn(seed, "unbalance" if changed else "healthy")
+    with tempfile.TemporaryDirectory() as folder:
+        folder = Path(folder)
+        before, model, findings, rig = measured(case, 2 * seed, 0.0, folder / "before")
+        after, *_ = measured(case, 2 * seed + 1, SHARE * changed, folder / "after")
+        start = time.process_time()
+        found = compare(before, after, model, settings=settings_of(rig), findings=tuple(findings)).diagnosis.verdict
+        seconds, alone = time.process_time() - start, None
+        if changed and single:
+            spectrum, model, findings, rig = measured(case, 2 * seed + 1, 1.0, folder / "alone")
+            alone = investigate(spectrum, model, settings=settings_of(rig), findings=tuple(findings)).verdict
+    return case, found, seconds, alone
+
+
+def names(verdict):
+    """Effects and nodes of the causes stated."""
+    return [(c.effect, c.where.get("node")) for c in (*verdict.causes, *verdict.ambiguous_with)]
+
+
+def main():
+    """Draw, compare, print one line each, and the shares."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--first", type=int, default=7001, help="first seed (below 9000)")
+    parser.add_argument("--unchanged", type=int, default=40)
+    parser.add_argument("--changed", type=int, default=20)
+    parser.add_argument("--single", action="store_true", help="diagnose the second state alone, too")
+    given = parser.parse_args()
+    rows = []
+    for i in range(given.unchanged + given.changed):
+        changed = i >= given.unchanged
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                case, found, seconds, alone = verdicts(given.first + i, changed, given.single)
+        except (NoSteadyState, RotorstudyError) as error:
+            print(given.first + i, "not drawn or refused:", str(error)[:100], flush=True)
+            continue
+        stated, row = names(found), {"changed": changed, "nothing": found.verdict == "nothing", "seconds": seconds}
+        if changed:
+            (effect,) = case.effects
+            true = ("unbalance", effect["node"])
+            row |= {"in set": true in stated, "alone": found.verdict == "cause" and stated == [true]}
+            row["wrong"] = found.verdict == "cause" and "unbalance" not in [name for name, _ in stated]
+            for cause in (*found.causes, *found.ambiguous_with):
+                if (cause.effect, cause.where.get("node")) == true:
+                    row["size"] = cause.parameters["unbalance"].value / (SHARE * effect["moment_kg_m"]) - 1
+            if alone:
+                row["in set of one state"] = true in names(alone)
+        rows.append(row)
+        print(given.first + i, f"{seconds:.1f} s", found.verdict, stated[:4], row.get("size"), flush=True)
+    _print_shares(rows)
+
+
+def _print_shares(rows):
+    still, moved = ([row for row in rows if row["changed"] == changed] for changed in (False, True))
+    sizes = [abs(row["size"]) for row in moved if "size" in row]
+    for told, values in {
+        "nothing claimed where nothing changed": [row["nothing"] for row in still],
+        "change found": [not row["nothing"] for row in moved],
+        "its cause and place are stated": [row["in set"] for row in moved],
+        "its cause and place are stated alone": [row["alone"] for row in moved],
+        "another cause is named alone": [row["wrong"] for row in moved],
+        "median relative error of its size": [float(np.median(sizes))] if sizes else [],
+        "cause and place stated of the whole unbalance in one state": [
+            row["in set of one state"] for row in moved if "in set of one state" in row
+        ],
+        "CPU time of a comparison (s)": [row["seconds"] for row in rows],
+    }.items():
+        if values:
+            print(f"{np.mean(values):8.3g}  {told} ({len(values)})")
+
+
+if __name__ == "__main__":
+    main()

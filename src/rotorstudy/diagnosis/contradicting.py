@@ -1,0 +1,117 @@
+"""Runs that do not agree with one machine: which of them, and whether its stated masses or its records are to blame."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from rotorstudy.errors import NoSteadyState
+from rotorstudy.inference.fit import chi_square_p_value
+from rotorstudy.inference.joint import JointFit, Run, fit_runs
+from rotorstudy.inference.prior import Prior
+from rotorstudy.measurement.findings import Finding
+from rotorstudy.units import number, p_value, quantity
+
+ADDED = "added "  # label of a term that a run adds
+
+
+def contradictions(joint: JointFit, shared: Prior, significance: float, width: float, sense: float) -> list[Finding]:
+    """Findings on runs that the machine with what was added does not explain.
+
+    If all runs agree once the stated masses of one run are free, these are contradicted; if they agree without one run,
+    that is of another machine, or of another state of it. Where neither helps, every run not explained is told.
+
+    Parameters
+    ----------
+    joint : JointFit
+    shared : Prior
+        Of the parameters that the runs share.
+    significance : float
+        p-value of a run below which it is not explained.
+    width : float
+        Standard deviation of a mass that is set free, in typical sizes.
+    sense : float
+        1 or -1, of the user's angles.
+
+    Returns
+    -------
+    list of Finding
+    """
+    rejected = _unexplained(joint, significance)
+    if not rejected:
+        return []
+    for run in joint.runs:
+        freed = _with_free_masses(run, width)
+        other = freed and _refitted([freed if one is run else one for one in joint.runs], shared)
+        if other and not _unexplained(other, significance):
+            return [_contradicted(other, run, freed, sense)]
+    for run in joint.runs if len(joint.runs) > 2 else ():
+        other = _refitted([one for one in joint.runs if one is not run], shared)
+        if other and not _unexplained(other, significance):
+            text = (
+                "the other runs agree with one machine, and not with this one: it is of another machine, or something "
+                "else was changed; leave it out, or state what was under 'effects:' or 'own:'"
+            )
+            return [Finding("warning", "another machine", f"run '{run.name}'", text)]
+    return [_not_explained(joint, name, p) for name, p in rejected.items()]
+
+
+def _unexplained(joint, significance):
+    """Name -> p-value of the runs that are not explained."""
+    p_values = {name: chi_square_p_value(cost, rows) for name, (cost, rows) in joint.misfits.items()}
+    return {name: p for name, p in p_values.items() if p < significance}
+
+
+def _refitted(runs: Sequence[Run], shared: Prior) -> JointFit | None:
+    try:
+        return fit_runs(runs, shared)
+    except NoSteadyState:
+        return None
+
+
+def _with_free_masses(run, width):
+    """The run with its stated unbalances free; None if it states none."""
+    known = [
+        unknown
+        for term in run.model.terms
+        if term.kind == "unbalance" and term.label.startswith(ADDED)
+        for unknown in term.unknowns
+        if unknown.name not in run.own.names
+    ]
+    if not known:
+        return None
+    return run._replace(own=run.own.plus(Prior.independent({u.name: (0.0, width * u.typical) for u in known})))
+
+
+def _contradicted(joint, run, freed, sense):
+    """The Finding on stated masses that the records contradict, with those that they show."""
+    names = [name for name in freed.own.names if name not in run.own.names]
+    theta, covariance = joint.of([freed.joint_name(name) for name in names])
+    stated = dict(zip(run.model.names, np.concatenate([term.theta for term in run.model.terms]), strict=True))
+    factor = {
+        f"{term.full_name(p)}_real": p.also["unbalance"][1]
+        for term in run.model.terms
+        for p in term.parameters
+        if "unbalance" in p.also
+    }
+
+    def told(parts, name, std=None):
+        size, angle = np.hypot(*parts) / factor[name], sense * np.arctan2(parts[1], parts[0]) % (2 * np.pi)
+        return f"{quantity(size, 'kg m', std)} at {quantity(angle, 'rad')}"
+
+    texts = []
+    for i in range(0, len(names), 2):
+        std = float(np.sqrt(covariance[i, i])) / factor[names[i]]
+        given = [stated[name] for name in names[i : i + 2]]
+        texts.append(f"{told(given, names[i])} is stated, and the records show {told(theta[i : i + 2], names[i], std)}")
+    text = f"{'; '.join(texts)}: correct it, or give it a 'std_g_mm:'"
+    return Finding("warning", "known mass contradicted", f"run '{run.name}'", text)
+
+
+def _not_explained(joint, name, p):
+    cost, rows = joint.misfits[name]
+    text = (
+        f"misfit {number(cost / rows)} per component of the spectrum ({p_value(p)}): the runs and what is said of them "
+        "do not agree with one machine, and the stated intervals are not valid; check the masses, angles and records "
+        "of the runs, or state what else may differ under 'own:'"
+    )
+    return Finding("warning", "not explained", f"run '{name}'", text)

@@ -1,0 +1,71 @@
+"""What names of channels say about a probe: its plane, its direction, its unit."""
+
+import re
+
+UNITS = {
+    "um": ("um", "µm", "μm", "micron", "microns", "micrometer", "micrometre"),
+    "mil": ("mil", "mils"),
+    "mm": ("mm",),
+    "m": ("m",),
+    "V": ("v", "volt", "volts"),
+    "s": ("s", "sec"),
+    "ms": ("ms",),
+    "rpm": ("rpm", "rev", "cpm"),
+    "Hz": ("hz",),
+    "rad/s": ("rad",),
+    "other": ("g", "mv", "mms", "ins", "ips", "a", "bar", "psi", "degc", "°c", "kw", "mw", "pa"),
+}
+UNIT_OF = {word: unit for unit, words in UNITS.items() for word in words}
+SHORT = {"m", "s", "g", "v", "a"}  # letters that are a unit only in brackets or in a row of units
+PEAK = {"pp", "pk", "p", "rms"}
+LEFT, RIGHT = {"l", "left"}, {"r", "right"}
+LEAST_ANGLE = 15  # degrees; a smaller number beside "left" counts probes
+DIRECTIONS = {"x": -45.0, "y": 45.0, "v": 0.0, "vert": 0.0, "vertical": 0.0, "h": -90.0, "hor": -90.0, "horiz": -90.0,
+              "horizontal": -90.0}  # fmt: skip
+
+
+def words_in(name):
+    """Words and numbers of a name in lower case: `Brg1_X [um]` -> brg, 1, x, um."""
+    return re.findall(r"[^\W\d_]+|\d+(?:\.\d+)?", name.lower())
+
+
+def unit_in(name, stated=""):
+    """Unit of a channel by the text below its header, else by its name; None if neither says one, "other" of no length.
+
+    A single letter is a unit only in brackets or below the header, as in `y (m)`.
+    """
+    if re.search(r"[a-zA-Z]\s*/\s*s", f"{name} {stated}") and "rad" not in name + stated:
+        return "other"
+    for text in (stated, *re.findall(r"[\[(]([^\])]*)[\])]", name)):
+        found = "".join(words_in(text.split("pp")[0].split("pk")[0]))
+        if found in UNIT_OF:
+            return UNIT_OF[found]
+        for word in words_in(text):
+            if word in UNIT_OF:
+                return UNIT_OF[word]
+    words = [word for word in words_in(name) if word in UNIT_OF and word not in SHORT]
+    return UNIT_OF[words[-1]] if words else None
+
+
+def angle_in(name):
+    """Angle (degrees) of a probe from straight up, positive to the left, by a name such as `1X`, `45L`, `DE vert`.
+
+    X is taken to be 45 degrees to the right of the top and Y to the left of it, as API 670 has it. None if the name
+    says nothing.
+    """
+    words = words_in(name)
+    for before, word in zip(["", *words], words, strict=False):
+        if word in LEFT | RIGHT:
+            size = float(before) if before[:1].isdigit() and float(before) >= LEAST_ANGLE else 45.0
+            return size if word in LEFT else -size
+    found = [DIRECTIONS[word] for word in words if word in DIRECTIONS]
+    return found[-1] if len(found) == 1 else None
+
+
+def plane_in(name):
+    """The words of a name that say neither direction nor unit, equal for the probes of a node."""
+    words = words_in(name)
+    sides = [word for word in words if word in LEFT | RIGHT]
+    large = {word for word in words if sides and word[:1].isdigit() and float(word) >= LEAST_ANGLE}
+    unit = set() if unit_in(name) is None else set(UNIT_OF)
+    return tuple(word for word in words if word not in {*DIRECTIONS, *LEFT, *RIGHT, *large, *unit, *PEAK})

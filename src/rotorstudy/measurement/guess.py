@@ -1,0 +1,239 @@
+"""A first section `measurement:` for a record file, guessed from names, units and signals; a person must confirm it."""
+
+import re
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.measurement.channel_names import angle_in, plane_in, unit_in
+from rotorstudy.measurement.conventions import Conventions
+from rotorstudy.measurement.csv_layout import guess_layout
+from rotorstudy.measurement.files import kind_of, netcdf, open_channels
+from rotorstudy.measurement.probe_tables import is_probe_table
+from rotorstudy.measurement.tables import open_table
+
+VIEW = {"rotation": "with_angles", "gravity_angle_deg": 180}  # angles from straight up, counter-clockwise
+PAIR = (-45.0, 45.0)  # X and Y of a node, right and left of the top
+TIME = re.compile(r"^\W*(t|time|zeit|seconds?)\b|^time|zeit", re.IGNORECASE)
+SPEED = re.compile(r"rpm|speed|drehzahl", re.IGNORECASE)
+MARK = re.compile(r"key|kph|tach|trig|mark|once|phase", re.IGNORECASE)
+SENSITIVITY_V_PER_M = 7874.0  # 200 mV/mil, of most eddy-current probes
+EVEN = 1e-3  # relative scatter of the time steps of a time column
+PULSES = 0.25  # share of the range between the median and the middle of it, of a signal of pulses
+
+
+class Guess(NamedTuple):
+    """A section `measurement:` of a rig file (dict), and what was guessed, in sentences."""
+
+    section: dict
+    said: list[str]
+
+
+class Column(NamedTuple):
+    """A channel of a file: its name, the text of its unit, and its values (sample,)."""
+
+    name: str
+    unit: str
+    values: np.ndarray
+
+
+def guess_measurement(path, nodes):
+    """The section `measurement:` by which a record file can probably be read.
+
+    Parameters
+    ----------
+    path : path
+        Record, or table of a probe's amplitude and phase.
+    nodes : sequence of int
+        Nodes of the rig for the planes of probes, in the order in which they are given away.
+
+    Returns
+    -------
+    Guess
+
+    Raises
+    ------
+    RotorstudyError
+        If the file cannot be read, or has no channel that may be a probe.
+    """
+    path = Path(path)
+    kind = kind_of(path)
+    if kind == "netcdf":
+        return _of_netcdf(path, nodes)
+    section, said, units, conventions = dict(VIEW), [], {}, Conventions()
+    if kind == "csv":
+        layout = guess_layout(path)
+        units, conventions = dict(zip(layout.names, layout.units, strict=True)), Conventions(csv=layout.csv)
+        changed = layout.csv.model_dump(exclude_defaults=True)
+        section |= {"csv": changed} if changed else {}
+        said.append(f"layout: {_layout_words(layout)}")
+        if is_probe_table(layout.names):
+            return _of_table(path, conventions, section, said, nodes)
+    columns, said_of_text = _columns(path, conventions, units)
+    return _of_signals(columns, section, said + said_of_text, nodes)
+
+
+def _columns(path, conventions, units):
+    """The numeric columns of a file, and a sentence on the others."""
+    names, channel = open_channels(path, conventions)
+    found, left = [], []
+    for name in names:
+        try:
+            values = channel(name)
+        except RotorstudyError:
+            left.append(name)
+            continue
+        if len(values) and np.isfinite(values).any():
+            found.append(Column(name, units.get(name, ""), values))
+    return found, [f"not used, as it is no number: {', '.join(left)}"] if left else []
+
+
+def _of_signals(columns, section, said, nodes):
+    """Guess of a record in time."""
+    left = list(columns)
+    time = _take(left, lambda c: TIME.search(c.name) and _is_time(c)) or _take(left, _is_time)
+    if time is None:
+        section["sample_rate_Hz"] = 1000.0
+        said.append("time: no column; sample_rate_Hz is NOT known, state it")
+    else:
+        unit = "ms" if unit_in(time.name, time.unit) == "ms" else "s"
+        section |= {"time_channel": time.name} | ({"time_unit": "ms"} if unit == "ms" else {})
+        step = float(np.median(np.diff(time.values))) * (1e-3 if unit == "ms" else 1.0)
+        said.append(f"time: '{time.name}' in {unit}, {1 / step:.6g} samples per second")
+    speed = _take(left, lambda c: SPEED.search(c.name))
+    if speed is not None:
+        unit = unit_in(speed.name, speed.unit)
+        unit = unit if unit in ("rpm", "Hz", "rad/s") else "rpm"
+        section |= {"speed_channel": speed.name, "speed_unit": unit}
+        said.append(f"speed: '{speed.name}' in {unit}, {np.nanmean(speed.values):.5g} on average")
+    mark = _take(left, lambda c: MARK.search(c.name)) or _take(left, _is_pulses)
+    if mark is not None:
+        section["keyphasor"] = {"channel": mark.name, "sensor_angle_deg": 0, "mark_angle_deg": 0}
+        said.append(f"phase mark: '{mark.name}'; its sensor is taken to be at the top (NOT known)")
+    else:
+        said.append("phase mark: no column found; without one there is no phase, state keyphasor: channel")
+    others = [c for c in left if unit_in(c.name, c.unit) == "other" or not np.nanstd(c.values) > 0]
+    if others:
+        said.append(f"not used: {', '.join(c.name for c in others)} (constant, or not a displacement)")
+    probes = [c for c in left if c not in others]
+    if not probes:
+        raise RotorstudyError(f"no column may be a probe (columns: {', '.join(c.name for c in columns)})")
+    section["probes"], more = _probes([c.name for c in probes], [_unit(c) for c in probes], nodes)
+    return Guess(section, said + more)
+
+
+def _of_table(path, conventions, section, said, nodes):
+    """Guess of a table of a probe's amplitude and phase."""
+    text = open_table(path, conventions.csv)
+    names = list(dict.fromkeys(text["probe"])) if "probe" in text else ["probe"]
+    section["probes"], more = _probes(names, [{}] * len(names), nodes)
+    section |= {
+        "keyphasor": {"sensor_angle_deg": 0, "mark_angle_deg": 0},
+        "table_amplitude": "peak_to_peak",
+        "table_phase": "lag",
+    }
+    said += [*more, "amplitudes: peak to peak (or state peak, rms); phases: lags (or state lead)"]
+    said.append("phase mark: its sensor is taken to be at the top (NOT known)")
+    return Guess(section, said)
+
+
+def _of_netcdf(path, nodes):
+    """Guess of a NetCDF file: its directions are the probes of every node."""
+    with netcdf(path) as data:
+        if "displacement" not in data or not {"direction", "node"} <= set(data.coords):
+            raise RotorstudyError(f"{path}: no variable 'displacement' with the coordinates 'direction' and 'node'")
+        names, labels = [[str(x) for x in data[c].values.tolist()] for c in ("direction", "node")]
+        section = {}
+        if sorted(names) != ["x", "y"]:
+            unit = {} if data.displacement.attrs.get("units") else {"unit": "um"}
+            probes, said = _probes(names, [unit] * len(names), nodes)
+            section = VIEW | {"probes": [{k: v for k, v in p.items() if k != "node"} for p in probes]}
+        else:
+            said = ["probes: x along gravity, y a quarter of a revolution ahead of it"]
+    if len(labels) > len(nodes):
+        raise RotorstudyError(f"{path}: has {len(labels)} nodes; the rig has only {len(nodes)}")
+    section["node_of_label"] = {
+        int(label) if label.isdecimal() else label: node for label, node in zip(labels, nodes, strict=False)
+    }
+    said.append(
+        f"nodes: {', '.join(f'{label} is node {node} of the rig' for label, node in zip(labels, nodes, strict=False))}"
+    )
+    return Guess(section, said)
+
+
+def _probes(names, units, nodes):
+    """Items of `probes:` for names of channels and their keys of units, and sentences on them."""
+    planes, angles = [plane_in(name) for name in names], [angle_in(name) for name in names]
+    pairs = {plane: [i for i, one in enumerate(planes) if one == plane] for plane in planes}
+    if any(angle is None for angle in angles) or any(len(pair) > 2 for pair in pairs.values()):
+        pairs = {i // 2: [j for j in (i, i + 1) if j < len(names)] for i in range(0, len(names), 2)}
+        angles = [PAIR[i % 2] for i in range(len(names))]
+        origin = "the order of the columns"
+    else:
+        origin = "its name"
+    if len(pairs) > len(nodes):
+        raise RotorstudyError(f"{len(pairs)} pairs of probes; the rig has only {len(nodes)} nodes")
+    items, said = [None] * len(names), []
+    for pair, node in zip(pairs.values(), nodes, strict=False):
+        for i in pair:
+            items[i] = {"channel": names[i], "node": node, "angle_deg": angles[i], **units[i]}
+            unit = units[i].get("unit", "the unit of its column")
+            said.append(f"probe '{names[i]}': node {node}, {direction_words(angles[i])}, in {unit}; by {origin}")
+    return items, said
+
+
+def direction_words(angle_deg):
+    """An angle from straight up, positive counter-clockwise, in words."""
+    angle = (angle_deg + 180) % 360 - 180
+    if angle in (0, -180):
+        return "straight up" if angle == 0 else "straight down"
+    return f"{abs(angle):g}° {'left' if angle > 0 else 'right'} of the top"
+
+
+def _unit(column):
+    """Keys of the unit of a probe: as its name or the row of units says, else by the size of its values."""
+    unit = unit_in(column.name, column.unit)
+    if unit in ("m", "mm", "um", "mil"):
+        return {"unit": unit}
+    if unit == "V" or (
+        unit is None and -24 < np.nanmedian(column.values) < -1
+    ):  # the gap voltage of an eddy-current probe
+        return {"unit": "V", "sensitivity_V_per_m": SENSITIVITY_V_PER_M}
+    return {"unit": "um" if np.nanstd(column.values) > 1e-3 else "m"}
+
+
+def _take(columns, wanted):
+    """The first column that is wanted, taken out of the list; None if there is none."""
+    for column in columns:
+        if wanted(column):
+            columns.remove(column)
+            return column
+    return None
+
+
+def _is_time(column):
+    steps = np.diff(column.values)
+    return (
+        len(steps) > 1
+        and (steps > 0).all()
+        and np.ptp(steps) < max(EVEN, 0.5 if TIME.search(column.name) else 0) * np.mean(steps)
+    )
+
+
+def _is_pulses(column):
+    """Whether a signal rests at one end of its range and leaves it at least twice."""
+    values = column.values[np.isfinite(column.values)]
+    low, high = values.min(), values.max()
+    if not high > low:
+        return False
+    rests = abs(np.median(values) - (low + high) / 2) > PULSES * (high - low)
+    return bool(rests and np.count_nonzero(np.diff(values > (low + high) / 2)) >= 4)
+
+
+def _layout_words(layout):
+    csv = layout.csv
+    separator = {";": "semicolons", "\t": "tabs", ",": "commas"}[csv.separator]
+    units = f", {csv.unit_rows} row of units below it" if csv.unit_rows else ""
+    return f"columns separated by {separator}, decimal '{csv.decimal}', header in line {csv.skip_rows + 1}{units}"

@@ -1,0 +1,168 @@
+"""Checks of the harmonics of all speeds against what a shaft can do, and against what the rig predicts."""
+
+import numpy as np
+
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.measurement.findings import Finding
+from rotorstudy.measurement.quality import DEAD, SIGNIFICANT
+from rotorstudy.measurement.single_probe import along_probes
+from rotorstudy.response.measured import measured_response
+from rotorstudy.units import METRES, um
+
+BACKWARD = 2.0  # ratio of backward to forward 1X
+HUGE_M, TINY_M = 5e-3, 1e-9  # more than a shaft can vibrate, less than a probe resolves
+SCALE = 20.0  # ratio to the predicted vibration, either way; mil taken as µm gives 25
+APART = 3.0  # times the sag plus the rms vibration: a mean further from the predicted one is a probe gap
+
+
+def check_together(spectrum, rig, where):
+    """Findings that need all speeds: units, mean, probes and sense of rotation, against the prediction of the rig."""
+    harmonics, nodes = list(spectrum.harmonics), spectrum.sensors
+    moving = spectrum.harmonics != 0
+    fluctuating = np.abs(spectrum.amplitude[:, moving])
+    variance = np.diagonal(spectrum.covariance, axis1=-2, axis2=-1)
+    std = np.sqrt(sum(np.swapaxes(part, 1, 2) for part in np.split(variance, 2, axis=-1)))[:, moving]
+    rms = np.sqrt(np.sum(fluctuating**2, axis=1))
+    largest, expected, mean = _expected(rig, spectrum)
+    findings = check_units(rms, largest, where)
+    findings += check_detected(fluctuating, std, expected.max(axis=0), nodes, where)
+    if 0 in harmonics:
+        findings += check_mean(spectrum.amplitude[:, harmonics.index(0)], mean, rms, nodes, where)
+    if -1 in harmonics:
+        orbits = np.isnan(spectrum.directions)
+        forward, turned = (np.abs(spectrum.amplitude[:, harmonics.index(n), orbits]) for n in (1, -1))
+        backward = (expected[1] > expected[0])[orbits]
+        nodes = [node for node, whole in zip(nodes, orbits, strict=True) if whole]
+        findings += check_sense(forward, turned, backward, nodes, where)
+    directions = dict(zip(spectrum.sensors, spectrum.directions.tolist(), strict=True))
+    return findings + check_directions({n: a for n, a in directions.items() if np.isfinite(a)}, where)
+
+
+def _expected(rig, spectrum):
+    """Prediction by the rig's own values, m: largest amplitude or None; rms +1X and -1X (2, sensor); 0X there.
+
+    Without values for all parameters the largest amplitude is the static deflection, and no whirl is predicted.
+    """
+    try:
+        shown = measured_response(rig, spectrum.speed, [1, -1, 0])
+        shown = along_probes(shown, [1, -1, 0], spectrum.directions)
+    except RotorstudyError:
+        deflection = rig.structure.static_deflection
+        return float(np.abs(deflection).max()) or None, np.zeros((2, len(rig.sensors))), deflection[list(rig.measured)]
+    size = np.abs(shown[:, :2])
+    return float(size.max()) or None, np.sqrt(np.mean(size**2, axis=0)), shown[:, 2]
+
+
+def check_units(fluctuating, expected, where):
+    """Whether the amplitudes are plausible for a shaft.
+
+    fluctuating : (speed, node) rms of the harmonics without the mean, m;  expected : predicted amplitude, m, or None
+    """
+    largest = float(np.max(fluctuating))
+    if largest == 0:
+        return [Finding("error", "units", where, "no vibration in any harmonic; check the probes and their columns")]
+    if largest > HUGE_M or largest < TINY_M:
+        what = "more than a shaft can move" if largest > HUGE_M else "less than a probe can resolve"
+        text = f"vibration of {um(largest, 3)} rms is {what}; check the units ({_fitting(largest, expected)})"
+        return [Finding("error", "units", where, text)]
+    if expected and not expected / SCALE < largest < expected * SCALE:
+        text = (
+            f"vibration of {um(largest, 3)} rms where the rig predicts {um(expected)}; check the units "
+            f"({_fitting(largest, expected)})"
+        )
+        return [Finding("warning", "units", where, text)]
+    return []
+
+
+def _fitting(size, expected):
+    """The confusion of units that would bring an amplitude (m) nearest to the expected one."""
+    pairs = {(a, b): METRES[a] / METRES[b] for a in METRES for b in METRES if a != b}
+    off = {pair: abs(np.log(size * factor / (expected or 5e-5))) for pair, factor in pairs.items()}
+    nearest = [f"{a} taken as {b}?" for (a, b), one in off.items() if one < min(off.values()) + 1e-6]
+    return " ".join(nearest)
+
+
+def check_detected(amplitude, std, expected, nodes, where):
+    """Whether the probes of a node show a vibration at any speed, where the rig predicts one that they would show.
+
+    amplitude, std : (speed, harmonic, node) of the fluctuating harmonics, m;  expected : (node,) predicted 1X rms, m
+    """
+    silent = (amplitude <= SIGNIFICANT * std).all(axis=(0, 1))
+    told = silent & (expected > DEAD * SIGNIFICANT * std.max(axis=(0, 1)))
+    return [
+        Finding(
+            "error",
+            "dead probe",
+            f"{where}, node {node}",
+            f"no harmonic exceeds the noise at any speed, where the rig predicts {um(expected[i])}: its probes do not "
+            "detect the shaft, or the shaft does not vibrate",
+        )
+        for i, node in enumerate(nodes)
+        if told[i]
+    ]
+
+
+def check_mean(mean, expected, fluctuating, nodes, where):
+    """Whether 0X is near the predicted static position: the reading of most proximity probes includes their gap.
+
+    mean, expected : (speed, node) complex, m, measured and predicted;  fluctuating : (speed, node) rms of the rest, m
+    """
+    off = np.median(np.abs(mean - expected), axis=0)
+    allowed = APART * (np.abs(np.atleast_2d(expected)).max(axis=0) + fluctuating.max(axis=0))
+    return [
+        Finding(
+            "warning",
+            "probe gap",
+            f"{where}, node {node}",
+            f"the mean is {um(off[i])} from the static position that the rig predicts, while the shaft vibrates by "
+            f"{um(fluctuating[:, i].max())} rms. Does it include the gap of the probes? It would be taken for a "
+            "preload. Zero the probes with the shaft at rest, leave 0 out of 'measurement: harmonics:', or give the "
+            "rig the effect sensor_gap",
+        )
+        for i, node in enumerate(nodes)
+        if off[i] > allowed[i]
+    ]
+
+
+def check_sense(forward, backward, expected_backward, nodes, where):
+    """Whether backward 1X exceeds forward where the rig does not predict it.
+
+    forward, backward : (speed, node) |R_1|, |R_-1|, m, of nodes whose orbit is measured
+    expected_backward : (node,) bool, predicted by the rig
+    """
+    size = np.sqrt(np.sum(forward**2, axis=0)), np.sqrt(np.sum(backward**2, axis=0))
+    reversed_nodes = (size[1] > BACKWARD * size[0]) & ~expected_backward
+    ratio = size[1] / np.maximum(size[0], 1e-300)
+    remedy = (
+        "If the shaft does whirl backward here (between the two critical speeds of anisotropic bearings), give the rig "
+        "the values of its bearings, so that it predicts this"
+    )
+    if len(nodes) and reversed_nodes.all():
+        text = (
+            f"backward 1X is {ratio.min():.3g} times forward or more at every node: reversed rotation, or the probes "
+            f"of all nodes swapped or of the wrong sign. Correct 'rotation:' or the probes. {remedy}"
+        )
+        return [Finding("error", "sense of rotation", where, text)]
+    return [
+        Finding(
+            "error",
+            "swapped probes",
+            f"{where}, node {node}",
+            f"backward 1X is {ratio[i]:.3g} times forward, but not at the other nodes: the two probes of this node are "
+            f"swapped, or one has the wrong sign. {remedy}",
+        )
+        for i, node in enumerate(nodes)
+        if reversed_nodes[i]
+    ]
+
+
+def check_directions(directions, where):
+    """A note on the nodes that one direction is measured of. directions : {node: rad}."""
+    if not directions:
+        return []
+    listed = ", ".join(map(str, sorted(directions)))
+    text = (
+        f"node {listed} has a single probe: only its motion along the probe is measured, and "
+        "only the model separates forward from backward. A second probe there would measure the orbit"
+    )
+    return [Finding("note", "single probe", where, text)]

@@ -1,0 +1,146 @@
+"""Terms of a rig: the items of its sections, with their options and values."""
+
+import numpy as np
+
+from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
+from rotorstudy.model.cracks import SERIES_ORDER, crack_parameters
+from rotorstudy.model.depth import keys_from_depth
+from rotorstudy.model.key_units import aliases_of, in_si
+from rotorstudy.model.options import Whole, check_options, number_hint, option_names
+from rotorstudy.model.plugin_results import check_parameters, check_shapes
+from rotorstudy.model.registry import registry
+from rotorstudy.model.structure import Structure
+from rotorstudy.model.terms import Term
+
+
+def make_term(
+    section: str, item: dict, structure: Structure, sensors: tuple[int, ...], where: str = "the term"
+) -> Term:
+    """The Term described by an item of a rig: kind, label, options, and values of its parameters.
+
+    The stiffness loss of a crack can be given by its depth instead: {"depth": {"kind": ..., "depth_ratio": ..., ...}}.
+
+    Parameters
+    ----------
+    section : str
+        "crack", "bearing" or "effect".
+    item : dict
+        {"kind": name, options..., parameter_unit: value, ...}; a complex parameter also has parameter_phase_rad. Angles
+        can be given in degrees (`_deg` for `_rad`), an unbalance as unbalance_g_mm or unbalance_kg_m.
+    structure : Structure
+        The rotor it acts on.
+    sensors : ints (sensor,)
+        Nodes with a sensor.
+    where : str, optional
+        Its name in error messages.
+
+    Returns
+    -------
+    Term
+
+    Raises
+    ------
+    RotorstudyError
+        For an unknown key or a value that is not allowed.
+    PluginError
+        If the plugin gives something of a wrong type or shape.
+    """
+    plugin = registry().get(section, kind_of(item, where), where)
+    given = without_kind(item)
+    label = given.pop("label", "")
+    if not isinstance(label, (str, int)):
+        raise RotorstudyError(f"label = {label!r} in {where}: must be a text")
+    function, fixed, acts_on = plugin.function, {}, getattr(plugin, "acts_on", "rotor")
+    if section == "crack":
+        function, fixed = crack_parameters, {"crack": plugin, "structure": structure}
+        if "depth" in given:
+            depth = given.pop("depth")
+            given = {**keys_from_depth(depth, plugin, structure, given, where), **given}
+        names = {n for one in (_every_crack, plugin.function) for n in option_names(one, ("angle",))}
+        given = in_si(given, names, where)
+        options = _crack_options(plugin, given, where)
+    else:
+        fixed = {"sensors": sensors} if acts_on == "output" else {}
+        if acts_on != "output" or "structure" in option_names(function):
+            fixed["structure"] = structure
+        names = option_names(function, fixed)
+        given = in_si(given, names, where)
+        options = check_options(function, {k: v for k, v in given.items() if k in names}, where, fixed)
+    parameters = check_parameters(function(**fixed, **options), plugin, where)
+    check_shapes(parameters, len(sensors) if acts_on == "output" else len(structure.dofs), plugin, where)
+    keys = [key for p in parameters for key in ((p.key, p.phase_key) if p.is_complex else (p.key,))]
+    given = in_si(given, [*keys, *options], where, aliases_of(parameters))
+    values = {key: value for key, value in given.items() if key not in options}
+    values = _read_values(parameters, values, options, where)
+    if section == "crack":
+        _check_losses(
+            values, structure.stiffness_loss_at(options.get("node"), options.get("element")), structure, where
+        )
+    return Term(plugin.name, parameters, values, acts_on, label, carries=section == "bearing", options=options)
+
+
+def _every_crack(
+    weight_dominance: bool = True,
+    order: Whole = SERIES_ORDER,
+    node: int | None = None,
+    element: int | None = None,
+    angle_rad: float = 0.0,
+):
+    """Options of every crack."""
+
+
+def _crack_options(plugin, given, where):
+    options = {}
+    for function in (_every_crack, plugin.function):
+        names = option_names(function, ("angle",))
+        for name in {*options, "depth", "label"} & {*names}:
+            raise PluginError(
+                f"plugin '{plugin.name}' ({plugin.file}): option '{name}' is reserved for all cracks; rename it"
+            )
+        options |= check_options(function, {k: v for k, v in given.items() if k in names}, where, ("angle",))
+    return options
+
+
+def _read_values(parameters, given, options, where):
+    allowed = {p.key for p in parameters} | {p.phase_key for p in parameters if p.is_complex}
+    for key, value in given.items():
+        if key not in allowed:
+            raise unknown_name("key", key, [*allowed, *options, "label"], where)
+        if isinstance(value, bool) or not isinstance(value, (int, float)) or not np.isfinite(value):
+            raise RotorstudyError(f"{key} = {value!r} in {where}: must be a finite number{number_hint(value)}")
+    values = {}
+    for parameter in parameters:
+        if parameter.key in given:
+            phase = given.get(parameter.phase_key, 0.0)
+            values[parameter.name] = given[parameter.key] * (np.exp(1j * phase) if parameter.is_complex else 1)
+        elif parameter.default is not None:
+            values[parameter.name] = parameter.default
+        elif parameter.is_complex and parameter.phase_key in given:
+            raise RotorstudyError(f"{parameter.phase_key} in {where} has no magnitude; give {parameter.key} too")
+    return values
+
+
+def _check_losses(values, losses, structure, where):
+    """Raise for a crack that adds stiffness, or takes away more than the shaft has."""
+    for name, value in values.items():
+        pattern, unit, _ = losses[name]
+        share = value if unit == "1" else np.max(value * np.diag(pattern) / np.diag(structure.stiffness))
+        if value < 0 or share >= 1:
+            raise RotorstudyError(
+                f"{name} = {value:g} in {where}: a crack loses from nothing up to, but not including, all of the "
+                "stiffness of the shaft there" + ("" if unit == "1" else f" ({value / share:.3g} {unit})")
+            )
+
+
+def kind_of(item, where):
+    """The name of the plugin of an item."""
+    if not isinstance(item, dict) or "kind" not in item:
+        raise RotorstudyError(f"key 'kind' is missing in {where}")
+    if not isinstance(item["kind"], str):
+        raise RotorstudyError(f"kind = {item['kind']!r} in {where}: must be the name of a plugin")
+    return item["kind"]
+
+
+def without_kind(item):
+    """Options and values of an item."""
+    return {key: value for key, value in item.items() if key != "kind"}

@@ -1,0 +1,86 @@
+"""The probes of a rig file as a picture: where they are, the phase mark, gravity and the sense of rotation."""
+
+import numpy as np
+
+from rotorstudy.presentation.plots import COLOURS, figure
+
+PROBE, LABEL = 1.45, 1.95  # radii at which a probe ends and its name stands, the shaft being 1
+MOST = 6  # nodes drawn
+BLANK = {"facecolor": "w", "edgecolor": "none", "pad": 0.5}  # behind a text
+
+
+def probe_picture(conventions, nodes, labels=None):
+    """A cross section of the shaft at each node with probes, in the view of the rig file, angles counter-clockwise.
+
+    Parameters
+    ----------
+    conventions : Conventions
+    nodes : sequence of int
+        Measured nodes, for probes that are at every one.
+    labels : dict, optional
+        Node -> what the rig calls it.
+
+    Returns
+    -------
+    matplotlib figure
+    """
+    at = {node: [p for p in conventions.probes if p.node in (None, node)] for node in nodes}
+    at = {node: probes for node, probes in at.items() if probes}
+    shown = list(at)[:MOST]
+    picture, axes = figure(1, len(shown), height=3.1, width=2.9)
+    for node, panel in zip(shown, axes[0], strict=True):
+        _section(panel, conventions)
+        for i, probe in enumerate(at[node]):
+            _probe(panel, conventions, probe.angle_deg, probe.channel, COLOURS[i % len(COLOURS)])
+        label = (labels or {}).get(node)
+        panel.set_title(f"node {node}" + (f" ({label})" if label else ""))
+    sense = "counter-clockwise" if conventions.sense > 0 else "clockwise"
+    left = f"; {len(at) - MOST} more nodes" if len(at) > MOST else ""
+    picture.suptitle(f"Seen as in the rig file: the shaft turns {sense}{left}", fontsize=9)
+    return picture
+
+
+def _section(panel, conventions):
+    """Shaft with its mark as the mark passes its sensor, gravity, zero of the angles, sense of rotation."""
+    from matplotlib.patches import Circle
+
+    panel.add_patch(Circle((0, 0), 1, facecolor="0.9", edgecolor="0.4"))
+    key = conventions.keyphasor
+    sensor = _on_page(conventions, key.sensor_angle_deg)
+    panel.plot(*(0.9 * _xy(sensor)), "s", color="k", markersize=6)
+    panel.plot(*np.transpose([1.08 * _xy(sensor), PROBE * _xy(sensor)]), color="k", linewidth=3, solid_capstyle="butt")
+    panel.text(*(1.62 * _xy(sensor)), "phase mark", ha="center", va="center", fontsize=7, bbox=BLANK)
+    line = _on_page(conventions, key.sensor_angle_deg - key.mark_angle_deg)
+    panel.plot(*np.transpose([0 * _xy(line), 0.8 * _xy(line)]), ":", color="k", linewidth=1)
+    panel.text(*(0.45 * _xy(line + 0.6)), "reference\nline", ha="center", va="center", fontsize=6)
+    panel.annotate("", (0, -0.75), (0, 0), arrowprops={"arrowstyle": "-|>", "color": "0.4"})
+    panel.text(0.06, -0.55, "g", fontsize=8, color="0.3")
+    turn = np.deg2rad(np.linspace(200, 250, 20))[:: conventions.sense]
+    panel.plot(1.2 * np.cos(turn), 1.2 * np.sin(turn), color=COLOURS[2])
+    panel.annotate("", 1.2 * _xy(turn[-1]), 1.2 * _xy(turn[-2]), arrowprops={"arrowstyle": "-|>", "color": COLOURS[2]})
+    zero = _on_page(conventions, 0.0)
+    panel.plot(*np.transpose([_xy(zero), 1.75 * _xy(zero)]), "--", color="0.6", linewidth=0.7, zorder=0)
+    panel.text(*(2.2 * _xy(zero)), "0°", fontsize=7, color="0.4", ha="center", va="center")
+    panel.set(xlim=(-2.5, 2.5), ylim=(-2.4, 2.4))
+    panel.set_aspect("equal")
+    panel.axis("off")
+
+
+def _probe(panel, conventions, angle_deg, name, colour):
+    direction = _on_page(conventions, angle_deg)
+    panel.annotate(
+        "",
+        1.05 * _xy(direction),
+        PROBE * _xy(direction),
+        arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 5},
+    )
+    panel.text(*(LABEL * _xy(direction)), f"{name}\n{angle_deg:g}°", ha="center", va="center", fontsize=8, color=colour)
+
+
+def _on_page(conventions, angle_deg):
+    """Direction on the page, rad from the right, of an angle of the rig file: gravity points down."""
+    return np.deg2rad(angle_deg - conventions.gravity_angle_deg - 90)
+
+
+def _xy(angle):
+    return np.array([np.cos(angle), np.sin(angle)])

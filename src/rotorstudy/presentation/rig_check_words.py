@@ -1,0 +1,43 @@
+"""The check of a rig file, as text and as plain data."""
+
+from dataclasses import asdict
+
+from rotorstudy.presentation.rotor_page import criticals, loads, summary
+from rotorstudy.units import RAD_PER_S, number
+
+RPM = 1 / RAD_PER_S["rpm"]
+
+
+def check_data(check):
+    """A RigCheck as a dict for JSON."""
+    found = {"errors": len(check.errors), "findings": [asdict(finding) for finding in check.findings]}
+    found["speed_range_rad_per_s"] = list(check.valid) if check.valid else None
+    if check.analysis:
+        found |= {"summary": summary(check.analysis), "weight_N": check.analysis.weight}
+        found |= {"loads": loads(check.analysis), "criticals": criticals(check.analysis)}
+    return found
+
+
+def check_words(check):
+    """A RigCheck as lines of text."""
+    lines, analysis = [], check.analysis
+    if check.model:
+        structure = check.model.structure
+        length = f"{structure.length:.4g} m, " if structure.length else ""
+        mass = float(structure.along @ structure.mass @ structure.along)
+        lines.append(f"rotor: {length}{mass:.4g} kg, {len(structure.nodes)} nodes that move")
+    if analysis:
+        shares = [f"{row['bearing']} {row['downward (N)']:.4g} N" for row in loads(analysis)]
+        lines.append(f"static loads: {', '.join(shares) or 'none'}; weight {analysis.weight:.4g} N")
+        lines += [
+            f"critical speed: {number(row['speed (rpm)'], 5)} rpm, {row['whirl']}, "
+            f"damping ratio {row['damping ratio (1)']:.3g}"
+            for row in criticals(analysis)
+        ]
+        lines += summary(analysis)[0 if not analysis.criticals else 1 :]
+    if check.valid:
+        low, high = (number(w * RPM, 4) for w in check.valid)
+        lines.append(f"all bearings are defined from {low} to {high} rpm")
+    lines += [str(finding) for finding in check.findings]
+    counts = [sum(f.severity == kind for f in check.findings) for kind in ("error", "warning", "note")]
+    return [*lines, f"{counts[0]} errors, {counts[1]} warnings, {counts[2]} notes"]

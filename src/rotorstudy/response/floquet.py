@@ -1,0 +1,134 @@
+"""Growth of the free motion about a steady state whose coefficients vary over a revolution: Floquet multipliers.
+
+A crack or an asymmetric shaft has coefficients that turn with the shaft. A force that is not linear in the motion (a
+crack opened by the vibration, a contact) has the slopes that it takes along the steady state.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from rotorstudy.model.model import Model
+from rotorstudy.response.coefficients import time_matrices
+from rotorstudy.response.coupling import COUPLED_ORDER, check_speed
+from rotorstudy.response.measured import carried_motion
+
+TURN_STEPS = 256  # a mode at n times the speed loses 4e-4 n^2 of its frequency, and no more than 2e-6 n^3 to damping
+DIFFERENCE = 1e-6  # step of the central differences of a force, relative to the motion
+
+
+def varies_in_time(model):
+    """Whether the coefficients of the free motion vary over a revolution: a turning stiffness, or nonlinear forces."""
+    turning = any(e.reads_motion and e.shift for unknown in model.rotor_unknowns for e in unknown.entries)
+    return turning or bool(model.nonlinear_forces)
+
+
+def periodic_growth_rate(model: Model, speed: ArrayLike, theta: ArrayLike | None = None) -> np.ndarray:
+    """Growth rate of the fastest growing free motion of a model whose coefficients vary over a revolution.
+
+    The logarithm of the largest multiplier of one revolution, over its duration. The motion is integrated in real x and
+    y by the trapezoidal rule with a second-order backward difference (TR-BDF2): stiff modes, of which the shaft has
+    many, are damped and need no small steps.
+
+    Parameters
+    ----------
+    model : Model
+        Rotor with its terms.
+    speed : array (speed,)
+        Spin speeds in rad/s.
+    theta : array (parameter,), optional
+        Amplitudes in the units of `model.units`; the model's own by default.
+
+    Returns
+    -------
+    array (speed,)
+        In 1/s; unstable if > 0.
+
+    Raises
+    ------
+    RotorstudyError
+        For an effect without a time-domain form.
+    NoSteadyState
+        If nonlinear forces leave no steady state.
+
+    References
+    ----------
+    Bank et al., IEEE Trans. Electron Devices 32 (1985) 1992; Hosea and Shampine, Appl. Numer. Math. 20 (1996) 21.
+    """
+    theta = np.asarray(model.theta if theta is None else theta, float)
+    return np.array([_growth_of_one_turn(model, float(w), theta) for w in check_speed(speed)])
+
+
+def _growth_of_one_turn(model, speed, theta):
+    duration = 2 * np.pi / speed
+    step, size = duration / TURN_STEPS, 4 * len(model.structure.dofs)
+    gamma = 2 - np.sqrt(2)
+    along = _steady_state(model, theta, speed) if model.nonlinear_forces else None
+    starts = _real_state_matrices(model, theta, speed, np.arange(TURN_STEPS + 1) / TURN_STEPS, along)
+    between = _real_state_matrices(model, theta, speed, (np.arange(TURN_STEPS) + gamma) / TURN_STEPS, along)
+    identity, weight = np.eye(size), gamma / 2 * step
+    middle = np.linalg.solve(identity - weight * between, identity + weight * starts[:-1])
+    ahead = (middle - (1 - gamma) ** 2 * identity) / (gamma * (2 - gamma))
+    turns = np.linalg.solve(identity - weight * starts[1:], ahead)
+    while len(turns) > 1:  # TURN_STEPS is a power of two
+        turns = turns[1::2] @ turns[::2]
+    if not np.isfinite(turns).all():  # of a motion that grows beyond all numbers within a revolution
+        return np.inf
+    return np.log(np.abs(np.linalg.eigvals(turns[0])).max()) / duration
+
+
+def _steady_state(model, theta, speed):
+    """The Motion at one speed, all harmonics carried."""
+    return carried_motion(model, [speed], np.arange(-COUPLED_ORDER, COUPLED_ORDER + 1), theta)
+
+
+def _real_state_matrices(model, theta, speed, turned, along):
+    """State matrices (instant, state, state) of x, y and their velocities at fractions of a revolution (instant,).
+
+    along : the Motion about which nonlinear forces are linearised, None without such forces
+    """
+    own, still = model.matrices(theta), np.zeros(len(model.structure.dofs))
+    _, stiffness, damping, mass = time_matrices(model, theta, speed, still)
+    turning = np.multiply.outer(2j * np.pi * turned, np.ones((1, 1)))
+
+    def at(parts, shaft):
+        """Real matrices on (x, y) of minus `shaft` plus the entries."""
+        on_z = -shaft + sum(np.exp(shift * turning) * part for shift, part in parts["z"].items()) + 0 * turning
+        on_conj = sum(np.exp(shift * turning) * part for shift, part in parts["conj"].items()) + 0 * turning
+        plus, minus = on_z + on_conj, on_z - on_conj
+        upper = np.concatenate([plus.real, -minus.imag], axis=-1)
+        return np.concatenate([upper, np.concatenate([plus.imag, minus.real], axis=-1)], axis=-2)
+
+    inverse = np.kron(np.eye(2), np.linalg.inv(own.mass + np.real(mass)))
+    lower = [at(stiffness, own.stiffness), at(damping, -1j * speed * own.gyroscopic)]
+    for position, force in model.nonlinear_forces if along else ():
+        for part, slope in zip(lower, _slopes(force, along, speed, turned), strict=True):
+            part += theta[position] * slope
+    lower = inverse @ np.concatenate(lower, axis=-1)
+    upper = np.broadcast_to(np.eye(lower.shape[-2], lower.shape[-1], k=lower.shape[-2]), lower.shape)
+    return np.concatenate([upper, lower], axis=-2)
+
+
+def _slopes(force, along, speed, turned):
+    """Slopes (instant, 2 dof, 2 dof) of a force in x and y by displacement (N/m) and by velocity (N s/m), real.
+
+    force : NonlinearForce;  along : Motion;  turned : (instant,) fractions of a revolution
+    """
+    amplitude, deflection = along.amplitude[0] @ force.matrix.T, force.matrix @ along.deflection.reshape(-1)
+    orders = np.arange(len(amplitude)) - len(amplitude) // 2
+    turns = np.exp(2j * np.pi * np.outer(turned, orders))
+    displacement = turns @ amplitude + deflection
+    velocity = turns @ (1j * speed * orders[:, None] * amplitude)
+    size, still, angle = DIFFERENCE * np.abs(amplitude).max(), deflection[None], 2 * np.pi * turned
+
+    def slope(step, rate):
+        """Derivative (instant, coordinate) of the force by a coordinate, along a step of it and of its velocity."""
+        up, down = (force.at(displacement + s * step, velocity + s * rate, still, angle) for s in (size, -size))
+        return (up - down) / (2 * size)
+
+    units = [unit * one for unit in (1, 1j) for one in np.eye(amplitude.shape[1])]
+    seen, found = np.kron(np.eye(2), force.matrix), []
+    for of_position in (True, False):
+        columns = [slope(one, 0) if of_position else slope(0, speed * one) / speed for one in units]
+        columns = np.stack(columns, axis=-1)
+        found.append(seen.T @ np.concatenate([columns.real, columns.imag], axis=-2) @ seen)
+    return found

@@ -1,0 +1,168 @@
+"""Numbers of a rig that are probably wrong: far from any machine, or in another unit than their key says."""
+
+import numpy as np
+
+from rotorstudy.measurement.findings import Finding
+from rotorstudy.units import METRES, number
+
+# Key -> lowest and highest plausible value, and an example. They are wide: what lies outside is in another unit.
+PLAUSIBLE = {
+    "youngs_modulus_Pa": (1e9, 1e12, "steel has 2.1e11"),
+    "density_kg_per_m3": (500.0, 25000.0, "steel has 7850"),
+    "outer_diameter_m": (5e-4, 5.0, "a shaft of 30 mm has 0.03"),
+    "length_m": (1e-4, 30.0, "300 mm are 0.3"),
+    "diameter_m": (5e-4, 5.0, "a journal of 100 mm has 0.1"),
+    "stiffness_N_per_m": (1e2, 1e11, "1 N/um is 1e6"),
+    "bearing_stiffness": (1e3, 1e11, "100 N/um are 1e8"),
+    "bearing_damping": (0.0, 1e8, "1 kN s/m is 1000"),
+    "viscosity_Pa_s": (1e-5, 5.0, "an oil of ISO VG 32 at 50 °C has 0.02, which is 20 cP"),
+    "eccentricity_m": (0.0, 1e-3, "10 um are 1e-5"),
+    "shaft_damping_s": (0.0, 1e-2, "1e-5 is usual"),
+}
+FACTORS = {1e3: "1000", 1e6: "a million", 1e9: "1e9", METRES["mil"]: "2.54e-5 (mil in m)"}
+CLEARANCE = (2e-4, 1e-2)  # radial clearance over radius; 0.0005 to 0.003 in most machines
+PRESSURE = (1e3, 2e7)  # Pa, load over projected area of a journal
+DENSITY = (300.0, 25000.0)  # kg/m3 of a disc; wheels with blades are light, tungsten has 19300
+DIAMETERS = 0.9  # of the shaft: a disc is not smaller
+THIN = 1e-3  # relative error of the moments of a thin disc, as printed
+OFFSET = 2e-4  # m, centre of mass off the axis by all unbalance; grade G 40 at 2000 rpm
+
+
+def implausible_numbers(given, place=""):
+    """Findings on the numbers of a rig dict, by their keys.
+
+    given : dict, list or value as in the file;  place : of it in the file
+    """
+    if isinstance(given, dict):
+        inside = [(f"{place}, {key}" if place else str(key), key, value) for key, value in given.items()]
+    elif isinstance(given, list):
+        inside = [(f"{place}[{i}]", "", value) for i, value in enumerate(given)]
+    else:
+        return []
+    found = []
+    for where, key, value in inside:
+        found += _of_number(where, key, value) if _is_number(value) else implausible_numbers(value, where)
+    return found
+
+
+def _of_number(where, key, value):
+    """Findings on one number."""
+    known = next((name for name in PLAUSIBLE if key == name or str(key).startswith(f"{name}_")), None)
+    if known is None or value == 0:
+        return []
+    low, high, example = PLAUSIBLE[known]
+    if low <= abs(value) <= high:
+        return []
+    text = (
+        f"{key} = {value:g} is outside {low:g} to {high:g}, in which machines lie ({example}){_hint(value, low, high)}"
+    )
+    return [Finding("warning", "units", where, text)]
+
+
+def _hint(value, low, high):
+    """By which factor between units a value would be plausible."""
+    for factor, words in FACTORS.items():
+        for direction, changed in (("larger", value / factor), ("smaller", value * factor)):
+            if low <= abs(changed) <= high:
+                return f"; it may be {direction} than meant by a factor of {words}"
+    return ""
+
+
+def odd_discs(structure):
+    """Findings on the discs: moments that no body has, or a mass that does not fit the moments and the shaft."""
+    found = []
+    for disc in structure.discs:
+        where = f"disc at node {disc.node}" + (
+            f" ({structure.labels[disc.node]})" if disc.node in structure.labels else ""
+        )
+        if disc.polar_moment > 2 * disc.diametral_moment * (1 + THIN):
+            text = (
+                f"polar_moment_kg_m2 = {disc.polar_moment:g} is more than twice diametral_moment_kg_m2 = "
+                f"{disc.diametral_moment:g}, which no rigid body has; a thin disc has exactly twice"
+            )
+            found.append(Finding("warning", "moments of inertia", where, text))
+        if disc.polar_moment == 0:
+            continue
+        shaft = _shaft_diameter(structure, disc.node)
+        fact = (
+            f"a solid disc with this mass ({disc.mass:g} kg) and polar moment has a diameter of {2 * disc.radius:.3g} m"
+        )
+        if shaft and 2 * disc.radius < DIAMETERS * shaft:
+            text = f"{fact}, less than the shaft ({shaft:.3g} m): heavier than plausible; check mass and moments"
+            found.append(Finding("warning", "disc", where, text))
+        elif structure.length and 2 * disc.radius > structure.length:
+            text = (
+                f"{fact}, more than the length of the shaft ({structure.length:.3g} m): is the moment in other units?"
+            )
+            found.append(Finding("warning", "disc", where, text))
+        elif disc.thickness > THIN * disc.radius:
+            density = disc.mass / (np.pi * disc.radius**2 * disc.thickness)
+            if not DENSITY[0] < density < DENSITY[1]:
+                text = (
+                    f"{fact} and a thickness of {disc.thickness:.3g} m, so that its density would be {number(density)} "
+                    "kg/m3; check mass and moments of inertia"
+                )
+                found.append(Finding("warning", "disc", where, text))
+    return found
+
+
+def odd_films(bearings, loads):
+    """Findings on bearings with an oil film. bearings : items of the rig;  loads : {node: N, static}"""
+    found = []
+    for item in bearings:
+        if not {"radial_clearance_m", "diameter_m", "length_m"} <= set(item):
+            continue
+        where, diameter = _bearing_name(item), item["diameter_m"]
+        ratio = 2 * item["radial_clearance_m"] / diameter
+        if not CLEARANCE[0] < ratio < CLEARANCE[1]:
+            side = "larger" if ratio > CLEARANCE[1] else "smaller"
+            text = (
+                f"radial_clearance_m is {ratio:.2g} of the radius, {side} than in any machine (0.0005 to 0.003 are "
+                "usual); is it in other units, or the diametral clearance?"
+            )
+            found.append(Finding("warning", "film clearance", where, text))
+        load = item.get("load_N", loads.get(item.get("node")))
+        if load is not None and not PRESSURE[0] < load / (diameter * item["length_m"]) < PRESSURE[1]:
+            pressure = load / (diameter * item["length_m"])
+            text = (
+                f"{load:.3g} N on {diameter:g} m x {item['length_m']:g} m are {pressure:.2g} Pa; 1e4 to 3e6 are usual"
+            )
+            found.append(Finding("warning", "film pressure", where, text))
+    return found
+
+
+def stated_loads(bearings, loads):
+    """Findings on `load_N` of bearings beside the static load of the rotor; loads : {node: N}"""
+    found = []
+    for item in bearings:
+        load = loads.get(item.get("node"))
+        if load is None or not ("load_N" in item or "radial_clearance_m" in item):
+            continue
+        if "load_N" not in item:
+            text = f"{load:.4g} N by default, what it carries of the weight"
+            found.append(Finding("note", "load_N", _bearing_name(item), text))
+        elif abs(item["load_N"] - load) > 0.1 * abs(load):
+            text = (
+                f"load_N = {item['load_N']:g} N, but the weight of the rotor loads this bearing by {load:.4g} N; leave "
+                "load_N out, unless a belt, a gear or an alignment loads it too"
+            )
+            found.append(Finding("warning", "load_N", _bearing_name(item), text))
+    return found
+
+
+def _bearing_name(item):
+    return f"bearing at node {item.get('node')}" + (f" ({item['label']})" if item.get("label") else "")
+
+
+def _shaft_diameter(structure, node):
+    """Outer diameter (m) of the shaft beside a node; None if its cross sections are not known."""
+    if structure.section_at is None or not structure.node_positions:
+        return None
+    here, places = structure.node_positions[node], sorted(structure.node_positions.values())
+    i = places.index(here)
+    beside = (here + places[i + 1]) / 2 if i + 1 < len(places) else (here + places[i - 1]) / 2
+    return structure.section_at(beside).outer_diameter_m
+
+
+def _is_number(value):
+    return isinstance(value, (int, float)) and not isinstance(value, bool)

@@ -1,0 +1,233 @@
+"""Check of a rig file: is it valid, what follows from it, and what is odd about it."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rotorstudy.diagnosis.settings import check_names, read_settings
+from rotorstudy.errors import CannotAct, RotorstudyError, unknown_name
+from rotorstudy.measurement.conventions import measured_direction, read_conventions
+from rotorstudy.measurement.findings import Finding, worst_first
+from rotorstudy.model.rig import read_rig
+from rotorstudy.response.whirl import damped_modes, time_invariant
+from rotorstudy.studies.plausibility import implausible_numbers, odd_discs, odd_films, stated_loads
+from rotorstudy.studies.rotor_analysis import MODES, analyse_rotor
+from rotorstudy.units import RAD_PER_S, number, percent
+
+TRIED = np.geomspace(0.1, 1e5, 121)  # rad/s, at which it is tried whether the bearings are defined
+HALVINGS = 30  # of the interval about an end of that range
+BLIND = 0.05  # of the largest motion in a mode: a probe that sees less is at a node of it
+OVERDAMPED, UNDAMPED = 0.5, 1e-4  # damping ratios between which resonances lie
+SAG = 1e-3  # m, static deflection of a shaft in its bearings beyond which they are too soft
+
+
+class RigCheck(NamedTuple):
+    """What is known of a rig.
+
+    findings : list of Finding, worst first
+    analysis : RotorAnalysis; None if the rig has errors or parameters without a value
+    valid    : lowest and highest speed at which all bearings are defined, rad/s, or None
+    model    : Model, or None
+    """
+
+    findings: list
+    analysis: object = None
+    valid: tuple | None = None
+    model: object = None
+
+    @property
+    def errors(self):
+        """Findings that are errors."""
+        return [finding for finding in self.findings if finding.severity == "error"]
+
+
+def check_rig(path):
+    """Check a rig file.
+
+    Parameters
+    ----------
+    path : path
+
+    Returns
+    -------
+    RigCheck
+        Whatever is wrong with the file is a finding.
+    """
+    try:
+        rig = read_rig(path)
+        model = rig.model
+    except RotorstudyError as error:
+        return RigCheck([Finding("error", "not valid", str(path), str(error))])
+    findings = [
+        *_sections(rig, model),
+        *implausible_numbers({k: rig.given[k] for k in rig.given if k != "measurement"}),
+    ]
+    findings += odd_discs(model.structure)
+    bearings = [item for item in rig.given.get("bearings") or [] if isinstance(item, dict)]
+    loads = _loads(model.structure)
+    findings += stated_loads(bearings, loads) + odd_films(bearings, loads)
+    valid = speed_range(model)
+    if valid is None:
+        findings.append(Finding("error", "speeds", str(path), "there is no speed at which all bearings are defined"))
+    missing = _without_value(model)
+    if missing:
+        text = f"no value for {', '.join(missing)}: `identify` estimates them; the other commands need one"
+        findings.append(Finding("note", "unknown", str(path), text))
+    if missing or valid is None:
+        return RigCheck(worst_first(findings), None, valid, model)
+    try:
+        analysis = _analysed(model, valid)
+    except RotorstudyError as error:
+        findings.append(Finding("error", "rotor", str(path), str(error)))
+        return RigCheck(worst_first(findings), None, valid, model)
+    findings += [*_of_analysis(analysis, str(path)), *_probes_at_nodes(model, analysis, _probe_nodes(rig, model))]
+    return RigCheck(worst_first(findings), analysis, valid, model)
+
+
+def speed_range(model):
+    """Lowest and highest speed (rad/s) at which all that acts on the rotor is defined; None if there is none.
+
+    Only speeds from 0.1 to 1e5 rad/s are tried.
+    """
+    entries = [e for _, u in model.acting for e in u.entries if e.gain is not None]
+
+    def defined(speed):
+        try:
+            for entry in entries:
+                entry.gain_at(speed, 1)
+        except RotorstudyError:
+            return False
+        return True
+
+    good = np.flatnonzero([defined(w) for w in TRIED])
+    if not len(good):
+        return None
+    ends = []
+    for inside, outside in ((good[0], good[0] - 1), (good[-1], good[-1] + 1)):
+        low_or_high = TRIED[inside]
+        if 0 <= outside < len(TRIED):
+            low_or_high = _end(defined, TRIED[inside], TRIED[outside])
+        ends.append(float(low_or_high))
+    return tuple(ends)
+
+
+def _end(defined, inside, outside):
+    """Where a range of speeds ends between one inside and one outside."""
+    for _ in range(HALVINGS):
+        middle = (inside + outside) / 2
+        inside, outside = (middle, outside) if defined(middle) else (inside, middle)
+    return inside
+
+
+def _analysed(model, valid):
+    """The RotorAnalysis up to its usual highest speed, or up to where the bearings are defined."""
+    low = None if valid[0] <= TRIED[0] else valid[0]
+    try:
+        return analyse_rotor(model, low)
+    except RotorstudyError:
+        if valid[1] >= TRIED[-1]:
+            raise
+    return analyse_rotor(model, low, valid[1])
+
+
+def _sections(rig, model):
+    """Findings on the sections that other commands read."""
+    found, path = [], str(rig.path)
+    try:
+        check_names(read_settings(rig.given, path), model, f"{path}, diagnosis")
+    except RotorstudyError as error:
+        found.append(Finding("error", "diagnosis", path, str(error)))
+    try:
+        conventions = read_conventions(rig.given, path)
+        for probe in conventions.probes:
+            if probe.node not in (None, *model.structure.nodes):
+                raise unknown_name("node", probe.node, model.structure.nodes, f"probe '{probe.channel}'")
+    except RotorstudyError as error:
+        return [*found, Finding("error", "measurement", path, str(error))]
+    for node in {probe.node for probe in conventions.probes}:
+        mine = [probe for probe in conventions.probes if probe.node == node]
+        along = measured_direction([float(conventions.direction_rad(probe.angle_deg)) for probe in mine])
+        if len(mine) > 1 and np.isfinite(along):
+            text = f"probes {', '.join(p.channel for p in mine)} show one direction only; check their angles"
+            found.append(Finding("warning", "probe angles", f"node {node}", text))
+    if "measurement" not in rig.given:
+        text = "no section `measurement:`, so that only simulated records can be read"
+        found.append(Finding("note", "measurement", path, text))
+    return found
+
+
+def _probe_nodes(rig, model):
+    probes = read_conventions(rig.given, str(rig.path)).probes if rig.given.get("measurement") else []
+    stated = {probe.node for probe in probes} & set(model.structure.nodes)
+    return sorted(stated) or list(model.sensors)
+
+
+def _without_value(model):
+    theta = np.concatenate([term.theta for term in model.terms]) if model.terms else np.zeros(0)
+    return [name for name, value in zip(model.names, theta, strict=True) if np.isnan(value)]
+
+
+def _loads(structure):
+    """{node: N} static loads of the bearings if they are rigid."""
+    found = {}
+    for node in structure.bearing_nodes:
+        try:
+            found[node] = structure.bearing_load(node)
+        except CannotAct:
+            continue
+    return found
+
+
+def _of_analysis(analysis, path):
+    """Findings on deflection, damping and stability."""
+    found, rpm = [], 1 / RAD_PER_S["rpm"]
+    sag = float(np.abs(analysis.data.static_deflection.values[_translations(analysis)]).max())
+    if sag > SAG:
+        text = f"the weight bends the rotor by {1e3 * sag:.3g} mm; are bearings or shaft softer than meant, by a unit?"
+        found.append(Finding("warning", "static deflection", path, text))
+    for one in analysis.criticals:
+        where = f"critical speed {number(one.speed * rpm, 4)} rpm"
+        if one.damping_ratio > OVERDAMPED:
+            text = f"damping ratio {one.damping_ratio:.2g}; is a damping larger than meant, by a unit?"
+            found.append(Finding("note", "damping", where, text))
+        elif 0 <= one.damping_ratio < UNDAMPED:
+            text = f"damping ratio {one.damping_ratio:.1e}: almost undamped; state the damping of bearings or shaft"
+            found.append(Finding("warning", "damping", where, text))
+    lifted = [f"node {load.node}" for load in analysis.loads if load.force.real < 0]
+    if lifted:
+        text = f"the weight lifts the shaft at {', '.join(lifted)}; film bearings need a load downward"
+        found.append(Finding("note", "loads", path, text))
+    if analysis.threshold is not None:
+        cause = next(iter(analysis.damping), "stiffness that rotates with the shaft")
+        text = f"unstable from {number(analysis.threshold * rpm, 4)} rpm, most of all by {cause}"
+        lowest = float(analysis.data.speed[0])
+        severity = "error" if analysis.threshold <= lowest * (1 + 1e-9) else "note"
+        found.append(Finding(severity, "stability", path, text))
+    return found
+
+
+def _translations(analysis):
+    return [i for i, name in enumerate(analysis.data.coordinate.values) if str(name).startswith("translation")]
+
+
+def _probes_at_nodes(model, analysis, nodes):
+    """Findings on probes that do not see a mode at its critical speed."""
+    still, found = time_invariant(model), []
+    moves = [i for i, (_, motion) in enumerate(still.structure.dofs) if motion == "translation"]
+    for one in analysis.criticals:
+        modes = damped_modes(still, [one.speed], MODES)
+        mode = int(np.nanargmin(np.abs(modes.frequency[0] - one.speed)))
+        size = np.hypot(np.abs(modes.forward[0, mode]), np.abs(modes.backward[0, mode]))
+        share = size / size[moves].max()
+        seen = {node: float(share[still.structure.index(node)]) for node in nodes}
+        where = f"critical speed {number(one.speed / RAD_PER_S['rpm'], 4)} rpm"
+        best = max(still.structure.nodes, key=lambda n: share[still.structure.index(n)])
+        for node, part in seen.items():
+            if part < BLIND:
+                severity = "warning" if max(seen.values()) < BLIND else "note"
+                text = (
+                    f"the probe at node {node} is at a node of this mode ({percent(part, 2)} of its largest motion, "
+                    f"which is at node {best})"
+                )
+                found.append(Finding(severity, "probe at a node", where, text))
+    return found

@@ -1,0 +1,83 @@
+"""Held-out speeds: how often noise raises the error there although the causes are right, and what a rise then says."""
+
+import numpy as np
+import pytest
+
+from rotorstudy.diagnosis.held_out import chance_to_be_worse, gain_of, is_worse
+from rotorstudy.diagnosis.search import base_model
+from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.inference.fit import fit
+from rotorstudy.inference.prediction import predicted
+from rotorstudy.inference.prior import Prior
+from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+from rotorstudy.model.rig import build_model
+from rotorstudy.model.rig_items import make_term
+
+RIG = {
+    "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
+    "effects": [
+        {"kind": "external_damping", "external_damping_N_s_per_m": 100.0},
+        {"kind": "unbalance", "eccentricity_m": 5e-6},
+    ],
+}
+SETTINGS = Settings(uncertainty={"default": 0.02}, model_error=0.0, model_floor=0.0)
+SPEED, HELD, HARMONICS = np.array([200.0, 300.0, 400.0, 500.0]), np.array([250.0, 350.0]), np.array([0, 1, -1, 2])
+NOISE = 1e-7
+DRAWS = 4000
+
+
+def blank(speed):
+    """A Spectrum of white noise without a motion."""
+    covariance = independent_covariance(np.full((len(speed), len(HARMONICS), 1), NOISE**2 / 2))
+    return Spectrum(np.zeros((len(speed), len(HARMONICS), 1), complex), speed, HARMONICS, (1,), covariance)
+
+
+@pytest.fixture(scope="module")
+def fits():
+    """Function: base and extended Fit where the cause, a preload, has a size in N, and the true held-out Spectrum."""
+    model = build_model(RIG)
+    whole, prior = base_model(model, SETTINGS)
+    term = make_term("effect", {"kind": "static_preload", "label": "cause"}, model.structure, model.sensors)
+    extended = whole.plus(term)
+    wider = prior.plus(Prior.independent({u.name: (0.0, 10.0) for u in term.unknowns}))
+
+    def fitted(size):
+        stated = dict(zip(whole.names, np.concatenate([t.theta for t in whole.terms]), strict=True))
+        stated |= dict(zip(prior.names, prior.mean, strict=True)) | {term.unknowns[0].name: size}
+        theta = np.array([stated.get(name, 0.0) for name in extended.names])
+        measured, held = (one.with_amplitude(predicted(extended, one, theta)) for one in map(blank, (SPEED, HELD)))
+        return fit(whole, measured, prior), fit(extended, measured, wider), held
+
+    return fitted
+
+
+def errors(fitted, held):
+    return np.sqrt(np.mean(np.abs(held.amplitude - predicted(fitted.model, held, fitted.theta)) ** 2))
+
+
+@pytest.mark.parametrize("size", [0.03, 0.1, 0.3])
+def test_the_chance_of_a_larger_error_is_that_of_drawn_noise(fits, size):
+    """Parameters from their posterior and noise of the records, 4,000 times: the share to 1.6 % (two deviations)."""
+    base, best, held = fits(size)
+    draws = np.random.default_rng(1)
+    noise = draws.normal(0, NOISE / np.sqrt(2), (DRAWS, 2, *held.amplitude.shape))
+    theta = np.repeat(best.theta[None], DRAWS, axis=0)
+    theta[:, best.model.position(best.names)] += draws.multivariate_normal(
+        np.zeros(len(best.names)), best.covariance, DRAWS
+    )
+    seen = predicted(best.model, held, theta) + noise[:, 0] + 1j * noise[:, 1]
+    before, after = (
+        np.sum(np.abs(seen - predicted(one.model, held, one.theta)) ** 2, axis=(1, 2, 3)) for one in (base, best)
+    )
+    assert chance_to_be_worse(base, best, held) == pytest.approx(np.mean(after > before), abs=0.016)
+
+
+def test_a_rise_that_chance_explains_is_no_contradiction_and_another_one_is(fits):
+    """Records without the cause contradict a large one, not one that changes less than the noise."""
+    for size, contradicted in ((0.01, False), (1.0, True)):
+        base, best, held = fits(size)
+        without = held.with_amplitude(predicted(base.model, held, base.theta) - 0.01 * NOISE)
+        gain = gain_of(base, best, without, without)
+        assert gain.ratio > 1
+        assert is_worse(base, best, without, SETTINGS, gain) == contradicted
+    assert not is_worse(base, best, held, SETTINGS, gain_of(base, best, held, held))

@@ -1,0 +1,168 @@
+"""`rotorstudy new rig`: a rig that every command reads, and what it guesses of record files in many layouts."""
+
+import re
+
+import numpy as np
+import pytest
+import yaml
+
+from rotorstudy import RotorstudyError, load_rig, simulate_records
+from rotorstudy.authoring.new_rig import PLANES, new_rig
+from rotorstudy.commands.line import main
+from rotorstudy.measurement.channel_names import angle_in, plane_in, unit_in
+from rotorstudy.measurement.csv_layout import guess_layout
+from rotorstudy.measurement.guess import guess_measurement
+from rotorstudy.measurement.measurement import read_measurement
+
+SPEED = 300.0  # rad/s
+TIME = np.arange(1000) / 2000
+ANGLES = {"X": -45.0, "Y": 45.0}  # from straight up, to the left
+
+
+@pytest.fixture(scope="module")
+def signals(tmp_path_factory):
+    """The example machine turning to the left: {(node, name): micrometres (time,)}, and its pulses."""
+    folder = tmp_path_factory.mktemp("machine")
+    (record,) = simulate_records(load_rig(new_rig("machine", folder).path), [SPEED], [1, -1], TIME)
+    random, found = np.random.default_rng(1), {}
+    for node in (3, 9):
+        z = record.displacement[record.sensors.index(node)]
+        for name, angle in ANGLES.items():  # x points down: straight up is half a revolution from it
+            along = (z * np.exp(-1j * (np.pi + np.deg2rad(angle)))).real
+            found[node, name] = 1e6 * along + 0.01 * random.normal(size=len(TIME)) + 3
+    return found, 5.0 * record.keyphasor
+
+
+def csv(path, columns, separator=",", decimal=".", above=(), units=None):
+    rows = [separator.join(columns), *([separator.join(units)] if units else [])]
+    rows += [
+        separator.join(f"{v:.6g}".replace(".", decimal) for v in row) for row in zip(*columns.values(), strict=True)
+    ]
+    path.write_text("\n".join([*above, *rows]) + "\n", encoding="utf-8")
+    return path
+
+
+def test_a_semicolon_table_with_a_row_of_units_is_read_as_guessed(signals, tmp_path, capsys):
+    """The guess reads the file: orbits and phase are those of the machine; the picture and the sentences are there."""
+    probes, pulses = signals
+    mils = {f"Brg {node} {name}": values / 25.4 for (node, name), values in probes.items()}
+    path = csv(tmp_path / "run.csv", {"Time": TIME * 1e3, **mils, "Trigger": pulses}, ";", ",", ["Recorder 7", ""],
+               ["ms", *["mil"] * 4, "V"])  # fmt: skip
+    assert main(["new", "rig", "mine", "--records", str(path), "--folder", str(tmp_path)]) == 0
+    printed = capsys.readouterr().out
+    for words in (
+        "semicolons, decimal ','",
+        "header in line 3",
+        "'Time' in ms",
+        "'Trigger'",
+        "45° right of the top, in mil",
+    ):
+        assert words in printed
+    assert (tmp_path / "mine_probes.png").stat().st_size > 5000
+    found = read_measurement([path], tmp_path / "mine.yaml")
+    assert [f.name for f in found.errors] == [] and found.spectrum.sensors == (3, 9)
+    model = load_rig(tmp_path / "mine.yaml")
+    (again,) = simulate_records(model, [SPEED], [1, -1], TIME)
+    whole = round(20 * 2 * np.pi / SPEED * 2000)  # samples of 20 revolutions
+    for k, z in enumerate(again.displacement):
+        one = np.mean((z * np.exp(-1j * SPEED * TIME))[:whole])
+        measured = found.spectrum.amplitude[0, list(found.spectrum.harmonics).index(1), k]
+        assert measured == pytest.approx(-one, rel=0.02)  # the mark's sensor is at the top, half a revolution from x
+
+
+def test_a_shaft_that_turns_the_other_way_is_noticed(signals, tmp_path):
+    """Mirrored left and right, the same signals are those of a shaft that turns to the right."""
+    probes, pulses = signals
+    names = {"X": "Y", "Y": "X"}
+    columns = {f"{node}{names[name]} (um)": values for (node, name), values in probes.items()}
+    path = csv(tmp_path / "run.csv", {"time": TIME, **columns, "key": pulses})
+    rig, said, _ = new_rig("mine", tmp_path, [path])
+    assert yaml.safe_load(rig.read_text())["measurement"]["rotation"] == "against_angles"
+    assert said[-1].startswith("sense of rotation: against")
+    assert read_measurement([path], rig).errors == []
+
+
+def test_a_table_of_a_balancing_instrument(tmp_path):
+    path = tmp_path / "table.csv"
+    path.write_text("speed_rpm;probe;amplitude_mil;phase_deg\n" + "".join(
+        f"{rpm};{probe};0,{size};{phase}\n" for rpm in (1000, 2000) for probe, size, phase in
+        (("1X", 62, 41), ("1Y", 58, 131), ("2X", 40, 35), ("2Y", 41, 126))))  # fmt: skip
+    rig, said, _ = new_rig("mine", tmp_path, [path])
+    section = yaml.safe_load(rig.read_text())["measurement"]
+    assert section["csv"] == {"separator": ";", "decimal": ","} and section["table_amplitude"] == "peak_to_peak"
+    found = read_measurement([path], rig)
+    assert found.errors == [] and found.spectrum.amplitude.shape == (2, 2, 2)
+    assert any("peak to peak" in line for line in said)
+
+
+@pytest.mark.parametrize("bearings", ["linear", "film"])
+def test_every_command_accepts_a_new_rig(bearings, tmp_path, capsys):
+    """As written, and with the oil films that its comment offers."""
+    path = new_rig("mine", tmp_path).path
+    if bearings == "film":
+        text = re.sub(r"  - \{kind: linear.*\n", "", path.read_text())
+        text = re.sub(r"  # (- \{kind: short_journal.*|   viscosity_Pa_s.*)", r"  \1", text)
+        assert text.count("kind: short_journal") == 2
+        path.write_text(text)
+    records = str(tmp_path / "r.nc")
+    speeds = ["--speeds", "250", "300", "350"]
+    assert main(["simulate", str(path), *speeds, "--duration", "0.5", "--noise", "1", "--out", records]) == 0
+    assert main(["import", records, "--rig", str(path), "--out", str(tmp_path / "s.nc")]) == 0
+    unknown = "bearing_stiffness[left]" if bearings == "linear" else "bearing_scale[left]"
+    assert main(["identify", records, "--rig", str(path), "--unknowns", unknown]) == 0
+    assert main(["balance", records, "--rig", str(path), "--planes", "5"]) == 0
+    capsys.readouterr()
+
+
+@pytest.mark.parametrize(
+    ("text", "separator", "decimal", "skipped", "units"),
+    [
+        ("t,x\n0,1\n1,2\n2,3\n", ",", ".", 0, 0),
+        ("t;x\n0,5;1,25\n1,5;2,5\n2,5;3\n", ";", ",", 0, 0),
+        ("a logger, of 2024\n\nt\tx\ts\nms\tmil\t-\n0\t1\t5\n1\t2\t5\n2\t3\t5\n", "\t", ".", 2, 1),
+        ("t,x,probe\n0,1,a\n1,2,b\n2,3,c\n", ",", ".", 0, 0),
+    ],
+)
+def test_layouts(text, separator, decimal, skipped, units, tmp_path):
+    path = tmp_path / "x.csv"
+    path.write_text(text)
+    csv = guess_layout(path).csv
+    assert (csv.separator, csv.decimal, csv.skip_rows, csv.unit_rows) == (separator, decimal, skipped, units)
+
+
+@pytest.mark.parametrize("text", ["", "nothing\nhere\n", "0,1\n1,2\n2,3\n"])
+def test_a_file_without_a_table_below_names_is_refused(text, tmp_path):
+    path = tmp_path / "x.csv"
+    path.write_text(text)
+    with pytest.raises(RotorstudyError, match="no table of numbers below a row of names"):
+        guess_measurement(path, PLANES)
+    with pytest.raises(RotorstudyError):
+        new_rig("mine", tmp_path, [path])
+    assert not (tmp_path / "mine.yaml").exists()
+
+
+@pytest.mark.parametrize(
+    ("name", "plane", "angle", "unit"),
+    [
+        ("1X", ("1",), -45.0, None),
+        ("Brg2_Y [um]", ("brg", "2"), 45.0, "um"),
+        ("DE vert (mils)", ("de",), 0.0, "mil"),
+        ("NDE horizontal", ("nde",), -90.0, None),
+        ("probe 3 60L", ("probe", "3"), 60.0, None),
+        ("disc 1 left", ("disc", "1"), 45.0, None),
+        ("channel 4", ("channel", "4"), None, None),
+        ("y (m)", (), 45.0, "m"),
+        ("casing X mm/s", ("casing",), -45.0, "other"),
+    ],
+)
+def test_what_the_name_of_a_channel_says(name, plane, angle, unit):
+    assert (plane_in(name), angle_in(name), unit_in(name)) == (plane, angle, unit)
+
+
+def test_names_that_cannot_be_written(tmp_path, capsys):
+    new_rig("mine", tmp_path)
+    for name, words in (("mine", "exists"), ("a/b", "without folders"), (".yaml", "without folders")):
+        with pytest.raises(RotorstudyError, match=words):
+            new_rig(name, tmp_path)
+    assert main(["new", "crack", "my_crack", "--records", "x.csv", "--folder", str(tmp_path)]) == 1
+    assert "are for `new rig`" in capsys.readouterr().err

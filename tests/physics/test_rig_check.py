@@ -1,0 +1,153 @@
+"""`rotorstudy check` of a rig: its numbers are right, each oddity is found, and a sound rig has none."""
+
+import copy
+import json
+
+import numpy as np
+import pytest
+import yaml
+
+from rotorstudy.commands.line import main
+from rotorstudy.studies import rotor_analysis
+from rotorstudy.studies.rig_check import check_rig
+
+SOUND = {
+    "rotor": {
+        "kind": "finite_element",
+        "outer_diameter_m": 0.03,
+        "elements": [{"length_m": 0.6, "count": 4}],
+        "discs": [{"node": 3, "mass_kg": 3.1, "polar_moment_kg_m2": 0.0087, "diametral_moment_kg_m2": 0.0045}],
+    },
+    "bearings": [
+        {"kind": "linear", "node": n, "label": label, "bearing_stiffness_N_per_m": 1e7,
+         "bearing_damping_N_s_per_m": 2000.0} for n, label in ((1, "a"), (5, "b"))
+    ],
+    "effects": [{"kind": "unbalance", "node": 3, "unbalance_g_mm": 30.0}],
+    "sensors": [2],
+    "measurement": {"probes": [{"channel": "x", "node": 2, "angle_deg": 45.0},
+                               {"channel": "y", "node": 2, "angle_deg": 135.0}]},
+}  # fmt: skip
+FILM = {
+    "kind": "short_journal",
+    "diameter_m": 0.03,
+    "length_m": 0.012,
+    "radial_clearance_m": 4.5e-5,
+    "viscosity_Pa_s": 0.02,
+}
+
+
+@pytest.fixture(autouse=True)
+def few_speeds(monkeypatch):
+    """The checks need no smooth curves."""
+    monkeypatch.setattr(rotor_analysis, "SPEEDS", 30)
+
+
+def films(**first):
+    return [{**FILM, "node": 1, "label": "a", **first}, {**FILM, "node": 5, "label": "b"}]
+
+
+def table(highest):
+    return {"kind": "speed_tabulated", "speeds_rad_per_s": [10.0, highest],
+            "stiffness_N_per_m": {"xx": [1e7, 1e7], "yy": [1e7, 1e7]},
+            "damping_N_s_per_m": {"xx": [2e3, 2e3], "yy": [2e3, 2e3]}}  # fmt: skip
+
+
+def changed(path, value):
+    rig = copy.deepcopy(SOUND)
+    *way, last = path
+    place = rig
+    for key in way:
+        place = place[key]
+    place[last] = value
+    return rig
+
+
+def check(rig, folder):
+    path = folder / "rig.yaml"
+    path.write_text(yaml.safe_dump(rig))
+    return path, check_rig(path)
+
+
+def test_a_sound_rig_has_no_findings_and_the_right_numbers(tmp_path, capsys):
+    """Half of the weight on each bearing, to round-off. The first critical speed is that of the disc and 17/35 of the
+    shaft on the shaft, 48 E I / L^3, and the bearings in series, within 3 %: damping, shear and the half mass at the
+    bearings are left out."""
+    path, found = check(SOUND, tmp_path)
+    assert found.findings == []
+    shaft = 7850 * np.pi / 4 * 0.03**2 * 0.6
+    stiffness = 48 * 2.1e11 * np.pi / 64 * 0.03**4 / 0.6**3
+    closed = np.sqrt(1 / (1 / stiffness + 1 / 2e7) / (3.1 + 17 / 35 * shaft))
+    assert min(one.speed for one in found.analysis.criticals) == pytest.approx(closed, rel=0.03)
+    assert [load.force.real for load in found.analysis.loads] == pytest.approx([9.81 / 2 * (3.1 + shaft)] * 2, rel=1e-9)
+    assert main(["check", str(path)]) == 0
+    assert capsys.readouterr().out.endswith("0 errors, 0 warnings, 0 notes\n")
+
+
+ODD = [
+    (["rotor", "youngs_modulus_Pa"], 2.1e5, "units", "factor of a million"),  # N/mm2
+    (["rotor", "density_kg_per_m3"], 7.85, "units", "steel has 7850"),  # g/cm3
+    (["rotor", "outer_diameter_m"], 30.0, "units", "larger than meant by a factor of 1000"),
+    (["rotor", "discs", 0, "mass_kg"], 3100.0, "disc", "heavier than plausible"),
+    (["rotor", "discs", 0, "polar_moment_kg_m2"], 8.7, "moments of inertia", "no rigid body"),
+    (["rotor", "discs", 0, "diametral_moment_kg_m2"], 0.2, "disc", "density"),
+    (["bearings", 0, "bearing_stiffness_N_per_m"], 1e4, "static deflection", "softer"),
+    (["bearings", 0, "bearing_stiffness_N_per_m"], 100.0, "units", "100 N/um are 1e8"),
+    (["measurement", "probes", 1, "angle_deg"], 225.0, "probe angles", "one direction"),
+    (["bearings"], films(radial_clearance_m=4.5e-2), "film clearance", "larger than in any machine"),
+    (["bearings"], films(load_N=69.0), "load_N", "the weight of the rotor loads this bearing by"),
+    (["bearings"], films(length_m=12e-6), "film pressure", "Pa; 1e4"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("path", "value", "name", "words"), ODD, ids=[f"{o[0][-1]}-{o[2]}" for o in ODD])
+def test_each_oddity_is_found(path, value, name, words, tmp_path):
+    found = check(changed(path, value), tmp_path)[1].findings
+    assert any(f.name == name and words in f.text and f.severity == "warning" for f in found), found
+
+
+def test_a_film_in_order_is_only_told_its_load(tmp_path):
+    found = check(changed(["bearings"], films()), tmp_path)[1].findings
+    assert {(f.severity, f.name) for f in found} <= {("note", "load_N"), ("note", "stability")}
+    assert sum("by default" in f.text for f in found) == 2
+
+
+def test_a_probe_at_a_node_of_a_mode_is_told(tmp_path):
+    """On soft bearings a symmetrical rotor rocks about its middle in its second mode."""
+    rig = changed(["sensors"], [3])
+    rig["measurement"]["probes"] = [{"channel": "x", "node": 3, "angle_deg": 0.0}]
+    for bearing in rig["bearings"]:
+        bearing |= {"bearing_stiffness_N_per_m": 3e5, "bearing_damping_N_s_per_m": 100.0}
+    found = [f for f in check(rig, tmp_path)[1].findings if f.name == "probe at a node"]
+    assert found and all(f.severity == "warning" and "node 3" in f.text for f in found)
+
+
+def test_speeds_end_where_a_table_does(tmp_path):
+    """The ends of a table to the 1e-9 that 30 halvings leave; whirl is then computed up to there."""
+    rig = changed(["bearings"], [{**table(500.0), "node": 1, "label": "a"}, {**table(400.0), "node": 5, "label": "b"}])
+    found = check(rig, tmp_path)[1]
+    assert found.valid == pytest.approx((10.0, 400.0), rel=1e-6) and found.findings == []
+    assert float(found.analysis.data.speed[-1]) <= 400.0
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "words"),
+    [
+        (["rotor", "elements"], [], "elements"),
+        (["rotor", "discs", 0, "node"], 9, "node"),
+        (["measurement", "probes", 0, "node"], 9, "probe 'x'"),
+        (["diagnosis"], {"uncertainty": {"bearing_stifness": 0.1}}, "bearing_stiffness"),
+        (["bearings"], [], "do not hold"),
+        (["bearings"], [{**table(500.0), "node": 1}, {**table(9e3) | {"speeds_rad_per_s": [600.0, 9e3]}, "node": 5,
+                                                      "label": "b"}], "no speed"),
+    ],
+)  # fmt: skip
+def test_an_error_is_a_finding_and_the_status(path, value, words, tmp_path, capsys):
+    path, found = check(changed(path, value), tmp_path)
+    assert found.errors and main(["check", str(path), "--json"]) == 1
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["errors"] == len(found.errors) and words in " ".join(f["text"] for f in printed["findings"])
+
+
+def test_a_rig_with_unknowns_is_checked_as_far_as_it_goes(tmp_path):
+    found = check(changed(["effects", 0], {"kind": "unbalance", "node": 3}), tmp_path)[1]
+    assert [f.name for f in found.findings] == ["unknown"] and found.analysis is None

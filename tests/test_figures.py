@@ -1,0 +1,53 @@
+"""Figures fit on a page and on a screen, and phases of 180 and -180 degrees stand side by side."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+import xarray as xr
+
+from rotorstudy.presentation.error_figures import bias, error_against_noise
+from rotorstudy.presentation.plots import STYLE, phases_near, phases_of
+
+TALLEST = 1800  # pixels; shown at half its size a figure then fits in a window of 900
+
+
+def names(count):
+    return [f"parameter_{i}" for i in range(count)]
+
+
+def test_phases_are_moved_beside_those_they_are_compared_with():
+    assert np.allclose(phases_near([-179.0, 10.0, 179.0], np.array([180.0, 20.0, -180.0])), [181.0, 10.0, -181.0])
+    # half a revolution apart there is no beside; and none leaves the axis
+    assert np.allclose(phases_near([-90.0], np.array([170.0])), [-90.0])
+    amplitude = np.exp(1j * np.deg2rad([-178.0, 0.0, 45.0]))
+    assert np.allclose(phases_of(amplitude, -np.ones(3) + 1e-3j, [-1, 0, 1], [1, -1]), [45.0, 182.0])
+
+
+def test_errors_of_many_parameters_fit_in_a_window():
+    few, many = (
+        xr.Dataset(
+            {
+                "estimate": (
+                    ("noise_model", "estimator", "parameter", "noise", "trial"),
+                    np.full((1, 2, n, 2, 3), 1.1),
+                ),
+                "cramer_rao": (("noise_model", "parameter", "noise"), np.full((1, n, 2), 0.05)),
+                "true": (("parameter",), np.ones(n)),
+            },
+            {"noise_model": ["white"], "estimator": ["a", "b"], "parameter": names(n), "noise": [1.0, 5.0]},
+        )
+        for n in (5, 14)
+    )
+    wrong = xr.Dataset(
+        {"relative_error": (("known", "case", "estimator", "parameter", "percent"), np.ones((2, 1, 2, 14, 3)))},
+        {"known": ["mass_kg", "youngs_modulus_Pa"], "case": ["c"], "estimator": ["a", "b"], "parameter": names(14),
+         "percent": [-1.0, 1.0, 5.0]},
+    )  # fmt: skip
+    units = dict.fromkeys(names(14), "N s/m")
+    pictures = [
+        error_against_noise({"one": few}, units, "few"),
+        error_against_noise({"one": many, "two": many}, units, "many"),
+        bias(wrong, {"c": "a case"}, units, "bias"),
+    ]
+    for picture in pictures:
+        assert picture.get_size_inches()[1] * STYLE["savefig.dpi"] <= TALLEST
+        plt.close(picture)

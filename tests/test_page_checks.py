@@ -1,0 +1,47 @@
+"""The checks of pages find what is wrong with a bad one."""
+
+import pytest
+from page_checks import BROWSER, problems_in_browser, problems_of_text, seen_in_browser
+
+from rotorstudy.presentation.pages import render
+
+BAD = """<!doctype html><html><head><title>a</title><link rel="stylesheet" href="https://example.org/a.css"></head>
+<body><table><tr><th>wide</th></tr></table><img src="nowhere.png"><p style="width: 1000px">wide</p>
+<script>undefined_function()</script></body></html>"""
+
+
+def good():
+    return render(
+        "tables.html", title="a", note=["b"], tables={"": {"columns": ["c"], "rows": [[("text", "d")]]}}, choose=["c"]
+    )
+
+
+def test_a_bad_page_is_seen_in_its_text():
+    assert problems_of_text(good()) == []
+    assert problems_of_text(BAD) == [
+        "loads https://example.org/a.css",
+        "no viewport",
+        "needs one title and one h1",
+        "1 tables with 0 captions",
+        "1 header cells without scope",
+        "1 images without alt",
+        "no prefers-color-scheme: dark",
+        "no @media print",
+    ]
+
+
+@pytest.mark.skipif(not BROWSER, reason="no Chromium found: pages are read, not opened")
+def test_a_bad_page_is_seen_in_the_browser(tmp_path):
+    for name, text in (("good", good()), ("bad", BAD)):
+        (tmp_path / f"{name}.html").write_text(text)
+    assert problems_in_browser([tmp_path / "good.html"], tmp_path) == []
+    measured, _ = seen_in_browser([tmp_path / "good.html", tmp_path / "bad.html"], tmp_path)
+    assert [one["moved"] for one in measured] == [True, True, False, False]  # the filter of rows works
+    said = " ".join(problems_in_browser([tmp_path / "bad.html"], tmp_path))
+    for wanted in (
+        "undefined_function is not defined",
+        "bad.html is 1008 px wide at 700",
+        "1 broken",
+        "asks for https",
+    ):
+        assert wanted in said
