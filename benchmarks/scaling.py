@@ -54,7 +54,8 @@ def cracked(elements, harmonics):
 
 def estimates(trials):
     """Maximum-likelihood estimates of all trials of a Monte Carlo study of the shaft."""
-    from rotorstudy.inference.problem import Problem, estimate_by
+    from rotorstudy.inference.estimate import estimate_by
+    from rotorstudy.inference.problem import Problem
     from rotorstudy.measurement.noise import noise_std
     from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
     from rotorstudy.model.registry import registry

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from rotorstudy.presentation.tables import write_table
+from rotorstudy.presentation.tables import write_csv, write_html
 
 HERE = Path(__file__).parent
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
@@ -81,7 +81,9 @@ def main():
         "difference: largest difference of the results over the largest value.",
         "ROSS applies the force of the crack of the step before, which explains its difference there.",
     ]
-    write_table(pd.DataFrame(rows), out / "peers.csv", out / "index.html", "Beside other packages", note, digits=3)
+    table = pd.DataFrame(rows)
+    write_csv(table, out / "peers.csv")
+    write_html(out / "index.html", "Beside other packages", note, {"": table}, digits=3)
 
 
 if __name__ == "__main__":
