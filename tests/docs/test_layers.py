@@ -36,7 +36,15 @@ NAMED = {  # words that are the name of a plugin too, and why each may be used t
     "unbalance": (
         "what a trial mass is, in a file of several runs and in a run that is advised; what the response of an "
         "analysis is a response to; what a new rig starts with",
-        {"diagnosis/runs.py", "diagnosis/next_run.py", "studies/rotor_analysis.py", "authoring/ross_model.py"},
+        {
+            "diagnosis/runs.py",
+            "diagnosis/contradicting.py",
+            "diagnosis/resultant.py",
+            "diagnosis/next_run.py",
+            "commands/identify_runs.py",
+            "studies/rotor_analysis.py",
+            "authoring/ross_model.py",
+        },
     ),
     **dict.fromkeys(
         ("finite_element", "linear", "speed_tabulated", "seal"),
