@@ -3,13 +3,15 @@
 LONGEST = (
     "workflow/test_workflow.py",
     "foreign/test_package_against_foreign.py",
+    "diagnosis/test_measuring_chain.py",
+    "blind/test_real_diagnosis.py",
     "docs/test_readme.py",
-    "docs/test_adding_a_model.py",
     "diagnosis/",
-    "blind/",
-    "errors/test_wrong_plugins.py",
+    "physics/test_crack_diagnosis.py",
+    "measured/",
     "zoo/",
     "physics/",
+    "blind/",
 )
 
 

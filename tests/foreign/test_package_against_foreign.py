@@ -46,9 +46,9 @@ def read(case, folder, rig_error=1.0, modulus=1.0, zero="at_rest"):
     return spectrum, rig, model, findings
 
 
-def verdict_on(case, folder, rig_error=1.0, modulus=1.0, zero="at_rest", leave_out=()):
+def verdict_on(case, folder, rig_error=1.0, modulus=1.0, zero="at_rest", leave_out=(), most_causes=1):
     spectrum, rig, model, findings = read(case, folder, rig_error, modulus, zero)
-    quick = {"candidates_per_round": 5, "leave_out": list(leave_out)}
+    quick = {"candidates_per_round": 5, "leave_out": list(leave_out), "most_causes": most_causes}
     settings = read_settings(rig.given, "rig.yaml").model_copy(update=quick)
     return investigate(spectrum, model, settings=settings, findings=findings).verdict
 
@@ -147,15 +147,15 @@ def test_the_clean_case_is_called_nothing(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("seed", "family", "effect", "leave_out"),
+    ("seed", "family", "effect", "leave_out", "most_causes"),
     [
-        (1, "unbalance", "unbalance", []),
-        (2, "support_loss", "support_loss", CRACKS),
+        (1, "unbalance", "unbalance", [], 2),
+        (2, "support_loss", "support_loss", CRACKS, 1),
     ],
 )
-def test_what_the_library_has_is_named(seed, family, effect, leave_out, tmp_path):
+def test_what_the_library_has_is_named(seed, family, effect, leave_out, most_causes, tmp_path):
     case = small(seed, family, count=4, visible=0.05)
-    verdict = verdict_on(case, tmp_path, leave_out=leave_out)
+    verdict = verdict_on(case, tmp_path, leave_out=leave_out, most_causes=most_causes)
     assert verdict.verdict == "cause"
     assert names(verdict) == {(effect, case.effects[0]["node"])}
 

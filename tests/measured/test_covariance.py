@@ -2,7 +2,20 @@
 
 import numpy as np
 import pytest
-from machine import GRAVITY, HARMONICS, MARK, NOISE, SENSOR, TIME, model, records, shaft_angle, write, write_rig
+from machine import (
+    GRAVITY,
+    HARMONICS,
+    MARK,
+    NOISE,
+    SENSOR,
+    TIME,
+    model,
+    records,
+    section,
+    shaft_angle,
+    write,
+    write_rig,
+)
 from scipy.signal import lfilter
 from scipy.stats import chi2
 
@@ -88,7 +101,9 @@ def test_errors_of_the_phase_mark_are_in_the_covariance():
 def test_whole_records_with_noise_and_jitter(tmp_path):
     """From files: 24 records with noise on probes and marks; squares of their errors over the stated covariance."""
     true = measured_response(model(), [80.0], HARMONICS)
-    rig, total, without, count = write_rig(tmp_path / "rig.yaml"), 0.0, 0.0, 24 * 2 * 2 * len(HARMONICS)
+    probes = [probe | {"channel": probe["channel"].replace(" ", "_")} for probe in section()["probes"]]
+    rig = write_rig(tmp_path / "rig.yaml", probes=probes)
+    total, without, count = 0.0, 0.0, 24 * 2 * 2 * len(HARMONICS)
     for seed in range(24):
         (record,) = records(seed, [80.0])
         angle = shaft_angle(record) - (GRAVITY + MARK - SENSOR)  # whole turns when the mark passes
@@ -96,7 +111,7 @@ def test_whole_records_with_noise_and_jitter(tmp_path):
         marks = np.interp(turns * 2 * np.pi, angle, record.time)
         marks = marks + 0.02 / 80 * np.random.default_rng(1000 + seed).normal(size=len(marks))
         key = 5 * np.exp(-0.5 * ((record.time[:, None] - marks) * 80 / 0.1) ** 2).sum(axis=1)
-        found = read_measurement(write("csv", tmp_path, record, key=key), rig).spectrum
+        found = read_measurement(write("mat", tmp_path, record, key=key), rig).spectrum
         off = components(found.amplitude - true)[0]
         for s in range(2):
             total += off[:, s] @ np.linalg.solve(found.covariance[0, s], off[:, s])

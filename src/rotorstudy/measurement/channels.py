@@ -1,0 +1,102 @@
+"""Files of named channels: text, MATLAB, and universal files.
+
+Each function(path, conventions) returns the names of the channels and a function from a name to its values (samples,).
+"""
+
+import re
+
+import numpy as np
+
+from rotorstudy.errors import RotorstudyError
+
+
+def open_csv(path, conventions):
+    """Columns of a text file, laid out as `csv:` of the conventions says."""
+    import pandas as pd
+
+    layout = conventions.csv
+    try:
+        table = pd.read_csv(
+            path, sep=layout.separator, decimal=layout.decimal, skiprows=layout.skipped, encoding="utf-8-sig"
+        )
+    except (ValueError, UnicodeDecodeError) as error:
+        raise RotorstudyError(f"{path}: not a readable table ({str(error).splitlines()[0]})") from None
+    table.columns = [str(name).strip() for name in table.columns]
+
+    def channel(name):
+        column = table[name]
+        numbers = pd.to_numeric(column, errors="coerce")
+        bad = numbers.isna() & column.notna()
+        if bad.any():
+            row = int(np.flatnonzero(bad)[0])
+            raise RotorstudyError(
+                f"{path}: column '{name}' has '{column.iloc[row]}' in data row {row + 1}, which is not a number; "
+                "check 'csv: separator, decimal, skip_rows, unit_rows' in the rig file"
+            )
+        return numbers.to_numpy(float)
+
+    return list(table.columns), channel
+
+
+def open_matlab(path, conventions):
+    """Channels of a .mat file: a vector by its name, of a struct as 'struct.field', of a matrix as 'name(:,2)'."""
+    from scipy.io import loadmat
+    from scipy.io.matlab import MatReadError
+
+    try:
+        found = loadmat(path, squeeze_me=True, struct_as_record=False)
+    except NotImplementedError:  # scipy's error for MATLAB 7.3, which is HDF5
+        raise RotorstudyError(f"{path}: a MATLAB 7.3 file, which is not supported; save it with '-v7'") from None
+    except (ValueError, TypeError, OSError, MatReadError) as error:
+        raise RotorstudyError(f"{path}: not a readable MATLAB file ({str(error).splitlines()[0]})") from None
+    vectors = {}
+
+    def collect(name, value):
+        if hasattr(value, "_fieldnames"):
+            for key in value._fieldnames:
+                collect(f"{name}.{key}", getattr(value, key))
+        elif isinstance(value, np.ndarray) and value.ndim == 2 and value.dtype.kind in "iuf":
+            vectors.update({f"{name}(:,{k + 1})": value[:, k] for k in range(value.shape[1])})
+        elif np.ndim(value) <= 1 and np.asarray(value).dtype.kind in "iuf":
+            vectors[name] = np.atleast_1d(value)
+
+    for name, value in found.items():
+        if not name.startswith("__"):
+            collect(name, value)
+    return list(vectors), lambda name: np.asarray(vectors[name], float)
+
+
+def open_uff(path, conventions):
+    """Channels of the data sets 58 of a UFF file, by their first text line or as 'node direction' ('3 +x')."""
+    try:
+        import pyuff
+    except ImportError:
+        raise RotorstudyError(f"{path}: UFF files need the package pyuff; pip install pyuff") from None
+    try:
+        opened = pyuff.UFF(str(path))
+        kinds = [int(kind) for kind in np.atleast_1d(opened.get_set_types())]
+        sets = [opened.read_sets(i) for i, kind in enumerate(kinds) if kind == 58]
+    except Exception as error:  # pyuff raises plain Exception
+        raise RotorstudyError(f"{path}: not a readable UFF file ({error})") from None
+    if not sets:
+        raise RotorstudyError(f"{path}: no data set 58 (found: {sorted(set(kinds))}); export time signals")
+    letters = {1: "x", 2: "y", 3: "z"}
+    names = {}
+    for one in sets:
+        direction = int(one["rsp_dir"])
+        place = f"{int(one['rsp_node'])} {'-' if direction < 0 else '+'}{letters.get(abs(direction), abs(direction))}"
+        names.setdefault(place, []).append(one)
+        label = re.sub(r"\s+", " ", str(one["id1"])).strip()
+        if label and label.upper() != "NONE":
+            names.setdefault(label, []).append(one)
+    names["time"] = sets[:1]
+
+    def channel(name):
+        if len(names[name]) > 1:
+            raise RotorstudyError(
+                f"{path}: {len(names[name])} data sets are named '{name}'; use the channel's other name (node "
+                "and direction, or first text line), or write one speed per file"
+            )
+        return np.asarray(names[name][0]["x" if name == "time" else "data"], float)
+
+    return list(names), channel
