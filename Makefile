@@ -4,11 +4,12 @@
 # make docs   build the pages of docs/ as a site, with a check for dead links
 # make cracks   identify cracks of the independent simulator in millimetres, half an hour on 2 cores; can be interrupted
 # make ross     diagnose records of the package ROSS, in an environment of its own
+# make peers    speed, memory and results beside ROSS and scipy on one rotor, about ten minutes on 1 core
 PYTHON ?= python3
 CORES ?= all
 SNAKEMAKE = .venv/bin/snakemake --cores $(CORES)
 
-.PHONY: all results report test check bench foreign cracks ross docs clean
+.PHONY: all results report test check bench foreign cracks ross peers docs clean
 
 all: report
 	@echo
@@ -46,6 +47,10 @@ cracks: .venv/ready
 ross: .venv/ready .venv-ross/ready
 	.venv-ross/bin/python benchmarks/ross/simulate.py results/ross
 	.venv/bin/python benchmarks/ross/diagnose.py results/ross
+
+peers: .venv/ready .venv-ross/ready
+	.venv/bin/python benchmarks/peers/run.py .venv-ross/bin/python results/peers
+	@echo "Look at results/peers/index.html; benchmarks/peers/page.py puts the numbers into docs and README"
 
 docs: .venv-docs/ready
 	.venv-docs/bin/mkdocs build --quiet

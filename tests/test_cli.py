@@ -223,6 +223,22 @@ def test_the_files_that_commands_read_are_in_the_wheel():
         assert packaged[demo._examples() / name] == f"rotorstudy/examples/{name}"
 
 
+def test_a_shell_that_completes_is_answered(tmp_path, monkeypatch, capsys):
+    """The package argcomplete is asked if the shell does; without it, or without a shell that asks, nothing happens."""
+    import sys
+    import types
+
+    asked = []
+    fake = types.SimpleNamespace(autocomplete=lambda commands: asked.append(commands.prog))
+    monkeypatch.setitem(sys.modules, "argcomplete", fake)
+    assert main(["plugins", "--kind", "depth"]) == 0 and asked == []
+    monkeypatch.setenv("_ARGCOMPLETE", "1")
+    assert main(["plugins", "--kind", "depth"]) == 0 and asked == ["rotorstudy"]
+    monkeypatch.setitem(sys.modules, "argcomplete", None)  # not installed
+    assert main(["plugins", "--kind", "depth"]) == 0
+    capsys.readouterr()
+
+
 def test_the_version_is_told(capsys):
     with pytest.raises(SystemExit) as stop:
         main(["--version"])

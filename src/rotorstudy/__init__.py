@@ -27,6 +27,7 @@ _HOME = {
     "time_response": "response.integration",
     "eigenvalues": "response.stability",
     "stability_threshold": "response.stability",
+    "check_stable": "response.stability",
     "Record": "measurement.records",
     "full_spectrum": "measurement.records",
     "simulate_records": "measurement.records",

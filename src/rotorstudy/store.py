@@ -107,9 +107,33 @@ def save(data, path):
         try:
             data.to_netcdf(temporary, engine="netcdf4", format="NETCDF4")
         except (OSError, RuntimeError) as error:  # the library reports what the disk refuses as RuntimeError
-            raise RotorstudyError(
-                f"{path}: cannot be written ({error}); is the disk full or the folder read-only?"
-            ) from None
+            raise _not_written(path, error) from None
+
+
+def save_along(pieces, path, dimension):
+    """Write Datasets that follow each other along a dimension as one NetCDF-4 file; only one is in memory at a time.
+
+    pieces : iterator of Datasets with the same variables, each of length 1 along `dimension`
+    raises : RotorstudyError if the file cannot be written; no file is left then, nor if `pieces` raises an error
+    """
+    import netCDF4
+
+    pieces = iter(pieces)
+    with atomic(path) as temporary:
+        first = next(pieces)
+        growing = [name for name, values in first.variables.items() if values.dims[:1] == (dimension,)]
+        try:
+            first.to_netcdf(temporary, engine="netcdf4", format="NETCDF4", unlimited_dims=[dimension])
+            with netCDF4.Dataset(temporary, "a") as file:
+                for i, piece in enumerate(pieces, start=1):
+                    for name in growing:
+                        file[name][i] = piece[name].isel({dimension: 0}).values
+        except (OSError, RuntimeError) as error:
+            raise _not_written(path, error) from None
+
+
+def _not_written(path, error):
+    return RotorstudyError(f"{path}: cannot be written ({error}); is the disk full or the folder read-only?")
 
 
 def load(path):

@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 from scipy.stats import binom
 
+from rotorstudy.blind.chunks import answer_chunk, gather_chunks
 from rotorstudy.blind.criteria import Criterion, attributes, judge, printed, statement, tally
 from rotorstudy.blind.glance import ANSWERS, INDEPENDENT, OWN, independent_answers, own_answers, sentences
 from rotorstudy.blind.run import run_blind
@@ -164,6 +165,32 @@ def test_pages_and_figures_of_a_run(cases, tmp_path):
 
 def silent(spectrum, model, stated):
     return {"verdict": "nothing", "causes": []}, None
+
+
+def guessing(spectrum, model, stated):
+    """An answer that depends on the record, with predictions at a held-out speed."""
+    shown = spectrum.amplitude[:1]
+    cause = {"effect": "unbalance", "where": {}, "probability": float(abs(shown[0, 0, 0]) % 1)}
+    verdict = {"verdict": "nothing", "causes": [], "note": cause}
+    return verdict, {"speed": spectrum.speed[:1].tolist(), "before": shown, "after": 0.5 * shown}
+
+
+@pytest.mark.parametrize("chunks", [1, 4])
+def test_a_run_in_chunks_is_the_run(config, tmp_path, chunks):
+    config = config.model_copy(update={"cases": 5, "seed": 4, "records": 1})
+    whole, _, rows = run_blind(config, tmp_path / "whole", answer=guessing)
+    seals, answers = ([tmp_path / f"{name}_{i}.json" for i in range(chunks)] for name in ("seals", "answers"))
+    for i in range(chunks):
+        answer_chunk(config, i, chunks, seals[i], answers[i], tmp_path / "parts", answer=guessing)
+    gathered, _, same = gather_chunks(config, tmp_path / "parts", seals, answers)
+    assert gathered.drop_vars("case_seconds").identical(whole.drop_vars("case_seconds"))
+    pd.testing.assert_frame_equal(rows.drop(columns="seconds"), same.drop(columns="seconds"))
+    assert np.isfinite(rows.gain).any()
+    for name in ("seals.json", "truths.json"):
+        assert (tmp_path / "parts" / name).read_text() == (tmp_path / "whole" / name).read_text()
+    if chunks > 1:  # out of order
+        with pytest.raises(RotorstudyError, match="sealed"):
+            gather_chunks(config, tmp_path / "wrong", seals, answers[::-1])
 
 
 def test_a_run_does_not_depend_on_the_cores(config, tmp_path):

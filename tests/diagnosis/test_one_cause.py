@@ -54,6 +54,7 @@ def test_a_crack_is_identified(breathing):
     found = identify_cause(records(crack(breathing)), build_model(rig()), "transverse_crack", SETTINGS)
     assert found.cause.variant == {"breathing": breathing}
     assert found.p_value > 1e-3
+    assert not found.elsewhere  # not even the other side of a slot
     for name, value in TRUE.items():
         off = found.cause.shape[name] - value
         if name == "angle_rad":
@@ -80,8 +81,6 @@ def test_two_cracks_are_identified():
             assert abs(off) < 3.5 * one.shape_std[name]
             assert one.shape_std[name] < 0.05
     assert {"position_m[1]", "depth_m[2]"} < {name for name, *_ in estimates_of(found)}
-    alone = identify_cause(both, build_model(rig()), "transverse_crack", SETTINGS)
-    assert alone.p_value < 1e-6
 
 
 def test_places_that_explain_as_well_are_stated():
@@ -92,8 +91,6 @@ def test_places_that_explain_as_well_are_stated():
     assert len(stated) > 1
     held = [abs(one.shape["position_m"] - 0.02) < 1.96 * one.shape_std["position_m"] for (one,) in stated]
     assert any(held)
-    clear = identify_cause(records(crack()), build_model(rig()), "transverse_crack", SETTINGS)
-    assert not clear.elsewhere
 
 
 def test_what_is_no_crack_is_not_explained_by_one():

@@ -5,6 +5,7 @@ import pytest
 import yaml
 
 from rotorstudy.commands.line import main
+from rotorstudy.diagnosis.contradicting import check_slow_roll
 from rotorstudy.diagnosis.runs import identify_runs, shared_names
 from rotorstudy.diagnosis.search import base_model
 from rotorstudy.diagnosis.settings import read_settings
@@ -168,6 +169,19 @@ def test_a_mass_on_the_wrong_side_of_the_disc_is_told(folder):
     assert told.where == "run 'trial'" and "60 g mm at 270 ° is stated" in told.text
     shown = told.text.split("show ")[1]
     assert abs(float(shown.split()[0]) - 60) < 2 and abs(float(shown.split(" at ")[1].split()[0]) - 90) < 2
+
+
+def test_a_slow_roll_above_the_first_critical_speed_is_told(folder):
+    """The runs are below it; with supports a thousand times softer their speeds are above."""
+    runs = yaml.safe_load((folder / "runs.yaml").read_text())["runs"][:1]
+    runs[0]["slow_roll"] = True
+    name = "slow roll above a critical speed"
+    assert name not in [one.name for one in findings_of(folder, "slow", runs)]
+    soft = yaml.safe_load(yaml.safe_dump(RIG))
+    for bearing in soft["bearings"]:
+        bearing["bearing_stiffness_N_per_m"] /= 1000
+    found = check_slow_roll("slow", SPEEDS, build_model(soft))
+    assert [one.name for one in found] == [name] and "150 rad/s" in found[0].text
 
 
 def test_a_run_of_another_machine_is_told(folder):

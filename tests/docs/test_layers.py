@@ -34,9 +34,17 @@ NAMED = {  # words that are the name of a plugin too, and why each may be used t
     ),
     "maximum_likelihood": ("a default of the command line", {"commands/identify.py"}),
     "unbalance": (
-        "what a trial mass is, in a file of several runs and in a run that is advised; what the response of an "
-        "analysis is a response to; what a new rig starts with",
-        {"diagnosis/runs.py", "diagnosis/next_run.py", "studies/rotor_analysis.py", "authoring/ross_model.py"},
+        "what a trial mass is, in a file of several runs, in a run that is advised and where records contradict it; "
+        "what discs that look alike share; what an analysis shows the response to; what a new rig starts with",
+        {
+            "authoring/ross_model.py",
+            "commands/identify_runs.py",
+            "diagnosis/contradicting.py",
+            "diagnosis/next_run.py",
+            "diagnosis/resultant.py",
+            "diagnosis/runs.py",
+            "studies/rotor_analysis.py",
+        },
     ),
     **dict.fromkeys(
         ("finite_element", "linear", "speed_tabulated", "seal"),

@@ -6,6 +6,7 @@ from test_transverse_crack import MASS, crack, rotor
 
 from rotorstudy import simulate_records
 from rotorstudy.errors import NoSteadyState
+from rotorstudy.response import floquet
 from rotorstudy.response.floquet import periodic_growth_rate
 from rotorstudy.response.stability import check_stable
 
@@ -43,3 +44,17 @@ def test_no_record_is_simulated_where_a_whirl_grows():
     assert "\n" not in str(said.value)
     check_stable(cracked(1.0), [700.0])
     assert len(simulate_records(cracked(100.0), [TWICE], [0, 1, 2], time)) == 1
+
+
+def test_on_a_fine_mesh_few_shapes_do(monkeypatch):
+    """The lowest modes and the static shapes of the forces grow as all coordinates do; two modes alone do not."""
+    drag = {"kind": "external_damping", "node": 4, "external_damping_N_s_per_m": 1.0}
+    model = rotor(6, drag, crack(0.28, 0.5, angle_rad=0.0))
+    speeds = [300.0, 560.0]
+    every = periodic_growth_rate(model, speeds)
+    monkeypatch.setattr(floquet, "ALL_KEPT", 0)
+    monkeypatch.setattr(floquet, "MODES", 6)
+    assert floquet._shapes(model, model.theta).shape[1] < len(model.structure.dofs)
+    assert periodic_growth_rate(model, speeds) == pytest.approx(every, rel=1e-3)
+    monkeypatch.setattr(floquet, "_shapes", lambda model, theta: np.linalg.eigh(model.structure.stiffness)[1][:, :2])
+    assert np.abs(periodic_growth_rate(model, speeds) - every).max() > 0.01 * np.abs(every).max()

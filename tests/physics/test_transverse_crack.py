@@ -274,7 +274,8 @@ def integrated(position, depth, speed, damping):
     return (np.fft.fft(z) / len(z))[HARMONICS]
 
 
-@pytest.mark.parametrize(("speed", "depth"), [(60.0, 0.4), (390.0, 0.3)])
+# the natural frequency is 428 rad/s, with the crack of 30 % about 417: a third and a half of it are among the speeds
+@pytest.mark.parametrize(("speed", "depth"), [(60.0, 0.4), (139.0, 0.3), (208.0, 0.3), (390.0, 0.3)])
 def test_steady_state_is_what_integration_in_real_coordinates_settles_to(speed, depth):
     """At 390 rad/s vibration exceeds the weight: the crack opened by the weight alone is far off then."""
     damping = 250.0

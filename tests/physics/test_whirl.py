@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 from test_transient import OFFSET_DISC, RIGS
 
 from rotorstudy import build_model, eigenvalues
@@ -98,3 +99,36 @@ def test_modes_solve_the_equations_of_motion():
     for value, shape in zip(values, shapes, strict=True):
         state = np.concatenate([shape, value * shape])
         assert lower @ state == pytest.approx(value**2 * shape, rel=1e-6, abs=1e-6 * abs(value) ** 2)
+
+
+def test_a_critical_speed_beside_the_onset_of_another_whirl_is_found():
+    """On oil films a pair of overdamped motions begins to whirl between the same two speeds between which the flexible
+    mode crosses 1X; sorted by frequency the two would cancel. Expected: the root of that mode, which alone has a
+    damping ratio below 0.09 and a frequency near 433 rad/s, by bisection."""
+    film = {"kind": "short_journal", "diameter_m": 0.08, "length_m": 0.035, "radial_clearance_m": 9e-5,
+            "viscosity_Pa_s": 0.018}  # fmt: skip
+    lengths = ((0.1, 1), (0.08, 1), (0.3, 2), (0.35, 2), (0.3, 2), (0.08, 1), (0.1, 1))
+    elements = [{"length_m": length, "count": count} for length, count in lengths]
+    for end in (0, -1):
+        elements[end] |= {"outer_diameter_m": 0.08}
+    rotor = {"kind": "finite_element", "outer_diameter_m": 0.09, "elements": elements}
+    rotor["discs"] = [
+        {"node": 5, "mass_kg": 62.0, "polar_moment_kg_m2": 1.6, "diametral_moment_kg_m2": 0.86},
+        {"node": 7, "mass_kg": 48.0, "polar_moment_kg_m2": 1.1, "diametral_moment_kg_m2": 0.6},
+    ]
+    bearings = [{**film, "node": node, "label": str(node)} for node in (2, 10)]
+    losses = [{"kind": "shaft_damping", "shaft_damping_s": 1e-5}]
+    model = build_model({"rotor": rotor, "bearings": bearings, "effects": losses})
+
+    def off(w):
+        values = eigenvalues(model, [w])[0]
+        light = values[(values.real > -0.09 * np.abs(values)) & (np.abs(values.imag - 433) < 50)]
+        assert len(light) == 1
+        return light[0].imag - w
+
+    expected = brentq(off, 425, 445)
+    speeds = np.linspace(14.56, 728.06, 150)
+    onset = [np.sum(eigenvalues(model, [w])[0].imag > w) for w in speeds]
+    i = np.searchsorted(speeds, expected)
+    assert onset[i - 1] == onset[i]  # they cancel: the count does not change
+    assert np.abs(critical_speeds(model, 728.06, speeds=speeds)[0] - expected).min() < 1e-5

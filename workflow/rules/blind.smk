@@ -1,13 +1,30 @@
-# Blind tests: effects hidden in simulated measurements, diagnosed without the truth.
+# Effects hidden in simulated measurements, diagnosed without the truth: in chunks, gathered into one array.
 if BLIND:
+
+    rule blind_chunk:
+        input:
+            config=str(ROOT / settings.blind),
+            plugins=sorted(
+                {plugin.file for kind, plugin in registry() if kind in ("rotor", "crack", "bearing", "effect")}
+            ),
+        output:
+            seals=f"{BLIND_RESULTS}/chunks/{{chunk}}/seals.json",
+            answers=f"{BLIND_RESULTS}/chunks/{{chunk}}/answers.json",
+        threads: 8 if settings.chunks.blind == 1 else 1 # at most
+        params:
+            code=code("blind_chunk.py"),
+            chunks=settings.chunks.blind,
+        log:
+            f"{RESULTS}/logs/blind/{{chunk}}.log",
+        script:
+            "../scripts/blind_chunk.py"
 
     rule blind:
         input:
             config=str(ROOT / settings.blind),
             independent=[str(ROOT / settings.independent_records)] if settings.independent_records else [],
-            plugins=sorted(
-                {plugin.file for kind, plugin in registry() if kind in ("rotor", "crack", "bearing", "effect")}
-            ),
+            seals=[f"{BLIND_RESULTS}/chunks/{i}/seals.json" for i in range(settings.chunks.blind)],
+            answers=[f"{BLIND_RESULTS}/chunks/{i}/answers.json" for i in range(settings.chunks.blind)],
         output:
             data=f"{BLIND_RESULTS}/blind.nc",
             sealed=[f"{BLIND_RESULTS}/{name}.json" for name in ("seals", "truths", "verdicts")],
@@ -21,7 +38,6 @@ if BLIND:
                 for name in BLIND_FIGURES
             ],
             svg=[f"{BLIND_RESULTS}/figures/{name}.svg" for name in BLIND_FIGURES],
-        threads: 8 # at most
         params:
             code=code("blind.py"),
         log:

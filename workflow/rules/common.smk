@@ -218,7 +218,8 @@ def crack_files():
 
 # stage of the study of transverse cracks -> the function that computes it
 CRACK_STAGES = {
-    stage: f"rotorstudy.studies.crack_study.{stage}.{stage}" for stage in ("limits", "accuracy", "trials", "thesis_method")
+    stage: f"rotorstudy.studies.crack_study.{stage}.{stage}"
+    for stage in ("limits", "accuracy", "trials", "passage", "thesis_method")
 }
 CRACK_STUDY_FIGURES = [
     "smallest_crack",
@@ -228,6 +229,7 @@ CRACK_STUDY_FIGURES = [
     "information",
     "trade_offs",
     "noisy_records",
+    "passage",
     "thesis_method",
 ]
 

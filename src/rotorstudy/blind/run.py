@@ -48,35 +48,59 @@ def run_blind(config, out, *, cases=None, seed=None, cores=1, answer=diagnosed):
     if cases < 1 or seed < 0 or cores < 1:
         raise RotorstudyError(f"blind: cases {cases}, seed {seed}, cores {cores}: at least 1, 0 and 1 are needed")
     out = Path(out)
+    answered = answer_cases(config, range(cases), out / "seals.json", out, seed=seed, cores=cores, answer=answer)
+    return judge_cases(config, out, answered, _published(out / "seals.json"), seed)
+
+
+def answer_cases(config, numbers, seals, out, *, seed=None, cores=1, answer=diagnosed):
+    """Hide and diagnose the cases of some numbers; their seals are written to the file `seals` before the diagnosis.
+
+    Records of the first cases are written to the folder `out`. A case depends on its number and the seed alone.
+    returns : list of {"truth": JSON text of truth and salt, "answer": dict}
+    """
+    seed = config.seed if seed is None else seed
     with _pool(cores) as mapped:
-        hidden = list(mapped(partial(draw_case, config, seed), range(cases)))
-        for case in hidden[: config.records]:
-            write_records(case, out / "records" / f"case_{case.truth['case']}")
-        salts = [salt_of(seed, i) for i in range(cases)]
-        seals = [seal(case.truth, salt) for case, salt in zip(hidden, salts, strict=True)]
-        write_text(out / "seals.json", json.dumps({"seed": seed, "sha256": seals}, indent=1))
+        hidden = list(mapped(partial(draw_case, config, seed), numbers))
+        for case in hidden:
+            if (number := case.truth["case"]) < config.records:
+                write_records(case, Path(out) / "records" / f"case_{number}")
+        salts = [salt_of(seed, i) for i in numbers]
+        sealed = [seal(case.truth, salt) for case, salt in zip(hidden, salts, strict=True)]
+        write_text(seals, json.dumps({"seed": seed, "sha256": sealed}, indent=1))
         truths = [json.dumps({"truth": case.truth, "salt": salt}) for case, salt in zip(hidden, salts, strict=True)]
         shown = [(case.spectrum, case.rig, case.stated) for case in hidden]  # what the diagnosis may see, no more
-        answers = []
-        for one in mapped(partial(_answer, answer), shown):
-            answers.append(one)
-            log.info("case %d of %d", len(answers), cases)
-    published = json.loads((out / "seals.json").read_text(encoding="utf-8"))["sha256"]
+        answered = []
+        for truth, one in zip(truths, mapped(partial(_answer, answer), shown), strict=True):
+            answered.append({"truth": truth, "answer": one})
+            log.info("case %d of %d", len(answered), len(truths))
+    return answered
+
+
+def judge_cases(config, out, answered, published, seed):
+    """Open the truth of all cases, score the answers, and write everything except the figures; see `run_blind`.
+
+    answered : of `answer_cases`;  published : (case,) seals
+    """
     opened = []
-    for i, (text, sealed) in enumerate(zip(truths, published, strict=True)):
-        found = json.loads(text)
+    for i, (one, sealed) in enumerate(zip(answered, published, strict=True)):
+        found = json.loads(one["truth"])
         check_seal(found["truth"], found["salt"], sealed, f"blind case {i}")
         opened.append(found["truth"])
-    write_text(out / "truths.json", "[" + ",\n".join(truths) + "]\n")
+    out, answers = Path(out), [one["answer"] for one in answered]
+    write_text(out / "truths.json", "[" + ",\n".join(one["truth"] for one in answered) + "]\n")
     told = [{**one["verdict"], "seconds": one["seconds"]} for one in answers]
     write_text(out / "verdicts.json", "[" + ",\n".join(json.dumps(one, default=float) for one in told) + "]\n")
     rows = score(opened, answers)
     criteria = judge(rows)
     plugins = [p for name in config.rigs for p in named_plugins(config.nominal(name))]
-    attributes = {**provenance(config.model_dump(), plugins, seed), "cases": cases}
+    attributes = {**provenance(config.model_dump(), plugins, seed), "cases": len(answered)}
     data = summary(rows, criteria).assign_attrs(attributes, title=config.title)
     save(data, out / "blind.nc")
     return data, criteria, rows
+
+
+def _published(seals):
+    return json.loads(Path(seals).read_text(encoding="utf-8"))["sha256"]
 
 
 def _answer(answer, shown):

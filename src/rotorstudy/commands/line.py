@@ -35,6 +35,8 @@ EPILOG = """examples:
   rotorstudy compare --before march.csv --after may.csv --rig rig.yaml --out what_changed
   rotorstudy balance run_1.csv run_2.csv --rig updated.yaml --planes 3 7
   rotorstudy plugins --kind crack
+  rotorstudy new rig my_machine --records run_1.csv
+  rotorstudy check my_machine.yaml
   rotorstudy new crack my_crack
   rotorstudy check my_crack.py
   rotorstudy blind --cases 60 --seed 7 --out blind_7
@@ -52,6 +54,17 @@ def parser():
     for command in COMMANDS:
         command.add(commands)
     return top
+
+
+def complete(commands):
+    """Answer the shell that asks how a command line may go on, if the package argcomplete is installed."""
+    if "_ARGCOMPLETE" not in os.environ:
+        return
+    try:
+        import argcomplete
+    except ImportError:
+        return
+    argcomplete.autocomplete(commands)
 
 
 def show_progress(stream):
@@ -82,7 +95,9 @@ def main(arguments=None):
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")  # a terminal that has no sign for ± shows a question mark
-    given = parser().parse_args(arguments)
+    commands = parser()
+    complete(commands)
+    given = commands.parse_args(arguments)
     if sys.stderr.isatty() and not given.quiet:
         show_progress(sys.stderr)
     try:

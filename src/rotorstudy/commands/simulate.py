@@ -32,11 +32,10 @@ def run(given):
     """Simulate and write the records."""
     import numpy as np
 
-    from rotorstudy.measurement.noise import standard_normal
-    from rotorstudy.measurement.records import check_record, records_dataset, simulate_records
+    from rotorstudy.measurement.records import check_length_of_record, records_dataset
     from rotorstudy.model.rig import read_rig
     from rotorstudy.response.coupling import check_speed
-    from rotorstudy.store import provenance, save
+    from rotorstudy.store import provenance, save_along
 
     for name, value in (("--duration", given.duration), ("--rate", given.rate)):
         if not 0 < value < np.inf:
@@ -51,9 +50,26 @@ def run(given):
     check_file(given.out, given.rig, suffixes=NETCDF)
     rig = read_rig(given.rig)
     time = np.arange(round(given.duration * given.rate)) / given.rate
-    records = simulate_records(rig.model, check_speed(in_rad_s(given.speeds, given.rpm)), given.harmonics, time)
-    longest = rig.model.structure.length or LARGEST_DISPLACEMENT
-    for i, record in enumerate(records):
+    speeds = check_speed(in_rad_s(given.speeds, given.rpm))
+    for speed in speeds:  # before anything is computed
+        where = f"simulated record at {speed:g} rad/s"
+        check_length_of_record(speed, len(time), 1 / given.rate, given.harmonics, where)
+    attributes = provenance(rig.given, rig.plugins, given.seed if given.noise else None)
+    records = _noisy_records(rig.model, speeds, time, given)
+    save_along((records_dataset([one]).assign_attrs(attributes) for one in records), given.out, "speed")
+    print(f"wrote {len(speeds)} record(s) of {len(time)} samples to {given.out}")
+    return 0
+
+
+def _noisy_records(model, speeds, time, given):
+    """The records, one after another; RotorstudyError for a displacement that no rotor of this size can have."""
+    import numpy as np
+
+    from rotorstudy.measurement.noise import standard_normal
+    from rotorstudy.measurement.records import check_record, each_record
+
+    longest = model.structure.length or LARGEST_DISPLACEMENT
+    for i, record in enumerate(each_record(model, speeds, given.harmonics, time)):
         check_record(record, given.harmonics)
         if (reached := float(np.abs(record.displacement).max())) > longest:
             raise RotorstudyError(
@@ -65,7 +81,4 @@ def run(given):
             moving = record.displacement - record.displacement.mean(axis=-1, keepdims=True)
             size = given.noise / 100 * np.sqrt(np.mean(np.abs(moving) ** 2, axis=-1, keepdims=True) / 2)
             record.displacement[:] += size * (x + 1j * y)
-    attributes = provenance(rig.given, rig.plugins, given.seed if given.noise else None)
-    save(records_dataset(records).assign_attrs(attributes), given.out)
-    print(f"wrote {len(records)} record(s) of {len(time)} samples to {given.out}")
-    return 0
+        yield record

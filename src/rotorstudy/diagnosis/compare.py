@@ -13,6 +13,7 @@ which a parametric cause acts is that of the state before: the parameters p are 
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from rotorstudy.diagnosis.search import base_model
 from rotorstudy.diagnosis.settings import Settings
@@ -91,6 +92,8 @@ def compare(
     structure = replace(model.structure, vibration=float(np.median(size)))
     model = replace(model, structure=structure, before=frozenset(model.names))
     difference = _difference(before, after, model.earlier, settings)
+    if settings.repeatability:
+        model, settings = _with_scatter(model, difference.speed, after, settings)
     found = investigate(difference, model, settings=settings, findings=(*findings, *notes, *more))
     return Comparison(found, before, after, difference)
 
@@ -131,6 +134,39 @@ def _difference(before, after, model, settings):
     share = {"model_error": settings.repeatability, "covariance_error": 0.0}  # of what does not cancel
     noise = [with_model_error(one, settings.model_copy(update=share)).covariance for one in (before, after)]
     return replace(before, amplitude=amplitude, covariance=noise[0] + noise[1])
+
+
+def _with_scatter(model, speed, after, settings):
+    """The model with what all probes share from run to run at a speed, and settings that say so.
+
+    The phase mark falls between two samples, which turns the readings; and the load differs, which turns and scales the
+    motion. Taken as errors of each probe alone, it would be far too improbable that all agree, and look like a change.
+    """
+    parameters, each = [], np.eye(len(after.sensors))
+    moving = [(h, n) for h, n in enumerate(after.harmonics.tolist()) if n]
+    for k, w in enumerate(speed.tolist()):
+        here, rate = _only_at(w), _only_at(w, 1 / w)
+        mark = tuple(Entry(1j * n * after.amplitude[k, h], on="one", shift=n, gain=here) for h, n in moving)
+        parameters += [
+            Parameter(f"{name} of the run at {w:.6g} rad/s", "1", entries, settings.repeatability)
+            for name, entries in {
+                "mark": mark,
+                "phase": (Entry(each, order=1, gain=rate),),  # n j z
+                "swing": (Entry(each, gain=here),),
+            }.items()
+        ]
+    term = replace(Term("repeatability", tuple(parameters), acts_on="output"), values={p.name: 0.0 for p in parameters})
+    names = tuple(p.name for p in parameters)
+    known = model.uncertainty
+    spread = block_diag(known.covariance, settings.repeatability**2 * np.eye(len(names)))
+    model = replace(model.plus(term), uncertainty=Uncertainty((*known.names, *names), spread))
+    model = replace(model, before=frozenset(model.names))
+    return model, settings.model_copy(update={"run_to_run": [*settings.run_to_run, *names]})
+
+
+def _only_at(speed, value=1.0):
+    """A gain with a value at one speed, and zero at others."""
+    return lambda other: np.isclose(other, speed, rtol=1e-9, atol=0) * value
 
 
 def known_as_before(model: Model, spectrum: Spectrum, settings: Settings) -> tuple[Model, list[Finding]]:

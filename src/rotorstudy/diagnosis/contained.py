@@ -1,10 +1,25 @@
-"""Whether the force of one cause is a special case of that of another: together they are no two faults."""
+"""Which causes may be named together: the force of none may be a special case of that of another."""
+
+from itertools import permutations
 
 import numpy as np
 
 from rotorstudy.diagnosis.candidates import Candidate
+from rotorstudy.diagnosis.odds import faults_of
 
 ROUND_OFF = 1e-9  # of the largest coefficient
+
+
+def is_allowed(work, causes):
+    """Whether causes are no more faults than allowed, each named once and none a special case of another."""
+    if len(faults_of(causes)) > work.settings.most_causes or len({c.cause for c in causes}) < len(causes):
+        return False
+    return are_distinct(*causes)
+
+
+def are_distinct(*causes):
+    """Whether no cause is a special case of another."""
+    return not any(is_contained(one, other) for one, other in permutations(causes, 2))
 
 
 def is_contained(cause: Candidate, other: Candidate) -> bool:

@@ -4,13 +4,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rotorstudy.errors import NoSteadyState
+from rotorstudy.errors import NoSteadyState, RotorstudyError
 from rotorstudy.inference.fit import chi_square_p_value
 from rotorstudy.inference.joint import JointFit, Run, fit_runs
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.findings import Finding
+from rotorstudy.model.model import Model
+from rotorstudy.response.whirl import eigenvalues
 from rotorstudy.units import number, p_value, quantity
 
+ROUND_OFF = 1e-6  # of the speed: a whirl frequency below it is that of a rigid rotation
 ADDED = "added "  # label of a term that a run adds
 
 
@@ -53,6 +56,37 @@ def contradictions(joint: JointFit, shared: Prior, significance: float, width: f
             )
             return [Finding("warning", "another machine", f"run '{run.name}'", text)]
     return [_not_explained(joint, name, p) for name, p in rejected.items()]
+
+
+def check_slow_roll(name: str, speed: np.ndarray, model: Model) -> list[Finding]:
+    """A finding if a run that is said to be a slow roll passed a critical speed: its vectors are not runout.
+
+    Parameters
+    ----------
+    name : str
+        Of the run.
+    speed : ndarray (speed,)
+        In rad/s.
+    model : Model
+        With a value for every parameter.
+
+    Returns
+    -------
+    list of Finding
+    """
+    try:
+        whirl = np.abs(eigenvalues(model, speed).imag)
+    except RotorstudyError:  # of a rotor whose motion is not free vibration, as of an asymmetric shaft
+        return []
+    passed = (whirl > ROUND_OFF * speed[:, None]) & (whirl < speed[:, None])
+    if not passed.any():
+        return []
+    fastest, lowest = float(speed[passed.any(axis=1)].max()), float(whirl[passed].min())
+    text = (
+        f"{fastest:.4g} rad/s is above the whirl frequency {lowest:.4g} rad/s of the rig: the shaft has passed a "
+        "critical speed, and 1X is vibration and not runout; roll more slowly, or leave out 'slow_roll:'"
+    )
+    return [Finding("warning", "slow roll above a critical speed", f"run '{name}'", text)]
 
 
 def _unexplained(joint, significance):

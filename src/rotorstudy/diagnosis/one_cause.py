@@ -29,12 +29,14 @@ from rotorstudy.model.registry import registry
 LOOK = replace(HYPOTHESIS, steps=2, first_damping=1e-2)  # the first steps from a start
 FAR = replace(HYPOTHESIS, steps=4, first_damping=1e-2)  # from the best of these
 PROMISING = (6, 10.0)  # fits that are taken further: at most that many, with less than so many times the least misfit
-NEAR = (3, 3.0)  # fits that are taken to convergence, likewise
+NEAR = (3, 3.0)  # fits that are taken further still, likewise
+FURTHER = replace(HYPOTHESIS, steps=12)  # the steps of these
+WITHIN = 20.0  # of the least misfit: fits that are taken to convergence
 ROUNDS = 3  # of searches elsewhere, as long as they find something better
 EXPLAINED = 0.05  # p-value below which it is searched again, at the values of the rig that fit best without the cause
 LIKELY = 0.95  # of the region about the best shape whose misfit another one must have to be stated beside it
 SAME = 3.0  # standard deviations of the shape, within which two fits are one
-BEYOND = 10  # harmonics carried beyond the measured ones: a crack that opens at once has many
+ALIKE = 0.1  # standard deviations of the data: predictions that are closer are the same
 SOMEWHERE = (0.5, 0.37, 0.61, 0.13, 0.89)  # fractions of the ranges: at some of them an effect may be unable to act
 
 
@@ -123,11 +125,13 @@ def _fitted(work, starts, least=np.inf):
         raise RotorstudyError("no shape of the cause gives a steady motion of this rotor")
     least = min([least, *(one.cost for one in looked)])
     begun = _tried(work, [_start(one) for one in looked[: PROMISING[0]] if one.cost <= PROMISING[1] * least], FAR)
-    found = []
+    least, found = min([least, *(one.cost for one in begun)]), []
     for one in begun[: NEAR[0]]:
-        least = min([least, one.cost, *(known.cost for known in found)])
         if one.cost <= NEAR[1] * least:
-            found += _tried(work, [_start(one)], CLOSELY, BEYOND)
+            found += _tried(work, [_start(one)], FURTHER)
+            least = min([least, *(known.cost for known in found)])
+            if found and found[-1].cost <= least + WITHIN and not found[-1].minimum.converged[0]:
+                found += _tried(work, [_start(found[-1])], CLOSELY)
     return _sorted([*found, *begun, *looked])
 
 
@@ -139,12 +143,12 @@ def _sorted(found):
     return sorted(found, key=lambda one: one.cost)
 
 
-def _tried(work, starts, convergence, beyond=None):
+def _tried(work, starts, convergence):
     """Fits from those starts at which the rotor has a steady state, the best first."""
     found = []
     for causes, amplitudes in starts:
         try:
-            found.append(fitted_from(work, causes, amplitudes, convergence, beyond))
+            found.append(fitted_from(work, causes, amplitudes, convergence))
         except (CannotAct, NoSteadyState, NoConvergenceError):  # in that shape
             continue
     return _sorted(found)
@@ -170,15 +174,19 @@ def _also_elsewhere(work, kinds, found):
 
 
 def _is_same(work, one, other):
-    """Whether two fits have the same alternatives, and their shapes agree within their uncertainty, in any order."""
+    """Whether two fits have the same alternatives, and their shapes agree within their uncertainty, in any order.
+
+    Where they predict the same, a half turn counts as none: a slot looks the same from both sides.
+    """
     if one.variant != other.variant:
         return False
+    data = slice(2 * work.spectrum.amplitude.size)
+    alike = np.abs(one.minimum.residual[0, data] - other.minimum.residual[0, data]).max() < ALIKE
     pairs = (sorted(shaped(work, fitted), key=lambda cause: tuple(cause.shape.values())) for fitted in (one, other))
     for a, b in zip(*pairs, strict=True):
         for name, ends in ranges_of(work, a).items():
-            turn = ends.high - ends.low
-            off = abs(a.shape[name] - b.shape[name])
-            off = min(off, turn - off) if ends.goes_around else off
+            turn, off = (ends.high - ends.low) / (2 if alike else 1), abs(a.shape[name] - b.shape[name])
+            off = min(off % turn, -off % turn) if ends.goes_around else off
             if off > SAME * max(a.shape_std[name], b.shape_std[name]):
                 return False
     return True

@@ -19,7 +19,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from annotated_types import Ge, MinLen
 
-from rotorstudy.diagnosis.contradicting import contradictions
+from rotorstudy.diagnosis.contradicting import check_slow_roll, contradictions
 from rotorstudy.diagnosis.search import base_model
 from rotorstudy.diagnosis.settings import check_names, read_settings
 from rotorstudy.errors import RotorstudyError, unknown_name
@@ -62,6 +62,7 @@ class RunItem(Strict):
     unbalances: list[AddedUnbalance] = []
     effects: list[dict] = []
     own: list[str] = []
+    slow_roll: bool = False
 
 
 class MeasuredRun(NamedTuple):
@@ -115,6 +116,7 @@ def identify_runs(runs_path: str | Path, rig: str | Path | RigFile) -> Identifie
         _check_distinct(item, spectrum, measured)
         measured.append(MeasuredRun(item, with_model_error(spectrum, settings)))
         findings += [replace(one, where=f"run '{item.name}': {one.where}") for one in found]
+        findings += check_slow_roll(item.name, spectrum.speed, own_model) if item.slow_roll else []
     check_names(settings, model, f"{rig.path}, diagnosis")
     conventions = read_conventions(rig.given, str(rig.path))
     return _updated(rig, model, measured, settings, conventions, findings)

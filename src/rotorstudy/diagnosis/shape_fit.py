@@ -9,7 +9,13 @@ import numpy as np
 from rotorstudy.diagnosis.candidates import Candidate, shape_ranges, with_shape
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import CannotAct, NoConvergenceError, NoSteadyState
-from rotorstudy.inference.levenberg_marquardt import ESTIMATE, HYPOTHESIS, Minimum, levenberg_marquardt
+from rotorstudy.inference.levenberg_marquardt import (
+    ESTIMATE,
+    HYPOTHESIS,
+    Convergence,
+    Minimum,
+    levenberg_marquardt,
+)
 from rotorstudy.inference.prediction import whitened_prediction
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.spectrum import Spectrum
@@ -87,11 +93,10 @@ def check_together(work: Work, causes: Sequence[Candidate]) -> None:
 
 
 def fitted_from(
-    work: Work, causes: Sequence[Candidate], amplitudes: np.ndarray, convergence=CLOSELY, beyond: int | None = None
+    work: Work, causes: Sequence[Candidate], amplitudes: np.ndarray, convergence: Convergence = CLOSELY
 ) -> Fitted:
     """A fit of all amplitudes and the shapes of causes together, from their shapes and some amplitudes (parameter,).
 
-    beyond : harmonics carried beyond the highest measured one, by default as in every other fit
     raises : NoSteadyState, NoConvergenceError
     """
     prior, points, count = work.prior, [point_of(work, cause) for cause in causes], len(amplitudes)
@@ -109,7 +114,7 @@ def fitted_from(
     def predict(theta):
         (one,) = theta
         try:
-            return predicted_with_shape(work, causes, one[:count], np.split(one[count:], ends), beyond)
+            return predicted_with_shape(work, causes, one[:count], np.split(one[count:], ends))
         except (CannotAct, NoSteadyState) as error:  # such as a crack at a disc
             failed.append(error)
             if len(failed) > FAILURES:
@@ -129,7 +134,7 @@ def fitted_from(
 
 
 def predicted_with_shape(
-    work: Work, causes: Sequence[Candidate], amplitudes: np.ndarray, points: Sequence, beyond: int | None = None
+    work: Work, causes: Sequence[Candidate], amplitudes: np.ndarray, points: Sequence
 ) -> tuple[np.ndarray, np.ndarray]:
     """Whitened prediction (1, component) and its derivatives (1, component, parameter), the shapes last.
 
@@ -146,9 +151,8 @@ def predicted_with_shape(
             beside.append((number, off, reshaped(work, cause, at, f"beside {number} {i}")))
     model = model.plus(*(one.term for *_, one in beside))
     more = [name for *_, one in beside for name in one.names]
-    order = None if beyond is None else int(np.abs(work.spectrum.harmonics).max()) + beyond
     values = np.concatenate([amplitudes, np.zeros(len(more))])
-    shown, slopes = whitened_prediction(model, work.spectrum, [*names, *more], values, order)
+    shown, slopes = whitened_prediction(model, work.spectrum, [*names, *more], values)
     at = {name: i for i, name in enumerate([*names, *more])}
     columns = []
     for number, off, one in beside:

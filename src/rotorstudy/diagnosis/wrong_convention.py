@@ -6,8 +6,8 @@ import numpy as np
 
 from rotorstudy.diagnosis.measuring_chain import Hypothesis, hypotheses
 from rotorstudy.diagnosis.odds import Explanation, log_posterior_odds, odds_of
+from rotorstudy.diagnosis.one_more import with_one_more
 from rotorstudy.diagnosis.result import ChainHypothesis, Place, PValues
-from rotorstudy.diagnosis.search import with_one_more
 from rotorstudy.diagnosis.words import place
 from rotorstudy.inference.fit import Fit, chi_square_p_value, fit, residual_share
 from rotorstudy.inference.prediction import carried_order, with_model_error

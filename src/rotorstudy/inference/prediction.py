@@ -10,14 +10,16 @@ from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.response.measured import measured_response, measured_response_and_jacobian
 
-BEYOND = 4  # harmonics carried beyond the highest measured one where a model couples them
+BEYOND = 4  # harmonics carried beyond the highest measured one where a model couples them: off by 0.01 sigma (rms)
+BEYOND_JUMPS = 10  # with a force that jumps: off by 0.2 sigma for a crack of 30 % that opens at once, 1.3 with BEYOND
 
 ACROSS_HARMONICS = 0.1  # of the error of a cause that reaches other harmonics than the one it is of
 
 
-def carried_order(spectrum: Spectrum) -> int:
-    """Highest harmonic carried for a spectrum where the model couples harmonics."""
-    return int(np.abs(spectrum.harmonics).max()) + BEYOND
+def carried_order(spectrum: Spectrum, model: Model | None = None) -> int:
+    """Highest harmonic carried for a spectrum where harmonics are coupled; without a model as if no force jumped."""
+    jumps = model is not None and any(force.jumps for _, force in model.nonlinear_forces)
+    return int(np.abs(spectrum.harmonics).max()) + (BEYOND_JUMPS if jumps else BEYOND)
 
 
 def predicted(model: Model, spectrum: Spectrum, theta: np.ndarray) -> np.ndarray:
@@ -39,7 +41,7 @@ def predicted(model: Model, spectrum: Spectrum, theta: np.ndarray) -> np.ndarray
     ------
     NoSteadyState
     """
-    return measured_response(model, spectrum.speed, spectrum.harmonics, theta, order=carried_order(spectrum))
+    return measured_response(model, spectrum.speed, spectrum.harmonics, theta, order=carried_order(spectrum, model))
 
 
 def misfit(model: Model, spectrum: Spectrum, theta: np.ndarray) -> float:
@@ -98,7 +100,7 @@ def whitened_prediction(
     if np.isnan(full).any():
         missing = [model.names[p] for p in np.flatnonzero(np.isnan(full).reshape(-1, full.shape[-1]).any(axis=0))]
         raise RotorstudyError(f"{', '.join(missing)}: neither among the unknowns nor given a value")
-    order = carried_order(spectrum) if order is None else order
+    order = carried_order(spectrum, model) if order is None else order
     shown, change = measured_response_and_jacobian(model, spectrum.speed, spectrum.harmonics, full, order=order)
     found = spectrum.whitened(np.stack([shown, *np.moveaxis(change[..., position], -1, 0)]))
     return found[0], np.moveaxis(found[1:], 0, -1)

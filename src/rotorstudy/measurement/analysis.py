@@ -6,6 +6,7 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement import quality
+from rotorstudy.measurement.angle_fit import fit_each
 from rotorstudy.measurement.facts import NodeFacts, RecordFacts, node_facts
 from rotorstudy.measurement.findings import Finding
 from rotorstudy.measurement.harmonics import estimate, fit_basis, white_noise_covariance, with_phase_noise
@@ -34,12 +35,14 @@ class Analysed:
     dead: frozenset = frozenset()
 
 
-def analyse(raw):
+def analyse(raw, with_signals=True):
     """Harmonics of one RawRecord with their covariance, the clean record, facts and findings.
 
     Parameters
     ----------
     raw : RawRecord
+    with_signals : bool
+        Whether the clean record is wanted.
 
     Returns
     -------
@@ -78,8 +81,9 @@ def analyse(raw):
         return Analysed(facts, [*findings, Finding("error", "reference signal", where, str(error))])
     mark_variance = turning.jitter_rad**2 / len(turning.marks) + facts.mark_resolution**2
     of_node = {}
-    for node, signal, direction in zip(raw.nodes, signals, raw.directions, strict=True):
-        found = estimate(signal, angle, revolutions, harmonics, direction)
+    fits = fit_each(signals, angle, harmonics)
+    for node, signal, direction, fit in zip(raw.nodes, signals, raw.directions, fits, strict=True):
+        found = estimate(signal, angle, revolutions, harmonics, direction, fit)
         amplitude, covariance = found.amplitude, found.covariance
         if psi is None:
             covariance = with_phase_noise(amplitude, covariance, harmonics, mark_variance)
@@ -92,6 +96,9 @@ def analyse(raw):
     findings += quality.check_length(revolutions, facts.blocks, where)
     if any(finding.severity == "error" for finding in findings):
         return Analysed(facts, findings)
+    single = {node: float(a) for node, a in zip(raw.nodes, raw.directions, strict=True) if np.isfinite(a)}
+    if not with_signals:
+        return Analysed(facts, findings, speed, of_node, None, single)
     lead = (angle.mean() - speed * time.mean()) / speed - (0 if psi is None else psi[0][harmonics == 1][0] / speed)
     clock = time + lead
     record = Record(
@@ -104,7 +111,6 @@ def analyse(raw):
         where,
         turning.whole_marks - raw.conventions.mark_rad / speed + lead if by_marks else None,
     )
-    single = {node: float(a) for node, a in zip(raw.nodes, raw.directions, strict=True) if np.isfinite(a)}
     return Analysed(facts, findings, speed, of_node, record, single)
 
 
@@ -158,8 +164,8 @@ def check_channels(raw, chosen, angle, harmonics):
     """Findings on each probe from some samples (time,) mask, and the dead ones {(node, channel)}."""
     findings, dead = [], set()
     for node in raw.nodes:
-        readings = [channel.readings[chosen] for channel in raw.at(node)]
-        seen = [quality.seen_by(values, angle, harmonics) for values in readings]
+        readings = np.array([channel.readings[chosen] for channel in raw.at(node)])
+        seen = quality.seen_by(readings, angle, harmonics)
         for i, channel in enumerate(raw.at(node)):
             others = seen[:i] + seen[i + 1 :]
             found = quality.check_channel(channel.name, node, readings[i], seen[i], others, raw.where)

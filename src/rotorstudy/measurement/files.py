@@ -79,15 +79,16 @@ class Channel(NamedTuple):
 
 
 def read_file(path, conventions, nodes):
-    """Raw records of a file, one for each speed.
+    """Raw records of a file, one for each speed: an iterator, so that only one need be in memory.
 
     nodes  : (node,) of the rig
     raises : RotorstudyError for a file that cannot be read, or that contradicts the rig file
     """
     path = _existing(path)
     if kind_of(path) == "netcdf":
-        return _read_netcdf(path, conventions, nodes)
-    return [_from_channels(path, conventions, nodes, *open_channels(path, conventions))]
+        yield from _read_netcdf(path, conventions, nodes)
+    else:
+        yield _from_channels(path, conventions, nodes, *open_channels(path, conventions))
 
 
 def kind_of(path):
@@ -196,66 +197,73 @@ def _assemble(readings, conventions, nodes, time, label, keyphasor, marks, refer
 
 def _read_netcdf(path, conventions, nodes):
     """Raw records of a NetCDF file: displacement (speed, node, direction, time), read by the conventions."""
-    with netcdf(path) as opened:
-        data = opened.load()
+    with netcdf(path) as data:
+        _check_netcdf(path, data)
+        data = data if "speed" in data.displacement.dims else data.expand_dims("speed")
+        if not data.sizes["speed"]:
+            raise RotorstudyError(f"{path}: no record; the dimension 'speed' is empty")
+        probes, axes, as_read = _probes_of_netcdf(data, conventions)
+        time = _scaled(data.time, {**SECONDS, "seconds": 1.0}, "s", path)
+        speeds = [None] * data.sizes["speed"]
+        if "speed" in data.coords:
+            speeds = _scaled(data.speed, RAD_PER_S, "rad/s", path)
+        for i, speed in enumerate(speeds):
+            label = conventions.label_rad_per_s(path.name) if speed is None else float(speed)
+            where = f"{path}" if label is None else f"{path}, {label:.6g} rad/s"
+            one = data.isel(speed=i)
+            readings = _readings(path, one, probes, conventions, where)
+            signals = [one[name].values if name in data else None for name in ("keyphasor", "reference")]
+            marks = None
+            if "phase_mark_time" in data:
+                marks = _scaled(one.phase_mark_time, SECONDS, "s", path).ravel()
+                marks = marks[np.isfinite(marks)]
+            raw = _assemble(readings, axes, nodes, time, label, signals[0], marks, signals[1], where)
+            yield replace(raw, conventions=as_read)
+
+
+def _check_netcdf(path, data):
+    """Raise RotorstudyError for a file without displacement, or of other dimensions."""
     if "displacement" not in data:
         raise RotorstudyError(f"{path}: no variable 'displacement' (found: {', '.join(map(str, data.data_vars))})")
-    if "speed" not in data.displacement.dims:
-        data = data.expand_dims("speed")
-    wanted = ("speed", "node", "direction", "time")
-    if set(data.displacement.dims) != set(wanted) or not set(wanted[1:]) <= set(data.coords):
+    wanted, held = ("speed", "node", "direction", "time"), set(data.displacement.dims)
+    if held | {"speed"} != set(wanted) or not set(wanted[1:]) <= set(data.coords):
         raise RotorstudyError(
             f"{path}: displacement has dimensions {data.displacement.dims} and coordinates {list(data.coords)}; "
             f"needed are the dimensions {wanted}, with coordinates for all but speed"
         )
-    values = data.displacement.transpose(*wanted).values
-    stated = data.displacement.attrs.get("units")
-    stated = UNITS.get(stated, stated)
-    directions = [str(name) for name in data.direction.values]
-    probes, x_and_y = conventions.probes, [Probe(channel="x", angle_deg=0.0), Probe(channel="y", angle_deg=90.0)]
-    as_read = axes = conventions
-    simulated = "rotorstudy_version" in data.attrs and "reference" in data and sorted(directions) == ["x", "y"]
-    if simulated and not {probe.channel for probe in probes} & {
-        "x",
-        "y",
-    }:  # simulated records are in the project's axes
-        probes, axes = x_and_y, Conventions(harmonics=conventions.harmonics)
-        as_read = axes
-    elif not probes:  # x and y of the file are those of the project, whatever the user's angles
-        probes = x_and_y
-        axes = conventions.model_copy(update={"rotation": "with_angles", "gravity_angle_deg": 0.0})
-    time = _scaled(data.time, {**SECONDS, "seconds": 1.0}, "s", path)
-    if not len(values):
-        raise RotorstudyError(f"{path}: no record; the dimension 'speed' is empty")
-    speeds = _scaled(data.speed, RAD_PER_S, "rad/s", path) if "speed" in data.coords else [None] * len(values)
-    held_nodes = [conventions.node(label, str(path)) for label in data.node.values.tolist()]
-    records = []
-    for i, speed in enumerate(speeds):
-        label = conventions.label_rad_per_s(path.name) if speed is None else float(speed)
-        where = f"{path}" if label is None else f"{path}, {label:.6g} rad/s"
-        readings = []
-        for probe in probes:
-            if probe.channel not in directions:
-                raise unknown_name(
-                    "direction", probe.channel, directions, f"{path}; the channel of a probe is a direction"
-                )
-            factor, d = probe.metres(stated, str(path)), directions.index(probe.channel)
-            for k, node in enumerate(held_nodes):
-                if probe.node in (None, node):
-                    readings.append((probe, node, factor * values[i, k, d]))
-        if not readings:
-            held = ", ".join(map(str, held_nodes))
-            raise RotorstudyError(f"{where}: no probe of the rig file is at a node of this file (nodes {held})")
-        signals = {}
-        for name in ("keyphasor", "reference"):
-            signals[name] = data[name].transpose("speed", "time").values[i] if name in data else None
-        marks = None
-        if "phase_mark_time" in data:
-            marks = _scaled(data.phase_mark_time, SECONDS, "s", path).reshape(len(values), -1)[i]
-            marks = marks[np.isfinite(marks)]
-        signals = (signals["keyphasor"], marks, signals["reference"])
-        records.append(replace(_assemble(readings, axes, nodes, time, label, *signals, where), conventions=as_read))
-    return records
+
+
+def _probes_of_netcdf(data, conventions):
+    """Probes of a file, the conventions of their axes, and those it is read by."""
+    x_and_y = [Probe(channel="x", angle_deg=0.0), Probe(channel="y", angle_deg=90.0)]
+    directions = {str(name) for name in data.direction.values}
+    simulated = "rotorstudy_version" in data.attrs and "reference" in data and directions == {"x", "y"}
+    if simulated and not {probe.channel for probe in conventions.probes} & {"x", "y"}:  # in the project's axes
+        own = Conventions(harmonics=conventions.harmonics)
+        return x_and_y, own, own
+    if conventions.probes:
+        return conventions.probes, conventions, conventions
+    # x and y of the file are those of the project, whatever the user's angles
+    axes = conventions.model_copy(update={"rotation": "with_angles", "gravity_angle_deg": 0.0})
+    return x_and_y, axes, conventions
+
+
+def _readings(path, one, probes, conventions, where):
+    """Readings [(probe, node, (time,) m)] of one speed."""
+    values = one.displacement.transpose("node", "direction", "time").values
+    stated = one.displacement.attrs.get("units")
+    directions = [str(name) for name in one.direction.values]
+    held_nodes = [conventions.node(label, str(path)) for label in one.node.values.tolist()]
+    found = []
+    for probe in probes:
+        if probe.channel not in directions:
+            raise unknown_name("direction", probe.channel, directions, f"{path}; the channel of a probe is a direction")
+        factor, d = probe.metres(UNITS.get(stated, stated), str(path)), directions.index(probe.channel)
+        found += [(probe, n, factor * values[k, d]) for k, n in enumerate(held_nodes) if probe.node in (None, n)]
+    if not found:
+        held = ", ".join(map(str, held_nodes))
+        raise RotorstudyError(f"{where}: no probe of the rig file is at a node of this file (nodes {held})")
+    return found
 
 
 def _scaled(array, units, default, path):

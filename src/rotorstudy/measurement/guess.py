@@ -13,6 +13,7 @@ from rotorstudy.measurement.csv_layout import guess_layout
 from rotorstudy.measurement.files import kind_of, netcdf, open_channels
 from rotorstudy.measurement.probe_tables import is_probe_table
 from rotorstudy.measurement.tables import open_table
+from rotorstudy.units import um
 
 VIEW = {"rotation": "with_angles", "gravity_angle_deg": 180}  # angles from straight up, counter-clockwise
 PAIR = (-45.0, 45.0)  # X and Y of a node, right and left of the top
@@ -20,6 +21,7 @@ TIME = re.compile(r"^\W*(t|time|zeit|seconds?)\b|^time|zeit", re.IGNORECASE)
 SPEED = re.compile(r"rpm|speed|drehzahl", re.IGNORECASE)
 MARK = re.compile(r"key|kph|tach|trig|mark|once|phase", re.IGNORECASE)
 SENSITIVITY_V_PER_M = 7874.0  # 200 mV/mil, of most eddy-current probes
+INSTRUMENT_NOISE = 2e-7  # m, standard deviation of real and imaginary part: about 0.01 mil peak to peak
 EVEN = 1e-3  # relative scatter of the time steps of a time column
 PULSES = 0.25  # share of the range between the median and the middle of it, of a signal of pulses
 
@@ -133,8 +135,10 @@ def _of_table(path, conventions, section, said, nodes):
         "keyphasor": {"sensor_angle_deg": 0, "mark_angle_deg": 0},
         "table_amplitude": "peak_to_peak",
         "table_phase": "lag",
+        "table_noise_m": INSTRUMENT_NOISE,
     }
     said += [*more, "amplitudes: peak to peak (or state peak, rms); phases: lags (or state lead)"]
+    said.append(f"noise: {um(INSTRUMENT_NOISE)} besides the rounding, usual for eddy-current probes (a table has none)")
     said.append("phase mark: its sensor is taken to be at the top (NOT known)")
     return Guess(section, said)
 

@@ -1,9 +1,11 @@
 """Harmonics of a record against the angle of the shaft, and their covariance from repeat blocks."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
+from rotorstudy.measurement.angle_fit import fit_harmonics
 from rotorstudy.measurement.lines import Line, line_basis, orders_of_lines
 from rotorstudy.measurement.single_probe import along_probe, seen_components, seen_rows
 from rotorstudy.response.series import rotating_basis
@@ -105,7 +107,7 @@ def block_edges(revolutions):
     return length, revolutions // length
 
 
-def estimate(signal, angle, revolutions, harmonics, direction=np.nan):
+def estimate(signal, angle, revolutions, harmonics, direction=np.nan, fit=None):
     """Harmonics of a record of whole revolutions.
 
     The mean is harmonic 0. Lines that are not synchronous are fitted together with the harmonics. The covariance is
@@ -114,17 +116,23 @@ def estimate(signal, angle, revolutions, harmonics, direction=np.nan):
 
     signal : (time,) complex, m; NaN where missing;  angle : (time,) rad, increasing;  harmonics : (harmonic,)
     direction : rad, of the only probe of the node, along which the signal is; NaN for an orbit
+    fit       : Fit of the signal to the harmonics alone, if it is known
     """
     harmonics, channels = np.asarray(harmonics), 2 if np.isnan(direction) else 1
     usable = np.isfinite(signal)
-    basis = rotating_basis(angle, 1.0, harmonics)
-    signal, widened, lines = _without_lines(signal, angle, usable, basis, harmonics)
-    amplitude, residual, inverse = fit_basis(signal[usable], basis[:, usable])
+    fit = fit_harmonics(signal[usable], angle[usable], harmonics) if fit is None else fit
+    orders = orders_of_lines(signal[usable], angle[usable], harmonics, fit.residual)
+    widened, lines = 1.0, ()
+    if len(orders):
+        signal, widened, lines = _without_lines(signal, angle, usable, harmonics, orders)
+        fit = fit_harmonics(signal[usable], angle[usable], harmonics)
+    amplitude, residual, inverse = fit
     freedom = max(1, usable.sum() - len(harmonics))
     noise_std = float(np.sqrt(np.sum(np.abs(residual) ** 2) / freedom / channels))
     length, count = block_edges(revolutions)
-    block = ((angle - angle[0]) // (2 * np.pi * length)).astype(int)
-    sizes = np.bincount(block[usable], minlength=count)[:count]
+    edges = np.searchsorted(angle - angle[0], 2 * np.pi * length * np.arange(count + 1))
+    pieces = [np.flatnonzero(usable[a:b]) + a for a, b in pairwise(edges)]
+    sizes = np.array([len(piece) for piece in pieces])
     full = np.flatnonzero(sizes >= 0.8 * (2 * np.pi * length) / np.median(np.diff(angle)))
     full = full[sizes[full] > 2 * len(harmonics)]
     if len(full) < FEWEST_BLOCKS:
@@ -132,7 +140,7 @@ def estimate(signal, angle, revolutions, harmonics, direction=np.nan):
         covariance = white_noise_covariance(residual, inverse, at) * widened
         covariance = covariance if channels == 2 else along_probe(2 * covariance, harmonics, direction)
         return Harmonics(amplitude, covariance, np.zeros((0, len(harmonics))), noise_std, (1, 1), lines)
-    blocks = np.array([fit_basis(signal[c], basis[:, c])[0] for c in (usable & (block == b) for b in full)])
+    blocks = np.array([fit_harmonics(signal[c], angle[c], harmonics).amplitude for c in (pieces[b] for b in full)])
     parts = np.concatenate([blocks.real, blocks.imag], axis=1)
     if channels == 2:
         covariance, shrinkage = shrunk_covariance(parts)
@@ -154,14 +162,12 @@ def _covariance_of_probe(parts, harmonics, direction):
     return rows.T @ with_slow_noise(covariance, own, harmonics, seen) @ rows, shrinkage
 
 
-def _without_lines(signal, angle, usable, basis, harmonics):
-    """A signal without its lines that are not synchronous; what the covariance is multiplied by; the lines.
+def _without_lines(signal, angle, usable, harmonics, orders):
+    """A signal without lines of some orders (line,); what the covariance is multiplied by; the lines.
 
-    signal : (time,) complex, m, usable (time,) where it is finite;  basis : (harmonic, time)
+    signal : (time,) complex, m, usable (time,) where it is finite
     """
-    orders = orders_of_lines(signal[usable], angle[usable], harmonics)
-    if not len(orders):
-        return signal, 1.0, ()
+    basis = rotating_basis(angle, 1.0, harmonics)
     both = np.concatenate([basis, line_basis(angle, orders)])
     amplitude, _, inverse = fit_basis(signal[usable], both[:, usable])
     alone = np.linalg.inv(basis[:, usable].conj() @ basis[:, usable].T)

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rotorstudy.measurement.angle_fit import fit_harmonics
 from rotorstudy.response.series import rotating_basis
 
 MOST_LINES = 6
@@ -28,18 +29,20 @@ class Line:
     backward: float
 
 
-def orders_of_lines(signal, angle, harmonics):
+def orders_of_lines(signal, angle, harmonics, residual=None):
     """(line,) orders of the lines in a record beside its harmonics, those of most power first.
 
     signal : (time,) complex, m, finite;  angle : (time,) rad, increasing
+    residual : (time,) m, of a fit of the harmonics to it, if it is known
     """
-    synchronous, found, left_out = rotating_basis(angle, 1.0, harmonics), np.zeros(0), np.zeros(0)
+    synchronous, found, left_out = None, np.zeros(0), np.zeros(0)
     cycle = 2 * np.pi / (angle[-1] - angle[0])
-    left = _without(signal, synchronous)
+    left = fit_harmonics(signal, angle, harmonics).residual if residual is None else residual
     for _ in range(MOST_LINES):
         order = _strongest(left, angle, np.append(found, left_out), LEAST_SHARE * signal.std())
         if order is None:
             break
+        synchronous = rotating_basis(angle, 1.0, harmonics) if synchronous is None else synchronous
         refined = _refined(signal, angle, synchronous, np.append(found, order))
         beside = np.concatenate([found, [np.rint(refined[-1])]])
         if np.abs(refined[-1] - beside).min() <= BESIDE_HARMONIC * cycle:  # the skirt of another line

@@ -91,7 +91,7 @@ def measured_spectrum(
         conventions = read_conventions(rig.given, str(rig.path)).model_copy(update={"displacement_zero": zero})
         model = _measured_model(rig, spectrum.sensors, [conventions], spectrum.directions)
     else:
-        measurement = read_measurement(paths, rig)
+        measurement = read_measurement(paths, rig, with_signals=method is not None)
         spectrum, model, findings = measurement.spectrum, measurement.rig, measurement.findings
         if measurement.errors or spectrum is None:
             said = "; ".join(f"{f.where}: {f.name}: {f.text}" for f in measurement.errors)
@@ -150,7 +150,9 @@ def _spectrum_by(method, measurement):
     return replace(measurement.spectrum, **together)
 
 
-def read_measurement(paths: Sequence[str | Path], rig: str | Path | RigFile) -> Measurement:
+def read_measurement(
+    paths: Sequence[str | Path], rig: str | Path | RigFile, *, with_signals: bool = True
+) -> Measurement:
     """Read record files by the conventions of a rig file.
 
     Parameters
@@ -159,6 +161,8 @@ def read_measurement(paths: Sequence[str | Path], rig: str | Path | RigFile) -> 
         Files of records (NetCDF, CSV, MATLAB, UFF) or tables of harmonics (CSV), in any order.
     rig : path or RigFile
         Its section `measurement:` states the conventions of the files.
+    with_signals : bool, optional
+        Keep the clean records; False leaves `records` empty, so that one record is in memory at a time.
 
     Returns
     -------
@@ -176,9 +180,8 @@ def read_measurement(paths: Sequence[str | Path], rig: str | Path | RigFile) -> 
     columns = {path: table_columns(path, conventions) for path in paths}
     conventions = _with_harmonics_of_tables(conventions, [path for path in paths if is_probe_table(columns[path])])
     nodes = rig.model.structure.nodes
-    found, findings, stated, records = [], [], [], []
+    found, findings, stated, in_time = [], [], [], []
     for path in paths:
-        log.info("reading %s", path)
         if is_probe_table(columns[path]):
             spectra, notes = read_probe_table(path, conventions, nodes)
             found += [_of_table(path, speed, of_node, conventions, single) for speed, of_node, single in spectra]
@@ -190,13 +193,9 @@ def read_measurement(paths: Sequence[str | Path], rig: str | Path | RigFile) -> 
             stated += [conventions] * len(spectra)
             findings += notes
         else:
-            records += read_file(path, conventions, nodes)
-    if records:
-        log.info("fitting the harmonics of %d records", len(records))
-    analysed, notes = _without_dead_probes(records)
-    found += analysed
-    stated += [raw.conventions for raw in records]
-    findings += notes
+            in_time.append(path)
+    analysed, read_by, notes = _analysed_records(in_time, conventions, nodes, with_signals)
+    found, stated, findings = found + analysed, stated + read_by, findings + notes
     facts = [one.facts for one in found]
     findings += [finding for one in found for finding in one.findings]
     findings += check_lines(facts)
@@ -224,15 +223,32 @@ def read_measurement(paths: Sequence[str | Path], rig: str | Path | RigFile) -> 
     return Measurement(spectrum, records, facts, worst_first(findings), model)
 
 
-def _without_dead_probes(records):
-    """Analysed of the raw records without the probes that are dead in all of them, and findings on those."""
-    found = [one for raw in records for one in analyse_each(raw)]
+def _analysed_records(paths, conventions, nodes, with_signals):
+    """Analysed of the records of files, without the probes that are dead in all; their conventions; findings.
+
+    One record is in memory at a time; `with_signals` keeps the clean ones.
+    """
+    found, stated, probes, first = [], [], [], None
+    for raw in _raw_records(paths, conventions, nodes):
+        found += analyse_each(raw, with_signals)
+        stated.append(raw.conventions)
+        probes.append({(channel.node, channel.name) for channel in raw.channels})
+        first = first or raw.where
     dead = frozenset.intersection(*(one.dead for one in found)) if found else frozenset()
-    left = [[channel for channel in raw.channels if (channel.node, channel.name) not in dead] for raw in records]
-    if not dead or not all(left):
-        return found, []
-    repaired = [replace(raw, channels=channels) for raw, channels in zip(records, left, strict=True)]
-    return [one for raw in repaired for one in analyse_each(raw)], quality.left_out(dead, records[0].where)
+    if not dead or any(names <= dead for names in probes):
+        return found, stated, []
+    found = []
+    for raw in _raw_records(paths, conventions, nodes):
+        left = [channel for channel in raw.channels if (channel.node, channel.name) not in dead]
+        found += analyse_each(replace(raw, channels=left), with_signals)
+    return found, stated, quality.left_out(dead, first)
+
+
+def _raw_records(paths, conventions, nodes):
+    """The raw records of some files, one after another."""
+    for path in paths:
+        log.info("reading %s and fitting its harmonics", path)
+        yield from read_file(path, conventions, nodes)
 
 
 def _common_directions(found, sensors):

@@ -4,10 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rotorstudy.measurement.angle_fit import fit_each
 from rotorstudy.measurement.findings import Finding
-from rotorstudy.measurement.harmonics import FEWEST_BLOCKS, fit_basis, trend_probability
+from rotorstudy.measurement.harmonics import FEWEST_BLOCKS, trend_probability
 from rotorstudy.measurement.keyphasor import LONGEST_PULSE
-from rotorstudy.response.series import rotating_basis
 from rotorstudy.units import um
 
 LABEL_OFF = 0.02  # relative error of a stated speed
@@ -113,17 +113,18 @@ class Seen(NamedTuple):
 
 
 def seen_by(readings, angle, harmonics):
-    """The Seen of a probe. readings : (time,) m, whole revolutions;  angle : (time,) rad."""
-    usable = np.isfinite(readings)
-    if usable.sum() <= 2 * len(harmonics):
-        return Seen(0.0, 0.0, 0.0, 0.0)
-    readings, angle = readings[usable], angle[usable]
+    """The Seen of each probe. readings : (probe, time) m, whole revolutions;  angle : (time,) rad."""
     orders = np.arange(1, max(abs(int(n)) for n in harmonics) + 1)
     both = np.concatenate([[0], orders, -orders])
-    amplitude, residual, _ = fit_basis(readings.astype(complex), rotating_basis(angle, 1.0, both))
-    lines = np.sqrt(2) * np.abs(amplitude[1 : 1 + len(orders)])
-    noise = np.sqrt(np.sum(np.abs(residual) ** 2) / max(1, len(residual) - len(both)))
-    return Seen(np.linalg.norm(lines), noise, np.sqrt(2 * LOUD / len(residual)) * noise, lines.max())
+    enough = np.isfinite(readings).sum(axis=-1) > 2 * len(harmonics)
+    fits = fit_each(readings, angle, both)
+    return [_seen(fit, len(orders)) if ok else Seen(0.0, 0.0, 0.0, 0.0) for fit, ok in zip(fits, enough, strict=True)]
+
+
+def _seen(fit, orders):
+    lines, samples = np.sqrt(2) * np.abs(fit.amplitude[1 : 1 + orders]), len(fit.residual)
+    noise = np.sqrt(np.sum(np.abs(fit.residual) ** 2) / max(1, samples - 2 * orders - 1))
+    return Seen(np.linalg.norm(lines), noise, np.sqrt(2 * LOUD / samples) * noise, lines.max())
 
 
 def check_channel(name, node, readings, seen, others, where):

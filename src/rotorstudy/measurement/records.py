@@ -1,5 +1,6 @@
 """Records in time: simulated, checked, written to disk, and converted to full spectra with a phase reference."""
 
+import logging
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
@@ -17,6 +18,8 @@ from rotorstudy.response.measured import measured_response
 from rotorstudy.response.series import synthesize
 from rotorstudy.response.stability import check_stable
 from rotorstudy.store import dataset
+
+log = logging.getLogger(__name__)
 
 # what phases refer to: nothing but the first sample, a multi-harmonic reference signal, or a keyphasor
 PHASES = ("none", "reference", "keyphasor")
@@ -105,8 +108,13 @@ def check_record(record, harmonics):
     step = np.diff(time)
     if len(step) == 0 or not (step > 0).all() or np.ptp(step) > 1e-6 * step.mean():
         raise RotorstudyError(f"{where}: time is not evenly spaced and increasing; resample the record first")
-    revolutions = record.speed * step.mean() * len(time) / (2 * np.pi)
-    for finding in quality.check_sampling(len(time), revolutions + 1e-9, harmonics, where):
+    check_length_of_record(record.speed, len(time), step.mean(), harmonics, where)
+
+
+def check_length_of_record(speed, samples, step, harmonics, where):
+    """Raise RotorstudyError for a record whose number of samples, `step` s apart, does not determine the harmonics."""
+    revolutions = speed * step * samples / (2 * np.pi)
+    for finding in quality.check_sampling(samples, revolutions + 1e-9, harmonics, where):
         raise RotorstudyError(f"{where}: {finding.text}")
 
 
@@ -319,7 +327,23 @@ def simulate_records(
     NoSteadyState
         If a whirl mode grows at a speed.
     """
+    return list(
+        each_record(
+            model,
+            speeds,
+            harmonics,
+            time,
+            theta=theta,
+            start_angle_rad=start_angle_rad,
+            keyphasor_wanted=keyphasor_wanted,
+        )
+    )
+
+
+def each_record(model, speeds, harmonics, time, *, theta=None, start_angle_rad=0.0, keyphasor_wanted=True):
+    """The records of `simulate_records`, one after another, so that only one need be in memory."""
     if theta is None:
+        log.info("stability and response at %d speeds", len(speeds))
         check_stable(model, speeds)
     vibrating = forced_harmonics(model)
     shown = measured_response(model, speeds, vibrating, theta)
@@ -327,11 +351,10 @@ def simulate_records(
     amplitude = np.zeros((len(speeds), len(model.sensors) + 1, len(every)), complex)
     amplitude[:, :-1, np.isin(every, vibrating)] = np.swapaxes(shown, 1, 2)
     amplitude[:, -1, np.isin(every, harmonics)] = 1
-    records = []
     for w, both, angle in zip(speeds, amplitude, np.broadcast_to(start_angle_rad, np.shape(speeds)), strict=True):
         turned = time + angle / w
         signals = synthesize(both, w, every, turned)
-        where = f"simulated record at {w:g} rad/s"
         keyphasor = keyphasor_signal(w, turned) if keyphasor_wanted else None
-        records.append(Record(time, signals[:-1], float(w), model.sensors, signals[-1].real, keyphasor, where))
-    return records
+        yield Record(
+            time, signals[:-1], float(w), model.sensors, signals[-1].real, keyphasor, f"simulated record at {w:g} rad/s"
+        )

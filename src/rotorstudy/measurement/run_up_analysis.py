@@ -15,14 +15,14 @@ PIECES = 50  # of a record, of which the loudest shows the state of the probes
 FAST = (0.1, 0.5)  # rate over the squared half-power bandwidth: beats to be corrected, too fast to be corrected
 
 
-def analyse_each(raw):
+def analyse_each(raw, with_signals=True):
     """Analysed of a raw record: one, or of a run-up or coast-down one for each speed at which it was tracked."""
     marks, pulses = raw.marks, None
     if marks is None and raw.keyphasor is not None:
         pulses = find_pulses(raw.keyphasor, raw.time, raw.conventions.keyphasor)
         marks = None if pulses is None else pulses.time
     if marks is None or not is_swept(np.asarray(marks)):
-        return [analyse(raw)]
+        return [analyse(raw, with_signals)]
     sweep = find_sweep(np.asarray(marks, float), 0.0 if pulses is None else pulses.resolution)
     findings = quality.check_pulses(pulses, sweep, raw.conventions.keyphasor.polarity, raw.where)
     return _tracked(raw, sweep, findings)

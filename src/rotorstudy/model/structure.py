@@ -354,6 +354,7 @@ class Structure:
         Parameters
         ----------
         node : int
+            Of a bearing.
 
         Returns
         -------

@@ -30,11 +30,13 @@ class NonlinearForce:
     function : (displacement (..., time, coordinate), velocity, deflection) -> force of that shape, N; the displacement
                includes the static deflection, which is also passed by itself, constant in time
     takes_angle : whether the function takes the shaft angle too, (time, 1) rad, as its fourth argument
+    jumps    : whether it changes its law at once, so that its harmonics decrease slowly and more of them are carried
     """
 
     matrix: np.ndarray
     function: Callable
     takes_angle: bool = False
+    jumps: bool = False
 
     def at(
         self, displacement: ArrayLike, velocity: ArrayLike, deflection: ArrayLike, shaft_angle: ArrayLike

@@ -53,6 +53,12 @@ ROTOR_FIGURES = {
         "Grey: shaft; blue: discs, drawn as solid cylinders of their mass and moments of inertia; green: bearings; "
         "arrows: probe planes; red: cracks.",
     ),
+    "probes": (
+        "Probes and phase mark",
+        "The shaft in the view of the section measurement of the rig file, gravity downward, at the instant when the "
+        "phase mark (square) passes its sensor (black bar). Dotted: reference line of the shaft; arrow: sense of "
+        "rotation.",
+    ),
     "campbell": (
         "Campbell diagram",
         "Damped whirl frequencies. Elliptic whirl is neither clearly forward nor clearly backward.",

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from rotorstudy.presentation.chapter_7_passage import passage_figure
 from rotorstudy.presentation.plots import COLOURS, MARKERS, figure
 from rotorstudy.studies.crack_study.limits import detection_probability
 
@@ -222,7 +223,7 @@ def thesis_method_figure(study, thesis):
     return picture
 
 
-def figures(study, limits, accuracy, trials, thesis_method):
+def figures(study, limits, accuracy, trials, passage, thesis_method):
     """The figures of the study, from the Datasets of its stages.
 
     Returns
@@ -238,5 +239,6 @@ def figures(study, limits, accuracy, trials, thesis_method):
         "information": information(study, accuracy),
         "trade_offs": trade_offs(study, accuracy),
         "noisy_records": noisy_records(study, trials),
+        "passage": passage_figure(study, passage),
         "thesis_method": thesis_method_figure(study, thesis_method),
     }

@@ -49,10 +49,10 @@ def _section(panel, conventions):
     sensor = _on_page(conventions, key.sensor_angle_deg)
     panel.plot(*(0.9 * _xy(sensor)), "s", color="k", markersize=6)
     panel.plot(*np.transpose([1.08 * _xy(sensor), PROBE * _xy(sensor)]), color="k", linewidth=3, solid_capstyle="butt")
-    panel.text(*(1.62 * _xy(sensor)), "phase mark", ha="center", va="center", fontsize=7, bbox=BLANK)
+    panel.text(*(1.95 * _xy(sensor)), "phase\nmark", ha="center", va="center", fontsize=7, bbox=BLANK)
     line = _on_page(conventions, key.sensor_angle_deg - key.mark_angle_deg)
     panel.plot(*np.transpose([0 * _xy(line), 0.8 * _xy(line)]), ":", color="k", linewidth=1)
-    panel.text(*(0.45 * _xy(line + 0.6)), "reference\nline", ha="center", va="center", fontsize=6)
+    panel.text(*(0.45 * _xy(line - 0.6)), "reference\nline", ha="center", va="center", fontsize=6)
     panel.annotate("", (0, -0.75), (0, 0), arrowprops={"arrowstyle": "-|>", "color": "0.4"})
     panel.text(0.06, -0.55, "g", fontsize=8, color="0.3")
     turn = np.deg2rad(np.linspace(200, 250, 20))[:: conventions.sense]
@@ -61,7 +61,9 @@ def _section(panel, conventions):
     zero = _on_page(conventions, 0.0)
     panel.plot(*np.transpose([_xy(zero), 1.75 * _xy(zero)]), "--", color="0.6", linewidth=0.7, zorder=0)
     panel.text(*(2.2 * _xy(zero)), "0°", fontsize=7, color="0.4", ha="center", va="center")
-    panel.set(xlim=(-2.5, 2.5), ylim=(-2.4, 2.4))
+    angles = [0.0, key.sensor_angle_deg, *(probe.angle_deg for probe in conventions.probes)]
+    lowest = min(np.sin(_on_page(conventions, angle)) for angle in angles)
+    panel.set(xlim=(-2.5, 2.5), ylim=(min(-1.4, 2.4 * lowest), 2.4))
     panel.set_aspect("equal")
     panel.axis("off")
 

@@ -1,5 +1,7 @@
 """The quality page: findings, facts and a figure of every record, in one self-contained file."""
 
+import logging
+
 import numpy as np
 
 from rotorstudy.measurement.facts import NodeFacts, RecordFacts, facts_of
@@ -8,6 +10,8 @@ from rotorstudy.presentation.pages import inline_png, render
 from rotorstudy.presentation.tables import cells
 from rotorstudy.store import write_text
 from rotorstudy.units import shown_unit
+
+log = logging.getLogger(__name__)
 
 SHOWN_REVOLUTIONS = 4  # of the time signal
 MOST_PICTURES = 24
@@ -60,6 +64,7 @@ def _pictures(measurement):
     """{speed and record: figure} for at most MOST_PICTURES speeds."""
     spectrum, found = measurement.spectrum, {}
     count = len(spectrum.speed)
+    log.info("drawing %d speeds", min(count, MOST_PICTURES))
     for i in np.unique(np.linspace(0, count - 1, min(count, MOST_PICTURES)).astype(int)):
         record = next((r for r in measurement.records if r.speed == spectrum.speed[i]), None)
         where = f"{spectrum.speed[i]:.6g} rad/s" + (f" ({record.where})" if record else "")

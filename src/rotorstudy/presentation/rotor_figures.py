@@ -4,7 +4,9 @@ from itertools import pairwise
 
 import numpy as np
 
+from rotorstudy.measurement.conventions import read_conventions
 from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, phase_lag
+from rotorstudy.presentation.probe_figures import probe_picture
 from rotorstudy.store import as_complex
 
 RPM = 60 / (2 * np.pi)
@@ -33,6 +35,9 @@ def rotor_figures(rig, analysis, measured=None):
         found = {"rotor": rotor(rig), **found}
         if np.isfinite(analysis.data.frequency.values[-1]).any():
             found["mode_shapes"] = mode_shapes(rig.model.structure, analysis)
+    conventions = read_conventions(rig.given, str(rig.path))
+    if conventions.probes:
+        found["probes"] = probe_picture(conventions, rig.model.structure.nodes, rig.model.structure.labels)
     return found
 
 

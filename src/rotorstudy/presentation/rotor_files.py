@@ -1,5 +1,7 @@
 """From a rig file, and records if given, to a folder with its rotordynamic analysis."""
 
+import logging
+
 from rotorstudy.errors import unknown_name
 from rotorstudy.measurement.conventions import read_conventions
 from rotorstudy.measurement.measurement import measured_spectrum
@@ -10,6 +12,8 @@ from rotorstudy.presentation.rotor_figures import rotor_figures
 from rotorstudy.presentation.rotor_page import rotor_page
 from rotorstudy.store import provenance, save, write_text
 from rotorstudy.studies.rotor_analysis import analyse_rotor, probe_vectors
+
+log = logging.getLogger(__name__)
 
 
 def analyse_files(rig_path, out, speeds=(None, None), operating=None, records=()):
@@ -48,6 +52,7 @@ def analyse_files(rig_path, out, speeds=(None, None), operating=None, records=()
         measured = spectrum.speed, measured_vectors(spectrum, reading)
     analysis = analyse_rotor(model, *speeds, reading)
     with whole_folder(out) as folder:
+        log.info("drawing")
         figures = rotor_figures(rig, analysis, measured)
         png, svg = ({name: folder / "figures" / f"{name}.{kind}" for name in figures} for kind in ("png", "svg"))
         save_figures(figures, [*png.values(), *svg.values()])

@@ -14,6 +14,9 @@ from rotorstudy.response.measured import carried_motion
 
 TURN_STEPS = 256  # a mode at n times the speed loses 4e-4 n^2 of its frequency, and no more than 2e-6 n^3 to damping
 DIFFERENCE = 1e-6  # step of the central differences of a force, relative to the motion
+SMALLEST = 1e-12  # m, of the motion, for that step
+ALL_KEPT = 24  # coordinates; with more of them the motion consists of the lowest modes and the static shapes of forces
+MODES = 24  # lowest ones: their frequencies are far above those that a rotation can pump
 
 
 def varies_in_time(model):
@@ -60,11 +63,12 @@ def periodic_growth_rate(model: Model, speed: ArrayLike, theta: ArrayLike | None
 
 def _growth_of_one_turn(model, speed, theta):
     duration = 2 * np.pi / speed
-    step, size = duration / TURN_STEPS, 4 * len(model.structure.dofs)
+    step, shapes = duration / TURN_STEPS, _shapes(model, theta)
+    size = 4 * shapes.shape[1]
     gamma = 2 - np.sqrt(2)
     along = _steady_state(model, theta, speed) if model.nonlinear_forces else None
-    starts = _real_state_matrices(model, theta, speed, np.arange(TURN_STEPS + 1) / TURN_STEPS, along)
-    between = _real_state_matrices(model, theta, speed, (np.arange(TURN_STEPS) + gamma) / TURN_STEPS, along)
+    starts = _real_state_matrices(model, theta, speed, np.arange(TURN_STEPS + 1) / TURN_STEPS, shapes, along)
+    between = _real_state_matrices(model, theta, speed, (np.arange(TURN_STEPS) + gamma) / TURN_STEPS, shapes, along)
     identity, weight = np.eye(size), gamma / 2 * step
     middle = np.linalg.solve(identity - weight * between, identity + weight * starts[:-1])
     ahead = (middle - (1 - gamma) ** 2 * identity) / (gamma * (2 - gamma))
@@ -76,49 +80,77 @@ def _growth_of_one_turn(model, speed, theta):
     return np.log(np.abs(np.linalg.eigvals(turns[0])).max()) / duration
 
 
+def _shapes(model, theta):
+    """Shapes (dof, shape) of which the free motion consists: all coordinates, on a fine mesh the lowest modes and the
+    deflections by a unit of each load that effects and bearings exert.
+    """
+    from scipy.linalg import eigh, orth
+
+    count, own = len(model.structure.dofs), model.matrices(theta)
+    if count <= ALL_KEPT:
+        return np.eye(count)
+    held = model.structure.support if model.structure.support is not None else 0
+    stiffness = np.real(own.stiffness + held)
+    scale = np.sqrt(np.diag(own.mass))  # translations and tilts have different units
+    modes = eigh(stiffness, own.mass, subset_by_index=(0, MODES - 1))[1]
+    acting = [np.asarray(e.matrix) for _, u in model.acting for e in u.entries if e.reads_motion]
+    touched = [(matrix != 0).any(axis=0) | (matrix != 0).any(axis=1) for matrix in acting]
+    touched = np.any([np.zeros(count, bool), *touched], axis=0)
+    loads = np.column_stack([np.eye(count)[:, touched], *(force.matrix.T for _, force in model.nonlinear_forces)])
+    static = np.linalg.lstsq(stiffness / np.outer(scale, scale), loads / scale[:, None], rcond=1e-12)[0]
+    found = np.column_stack([modes * scale[:, None], static / np.linalg.norm(static, axis=0)])
+    return orth(found / np.linalg.norm(found, axis=0), rcond=1e-9) / scale[:, None]
+
+
 def _steady_state(model, theta, speed):
     """The Motion at one speed, all harmonics carried."""
     return carried_motion(model, [speed], np.arange(-COUPLED_ORDER, COUPLED_ORDER + 1), theta)
 
 
-def _real_state_matrices(model, theta, speed, turned, along):
+def _real_state_matrices(model, theta, speed, turned, shapes, along):
     """State matrices (instant, state, state) of x, y and their velocities at fractions of a revolution (instant,).
 
+    shapes : (dof, shape) of which the motion consists
     along : the Motion about which nonlinear forces are linearised, None without such forces
     """
     own, still = model.matrices(theta), np.zeros(len(model.structure.dofs))
     _, stiffness, damping, mass = time_matrices(model, theta, speed, still)
     turning = np.multiply.outer(2j * np.pi * turned, np.ones((1, 1)))
 
+    def reduced(matrix):
+        return shapes.T @ matrix @ shapes
+
     def at(parts, shaft):
         """Real matrices on (x, y) of minus `shaft` plus the entries."""
-        on_z = -shaft + sum(np.exp(shift * turning) * part for shift, part in parts["z"].items()) + 0 * turning
-        on_conj = sum(np.exp(shift * turning) * part for shift, part in parts["conj"].items()) + 0 * turning
+        none = 0 * reduced(shaft) + 0 * turning
+        on_z = sum((np.exp(shift * turning) * reduced(part) for shift, part in parts["z"].items()), none)
+        on_z = on_z - reduced(shaft)
+        on_conj = sum((np.exp(shift * turning) * reduced(part) for shift, part in parts["conj"].items()), none)
         plus, minus = on_z + on_conj, on_z - on_conj
         upper = np.concatenate([plus.real, -minus.imag], axis=-1)
         return np.concatenate([upper, np.concatenate([plus.imag, minus.real], axis=-1)], axis=-2)
 
-    inverse = np.kron(np.eye(2), np.linalg.inv(own.mass + np.real(mass)))
+    inverse = np.kron(np.eye(2), np.linalg.inv(reduced(own.mass + np.real(mass))))
     lower = [at(stiffness, own.stiffness), at(damping, -1j * speed * own.gyroscopic)]
     for position, force in model.nonlinear_forces if along else ():
-        for part, slope in zip(lower, _slopes(force, along, speed, turned), strict=True):
+        for part, slope in zip(lower, _slopes(force, along, speed, turned, shapes), strict=True):
             part += theta[position] * slope
     lower = inverse @ np.concatenate(lower, axis=-1)
     upper = np.broadcast_to(np.eye(lower.shape[-2], lower.shape[-1], k=lower.shape[-2]), lower.shape)
     return np.concatenate([upper, lower], axis=-2)
 
 
-def _slopes(force, along, speed, turned):
-    """Slopes (instant, 2 dof, 2 dof) of a force in x and y by displacement (N/m) and by velocity (N s/m), real.
+def _slopes(force, along, speed, turned, shapes):
+    """Slopes (instant, 2 shape, 2 shape) of a force in x and y by displacement (N/m) and by velocity (N s/m), real.
 
-    force : NonlinearForce;  along : Motion;  turned : (instant,) fractions of a revolution
+    force : NonlinearForce;  along : Motion;  turned : (instant,) fractions of a revolution;  shapes : (dof, shape)
     """
     amplitude, deflection = along.amplitude[0] @ force.matrix.T, force.matrix @ along.deflection.reshape(-1)
     orders = np.arange(len(amplitude)) - len(amplitude) // 2
     turns = np.exp(2j * np.pi * np.outer(turned, orders))
     displacement = turns @ amplitude + deflection
     velocity = turns @ (1j * speed * orders[:, None] * amplitude)
-    size, still, angle = DIFFERENCE * np.abs(amplitude).max(), deflection[None], 2 * np.pi * turned
+    size, still, angle = DIFFERENCE * (np.abs(amplitude).max() + SMALLEST), deflection[None], 2 * np.pi * turned
 
     def slope(step, rate):
         """Derivative (instant, coordinate) of the force by a coordinate, along a step of it and of its velocity."""
@@ -126,7 +158,7 @@ def _slopes(force, along, speed, turned):
         return (up - down) / (2 * size)
 
     units = [unit * one for unit in (1, 1j) for one in np.eye(amplitude.shape[1])]
-    seen, found = np.kron(np.eye(2), force.matrix), []
+    seen, found = np.kron(np.eye(2), force.matrix @ shapes), []
     for of_position in (True, False):
         columns = [slope(one, 0) if of_position else slope(0, speed * one) / speed for one in units]
         columns = np.stack(columns, axis=-1)

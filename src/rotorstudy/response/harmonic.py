@@ -40,6 +40,8 @@ def harmonic_response(
 ) -> np.ndarray:
     """Displacement harmonics of the coordinates about the static deflection.
 
+    They are those of the periodic motion, whether or not the rotor returns to it: see `check_stable`.
+
     Parameters
     ----------
     model : Model

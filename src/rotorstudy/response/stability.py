@@ -182,11 +182,22 @@ def growth_of_free_motion(model, speeds, theta=None):
     return (periodic_growth_rate if varies_in_time(model) else growth_rate)(model, speeds, theta)
 
 
-def check_stable(model, speeds, theta=None):
+def check_stable(model: Model, speeds: ArrayLike, theta: ArrayLike | None = None) -> None:
     """Raise if a free motion grows at one of the speeds; models stated in frequency only are not checked.
 
-    speeds : (speed,) rad/s;  theta : (parameter,), the model's own by default
-    raises : NoSteadyState with the growth rate
+    Parameters
+    ----------
+    model : Model
+        Rotor with its terms; nonlinear forces are linearised along their steady state.
+    speeds : array (speed,)
+        In rad/s.
+    theta : array (parameter,), optional
+        In the units of `model.units`; the model's own by default.
+
+    Raises
+    ------
+    NoSteadyState
+        With the growth rate.
     """
     growth, speeds = growth_of_free_motion(model, speeds, theta), check_speed(speeds)
     if varies_in_time(model):

@@ -7,6 +7,8 @@ import numpy as np
 
 from rotorstudy.response.stability import eigenvalues, state_matrix
 
+CREEPING = 0.1  # imaginary part over modulus: below it a motion creeps back instead of whirling (damping ratio 0.995)
+JUMP = 1e-6  # of the highest speed: what an eigenvalue misses the line by where it jumps across it
 OVERDAMPED = 1e-6  # imaginary part over modulus of an eigenvalue; a smaller one is round-off of a motion without whirl
 
 
@@ -146,18 +148,38 @@ def critical_speeds(model, up_to, orders=(1,), theta=None, speeds=None):
     from scipy.optimize import brentq
 
     speeds = np.geomspace(1e-4 * up_to, up_to, 600) if speeds is None else speeds
-    frequency = eigenvalues(model, speeds, theta).imag  # sorted, so continuous in speed
+    values = eigenvalues(model, speeds, theta)
+    for i in range(1, len(speeds)):
+        values[i] = values[i][_followed(values[i - 1], values[i])]
 
-    def off(w, mode, order):
-        here = eigenvalues(model, [w], theta).imag[0]
-        if len(here) < frequency.shape[1]:  # bearings that are isotropic at this speed, and not at others
-            here = np.sort(np.concatenate([here, -here]))
-        return here[mode] - order * w
+    def value(w, i, mode):
+        """The eigenvalue at a speed between two others that continues a mode."""
+        here = eigenvalues(model, [w], theta)[0]
+        if len(here) < values.shape[1]:  # bearings that are isotropic at this speed, and not at others
+            here = np.concatenate([here, here.conj()])
+        share = (w - speeds[i]) / (speeds[i + 1] - speeds[i])
+        return here[np.abs(here - (1 - share) * values[i, mode] - share * values[i + 1, mode]).argmin()]
 
     def meeting(order):
-        change = np.diff(frequency > order * speeds[:, None], axis=0)
-        return np.sort(
-            [brentq(off, *speeds[i : i + 2], args=(mode, order), xtol=1e-9 * up_to) for i, mode in np.argwhere(change)]
-        )
+        change, found = np.diff(values.imag > order * speeds[:, None], axis=0), []
+        for i, mode in np.argwhere(change):
+            at = brentq(
+                lambda w, i=i, mode=mode: value(w, i, mode).imag - order * w, *speeds[i : i + 2], xtol=1e-9 * up_to
+            )
+            there = value(at, i, mode)
+            if abs(there.imag) > CREEPING * abs(there) and abs(there.imag - order * at) < JUMP * up_to:
+                found.append(at)
+        return np.sort(np.array(found))
 
     return [meeting(order) for order in orders]
+
+
+def _followed(before, after):
+    """Order (mode,) of the eigenvalues `after` in which each continues that of `before`, at the speed below it.
+
+    Sorted by frequency they would not: where a pair of overdamped motions begins to whirl, all others change places.
+    """
+    from scipy.optimize import linear_sum_assignment
+
+    distance = np.abs(before[:, None] - after) / (np.abs(before)[:, None] + np.abs(after) + np.finfo(float).tiny)
+    return linear_sum_assignment(distance)[1]

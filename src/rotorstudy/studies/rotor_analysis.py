@@ -1,5 +1,6 @@
 """Rotordynamic analysis of one rig: static loads, whirl, critical speeds, unbalance response, stability."""
 
+import logging
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -29,6 +30,8 @@ from rotorstudy.response.whirl import (
 )
 from rotorstudy.store import dataset
 from rotorstudy.studies.common import SPEED
+
+log = logging.getLogger(__name__)
 
 SPEEDS = 150  # of the Campbell diagram
 MODES = 8  # shown, the lowest
@@ -129,13 +132,16 @@ def analyse_rotor(model, lowest=None, highest=None, reading=None):
     if not 0 < lowest < highest:
         raise RotorstudyError(f"speeds from {lowest:g} to {highest:g} rad/s: give 0 < lowest < highest")
     speeds = check_speed(np.linspace(lowest, highest, SPEEDS))
+    log.info("whirl at %d speeds up to %.0f rad/s", len(speeds), highest)
     criticals = [_critical(still, w) for w in critical_speeds(still, highest, speeds=speeds)[0]]
     unbalanced, unbalance = with_unbalance(steady, highest)
     fine = _finer(np.linspace(lowest, highest, DENSER * SPEEDS) if timeless else speeds, criticals)
+    log.info("unbalance response at %d speeds", len(fine))
     response = harmonic_response(unbalanced, fine, (1, -1))
     of_node = {node: response[..., model.structure.index(node)].T for node in model.sensors}
     probes, read = probe_vectors(of_node, reading or model.structure.reading)
     deflection = static_deflection(still, [highest], still.theta).value.reshape(-1)
+    log.info("stability")
     growth, threshold = _growth(model, still, speeds)
     return RotorAnalysis(
         data=_dataset(model, speeds, fine, damped_modes(still, speeds, MODES), probes, read, growth, deflection),

@@ -26,6 +26,12 @@ class DiagnosisItem(Strict):
     replay: str = ""
 
 
+class Chunks(Strict):
+    """Number of jobs into which a sweep is split, for a cluster; the numbers do not depend on it."""
+
+    blind: int = Field(default=1, ge=1)
+
+
 class WorkflowConfig(Strict):
     """results, reference : folders;  studies, replays : name -> configuration file;  plugin_folders : further plugins
 
@@ -33,6 +39,7 @@ class WorkflowConfig(Strict):
                              estimators, and of that of crack models; each is left out if not given
     diagnoses : name -> measured records and their rig file
     crack_study : configuration file of the study of transverse cracks, left out if not given
+    chunks : numbers of jobs into which long sweeps are split
     independent_records : cases of the independent simulator (CSV), shown beside the blind tests
     """
 
@@ -46,6 +53,7 @@ class WorkflowConfig(Strict):
     diagnoses: dict[str, DiagnosisItem] = {}
     cracks: str = ""
     crack_study: str = ""
+    chunks: Chunks = Chunks()
     independent_records: str = ""
 
 

@@ -1,0 +1,126 @@
+"""Cost against the size of a problem, with exponents: python benchmarks/scaling.py [--page]
+
+Processor seconds of one thread, medians. --page writes the rows to `docs/scaling.csv` and, between marks, to
+`docs/large.md`; a test compares both.
+"""
+
+import os
+
+os.environ.update(dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"), "1"))
+
+import statistics
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from foreign_page import with_numbers
+from run import shaft
+
+ROOT = Path(__file__).parents[1]
+ROWS, PAGE = ROOT / "docs/scaling.csv", ROOT / "docs/large.md"
+SPEEDS = np.linspace(50.0, 100.0, 51)
+
+
+def seconds(function, runs=2):
+    """Median processor time of a function, s; the first call is not counted."""
+    function()
+    times = []
+    for _ in range(runs):
+        start = time.process_time()
+        function()
+        times.append(time.process_time() - start)
+    return statistics.median(times)
+
+
+def response(elements, speeds, harmonics):
+    """Response of the uncracked shaft of Chapter 6."""
+    from rotorstudy import measured_response
+
+    model = shaft(elements).without({"switching"})
+    listed = list(range(-harmonics, harmonics + 1))
+    return lambda: measured_response(model, SPEEDS[0] + np.arange(speeds), listed)
+
+
+def cracked(elements, harmonics):
+    """Response with the fully time-periodic crack at one speed."""
+    from rotorstudy import harmonic_response
+
+    model = shaft(elements, weight_dominance=False)
+    return lambda: harmonic_response(model, [100.0], range(-harmonics, harmonics + 1), order=harmonics)
+
+
+def estimates(trials):
+    """Maximum-likelihood estimates of all trials of a Monte Carlo study of the shaft."""
+    from rotorstudy.inference.estimate import estimate_by
+    from rotorstudy.inference.problem import Problem
+    from rotorstudy.measurement.noise import noise_std
+    from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+    from rotorstudy.model.registry import registry
+    from rotorstudy.response.measured import measured_response
+
+    model, harmonics = shaft(4), [0, 1, 2, 3, -1, -2, -3]
+    shown = measured_response(model, SPEEDS[::10], harmonics)
+    clean = Spectrum(shown, SPEEDS[::10], np.array(harmonics), model.sensors, independent_covariance(shown.real**2))
+    std = noise_std(clean, 0.01, "white in time", 2000)
+    draws = np.random.default_rng(1).normal(size=(2, trials, *shown.shape))
+    noisy = replace(
+        clean, amplitude=shown + std * (draws[0] + 1j * draws[1]), covariance=independent_covariance(std**2)
+    )
+    problem = Problem(model, noisy, ("internal_damping", "stiffness_loss_22", "bearing_damping_xx[1]"))
+    method = registry().get("estimator", "maximum_likelihood")
+    return lambda: estimate_by(method, problem)
+
+
+def record(samples):
+    """Harmonics and covariance of one node from a record of 200 samples a revolution."""
+    from rotorstudy.measurement.harmonics import estimate
+
+    angle = 2 * np.pi * np.arange(samples) / 200
+    signal = np.exp(1j * angle) + 0.01 * np.random.default_rng(1).normal(size=(2, samples)).T @ [1, 1j]
+    return lambda: estimate(signal, angle, samples // 200, [0, 1, -1, 2, -2, 3, -3])
+
+
+SWEEPS = {  # what, against what: sizes and the function that prepares each
+    ("response, 15 harmonics, 51 speeds", "elements"): ((12, 24, 48, 100), lambda n: response(n, 51, 7)),
+    ("response, 15 harmonics, 20 elements", "speeds"): ((50, 200, 800), lambda n: response(20, n, 7)),
+    ("response, 20 elements, 51 speeds", "harmonics each way"): ((5, 10, 20), lambda n: response(20, 51, n)),
+    ("cracked rotor, one speed, harmonics to 15", "elements"): ((24, 48, 96), lambda n: cracked(n, 15)),
+    ("cracked rotor, one speed, 24 elements", "harmonics each way"): ((5, 10, 20), lambda n: cracked(24, n)),
+    ("maximum-likelihood estimates", "trials"): ((25, 50, 100, 200), estimates),
+    ("harmonics of a record with covariance", "samples"): ((10_000, 100_000, 1_000_000), record),
+}
+
+
+def measured():
+    """Rows: what, against, size, seconds, exponent (of the last two sizes)."""
+    rows = []
+    for (what, against), (sizes, prepared) in SWEEPS.items():
+        times = [seconds(prepared(size)) for size in sizes]
+        exponent = np.log(times[-1] / times[-2]) / np.log(sizes[-1] / sizes[-2])
+        rows += [(what, against, *pair, exponent) for pair in zip(sizes, times, strict=True)]
+        print(what, against, dict(zip(sizes, np.round(times, 4), strict=True)), f"exponent {exponent:.2f}", flush=True)
+    return pd.DataFrame(rows, columns=["what", "against", "size", "seconds", "exponent"])
+
+
+def table(rows):
+    """Markdown table, a line for each sweep."""
+    lines = ["| what | against | seconds at each size | exponent |", "|---" * 4 + "|"]
+    for (what, against), sweep in rows.groupby(["what", "against"], sort=False):
+        shown = ", ".join(f"{n:,d}: {s:.2g}" for n, s in zip(sweep["size"], sweep["seconds"], strict=True))
+        lines.append(f"| {what} | {against} | {shown} | {sweep.exponent.iloc[0]:.1f} |")
+    return "\n".join(lines)
+
+
+def page(rows):
+    """The text of the page with some rows."""
+    return with_numbers(PAGE.read_text(encoding="utf-8"), "scaling", table(rows))
+
+
+if __name__ == "__main__":
+    found = measured()
+    if "--page" in sys.argv:
+        found.to_csv(ROWS, index=False, float_format="%.4g")
+        PAGE.write_text(page(pd.read_csv(ROWS)), encoding="utf-8")
