@@ -19,3 +19,13 @@ def test_the_numbers_beside_other_packages_are_those_of_the_rows(monkeypatch):
         assert text == path.read_text(encoding="utf-8"), f"{path.name}: run benchmarks/peers/page.py"
     slower = page.pages(rows.assign(ratio=0.5 * rows.ratio))  # other rows, other pages
     assert all(text != path.read_text(encoding="utf-8") for path, text in slower.items())
+
+
+def test_the_costs_of_large_models_are_those_of_the_rows(monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "benchmarks"))
+    import scaling
+
+    rows = pd.read_csv(scaling.ROWS)
+    shown = scaling.PAGE.read_text(encoding="utf-8")
+    assert scaling.page(rows) == shown, "run benchmarks/scaling.py --page"
+    assert scaling.page(rows.assign(seconds=2 * rows.seconds)) != shown

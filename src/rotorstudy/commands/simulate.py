@@ -49,13 +49,14 @@ def run(given):
         )
     check_file(given.out, given.rig, suffixes=NETCDF)
     rig = read_rig(given.rig)
+    model = rig.model  # refuses what is wrong in the file
     time = np.arange(round(given.duration * given.rate)) / given.rate
     speeds = check_speed(in_rad_s(given.speeds, given.rpm))
     for speed in speeds:  # before anything is computed
         where = f"simulated record at {speed:g} rad/s"
         check_length_of_record(speed, len(time), 1 / given.rate, given.harmonics, where)
     attributes = provenance(rig.given, rig.plugins, given.seed if given.noise else None)
-    records = _noisy_records(rig.model, speeds, time, given)
+    records = _noisy_records(model, speeds, time, given)
     save_along((records_dataset([one]).assign_attrs(attributes) for one in records), given.out, "speed")
     print(f"wrote {len(speeds)} record(s) of {len(time)} samples to {given.out}")
     return 0
