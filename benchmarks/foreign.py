@@ -257,13 +257,13 @@ def judged(case, true, verdict):
 
 
 def held_out(gain):
-    """The error at held-out speeds after over before, in m and in standard deviations, and the chance that it rises."""
+    """The error at held-out speeds after over before, in m and in standard deviations; the probability that it rises."""
     if gain is None:
-        return {"gain": np.nan, "gain_sigma": np.nan, "chance_to_rise": np.nan}
+        return {"gain": np.nan, "gain_sigma": np.nan, "rise_probability": np.nan}
     return {
         "gain": gain.ratio,
         "gain_sigma": gain.after_sigma / gain.before_sigma,
-        "chance_to_rise": gain.chance_to_rise,
+        "rise_probability": gain.rise_probability,
     }
 
 

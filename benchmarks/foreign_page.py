@@ -19,7 +19,7 @@ LATEST = ROOT / "docs/independent_records_latest.csv"  # a smaller run of a late
 PAGE, README = ROOT / "docs/independent_records.md", ROOT / "README.md"
 COLUMNS = [
     "case", "seed", "kind", "families", "mass_kg", "elements", "probed_nodes", "known", "size", "verdict", "named",
-    "stated", "alone", "in_set", "wrong", "probability", "first_right", "gain", "gain_sigma", "chance_to_rise",
+    "stated", "alone", "in_set", "wrong", "probability", "first_right", "gain", "gain_sigma", "rise_probability",
     "sizes", "covered", "angle_right", "seconds",
 ]  # fmt: skip
 

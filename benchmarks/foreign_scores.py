@@ -6,7 +6,7 @@ import pandas as pd
 from rotorstudy.blind.scoring import calibration, share_bounds
 
 LARGE = 3.0  # size from which an effect must be found
-CHANCE = 0.05  # by which noise raises the error at held-out speeds although the causes are right
+IMPROBABLE = 0.05  # probability by which noise raises the error at held-out speeds although the causes are right
 SLOW = 30.0  # seconds of one core, above which a diagnosis is counted as slow
 
 
@@ -56,7 +56,7 @@ def summary(rows):
         share("95 % intervals that hold the true size", held_sizes, held_sizes, "93 to 97 %"),
         share("held-out error worse with the causes", held, held.gain > 1, "<= 1 %"),
         share("the same, of effects of size 3 or more", large, large.gain > 1),
-        *beyond_chance(held),
+        *improbable_rise(held),
         share("records refused for the right reason", refused, refused.alone),
         share("diagnoses that crashed", rows, rows.verdict == "crashed", "none"),
         share(f"diagnoses slower than {SLOW:g} s of one core", done, done.seconds > SLOW, "none"),
@@ -69,13 +69,13 @@ def summary(rows):
     return pd.DataFrame(rows + [dict(zip(("what", "value", "cases", "asked"), one, strict=True)) for one in numbers])
 
 
-def beyond_chance(held):
+def improbable_rise(held):
     """Rows on the error at held-out speeds that weigh it by its noise; none for cases of a version without these."""
-    if "chance_to_rise" not in held:
+    if "rise_probability" not in held:
         return []
     return [
         share("the same, in standard deviations", held, held.gain_sigma > 1),
-        share("the same, where its chance is below 5 %", held, (held.gain > 1) & (held.chance_to_rise < CHANCE)),
+        share("the same, where that is improbable", held, (held.gain > 1) & (held.rise_probability < IMPROBABLE)),
     ]
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from rotorstudy.diagnosis.held_out import chance_to_be_worse, gain_of, is_worse
+from rotorstudy.diagnosis.held_out import gain_of, is_worse, rise_probability
 from rotorstudy.diagnosis.search import base_model
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.inference.fit import fit
@@ -56,7 +56,7 @@ def errors(fitted, held):
 
 
 @pytest.mark.parametrize("size", [0.03, 0.1, 0.3])
-def test_the_chance_of_a_larger_error_is_that_of_drawn_noise(fits, size):
+def test_the_probability_of_a_larger_error_is_that_of_drawn_noise(fits, size):
     """Parameters from their posterior and noise of the records, 4,000 times: the share to 1.6 % (two deviations)."""
     base, best, held = fits(size)
     draws = np.random.default_rng(1)
@@ -69,10 +69,10 @@ def test_the_chance_of_a_larger_error_is_that_of_drawn_noise(fits, size):
     before, after = (
         np.sum(np.abs(seen - predicted(one.model, held, one.theta)) ** 2, axis=(1, 2, 3)) for one in (base, best)
     )
-    assert chance_to_be_worse(base, best, held) == pytest.approx(np.mean(after > before), abs=0.016)
+    assert rise_probability(base, best, held) == pytest.approx(np.mean(after > before), abs=0.016)
 
 
-def test_a_rise_that_chance_explains_is_no_contradiction_and_another_one_is(fits):
+def test_a_rise_that_noise_explains_is_no_contradiction_and_another_one_is(fits):
     """Records without the cause contradict a large one, not one that changes less than the noise."""
     for size, contradicted in ((0.01, False), (1.0, True)):
         base, best, held = fits(size)

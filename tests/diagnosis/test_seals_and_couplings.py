@@ -197,15 +197,15 @@ def test_absent_harmonics_cost_little_evidence():
     data = 1 / std**2 - 1
     middle = mean / std**2 / data
 
-    def chances(i, widths):
+    def densities(i, widths):
         variance = 1 / data[i] + np.asarray(widths) ** 2
         return np.exp(-0.5 * middle[i] ** 2 / variance) / np.sqrt(variance)
 
     ratio = 0.0
     for i in range(3):
-        one = 0.5 * chances(i, [0.0])[0] + 0.5 * chances(i, SCALES).mean()
-        ratio += np.log(one / chances(i, [1.0])[0])
+        one = 0.5 * densities(i, [0.0])[0] + 0.5 * densities(i, SCALES).mean()
+        ratio += np.log(one / densities(i, [1.0])[0])
     assert log_scales(mean, np.diag(std**2), np.arange(3)) == pytest.approx(ratio, rel=1e-6)
     first = log_scales(mean[:1], np.diag(std[:1] ** 2), np.array([0]))
-    widest = sum(np.log(chances(i, [0.0])[0] / chances(i, [1.0])[0]) for i in (1, 2))
+    widest = sum(np.log(densities(i, [0.0])[0] / densities(i, [1.0])[0]) for i in (1, 2))
     assert ratio > first + widest - 3 * np.log(2)

@@ -12,7 +12,7 @@ from rotorstudy.inference.prediction import carried_order, predicted, whitened_p
 from rotorstudy.measurement.spectrum import Spectrum, components
 from rotorstudy.response.measured import measured_response_and_jacobian
 
-HARDLY_CHANCE = 0.01  # probability by which the error at held-out speeds may rise although the causes are right
+IMPROBABLE = 0.01  # probability by which the error at held-out speeds may rise although the causes are right
 
 
 def split(spectrum, hold_out):
@@ -49,11 +49,11 @@ def gain_of(base, best, held, expected):
 
     (before_m, before_sigma), (after_m, after_sigma) = error(base), error(best)
     ratio, sigma = after_m / before_m if before_m else 1.0, {"before_sigma": before_sigma, "after_sigma": after_sigma}
-    chance = chance_to_be_worse(base, best, expected)
-    return Gain(speeds=held.speed, before_m=before_m, after_m=after_m, ratio=ratio, chance_to_rise=chance, **sigma)
+    sigma["rise_probability"] = rise_probability(base, best, expected)
+    return Gain(speeds=held.speed, before_m=before_m, after_m=after_m, ratio=ratio, **sigma)
 
 
-def chance_to_be_worse(base: Fit, best: Fit, held: Spectrum) -> float:
+def rise_probability(base: Fit, best: Fit, held: Spectrum) -> float:
     """Probability that the error (rms, m) at held-out speeds rises, though the extended model is true.
 
     With the error e of its prediction, by noise and uncertain parameters, and what the causes change, d, it rises if
@@ -96,13 +96,13 @@ def is_upheld(found, held):
 def is_worse(base, best, held, settings, gain):
     """Whether the held-out speeds contradict the extended model, and the base model less.
 
-    Either its prediction is off by more than its uncertainty, or the error rises where that is hardly chance.
+    Either its prediction is off by more than its uncertainty, or the error rises where noise hardly explains it.
     """
     if held is None:
         return False
     before, after = (_misfit(fitted, held) for fitted in (base, best))
     is_off = after.p_value < settings.significance and after.misfit > before.misfit
-    return is_off or (gain.ratio > 1 and gain.chance_to_rise < HARDLY_CHANCE)
+    return is_off or (gain.ratio > 1 and gain.rise_probability < IMPROBABLE)
 
 
 class HeldOutMisfit(NamedTuple):

@@ -135,7 +135,7 @@ class Resultant(Result):
 class Gain(Result):
     """Error (rms) at the held-out speeds (rad/s), in m and in standard deviations; ratio : of the errors in m.
 
-    chance_to_rise : probability that the error in m rises by noise although the causes are right
+    rise_probability : probability that the error in m rises by noise although the causes are right
     """
 
     speeds: tuple[float, ...]
@@ -144,7 +144,7 @@ class Gain(Result):
     ratio: float
     before_sigma: float
     after_sigma: float
-    chance_to_rise: float = 0.0
+    rise_probability: float = 0.0
 
 
 class DetectionLimit(Place):

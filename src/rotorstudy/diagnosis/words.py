@@ -213,8 +213,8 @@ def gain_in_words(verdict):
     )
     if gain.ratio < 1:
         return told
-    chance = percent(gain.chance_to_rise, 2)
-    return f"{told} If the model with {it} is right, noise raises it with a probability of {chance}."
+    likely = percent(gain.rise_probability, 2)
+    return f"{told} If the model with {it} is right, noise raises it with a probability of {likely}."
 
 
 def detection_limits(verdict):
