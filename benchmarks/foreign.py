@@ -257,7 +257,7 @@ def judged(case, true, verdict):
 
 
 def held_out(gain):
-    """The error at held-out speeds after over before, in m and in standard deviations; the probability that it rises."""
+    """Error at held-out speeds after over before, in m and in standard deviations; how probably noise makes it rise."""
     if gain is None:
         return {"gain": np.nan, "gain_sigma": np.nan, "rise_probability": np.nan}
     return {
