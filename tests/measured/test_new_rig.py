@@ -166,3 +166,19 @@ def test_names_that_cannot_be_written(tmp_path, capsys):
             new_rig(name, tmp_path)
     assert main(["new", "crack", "my_crack", "--records", "x.csv", "--folder", str(tmp_path)]) == 1
     assert "are for `new rig`" in capsys.readouterr().err
+
+
+def test_a_table_of_harmonics_has_nodes_and_no_probes(tmp_path):
+    """Its columns `node` and `harmonic` are no signals; one without nodes is of the first plane."""
+    path = tmp_path / "harmonics.csv"
+    path.write_text(
+        "speed_rpm,node,harmonic,amplitude_um,phase_deg\n1000,1,1,2.5,30\n1000,1,-1,0.5,60\n1000,2,1,3.5,20\n1000,2,-1,1,5\n"
+    )
+    found = guess_measurement(path, PLANES)
+    assert "probes" not in found.section and found.section["node_of_label"] == {1: 3, 2: 9}
+    rig = new_rig("mine", tmp_path, [path]).path
+    assert main(["import", str(path), "--rig", str(rig), "--out", str(tmp_path / "spectrum.nc")]) == 0
+    path.write_text(
+        "speed_rpm,harmonic,amplitude_um,phase_deg\n1000,1,2.5,30\n1000,-1,0.5,60\n1200,1,3,40\n1200,-1,1,5\n"
+    )
+    assert guess_measurement(path, PLANES).section["table_node"] == 3

@@ -12,7 +12,7 @@ from rotorstudy.measurement.conventions import Conventions
 from rotorstudy.measurement.csv_layout import guess_layout
 from rotorstudy.measurement.files import kind_of, netcdf, open_channels
 from rotorstudy.measurement.probe_tables import is_probe_table
-from rotorstudy.measurement.tables import open_table
+from rotorstudy.measurement.tables import open_table, whole_numbers
 from rotorstudy.units import um
 
 VIEW = {"rotation": "with_angles", "gravity_angle_deg": 180}  # angles from straight up, counter-clockwise
@@ -73,6 +73,8 @@ def guess_measurement(path, nodes):
         said.append(f"layout: {_layout_words(layout)}")
         if is_probe_table(layout.names):
             return _of_table(path, conventions, section, said, nodes)
+        if "harmonic" in layout.names:
+            return _of_harmonics(path, conventions, section, said, nodes)
     columns, said_of_text = _columns(path, conventions, units)
     return _of_signals(columns, section, said + said_of_text, nodes)
 
@@ -156,15 +158,29 @@ def _of_netcdf(path, nodes):
             section = VIEW | {"probes": [{k: v for k, v in p.items() if k != "node"} for p in probes]}
         else:
             said = ["probes: x along gravity, y a quarter of a revolution ahead of it"]
+    section["node_of_label"], words = _nodes_of(labels, path, nodes)
+    return Guess(section, [*said, words])
+
+
+def _of_harmonics(path, conventions, section, said, nodes):
+    """Guess of a table of harmonics, one in a row."""
+    text = open_table(path, conventions.csv)
+    section["harmonics"] = list(dict.fromkeys(whole_numbers(text, "harmonic", path).tolist()))
+    said.append("a table of harmonics n of x + j y, n > 0 forward; angle 0, where x points, is taken to be straight up")
+    if "node" not in text:
+        words = f"nodes: no column; the table is taken to be of node {nodes[0]} of the rig"
+        return Guess(section | {"table_node": nodes[0]}, [*said, words])
+    section["node_of_label"], words = _nodes_of(list(dict.fromkeys(text["node"])), path, nodes)
+    return Guess(section, [*said, words])
+
+
+def _nodes_of(labels, path, nodes):
+    """The nodes of the rig for labels of a file, in their order, and a sentence on them."""
     if len(labels) > len(nodes):
         raise RotorstudyError(f"{path}: has {len(labels)} nodes; the rig has only {len(nodes)}")
-    section["node_of_label"] = {
-        int(label) if label.isdecimal() else label: node for label, node in zip(labels, nodes, strict=False)
-    }
-    said.append(
-        f"nodes: {', '.join(f'{label} is node {node} of the rig' for label, node in zip(labels, nodes, strict=False))}"
-    )
-    return Guess(section, said)
+    pairs = list(zip(labels, nodes, strict=False))
+    words = ", ".join(f"{label} is node {node} of the rig" for label, node in pairs)
+    return {int(label) if label.isdecimal() else label: node for label, node in pairs}, f"nodes: {words}"
 
 
 def _probes(names, units, nodes):
