@@ -61,7 +61,8 @@ def refine_in_turn(work: Search, explanation: Explanation) -> Explanation:
         before = odds_of(explanation)
         for cause in explanation.causes:
             explanation = refine(work, explanation, cause.cause) if cause.shape else explanation
-        if odds_of(explanation) - before < SHAPE_GAIN:
+        shapes = sum(bool(cause.shape) for cause in explanation.causes)
+        if shapes < 2 or odds_of(explanation) - before < SHAPE_GAIN:
             return explanation
 
 
