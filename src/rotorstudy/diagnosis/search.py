@@ -187,7 +187,7 @@ def _settled(work, spectrum, missing, best):
         if known.causes and odds_of(known) >= least:
             found = again.explain(known.causes, [known.fit.theta])
             if found and odds_of(found) >= max(map(odds_of, again.explanations)) - REACH:
-                refine_in_turn(again, found)
+                refine_in_turn(again, found, again=False)  # its shapes were tried in the search
     return again
 
 
