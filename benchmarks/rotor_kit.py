@@ -24,6 +24,7 @@ UPDATING = ("BASE", "A008", "A016")
 SHOWN = (*UPDATING, "A020", "A025", "B010")
 USUAL = 30.0  # g mm, prior standard deviation of each part of an unbalance
 MIL = 25.4  # µm
+HALVES = 200  # of the conditions, drawn at random, from which influence and scatter are learned
 MEASURABLE = 24.0  # g mm, from which the phase of an unbalance is scored
 
 
@@ -129,12 +130,8 @@ def least_error(changes, true):
     The changes of all conditions are fitted by one linear influence of both unbalances and an offset, that of the
     baseline. What is left is the scatter; estimators that know its covariance, and the influence, reach this bound.
     """
-    names = list(changes)
-    added, moved = np.array([true[name] for name in names]), np.array([changes[name] for name in names])
-    regressors = np.column_stack([added, np.ones(len(names))])
-    influence, *_ = np.linalg.lstsq(regressors, moved, rcond=None)
-    left = moved - regressors @ influence
-    scatter = left.T @ left.conj() / (len(names) - regressors.shape[1])
+    added, moved = (np.array([of[name] for name in changes]) for of in (true, changes))
+    influence, scatter = _linear(added, moved)
     known = influence[:2].conj() @ np.linalg.solve(scatter, influence[:2].T)  # information of complex amplitudes
     std = np.sqrt(np.diag(np.linalg.inv(known)).real / 2)  # of a part of the unbalance of each disc
     mean = np.sqrt(2 / np.pi) * std  # of the absolute value of a normal variable
@@ -146,6 +143,36 @@ def least_error(changes, true):
             np.degrees(large.mean()),
         ),
     ]
+
+
+def error_from_half(changes, true):
+    """Rows (quantity, value): errors in half of the conditions, influence and scatter learned from the other half."""
+    rng, errors = np.random.default_rng(0), []
+    added, moved = (np.array([of[name] for name in changes]) for of in (true, changes))
+    for _ in range(HALVES):
+        order = rng.permutation(len(added))
+        learned, scored = order[: len(order) // 2], order[len(order) // 2 :]
+        influence, scatter = _linear(added[learned], moved[learned])
+        weighted = influence[:2].conj() @ np.linalg.inv(scatter)
+        off = moved[scored] - influence[2]
+        found = np.linalg.solve(weighted @ influence[:2].T, weighted @ off.T).T
+        large = np.abs(added[scored]) >= MEASURABLE
+        size = np.abs(np.abs(found) - np.abs(added[scored])).mean()
+        phase = np.degrees(np.abs(np.angle(found[large] / added[scored][large]))).mean()
+        errors.append((size, phase))
+    size, phase = np.median(errors, axis=0)
+    return [
+        ("mean absolute error of the unbalance of a disc, learned from the other half (g mm)", size),
+        (f"mean absolute error of the phase, of {MEASURABLE:.0f} g mm and more, likewise (degrees)", phase),
+    ]
+
+
+def _linear(added, moved):
+    """Influence (3, probe) of both unbalances and an offset, by least squares, and covariance of what is left."""
+    regressors = np.column_stack([added, np.ones(len(added))])
+    influence, *_ = np.linalg.lstsq(regressors, moved, rcond=None)
+    left = moved - regressors @ influence
+    return influence, left.T @ left.conj() / (len(added) - regressors.shape[1])
 
 
 def main():
@@ -169,7 +196,8 @@ def main():
         for name, value in scores({name: one for name, one in found.items() if name[0] in series}, true):
             print(f"{value:8.3g}  {name}")
     print("what the scatter from run to run allows")
-    for name, value in least_error({name: changes[name] for name in complete}, true):
+    at_both = {name: changes[name] for name in complete}
+    for name, value in [*least_error(at_both, true), *error_from_half(at_both, true)]:
         print(f"{value:8.3g}  {name}")
 
 

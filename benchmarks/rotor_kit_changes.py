@@ -46,7 +46,7 @@ def judged(verdict, true):
     loaded = {node for node, one in zip(NODES, true, strict=True) if one}
     row = {
         "verdict": verdict.verdict,
-        "named": [cause.effect for cause in verdict.causes],
+        "stated": [(c.effect, c.where.get("node"), round(float(c.posterior_probability), 3)) for c in stated],
         "in the set": "unbalance" in names,
         "places in the set": loaded <= places or (verdict.resultant is not None and "unbalance" in names),
         "confident and wrong": verdict.verdict == "cause"
@@ -60,7 +60,7 @@ def judged(verdict, true):
         turned = size * np.exp(1j * angle) - expected
         along, across = (turned * np.exp(-1j * angle)).real, (turned * np.exp(-1j * angle)).imag
         square = (along / (1e6 * found.size.std)) ** 2 + (across / (size * found.angle.std)) ** 2
-        row |= {"off by": abs(off), "covered": square < chi2.ppf(0.95, 2)}
+        row |= {"off by": round(float(abs(off)), 2), "covered": bool(square < chi2.ppf(0.95, 2))}
     return row
 
 

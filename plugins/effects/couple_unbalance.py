@@ -25,6 +25,7 @@ def rotorstudy_effect():
         couple_unbalance,
         source="Genta 2005, Dynamics of Rotating Systems; ISO 1940-1",
         places=tilting_nodes,
+        place_rate=lambda structure, node: structure.mass_share(node),  # it takes a mass that is inclined
         checked="equal to two opposite unbalances l apart with moment m e l to 5e-3",
         confounders=(
             (

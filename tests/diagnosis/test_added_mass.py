@@ -101,7 +101,7 @@ def test_the_unbalance_of_an_eccentric_mass_is_a_part_of_it():
     found, _ = candidates(build_model(rig()), Settings())
     cause = {(c.effect, c.where.get("node")): c for c in found if not c.shape}
     mass, here, elsewhere = cause["added_mass", 3], cause["unbalance", 3], cause["unbalance", 2]
-    softer, prior = cause["support_stiffness", 3], PriorOdds(found, Settings())
+    softer, prior = cause["support_stiffness", 3], PriorOdds(found, Settings(), build_model(rig()).structure)
     (parts,) = faults_of((here, mass)).values()
     assert [c.effect for c in parts] == ["added_mass", "unbalance"]
     assert len(faults_of((mass, elsewhere))) == len(faults_of((softer, here))) == 2

@@ -8,7 +8,7 @@ from scipy.stats import multivariate_normal, norm
 from slow_effects import SLOW
 
 from rotorstudy.diagnosis.candidates import candidate, candidates
-from rotorstudy.diagnosis.odds import SCALES, log_possible, log_scales, odds_of
+from rotorstudy.diagnosis.odds import SCALES, PriorOdds, log_possible, log_scales, odds_of
 from rotorstudy.diagnosis.search import search
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.shape_scan import motion_by_a_free_force
@@ -95,6 +95,31 @@ def test_every_effect_is_as_likely_as_another_whatever_its_places():
     (first, *_) = [c for c in work.candidates if c.effect == "unbalance"]
     assert 0.1 < rarer.prior_odds.of(first) / work.prior_odds.of(first) < 0.11
     assert work.best.causes == () and sum(weight for _, weight in work.posterior()) == pytest.approx(1)
+
+
+def test_an_unbalance_is_expected_where_the_mass_is_whatever_the_mesh():
+    """With all places alike, a finer mesh would make the shaft ever more likely than the disc."""
+
+    bearing = {"kind": "linear", "bearing_stiffness_N_per_m": 1e7, "bearing_damping_N_s_per_m": 10.0}
+
+    def of_the_disc(elements, **chosen):
+        disc = {"node": elements + 1, "mass_kg": 2.0, "polar_moment_kg_m2": 1e-3, "diametral_moment_kg_m2": 6e-4}
+        element = {"length_m": 0.3, "count": elements}
+        shaft = {"kind": "finite_element", "outer_diameter_m": 0.01, "elements": [element] * 2, "discs": [disc]}
+        model = build_model(
+            {"rotor": shaft, "bearings": [bearing | {"node": n, "label": n} for n in (1, 2 * elements + 1)]}
+        )
+        found = [c for c in candidates(model, Settings())[0] if c.effect == "unbalance"]
+        settings = Settings(**chosen)
+        prior = {c.where["node"]: PriorOdds(found, settings, model.structure).of(c) for c in found}
+        assert sum(prior.values()) == pytest.approx(1)
+        return prior[elements + 1]
+
+    shaft = 7850 * np.pi / 4 * 0.01**2 * 0.6  # kg
+    share = (2.0 + shaft / 12) / (2.0 + shaft)  # the element on either side of 12 lends half its mass
+    assert of_the_disc(6) == pytest.approx(0.9 * share + 0.1 / 13, rel=1e-3)
+    assert of_the_disc(12) == pytest.approx(of_the_disc(6), rel=0.02)
+    assert of_the_disc(6, expected_place=0.0) == pytest.approx(1 / 13)
 
 
 def test_amplitudes_that_cannot_be_negative_say_so():

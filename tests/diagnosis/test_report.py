@@ -107,7 +107,7 @@ def test_verdict_json_has_what_the_documentation_says(asymmetric):
     kinds = {
         "format_version": int, "verdict": str, "summary": str, "causes": list, "ambiguous_with": list,
         "separating_measurement": list, "next_runs": list, "not_considered": list, "broken_plugins": list,
-        "unexplained": list,
+        "unexplained": list, "resultant": type(None),
         "residual_p_value": dict, "residual_share": float, "cause_error": float, "log_posterior_odds": float,
         "parameter_p_value": float, "outside_probability": float,
         "detection_limit": list, "gain": dict, "base_parameters": list, "identifiability": dict, "candidates": int,
@@ -121,7 +121,9 @@ def test_verdict_json_has_what_the_documentation_says(asymmetric):
         and 0.9 < cause["posterior_probability"] <= 1
     )
     assert all(set(value) == {"value", "std", "unit", "part"} for value in cause["parameters"].values())
-    assert {"speeds", "before_m", "after_m", "ratio", "before_sigma", "after_sigma"} <= set(verdict["gain"])
+    assert {"speeds", "before_m", "after_m", "ratio", "before_sigma", "after_sigma", "rise_probability"} <= set(
+        verdict["gain"]
+    )
     assert set(verdict["identifiability"]) >= {"dead", "known_by_prior_alone", "traded_off"}
     assert {value["part"] for value in cause["parameters"].values()} == {"magnitude", "phase"}
     docs = (Path(__file__).parents[2] / "docs" / "diagnosis.md").read_text()

@@ -76,7 +76,7 @@ class Search:
     @cached_property
     def prior_odds(self) -> PriorOdds:
         """Of the candidates."""
-        return PriorOdds(self.candidates, self.settings)
+        return PriorOdds(self.candidates, self.settings, self.rig.structure)
 
     def posterior(self) -> list[tuple[Explanation, float]]:
         """(explanation, posterior probability), most probable first; of each set of causes its best shape."""

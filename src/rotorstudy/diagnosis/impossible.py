@@ -25,9 +25,9 @@ def is_impossible(work, explanation):
     """
     return (
         is_negative(explanation, work.settings.significance)
-        or _grows(work, explanation)
-        or _never_switches(work, explanation)
         or loses_more_than_all(explanation, work.rig.structure, work.spectrum.speed)
+        or _never_switches(work, explanation)
+        or _grows(work, explanation)  # the last, as it takes longest
     )
 
 

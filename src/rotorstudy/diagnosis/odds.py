@@ -8,6 +8,7 @@ from rotorstudy.diagnosis.candidates import Candidate
 from rotorstudy.diagnosis.settings import Settings, base_rate
 from rotorstudy.inference.fit import Fit
 from rotorstudy.model.registry import registry
+from rotorstudy.model.structure import Structure
 
 SWEEPS = 3  # over the parameters of a cause, for their most probable widths
 SCALES = 10.0 ** (-0.5 * np.arange(7))  # widths of the prior over the widest one, equally likely by order of magnitude
@@ -137,19 +138,22 @@ def log_possible(mean: np.ndarray, std: np.ndarray, prior: np.ndarray = 0.0) -> 
 class PriorOdds:
     """Prior odds of causes: the base rate of an effect in the library, divided among its places and alternatives.
 
+    Some effects are expected at some places more often than at others, as an unbalance is where the mass is: there the
+    odds follow `Effect.place_rate`, but for a share that all places have alike, as a rig does not list every bolt.
     A further part of a fault that is there already (another harmonic of a runout) is as likely as not, whichever it is.
     """
 
-    def __init__(self, candidates: list[Candidate], settings: Settings):
+    def __init__(self, candidates: list[Candidate], settings: Settings, structure: Structure):
         effects = [effect for effect, _, _ in {(c.effect, c.cause, tuple(c.variant.values())) for c in candidates}]
         faults = [c.fault for c in candidates]
         rates = {name: base_rate(name, settings) for name in effects}
         self.of_effect = {name: rate / (sum(rates.values()) * effects.count(name)) for name, rate in rates.items()}
+        self.at_place = _relative_to_places_alike(candidates, settings.expected_place, structure)
         self.further_part = {name: FURTHER_PART / max(faults.count(name) - 1, 1) for name in set(faults)}
 
     def of(self, cause: Candidate) -> float:
         """Of a cause by itself."""
-        return self.of_effect[cause.effect]
+        return self.of_effect[cause.effect] * self.at_place.get(cause.cause, 1.0)
 
     def log_odds(self, causes: tuple[Candidate, ...]) -> float:
         """Logarithm of those of several causes together."""
@@ -171,6 +175,19 @@ class PriorOdds:
         for _ in range(THRESHOLD_STEPS):
             gain = given + count * np.log1p(gain / max(count, 1))
         return float(gain)
+
+
+def _relative_to_places_alike(candidates, expected, structure):
+    """{cause: its prior probability over that with all places alike}, of effects with a `place_rate`."""
+    found = {}
+    for name in {c.effect for c in candidates}:
+        rate = registry().get("effect", name).place_rate
+        if rate is None:
+            continue
+        places = {c.cause: max(rate(structure, **c.where), 0.0) for c in candidates if c.effect == name}
+        mean = np.mean(list(places.values()))
+        found |= {cause: 1 + expected * (one / mean - 1) if mean > 0 else 1.0 for cause, one in places.items()}
+    return found
 
 
 def log_posterior_odds(causes: tuple[Candidate, ...], fitted: Fit, base: Fit, prior_odds: PriorOdds) -> float:

@@ -130,14 +130,17 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
 
 def _drop_impossible(work):
     """Drop explanations that cannot be true, until the best ones can."""
+    possible = set()
     while True:
         least = odds_of(work.best) - REACH
-        within = [e for e in work.explanations if e.causes and odds_of(e) >= least]
-        impossible = [e for e in within if is_impossible(work, e)]
-        for one in impossible:
-            del work.found[frozenset(c.label for c in one.causes)]
+        known = {key: e for key, e in work.found.items() if e.causes and key not in possible}
+        within = {key: e for key, e in known.items() if odds_of(e) >= least}
+        impossible = [key for key, e in within.items() if is_impossible(work, e)]
+        for key in impossible:
+            del work.found[key]
         if not impossible:
             return
+        possible |= within.keys() - set(impossible)
 
 
 def _added(work, current, fits=None):

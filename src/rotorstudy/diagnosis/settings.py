@@ -27,6 +27,8 @@ class Settings(Strict):
     covariance_error     : fraction by which the stated variances, which come from a few blocks, may be too small
     nuisance             : effects always present in the measuring chain -> standard deviation of each amplitude
     base_rates           : effect -> how often it is a cause, relative to a usual effect, where not as its plugin states
+    expected_place       : prior probability that a cause is where its plugin expects it (an unbalance in proportion to
+                           the mass of a node) rather than at any of its places alike
     prior_width          : standard deviation of the amplitude of a cause before anything is measured, in typical sizes
     repeatability        : standard deviation by which two runs of an unchanged machine differ, as a fraction of each
                            harmonic, in a comparison
@@ -47,6 +49,7 @@ class Settings(Strict):
     covariance_error: float = Field(default=0.1, ge=0, lt=1)
     nuisance: dict[str, float] = Field(default_factory=stated_nuisance)
     base_rates: dict[str, Annotated[float, Gt(0)]] = {}
+    expected_place: float = Field(default=0.9, ge=0, lt=1)
     prior_width: float = Field(default=10.0, gt=0)
     repeatability: float = Field(default=5e-3, ge=0, lt=0.5)
     run_to_run: list[str] = []

@@ -120,6 +120,8 @@ class Effect(Plugin):
     positive  : its amplitudes cannot be negative (damping, stiffness loss of a crack), together with those of the rig;
                 or the names of those that cannot, if others can
     base_rate : how often it is a cause, relative to a usual effect, before anything is measured
+    place_rate : function(structure, **place) -> how often it is at a place, relative to its other places; by default
+                it is at all places alike
     parts     : options that number the parts of one fault (the harmonics of a runout), which count as one cause
     brings    : names of effects that come with it at the same place as parts of one fault (the unbalance of an added
                 mass that is eccentric)
@@ -145,6 +147,7 @@ class Effect(Plugin):
     brings: tuple[str, ...] = ()
     switches: bool = False
     base_rate: float = 1.0
+    place_rate: Callable | None = field(default=None, compare=False)
     nuisance: float = 0.0
     together: Callable | None = field(default=None, compare=False)
 

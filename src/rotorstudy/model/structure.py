@@ -187,6 +187,20 @@ class Structure:
         """
         return np.eye(len(self.dofs))[self.index(node, motion)]
 
+    def mass_share(self, node: int) -> float:
+        """Share of a node in the mass of the rotor: the force on it if all nodes are accelerated alike.
+
+        Parameters
+        ----------
+        node : int
+
+        Returns
+        -------
+        float
+        """
+        alike = np.array([motion == "translation" for _, motion in self.dofs], dtype=float)
+        return float(self.unit(node) @ self.mass @ alike / (alike @ self.mass @ alike))
+
     def default_node(self) -> int:
         """The node of a rotor that has only one, for effects without a stated node.
 

@@ -182,7 +182,7 @@ def plot_phase(harmonics, amplitude, axes, *, label=None, index=0, near=None):
     """
     phase = np.angle(amplitude, deg=True)
     phase = phase if near is None else phases_near(phase, np.angle(near, deg=True))
-    style = {"color": COLOURS[index], "fillstyle": "none", "markersize": max(8 - 2 * index, 3)}
+    style = {"color": COLOURS[index], "fillstyle": "none", "markersize": max(8 - 2 * index, 3), "clip_on": False}
     axes.plot(np.asarray(harmonics), phase, MARKERS[index], label=label, **style)
     axes.set_ylim(-MOST_DEGREES, MOST_DEGREES)
     axes.set_yticks(range(-180, 181, 90))

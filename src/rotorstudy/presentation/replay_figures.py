@@ -186,7 +186,7 @@ def bow_magnification_figure(replayed, case, group):
         axes[0, 0].plot(frequency, np.abs(change) * 1e6, MARKERS[i], **style)
     axes[0, 0].set(xlabel="spin speed (Hz)", ylabel="change of 1X from slow roll (µm)")
     if share.min() > 0.5:
-        title = f"Magnification of the bow explains {percent(share.min())} to {percent(share.max())} of the 'unbalance'"
+        title = f"A bow explains {percent(share.min())} to {percent(share.max())} of the change of 1X"
     else:
         title = "A bow alone would increase 1X more than measured"
     axes[0, 0].set_title(title)
