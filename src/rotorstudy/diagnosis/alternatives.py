@@ -7,7 +7,7 @@ from rotorstudy.diagnosis.odds import odds_of
 from rotorstudy.diagnosis.screening import TIE, screen, screen_each, screen_pairs
 from rotorstudy.diagnosis.shape_scan import can_be_scanned, scan
 from rotorstudy.diagnosis.shapes import refine
-from rotorstudy.diagnosis.trials import LEFT_BY_SHAPE, REACH, Option, fit_closest
+from rotorstudy.diagnosis.trials import CLOSE, LEFT_BY_SHAPE, REACH, Option, best_of_each_shape, fit_closest
 
 INACCURACY = 0.01  # of what a cause explains: added to REACH, as columns at the best motion are not exact
 ALTERNATIVES = 12  # most alternatives to each cause that are fitted in a round
@@ -28,12 +28,22 @@ def with_alternatives(work, current):
             tried += [e for cause in current.causes for e in _elsewhere(work, current, cause)]
         if work.is_rejected_as_stated(current):
             tried += _pairs(work, current)
-        shaped = sorted((e for e in tried if e.causes[-1].shape), key=odds_of, reverse=True)[:REFINED]
+        shaped = _worth_refining(work, current, tried)
         best = max([*tried, *(refine(work, e) for e in shaped)], key=odds_of, default=current)
         if odds_of(best) <= odds_of(current):
             break
         current = best
     return current
+
+
+def _worth_refining(work, current, tried):
+    """The explanations tried whose shape is refined: if the best one leaves no more than noise, of those near it."""
+    best = max([current, *tried], key=odds_of)
+    near = max(CLOSE, LEFT_BY_SHAPE * (work.base.cost - best.fit.cost))
+    shaped = best_of_each_shape(e for e in tried if e.causes[-1].shape)
+    if best.fit.cost < len(best.fit.residual):
+        shaped = [e for e in shaped if e.fit.cost < best.fit.cost + near]
+    return shaped[:REFINED]
 
 
 def _instead_of(work, current, cause):

@@ -35,6 +35,7 @@ class Search:
     candidates      : list of Candidate;  screened : Screened of each, at the base fit
     scanned         : list of Candidate in the shapes that scans have found
     found           : labels of the causes -> Explanation, for every one fitted
+    equations       : labels of the causes, label of one of them -> what `shape_equations` returns
     failures        : effect -> one line with file and line number, for plugins that failed; the rest was searched
     cause_error     : standard deviation of the error of a cause, which the spectrum has
     upheld          : whether the best explanation keeps its odds with the held-out speeds
@@ -51,6 +52,7 @@ class Search:
     screened: list = field(default_factory=list)
     scanned: list = field(default_factory=list)
     found: dict = field(default_factory=dict)
+    equations: dict = field(default_factory=dict)
     failures: dict = field(default_factory=dict)
     cause_error: float = 0.0
     upheld: bool = True
@@ -214,6 +216,14 @@ def shape_equations(work: Search, causes, fitted: Fit, cause: Candidate):
         Free parameters, then shape options. The prior of an option has the width of its range.
     right : ndarray (parameter,)
     """
+    key = frozenset(c.label for c in causes), cause.label  # there is one fit of each set of causes
+    if key not in work.equations:
+        work.equations[key] = _shape_equations(work, causes, fitted, cause)
+    return work.equations[key]
+
+
+def _shape_equations(work, causes, fitted, cause):
+    """What `shape_equations` returns, not yet known."""
     ranges = {
         name: ends
         for name, ends in shape_ranges(cause.effect, work.rig.structure, cause.where.get("node")).items()

@@ -15,7 +15,15 @@ from rotorstudy.diagnosis.one_more import with_one_more
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.shape_scan import is_sought_everywhere
 from rotorstudy.diagnosis.shapes import refine, refine_in_turn
-from rotorstudy.diagnosis.trials import CLOSE, FITTED_FULLY, LEFT_BY_SHAPE, REACH, explains_much
+from rotorstudy.diagnosis.trials import (
+    CLOSE,
+    FITTED_FULLY,
+    LEFT_BY_SHAPE,
+    REACH,
+    best_of_each_shape,
+    explains_much,
+    law_and_side,
+)
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import predicted, with_cause_error
 from rotorstudy.inference.prior import Prior, prior_of, with_rotor
@@ -156,7 +164,8 @@ def _added(work, current, fits=None):
 def _settled(work, spectrum, missing, best):
     """The search with the error of the causes that the best explanation turned out to have, at most the one assumed.
 
-    Everything within reach is fitted again with that error. Where the assumed one is needed, nothing changes.
+    Everything within reach is fitted again with that error, of explanations that differ little in shape the best one.
+    Where the assumed error is needed, nothing changes.
     """
     off = spectrum.amplitude - predicted(best.fit.model, spectrum, best.fit.theta)
 
@@ -173,13 +182,15 @@ def _settled(work, spectrum, missing, best):
         error = brentq(excess, 0.0, work.cause_error, xtol=1e-3 * work.cause_error)
     narrower = with_cause_error(spectrum, missing, error)
     base = fit(work.model, narrower, work.prior, start=work.base.theta)
-    again = replace(work, spectrum=narrower, base=base, found={}, cause_error=error)
+    again = replace(work, spectrum=narrower, base=base, found={}, equations={}, cause_error=error)
     again.found[frozenset()] = Explanation((), base, 0.0)
-    for rank, known in enumerate(sorted(work.explanations, key=odds_of, reverse=True)):
-        if known.causes and (rank < FITTED_FULLY or odds_of(known) >= odds_of(best) - REACH):
+    first = sorted(map(odds_of, work.explanations), reverse=True)[:FITTED_FULLY]
+    least = min(odds_of(best) - REACH, first[-1])
+    for known in best_of_each_shape(work.explanations):
+        if known.causes and odds_of(known) >= least:
             found = again.explain(known.causes, [known.fit.theta])
-            if found:
-                refine_in_turn(again, found)
+            if found and odds_of(found) >= max(map(odds_of, again.explanations)) - REACH:
+                refine_in_turn(again, found, again=False)  # its shapes were tried in the search
     return again
 
 
@@ -192,8 +203,7 @@ def _cracks(tried, before):
     for e in sorted(tried, key=odds_of, reverse=True):
         crack = e.causes[-1]
         if is_sought_everywhere(crack) and explains_much(e.fit.cost, least, before):
-            sides = (value // (np.pi / 2) for name, value in crack.shape.items() if name.endswith("_rad"))
-            best.setdefault((*crack.variant.values(), *sides), e)
+            best.setdefault(law_and_side(crack), e)
     return {id(e) for e in list(best.values())[:STEPPED]}
 
 

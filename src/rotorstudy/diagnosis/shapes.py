@@ -45,24 +45,28 @@ def refine(work: Search, explanation: Explanation, name: str | None = None, agai
         return explanation
 
 
-def refine_in_turn(work: Search, explanation: Explanation) -> Explanation:
-    """The explanation with the shape of each of its causes refined in turn, as long as that increases its odds.
+def refine_in_turn(work: Search, explanation: Explanation, again: bool = True) -> Explanation:
+    """The explanation with the shape of each of its causes refined, once more if that of another has changed since.
 
     Parameters
     ----------
     work : Search
     explanation : Explanation
+    again : bool
+        As for `refine`.
 
     Returns
     -------
     Explanation
     """
-    while True:
-        before = odds_of(explanation)
-        for cause in explanation.causes:
-            explanation = refine(work, explanation, cause.cause) if cause.shape else explanation
-        if odds_of(explanation) - before < SHAPE_GAIN:
-            return explanation
+    shaped = [cause.cause for cause in explanation.causes if cause.shape]
+    due = shaped
+    while due:
+        (name, *due), before = due, odds_of(explanation)
+        explanation = refine(work, explanation, name, again)
+        if odds_of(explanation) - before >= SHAPE_GAIN:
+            due = [other for other in shaped if other != name]
+    return explanation
 
 
 def _apart(explanation, name):

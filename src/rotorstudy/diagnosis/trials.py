@@ -2,7 +2,10 @@
 
 from typing import NamedTuple
 
+import numpy as np
+
 from rotorstudy.diagnosis.candidates import Candidate
+from rotorstudy.diagnosis.odds import odds_of
 from rotorstudy.diagnosis.shape_scan import can_be_scanned, is_sought_everywhere
 
 FITTED_FULLY = 4  # least number of explanations per round that are fitted to convergence
@@ -40,3 +43,16 @@ def fit_closest(work, options, from_stated=False, before=0.0):
 def explains_much(cost, least, before):
     """Whether a cost has come down by half as much as the least one, from what it was before."""
     return cost <= 0.5 * (least + before)
+
+
+def law_and_side(cause):
+    """Alternatives of a cause, and the quadrants of its angles: steps of its shape do not lead from one to another."""
+    return *cause.variant.values(), *(v // (np.pi / 2) for name, v in cause.shape.items() if name.endswith("_rad"))
+
+
+def best_of_each_shape(explanations):
+    """Explanations, the best first; of the same causes with the same laws on the same sides, the best alone."""
+    best = {}
+    for e in sorted(explanations, key=odds_of, reverse=True):
+        best.setdefault(frozenset((c.cause, law_and_side(c)) for c in e.causes), e)
+    return list(best.values())

@@ -204,6 +204,8 @@ def share_of(unknown: Unknown, other: Unknown) -> float:
     """
     if unknown.force or other.force or not unknown.entries:
         return 0.0
+    if not {entry.kind[:3] for entry in unknown.entries} <= {entry.kind[:3] for entry in other.entries}:
+        return 0.0  # before any matrices are compared
     return min(sum(_entry_share(mine, its) for its in other.entries) for mine in unknown.entries)
 
 
