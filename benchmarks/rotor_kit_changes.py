@@ -49,8 +49,11 @@ def judged(verdict, true):
         "stated": [(c.effect, c.where.get("node"), round(float(c.posterior_probability), 3)) for c in stated],
         "in the set": "unbalance" in names,
         "places in the set": loaded <= places or (verdict.resultant is not None and "unbalance" in names),
-        "confident and wrong": verdict.verdict == "cause"
-        and any(c.posterior_probability > CONFIDENT and c.effect != "unbalance" for c in verdict.causes),
+        "confident and wrong": any(
+            c.posterior_probability > CONFIDENT
+            and (c.effect != "unbalance" or (c.where["node"] not in loaded and verdict.resultant is None))
+            for c in verdict.causes
+        ),
     }
     if verdict.resultant:
         found = verdict.resultant
@@ -92,7 +95,7 @@ def main():
         "a change is found": [row["verdict"] != "nothing" for row in rows],
         "of these: unbalance among the causes stated": [row["in the set"] for row in changed],
         "of these: the discs that were loaded, too": [row["places in the set"] for row in changed],
-        "named alone with more than 95 %, and wrong": [row["confident and wrong"] for row in rows],
+        "named with more than 95 %, alone or not, and wrong": [row["confident and wrong"] for row in rows],
         "error of the sum of both discs, as a vector (g mm)": [row["off by"] for row in sums],
         "95 % regions of the sum that hold the truth": [row["covered"] for row in sums],
         "nothing changed, and nothing claimed": balanced,
