@@ -1,6 +1,9 @@
 """The command line: what it prints, what it refuses, and with which exit status."""
 
+import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -225,7 +228,6 @@ def test_the_files_that_commands_read_are_in_the_wheel():
 
 def test_a_shell_that_completes_is_answered(tmp_path, monkeypatch, capsys):
     """The package argcomplete is asked if the shell does; without it, or without a shell that asks, nothing happens."""
-    import sys
     import types
 
     asked = []
@@ -243,6 +245,16 @@ def test_the_version_is_told(capsys):
     with pytest.raises(SystemExit) as stop:
         main(["--version"])
     assert stop.value.code == 0 and capsys.readouterr().out == f"rotorstudy {__version__}\n"
+
+
+@pytest.mark.parametrize(("stated", "used"), [(None, "1"), ("3", "3")])
+def test_commands_use_one_thread_for_linear_algebra_unless_more_are_stated(stated, used):
+    names = [f"{library}_NUM_THREADS" for library in ("OPENBLAS", "OMP", "MKL")]
+    own = {name: value for name, value in os.environ.items() if name not in names}
+    code = f"import os, rotorstudy.commands; print(*[os.environ[n] for n in {names}])"
+    environment = own | ({} if stated is None else dict.fromkeys(names, stated))
+    asked = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    assert asked.stdout.split() == [used] * 3
 
 
 def test_a_misspelt_rig_key_is_named_with_its_place(tmp_path, capsys):
