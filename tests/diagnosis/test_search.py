@@ -107,6 +107,17 @@ def test_an_explanation_by_which_a_motion_grows_is_dropped(stiffness):
     assert ("cross_coupling" in found) == (stiffness < 100 * np.sqrt(7.6e5 / 2.0))
 
 
+@pytest.mark.parametrize(("stiffness", "is_unstable"), [(5e4, False), (7e4, True)])
+def test_an_unstable_rig_is_told_and_no_fault_of_the_cause(stiffness, is_unstable):
+    """The same cross-coupling, stated in the rig: records of an unbalance are still those of an unbalance."""
+    stated = {"kind": "cross_coupling", "node": 1, "cross_coupling_N_per_m": stiffness}
+    model = build_model(JEFFCOTT | {"effects": [*JEFFCOTT["effects"], stated]})
+    known = ONE.model_copy(update={"uncertainty": {"default": 0.0}})
+    found = investigate(measured(model, hidden(model, "unbalance", eccentricity_m=2e-5)), model, settings=known).verdict
+    assert found.causes[0].effect in ("unbalance", "base_motion")  # equal on a rotor of one mass
+    assert ("unstable rig" in {finding.name for finding in found.findings}) == is_unstable
+
+
 def test_pairs_are_judged_as_if_each_were_fitted_alone():
     model = build_model(TWO_DISCS)
     spectrum = measured(model, hidden(model, "bow", node=3, bow_m=1e-5))

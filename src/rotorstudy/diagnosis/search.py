@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 from rotorstudy.diagnosis.alternatives import with_alternatives
 from rotorstudy.diagnosis.candidates import candidates, with_vibration
 from rotorstudy.diagnosis.explanations import Search
-from rotorstudy.diagnosis.impossible import is_impossible
+from rotorstudy.diagnosis.impossible import grows, is_impossible
 from rotorstudy.diagnosis.odds import Explanation, odds_of
 from rotorstudy.diagnosis.one_more import with_one_more
 from rotorstudy.diagnosis.settings import Settings
@@ -130,12 +130,12 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
 
 def _drop_impossible(work):
     """Drop explanations that cannot be true, until the best ones can."""
-    possible = set()
+    possible, unstable = set(), grows(work.base, work.spectrum.speed)
     while True:
         least = odds_of(work.best) - REACH
         known = {key: e for key, e in work.found.items() if e.causes and key not in possible}
         within = {key: e for key, e in known.items() if odds_of(e) >= least}
-        impossible = [key for key, e in within.items() if is_impossible(work, e)]
+        impossible = [key for key, e in within.items() if is_impossible(work, e, unstable)]
         for key in impossible:
             del work.found[key]
         if not impossible:
