@@ -199,7 +199,8 @@ class Structure:
         float
         """
         alike = np.array([motion == "translation" for _, motion in self.dofs], dtype=float)
-        return float(self.unit(node) @ self.mass @ alike / (alike @ self.mass @ alike))
+        here = np.array([at == node for at, _ in self.dofs]) * alike  # none at a node that is held
+        return float(here @ self.mass @ alike / (alike @ self.mass @ alike))
 
     def default_node(self) -> int:
         """The node of a rotor that has only one, for effects without a stated node.
