@@ -193,6 +193,7 @@ class Structure:
         Parameters
         ----------
         node : int
+            Numbered from 1.
 
         Returns
         -------
