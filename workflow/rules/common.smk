@@ -96,9 +96,12 @@ def in_report(path, caption, category, subcategory):
     kept = [part for part in Path(path).parts if "{" in part]
     name = ", ".join([*kept, "verdict" if name == "Index" else name.lower()]) if kept else name
     name += " (table)" * (subcategory == "Tables" and not name.startswith("Table"))
+    text = ROOT / "workflow" / "report" / f"{caption}.rst"
+    if not text.is_file():  # else it is missed when the report is written, after everything has run
+        raise WorkflowError(f"no caption for {path}: write {text}")
     return report(
         path,
-        caption=str(ROOT / "workflow" / "report" / f"{caption}.rst"),
+        caption=str(text),
         category=category,
         subcategory=subcategory,
         labels={"what": name},
