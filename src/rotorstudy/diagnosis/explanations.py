@@ -38,6 +38,7 @@ class Search:
     equations       : labels of the causes, label of one of them -> what `shape_equations` returns
     failures        : effect -> one line with file and line number, for plugins that failed; the rest was searched
     cause_error     : standard deviation of the error of a cause, which the spectrum has
+    unstable        : (speed,) bool, where a free motion of the rig without causes grows; None during the search
     upheld          : whether the best explanation keeps its odds with the held-out speeds
     """
 
@@ -55,6 +56,7 @@ class Search:
     equations: dict = field(default_factory=dict)
     failures: dict = field(default_factory=dict)
     cause_error: float = 0.0
+    unstable: np.ndarray | None = None
     upheld: bool = True
 
     @property

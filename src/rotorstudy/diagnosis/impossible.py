@@ -16,7 +16,7 @@ GROWTH = 1e-5  # of the speed: growth rate of a free motion beyond round-off; in
 AFFINE = 1e-3  # of the force of a contact (rms): it opens or closes if more than that is not affine in the motion
 
 
-def is_impossible(work, explanation, unstable):
+def is_impossible(work, explanation):
     """Whether an explanation cannot be true.
 
     A free motion that grows at a measured speed leaves no steady records; where the rig is unstable without causes too,
@@ -24,13 +24,13 @@ def is_impossible(work, explanation, unstable):
     records is a constant force and a stiffness. A support cannot lose more stiffness than it has, and a damping or a
     stiffness that is built in cannot be negative.
 
-    work : Search;  explanation : Explanation;  unstable : (speed,) bool, of the rig without causes
+    work : Search, which says where the rig is unstable;  explanation : Explanation
     """
     return (
         is_negative(explanation, work.settings.significance)
         or loses_more_than_all(explanation, work.rig.structure, work.spectrum.speed)
         or _never_switches(work, explanation)
-        or bool((grows(explanation.fit, work.spectrum.speed) & ~unstable).any())  # the last, as it takes longest
+        or bool((grows(explanation.fit, work.spectrum.speed) & ~work.unstable).any())  # the last, as it takes longest
     )
 
 

@@ -124,18 +124,19 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     log.info("fitting the best of %d explanations again", len(work.found))
     settled = _settled(work, spectrum, missing, best)
     _added(settled, max(settled.explanations, key=odds_of))
+    settled = replace(settled, unstable=grows(settled.base, spectrum.speed))
     _drop_impossible(settled)
     return settled
 
 
 def _drop_impossible(work):
     """Drop explanations that cannot be true, until the best ones can."""
-    possible, unstable = set(), grows(work.base, work.spectrum.speed)
+    possible = set()
     while True:
         least = odds_of(work.best) - REACH
         known = {key: e for key, e in work.found.items() if e.causes and key not in possible}
         within = {key: e for key, e in known.items() if odds_of(e) >= least}
-        impossible = [key for key, e in within.items() if is_impossible(work, e, unstable)]
+        impossible = [key for key, e in within.items() if is_impossible(work, e)]
         for key in impossible:
             del work.found[key]
         if not impossible:

@@ -8,7 +8,7 @@ import numpy as np
 from rotorstudy.diagnosis.explanations import LEAST_LOG_ODDS, Search
 from rotorstudy.diagnosis.far_from_the_rig import far_from_the_rig
 from rotorstudy.diagnosis.held_out import gain_of, is_upheld, is_worse, split
-from rotorstudy.diagnosis.impossible import grows, unstable_rig
+from rotorstudy.diagnosis.impossible import unstable_rig
 from rotorstudy.diagnosis.next_run import next_runs
 from rotorstudy.diagnosis.odds import faults_of
 from rotorstudy.diagnosis.outside import with_outside
@@ -139,7 +139,7 @@ def investigate(
         findings = [*findings, finding_of(chain)]
     elif kind != "nothing":
         findings = [*findings, *far_from_the_rig(found, moved, labels)]
-    findings = [*findings, *unstable_rig(grows(base, fitted.speed), fitted.speed)]
+    findings = [*findings, *unstable_rig(found.unstable, fitted.speed)]
     odds = [e.log_posterior_odds for e in found.explanations if e.causes]
     verdict = Verdict(
         verdict=kind,
