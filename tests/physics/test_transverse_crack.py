@@ -311,7 +311,7 @@ def test_residual_stress_delays_or_advances_the_opening(closing):
 
 
 def test_a_crack_that_residual_stress_holds_closed_has_no_effect():
-    """But for what the finite series of the kink leaves where the crack is closed, 1e-3 of the closing moment's kink."""
+    """But for 1e-3 of the kink by the closing moment, which the finite series leaves where the crack is closed."""
     bare, free, held = (
         at_disc(4, [139.0], *item) for item in ((), (crack(0.23, 0.3),), (crack(0.23, 0.3, closing_moment_N_m=8.0),))
     )
