@@ -22,8 +22,8 @@ def transverse_crack(
     position_m: from node 1.  depth_ratio: depth over the diameter.  angle_rad: of the middle of the crack edge from the
     reference line of the shaft, in the direction of rotation.  breathing: gradual, by the part of the front in tension;
     sudden, open or closed as a whole; none, a notch that never closes.  opened_by: the instantaneous moment, or that
-    of the weight alone.  flexibility: name of a depth plugin.  closing_moment_N_m: residual stress that closes the crack,
-    as the bending moment that just opens it; negative where it holds the crack open at rest.
+    of the weight alone.  flexibility: name of a depth plugin.  closing_moment_N_m: residual stress that closes it, as
+    the bending moment that just opens it; negative where it holds the crack open at rest.
     """
     if closing_moment_N_m and (breathing == "none" or opened_by == "weight"):
         raise CannotAct("closing_moment_N_m needs a crack that opens and closes by the instantaneous moment")
