@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rotorstudy.diagnosis.excluded import excluded
 from rotorstudy.diagnosis.explanations import LEAST_LOG_ODDS, Search
 from rotorstudy.diagnosis.far_from_the_rig import far_from_the_rig
 from rotorstudy.diagnosis.held_out import gain_of, is_upheld, is_worse, split
@@ -148,6 +149,7 @@ def investigate(
         resultant=resultant_of(found, best),
         separating_measurement=_separating(best.causes, [parts[0] for _, parts, _ in stated], model.structure),
         next_runs=_next_runs(kind, found, measured, held),
+        excluded=excluded(found, best, [parts[0].effect for _, parts, _ in stated]) if best.causes else [],
         not_considered=_not_considered(best.causes, settings, {term.kind for term in model.terms}),
         broken_plugins=[*registry().failures, *found.broken],
         unexplained=_unexplained(best.fit, fitted, settings) if kind == "unknown" or best.causes else [],
