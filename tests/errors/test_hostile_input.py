@@ -39,6 +39,8 @@ HOSTILE = {
     "5000 digits": (f"rotor: {{mass_kg: {'9' * 5000}}}\n", "whole number"),
     "impossible date": ("rotor: {mass_kg: 2020-13-45}\n", "timestamp"),
     "tagged bytes": ("rotor: {mass_kg: !!binary aGVsbG8=}\n", "binary"),
+    "a tagged truth": ("rotor: !!bool abc\n", "not valid YAML"),
+    "a tagged number": ("rotor: {mass_kg: !!float abc}\n", "not valid YAML"),
     "Python object": ("rotor: !!python/object/apply:os.system ['true']\n", "not valid YAML"),
     "a list as key": ("? [a]\n: 1\n", "a key must be"),
     "not UTF-8": (b"rotor: \xff\xfe\n", "not valid YAML"),
