@@ -10,7 +10,7 @@ SPEED = 50 * np.pi  # rad/s, 1500 rpm
 
 
 def test_a_film_runs_where_the_published_one_does():
-    """Friswell, Penny, Garvey and Lees, Dynamics of Rotating Machines (2010), example 5.5.1: eccentricity ratio 0.2663."""
+    """Friswell, Penny, Garvey and Lees, Dynamics of Rotating Machines (2010), example 5.5.1."""
     at = running_position(FILM, SPEED)
     assert np.hypot(*at) / FILM.clearance == pytest.approx(0.2663, abs=5e-5)
     assert force(FILM, SPEED, at, (0, 0)) == pytest.approx([-525.0, 0.0], abs=1e-6)

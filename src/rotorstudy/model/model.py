@@ -153,12 +153,13 @@ class Model:
         Parameters
         ----------
         theta : array (parameter,)
-            Amplitudes in the order of `names`, of the rotor at least.
+            Amplitudes in the units of `units`, in the order of `names`; of the rotor at least.
 
         Returns
         -------
         Model
         array (parameter,)
+            In the units of `units`.
 
         Raises
         ------
