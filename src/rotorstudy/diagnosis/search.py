@@ -32,7 +32,7 @@ from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig_items import make_term
-from rotorstudy.model.rotor_numbers import with_rotor_numbers
+from rotorstudy.model.rig_numbers import with_numbers
 
 log = logging.getLogger(__name__)
 
@@ -68,7 +68,7 @@ def base_model(model: Model, settings: Settings) -> tuple[Model, Prior]:
         ]
     known = {unknown.name: (0.0, settings.nuisance[term.kind]) for term in terms for unknown in term.unknowns}
     uncertainty = with_rotor(settings.uncertainty, model.structure)
-    model = with_rotor_numbers(model, (name for name, share in uncertainty.items() if share))
+    model = with_numbers(model, (name for name, share in uncertainty.items() if share))
     whole, prior = model.plus(*terms), prior_of(model, uncertainty).plus(Prior.independent(known))
     return (whole, prior) if model.before is None else _of_change(whole, prior, settings)
 

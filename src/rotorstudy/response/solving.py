@@ -41,6 +41,8 @@ def operator(model, theta, speed, blocks, kept=None, *, turning=True):
     for pattern in [*model.table.patterns, *(model.table.turning_patterns if turning else ())]:
         entry, i, j = pattern.entry, pattern.row, pattern.column
         value = pattern.values(own)[..., None, None, :]  # (..., speed, link, place)
+        if not value.any():
+            continue
         for full, (n, is_w, block, row, column) in zip(
             result, linked_members(blocks, entry.is_conjugate, entry.shift), strict=True
         ):
