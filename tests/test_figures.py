@@ -51,3 +51,13 @@ def test_errors_of_many_parameters_fit_in_a_window():
     for picture in pictures:
         assert picture.get_size_inches()[1] * STYLE["savefig.dpi"] <= TALLEST
         plt.close(picture)
+
+
+def test_labels_of_probes_that_are_close_do_not_cover_each_other():
+    from rotorstudy.presentation.probe_figures import APART, spread
+
+    given = [0.8, 0.8, 0.97, -0.8]  # the phase mark at a probe, another ten degrees beside it
+    found = np.sort(spread(given) % (2 * np.pi))
+    assert np.diff([*found, found[0] + 2 * np.pi]).min() >= APART
+    assert spread(given)[3] == -0.8  # one that stands alone stays
+    assert np.array_equal(spread([0.0, 2.0]), [0.0, 2.0]) and np.array_equal(spread([1.0]), [1.0])
