@@ -35,7 +35,7 @@ def test_errors_of_many_parameters_fit_in_a_window():
             },
             {"noise_model": ["white"], "estimator": ["a", "b"], "parameter": names(n), "noise": [1.0, 5.0]},
         )
-        for n in (5, 14)
+        for n in (6, 14)
     )
     wrong = xr.Dataset(
         {"relative_error": (("known", "case", "estimator", "parameter", "percent"), np.ones((2, 1, 2, 14, 3)))},
@@ -45,6 +45,7 @@ def test_errors_of_many_parameters_fit_in_a_window():
     units = dict.fromkeys(names(14), "N s/m")
     pictures = [
         error_against_noise({"one": few}, units, "few"),
+        error_against_noise({"one": few, "two": few}, units, "few"),
         error_against_noise({"one": many, "two": many}, units, "many"),
         bias(wrong, {"c": "a case"}, units, "bias"),
     ]
