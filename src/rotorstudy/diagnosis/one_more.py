@@ -8,10 +8,10 @@ from rotorstudy.diagnosis.screening import Screened
 from rotorstudy.diagnosis.settings import base_rate
 from rotorstudy.diagnosis.shape_scan import can_be_scanned, is_sought_everywhere, scan
 from rotorstudy.diagnosis.trials import Option, fit_closest
+from rotorstudy.model.registry import registry
 
 WORTH_FITTING = 0.1  # of what the best candidate explains when linearised, which is inaccurate for large effects
 WORTH_REFINING = 0.05  # of the same, by the best of some hundred shapes; refined, it explains up to a few times as much
-POSSIBLE = 0.5  # of the gain at which a cause has even odds: less, even if linearised, is not worth a fit
 ORDINARY = 2  # places at which a cause more frequent than usual is fitted, whatever else explains
 NOT_SCREENED = Screened(0.0, -np.inf, np.zeros(0), np.zeros(0))
 
@@ -56,12 +56,15 @@ def with_one_more(work, current, fits=None, values=None):
 def _is_worth_scanning(work, fitted, chosen):
     """Whether a cause of some shape may be among what a fit leaves.
 
-    It leaves more than noise; in a comparison, which has few data, so much more that such a cause could have even odds.
+    It leaves more than noise; in a comparison, which has few data, so much more that such a cause could have even odds,
+    although it explains noise, too: on average as much as it has amplitudes and options of its shape.
     """
     if work.rig.before is None:
         return fitted.excess > 0
-    least = min((work.prior_odds.even_odds_gain(c) for c in chosen if can_be_scanned(c)), default=np.inf)
-    return fitted.excess > POSSIBLE * least
+    shaped = {c.cause: c for c in chosen if can_be_scanned(c)}.values()
+    numbers = [len(c.names) + len(registry().get("effect", c.effect).shape) for c in shaped]
+    needed = [work.prior_odds.even_odds_gain(c) for c in shaped]
+    return any(fitted.excess > gain - count for gain, count in zip(needed, numbers, strict=True))
 
 
 def _ordinary(work, fitted, chosen, screened):
@@ -107,7 +110,7 @@ def _promising(work, chosen, screenings, most):
         order, seen = sorted(set(range(len(chosen))) - coarse, key=lambda i: -odds[i]), set()
         order = [i for i in order if not (names[i] in seen or seen.add(names[i]))]
         best = max((one.explained for one in screened), default=0.0)
-        worth = [max(WORTH_FITTING * best, POSSIBLE * work.prior_odds.even_odds_gain(chosen[i])) for i in order]
+        worth = [max(WORTH_FITTING * best, 0.5 * work.prior_odds.even_odds_gain(chosen[i])) for i in order]
         lists.append([(i, screened[i]) for i, low in zip(order, worth, strict=True) if screened[i].explained >= low])
     found = {}
     for rank in range(max(map(len, lists), default=0)):
