@@ -15,17 +15,21 @@ def transverse_crack(
     breathing: Breathing = "gradual",
     opened_by: Literal["moment", "weight"] = "moment",
     flexibility: str = "strip_integration",
+    closing_moment_N_m: float = 0.0,
 ):
     """Crack with a straight front across a solid shaft: a hinge that yields to the bending moment that opens it.
 
     position_m: from node 1.  depth_ratio: depth over the diameter.  angle_rad: of the middle of the crack edge from the
     reference line of the shaft, in the direction of rotation.  breathing: gradual, by the part of the front in tension;
     sudden, open or closed as a whole; none, a notch that never closes.  opened_by: the instantaneous moment, or that
-    of the weight alone.  flexibility: name of a depth plugin.
+    of the weight alone.  flexibility: name of a depth plugin.  closing_moment_N_m: residual stress that closes it, as
+    the bending moment that just opens it; negative where it holds the crack open at rest.
     """
+    if closing_moment_N_m and (breathing == "none" or opened_by == "weight"):
+        raise CannotAct("closing_moment_N_m needs a crack that opens and closes by the instantaneous moment")
     hinge = crack_at(structure, position_m, depth_ratio, angle_rad, flexibility, breathing == "sudden")
     if breathing != "none" and opened_by == "moment":
-        return [Parameter("flexibility_factor", "1", (), typical=1.0, force=hinge.force())]
+        return [Parameter("flexibility_factor", "1", (), typical=1.0, force=hinge.force(closing_moment_N_m))]
     entries = hinge.open_entries() if breathing == "none" else hinge.entries_by_weight()
     return [Parameter("flexibility_factor", "1", entries, typical=1.0)]
 

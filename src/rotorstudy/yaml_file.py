@@ -44,7 +44,7 @@ def read_yaml(path):
         node = loader.get_single_node()
         _check_expansion(node)
         found = loader.construct_document(node) if node is not None else None
-    except (yaml.YAMLError, UnicodeDecodeError, ValueError) as error:
+    except (yaml.YAMLError, ValueError, KeyError) as error:  # of a value that its tag does not allow, the last two
         place = getattr(error, "problem_mark", None)
         at = f" line {place.line + 1}" if place else ""
         what = " ".join(str(getattr(error, "problem", None) or error).split())

@@ -106,8 +106,8 @@ def test_verdict_json_has_what_the_documentation_says(asymmetric):
     verdict, _ = asymmetric
     kinds = {
         "format_version": int, "verdict": str, "summary": str, "causes": list, "ambiguous_with": list,
-        "separating_measurement": list, "next_runs": list, "not_considered": list, "broken_plugins": list,
-        "unexplained": list, "resultant": type(None),
+        "separating_measurement": list, "next_runs": list, "excluded": list, "not_considered": list,
+        "broken_plugins": list, "unexplained": list, "resultant": type(None),
         "residual_p_value": dict, "residual_share": float, "cause_error": float, "log_posterior_odds": float,
         "parameter_p_value": float, "outside_probability": float,
         "detection_limit": list, "gain": dict, "base_parameters": list, "identifiability": dict, "candidates": int,
@@ -130,6 +130,18 @@ def test_verdict_json_has_what_the_documentation_says(asymmetric):
     models = [m for m in vars(result).values() if isinstance(m, type) and issubclass(m, result.Result)]
     for key in {*verdict["settings"], *(name for m in models for name in m.model_fields)}:
         assert f"`{key}`" in docs, key
+
+
+def test_what_the_records_exclude_is_stated_with_the_reason(asymmetric):
+    """An asymmetric shaft makes a backward 1X that an isotropic effect cannot make."""
+    verdict, out = asymmetric
+    assert verdict["excluded"]
+    odds = [one["log_odds"] for one in verdict["excluded"]]
+    assert odds == sorted(odds) and odds[0] > 0
+    assert all(one["cause"]["effect"] != "shaft_asymmetry" for one in verdict["excluded"])
+    for one in verdict["excluded"]:
+        assert one["harmonic"] is None or (one["sigma"] > 2 and one["node"] == 1)
+    assert "Effects that the records exclude" in (out / "index.html").read_text()
 
 
 def test_a_verdict_comes_back_from_its_file(asymmetric):

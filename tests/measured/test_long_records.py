@@ -7,7 +7,7 @@ import pytest
 
 from rotorstudy.commands.line import main
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.measurement import files, measurement
+from rotorstudy.measurement import measurement, netcdf_files
 from rotorstudy.measurement.angle_fit import PIECE, fit_each, fit_harmonics
 from rotorstudy.measurement.harmonics import fit_basis
 from rotorstudy.measurement.records import records_dataset, simulate_records
@@ -71,8 +71,8 @@ def test_a_record_is_read_when_the_one_before_has_been_analysed(tmp_path, monkey
     model = read_rig(RIG).model
     records = simulate_records(model, [88.0, 120.0, 308.0], [0, 1], np.arange(2000) / 4000)
     save_along((records_dataset([one]) for one in records), tmp_path / "r.nc", "speed")
-    happened, assemble, analyse = [], files._assemble, measurement.analyse_each
-    monkeypatch.setattr(files, "_assemble", lambda *given: happened.append("read") or assemble(*given))
+    happened, assemble, analyse = [], netcdf_files.assemble, measurement.analyse_each
+    monkeypatch.setattr(netcdf_files, "assemble", lambda *given: happened.append("read") or assemble(*given))
     monkeypatch.setattr(measurement, "analyse_each", lambda *given: happened.append("analysed") or analyse(*given))
     found = measurement.read_measurement([tmp_path / "r.nc"], RIG, with_signals=False)
     assert happened == ["read", "analysed"] * 3 and found.records == []

@@ -103,6 +103,8 @@ def identify_cause(
     if count == 1 and not _explains(work, found[0]):
         alone = fit(work.whole, spectrum, work.prior)
         found = _sorted([*found, *_fitted(work, [s for kind in kinds for s in first_starts(work, alone, kind)])])
+    if count == 1 and not _explains(work, found[0]):
+        found = _sorted([*found, *_fitted(work, _starts_everywhere(work, kinds, found))])
     for _ in range(count - 1):
         starts = [s for one in found[:1] for kind in kinds for s in starts_of_another(work, one, kind)]
         found = _also_elsewhere(work, kinds, _fitted(work, starts))
@@ -135,6 +137,17 @@ def _fitted(work, starts, least=np.inf):
     return _sorted([*found, *begun, *looked])
 
 
+def _starts_everywhere(work, kinds, found):
+    """Starts at all positions, in the alternatives that come near the best fit."""
+    (gone,), close = found[0].causes, _close(found, NEAR[1] * found[0].cost)
+    return [s for k in kinds if k.variant in close for s in further_starts(work, found[0], gone, k, (), True)]
+
+
+def _close(found, reach):
+    """Alternatives of the fits whose misfit and penalty are within reach."""
+    return [one.causes[-1].variant for one in found if one.cost <= reach]
+
+
 def _start(one):
     return one.causes, one.amplitudes
 
@@ -158,8 +171,7 @@ def _also_elsewhere(work, kinds, found):
     """The fits with those of shapes elsewhere, judged at the motion of the best one, the best first."""
     for _ in range(ROUNDS):
         best, known = found[0], [one for one in found if one.minimum.converged[0]]
-        reach = NEAR[1] * best.cost if _explains(work, best) else np.inf
-        close = [one.causes[-1].variant for one in found if one.cost <= reach]
+        close = _close(found, NEAR[1] * best.cost if _explains(work, best) else np.inf)
         starts = [
             start
             for gone in best.causes

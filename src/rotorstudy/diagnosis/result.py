@@ -84,6 +84,21 @@ class NextRun(Result):
     decision_probability: float
 
 
+class Excluded(Result):
+    """Another effect that the records exclude, by the most probable explanation with it.
+
+    log_odds : natural logarithm of the posterior odds of the verdict against it
+    harmonic, node, sigma : where it leaves most beyond what the verdict leaves, and the rms residual there in standard
+                            deviations; None if it leaves hardly more, but needs values that are less probable
+    """
+
+    cause: Place
+    log_odds: float
+    harmonic: int | None
+    node: int | None
+    sigma: float | None
+
+
 class Unexplained(Result):
     """A harmonic at a node with a significant residual; share : of the mean square, sigma : rms residual."""
 
@@ -195,6 +210,7 @@ class Verdict(Result):
     resultant: Resultant | None = None
     separating_measurement: tuple[SeparatingMeasurement, ...]
     next_runs: tuple[NextRun, ...] = ()
+    excluded: tuple[Excluded, ...] = ()
     not_considered: tuple[str, ...]
     broken_plugins: tuple[str, ...]
     unexplained: tuple[Unexplained, ...]

@@ -1,5 +1,6 @@
 """Shapes from which a cause is fitted: many of them judged by their columns at a known motion, without a fit."""
 
+from collections.abc import Sequence
 from itertools import product
 
 import numpy as np
@@ -32,16 +33,20 @@ def first_starts(work: Work, base: Fit, cause: Candidate) -> list:
     return [((one,), np.concatenate([base.free, size])) for one, size in found]
 
 
-def further_starts(work: Work, found: Fitted, gone: Candidate, cause: Candidate, known: list[Fitted]) -> list:
+def further_starts(
+    work: Work, found: Fitted, gone: Candidate, cause: Candidate, known: Sequence[Fitted], everywhere: bool = False
+) -> list:
     """(causes, amplitudes) with a cause instead of one of a fit, far from all known fits with the same alternatives.
 
     By columns at the motion of that fit, at which those of another cause of the same motion are exact.
+
+    everywhere : the best shape at each position instead of the few best of all
     """
     others = tuple(one for one in found.causes if one is not gone)
     rest, motion = _without(work, found, others)
     taken = [point_of(work, one) for fitted in known for one in fitted.causes if one.variant == cause.variant]
     cause = reshaped(work, cause, point_of(work, cause), gone.term.label)
-    starts = _best(work, Projection(rest, work.spectrum), cause, motion, taken, point_of(work, gone))
+    starts = _best(work, Projection(rest, work.spectrum), cause, motion, taken, point_of(work, gone), everywhere)
     return _beside(work, others, rest.free, starts)
 
 
@@ -77,34 +82,49 @@ def _without(work, found, kept):
     return fit(model, spectrum, prior, start=theta[whole.position(model.names)], steps=0), motion
 
 
-def _best(work, projection, cause, motion, taken, near=None):
+def _best(work, projection, cause, motion, taken, near=None, everywhere=False):
     """(cause, amplitudes) of up to `STARTS` shapes that explain most, apart from each other and from points `taken`.
 
     Options other than positions and angles are first in the middle of their ranges.
 
     near : point (option,) whose angles are tried too: they are known well where the position is not
+    everywhere : the best one at each position instead
     """
     kinds = [_kind(*one) for one in ranges_of(work, cause).items()]
     first = [[0.5] if kind == "other" else (np.arange(TRIED[kind]) + 0.5) / TRIED[kind] for kind in kinds]
     for i in [i for i, kind in enumerate(kinds) if kind == "angle" and near is not None]:
         first[i] = np.append(first[i], near[i])
-    free, apart = "other" in kinds, [i for i, kind in enumerate(kinds) if kind != "other"]
-    around = np.array([kinds[i] == "angle" for i in apart])
-    chosen, avoided = [], [point[apart] for point in taken]
-    for point, _ in _judged(work, projection, cause, np.array(list(product(*first))), motion, free):
-        if len(chosen) == STARTS:
-            break
-        if all(_distance(point[apart], other, around) > APART for other in avoided):
-            chosen.append(point)
-            avoided.append(point[apart])
-    found = []
-    for point in chosen:
+    judged = _judged(work, projection, cause, np.array(list(product(*first))), motion, "other" in kinds)
+    points, found = [point for point, _ in judged], []
+    for point in _best_at_each_position(points, kinds) if everywhere else _few_apart(points, kinds, taken):
         rest = [
             np.linspace(0, 1, TRIED["other"]) if kind == "other" else [x] for kind, x in zip(kinds, point, strict=True)
         ]
         best, amplitudes = _judged(work, projection, cause, np.array(list(product(*rest))), motion, False)[0]
         found.append((reshaped(work, cause, best), amplitudes))
     return found
+
+
+def _few_apart(points, kinds, taken):
+    """The first `STARTS` of points (option,) that are apart from each other and from points `taken`."""
+    apart = [i for i, kind in enumerate(kinds) if kind != "other"]
+    around = np.array([kinds[i] == "angle" for i in apart])
+    chosen, avoided = [], [point[apart] for point in taken]
+    for point in points:
+        if len(chosen) == STARTS:
+            break
+        if all(_distance(point[apart], other, around) > APART for other in avoided):
+            chosen.append(point)
+            avoided.append(point[apart])
+    return chosen
+
+
+def _best_at_each_position(points, kinds):
+    """The first of points (option,) with each value of the positions."""
+    first = {}
+    for point in points:
+        first.setdefault(tuple(x for x, kind in zip(point, kinds, strict=True) if kind == "position"), point)
+    return list(first.values())
 
 
 def _kind(name, ends):

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rotorstudy.diagnosis.excluded import excluded
 from rotorstudy.diagnosis.explanations import LEAST_LOG_ODDS, Search
 from rotorstudy.diagnosis.far_from_the_rig import far_from_the_rig
 from rotorstudy.diagnosis.held_out import gain_of, is_upheld, is_worse, split
@@ -39,6 +40,7 @@ from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
+from rotorstudy.model.rig_numbers import is_number
 
 log = logging.getLogger(__name__)
 
@@ -148,6 +150,7 @@ def investigate(
         resultant=resultant_of(found, best),
         separating_measurement=_separating(best.causes, [parts[0] for _, parts, _ in stated], model.structure),
         next_runs=_next_runs(kind, found, measured, held),
+        excluded=excluded(found, best, [parts[0].effect for _, parts, _ in stated]) if best.causes else [],
         not_considered=_not_considered(best.causes, settings, {term.kind for term in model.terms}),
         broken_plugins=[*registry().failures, *found.broken],
         unexplained=_unexplained(best.fit, fitted, settings) if kind == "unknown" or best.causes else [],
@@ -178,7 +181,8 @@ def _is_rejected(found, p_residual, p_parameters):
     """
     if min(p_residual, p_parameters) < found.settings.significance:
         return True
-    return found.cause_error > 0 and (len(found.best.faults) > 1 or found.cause_error >= found.settings.cause_error)
+    faults = found.prior_odds.together(found.best.causes)
+    return found.cause_error > 0 and (len(faults) > 1 or found.cause_error >= found.settings.cause_error)
 
 
 def _stated(weights, best):
@@ -370,7 +374,7 @@ def _parameter_labels(model, causes):
     for term in model.terms:
         cause, label = of_cause.get(id(term)), f" ({term.label})" if term.label else ""
         for p, part, unknown in _parts(term):
-            text = f"relative change of {p.name}" if term.variation else f"{readable(p.name)}{label}"
+            text = f"relative change of {p.name}" if is_number(p.name) else f"{readable(p.name)}{label}"
             if cause:
                 text = place(cause) if p.name == cause.effect else f"{readable(p.name)} of {place(cause)}"
             labels[unknown.name] = f"{text}, {part} part" if part in PARTS else text

@@ -12,6 +12,7 @@ SMALL = 1e-3  # m; lengths below are said in µm
 ABSENT = 3.0  # standard deviations; of a cause with many amplitudes, a sentence names those above
 WORTH_SAYING = 0.05  # probability that the true cause is not among those stated
 LIKELY = 0.1  # probability of a decision below which a run is not worth its trouble
+LARGE_LOG_ODDS = 7.0  # from which on odds are said as a power of ten
 HARDLY = 3.0  # standard deviations (rms) below which a longer record helps to separate causes
 
 
@@ -125,6 +126,24 @@ def summary(verdict):
     if doubts:
         said.append(f"Check the records first: {doubts}.")
     return " ".join(said)
+
+
+def excluded_in_words(verdict):
+    """One line for each effect that the records exclude."""
+    lines = []
+    for one in verdict.excluded:
+        why = (
+            f"it leaves {one.sigma:.3g} standard deviations (rms) of {one.harmonic}X at node {one.node}"
+            if one.harmonic is not None
+            else "it leaves hardly more, but needs less probable values"
+        )
+        lines.append(f"{place(one.cause)}: odds 1 to {_odds(one.log_odds)}; {why}")
+    return lines
+
+
+def _odds(log_odds):
+    """'85', or '10^12' where it is large."""
+    return f"{np.exp(log_odds):.2g}" if log_odds < LARGE_LOG_ODDS else f"10^{log_odds / np.log(10):.0f}"
 
 
 def resultant_in_words(found):

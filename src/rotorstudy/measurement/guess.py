@@ -10,7 +10,8 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.channel_names import angle_in, plane_in, unit_in
 from rotorstudy.measurement.conventions import Conventions
 from rotorstudy.measurement.csv_layout import guess_layout
-from rotorstudy.measurement.files import kind_of, netcdf, open_channels
+from rotorstudy.measurement.files import kind_of, open_channels
+from rotorstudy.measurement.netcdf_files import netcdf
 from rotorstudy.measurement.probe_tables import is_probe_table
 from rotorstudy.measurement.tables import open_table, whole_numbers
 from rotorstudy.units import um

@@ -17,6 +17,7 @@ from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.nonsynchronous import check_lines
 from rotorstudy.measurement.plausibility import check_together
 from rotorstudy.measurement.probe_tables import harmonics_in, is_probe_table, read_probe_table
+from rotorstudy.measurement.raw_record import LARGEST_READING
 from rotorstudy.measurement.records import Record, full_spectrum
 from rotorstudy.measurement.repeats import averaged
 from rotorstudy.measurement.resonances import check_resonances
@@ -27,6 +28,7 @@ from rotorstudy.measurement.tables import read_table
 from rotorstudy.model.kinds import SpectrumMethod
 from rotorstudy.model.model import Model
 from rotorstudy.model.rig import RigFile, read_rig
+from rotorstudy.response.coupling import check_speed
 
 log = logging.getLogger(__name__)
 
@@ -106,10 +108,21 @@ def measured_spectrum(
     return spectrum, model, worst_first([*findings, *notes])
 
 
-def check_spectrum(spectrum, where):
-    """Raise RotorstudyError unless a spectrum and its covariance are finite and each speed occurs once."""
+def check_numbers(spectrum, where):
+    """Raise RotorstudyError unless speeds, harmonics and their covariance can be those of a rotor."""
     if not (np.isfinite(spectrum.amplitude).all() and np.isfinite(spectrum.covariance).all()):
         raise RotorstudyError(f"{where}: harmonics or their covariance are missing or not finite (NaN); import again")
+    check_speed(spectrum.speed)
+    for name, values, unit in (("speed", spectrum.speed, "rad/s"), ("harmonic", np.abs(spectrum.amplitude), "m")):
+        if (largest := np.max(values)) > LARGEST_READING:
+            raise RotorstudyError(f"{where}: a {name} of {largest:g} {unit}, at most {LARGEST_READING:g} is believed")
+
+
+def check_spectrum(spectrum, where):
+    """Raise RotorstudyError unless a fit can use a spectrum: its numbers are possible, and it states its noise."""
+    check_numbers(spectrum, where)
+    if not spectrum.amplitude.any():
+        raise RotorstudyError(f"{where}: every harmonic is zero; nothing was measured")
     variance = np.diagonal(spectrum.covariance, axis1=-2, axis2=-1)
     if (variance < 0).any() or not variance.any():
         raise RotorstudyError(f"{where}: variances are negative or all zero; a fit needs the noise of each harmonic")
@@ -214,8 +227,9 @@ def read_measurement(
         parts[1],
         directions,
     )
-    records = [_with_sensors(one.record, model.sensors) for one in usable if one.record is not None]
     named = ", ".join(path.name for path in paths)
+    check_numbers(spectrum, named)
+    records = [_with_sensors(one.record, model.sensors) for one in usable if one.record is not None]
     findings += check_together(spectrum, model, named)
     tables = any(is_probe_table(names) for names in columns.values())
     if tables or {"run-up", "coast-down"} & {finding.name for finding in findings}:

@@ -6,15 +6,20 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.facts import NodeFacts, RecordFacts, facts_of
-from rotorstudy.measurement.files import netcdf
 from rotorstudy.measurement.findings import Finding
+from rotorstudy.measurement.netcdf_files import netcdf
 from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.response.coupling import check_harmonics
 from rotorstudy.store import as_complex, dataset
 
 DIMENSIONS = {
     "amplitude": ("speed", "harmonic", "node", "part"),
     "covariance": ("speed", "node", "component", "other_component"),
+    "probe_direction": ("node",),
+    **{name: (name,) for name in ("speed", "harmonic", "node")},
 }
+OF_FINDING = ("severity", "name", "where", "text")
+LARGEST_NODE = 10**6
 
 
 def measurement_dataset(measurement):
@@ -56,7 +61,7 @@ def measurement_dataset(measurement):
     for name, unit, long_name in facts_of(NodeFacts):
         values = [[getattr(one.nodes[node], name) for node in spectrum.sensors] for one in facts]
         variables[name] = (("record", "node"), np.array(values, float), unit, long_name)
-    for name in ("severity", "name", "where", "text"):
+    for name in OF_FINDING:
         said = np.array([getattr(finding, name) for finding in findings], object)
         variables[f"finding_{name}"] = (("finding",), said, "1", f"{name} of the finding")
     coordinates = {
@@ -68,6 +73,38 @@ def measurement_dataset(measurement):
     }
     zero = "unloaded_line" if measurement.rig.from_unloaded_line else "at_rest"
     return dataset(variables, coordinates, title="measured spectrum", displacement_zero=zero)
+
+
+def _check_imported(path, data):
+    """Raise RotorstudyError unless a Dataset is what `measurement_dataset` gives."""
+
+    def refused(problem):
+        return RotorstudyError(f"{path}: {problem}. Write the file with 'rotorstudy import'")
+
+    for name in ("amplitude", "covariance"):
+        if name not in data:
+            raise refused(f"no variable '{name}'")
+    findings = [f"finding_{name}" for name in OF_FINDING]
+    for name in findings if "finding_name" in data else []:
+        if name not in data or data[name].dims != ("finding",):
+            raise refused(f"the findings need the variables {', '.join(findings)}, each along the dimension finding")
+    for name, dims in DIMENSIONS.items():
+        if name not in data.variables:
+            if name == "probe_direction":
+                continue
+            raise refused(f"no coordinate '{name}'")
+        found = data[name]
+        if set(found.dims) != set(dims):
+            raise refused(f"{name} has dimensions {found.dims} and coordinates {list(data.coords)}; needed are {dims}")
+        if found.dtype.kind not in "iuf":
+            raise refused(f"the values of {name} are of type {found.dtype}; needed are numbers")
+    check_harmonics(data.harmonic.values.tolist())
+    if (np.abs(data.node) > LARGEST_NODE).any() or (data.node % 1 != 0).any():
+        raise refused(f"node = {data.node.values.tolist()}; needed are whole numbers")
+    if {data.sizes["component"], data.sizes["other_component"]} != {2 * data.sizes["harmonic"]}:
+        raise refused(f"{data.sizes['component']} components; needed are twice {data.sizes['harmonic']}")
+    if "probe_direction" in data and np.isinf(data.probe_direction).any():
+        raise refused("a probe_direction is infinite")
 
 
 def is_spectrum(path):
@@ -102,18 +139,11 @@ def load_imported(path):
     """The Spectrum in a file that `rotorstudy import` wrote, its Findings, and the zero of its displacements."""
     with netcdf(path) as opened:
         data = opened.load()
-    for name, dims in DIMENSIONS.items():
-        if name not in data:
-            raise RotorstudyError(f"{path}: no variable '{name}'; write the file with 'rotorstudy import'")
-        if set(data[name].dims) != set(dims) or not {"speed", "harmonic", "node"} <= set(data.coords):
-            raise RotorstudyError(
-                f"{path}: {name} has dimensions {data[name].dims} and coordinates {list(data.coords)}; needed are "
-                f"{dims} with coordinates speed, harmonic and node. Write the file with 'rotorstudy import'"
-            )
+    _check_imported(path, data)
     spectrum = Spectrum(
         as_complex(data.amplitude.transpose(*DIMENSIONS["amplitude"])),
         data.speed.values,
-        data.harmonic.values,
+        data.harmonic.values.astype(int),
         tuple(int(node) for node in data.node.values),
         data.covariance.transpose(*DIMENSIONS["covariance"]).values,
         data.probe_direction.values if "probe_direction" in data else None,
@@ -121,5 +151,5 @@ def load_imported(path):
     zero = data.attrs.get("displacement_zero", "at_rest")
     if "finding_name" not in data:
         return spectrum, [], zero
-    columns = [data[f"finding_{key}"].values.astype(str) for key in ("severity", "name", "where", "text")]
+    columns = [data[f"finding_{key}"].values.astype(str) for key in OF_FINDING]
     return spectrum, [Finding(*map(str, row)) for row in zip(*columns, strict=True)], zero

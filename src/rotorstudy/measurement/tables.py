@@ -9,6 +9,7 @@ from rotorstudy.measurement.findings import Finding
 from rotorstudy.units import METRES, RAD_PER_S
 
 SPEEDS = {"speed_rad_per_s": "rad/s", "speed_Hz": "Hz", "speed_rpm": "rpm"}
+LARGEST_VALUE = 1e100  # its square is a number
 ANGLES = {"rad": 1.0, "deg": np.pi / 180}
 QUANTITIES = {
     "amplitude": METRES,
@@ -195,8 +196,8 @@ def numbers_of(text, column, path):
             numbers.append(float(cell))
         except ValueError:
             raise RotorstudyError(f"{path}: '{cell}' in column '{column}', data row {i + 1}, is not a number") from None
-    if not np.isfinite(numbers).all():
-        raise RotorstudyError(f"{path}: column '{column}' has values that are not finite")
+    if not (np.abs(numbers) <= LARGEST_VALUE).all():
+        raise RotorstudyError(f"{path}: column '{column}' has values that are not finite, or beyond {LARGEST_VALUE:g}")
     return np.array(numbers)
 
 

@@ -15,6 +15,9 @@ the rotation imposed by the nodes, phi = -(m0 / s) e^{-ja}, a part strains the s
 
 with real h_k, as the crack is symmetric. Where the weight alone opens the crack, psi rotates with the shaft; the
 derivative C of g with respect to mu is then a periodic matrix, and g = (1 + s C)^-1 s C phi.
+
+Where a residual stress closes the crack like a moment n along xi, its faces feel mu - n. With mu - n instead of mu and
+phi - n / s instead of phi the equations are the same.
 """
 
 from dataclasses import dataclass
@@ -77,8 +80,14 @@ class Hinge:
         shaft = tuple(_shaft(self.section).items())
         return self.section.stiffness * _partly_open(self.depth.name, float(self.depth_ratio), shaft)
 
-    def force(self) -> NonlinearForce:
+    def force(self, closing_moment: float = 0.0) -> NonlinearForce:
         """The crack opened by the instantaneous moment.
+
+        Parameters
+        ----------
+        closing_moment : float, optional
+            Of a residual stress, N m: it acts along xi on the faces of the crack, like a bending moment of that size
+            that closes it.
 
         Returns
         -------
@@ -86,11 +95,11 @@ class Hinge:
             Of a flexibility factor of 1: the moment, N m, by which the kink acts along `row`.
         """
         kink, stiffness = self._kink_by_rotation(), self.section.stiffness
-        own_rotation = self.section.own_moment / stiffness
+        own_rotation, closing = self.section.own_moment / stiffness, closing_moment / stiffness
 
         def moment(rotation, velocity, deflection, shaft_angle):
             turned = np.exp(1j * (shaft_angle + self.angle))
-            return -stiffness * kink(-(rotation + own_rotation) / turned) * turned
+            return -stiffness * kink(-(rotation + own_rotation) / turned - closing) * turned
 
         return NonlinearForce(self.row[None], moment, takes_angle=True, jumps=self.sudden)
 

@@ -3,6 +3,7 @@
 from rotorstudy.diagnosis.words import (
     cause_in_words,
     detection_limits,
+    excluded_in_words,
     next_steps,
     place,
     readable,
@@ -64,6 +65,7 @@ def diagnosis_page(verdict, data, figures, title):
         next_steps=next_steps(verdict),
         view=speed_view(data),
         alternatives=[_with_probability(cause_in_words(c), c) for c in verdict.ambiguous_with],
+        excluded=excluded_in_words(verdict) if verdict.verdict in ("cause", "ambiguous") else [],
         separated=separated(verdict) if verdict.ambiguous_with else {},
         figures={
             name: {"title": heading, "caption": caption, "source": inline_png(figures[name])}

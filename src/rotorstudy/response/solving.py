@@ -54,6 +54,8 @@ def _of_entries(patterns, model, theta, speed, blocks, kept):
     for pattern in patterns:
         entry, i, j = pattern.entry, pattern.row, pattern.column
         value = pattern.values(own)[..., None, None, :]  # (..., speed, link, place)
+        if not value.any():
+            continue
         for full, (n, is_w, block, row, column) in zip(
             result, linked_members(blocks, entry.is_conjugate, entry.shift), strict=True
         ):

@@ -1,0 +1,129 @@
+"""Records in NetCDF files: displacement (speed, node, direction, time) with its phase reference."""
+
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.measurement.conventions import Conventions, Probe
+from rotorstudy.measurement.raw_record import assemble
+from rotorstudy.units import RAD_PER_S, SECONDS
+
+NETCDF_DIMENSIONS = {  # of the variables beside the displacement
+    "keyphasor": {"speed", "time"},
+    "reference": {"speed", "time"},
+    "phase_mark_time": {"speed", "revolution"},
+}
+UNITS = {"metre": "m", "meter": "m", "µm": "um", "μm": "um", "mils": "mil", "micrometer": "um", "micrometre": "um"}
+
+
+def existing(path):
+    """The Path of a file; RotorstudyError if there is none."""
+    path = Path(path)
+    if path.is_dir():
+        raise RotorstudyError(f"record file '{path}' is a folder; give the files in it")
+    if not path.is_file():
+        raise RotorstudyError(f"record file '{path}' does not exist")
+    return path
+
+
+@contextmanager
+def netcdf(path):
+    """Context manager: a NetCDF file as an open Dataset; RotorstudyError if it cannot be read."""
+    import xarray as xr
+
+    path = existing(path)
+    try:
+        with xr.open_dataset(path, engine="netcdf4", decode_times=False) as opened:
+            yield opened
+    except (OSError, ValueError, RuntimeError) as error:  # damaged data are a RuntimeError of the library
+        raise RotorstudyError(f"{path}: not a readable NetCDF file ({(str(error).splitlines() or [''])[0]})") from None
+
+
+def read_netcdf(path, conventions, nodes):
+    """Raw records of a NetCDF file: displacement (speed, node, direction, time), read by the conventions."""
+    with netcdf(path) as data:
+        _check_netcdf(path, data)
+        data = data if "speed" in data.displacement.dims else data.expand_dims("speed")
+        if not data.sizes["speed"]:
+            raise RotorstudyError(f"{path}: no record; the dimension 'speed' is empty")
+        probes, axes, as_read = _probes_of_netcdf(data, conventions)
+        time = _scaled(data.time, {**SECONDS, "seconds": 1.0}, "s", path)
+        speeds = [None] * data.sizes["speed"]
+        if "speed" in data.coords:
+            speeds = _scaled(data.speed, RAD_PER_S, "rad/s", path)
+        for i, speed in enumerate(speeds):
+            label = conventions.label_rad_per_s(path.name) if speed is None else float(speed)
+            where = f"{path}" if label is None else f"{path}, {label:.6g} rad/s"
+            one = data.isel(speed=i)
+            readings = _readings(path, one, probes, conventions, where)
+            signals = [one[name].values if name in data else None for name in ("keyphasor", "reference")]
+            marks = None
+            if "phase_mark_time" in data:
+                marks = _scaled(one.phase_mark_time, SECONDS, "s", path).ravel()
+                marks = marks[np.isfinite(marks)]
+            raw = assemble(readings, axes, nodes, time, label, signals[0], marks, signals[1], where)
+            yield replace(raw, conventions=as_read)
+
+
+def _check_netcdf(path, data):
+    """Raise RotorstudyError for a file without displacement, or of other dimensions."""
+    if "displacement" not in data:
+        raise RotorstudyError(f"{path}: no variable 'displacement' (found: {', '.join(map(str, data.data_vars))})")
+    wanted, held = ("speed", "node", "direction", "time"), set(data.displacement.dims)
+    if held | {"speed"} != set(wanted) or not set(wanted[1:]) <= set(data.coords):
+        raise RotorstudyError(
+            f"{path}: displacement has dimensions {data.displacement.dims} and coordinates {list(data.coords)}; "
+            f"needed are the dimensions {wanted}, with coordinates for all but speed"
+        )
+    for name, dims in NETCDF_DIMENSIONS.items():
+        if name in data and set(data[name].dims) | {"speed"} != dims:
+            raise RotorstudyError(f"{path}: {name} has dimensions {data[name].dims}; needed are {tuple(sorted(dims))}")
+    for name in {"displacement", "time", "speed", *NETCDF_DIMENSIONS} & set(data.variables):
+        if data[name].dtype.kind not in "iuf":
+            raise RotorstudyError(f"{path}: the values of {name} are of type {data[name].dtype}; needed are numbers")
+        if not isinstance(unit := data[name].attrs.get("units", ""), str):
+            raise RotorstudyError(f"{path}: the unit of {name} is {unit}; needed is a text")
+
+
+def _probes_of_netcdf(data, conventions):
+    """Probes of a file, the conventions of their axes, and those it is read by."""
+    x_and_y = [Probe(channel="x", angle_deg=0.0), Probe(channel="y", angle_deg=90.0)]
+    directions = {str(name) for name in data.direction.values}
+    simulated = "rotorstudy_version" in data.attrs and "reference" in data and directions == {"x", "y"}
+    if simulated and not {probe.channel for probe in conventions.probes} & {"x", "y"}:  # in the project's axes
+        own = Conventions(harmonics=conventions.harmonics)
+        return x_and_y, own, own
+    if conventions.probes:
+        return conventions.probes, conventions, conventions
+    # x and y of the file are those of the project, whatever the user's angles
+    axes = conventions.model_copy(update={"rotation": "with_angles", "gravity_angle_deg": 0.0})
+    return x_and_y, axes, conventions
+
+
+def _readings(path, one, probes, conventions, where):
+    """Readings [(probe, node, (time,) m)] of one speed."""
+    values = one.displacement.transpose("node", "direction", "time").values
+    stated = one.displacement.attrs.get("units")
+    directions = [str(name) for name in one.direction.values]
+    held_nodes = [conventions.node(label, str(path)) for label in one.node.values.tolist()]
+    found = []
+    for probe in probes:
+        if probe.channel not in directions:
+            raise unknown_name("direction", probe.channel, directions, f"{path}; the channel of a probe is a direction")
+        factor, d = probe.metres(UNITS.get(stated, stated), str(path)), directions.index(probe.channel)
+        found += [(probe, n, factor * values[k, d]) for k, n in enumerate(held_nodes) if probe.node in (None, n)]
+    if not found:
+        held = ", ".join(map(str, held_nodes))
+        raise RotorstudyError(f"{where}: no probe of the rig file is at a node of this file (nodes {held})")
+    return found
+
+
+def _scaled(array, units, default, path):
+    """Values of an xarray variable in SI, by its attribute `units`."""
+    unit = array.attrs.get("units", default)
+    if unit not in units:
+        raise unknown_name(f"unit of {array.name}", unit, units, str(path))
+    return np.asarray(array.values, float) * units[unit]

@@ -1,0 +1,102 @@
+"""The signals of one speed as they are in a file, in metres and in the project's axes."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.measurement.conventions import combine, measured_direction
+
+LARGEST_READING = 1e6  # m or V: beyond it a sample is damaged, and counts as missing
+
+
+@dataclass(frozen=True)
+class RawRecord:
+    """The signals of one speed in a file.
+
+    time         : (time,) s
+    channels     : list of Channel
+    label        : speed in rad/s that the file or the rig file states, or None
+    keyphasor    : (time,) V; marks (mark,) s when the phase mark passed; reference (time,): each may be None
+    where        : file and, if it holds several speeds, which one
+    conventions  : used to read it: the rig file's, or the project's own for a simulated record
+    """
+
+    time: np.ndarray
+    channels: list = field(repr=False)
+    label: float | None
+    keyphasor: np.ndarray | None
+    marks: np.ndarray | None
+    reference: np.ndarray | None
+    where: str
+    conventions: object = field(repr=False)
+
+    @property
+    def nodes(self):
+        """(node,) measured."""
+        return tuple(sorted({channel.node for channel in self.channels}))
+
+    def at(self, node):
+        """Channels of a node."""
+        return [channel for channel in self.channels if channel.node == node]
+
+    @cached_property
+    def displacement(self):
+        """(node, time) complex x + j y in the project's axes, m; NaN where a sample is missing."""
+        found = []
+        for node in self.nodes:
+            found.append(combine([c.direction for c in self.at(node)], [c.readings for c in self.at(node)]))
+        return np.array(found)
+
+    @property
+    def directions(self):
+        """(node,) rad, direction that the probes of a node show if it is only one, NaN for orbits."""
+        return np.array([measured_direction([c.direction for c in self.at(node)]) for node in self.nodes])
+
+
+class Channel(NamedTuple):
+    """The signal of a probe: name, node, direction (rad from x in the sense of rotation), readings (time,) in m."""
+
+    name: str
+    node: int
+    direction: float
+    readings: np.ndarray
+
+
+def assemble(readings, conventions, nodes, time, label, keyphasor, marks, reference, where):
+    """A RawRecord from readings [(probe, node, (time,) m)]."""
+    time = np.asarray(time, float)
+    readings = [(probe, node, _within_reach(values)) for probe, node, values in readings]
+    keyphasor = None if keyphasor is None else _within_reach(keyphasor)
+    if len(time) < 3:
+        raise RotorstudyError(f"{where}: {len(time)} samples; the file is empty or incomplete")
+    if not (np.isfinite(time).all() and (np.diff(time) > 0).all()):
+        raise RotorstudyError(f"{where}: time does not increase strictly; check the time channel")
+    if marks is not None and len(marks) and not _are_marks(marks, time):
+        raise RotorstudyError(
+            f"{where}: the phase marks do not increase strictly, or lie far outside the record; check phase_mark_time"
+        )
+    for _, node, _ in readings:
+        if node not in nodes:
+            raise unknown_name("node", node, nodes, f"{where}; the probes must sit at nodes of the rig")
+    channels = [
+        Channel(probe.channel, node, float(conventions.direction_rad(probe.angle_deg)), values)
+        for probe, node, values in readings
+    ]
+    if label is not None and not 0 < label < np.inf:
+        raise RotorstudyError(f"{where}: the stated speed is {label:g} rad/s; it must be positive and finite")
+    return RawRecord(time, channels, label, keyphasor, marks, reference, where, conventions)
+
+
+def _within_reach(values):
+    """(time,) the samples, NaN for those that no instrument can have given."""
+    return np.where(np.abs(values) <= LARGEST_READING, values, np.nan)
+
+
+def _are_marks(marks, time):
+    """Whether times (mark,) increase strictly, and are less than the length of the record (time,) outside it."""
+    length = time[-1] - time[0]
+    near = (marks > time[0] - length) & (marks < time[-1] + length)
+    return bool(near.all() and (np.diff(marks) > 0).all())
