@@ -85,14 +85,15 @@ def motion_by_a_free_force(fitted: Fit, spectrum: Spectrum, row: np.ndarray, nea
     NoSteadyState
     """
     near = near or Near(fitted.model, spectrum.speed, spectrum.harmonics, fitted.theta, order=carried_order(spectrum))
-    measured = positions(spectrum.harmonics, near.blocks)
-    moved = sum(row[i] * near.replies(int(i)) for i in np.flatnonzero(row))
-    moved = moved[..., [2 * i + part for part in (0, 1) for i in measured]]
-    columns = spectrum.whitened(np.moveaxis(moved[:, measured][:, :, fitted.model.measured], -1, 0)).T
-    columns = columns.reshape(len(spectrum.speed), -1, moved.shape[-1])
-    residual = fitted.residual.reshape(len(spectrum.speed), -1)
-    forces = np.array([np.linalg.lstsq(a, b, rcond=1e-9)[0] for a, b in zip(columns, residual, strict=True)])
-    return Motion(near.motion.amplitude + np.einsum("whdp,wp->whd", moved, forces), near.motion.deflection)
+    measured, speeds = positions(spectrum.harmonics, near.blocks), len(spectrum.speed)
+    free = [2 * i + part for part in (0, 1) for i in measured]  # components of the force
+    seen = sum(row[i] * near.shown_replies(int(i)) for i in np.flatnonzero(row))[:, free]
+    seen = np.moveaxis(seen.reshape(speeds, len(free), len(measured), -1), 1, 0)
+    columns = spectrum.whitened(seen).T.reshape(speeds, -1, len(free))
+    residual = fitted.residual.reshape(speeds, -1)
+    force = np.zeros((speeds, 2 * len(near.blocks.harmonics)), complex)
+    force[:, free] = [np.linalg.lstsq(a, b, rcond=1e-9)[0] for a, b in zip(columns, residual, strict=True)]
+    return Motion(near.motion.amplitude + near.moved_by(row, force), near.motion.deflection)
 
 
 def scan(

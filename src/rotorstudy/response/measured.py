@@ -193,7 +193,7 @@ class Near:
         self.model, self.order = model, order
         self.speed, self.harmonics, self.theta, _ = response_inputs(model, speed, harmonics, theta, order)
         self.blocks = layout(model, np.union1d(np.arange(-order, order + 1), self.harmonics), order)
-        self.by_coordinate = {}
+        self.by_coordinate, self.by_shown = {}, {}
 
     @cached_property
     def motion(self):
@@ -213,6 +213,23 @@ class Near:
         if coordinate not in self.by_coordinate:
             self._solve_for([coordinate])
         return self.by_coordinate[coordinate]
+
+    def shown_replies(self, coordinate):
+        """Measured harmonics (speed, component, harmonic * sensor) by the forces of `replies`, m/N."""
+        if coordinate not in self.by_shown:
+            shown, carried = positions(self.harmonics, self.blocks), len(self.blocks.harmonics)
+            seen = self.replies(coordinate)[:, shown][:, :, self.model.measured]
+            seen = seen.reshape(len(self.speed), -1, 2 * carried)
+            self.by_shown[coordinate] = np.ascontiguousarray(np.swapaxes(seen, 1, 2))
+        return self.by_shown[coordinate]
+
+    def moved_by(self, row, force):
+        """Motion (speed, carried harmonic, dof), m, by the components (speed, component) of a force, N, along a row."""
+        found = 0.0
+        for i in np.flatnonzero(row):
+            reply = self.replies(int(i))
+            found = found + row[i] * (reply.reshape(len(force), -1, reply.shape[-1]) @ force[..., None])
+        return found.reshape(len(force), len(self.blocks.harmonics), -1)
 
     def _solve_for(self, coordinates):
         """Keep the replies of some coordinates, several by one factorisation."""
@@ -241,9 +258,8 @@ class Near:
         found = np.zeros((speeds, count, len(shown) * len(self.model.measured)), complex)
         for coordinate in acted:
             here = columns.row == coordinate
-            reply = self.replies(coordinate)[:, shown][:, :, self.model.measured].reshape(speeds, -1, 2 * carried)
             parts = np.ascontiguousarray(np.moveaxis(columns.value[..., here], -1, 1)).view(float)
-            moved = parts @ np.ascontiguousarray(np.swapaxes(reply, 1, 2)).view(float)  # real parts by real parts
+            moved = parts @ self.shown_replies(coordinate).view(float)  # real parts by real parts
             found[:, columns.unknown[here]] += moved.view(complex)
         return np.moveaxis(found.reshape(speeds, count, len(shown), -1), 1, -1)
 
