@@ -139,7 +139,8 @@ def _drop_impossible(work):
     possible = set()
     while True:
         least = odds_of(work.best) - REACH
-        known = {key: e for key, e in work.found.items() if e.causes and key not in possible}
+        counted = {id(e) for e, _ in work.posterior()}  # of each set of causes its best shape
+        known = {key: e for key, e in work.found.items() if e.causes and key not in possible and id(e) in counted}
         within = {key: e for key, e in known.items() if odds_of(e) >= least}
         impossible = [key for key, e in within.items() if is_impossible(work, e)]
         for key in impossible:
