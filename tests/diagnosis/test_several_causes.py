@@ -1,7 +1,5 @@
 """Several causes are compared without an error of their form, each in the place of every other one."""
 
-from dataclasses import replace
-
 from test_search import TWO_DISCS, hidden, measured
 
 from rotorstudy.diagnosis.candidates import candidates
@@ -54,4 +52,3 @@ def test_where_no_causes_explain_the_records_the_search_stays_as_it_was():
 def test_a_single_cause_keeps_its_error():
     work = search_with_error(LIBRARY, {"added_mass, node 3"})
     assert without_error(work) is work
-    assert without_error(replace(work, cause_error=work.settings.cause_error)).best.named == TRUE

@@ -1,9 +1,9 @@
 """Several causes compared as they are judged: without an error of their form.
 
 The error that is allowed to a single cause hides what a small second one explains. So where the best explanation by
-several causes needs such an error, or a single one needs more than is allowed, each cause in turn is taken out, and all
-others are tried in its place, in every shape. A single cause may need more error than allowed because it imitates a
-crack and another cause; these are sought together, with that error, as the motion is no more accurate.
+several causes needs such an error, they are compared without it, and where none explains the records, each in turn is
+taken out, and all others are tried in its place, in every shape. Where causes need more error than is allowed, they
+may imitate a crack and another cause, which are sought together.
 """
 
 import logging
@@ -39,21 +39,23 @@ def without_error(settled: Search) -> Search:
     """
     best, error = settled.best, settled.cause_error
     is_allowed = error < settled.settings.cause_error if len(best.faults) == 1 else error == 0
-    if not best.causes or is_allowed:
+    is_comparison = settled.rig.before is not None  # whose few data two causes without an error explain too easily
+    if not best.causes or is_allowed or is_comparison:
         return settled
     log.info("comparing several causes without an error of their form")
     base = fit(settled.model, settled.stated, settled.prior, start=settled.base.theta)
     exact = replace(settled, spectrum=settled.stated, base=base, found={}, equations={}, cause_error=0.0)
     exact.found[frozenset()] = Explanation((), base, 0.0)
     tried = best_of_each_shape(e for e in settled.explanations if e.causes)[:COMPARED]
-    if error >= settled.settings.cause_error:
+    is_far = error >= settled.settings.cause_error
+    if is_far:
         tried += best_of_each_shape(_refined(settled, with_a_crack(settled, best)))[:COMPARED]
     found = [exact.explain(e.causes, [e.fit.theta]) for e in tried]
-    found = [refine_in_turn(exact, e) for e in found if e]
+    found = [refine_in_turn(exact, e) for e in best_of_each_shape(e for e in found if e)[:REFINED]]
     if not found:
         return settled
     current = max(found, key=odds_of)
-    if _is_rejected(exact, current):
+    if _is_rejected(exact, current) and not is_far:
         current = max([current, *_exchanged(exact, current)], key=odds_of)
     if _is_rejected(exact, current):
         return settled
