@@ -47,15 +47,14 @@ def without_error(settled: Search) -> Search:
     exact = replace(settled, spectrum=settled.stated, base=base, found={}, equations={}, cause_error=0.0)
     exact.found[frozenset()] = Explanation((), base, 0.0)
     tried = best_of_each_shape(e for e in settled.explanations if e.causes)[:COMPARED]
-    is_far = error >= settled.settings.cause_error
-    if is_far:
+    if error >= settled.settings.cause_error:
         tried += best_of_each_shape(_refined(settled, with_a_crack(settled, best)))[:COMPARED]
     found = [exact.explain(e.causes, [e.fit.theta]) for e in tried]
     found = [refine_in_turn(exact, e) for e in best_of_each_shape(e for e in found if e)[:REFINED]]
     if not found:
         return settled
     current = max(found, key=odds_of)
-    if _is_rejected(exact, current) and not is_far:
+    if _is_rejected(exact, current) and not _is_rejected(settled, settled.best):  # else its motion is wrong
         current = max([current, *_exchanged(exact, current)], key=odds_of)
     if _is_rejected(exact, current):
         return settled
