@@ -20,7 +20,8 @@ LIBRARY = ("added_mass", "shaft_damping", "static_preload")
 def search_with_error(library, causes, share=0.4):
     """A search by some effects that knows only an explanation by some causes, and has an error of them."""
     others = [name for name, plugin in registry().plugins["effect"].items() if plugin.candidate and name not in library]
-    settings = Settings(uncertainty={"default": 0.02}, model_error=0.0, model_floor=0.0, leave_out=others, cause_error=0.45)
+    known = {"uncertainty": {"default": 0.02}, "model_error": 0.0, "model_floor": 0.0}
+    settings = Settings(**known, leave_out=others, cause_error=0.45)
     model = build_model(TWO_DISCS)
     terms = hidden(model, "added_mass", node=3, added_mass_kg=0.3), hidden(model, "shaft_damping", shaft_damping_s=2e-5)
     spectrum = measured(model, *terms, noise=2e-8)
