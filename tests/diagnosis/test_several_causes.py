@@ -1,7 +1,5 @@
 """Several causes are compared without an error of their form, each in the place of every other one."""
 
-from dataclasses import replace
-
 from test_search import TWO_DISCS, hidden, measured
 
 from rotorstudy.diagnosis.candidates import candidates
@@ -19,10 +17,11 @@ TRUE = {"added_mass, node 3", "shaft_damping"}
 LIBRARY = ("added_mass", "shaft_damping", "static_preload")
 
 
-def search_with_error(library, causes, share=0.02):
+def search_with_error(library, causes, share=0.4):
     """A search by some effects that knows only an explanation by some causes, and has an error of them."""
     others = [name for name, plugin in registry().plugins["effect"].items() if plugin.candidate and name not in library]
-    settings = Settings(uncertainty={"default": 0.02}, model_error=0.0, model_floor=0.0, leave_out=others)
+    known = {"uncertainty": {"default": 0.02}, "model_error": 0.0, "model_floor": 0.0}
+    settings = Settings(**known, leave_out=others, cause_error=0.45)
     model = build_model(TWO_DISCS)
     terms = hidden(model, "added_mass", node=3, added_mass_kg=0.3), hidden(model, "shaft_damping", shaft_damping_s=2e-5)
     spectrum = measured(model, *terms, noise=2e-8)
@@ -54,4 +53,3 @@ def test_where_no_causes_explain_the_records_the_search_stays_as_it_was():
 def test_a_single_cause_keeps_its_error():
     work = search_with_error(LIBRARY, {"added_mass, node 3"})
     assert without_error(work) is work
-    assert without_error(replace(work, cause_error=work.settings.cause_error)).best.named == TRUE

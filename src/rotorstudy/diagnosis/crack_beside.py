@@ -12,8 +12,10 @@ from rotorstudy.diagnosis.contained import is_allowed
 from rotorstudy.diagnosis.explanations import Search
 from rotorstudy.diagnosis.odds import Explanation
 from rotorstudy.diagnosis.screening import Projection, screen, screen_pairs
-from rotorstudy.diagnosis.shape_scan import is_sought_everywhere, shapes_over_the_range
+from rotorstudy.diagnosis.shape_fit import ranges_of, reshaped
+from rotorstudy.diagnosis.shape_scan import is_sought_everywhere
 from rotorstudy.diagnosis.trials import Option, fit_closest, law_and_side
+from rotorstudy.errors import CannotAct
 
 SHAPES = 256  # of each opening law
 PAIRS = 6  # that are fitted
@@ -33,7 +35,7 @@ def with_a_crack(work: Search, current: Explanation) -> list[Explanation]:
     list of Explanation
     """
     laws = {tuple(c.variant.values()): c for c in work.candidates if is_sought_everywhere(c)}
-    cracks = [shape for law in laws.values() for shape in shapes_over_the_range(work, law, SHAPES)]
+    cracks = [shape for law in laws.values() for shape in _over_its_ranges(work, law)]
     others = [c for c in work.candidates if not c.shape and not c.fixed]
     if not cracks or not others or not is_allowed(work, (cracks[0], others[0])):
         return []
@@ -52,6 +54,19 @@ def with_a_crack(work: Search, current: Explanation) -> list[Explanation]:
         if len(options) == PAIRS:
             break
     return fit_closest(work, options)
+
+
+def _over_its_ranges(work, crack):
+    """A crack in many shapes over the ranges of its options, without those in which it cannot act."""
+    from scipy.stats import qmc
+
+    found = []
+    for number, point in enumerate(qmc.Sobol(len(ranges_of(work, crack)), scramble=False).random(SHAPES)):
+        try:
+            found.append(reshaped(work, crack, point, f"{crack.term.label} {number}"))
+        except CannotAct:  # in a hollow part of the shaft
+            continue
+    return found
 
 
 def _option(projected, other: Candidate, crack: Candidate) -> Option:

@@ -20,7 +20,7 @@ def with_one_more(work, current, fits=None, values=None):
     """Explanations with one more cause, of the candidates worth a fit.
 
     fits   : list of Fit of the current explanation at which candidates are screened, by default its own
-    values : Fit with values of its parameters to start from, by default its own
+    values : Fit whose values of the parameters all trials start from, by default the stated ones
     """
     chosen = [c for c in work.candidates if is_allowed(work, (*current.causes, c))]
     if not chosen:
@@ -30,8 +30,8 @@ def with_one_more(work, current, fits=None, values=None):
     if _is_worth_scanning(work, current.fit, chosen):
         chosen, screenings = _with_scanned(work, chosen, screenings, fits)
     promising = _promising(work, chosen, screenings, work.settings.candidates_per_round)
-    values = values or current.fit
-    theta = dict(zip(values.model.names, values.theta, strict=True))
+    known = values or current.fit
+    theta = dict(zip(known.model.names, known.theta, strict=True))
     options = [
         Option((*current.causes, chosen[i]), theta | dict(zip(chosen[i].names, one.start, strict=True)))
         for i, one in promising.items()
@@ -47,7 +47,7 @@ def with_one_more(work, current, fits=None, values=None):
         for parts, start in _ordinary(work, fitted, chosen, screened)
     ]
     return [
-        *fit_closest(work, options, from_stated=True, before=current.fit.cost),
+        *fit_closest(work, options, from_stated=values is None, before=current.fit.cost),
         *fit_closest(work, several),
         *fit_closest(work, ordinary),
     ]

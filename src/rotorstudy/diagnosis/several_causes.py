@@ -1,9 +1,9 @@
 """Several causes compared as they are judged: without an error of their form.
 
 The error that is allowed to a single cause hides what a small second one explains. So where the best explanation by
-several causes needs such an error, or a single one needs more than is allowed, each cause in turn is taken out, and all
-others are tried in its place, in every shape. They are sought with the error that the best explanation has, as its
-motion is no more accurate, then without; they are compared without.
+several causes needs such an error, they are compared without it, and where none explains the records, each in turn is
+taken out, and all others are tried in its place, in every shape. Where causes need more error than is allowed, they
+may imitate a crack and another cause, which are sought together.
 """
 
 import logging
@@ -20,8 +20,8 @@ from rotorstudy.inference.fit import fit
 
 log = logging.getLogger(__name__)
 
-REFINED = 2  # explanations of an exchange whose shape is refined
-COMPARED = 4  # most explanations of an exchange that are compared without an error
+REFINED = 2  # explanations whose shape is refined
+COMPARED = 4  # most explanations that are compared without an error, and as many by a crack and another cause
 
 
 def without_error(settled: Search) -> Search:
@@ -39,21 +39,23 @@ def without_error(settled: Search) -> Search:
     """
     best, error = settled.best, settled.cause_error
     is_allowed = error < settled.settings.cause_error if len(best.faults) == 1 else error == 0
-    if not best.causes or is_allowed:
+    is_comparison = settled.rig.before is not None  # whose few data two causes without an error explain too easily
+    if not best.causes or is_allowed or is_comparison:
         return settled
     log.info("comparing several causes without an error of their form")
     base = fit(settled.model, settled.stated, settled.prior, start=settled.base.theta)
     exact = replace(settled, spectrum=settled.stated, base=base, found={}, equations={}, cause_error=0.0)
     exact.found[frozenset()] = Explanation((), base, 0.0)
-    tried = _exchanged(settled, best, best.causes) + _refined(settled, with_a_crack(settled, best))
-    near = [best, *best_of_each_shape(tried)[:COMPARED]]
-    found = [exact.explain(e.causes, [e.fit.theta]) for e in near]
-    found = [refine_in_turn(exact, e) for e in found if e]
+    tried = best_of_each_shape(e for e in settled.explanations if e.causes)[:COMPARED]
+    if error >= settled.settings.cause_error:
+        tried += best_of_each_shape(_refined(settled, with_a_crack(settled, best)))[:COMPARED]
+    found = [exact.explain(e.causes, [e.fit.theta]) for e in tried]
+    found = [refine_in_turn(exact, e) for e in best_of_each_shape(e for e in found if e)[:REFINED]]
     if not found:
         return settled
     current = max(found, key=odds_of)
-    if _is_rejected(exact, current):
-        current = max([current, *_exchanged(exact, current, (None, *current.causes))], key=odds_of)
+    if _is_rejected(exact, current) and not _is_rejected(settled, settled.best):  # else its motion is wrong
+        current = max([current, *_exchanged(exact, current)], key=odds_of)
     if _is_rejected(exact, current):
         return settled
     with_alternatives(exact, refine_in_turn(exact, current))
@@ -64,15 +66,13 @@ def _is_rejected(work, explanation):
     return explanation.fit.is_rejected(work.settings.significance)
 
 
-def _exchanged(work, current, replaced):
-    """Explanations with any other cause in the place of each of some, at the motion of the current one.
+def _exchanged(work, current):
+    """Explanations with one more cause, and with any other in the place of each, at the motion of the current one.
 
     The other causes keep their values while all are tried, as they would imitate one that is missing.
-
-    replaced : causes, or None for one more
     """
-    tried = []
-    for cause in replaced:
+    tried = with_one_more(work, current)
+    for cause in current.causes:
         rest = tuple(c for c in current.causes if c is not cause)
         without = work.explain(rest)
         if without:
