@@ -23,6 +23,8 @@ def rotorstudy_effect():
         unbalance,
         source="thesis Eq. (2.7)",
         place_rate=lambda structure, node: structure.mass_share(node),  # every part of the mass may be off centre
+        change_rate=20.0,  # four of ten changes: deposits, losses, a disc taken off and put on again
+        at_discs=True,
         checked="whirl e eta^2 / |1 - eta^2| of a Jeffcott rotor to 1e-12",
         confounders=(
             ("bow", "an unbalance grows with the square of the speed and vanishes at slow roll, a bow does not"),

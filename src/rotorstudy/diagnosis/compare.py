@@ -26,6 +26,7 @@ from rotorstudy.measurement.findings import Finding
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.entries import Entry
 from rotorstudy.model.model import Model
+from rotorstudy.model.registry import registry
 from rotorstudy.model.rig_numbers import with_numbers
 from rotorstudy.model.terms import Parameter, Term
 from rotorstudy.model.uncertainty import Uncertainty
@@ -83,7 +84,7 @@ def compare(
     RotorstudyError
         For states without a common speed, of different sensors or harmonics, or with the same records.
     """
-    settings = Settings(**settings) if isinstance(settings, dict) else settings or Settings()
+    settings = of_changes(Settings(**settings) if isinstance(settings, dict) else settings or Settings())
     before, after, notes = _at_common_speeds(before, after)
     if np.array_equal(before.amplitude, after.amplitude):
         raise RotorstudyError("both states have the same harmonics at every speed: give the records of two states")
@@ -96,6 +97,23 @@ def compare(
         model, settings = _with_scatter(model, difference.speed, after, settings)
     found = investigate(difference, model, settings=settings, findings=(*findings, *notes, *more))
     return Comparison(found, before, after, difference)
+
+
+def of_changes(settings: Settings) -> Settings:
+    """The settings with how often each effect is what changed between two runs, unless they state a rate of their own.
+
+    Parameters
+    ----------
+    settings : Settings
+
+    Returns
+    -------
+    Settings
+    """
+    effects = registry().plugins["effect"]
+    rates = {name: one.change_rate for name, one in effects.items() if one.change_rate is not None}
+    at_discs = {*settings.at_discs, *(name for name, one in effects.items() if one.at_discs)}
+    return settings.model_copy(update={"base_rates": rates | settings.base_rates, "at_discs": sorted(at_discs)})
 
 
 def _at_common_speeds(before, after):

@@ -5,14 +5,14 @@ from itertools import permutations
 import numpy as np
 
 from rotorstudy.diagnosis.candidates import Candidate
-from rotorstudy.diagnosis.odds import faults_of
 
 ROUND_OFF = 1e-9  # of the largest coefficient
 
 
 def is_allowed(work, causes):
     """Whether causes are no more faults than allowed, each named once and none a special case of another."""
-    if len(faults_of(causes)) > work.settings.most_causes or len({c.cause for c in causes}) < len(causes):
+    several = len(work.prior_odds.together(causes)) > work.settings.most_causes
+    if several or len({c.cause for c in causes}) < len(causes):
         return False
     return are_distinct(*causes)
 

@@ -55,16 +55,18 @@ def _with_rotor_built_again(rig, diagnosis, renamed):
     """
     best = diagnosis.best
     names = tuple(renamed.get(name, name) for name in best.names)
-    own = np.array([is_number(name) for name in names])
+    own = np.array([is_number(name) and name in renamed for name in names])
     if not own.any():
         return rig, best.free, best.covariance
-    rig = rig_with_values(rig, build_model(rig), dict(zip(names, best.free, strict=True)))
+    here = {name: value for name, value in zip(names, best.free, strict=True) if name in renamed.values()}
+    rig = rig_with_values(rig, build_model(rig), here)
     model = build_model({**rig, "sensors": list(diagnosis.spectrum.sensors)})
     known = {*renamed, *model.names}
     calibration = [
         term
         for term in best.model.terms
-        if not term.variation and all(u.name in best.names and u.name not in known for u in term.unknowns)
+        if not (term.variation or term.is_bearing_number)
+        and all(u.name in best.names and u.name not in known for u in term.unknowns)
     ]
     model = replace(with_numbers(model, names).plus(*calibration), before=best.model.before)
     ratio = np.where(own, 1 + best.free, 1)

@@ -54,6 +54,11 @@ def faults_of(causes: tuple[Candidate, ...]) -> dict[str, list[Candidate]]:
     return found
 
 
+def is_distributed(parts: list[Candidate]) -> bool:
+    """Whether the parts of a fault are faults at places of their own, as an unbalance at several discs is."""
+    return len({cause.fault for cause in parts}) > 1 and len({cause.effect for cause in parts}) == 1
+
+
 def odds_of(explanation: Explanation) -> float:
     """Its log posterior odds, the key by which explanations are compared."""
     return explanation.log_posterior_odds
@@ -149,6 +154,7 @@ class PriorOdds:
         rates = {name: base_rate(name, settings) for name in effects}
         self.of_effect = {name: rate / (sum(rates.values()) * effects.count(name)) for name, rate in rates.items()}
         self.at_place = _relative_to_places_alike(candidates, settings.expected_place, structure)
+        self.at_discs, self.discs = settings.at_discs, {disc.node for disc in structure.discs}
         self.further_part = {name: FURTHER_PART / max(faults.count(name) - 1, 1) for name in set(faults)}
 
     def of(self, cause: Candidate) -> float:
@@ -158,9 +164,26 @@ class PriorOdds:
     def log_odds(self, causes: tuple[Candidate, ...]) -> float:
         """Logarithm of those of several causes together."""
         total = 0.0
-        for first, *others in faults_of(causes).values():
-            total += np.log(self.of(first)) + sum(np.log(self.further_part[c.fault]) for c in others)
+        for first, *others in self.together(causes):
+            total += np.log(self.of(first)) + sum(np.log(self._of_further(first, c)) for c in others)
         return float(total)
+
+    def together(self, causes: tuple[Candidate, ...]) -> list[list[Candidate]]:
+        """The parts of each fault, of those at several discs by falling odds: a distributed unbalance is one fault."""
+        found = {}
+        for name, parts in faults_of(causes).items():
+            shared = parts[0].effect if self._may_be_shared(parts[0]) else name
+            found.setdefault(shared, []).extend(parts)
+        return [
+            sorted(parts, key=self.of, reverse=True) if is_distributed(parts) else parts for parts in found.values()
+        ]
+
+    def _may_be_shared(self, cause):
+        return cause.effect in self.at_discs and cause.where.get("node") in self.discs
+
+    def _of_further(self, first, cause):
+        other_disc = is_distributed([first, cause])  # each as likely as not, whichever it is
+        return FURTHER_PART / (len(self.discs) - 1) if other_disc else self.further_part[cause.fault]
 
     def even_odds_gain(self, cause: Candidate) -> float:
         """Decrease of the cost at which a cause has even posterior odds: it offsets prior odds and Occam factor.
@@ -194,14 +217,35 @@ def log_posterior_odds(causes: tuple[Candidate, ...], fitted: Fit, base: Fit, pr
     """Log posterior odds of fitted causes against the base alone."""
     odds = fitted.evidence - base.evidence + prior_odds.log_odds(causes)
     for cause in causes:
-        place = [fitted.names.index(name) for name in cause.names]
-        width = fitted.prior.std[place]
-        covariance = fitted.covariance[np.ix_(place, place)]
         for name in cause.positive:
             odds += float(log_possible(*total(cause, name, fitted), _stated(cause, name, fitted)))
-        if not cause.fixed:
-            odds += float(log_scales(fitted.free[place] / width, covariance / np.outer(width, width), cause.parameter))
+    for parts in prior_odds.together(causes):
+        known = [_in_widths(cause, fitted) for cause in parts if not cause.fixed]
+        if is_distributed(parts):
+            known = [_static_and_couple(parts, fitted)]
+        odds += sum(float(log_scales(*one)) for one in known)
     return float(odds)
+
+
+def _in_widths(cause, fitted):
+    """Mean and covariance of the amplitudes of a cause in standard deviations of their prior, and their parameters."""
+    place = [fitted.names.index(name) for name in cause.names]
+    width = fitted.prior.std[place]
+    return fitted.free[place] / width, fitted.covariance[np.ix_(place, place)] / np.outer(width, width), cause.parameter
+
+
+def _static_and_couple(parts, fitted):
+    """The same of an effect at several discs, by its static part, its couple, and so on, as ISO 21940-1 resolves it.
+
+    Each of them has a width of its own, or is absent: two discs are often loaded oppositely, or alike.
+    """
+    parts = sorted(parts, key=lambda cause: cause.where["node"])
+    place = [fitted.names.index(name) for cause in parts for name in cause.names]
+    width, count = fitted.prior.std[place], len(parts[0].names)
+    modes = np.linalg.qr(np.vander(np.arange(len(parts), dtype=float), increasing=True))[0].T
+    turned = np.kron(modes, np.eye(count)) / width
+    parameter = np.repeat(np.arange(len(parts)), count)
+    return turned @ fitted.free[place], turned @ fitted.covariance[np.ix_(place, place)] @ turned.T, parameter
 
 
 def total(cause: Candidate, name: str, fitted: Fit) -> tuple[float, float]:

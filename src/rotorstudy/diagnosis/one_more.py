@@ -3,30 +3,35 @@
 import numpy as np
 
 from rotorstudy.diagnosis.contained import is_allowed
-from rotorstudy.diagnosis.parts import faults_of_several_parts
+from rotorstudy.diagnosis.parts import faults_at_several_discs, faults_of_several_parts
 from rotorstudy.diagnosis.screening import Screened
-from rotorstudy.diagnosis.shape_scan import is_sought_everywhere, scan
+from rotorstudy.diagnosis.settings import base_rate
+from rotorstudy.diagnosis.shape_scan import can_be_scanned, is_sought_everywhere, scan
 from rotorstudy.diagnosis.trials import Option, fit_closest
 
 WORTH_FITTING = 0.1  # of what the best candidate explains when linearised, which is inaccurate for large effects
 WORTH_REFINING = 0.05  # of the same, by the best of some hundred shapes; refined, it explains up to a few times as much
+POSSIBLE = 0.5  # of the gain at which a cause has even odds: less, even if linearised, is not worth a fit
+ORDINARY = 2  # places at which a cause more frequent than usual is fitted, whatever else explains
 NOT_SCREENED = Screened(0.0, -np.inf, np.zeros(0), np.zeros(0))
 
 
-def with_one_more(work, current, fits=None):
+def with_one_more(work, current, fits=None, values=None):
     """Explanations with one more cause, of the candidates worth a fit.
 
-    fits : list of Fit of the current explanation at which candidates are screened, by default its own
+    fits   : list of Fit of the current explanation at which candidates are screened, by default its own
+    values : Fit with values of its parameters to start from, by default its own
     """
     chosen = [c for c in work.candidates if is_allowed(work, (*current.causes, c))]
     if not chosen:
         return []
     fits = fits or [current.fit]
     screenings = [work.screened if f is work.base else work.screen(f, chosen) for f in fits]
-    if current.fit.cost > len(current.fit.residual):  # more than noise is left
+    if _is_worth_scanning(work, current.fit, chosen):
         chosen, screenings = _with_scanned(work, chosen, screenings, fits)
     promising = _promising(work, chosen, screenings, work.settings.candidates_per_round)
-    theta = dict(zip(current.fit.model.names, current.fit.theta, strict=True))
+    values = values or current.fit
+    theta = dict(zip(values.model.names, values.theta, strict=True))
     options = [
         Option((*current.causes, chosen[i]), theta | dict(zip(chosen[i].names, one.start, strict=True)))
         for i, one in promising.items()
@@ -36,7 +41,42 @@ def with_one_more(work, current, fits=None):
         for fitted in fits
         for parts, start in faults_of_several_parts(work, fitted, chosen)
     ]
-    return [*fit_closest(work, options, from_stated=True, before=current.fit.cost), *fit_closest(work, several)]
+    ordinary = [
+        Option((*current.causes, *parts), start)
+        for fitted, screened in zip(fits, screenings, strict=True)
+        for parts, start in _ordinary(work, fitted, chosen, screened)
+    ]
+    return [
+        *fit_closest(work, options, from_stated=True, before=current.fit.cost),
+        *fit_closest(work, several),
+        *fit_closest(work, ordinary),
+    ]
+
+
+def _is_worth_scanning(work, fitted, chosen):
+    """Whether a cause of some shape may be among what a fit leaves.
+
+    It leaves more than noise; in a comparison, which has few data, so much more that such a cause could have even odds.
+    """
+    if work.rig.before is None:
+        return fitted.excess > 0
+    least = min((work.prior_odds.even_odds_gain(c) for c in chosen if can_be_scanned(c)), default=np.inf)
+    return fitted.excess > POSSIBLE * least
+
+
+def _ordinary(work, fitted, chosen, screened):
+    """Causes (each with its parts) more frequent than usual, with a start: at their best places, and at several discs.
+
+    They are fitted even if others, with more amplitudes, explain more of the records.
+    """
+    found = faults_at_several_discs(work, fitted, chosen)
+    theta = dict(zip(fitted.model.names, fitted.theta, strict=True))
+    for name in {c.effect for c in chosen if base_rate(c.effect, work.settings) > 1}:
+        places = [i for i, c in enumerate(chosen) if c.effect == name]
+        odds = {i: screened[i].evidence + np.log(work.prior_odds.of(chosen[i])) for i in places}
+        for i in sorted(places, key=odds.get, reverse=True)[:ORDINARY]:
+            found.append(((chosen[i],), theta | dict(zip(chosen[i].names, screened[i].start, strict=True))))
+    return found
 
 
 def _with_scanned(work, chosen, screenings, fits):
@@ -67,7 +107,7 @@ def _promising(work, chosen, screenings, most):
         order, seen = sorted(set(range(len(chosen))) - coarse, key=lambda i: -odds[i]), set()
         order = [i for i in order if not (names[i] in seen or seen.add(names[i]))]
         best = max((one.explained for one in screened), default=0.0)
-        worth = [max(WORTH_FITTING * best, 0.5 * work.prior_odds.even_odds_gain(chosen[i])) for i in order]
+        worth = [max(WORTH_FITTING * best, POSSIBLE * work.prior_odds.even_odds_gain(chosen[i])) for i in order]
         lists.append([(i, screened[i]) for i, low in zip(order, worth, strict=True) if screened[i].explained >= low])
     found = {}
     for rank in range(max(map(len, lists), default=0)):

@@ -29,11 +29,25 @@ def faults_of_several_parts(
         if cause.fault != cause.cause:
             faults.setdefault(cause.fault, []).append(cause)
     faults = {name: parts for name, parts in faults.items() if len(parts) > 1}
+    return _together(work, fitted, list(faults.values()))
+
+
+def faults_at_several_discs(
+    work: Search, fitted: Fit, chosen: list[Candidate]
+) -> list[tuple[tuple[Candidate, ...], dict[str, float]]]:
+    """The discs that an effect of `Settings.at_discs` is at together; see `faults_of_several_parts`."""
+    discs = {disc.node for disc in work.rig.structure.discs}
+    every = [[c for c in chosen if c.effect == name and c.where["node"] in discs] for name in work.settings.at_discs]
+    return _together(work, fitted, [parts for parts in every if len(parts) > 1])
+
+
+def _together(work, fitted, faults):
+    """Of each fault (a list of its parts) those that explain most together, and where to start a fit."""
     if not faults:
         return []
-    projected, usable = work.project(fitted, [cause for parts in faults.values() for cause in parts])
+    projected, usable = work.project(fitted, [cause for parts in faults for cause in parts])
     labels, found = {cause.label for cause in usable}, []
-    for parts in faults.values():
+    for parts in faults:
         together = _supported(work, projected, [cause for cause in parts if cause.label in labels])
         if len(together) > 1:
             start = screen(projected, *together).start

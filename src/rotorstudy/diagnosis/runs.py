@@ -73,12 +73,22 @@ class MeasuredRun(NamedTuple):
 
 
 class IdentifiedRig(NamedTuple):
-    """What the runs say: the JointFit, the rig with its values and covariance, findings, and the Conventions."""
+    """What the runs say: the JointFit, the rig with its values and covariance, findings, and the Conventions.
+
+    ratio : number of the rotor or its bearings -> that with which the JointFit begins over that of the rig file
+    """
 
     joint: JointFit
     rig: dict
     findings: list[Finding]
     conventions: Conventions
+    ratio: dict[str, float]
+
+    def of(self, name: str) -> tuple[float, float]:
+        """Value and standard deviation of a parameter; of a number its change relative to the rig file."""
+        values, covariance = self.joint.of([name])
+        value, std, ratio = float(values[0]), float(np.sqrt(covariance[0, 0])), self.ratio.get(name)
+        return (value, std) if ratio is None else (ratio * (1 + value) - 1, ratio * std)
 
 
 def identify_runs(runs_path: str | Path, rig: str | Path | RigFile) -> IdentifiedRig:
@@ -187,7 +197,8 @@ def _updated(rig, model, measured, settings, conventions, findings):
     names = [name for name in shared_names(joint) if name in bare.names or is_number(name)]
     updated = rig_with_estimate(given, bare, names, *joint.of(names))
     told = contradictions(joint, shared, settings.significance, settings.prior_width, conventions.sense)
-    return IdentifiedRig(joint, updated, [*findings, *told], conventions)
+    began = {name: float(share) for name, share, mine in zip(prior.names, scale, own, strict=True) if mine}
+    return IdentifiedRig(joint, updated, [*findings, *told], conventions, began)
 
 
 def shared_names(joint: JointFit) -> list[str]:

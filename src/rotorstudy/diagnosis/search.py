@@ -13,6 +13,7 @@ from rotorstudy.diagnosis.impossible import grows, is_impossible
 from rotorstudy.diagnosis.odds import Explanation, odds_of
 from rotorstudy.diagnosis.one_more import with_one_more
 from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.diagnosis.several_causes import without_error
 from rotorstudy.diagnosis.shape_scan import is_sought_everywhere
 from rotorstudy.diagnosis.shapes import refine, refine_in_turn
 from rotorstudy.diagnosis.trials import (
@@ -124,6 +125,10 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     log.info("fitting the best of %d explanations again", len(work.found))
     settled = _settled(work, spectrum, missing, best)
     _added(settled, max(settled.explanations, key=odds_of))
+    exact = without_error(settled)
+    if exact is not settled:
+        settled = exact
+        _added(settled, max(settled.explanations, key=odds_of))  # parts of its faults
     settled = replace(settled, unstable=grows(settled.base, spectrum.speed))
     _drop_impossible(settled)
     return settled
@@ -134,7 +139,8 @@ def _drop_impossible(work):
     possible = set()
     while True:
         least = odds_of(work.best) - REACH
-        known = {key: e for key, e in work.found.items() if e.causes and key not in possible}
+        counted = {id(e) for e, _ in work.posterior()}  # of each set of causes its best shape
+        known = {key: e for key, e in work.found.items() if e.causes and key not in possible and id(e) in counted}
         within = {key: e for key, e in known.items() if odds_of(e) >= least}
         impossible = [key for key, e in within.items() if is_impossible(work, e)]
         for key in impossible:

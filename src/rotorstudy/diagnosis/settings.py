@@ -27,6 +27,8 @@ class Settings(Strict):
     covariance_error     : fraction by which the stated variances, which come from a few blocks, may be too small
     nuisance             : effects always present in the measuring chain -> standard deviation of each amplitude
     base_rates           : effect -> how often it is a cause, relative to a usual effect, where not as its plugin states
+    at_discs             : effects that may be at several discs at once as one fault; in a comparison those of which
+                           their plugins say so
     expected_place       : prior probability that a cause is where its plugin expects it (an unbalance in proportion to
                            the mass of a node) rather than at any of its places alike
     prior_width          : standard deviation of the amplitude of a cause before anything is measured, in typical sizes
@@ -49,6 +51,7 @@ class Settings(Strict):
     covariance_error: float = Field(default=0.1, ge=0, lt=1)
     nuisance: dict[str, float] = Field(default_factory=stated_nuisance)
     base_rates: dict[str, Annotated[float, Gt(0)]] = {}
+    at_discs: list[str] = []
     expected_place: float = Field(default=0.9, ge=0, lt=1)
     prior_width: float = Field(default=10.0, gt=0)
     repeatability: float = Field(default=5e-3, ge=0, lt=0.5)
@@ -95,6 +98,6 @@ def check_names(settings, model, where):
     for name in settings.run_to_run:
         if name not in known - {"default", "rotor"}:
             raise unknown_name("parameter", name, known - {"default", "rotor"}, f"{where}.run_to_run")
-    for key in ("leave_out", "base_rates"):
+    for key in ("leave_out", "base_rates", "at_discs"):
         for name in getattr(settings, key):
             registry().get("effect", name, f"{where}.{key}")

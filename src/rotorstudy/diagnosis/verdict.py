@@ -181,7 +181,8 @@ def _is_rejected(found, p_residual, p_parameters):
     """
     if min(p_residual, p_parameters) < found.settings.significance:
         return True
-    return found.cause_error > 0 and (len(found.best.faults) > 1 or found.cause_error >= found.settings.cause_error)
+    faults = found.prior_odds.together(found.best.causes)
+    return found.cause_error > 0 and (len(faults) > 1 or found.cause_error >= found.settings.cause_error)
 
 
 def _stated(weights, best):

@@ -120,6 +120,8 @@ class Effect(Plugin):
     positive  : its amplitudes cannot be negative (damping, stiffness loss of a crack), together with those of the rig;
                 or the names of those that cannot, if others can
     base_rate : how often it is a cause, relative to a usual effect, before anything is measured
+    change_rate : how often it is what changed between two runs, likewise; by default as `base_rate`
+    at_discs  : what changed of it between two runs may be at several discs at once, as one fault
     place_rate : function(structure, **place) -> how often it is at a place, relative to its other places; by default
                 it is at all places alike
     parts     : options that number the parts of one fault (the harmonics of a runout), which count as one cause
@@ -147,6 +149,8 @@ class Effect(Plugin):
     brings: tuple[str, ...] = ()
     switches: bool = False
     base_rate: float = 1.0
+    change_rate: float | None = None
+    at_discs: bool = False
     place_rate: Callable | None = field(default=None, compare=False)
     nuisance: float = 0.0
     together: Callable | None = field(default=None, compare=False)
