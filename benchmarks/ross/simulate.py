@@ -68,12 +68,12 @@ def faulty(method, **fault):
 
 
 def cracked(law, depth):
-    """Run of the healthy machine with a crack at the end of element 2, opened by the weight; all terms of its stiffness.
+    """Run of the healthy machine with a crack at the end of an element, opened by the weight.
 
-    ROSS lets the crack change the translational stiffness of its element alone. Here the whole stiffness of the element
-    varies, K(a) = K_open + share(a) (K_closed - K_open), in axes that turn with the crack: xi towards the middle of its
-    edge, which points down at a = 0. The flexibilities are those of ROSS (c55 for the moment that opens the crack, c44,
-    which counts half of it, across). The periodic motion is that of the implicit midpoint rule with `STEPS` a revolution.
+    ROSS lets the crack change the translational stiffness of its element alone. Here its whole stiffness varies,
+    K(a) = K_closed + share(a) (K_open - K_closed), in axes that turn with the crack: xi towards the middle of its edge,
+    which points down at a = 0. The flexibilities are those of ROSS: c55 for the moment that opens the crack, and across
+    c44, which counts half of it. The periodic motion is that of the implicit midpoint rule with `STEPS` a revolution.
     """
     machine = rotor()
     coordinates = [6 * node + motion for node in range(SHAFT["count"] + 1) for motion in (0, 1, 3, 4)]
@@ -118,7 +118,7 @@ def _tip(length):
 
 
 def _by_tip(element, depth):
-    """(4, 4) stiffness of an element held at its start, by the motion of its end along xi, eta and its tilts along them."""
+    """(4, 4) stiffness of an element held at its start, by the motion of its end along xi, eta and its tilts."""
     e, i, length = element.material.E, element.Ie, element.L
     flexible = np.array([[length**3 * (1 + element.phi / 4) / 3, length**2 / 2], [length**2 / 2, length]]) / (e * i)
     if depth:
