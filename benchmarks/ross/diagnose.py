@@ -123,7 +123,8 @@ def there(true, cause, element_length):
         return False
     first = true.get("node", true.get("element")) + 1
     if "position_m" in cause.parameters:
-        return first - 1 <= cause.parameters["position_m"].value / element_length <= first
+        middle = true.get("position_m", (first - 0.5) * element_length)
+        return abs(cause.parameters["position_m"].value - middle) <= element_length / 2
     places = (first,) if "node" in true else (first, first + 1)
     return cause.where.get("element", cause.where.get("node", first)) in places
 

@@ -9,9 +9,11 @@ rotorstudy.
 import json
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import ross
+from ross.faults.crack import Crack
 
 STEEL = {"rho": 7850.0, "E": 2.1e11, "Poisson": 0.3}
 SHAFT = {"count": 6, "length": 0.1, "diameter": 0.025}
@@ -24,6 +26,11 @@ UNBALANCE = {"node": [2, 4], "unbalance_magnitude": [3.0e-5, 1.6e-5], "unbalance
 GRAVITY = 9.8065  # of ROSS, where it counts weight at all
 PROBES = (0, 2, 4, 6)
 SPEEDS = (150.0, 190.0, 230.0, 270.0, 310.0, 350.0, 400.0, 450.0)  # rad/s; critical speeds at 361 and 373
+CRACKED, ANGLE = 2, 0.7  # element; angle from the shaft's reference line to the middle of the crack edge, rad
+SHARES = {  # of the crack that is open where the middle of its edge is at this angle from the downward direction
+    "mayes": lambda angle: (1 + np.cos(angle)) / 2,
+    "gasch": lambda angle: float(np.cos(angle) > 0),
+}
 STEPS = 1024  # a revolution; the forces of ROSS's faults are those of the step before, late by 2 pi / STEPS
 KEPT = 8  # one of these in the record
 SETTLING = 0.8  # s; the slowest transient decays as exp(-13 t/s)
@@ -58,6 +65,87 @@ def linear(machine, unbalance=UNBALANCE):
 def faulty(method, **fault):
     """Run of the healthy machine with a fault, by that method of ROSS."""
     return lambda speed, time: getattr(rotor(), method)(**fault, **UNBALANCE, speed=speed, t=time)
+
+
+def cracked(law, depth):
+    """Run of the healthy machine with a crack at the end of an element, opened by the weight.
+
+    ROSS lets the crack change the translational stiffness of its element alone. Here its whole stiffness varies,
+    K(a) = K_closed + share(a) (K_open - K_closed), in axes that turn with the crack: xi towards the middle of its edge,
+    which points down at a = 0. The flexibilities are those of ROSS: c55 for the moment that opens the crack, and across
+    c44, which counts half of it. The periodic motion is that of the implicit midpoint rule with `STEPS` a revolution.
+    """
+    machine = rotor()
+    coordinates = [6 * node + motion for node in range(SHAFT["count"] + 1) for motion in (0, 1, 3, 4)]
+    there = slice(4 * CRACKED, 4 * CRACKED + 8)
+    closed, opened = (_by_tip(machine.shaft_elements[CRACKED], d) for d in (0.0, depth))
+    tip = _tip(SHAFT["length"])
+
+    def stiffness(angle):
+        c, s = np.cos(angle), np.sin(angle)
+        turned = np.kron(np.eye(2), [[c, s], [-s, c]]) @ tip
+        return turned.T @ (SHARES[law](angle + np.pi / 2) * (opened - closed)) @ turned
+
+    def run(speed, time):
+        m, k, c, g = (part[np.ix_(coordinates, coordinates)] for part in
+                      (machine.M(speed), machine.K(speed), machine.C(speed), machine.G()))  # fmt: skip
+        node, size, phase = UNBALANCE.values()
+        middle = (np.arange(STEPS) + 0.5) * 2 * np.pi / STEPS
+        force = machine.unbalance_force_over_time(node, size, phase, speed, middle / speed).T[:, coordinates]
+        force = force - m @ np.tile([0, GRAVITY, 0, 0], SHAFT["count"] + 1)
+        rest, softened = np.hstack([np.zeros_like(m), np.eye(len(m))]), []
+        for angle in middle + ANGLE:
+            here = k.copy()
+            here[there, there] += stiffness(angle)
+            softened.append(np.vstack([rest, -np.linalg.solve(m, np.hstack([here, c + speed * g]))]))
+        pushed = np.hstack([np.zeros_like(force), np.linalg.solve(m, force.T).T])
+        motion = _periodic(np.array(softened), pushed, 2 * np.pi / speed / STEPS)
+        whole = np.zeros((STEPS, 6 * (SHAFT["count"] + 1)))
+        whole[:, coordinates] = motion[:, : len(m)]
+        return SimpleNamespace(yout=np.take(whole, np.arange(len(time)) % STEPS, axis=0))
+
+    return run
+
+
+def _tip(length):
+    """(4, 8) motion of the end of an element relative to its start, x, y and tilts along them, by x, y, alpha, beta."""
+    return np.array([
+        [-1, 0, 0, -length, 1, 0, 0, 0],
+        [0, -1, length, 0, 0, 1, 0, 0],
+        [0, 0, 0, -1, 0, 0, 0, 1],
+        [0, 0, 1, 0, 0, 0, -1, 0],
+    ])  # fmt: skip
+
+
+def _by_tip(element, depth):
+    """(4, 4) stiffness of an element held at its start, by the motion of its end along xi, eta and its tilts."""
+    e, i, length = element.material.E, element.Ie, element.L
+    flexible = np.array([[length**3 * (1 + element.phi / 4) / 3, length**2 / 2], [length**2 / 2, length]]) / (e * i)
+    if depth:
+        crack = Crack(rotor(), n=CRACKED, depth_ratio=depth, crack_model="Mayes")
+        hinges = (crack._get_coefficient(name) for name in ("c55", "c44"))
+    else:
+        hinges = (0.0, 0.0)
+    found = np.zeros((4, 4))
+    for axis, hinge in enumerate(hinges):
+        found[axis::2, axis::2] = np.linalg.inv(flexible + np.diag([0, hinge]))
+    return found
+
+
+def _periodic(matrices, forces, step):
+    """(step, state) periodic solution of x' = A x + b by the implicit midpoint rule."""
+    one = np.eye(matrices.shape[-1])
+    left = one - step / 2 * matrices
+    maps = np.linalg.solve(left, one + step / 2 * matrices)
+    added = np.linalg.solve(left, step * forces[..., None])[..., 0]
+    turn, sum_ = one, np.zeros(len(one))
+    for a, b in zip(maps, added, strict=True):
+        turn, sum_ = a @ turn, a @ sum_ + b
+    state, found = np.linalg.solve(one - turn, sum_), []
+    for a, b in zip(maps, added, strict=True):
+        found.append(state)
+        state = a @ state + b
+    return np.array(found)
 
 
 def changed(number, **values):
@@ -104,8 +192,11 @@ def cases():
     # ROSS has two more laws, which at depth zero are not the intact element
     for model in ("Mayes", "Gasch"):
         for depth in (0.1, 0.25):
-            run = faulty("run_crack", n=2, depth_ratio=depth, crack_model=model)
-            yield f"{model.lower()}_{depth:g}", {"family": "crack", "element": 2, "weight": True}, run
+            run = faulty("run_crack", n=CRACKED, depth_ratio=depth, crack_model=model)
+            truth = {"family": "crack", "element": CRACKED, "weight": True}
+            yield f"{model.lower()}_{depth:g}", truth, run
+            truth |= {"position_m": (CRACKED + 1) * SHAFT["length"], "depth_ratio": depth, "angle_rad": ANGLE}
+            yield f"{model.lower()}_{depth:g}_all_terms", truth, cracked(model.lower(), depth)
 
 
 def record(run, speed, random):

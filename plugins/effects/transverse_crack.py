@@ -4,7 +4,7 @@ import numpy as np
 
 from rotorstudy.plugins import CannotAct, DepthRatio, Effect, NonNegative, Parameter, crack_at, hookimpl
 
-Breathing = Literal["gradual", "sudden", "none"]
+Breathing = Literal["gradual", "sudden", "cosine", "none"]
 
 
 def transverse_crack(
@@ -21,16 +21,18 @@ def transverse_crack(
 
     position_m: from node 1.  depth_ratio: depth over the diameter.  angle_rad: of the middle of the crack edge from the
     reference line of the shaft, in the direction of rotation.  breathing: gradual, by the part of the front in tension;
-    sudden, open or closed as a whole; none, a notch that never closes.  opened_by: the instantaneous moment, or that
-    of the weight alone.  flexibility: name of a depth plugin.  closing_moment_N_m: residual stress that closes it, as
-    the bending moment that just opens it; negative where it holds the crack open at rest.
+    sudden, open or closed as a whole; cosine, (1 + cos) / 2 of it by its angle to the side that the weight stretches;
+    none, a notch that never closes.  opened_by: the instantaneous moment, or that of the weight alone.  flexibility:
+    name of a depth plugin.  closing_moment_N_m: residual stress that closes it, as the bending moment that just opens
+    it; negative where it holds the crack open at rest.
     """
-    if closing_moment_N_m and (breathing == "none" or opened_by == "weight"):
+    if closing_moment_N_m and (breathing in ("cosine", "none") or opened_by == "weight"):
         raise CannotAct("closing_moment_N_m needs a crack that opens and closes by the instantaneous moment")
     hinge = crack_at(structure, position_m, depth_ratio, angle_rad, flexibility, breathing == "sudden")
-    if breathing != "none" and opened_by == "moment":
+    if breathing in ("gradual", "sudden") and opened_by == "moment":
         return [Parameter("flexibility_factor", "1", (), typical=1.0, force=hinge.force(closing_moment_N_m))]
-    entries = hinge.open_entries() if breathing == "none" else hinge.entries_by_weight()
+    fixed = {"none": hinge.open_entries, "cosine": hinge.cosine_entries}
+    entries = fixed.get(breathing, hinge.entries_by_weight)()
     return [Parameter("flexibility_factor", "1", entries, typical=1.0)]
 
 
@@ -65,7 +67,7 @@ def rotorstudy_effect():
     return Effect(
         "transverse_crack",
         transverse_crack,
-        source="Papadopoulos and Dimarogonas 1987; closing: Darpe, Gupta, Chawla 2004; hinge: Gasch 1993",
+        source="Papadopoulos and Dimarogonas 1987; Darpe, Gupta, Chawla 2004; Mayes and Davies 1984; Gasch 1993",
         places=where_it_cracks,
         shape={"position_m": (0.0, 1.0, "shaft"), "depth_ratio": (0.02, 0.5), "angle_rad": (-np.pi, np.pi)},
         stated=depth_in_metres,

@@ -35,6 +35,7 @@ from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import NonlinearForce
 
 DIRECTIONS = 128  # of the moment, over 360 degrees; interpolation between them is wrong by 2e-4 of the kink
+LEAST_SHARE = 1e-5  # of the mean of a share by the cosine law, whose further coefficients are left out
 ORDER = 15  # highest k of h_k, which decrease with the cube of k; those left out are less than 1e-3 of the kink
 
 
@@ -124,6 +125,23 @@ class Hinge:
         """
         xi, eta = self.open_shares
         return self._entries({0: ((xi + eta) / 2, 0.0), 2: (0.0, (xi - eta) / 2)})
+
+    def cosine_entries(self) -> tuple[Entry, ...]:
+        """The crack with (1 + cos) / 2 of its open flexibility, by its angle to the side that the weight stretches.
+
+        Returns
+        -------
+        tuple of Entry
+            Of a flexibility factor of 1.
+        """
+        softer = self.section.stiffness * self._open_compliance[:, None] * (1 + self.side * np.cos(_pull())) / 2
+        xi, eta = softer / (1 + softer)
+        direct, mirrored = _coefficients((xi + eta) / 2), _coefficients((xi - eta) / 2)
+        kept = [k for k in range(-ORDER, ORDER + 1) if abs(direct[k + ORDER]) > LEAST_SHARE * abs(direct[ORDER])]
+        shares = {k: [0.0, 0.0] for k in range(min(kept), max(kept) + 3)}
+        for k in kept:  # in the frame of the crack; the conjugate turns by twice its angle
+            shares[k][0], shares[k + 2][1] = direct[k + ORDER], mirrored[k + ORDER]
+        return self._entries(shares)
 
     def _entries(self, shares):
         """Entries of a kink, given as {shift: (share of the imposed rotation, share of its conjugate)}."""
