@@ -7,6 +7,7 @@ crack opened by the vibration, a contact) has the slopes that it takes along the
 import numpy as np
 from numpy.typing import ArrayLike
 
+from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.model import Model
 from rotorstudy.response.coefficients import time_matrices
 from rotorstudy.response.coupling import COUPLED_ORDER, check_speed
@@ -70,9 +71,15 @@ def _growth_of_one_turn(model, speed, theta):
     starts = _real_state_matrices(model, theta, speed, np.arange(TURN_STEPS + 1) / TURN_STEPS, shapes, along)
     between = _real_state_matrices(model, theta, speed, (np.arange(TURN_STEPS) + gamma) / TURN_STEPS, shapes, along)
     identity, weight = np.eye(size), gamma / 2 * step
-    middle = np.linalg.solve(identity - weight * between, identity + weight * starts[:-1])
-    ahead = (middle - (1 - gamma) ** 2 * identity) / (gamma * (2 - gamma))
-    turns = np.linalg.solve(identity - weight * starts[1:], ahead)
+    try:
+        middle = np.linalg.solve(identity - weight * between, identity + weight * starts[:-1])
+        ahead = (middle - (1 - gamma) ** 2 * identity) / (gamma * (2 - gamma))
+        turns = np.linalg.solve(identity - weight * starts[1:], ahead)
+    except np.linalg.LinAlgError:
+        raise RotorstudyError(
+            f"the stability at {speed:g} rad/s cannot be computed: masses or stiffnesses of the rotor differ beyond "
+            "the digits of a number; check lengths, diameters and masses"
+        ) from None
     while len(turns) > 1:  # TURN_STEPS is a power of two
         turns = turns[1::2] @ turns[::2]
     if not np.isfinite(turns).all():  # of a motion that grows beyond all numbers within a revolution
