@@ -20,7 +20,8 @@ SECTIONS = {
     "effect": "Items of `effects`",
 }
 COMMON = {
-    "bearing": "Every bearing has a `node` (not needed for a rotor with one node) and may have a `label`.",
+    "bearing": "Every bearing has a `node` (not needed for a rotor with one node) and may have a `label`. Any "
+    "number among its options can be uncertain, as `bearings[label].radial_clearance_m` in `diagnosis: uncertainty:`.",
     "crack": "Every crack has `node` or `element` (not needed for a rotor with one place), and may have `angle_rad`, "
     "`weight_dominance`, `order`, `label`, and `depth` or the stiffness loss: `stiffness_loss` of an element, "
     "`stiffness_loss_N_per_m` of a node.",

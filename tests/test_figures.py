@@ -35,7 +35,7 @@ def test_errors_of_many_parameters_fit_in_a_window():
             },
             {"noise_model": ["white"], "estimator": ["a", "b"], "parameter": names(n), "noise": [1.0, 5.0]},
         )
-        for n in (5, 14)
+        for n in (6, 14)
     )
     wrong = xr.Dataset(
         {"relative_error": (("known", "case", "estimator", "parameter", "percent"), np.ones((2, 1, 2, 14, 3)))},
@@ -45,9 +45,20 @@ def test_errors_of_many_parameters_fit_in_a_window():
     units = dict.fromkeys(names(14), "N s/m")
     pictures = [
         error_against_noise({"one": few}, units, "few"),
+        error_against_noise({"one": few, "two": few}, units, "few"),
         error_against_noise({"one": many, "two": many}, units, "many"),
         bias(wrong, {"c": "a case"}, units, "bias"),
     ]
     for picture in pictures:
         assert picture.get_size_inches()[1] * STYLE["savefig.dpi"] <= TALLEST
         plt.close(picture)
+
+
+def test_labels_of_probes_that_are_close_do_not_cover_each_other():
+    from rotorstudy.presentation.probe_figures import APART, spread
+
+    given = [0.8, 0.8, 0.97, -0.8]  # the phase mark at a probe, another ten degrees beside it
+    found = np.sort(spread(given) % (2 * np.pi))
+    assert np.diff([*found, found[0] + 2 * np.pi]).min() >= APART
+    assert spread(given)[3] == -0.8  # one that stands alone stays
+    assert np.array_equal(spread([0.0, 2.0]), [0.0, 2.0]) and np.array_equal(spread([1.0]), [1.0])

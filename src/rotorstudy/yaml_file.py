@@ -50,7 +50,8 @@ def read_yaml(path):
         what = " ".join(str(getattr(error, "problem", None) or error).split())
         raise RotorstudyError(f"{path}{at}: not valid YAML: {what}") from None
     if not isinstance(found, dict):
-        raise RotorstudyError(f"{path}: expected keys and values, found {type(found).__name__}")
+        what = "the file is empty" if found is None else f"found {type(found).__name__}"
+        raise RotorstudyError(f"{path}: expected keys and values, {what}")
     return found
 
 

@@ -35,6 +35,18 @@ def verdict_on(truth):
     return investigate(spectrum, model, settings=SETTINGS).verdict
 
 
+def test_an_unbalance_left_from_an_example_is_named_where_nothing_else_explains_the_records(monkeypatch):
+    monkeypatch.setitem(
+        SETTINGS, "leave_out", [name for name in registry().plugins["effect"] if name != "static_preload"]
+    )
+    mine = {"kind": "unbalance", "eccentricity_m": 9e-5, "eccentricity_phase_rad": -2.0}
+    verdict = verdict_on({**RIG, "effects": [RIG["effects"][0], mine]})
+    assert verdict.verdict == "unknown"
+    assert "check them first: eccentricity (by" in verdict.summary
+    # negative control: records of the rig itself move nothing
+    assert "check them first" not in verdict_on(RIG).summary
+
+
 def is_told(verdict):
     return "far from the rig" in {finding.name for finding in verdict.findings}
 

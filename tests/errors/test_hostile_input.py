@@ -97,19 +97,43 @@ def test_a_node_loses_no_more_stiffness_than_it_has(tmp_path, capsys):
     assert "7e+05 N/m" in capsys.readouterr().err
 
 
-def test_a_disk_that_refuses_is_said_in_one_line(tmp_path):
+@pytest.mark.parametrize(
+    ("command", "most", "words"),
+    [
+        (["simulate", "examples/jeffcott.yaml", "--speeds", "100", "--out", "{}/o.nc"], 20000, "cannot be written"),
+        (["new", "crack", "my_crack", "--folder", "{}"], 500, "File too large"),
+    ],
+)
+def test_a_disk_that_refuses_is_said_in_one_line(command, most, words, tmp_path):
     """A limit of the file size is refused as a full disk is."""
     code = (
         "import resource, signal, sys; signal.signal(signal.SIGXFSZ, signal.SIG_IGN); "
-        "resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000)); from rotorstudy.commands.line import main; "
+        f"resource.setrlimit(resource.RLIMIT_FSIZE, ({most}, {most})); from rotorstudy.commands.line import main; "
         "sys.exit(main(sys.argv[1:]))"
     )
-    out = tmp_path / "o.nc"
-    call = [sys.executable, "-c", code, "simulate", "examples/jeffcott.yaml", "--speeds", "100", "--out", str(out)]
+    call = [sys.executable, "-c", code, *(part.format(tmp_path) for part in command)]
     found = subprocess.run(call, capture_output=True, text=True, timeout=100)
     assert found.returncode == 1
-    assert "cannot be written" in found.stderr and "Traceback" not in found.stderr
+    assert words in found.stderr and found.stderr.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
+
+
+def test_files_are_utf_8_in_a_locale_without_it(tmp_path):
+    """The rig has signs that ASCII has not; its findings, with one of them, are on the page of the records."""
+    rig = Path("examples/jeffcott.yaml").read_text(encoding="utf-8").replace("effects:", "effects: # ± µm ü", 1)
+    (tmp_path / "rig.yaml").write_text(rig, encoding="utf-8")
+    code = (
+        "import locale, sys; from rotorstudy.commands.line import main; r, o = sys.argv[1:]; "
+        "assert 'UTF' not in locale.getpreferredencoding(); "
+        "main(['simulate', r, '--speeds', '100', '--rate', '2000', '--out', o + '/r.nc']); "
+        "sys.exit(main(['import', o + '/r.nc', '--rig', r, '--out', o + '/s.nc']))"
+    )
+    locale = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+    call = [sys.executable, "-c", code, str(tmp_path / "rig.yaml"), str(tmp_path)]
+    found = subprocess.run(call, capture_output=True, env={**os.environ, **locale}, timeout=100)
+    assert found.returncode == 0, found.stderr
+    page = (tmp_path / "quality.html").read_bytes()
+    assert "utf-8" in page.decode("utf-8") and any(byte > 127 for byte in page)
 
 
 def test_output_into_a_closed_pipe_is_no_error():

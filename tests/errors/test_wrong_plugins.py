@@ -57,10 +57,11 @@ NO_TUPLE = {
     "bearing": ('    return [Parameter("k", "N/m", (Entry(-here)), typical=1e7)]', "with a comma"),
     "effect": ('    return [Parameter("c", "N/m", (Entry(-np.outer(here, here))), typical=1.0)]', "with a comma"),
 }
+EXITS = dict.fromkeys(("crack", "effect"), ("    import sys\n\n    sys.exit(0)", "SystemExit: 0"))
 WRONG = [
     pytest.param(kind, *case, id=f"{kind}-{name}")
     for name, cases in (("shape", SHAPE), ("NaN", NOT_A_NUMBER), ("raises", RAISES), ("nothing", NOTHING),
-                        ("unit", WITHOUT_UNIT), ("tuple", NO_TUPLE))
+                        ("unit", WITHOUT_UNIT), ("tuple", NO_TUPLE), ("exits", EXITS))
     for kind, case in cases.items()
 ]  # fmt: skip
 
@@ -134,6 +135,7 @@ def test_a_wrong_plugin_in_use_is_named_with_file_and_shapes(wrong_plugin, tmp_p
         ("the paper and equation it comes from", "", "has no source"),
         ('        source="the paper and equation it comes from",\n', "", "'source'"),
         ("return None", "return (None", "SyntaxError"),
+        ("@hookimpl", "import sys; sys.exit(0)\n\n\n@hookimpl", "SystemExit: 0"),
     ],
 )
 @pytest.mark.parametrize("kind", BODY)

@@ -7,7 +7,8 @@ import pytest
 
 HERE = Path(__file__).parent
 JUDGED = {"rotorstudy", "plugins"}
-USES_THE_PACKAGE = {"test_package_against_foreign.py"}  # the one module that may compare the two
+# the modules that may compare the two
+USES_THE_PACKAGE = {"test_package_against_foreign.py", "test_package_against_foreign_films.py"}
 
 
 def imports(path):

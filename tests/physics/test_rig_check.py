@@ -2,6 +2,7 @@
 
 import copy
 import json
+import re
 
 import numpy as np
 import pytest
@@ -87,6 +88,7 @@ ODD = [
     (["rotor", "youngs_modulus_Pa"], 2.1e5, "units", "factor of a million"),  # N/mm2
     (["rotor", "density_kg_per_m3"], 7.85, "units", "steel has 7850"),  # g/cm3
     (["rotor", "outer_diameter_m"], 30.0, "units", "larger than meant by a factor of 1000"),
+    (["effects", 0, "eccentricity_phase_rad"], 90.0, "units", "for degrees write eccentricity_phase_deg"),
     (["rotor", "discs", 0, "mass_kg"], 3100.0, "disc", "heavier than plausible"),
     (["rotor", "discs", 0, "polar_moment_kg_m2"], 8.7, "moments of inertia", "no rigid body"),
     (["rotor", "discs", 0, "diametral_moment_kg_m2"], 0.2, "disc", "density"),
@@ -151,3 +153,19 @@ def test_an_error_is_a_finding_and_the_status(path, value, words, tmp_path, caps
 def test_a_rig_with_unknowns_is_checked_as_far_as_it_goes(tmp_path):
     found = check(changed(["effects", 0], {"kind": "unbalance", "node": 3}), tmp_path)[1]
     assert [f.name for f in found.findings] == ["unknown"] and found.analysis is None
+
+
+@pytest.mark.parametrize(("damping", "listed", "hidden"), [(300.0, 1, 0), (6000.0, 0, 2)])
+def test_check_and_analyse_list_the_same_critical_speeds(damping, listed, hidden, tmp_path, capsys):
+    """Both leave out those that are overdamped, and say how many."""
+    own = {"kind": "external_damping", "node": 2, "external_damping_N_s_per_m": damping}
+    path, found = check({**SOUND, "effects": [*SOUND["effects"], own]}, tmp_path)
+    assert (len(found.analysis.resonant), len(found.analysis.criticals)) == (listed, listed + hidden)
+    main(["check", str(path)])
+    checked = capsys.readouterr().out
+    main(["analyse", str(path), "--out", str(tmp_path / "analysis")])
+    analysed = capsys.readouterr().out
+    speeds = re.findall(r"critical speed: (\S+) rpm", checked)
+    assert re.findall(r"(\S+) rpm \(", analysed) == speeds and len(speeds) == listed
+    for told in (checked, analysed):
+        assert ("2 more are overdamped" in told) == bool(hidden)

@@ -247,7 +247,7 @@ def test_an_estimator_in_one_file_joins_the_comparison_and_nothing_else_runs_aga
     target = "results/compare/comparison.nc"
     zoo = f"plugin_folders=[{tmp_path / 'zoo'}]"
     said = snakemake(tmp_path / "copy", "--config", zoo, "--", target, config=whole)
-    assert planned(said) == {"compare_estimates": 1, "compare": 1}
+    assert planned(said) == {"compare_estimates_0": 1, "compare": 1}
     with xr.open_dataset(tmp_path / "copy" / target) as after, xr.open_dataset(built / target) as before:
         assert set(after.estimator.values) - set(before.estimator.values) == {"newcomer"}
         shared = {"estimator": before.estimator.values}

@@ -91,6 +91,8 @@ def test_a_name_of_the_zoo_cannot_be_used_twice(tmp_path):
     [
         (("crak", "mine"), "did you mean 'crack'"),
         (("crack", "My Crack"), "lower-case"),
+        (("crack", "class"), "no keyword of Python"),
+        (("crack", "é"), "lower-case"),
         (("crack", "switching"), "exists"),
     ],
 )

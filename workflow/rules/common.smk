@@ -203,7 +203,7 @@ def figure_files():
 
 def data_files():
     """Every NetCDF file, so that deleted ones are made again."""
-    found = [path for item in STUDIES.items() for _, files, _ in study_jobs(*item).values() for path in files]
+    found = [path for item in STUDIES.items() for _, _, files, _ in study_jobs(*item).values() for path in files]
     return found + [
         f"{RESULTS}/{name}/{stage}.nc" for name in REPLAYS for stage in ("records", "spectra", "identification")
     ]

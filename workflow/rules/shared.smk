@@ -10,7 +10,19 @@ ESTIMATORS = sorted(registry().plugins["estimator"])
 METHODS = sorted(registry().plugins["spectrum"])
 ROTORS = {file_name(name): name for name in (COMPARISON.rotors if COMPARISON else {})}
 BIASED = [file for file, name in ROTORS.items() if COMPARISON.rotors[name].study]
+COMPARE_CHUNKS = min(settings.chunks.compare, len(COMPARISON.faults)) if COMPARISON else 1
 COMPARISON_FIGURES = ["estimators", "spectra", "faults", "coverage", "bias"]
+
+
+def compare_chunk(chunk):
+    """Folder of the spectra and estimates of a chunk, which has some of the faults."""
+    return COMPARE if COMPARE_CHUNKS == 1 else f"{COMPARE}/chunks/{chunk}"
+
+
+def compared_of_chunks(stage, names):
+    """Files of all chunks: spectra by some methods, or estimates by some estimators."""
+    folders = [f"{compare_chunk(chunk)}/{stage}/{rotor}" for rotor in ROTORS for chunk in range(COMPARE_CHUNKS)]
+    return [f"{folder}/{name}.nc" for folder in folders for name in names]
 
 
 def compared_source(compared):

@@ -3,6 +3,7 @@ from rotorstudy.studies.workflow import job
 with job(snakemake):
     from pathlib import Path
 
+    from rotorstudy.chunks import gathered
     from rotorstudy.presentation.comparison_figures import comparison_figures
     from rotorstudy.presentation.comparison_page import write_advice, write_ranking
     from rotorstudy.presentation.plots import save_figure
@@ -16,7 +17,11 @@ with job(snakemake):
     names = {file_name(name): name for name in config.rotors}
 
     def loaded(paths):
-        return {(names[Path(path).parent.name], Path(path).stem): load(path) for path in paths}
+        """(rotor, method) -> Dataset of all chunks, whose files are in the order of the faults."""
+        found = {}
+        for path in map(Path, paths):
+            found.setdefault((names[path.parent.name], path.stem), []).append(load(path))
+        return {key: gathered(parts, "fault") if len(parts) > 1 else parts[0] for key, parts in found.items()}
 
     whole = comparison(loaded(snakemake.input.estimates))
     save(whole.assign_attrs(provenance(config.model_dump(), [], config.seed), title=config.title), output.comparison)

@@ -1,6 +1,7 @@
 from rotorstudy.studies.workflow import job
 
 with job(snakemake):
+    from rotorstudy.chunks import chunk_of
     from rotorstudy.model.registry import registry
     from rotorstudy.store import provenance, save
     from rotorstudy.studies.comparison.config import load_comparison
@@ -9,6 +10,8 @@ with job(snakemake):
 
     config = load_comparison(snakemake.input.config)
     method = registry().get("spectrum", snakemake.wildcards.method)
+    faults = chunk_of(list(config.faults), *snakemake.params.chunk)
     attributes = provenance(config.model_dump(), [method], config.seed)
     for (name, source), path in zip(snakemake.params.sources.items(), snakemake.output, strict=True):
-        save(spectra(config, name, load_rotor(config, name, *source), method).assign_attrs(attributes), path)
+        found = spectra(config, name, load_rotor(config, name, *source), method, faults)
+        save(found.assign_attrs(attributes), path)

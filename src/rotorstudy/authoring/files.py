@@ -1,10 +1,12 @@
 """Write a new plugin file from a template, and check the invariants of a plugin file."""
 
+from keyword import iskeyword
 from pathlib import Path
 
 from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
 from rotorstudy.model.kinds import KINDS
 from rotorstudy.model.registry import Registry, plugin_folders, registry, using
+from rotorstudy.store import write_text
 
 TEMPLATES = Path(__file__).parent / "templates"
 NAME_IN_TEMPLATE = "my_model"
@@ -22,8 +24,10 @@ def new_plugin(kind, name, folder=None):
     """
     if kind not in KINDS:
         raise unknown_name("kind", kind, KINDS)
-    if not name.isidentifier() or name != name.lower():
-        raise RotorstudyError(f"name '{name}': use lower-case letters, digits and _, such as my_{kind}")
+    if not name.isidentifier() or not name.isascii() or name != name.lower() or iskeyword(name):
+        raise RotorstudyError(
+            f"name '{name}': use lower-case letters, digits and _, no keyword of Python, such as my_{kind}"
+        )
     taken = registry().plugins[kind].get(name)
     if taken:
         raise RotorstudyError(f"{kind} '{name}' exists: {taken.file}; choose another name")
@@ -31,9 +35,7 @@ def new_plugin(kind, name, folder=None):
     path = folder / f"{name}.py"
     if path.exists():
         raise RotorstudyError(f"file '{path}' exists; choose another name, or remove it first")
-    folder.mkdir(parents=True, exist_ok=True)
-    text = (TEMPLATES / f"{kind}.py").read_text(encoding="utf-8").replace(NAME_IN_TEMPLATE, name)
-    path.write_text(text, encoding="utf-8")
+    write_text(path, (TEMPLATES / f"{kind}.py").read_text(encoding="utf-8").replace(NAME_IN_TEMPLATE, name))
     return path
 
 

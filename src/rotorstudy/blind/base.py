@@ -5,7 +5,7 @@ import numpy as np
 from rotorstudy.inference.prior import prior_of, with_rotor
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig_items import make_term
-from rotorstudy.model.rotor_numbers import with_rotor_numbers
+from rotorstudy.model.rig_numbers import with_numbers
 from rotorstudy.response.measured import measured_response_and_jacobian
 
 
@@ -25,7 +25,7 @@ def left_by_base(change, spectrum, model, stated):
         for i, place in enumerate(registry().get("effect", kind).places(model.structure, model.sensors))
     ]
     uncertainty = with_rotor(stated["uncertainty"], model.structure)
-    model = with_rotor_numbers(model, uncertainty)
+    model = with_numbers(model, uncertainty)
     prior = prior_of(model, uncertainty)
     std = dict(zip(prior.names, prior.std, strict=True))
     std |= {u.name: stated["nuisance"][term.kind] for term in calibration for u in term.unknowns}

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from rotorstudy.blind.run import answer_cases, diagnosed, judge_cases
+from rotorstudy.chunks import chunk_of
 from rotorstudy.store import write_text
 
 
@@ -14,7 +15,7 @@ def answer_chunk(config, chunk, chunks, seals, answers, out, *, cores=1, answer=
 
     out : folder of the whole run, for the records of its first cases
     """
-    numbers = np.array_split(np.arange(config.cases), chunks)[chunk].tolist()
+    numbers = chunk_of(range(config.cases), chunk, chunks)
     found = answer_cases(config, numbers, seals, out, cores=cores, answer=answer)
     write_text(answers, "[" + ",\n".join(json.dumps(one, default=_plain) for one in found) + "]\n")
 

@@ -75,7 +75,7 @@ def run(given):
     from rotorstudy.measurement.measurement import measured_spectrum
     from rotorstudy.model.estimated_rig import rig_with_estimate, write_rig
     from rotorstudy.model.rig import read_rig
-    from rotorstudy.model.rotor_numbers import with_rotor_numbers
+    from rotorstudy.model.rig_numbers import with_numbers
 
     if bool(given.runs) == bool(given.records):
         raise RotorstudyError("identify: give either record files, or a file of several runs with --runs")
@@ -108,7 +108,7 @@ def run(given):
     spectrum = _chosen(spectrum, given.harmonics)
     if given.cause:
         return _run_cause(given, rig, spectrum, model)
-    model = with_rotor_numbers(model, given.unknowns or (), "--unknowns")
+    model = with_numbers(model, given.unknowns or (), "--unknowns")
     unknowns = model.unknown_names(given.unknowns)
     estimate = estimate_rig(estimator, Problem(model, spectrum, unknowns), rig.given)
     names, theta, covariance = magnitude_and_phase(unknowns, estimate.theta, estimate.covariance)

@@ -35,15 +35,13 @@ def identify_several(given):
 
 def _print_estimates(found, names):
     """Print values with their uncertainty; an eccentricity as its unbalance, at an angle of the user's picture."""
-    import numpy as np
-
     joint, done = found.joint, set()
     units = {run.joint_name(n): u for run in joint.runs for n, u in zip(run.model.names, run.model.units, strict=True)}
     unbalances = _unbalances(joint)
-    for name, value, std in zip(names, joint.of(names)[0], np.sqrt(np.diag(joint.of(names)[1])), strict=True):
+    for name in names:
         stem = name.replace("_real", "").replace("_imag", "")
         if stem not in unbalances:
-            print(f"  {name:40} {with_interval(value, std, units[name])}")
+            print(f"  {name:40} {with_interval(*found.of(name), units[name])}")
         elif stem not in done:
             done.add(stem)
             print(f"  {stem.replace('eccentricity', 'unbalance'):40} {_unbalance(found, stem, unbalances[stem])}")

@@ -116,6 +116,8 @@ def main(arguments=None):
         message = blamed(error)
         if not message:
             raise
+    except UnicodeError as error:
+        message = blamed(error) or f"a name that this locale cannot write ({error}); set PYTHONUTF8=1"
     except (OSError, MemoryError) as error:
         message = blamed(error) or f"{type(error).__name__}: {error}"
     except Exception as error:

@@ -27,7 +27,7 @@ from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.entries import Entry
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
-from rotorstudy.model.rotor_numbers import with_rotor_numbers
+from rotorstudy.model.rig_numbers import with_numbers
 from rotorstudy.model.terms import Parameter, Term
 from rotorstudy.model.uncertainty import Uncertainty
 from rotorstudy.response.measured import measured_response
@@ -222,7 +222,7 @@ def known_as_before(model: Model, spectrum: Spectrum, settings: Settings) -> tup
             "is still found, but the sizes of causes are less certain. Identify the rig first ('rotorstudy identify')"
         )
         notes = [Finding("warning", "state before not explained", "state before", text)]
-    model = with_rotor_numbers(model, prior.names)  # without the calibration of the probes
+    model = with_numbers(model, prior.names)  # without the calibration of the probes
     place = [i for i, name in enumerate(prior.names) if name in model.names]
     values = dict(zip(found.model.names, found.theta, strict=True))
     names, covariance = tuple(prior.names[i] for i in place), found.covariance[np.ix_(place, place)]

@@ -8,7 +8,7 @@ from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prior import Prior
 from rotorstudy.model.estimated_rig import rig_with_estimate, rig_with_values
 from rotorstudy.model.rig import build_model
-from rotorstudy.model.rotor_numbers import is_rotor_number, with_rotor_numbers
+from rotorstudy.model.rig_numbers import is_number, with_numbers
 
 
 def extended_rig(given, diagnosis):
@@ -29,7 +29,7 @@ def extended_rig(given, diagnosis):
     best, causes, rig = diagnosis.best, diagnosis.search.best.causes, dict(given)
     own = build_model(given).names
     shared = best.model.names if best.model.before is None else best.model.before
-    renamed = {name: name for name in best.names if (name in own or is_rotor_number(name)) and name in shared}
+    renamed = {name: name for name in best.names if (name in own or is_number(name)) and name in shared}
     if causes:
         labels = {item.get("label") for item in rig.get("effects") or []}
         free = (f"found {n}" for n in range(1, len(labels) + len(causes) + 1) if f"found {n}" not in labels)
@@ -55,18 +55,20 @@ def _with_rotor_built_again(rig, diagnosis, renamed):
     """
     best = diagnosis.best
     names = tuple(renamed.get(name, name) for name in best.names)
-    own = np.array([is_rotor_number(name) for name in names])
+    own = np.array([is_number(name) and name in renamed for name in names])
     if not own.any():
         return rig, best.free, best.covariance
-    rig = rig_with_values(rig, build_model(rig), dict(zip(names, best.free, strict=True)))
+    here = {name: value for name, value in zip(names, best.free, strict=True) if name in renamed.values()}
+    rig = rig_with_values(rig, build_model(rig), here)
     model = build_model({**rig, "sensors": list(diagnosis.spectrum.sensors)})
     known = {*renamed, *model.names}
     calibration = [
         term
         for term in best.model.terms
-        if not term.variation and all(u.name in best.names and u.name not in known for u in term.unknowns)
+        if not (term.variation or term.is_bearing_number)
+        and all(u.name in best.names and u.name not in known for u in term.unknowns)
     ]
-    model = replace(with_rotor_numbers(model, names).plus(*calibration), before=best.model.before)
+    model = replace(with_numbers(model, names).plus(*calibration), before=best.model.before)
     ratio = np.where(own, 1 + best.free, 1)
     mean = np.where(own, (1 + best.prior.mean) / ratio - 1, best.prior.mean)
     prior = Prior(names, mean, best.prior.covariance / np.outer(ratio, ratio))

@@ -6,6 +6,7 @@ from rotorstudy.measurement.findings import Finding
 from rotorstudy.units import percent, quantity
 
 CONTRADICTED = 5.0  # stated standard deviations, by which a parameter that moves further contradicts the rig
+FURTHEST = 3  # values of the rig that a summary names
 MOST = 0.5  # of the excess error (rms), which the rig with other values may leave
 
 
@@ -41,3 +42,16 @@ def far_from_the_rig(found, moved, labels):
         "before relying on them, and the values and the 'uncertainty' in the rig file"
     )
     return [Finding("warning", "far from the rig", "records and rig", text)]
+
+
+def moved_far(moved):
+    """'eccentricity[disc 1] (by 30 stated standard deviations)' of the values of the rig that moved furthest.
+
+    moved : list of MovedParameter
+    """
+    furthest = {}
+    for row in moved:
+        name = row.name.removesuffix("_real").removesuffix("_imag")
+        furthest[name] = max(furthest.get(name, 0.0), abs(row.moved_sigma))
+    far = sorted(((size, name) for name, size in furthest.items() if size > CONTRADICTED), reverse=True)
+    return [f"{name} (by {size:.0f} stated standard deviations)" for size, name in far[:FURTHEST]]

@@ -16,10 +16,11 @@ ORDINARY = 2  # places at which a cause more frequent than usual is fitted, what
 NOT_SCREENED = Screened(0.0, -np.inf, np.zeros(0), np.zeros(0))
 
 
-def with_one_more(work, current, fits=None):
+def with_one_more(work, current, fits=None, values=None):
     """Explanations with one more cause, of the candidates worth a fit.
 
-    fits : list of Fit of the current explanation at which candidates are screened, by default its own
+    fits   : list of Fit of the current explanation at which candidates are screened, by default its own
+    values : Fit with values of its parameters to start from, by default its own
     """
     chosen = [c for c in work.candidates if is_allowed(work, (*current.causes, c))]
     if not chosen:
@@ -29,7 +30,8 @@ def with_one_more(work, current, fits=None):
     if _is_worth_scanning(work, current.fit, chosen):
         chosen, screenings = _with_scanned(work, chosen, screenings, fits)
     promising = _promising(work, chosen, screenings, work.settings.candidates_per_round)
-    theta = dict(zip(current.fit.model.names, current.fit.theta, strict=True))
+    values = values or current.fit
+    theta = dict(zip(values.model.names, values.theta, strict=True))
     options = [
         Option((*current.causes, chosen[i]), theta | dict(zip(chosen[i].names, one.start, strict=True)))
         for i, one in promising.items()

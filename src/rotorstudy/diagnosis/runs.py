@@ -34,7 +34,7 @@ from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.estimated_rig import rig_with_estimate, rig_with_values
 from rotorstudy.model.rig import RigFile, read_rig
 from rotorstudy.model.rig_items import make_term
-from rotorstudy.model.rotor_numbers import is_rotor_number
+from rotorstudy.model.rig_numbers import is_number
 from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import Term
 from rotorstudy.yaml_file import read_yaml
@@ -73,12 +73,22 @@ class MeasuredRun(NamedTuple):
 
 
 class IdentifiedRig(NamedTuple):
-    """What the runs say: the JointFit, the rig with its values and covariance, findings, and the Conventions."""
+    """What the runs say: the JointFit, the rig with its values and covariance, findings, and the Conventions.
+
+    ratio : number of the rotor or its bearings -> that with which the JointFit begins over that of the rig file
+    """
 
     joint: JointFit
     rig: dict
     findings: list[Finding]
     conventions: Conventions
+    ratio: dict[str, float]
+
+    def of(self, name: str) -> tuple[float, float]:
+        """Value and standard deviation of a parameter; of a number its change relative to the rig file."""
+        values, covariance = self.joint.of([name])
+        value, std, ratio = float(values[0]), float(np.sqrt(covariance[0, 0])), self.ratio.get(name)
+        return (value, std) if ratio is None else (ratio * (1 + value) - 1, ratio * std)
 
 
 def identify_runs(runs_path: str | Path, rig: str | Path | RigFile) -> IdentifiedRig:
@@ -169,25 +179,26 @@ def _updated(rig, model, measured, settings, conventions, findings):
     for _ in range(REBUILDS):
         bare = RigFile(rig.path, given).measured_at(model.sensors, model.structure.reading)
         whole, prior = base_model(replace(bare, from_unloaded_line=model.from_unloaded_line), settings)
-        own = np.array([is_rotor_number(name) for name in prior.names])
+        own = np.array([is_number(name) for name in prior.names])
         scale = np.where(own, ratio, 1.0)
         mean = np.where(own, (1 + prior.mean) / scale - 1, prior.mean)
         shared = Prior(prior.names, mean, prior.covariance / np.outer(scale, scale))
         runs = [_run(one, whole, shared, settings, conventions) for one in measured]
         joint = fit_runs(runs, shared, start)
         theta, covariance = joint.of(shared_names(joint))
-        moved = np.array([is_rotor_number(name) for name in shared_names(joint)])
+        moved = np.array([is_number(name) for name in shared_names(joint)])
         if np.all(np.abs(theta[moved]) <= SETTLED * np.sqrt(np.diag(covariance)[moved])):
             break
-        numbers = {n: v for n, v in zip(shared_names(joint), theta, strict=True) if is_rotor_number(n)}
+        numbers = {n: v for n, v in zip(shared_names(joint), theta, strict=True) if is_number(n)}
         ratio = ratio * np.array([1 + numbers.get(name, 0.0) for name in prior.names])
         given = rig_with_values(given, bare, numbers)
         start = joint.posterior.free.copy()
         start[[joint.prior.names.index(name) for name in numbers]] = 0.0
-    names = [name for name in shared_names(joint) if name in bare.names or is_rotor_number(name)]
+    names = [name for name in shared_names(joint) if name in bare.names or is_number(name)]
     updated = rig_with_estimate(given, bare, names, *joint.of(names))
     told = contradictions(joint, shared, settings.significance, settings.prior_width, conventions.sense)
-    return IdentifiedRig(joint, updated, [*findings, *told], conventions)
+    began = {name: float(share) for name, share, mine in zip(prior.names, scale, own, strict=True) if mine}
+    return IdentifiedRig(joint, updated, [*findings, *told], conventions, began)
 
 
 def shared_names(joint: JointFit) -> list[str]:

@@ -13,6 +13,7 @@ from rotorstudy.diagnosis.impossible import grows, is_impossible
 from rotorstudy.diagnosis.odds import Explanation, odds_of
 from rotorstudy.diagnosis.one_more import with_one_more
 from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.diagnosis.several_causes import without_error
 from rotorstudy.diagnosis.shape_scan import is_sought_everywhere
 from rotorstudy.diagnosis.shapes import refine, refine_in_turn
 from rotorstudy.diagnosis.trials import (
@@ -31,7 +32,7 @@ from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig_items import make_term
-from rotorstudy.model.rotor_numbers import with_rotor_numbers
+from rotorstudy.model.rig_numbers import with_numbers
 
 log = logging.getLogger(__name__)
 
@@ -67,7 +68,7 @@ def base_model(model: Model, settings: Settings) -> tuple[Model, Prior]:
         ]
     known = {unknown.name: (0.0, settings.nuisance[term.kind]) for term in terms for unknown in term.unknowns}
     uncertainty = with_rotor(settings.uncertainty, model.structure)
-    model = with_rotor_numbers(model, (name for name, share in uncertainty.items() if share))
+    model = with_numbers(model, (name for name, share in uncertainty.items() if share))
     whole, prior = model.plus(*terms), prior_of(model, uncertainty).plus(Prior.independent(known))
     return (whole, prior) if model.before is None else _of_change(whole, prior, settings)
 
@@ -123,9 +124,17 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     best = _added(work, work.found[frozenset()], [base, fit(whole, widened, prior, steps=0)] if imitates else None)
     log.info("fitting the best of %d explanations again", len(work.found))
     settled = _settled(work, spectrum, missing, best)
+<<<<<<< HEAD
     first = max(settled.explanations, key=odds_of)
     if not (settled is work and first is best):  # to which nothing was found that could be added
         _added(settled, first)
+=======
+    _added(settled, max(settled.explanations, key=odds_of))
+    exact = without_error(settled)
+    if exact is not settled:
+        settled = exact
+        _added(settled, max(settled.explanations, key=odds_of))  # parts of its faults
+>>>>>>> main
     settled = replace(settled, unstable=grows(settled.base, spectrum.speed))
     _drop_impossible(settled)
     return settled

@@ -8,7 +8,7 @@ from pydantic import Field
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.registry import registry
-from rotorstudy.model.rotor_numbers import with_rotor_numbers
+from rotorstudy.model.rig_numbers import with_numbers
 
 
 def stated_nuisance():
@@ -79,7 +79,7 @@ def read_settings(rig, where):
 
 def check_names(settings, model, where):
     """Raise RotorstudyError unless every parameter and effect that the settings name exists."""
-    model = with_rotor_numbers(model, settings.uncertainty, f"{where}.uncertainty")
+    model = with_numbers(model, settings.uncertainty, f"{where}.uncertainty")
     known = {"default", "rotor"}
     for term in model.terms:
         known |= {name for p in term.parameters for name in (p.name, term.full_name(p))}

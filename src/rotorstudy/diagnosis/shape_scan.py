@@ -130,10 +130,42 @@ def scan(
     found = []
     for places in coarse.values():
         places.sort(key=lambda place: -place[1][0].screened.evidence)
-        least = max(least, LEAST_SEEN * fitted.cost)
+        least = max(least, LEAST_SEEN * float(projection.residual @ projection.residual))
         for one, best in places[:refined]:
             found += one.refined(best) if best[0].screened.explained > least else []
     return found
+
+
+def shapes_over_the_range(work: Search, cause: Candidate, count: int) -> list[Candidate]:
+    """A cause in many shapes over the ranges of its options, without those in which it cannot act.
+
+    Parameters
+    ----------
+    work : Search
+    cause : Candidate
+    count : int
+        How many are tried, a power of two.
+
+    Returns
+    -------
+    list of Candidate
+    """
+    from scipy.stats import qmc
+
+    ranges, found = shape_ranges(cause.effect, work.rig.structure, cause.where.get("node")), []
+    for i, point in enumerate(qmc.Sobol(len(ranges), scramble=False).random(count)):
+        try:
+            found.append(_in_shape(work, cause, ranges, point, f"{cause.term.label} {i}"))
+        except CannotAct:  # such as a crack in a hollow part of the shaft
+            continue
+    return found
+
+
+def _in_shape(work, cause, ranges, point, label):
+    """The cause, with a label, in the shape at a point (option,) of its ranges."""
+    shape = {name: ends.value(x) for (name, ends), x in zip(ranges.items(), point, strict=True)}
+    labelled = cause._replace(term=replace(cause.term, label=label))
+    return with_shape(work.rig, labelled, shape, work.settings.prior_width)
 
 
 class _Judged(NamedTuple):
@@ -164,9 +196,7 @@ class _Scan(NamedTuple):
 
     def at(self, point, label):
         """The cause in the shape at a point (option,) of its ranges."""
-        shape = {name: ends.value(x) for (name, ends), x in zip(self.ranges.items(), point, strict=True)}
-        labelled = self.cause._replace(term=replace(self.cause.term, label=label))
-        return with_shape(self.work.rig, labelled, shape, self.work.settings.prior_width)
+        return _in_shape(self.work, self.cause, self.ranges, point, label)
 
     def judged(self, points, kept=False):
         """The shapes at some points (shape, option), the best first, without those in which the cause cannot act.

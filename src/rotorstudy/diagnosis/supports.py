@@ -33,11 +33,12 @@ def loses_more_than_all(explanation, structure, speed):
 def _least_stiffness(fitted, i, lost, speed):
     """Lowest principal stiffness, over the speeds, of the bearings at a coordinate less the losses, N/m."""
     on_z, on_conj = np.zeros((2, len(speed)), complex)
-    for p, unknown in fitted.model.acting:
+    model, theta = fitted.model.at(fitted.theta)
+    for p, unknown in model.acting:
         if not unknown.carries and unknown.name not in lost:
             continue
         for entry in (e for e in unknown.entries if e.reads_motion and e.order == 0 and e.shift == 0):
-            stiffness = -fitted.theta[p] * entry.gain_at(speed, 0) * entry.matrix[i, i]
+            stiffness = -theta[p] * entry.gain_at(speed, 0) * entry.matrix[i, i]
             if entry.is_conjugate:
                 on_conj += stiffness
             else:

@@ -40,6 +40,7 @@ from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
+from rotorstudy.model.rig_numbers import is_number
 
 log = logging.getLogger(__name__)
 
@@ -373,7 +374,7 @@ def _parameter_labels(model, causes):
     for term in model.terms:
         cause, label = of_cause.get(id(term)), f" ({term.label})" if term.label else ""
         for p, part, unknown in _parts(term):
-            text = f"relative change of {p.name}" if term.variation else f"{readable(p.name)}{label}"
+            text = f"relative change of {p.name}" if is_number(p.name) else f"{readable(p.name)}{label}"
             if cause:
                 text = place(cause) if p.name == cause.effect else f"{readable(p.name)} of {place(cause)}"
             labels[unknown.name] = f"{text}, {part} part" if part in PARTS else text

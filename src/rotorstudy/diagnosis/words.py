@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from rotorstudy.diagnosis.far_from_the_rig import moved_far
 from rotorstudy.diagnosis.result import Place
 from rotorstudy.model.registry import registry
 from rotorstudy.units import RAD_PER_S, interval, number, p_value, percent, probability, quantity
@@ -115,6 +116,8 @@ def sizes(cause):
 def summary(verdict):
     """The verdict as a few plain sentences."""
     said = [_said(verdict)]
+    if verdict.verdict == "unknown" and (far := moved_far(verdict.base_parameters)):
+        said.append(f"The fit moved these values of the rig far; check them first: {', '.join(far)}.")
     if verdict.resultant:
         said.append(resultant_in_words(verdict.resultant))
     if verdict.not_considered:

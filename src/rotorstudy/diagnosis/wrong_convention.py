@@ -96,6 +96,8 @@ def _with_one_cause(found, tested):
         found={frozenset(): Explanation((), tested.fit, 0.0)},
         cause_error=0.0,
     )
+    if not work.candidates:
+        return []
     work.screened.extend(work.screen(work.base, work.candidates))
     return with_one_more(work, work.found[frozenset()])
 

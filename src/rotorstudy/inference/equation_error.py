@@ -227,9 +227,10 @@ def _eliminate(matrix, measured, rows):
 
 def _rotor_unknown(model, name):
     model.position([name])
+    numbers = {*model.bearing_numbers, *(model.varied.positions if model.varied else ())}
     for p, unknown in enumerate(model.rotor_unknowns):
-        if unknown.name == name and model.varied and p in model.varied.positions:
-            raise RotorstudyError(f"{name!r} is a number of the rotor; use the estimator 'maximum_likelihood'")
+        if unknown.name == name and p in numbers:
+            raise RotorstudyError(f"{name!r} is a number of the rig; use the estimator 'maximum_likelihood'")
         if unknown.name == name:
             return unknown
     raise RotorstudyError(f"{name!r} acts on the sensors, not on the rotor: the equations of motion do not contain it; "

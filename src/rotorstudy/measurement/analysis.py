@@ -163,12 +163,14 @@ def _reference_phase(raw, whole, angle, harmonics):
 def check_channels(raw, chosen, angle, harmonics):
     """Findings on each probe from some samples (time,) mask, and the dead ones {(node, channel)}."""
     findings, dead = [], set()
+    channels = [(node, channel) for node in raw.nodes for channel in raw.at(node)]
+    readings = np.array([channel.readings[chosen] for _, channel in channels])
+    seen_by_all = quality.seen_by(readings, angle, harmonics)
     for node in raw.nodes:
-        readings = np.array([channel.readings[chosen] for channel in raw.at(node)])
-        seen = quality.seen_by(readings, angle, harmonics)
-        for i, channel in enumerate(raw.at(node)):
-            others = seen[:i] + seen[i + 1 :]
-            found = quality.check_channel(channel.name, node, readings[i], seen[i], others, raw.where)
+        own = [i for i, (place, _) in enumerate(channels) if place == node]
+        for i in own:
+            channel, others = channels[i][1], [seen_by_all[k] for k in own if k != i]
+            found = quality.check_channel(channel.name, node, readings[i], seen_by_all[i], others, raw.where)
             findings += found
             if any(finding.name == "dead probe" for finding in found):
                 dead.add((node, channel.name))

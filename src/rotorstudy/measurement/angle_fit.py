@@ -20,19 +20,28 @@ class Fit(NamedTuple):
 
 def fit_harmonics(signal, angle, harmonics):
     """Least squares of signals (..., time) on e^{jn angle}, angle (time,) rad, harmonics (harmonic,); see `Fit`."""
+    amplitude, inverse = fit_amplitude(signal, angle, harmonics)
+    residual = np.empty(signal.shape, complex)
+    for piece in _pieces(angle):
+        residual[..., piece] = signal[..., piece] - amplitude @ rotating_basis(angle[piece], 1.0, harmonics)
+    return Fit(amplitude, residual, inverse)
+
+
+def fit_amplitude(signal, angle, harmonics):
+    """Amplitude and inverse of the Fit of signals, without the residual."""
     count, lead = len(harmonics), signal.shape[:-1]
     normal, right = np.zeros((count, count), complex), np.zeros((*lead, count), complex)
-    pieces = [slice(start, start + PIECE) for start in range(0, len(angle), PIECE)]
-    for piece in pieces:
+    for piece in _pieces(angle):
         basis = rotating_basis(angle[piece], 1.0, harmonics)
         weighted = basis.conj()
         normal += weighted @ basis.T
         right += signal[..., piece] @ weighted.T
     inverse = np.linalg.inv(normal)
-    amplitude, residual = right @ inverse.T, np.empty(signal.shape, complex)
-    for piece in pieces:
-        residual[..., piece] = signal[..., piece] - amplitude @ rotating_basis(angle[piece], 1.0, harmonics)
-    return Fit(amplitude, residual, inverse)
+    return right @ inverse.T, inverse
+
+
+def _pieces(angle):
+    return [slice(start, start + PIECE) for start in range(0, len(angle), PIECE)]
 
 
 def fit_each(signals, angle, harmonics):

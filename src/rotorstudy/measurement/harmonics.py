@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from rotorstudy.measurement.angle_fit import fit_harmonics
+from rotorstudy.measurement.angle_fit import fit_amplitude, fit_harmonics
 from rotorstudy.measurement.lines import Line, line_basis, orders_of_lines
 from rotorstudy.measurement.single_probe import along_probe, seen_components, seen_rows
 from rotorstudy.response.series import rotating_basis
@@ -140,7 +140,7 @@ def estimate(signal, angle, revolutions, harmonics, direction=np.nan, fit=None):
         covariance = white_noise_covariance(residual, inverse, at) * widened
         covariance = covariance if channels == 2 else along_probe(2 * covariance, harmonics, direction)
         return Harmonics(amplitude, covariance, np.zeros((0, len(harmonics))), noise_std, (1, 1), lines)
-    blocks = np.array([fit_harmonics(signal[c], angle[c], harmonics).amplitude for c in (pieces[b] for b in full)])
+    blocks = np.array([fit_amplitude(signal[c], angle[c], harmonics)[0] for c in (pieces[b] for b in full)])
     parts = np.concatenate([blocks.real, blocks.imag], axis=1)
     if channels == 2:
         covariance, shrinkage = shrunk_covariance(parts)

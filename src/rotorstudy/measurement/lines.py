@@ -69,12 +69,13 @@ def _strongest(residual, angle, known, least):
 
     The transform has a Hann window. The noise at a line is the median of the power around it, which it does not change.
     """
+    from scipy.fft import fft  # twice as fast as numpy's where the number of samples is a prime
     from scipy.ndimage import median_filter
 
     samples = len(residual)
     revolutions = samples * (angle[-1] - angle[0]) / (samples - 1) / (2 * np.pi)
     window = np.sin(np.pi * (np.arange(samples) + 0.5) / samples) ** 2
-    power = np.abs(np.fft.fft(residual * window)) ** 2
+    power = np.abs(fft(residual * window)) ** 2
     cycles = np.fft.fftfreq(samples, 1 / samples)
     around = [median_filter(power, 2 * width + 1, mode="wrap") / np.log(2) for width in (NARROW, WIDE)]
     noise = np.where(np.abs(cycles) < 2 * WIDE, *around)

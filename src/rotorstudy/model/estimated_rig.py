@@ -5,12 +5,14 @@ from pathlib import Path
 
 import numpy as np
 
+from rotorstudy.model.bearing_numbers import bearings_with_changes, is_bearing_number
 from rotorstudy.model.depth import keys_from_depth
 from rotorstudy.model.key_units import aliases_of, without_aliases
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import SECTIONS
 from rotorstudy.model.rig_items import make_term
+from rotorstudy.model.rig_numbers import is_number
 from rotorstudy.model.rotor_numbers import is_rotor_number, rotor_with_changes
 from rotorstudy.model.uncertainty import uncertainty_section
 from rotorstudy.store import write_text
@@ -19,7 +21,8 @@ from rotorstudy.store import write_text
 def rig_with_estimate(rig: dict, model: Model, names: Sequence[str], theta: np.ndarray, covariance: np.ndarray) -> dict:
     """A rig dict with the estimated values, and their covariance in its section `prior`.
 
-    Numbers of the rotor become those of its options; their standard deviations are relative to the new values.
+    Numbers of the rotor and its bearings become those of their options; their standard deviations are relative to the
+    new values.
     Parameters that were not estimated keep their values and their stated covariance. An amplitude that the data do not
     determine (NaN, or infinite variance) is treated as not estimated.
 
@@ -41,7 +44,7 @@ def rig_with_estimate(rig: dict, model: Model, names: Sequence[str], theta: np.n
     dict
     """
     theta = np.asarray(theta)
-    relative = np.array([1 + value if is_rotor_number(name) else 1.0 for name, value in zip(names, theta, strict=True)])
+    relative = np.array([1 + value if is_number(name) else 1.0 for name, value in zip(names, theta, strict=True)])
     covariance = np.asarray(covariance) / np.outer(relative, relative)  # relative to the new value
     known = np.isfinite(theta) & np.isfinite(np.diag(covariance)) & (np.diag(covariance) > 0)
     names, theta = [name for name, good in zip(names, known, strict=True) if good], theta[known]
@@ -80,6 +83,9 @@ def rig_with_values(rig: dict, model: Model, values: dict[str, float]) -> dict:
         items = [_item(SECTIONS[section], item, model, values) for item in rig.get(section) or []]
         if items:
             result[section] = items
+    changes = {name: value for name, value in values.items() if is_bearing_number(name)}
+    if changes:
+        result["bearings"] = bearings_with_changes(result["bearings"], model.terms, changes)
     return result
 
 

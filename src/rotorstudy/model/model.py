@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -143,6 +143,55 @@ class Model:
         if self.varied is None:
             return self.structure.matrices
         return self.varied.variation.at(theta[..., self.varied.positions])
+
+    def at(self, theta: np.ndarray) -> tuple["Model", np.ndarray]:
+        """The model with the bearings that it has where their numbers are parameters, and its amplitudes.
+
+        Bearings are not linear in their numbers. There they are built anew; the amplitudes of the numbers are then
+        zero, and their entries the derivatives. A model without such parameters is returned unchanged.
+
+        Parameters
+        ----------
+        theta : array (parameter,)
+            Amplitudes in the units of `units`, in the order of `names`; of the rotor at least.
+
+        Returns
+        -------
+        Model
+        array (parameter,)
+            In the units of `units`.
+
+        Raises
+        ------
+        NoSteadyState
+            If there is no bearing with these numbers.
+        """
+        if not self.bearing_numbers:
+            return self, theta
+        theta = np.array(theta, float)
+        carrying = [p for p, unknown in enumerate(self.rotor_unknowns) if unknown.carries]
+        placed = self._placed(tuple((self.names[p], float(theta[p])) for p in carrying))
+        theta[list(self.bearing_numbers)] = 0.0
+        return placed, theta
+
+    @cached_property
+    def bearing_numbers(self) -> tuple[int, ...]:
+        """Positions (number,) in `theta` of the numbers of bearings that are parameters."""
+        names = {name for term in self.terms if term.is_bearing_number for name in term.values}
+        return tuple(p for p, name in enumerate(self.names) if name in names)
+
+    @cached_property
+    def _placed(self):
+        """The Model with its bearings at (name, value) of the amplitudes that carry load, kept for the last few."""
+        from rotorstudy.model.bearing_numbers import with_bearings_at
+
+        @lru_cache(maxsize=4)
+        def placed(values):
+            terms = with_bearings_at(self.structure, self.terms, dict(values))
+            settled = (replace(t, is_bearing_number=False) if t.is_bearing_number else t for t in terms)
+            return replace(self, terms=tuple(settled))
+
+        return placed
 
     @cached_property
     def earlier(self) -> "Model | None":

@@ -98,8 +98,12 @@ def validation_message(error, where, keys_at=lambda loc: ()):
 
 def number_hint(value):
     """What to do about a number that a YAML file gives as text, or an empty string."""
-    try:
-        float(value)
-    except (TypeError, ValueError):
+    if not isinstance(value, str):
         return ""
-    return " (write it without quotes)" if isinstance(value, str) else ""
+    for text, hint in ((value, "write it without quotes"), (value.replace(",", "."), "write it with a decimal point")):
+        try:
+            float(text)
+        except ValueError:
+            continue
+        return f" ({hint})"
+    return ""

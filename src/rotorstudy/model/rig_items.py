@@ -66,7 +66,11 @@ def make_term(
         names = option_names(function, fixed)
         given = in_si(given, names, where)
         options = check_options(function, {k: v for k, v in given.items() if k in names}, where, fixed)
-    parameters = check_parameters(function(**fixed, **options), plugin, where)
+    try:
+        found = function(**fixed, **options)
+    except RotorstudyError as error:
+        raise type(error)(f"{where}: {error}") from None
+    parameters = check_parameters(found, plugin, where)
     check_shapes(parameters, len(sensors) if acts_on == "output" else len(structure.dofs), plugin, where)
     keys = [key for p in parameters for key in ((p.key, p.phase_key) if p.is_complex else (p.key,))]
     given = in_si(given, [*keys, *options], where, aliases_of(parameters))

@@ -5,7 +5,6 @@ that fits several numbers scales them together: `rotor.outer_diameter_m` every o
 moments of all discs. Any rotor plugin has such parameters: the derivatives are differences of its matrices.
 """
 
-import re
 from collections.abc import Iterable
 from dataclasses import replace
 
@@ -14,6 +13,7 @@ import numpy as np
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.entries import Entry
 from rotorstudy.model.model import Model
+from rotorstudy.model.option_numbers import number_paths, path_pattern, scaled
 from rotorstudy.model.structure import Matrices, Structure
 from rotorstudy.model.terms import Parameter, Term
 from rotorstudy.model.variation import Variation
@@ -130,7 +130,7 @@ def _variation(structure, names, where):
     def build(changes):
         options = structure.origin.options
         for pattern, change in zip(patterns, changes, strict=True):
-            options = _scaled(options, pattern, 1 + change) if change else options
+            options = scaled(options, pattern, 1 + change) if change else options
         return structure.origin.rebuilt(options).matrices
 
     return Variation(build, len(names))
@@ -140,10 +140,8 @@ def _pattern(structure, name, where):
     """Regular expression for the paths of the numbers meant by a name; an error if there is none."""
     if structure.origin is None:
         raise RotorstudyError(f"{name} in {where}: the rotor was not built by a plugin, so it has no named numbers")
-    keys = name.removeprefix(PREFIX).split(".")
-    keys = (re.escape(key) if key.endswith("]") else re.escape(key) + r"(\[\d+\])?" for key in keys)
-    pattern = re.compile(r"(.*\.)?" + r"\.".join(keys) + r"(\..*)?")
-    if not any(pattern.fullmatch(path) for path in _numbers(structure.origin.options)):
+    pattern = path_pattern(name.removeprefix(PREFIX))
+    if not any(pattern.fullmatch(path) for path in number_paths(structure.origin.options)):
         raise unknown_name("number of the rotor", name, rotor_numbers(structure), where)
     return pattern
 
@@ -159,27 +157,7 @@ def rotor_numbers(structure: Structure) -> list[str]:
     -------
     list of str
     """
-    return [PREFIX + path for path in _numbers(structure.origin.options)]
-
-
-def _numbers(options, path=""):
-    """Paths of the numbers other than zero among the options of a rotor; whole ones are counts and nodes."""
-    if isinstance(options, dict):
-        inside = [(f"{path}.{key}" if path else key, value) for key, value in options.items()]
-    elif isinstance(options, (list, tuple)):
-        inside = [(f"{path}[{i}]", value) for i, value in enumerate(options)]
-    else:
-        return [path] if isinstance(options, float) and options else []
-    return [found for here, value in inside for found in _numbers(value, here)]
-
-
-def _scaled(options, pattern, factor, path=""):
-    """The options with the numbers whose path matches a pattern multiplied by a factor."""
-    if isinstance(options, dict):
-        return {k: _scaled(v, pattern, factor, f"{path}.{k}" if path else k) for k, v in options.items()}
-    if isinstance(options, (list, tuple)):
-        return [_scaled(value, pattern, factor, f"{path}[{i}]") for i, value in enumerate(options)]
-    return options * factor if isinstance(options, float) and pattern.fullmatch(path) else options
+    return [PREFIX + path for path in number_paths(structure.origin.options)]
 
 
 def rotor_with_changes(rotor: dict, structure: Structure, changes: dict[str, float]) -> dict:
@@ -200,5 +178,5 @@ def rotor_with_changes(rotor: dict, structure: Structure, changes: dict[str, flo
     """
     given = options = structure.origin.options
     for name, change in changes.items():
-        options = _scaled(options, _pattern(structure, name, "the rotor"), float(1 + change))
-    return {**rotor, **{key: value for key, value in options.items() if _numbers(value) and value != given[key]}}
+        options = scaled(options, _pattern(structure, name, "the rotor"), float(1 + change))
+    return {**rotor, **{key: value for key, value in options.items() if number_paths(value) and value != given[key]}}

@@ -134,6 +134,8 @@ class Term:
     carries : whether it carries the static load (a bearing), so that it does not act on the static deflection
     label   : distinguishes terms of the same kind; it becomes part of the names, "eccentricity[left]"
     variation : of the numbers of the rotor, its matrices at any change of them; the entries are their derivatives
+    is_bearing_number : whether it is a number of bearings, whose entries are the derivatives of theirs, see
+                        `Model.at`
     options : of its plugin, in SI
     """
 
@@ -144,6 +146,7 @@ class Term:
     label: str = ""
     carries: bool = False
     variation: "Variation | None" = None
+    is_bearing_number: bool = False
     options: dict = field(default_factory=dict)
 
     @property

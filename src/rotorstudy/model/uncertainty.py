@@ -21,7 +21,7 @@ from pydantic import Field
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.model import Model
-from rotorstudy.model.rotor_numbers import with_rotor_numbers
+from rotorstudy.model.rig_numbers import with_numbers
 
 ROUND_OFF = 1e-9  # of a correlation: tolerated asymmetry of a matrix that is read
 REGULAR = 1e-9  # least eigenvalue of correlations that are written: smaller ones are round-off of a singular fit
@@ -71,7 +71,7 @@ def with_uncertainty(model: Model, section: dict, where: str) -> Model:
     if not isinstance(section, dict):
         raise RotorstudyError(f"{where}: must be keys and values (parameters, standard_deviations, correlations)")
     given = check_config(Section, section, where)
-    model = with_rotor_numbers(model, given.parameters, where)
+    model = with_numbers(model, given.parameters, where)
     names, count = given.parameters, len(given.parameters)
     values = dict(zip(model.names, np.concatenate([term.theta for term in model.terms] or [[]]), strict=True))
     for name in names:

@@ -5,6 +5,7 @@ import numpy as np
 from rotorstudy.presentation.estimate_figures import MANY, error_unit, in_units, label
 from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, plain_log
 
+HIGHEST = 8.5  # inches, of all rows of panels: shown at half its size the figure fits in a window
 LEAST = 1e-3  # smaller errors by a wrong known quantity are drawn here
 
 
@@ -30,7 +31,8 @@ def error_against_noise(noisy, units, title):
             panel.loglog(data.noise, bound, "k--", label="Cramér-Rao bound")
             panel.set_ylabel(f"{label(parameter)}\nrms error ({error_unit(unit)})")
             plain_log(panel, data.noise.values)
-            panel.set_xlabel("noise level (%)")
+            if len(columns) == 1 or panel is column[-1]:
+                panel.set_xlabel("noise level (%)")
         column[0].set_title(f"{name}\nnoise {model}")
     picture.legend(*panels[0][0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
     picture.suptitle(title, fontsize=9)
@@ -41,7 +43,7 @@ def _panels(noisy, columns):
     """A figure, and for each column its panels: a column each, or rows of three if there is only one."""
     count = next(iter(noisy.values())).sizes["parameter"]
     if len(columns) > 1:
-        picture, axes = figure(count, len(columns), height=1.7, width=2.6)
+        picture, axes = figure(count, len(columns), height=min(1.7, HIGHEST / count), width=2.6)
         return picture, list(axes.T)
     picture, axes = figure(-(-count // 3), 3, height=2.0, width=2.4)
     for unused in axes.flat[count:]:

@@ -5,6 +5,8 @@ import numpy as np
 from rotorstudy.presentation.plots import COLOURS, figure
 
 PROBE, LABEL = 1.45, 1.95  # radii at which a probe ends and its name stands, the shaft being 1
+APART = 0.42  # rad between two labels, the width of one at that radius
+SPREADS, TINY = 100, 1e-3  # rounds in which labels are moved apart, and how far beyond what is needed (rad)
 MOST = 6  # nodes drawn
 BLANK = {"facecolor": "w", "edgecolor": "none", "pad": 0.5}  # behind a text
 
@@ -29,9 +31,11 @@ def probe_picture(conventions, nodes, labels=None):
     shown = list(at)[:MOST]
     picture, axes = figure(1, len(shown), height=3.1, width=2.9)
     for node, panel in zip(shown, axes[0], strict=True):
-        _section(panel, conventions)
-        for i, probe in enumerate(at[node]):
-            _probe(panel, conventions, probe.angle_deg, probe.channel, COLOURS[i % len(COLOURS)])
+        angles = [conventions.keyphasor.sensor_angle_deg, *(probe.angle_deg for probe in at[node])]
+        mark, *labels_at = spread(_on_page(conventions, angle) for angle in angles)
+        _section(panel, conventions, mark)
+        for i, (probe, label_at) in enumerate(zip(at[node], labels_at, strict=True)):
+            _probe(panel, conventions, probe, label_at, COLOURS[i % len(COLOURS)])
         label = (labels or {}).get(node)
         panel.set_title(f"node {node}" + (f" ({label})" if label else ""))
     sense = "counter-clockwise" if conventions.sense > 0 else "clockwise"
@@ -40,7 +44,22 @@ def probe_picture(conventions, nodes, labels=None):
     return picture
 
 
-def _section(panel, conventions):
+def spread(directions):
+    """Directions (rad) of labels, in the order given, moved apart where they would cover each other."""
+    found = np.array(list(directions), float)
+    for _ in range(SPREADS):
+        order = np.argsort(found % (2 * np.pi), kind="stable")
+        after = np.roll(order, -1)
+        near = APART - (found[after] - found[order]) % (2 * np.pi)
+        if len(found) < 2 or near.max() <= 0:
+            break
+        push = np.where(near > 0, near / 2 + TINY, 0.0)
+        np.add.at(found, order, -push)
+        np.add.at(found, after, push)
+    return found
+
+
+def _section(panel, conventions, mark):
     """Shaft with its mark as the mark passes its sensor, gravity, zero of the angles, sense of rotation."""
     from matplotlib.patches import Circle
 
@@ -49,10 +68,11 @@ def _section(panel, conventions):
     sensor = _on_page(conventions, key.sensor_angle_deg)
     panel.plot(*(0.9 * _xy(sensor)), "s", color="k", markersize=6)
     panel.plot(*np.transpose([1.08 * _xy(sensor), PROBE * _xy(sensor)]), color="k", linewidth=3, solid_capstyle="butt")
-    panel.text(*(1.95 * _xy(sensor)), "phase\nmark", ha="center", va="center", fontsize=7, bbox=BLANK)
+    panel.text(*(LABEL * _xy(mark)), "phase\nmark", ha="center", va="center", fontsize=7, bbox=BLANK)
     line = _on_page(conventions, key.sensor_angle_deg - key.mark_angle_deg)
     panel.plot(*np.transpose([0 * _xy(line), 0.8 * _xy(line)]), ":", color="k", linewidth=1)
-    panel.text(*(0.45 * _xy(line - 0.6)), "reference\nline", ha="center", va="center", fontsize=6)
+    side = -0.8 if np.sin(line - 0.8) > np.sin(line + 0.8) else 0.8  # away from the arrow of gravity
+    panel.text(*(0.5 * _xy(line + side)), "reference\nline", ha="center", va="center", fontsize=6)
     panel.annotate("", (0, -0.75), (0, 0), arrowprops={"arrowstyle": "-|>", "color": "0.4"})
     panel.text(0.06, -0.55, "g", fontsize=8, color="0.3")
     turn = np.deg2rad(np.linspace(200, 250, 20))[:: conventions.sense]
@@ -68,15 +88,16 @@ def _section(panel, conventions):
     panel.axis("off")
 
 
-def _probe(panel, conventions, angle_deg, name, colour):
-    direction = _on_page(conventions, angle_deg)
+def _probe(panel, conventions, probe, label_at, colour):
+    direction = _on_page(conventions, probe.angle_deg)
     panel.annotate(
         "",
         1.05 * _xy(direction),
         PROBE * _xy(direction),
         arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 5},
     )
-    panel.text(*(LABEL * _xy(direction)), f"{name}\n{angle_deg:g}°", ha="center", va="center", fontsize=8, color=colour)
+    text = f"{probe.channel}\n{probe.angle_deg:g}°"
+    panel.text(*(LABEL * _xy(label_at)), text, ha="center", va="center", fontsize=8, color=colour)
 
 
 def _on_page(conventions, angle_deg):

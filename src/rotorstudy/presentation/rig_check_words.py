@@ -3,7 +3,6 @@
 from dataclasses import asdict
 
 from rotorstudy.presentation.rotor_page import criticals, loads, summary
-from rotorstudy.studies.rig_check import OVERDAMPED, resonant
 from rotorstudy.units import RAD_PER_S, number
 
 RPM = 1 / RAD_PER_S["rpm"]
@@ -34,11 +33,8 @@ def check_words(check):
             f"critical speed: {number(row['speed (rpm)'], 5)} rpm, {row['whirl']}, "
             f"damping ratio {row['damping ratio (1)']:.3g}"
             for row in criticals(analysis)
-            if row["damping ratio (1)"] <= OVERDAMPED
         ]
-        hidden = len(analysis.criticals) - len(resonant(analysis))
-        lines += [f"{hidden} more critical speeds are overdamped (damping ratio above {OVERDAMPED:g})"] * bool(hidden)
-        lines += summary(analysis)[0 if not analysis.criticals else 1 :]
+        lines += summary(analysis)[0 if not analysis.resonant else 1 :]
     if check.valid:
         low, high = (number(w * RPM, 4) for w in check.valid)
         lines.append(f"all bearings are defined from {low} to {high} rpm")

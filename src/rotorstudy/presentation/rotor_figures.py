@@ -110,7 +110,7 @@ def campbell(analysis):
         if chosen.any():
             panel.plot(speeds[chosen], frequency[chosen], ".", color=COLOURS[(0, 4, 1)[i]], markersize=2.5, label=label)
     panel.plot(speed, speed / 60, ":", color="0.4", label="1X")
-    marks = np.array([one.speed for one in analysis.criticals]) * RPM
+    marks = np.array([one.speed for one in analysis.resonant]) * RPM
     if len(marks):
         panel.plot(marks, marks / 60, MARKERS[0], color="k", fillstyle="none", label="critical speed", zorder=3)
     shown = frequency[np.isfinite(frequency)]

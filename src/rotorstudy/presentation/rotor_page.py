@@ -7,7 +7,7 @@ from rotorstudy.presentation.pages import inline_png, render
 from rotorstudy.presentation.rotor_figures import RPM, whirl_name
 from rotorstudy.presentation.tables import cells
 from rotorstudy.response.resonance import required_margin, separation_margin
-from rotorstudy.studies.rotor_analysis import PERIODIC_SPEEDS
+from rotorstudy.studies.rotor_analysis import PERIODIC_SPEEDS, RESONANT
 from rotorstudy.units import number, percent
 
 MOST_EFFECTS = 8  # on the least stable mode, the largest
@@ -55,8 +55,14 @@ def rotor_page(analysis, figures, title, operating=None):
 def summary(analysis):
     """The results in sentences, a list."""
     last = f"{number(float(analysis.data.speed[-1]) * RPM, 5)} rpm"
-    named = [f"{number(one.speed * RPM, 5)} rpm ({whirl_name(one.direction)})" for one in analysis.criticals]
+    named = [f"{number(one.speed * RPM, 5)} rpm ({whirl_name(one.direction)})" for one in analysis.resonant]
     found = [f"Critical speeds up to {last}: {', '.join(named) or 'none'}."]
+    hidden = len(analysis.criticals) - len(analysis.resonant)
+    if hidden:
+        text = (
+            "1 more is overdamped and does not show" if hidden == 1 else f"{hidden} more are overdamped and do not show"
+        )
+        found.append(f"{text} (damping ratio above {RESONANT:g}).")
     if analysis.threshold is None:
         found.append(f"The rotor is stable up to {last}{_checked(analysis)}.")
     else:
@@ -86,7 +92,7 @@ def _checked(analysis):
 
 
 def criticals(analysis):
-    """A row for each critical speed."""
+    """A row for each critical speed that shows as a resonance."""
     return [
         {
             "speed (rpm)": one.speed * RPM,
@@ -95,7 +101,7 @@ def criticals(analysis):
             "logarithmic decrement (1)": 2 * np.pi * one.damping_ratio / np.sqrt(1 - one.damping_ratio**2),
             "whirl": whirl_name(one.direction),
         }
-        for one in analysis.criticals
+        for one in analysis.resonant
     ]
 
 

@@ -67,9 +67,7 @@ def harmonic_response(
     NoSteadyState
         If there is no steady state at a speed.
     """
-    speed, harmonics, theta, blocks = response_inputs(model, speed, harmonics, theta, order)
-    found, _ = carried_response(model, speed, theta, blocks, False)
-    return found[..., positions(harmonics, blocks), :]
+    return _response(model, speed, harmonics, theta, order, False).response
 
 
 def harmonic_response_and_jacobian(
@@ -102,10 +100,31 @@ def harmonic_response_and_jacobian(
     RotorstudyError, NoSteadyState
         As `harmonic_response`.
     """
-    speed, harmonics, theta, blocks = response_inputs(model, speed, harmonics, theta, order)
-    found, derivatives = carried_response(model, speed, theta, blocks, True)
-    chosen = positions(harmonics, blocks)
-    return Linearised(found[..., chosen, :], derivatives[..., chosen, :, :])
+    return _response(model, speed, harmonics, theta, order, True)
+
+
+def _response(model, speed, harmonics, theta, order, jacobian):
+    """The Linearised response of the coordinates, its Jacobian None unless asked for."""
+
+    def response(model, theta):
+        at, shown, _, blocks = response_inputs(model, speed, harmonics, theta, order)
+        found, derivatives = carried_response(model, at, theta, blocks, jacobian)
+        chosen = positions(shown, blocks)
+        return Linearised(found[..., chosen, :], derivatives[..., chosen, :, :] if jacobian else None)
+
+    return with_its_bearings(response, model, theta)
+
+
+def with_its_bearings(response, model, theta):
+    """The Linearised response(model, theta) of trials (..., parameter), each of the model with the bearings it has."""
+    theta = np.asarray(model.theta if theta is None else theta, float)
+    if not model.bearing_numbers:
+        return response(model, theta)
+    found = [response(*model.at(one)) for one in theta.reshape(-1, theta.shape[-1])]
+    return Linearised(*(
+        None if parts[0] is None else np.reshape(parts, (*theta.shape[:-1], *parts[0].shape))
+        for parts in zip(*found, strict=True)
+    ))  # fmt: skip
 
 
 def response_inputs(model, speed, harmonics, theta, order):

@@ -12,7 +12,7 @@ from rotorstudy.model.model import Model
 from rotorstudy.model.table import Columns, Table
 from rotorstudy.response.alternating import nonlinear_columns
 from rotorstudy.response.coupling import COUPLED_ORDER, layout
-from rotorstudy.response.harmonic import Linearised, carried_response, positions, response_inputs
+from rotorstudy.response.harmonic import Linearised, carried_response, positions, response_inputs, with_its_bearings
 from rotorstudy.response.solving import solver
 from rotorstudy.response.statics import static_deflection
 
@@ -90,12 +90,16 @@ def measured_response_and_jacobian(
 
 def _measured(model, speed, harmonics, theta, order, jacobian):
     """The Linearised response at the sensors, its Jacobian None unless asked for."""
-    shown = _shown(model, speed, harmonics, theta, order, jacobian)
+
+    def state(model, theta):
+        return _shown(model, speed, harmonics, theta, order, jacobian)
+
+    shown = with_its_bearings(state, model, theta)
     if model.earlier is None:
         return shown
     place = model.position(model.earlier.names)
     theta = np.asarray(model.theta if theta is None else theta, float)
-    earlier = _shown(model.earlier, speed, harmonics, theta[..., place], order, jacobian)
+    earlier = with_its_bearings(state, model.earlier, theta[..., place])
     if jacobian:
         shown.jacobian[..., place] -= earlier.jacobian
     return shown._replace(response=shown.response - earlier.response)
@@ -169,6 +173,7 @@ class Motion(NamedTuple):
 
 def carried_motion(model, speed, harmonics, theta=None, *, order=COUPLED_ORDER):
     """The Motion of a model at all harmonics that are carried; arguments as for `Near`."""
+    model, theta = model.at(model.theta if theta is None else theta)
     speed, harmonics, theta, _ = response_inputs(model, speed, harmonics, theta, order)
     blocks = layout(model, np.union1d(np.arange(-order, order + 1), harmonics), order)
     deflection = static_deflection(model, speed, theta[: len(model.rotor_unknowns)]).value
@@ -184,6 +189,7 @@ class Near:
     """
 
     def __init__(self, model, speed, harmonics, theta=None, *, order=COUPLED_ORDER):
+        model, theta = model.at(model.theta if theta is None else theta)
         self.model, self.order = model, order
         self.speed, self.harmonics, self.theta, _ = response_inputs(model, speed, harmonics, theta, order)
         self.blocks = layout(model, np.union1d(np.arange(-order, order + 1), self.harmonics), order)

@@ -1,10 +1,13 @@
 """The dynamic stiffness of all harmonics that are solved together, and the motion that a force on them gives."""
 
+from functools import partial
+
 import numpy as np
 
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.response.banded import solve_systems
-from rotorstudy.response.coupling import gather, layout_without_turning, linked_members, mirrored_unknown
+from rotorstudy.response.coupling import gather, layout_without_turning, linked_members, mirrored_unknown, own_harmonic
+from rotorstudy.response.on_bearings import are_few, diagonal_blocks, on_bearings, touched_by
 from rotorstudy.response.turning import turning
 
 FEWER_BY = 2  # harmonics are coupled on the coordinates that turn if that takes less than a half of the operations
@@ -20,27 +23,39 @@ def operator(model, theta, speed, blocks, kept=None, *, turning=True):
     returns : list of (..., speed, block, member * dof, member * dof) complex
     raises  : LinAlgError if the condensed coordinates resonate by themselves, so that digits would be lost
     """
-    structure, carried, matrices = model.structure, blocks.harmonics, model.matrices(theta)
-    kept = np.arange(len(structure.dofs)) if kept is None else kept
-    count, dof = len(carried), len(kept)
-    speed = np.asarray(speed, float)
-    result = []
+    kept = np.arange(len(model.structure.dofs)) if kept is None else kept
+    patterns = [*model.table.patterns, *(model.table.turning_patterns if turning else ())]
+    added = _of_entries(patterns, model, theta, speed, blocks, kept)
+    for full, base in zip(added, _of_rotor(model, theta, speed, blocks, kept), strict=True):
+        for m in range(base.shape[-3]):
+            own = slice(m * len(kept), (m + 1) * len(kept))
+            full[..., own, own] += base[..., m, :, :]
+    return added
+
+
+def _of_rotor(model, theta, speed, blocks, kept):
+    """Dynamic stiffness (..., speed, block, member, kept, kept), real, of the rotor alone, for each group."""
+    carried, matrices, found = blocks.harmonics, model.matrices(theta), []
     for group in blocks.groups:
-        n = np.where(group < count, carried[group % count], -carried[group % count])  # harmonic of the equation
-        base = uncoupled(matrices, n, speed[:, None, None])
-        base = _condensed(base, kept, np.diag(structure.stiffness))
-        if not np.all(group < count):
-            base = np.where((group < count)[..., None, None], base, base.conj())
-        full = np.zeros((*theta.shape[:-1], len(speed), *group.shape, dof, group.shape[1], dof), complex)
-        for m in range(group.shape[1]):
-            full[..., m, :, m, :] = base[..., m, :, :]
-        result.append(full)
-    at = np.zeros(len(structure.dofs), int)
-    at[kept] = np.arange(dof)
+        # of the harmonic that an equation is of: n for q_n, -n for w_n
+        base = uncoupled(matrices, own_harmonic(group, carried), np.asarray(speed, float)[:, None, None])
+        found.append(_condensed(base, kept, np.diag(model.structure.stiffness)))
+    return found
+
+
+def _of_entries(patterns, model, theta, speed, blocks, kept):
+    """What the entries of some patterns, on the coordinates `kept`, add to the dynamic stiffness of each group."""
+    count, speed = len(kept), np.asarray(speed, float)
+    at = np.zeros(len(model.structure.dofs), int)
+    at[kept] = np.arange(count)
+    shapes = [(*theta.shape[:-1], len(speed), *group.shape, count, group.shape[1], count) for group in blocks.groups]
+    result = [np.zeros(shape, complex) for shape in shapes]
     own = theta[..., [p for p, _ in model.acting]]
-    for pattern in [*model.table.patterns, *(model.table.turning_patterns if turning else ())]:
+    for pattern in patterns:
         entry, i, j = pattern.entry, pattern.row, pattern.column
         value = pattern.values(own)[..., None, None, :]  # (..., speed, link, place)
+        if not value.any():
+            continue
         for full, (n, is_w, block, row, column) in zip(
             result, linked_members(blocks, entry.is_conjugate, entry.shift), strict=True
         ):
@@ -49,7 +64,7 @@ def operator(model, theta, speed, blocks, kept=None, *, turning=True):
             factor = entry.gain_at(speed[:, None], n) * (1j * (n - entry.shift) * speed[:, None]) ** entry.order
             both = factor[..., None] * value
             full[..., block, row, at[i], column, at[j]] -= np.where(is_w[:, None], both.conj(), both)
-    return [full.reshape(*full.shape[:-4], full.shape[-4] * dof, full.shape[-4] * dof) for full in result]
+    return [full.reshape(*full.shape[:-4], full.shape[-4] * count, full.shape[-4] * count) for full in result]
 
 
 def uncoupled(matrices, n, speed):
@@ -86,16 +101,16 @@ def solver(model, theta, speed, blocks, kept=None):
     few = len(touched) and FEWER_BY * (2 * len(blocks.harmonics) * len(touched)) ** 3 < 4 * whole
     own = layout_without_turning(model, blocks) if few else blocks
     try:
-        matrices = operator(model, theta, speed, own, kept, turning=not few)
+        systems = _systems(model, theta, speed, own, kept, turning=not few)
     except np.linalg.LinAlgError:
         kept = np.arange(dof)
-        matrices = operator(model, theta, speed, own, turning=not few)
+        systems = _systems(model, theta, speed, own, kept, turning=not few)
 
     def solved(force):
         if len(kept) == dof:
-            return solve(matrices, force, own, speed)
+            return _checked_motion(systems(force), speed)
         found = np.zeros(force.shape, complex)
-        found[..., kept, :] = solve(matrices, force[..., kept, :], own, speed)
+        found[..., kept, :] = _checked_motion(systems(force[..., kept, :]), speed)
         return found
 
     if not few:
@@ -112,14 +127,55 @@ def solver(model, theta, speed, blocks, kept=None):
     return solved_with_turning, kept
 
 
-def solve(matrices, force, blocks, speed):
-    """Solve D q = force in every group; force and result (..., speed, harmonic, dof, column)."""
+def _systems(model, theta, speed, blocks, kept, *, turning):
+    """Function from force to motion, both (..., speed, harmonic, kept, column); NaN where the rotor resonates.
+
+    raises : LinAlgError as `operator`
+    """
+    groups = None if turning and model.table.turning_patterns else _on_bearings(model, theta, speed, blocks, kept)
+    if groups is None:
+        groups = [partial(_motion, one) for one in operator(model, theta, speed, blocks, kept, turning=turning)]
+
+    def solved(force):
+        try:
+            with np.errstate(divide="ignore", invalid="ignore"):
+                return _solve_groups(groups, force, blocks)
+        except np.linalg.LinAlgError:
+            return np.array(np.nan)
+
+    return solved
+
+
+def _on_bearings(model, theta, speed, blocks, kept):
+    """For each group the motion by a force, from the receptances of the rotor; None if that saves or gives nothing.
+
+    Where more than bearings is on z, such as the damping of the shaft, all that is on z belongs to the rotor.
+    """
+    patterns, support = model.table.patterns, model.structure.support
+    members = max(group.shape[1] for group in blocks.groups)
+    alone, own = _of_rotor(model, theta, speed, blocks, kept), []
+    if not are_few(touched_by(patterns), len(kept), members):
+        own = [pattern for pattern in patterns if not pattern.entry.is_conjugate]
+        patterns, support = [pattern for pattern in patterns if pattern.entry.is_conjugate], None
+    touched = touched_by(patterns)
+    if not are_few(touched, len(kept), members):
+        return None
+    if own:
+        added = _of_entries(own, model, theta, speed, blocks, kept)
+        alone = [base + diagonal_blocks(more, len(kept)) for base, more in zip(alone, added, strict=True)]
+    springs = np.zeros(len(touched)) if support is None else np.real(np.diag(support))[touched]
+    added, place = _of_entries(patterns, model, theta, speed, blocks, touched), np.searchsorted(kept, touched)
     try:
-        with np.errstate(divide="ignore", invalid="ignore"):
-            found = _solve_groups(matrices, force, blocks)
+        return [on_bearings(*pair, place, springs).motion for pair in zip(alone, added, strict=True)]
     except np.linalg.LinAlgError:
-        found = np.array(np.nan)
-    return _checked_motion(found, speed)
+        return None
+
+
+def _motion(matrix, force):
+    """Motion of a group by a force, both (..., speed, block, member, dof, column)."""
+    flat = force.reshape(*force.shape[:-3], -1, force.shape[-1])
+    found = flat / matrix if matrix.shape[-1] == 1 else solve_systems(matrix, flat)
+    return found.reshape(force.shape)
 
 
 def _checked_motion(found, speed):
@@ -136,16 +192,15 @@ def _some(speed):
     return ", ".join(f"{w:g}" for w in speed[:5]) + (" ..." if len(speed) > 5 else "")
 
 
-def _solve_groups(matrices, force, blocks):
+def _solve_groups(groups, force, blocks):
     count, dof = len(blocks.harmonics), force.shape[-2]
     if not blocks.doubled and len(blocks.groups) == 1 and blocks.groups[0].shape == (count, 1):
-        return force / matrices[0] if dof == 1 else solve_systems(matrices[0], force)
+        return groups[0](force[..., None, :, :])[..., 0, :, :]
     result = np.zeros_like(force)
     columns = np.moveaxis(force, -1, 0)
-    for matrix, group, mirror in zip(matrices, blocks.groups, blocks.mirrors, strict=True):
+    for motion, group, mirror in zip(groups, blocks.groups, blocks.mirrors, strict=True):
         right = np.moveaxis(gather(columns, group, count, blocks.harmonics), 0, -1)
-        solved = solve_systems(matrix, right)
-        solved = solved.reshape(*solved.shape[:-2], group.shape[1], dof, solved.shape[-1])
+        solved = motion(right.reshape(*right.shape[:-2], group.shape[1], dof, right.shape[-1]))
         direct = group < count
         result[..., group[direct], :, :] = solved[..., direct, :, :]
         if mirror:

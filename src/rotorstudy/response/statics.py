@@ -49,7 +49,7 @@ def static_loads(model, deflection, speed):
     dofs = model.structure.dofs
     moves = np.flatnonzero([motion == "translation" for _, motion in dofs])
     found = []
-    for term in (term for term in model.terms if term.carries):
+    for term in (term for term in model.terms if term.carries and not term.is_bearing_number):
         springs = [_springs(unknown, [speed], len(dofs)) for unknown in term.unknowns]
         force = sum(
             value * (on_z[0] @ deflection + on_conj[0] @ deflection.conj())
@@ -67,6 +67,7 @@ def static_deflection(model, speed, theta, *, jacobian=False):
     theta : (..., parameter), of which only the amplitudes that carry load matter
     raises : NoSteadyState if the bearings do not carry the load
     """
+    model, theta = model.at(theta)
     structure, varied, held = model.structure, model.varied, model.held_deflection
     if held is not None:
         return Deflection(held, {})

@@ -5,6 +5,7 @@ from itertools import product
 
 import numpy as np
 
+from rotorstudy.chunks import chunk_of, gathered
 from rotorstudy.errors import NoConvergenceError, NoSteadyState
 from rotorstudy.inference.bounds import cramer_rao_bound
 from rotorstudy.inference.estimate import estimate_by, magnitude_and_phase
@@ -92,10 +93,10 @@ def _estimate(name, problem):
     return reported(problem, estimate_by(registry().get("estimator", name), problem))
 
 
-def monte_carlo(config, rig, case):
+def monte_carlo(config, rig, case, chunk=0, chunks=1):
     """Estimates of one case under noise, for every record kind, noise model, level and estimator of the rig.
 
-    case    : its name or file name
+    case    : its name or file name;  chunk, chunks : which part of the noise levels, 0 to chunks - 1, of how many
     White noise in time is drawn in the spectrum, where it is independent circular noise on each harmonic.
     returns : estimate (record, noise_model, noise, estimator, trial, parameter), stated_std (record, noise_model,
               noise, estimator, parameter; median over trials), coverage (share of trials whose stated 95 % interval
@@ -107,11 +108,12 @@ def monte_carlo(config, rig, case):
     kinds = settings.rigs[rig].records or [STEADY]
     study = list(config.cases).index(case)
     size = (2, len(speeds), len(config.harmonics), len(model.sensors))
+    levels = chunk_of(settings.levels_percent, chunk, chunks)
     numbers = standard_normal(settings.seed, study, settings.trials, size)
     theta_true = model.theta[model.position(config.unknowns)]
     names_used, models = list(settings.rigs[rig].estimators), settings.rigs[rig].models
     names_used += [CONDENSED] if settings.rigs[rig].condensed else []
-    shape = (len(kinds), len(models), len(settings.levels_percent), len(names_used))
+    shape = (len(kinds), len(models), len(levels), len(names_used))
     stated, coverage, exact = [], [], []
     bounds, trials = [], []
     for kind in kinds:
@@ -119,7 +121,7 @@ def monte_carlo(config, rig, case):
         weighted = replace(clean, covariance=independent_covariance(noise_std(clean, 0.01, models[0], samples) ** 2))
         problem = Problem(model, weighted, tuple(config.unknowns))
         exact += [_estimate(name, problem)[1] for name in names_used]
-        for noise_model, level in product(models, settings.levels_percent):
+        for noise_model, level in product(models, levels):
             std = noise_std(clean, level / 100, noise_model, samples)
             spectrum = replace(
                 clean,
@@ -144,7 +146,7 @@ def monte_carlo(config, rig, case):
     coordinates = {
         "record": (kinds, "1", "what the noise is added to"),
         "noise_model": (list(models), "1", "noise model"),
-        "noise": (np.array(settings.levels_percent), "percent", "noise level"),
+        "noise": (np.array(levels), "percent", "noise level"),
         "estimator": (names_used, "1", "parameter estimator"),
         "trial": (np.arange(settings.trials), "1", "trial"),
         **parameter_coordinates(names),
@@ -183,6 +185,11 @@ def monte_carlo(config, rig, case):
         "true": (("parameter",), true, "SI", "value assumed"),
     }
     return dataset(variables, coordinates, title=f"{config.title}: {case}, rig {rig}, under noise", seed=settings.seed)
+
+
+def gather_monte_carlo(config, case, chunks, parts):
+    """What `monte_carlo` returns, from its chunks; parts : {"<file name of the case>_<chunk>": Dataset}"""
+    return gathered([parts[f"{case}_{chunk}"] for chunk in range(chunks)], "noise")
 
 
 def bias(config):

@@ -19,6 +19,7 @@ PLAUSIBLE = {
     "eccentricity_m": (0.0, 1e-3, "10 um are 1e-5"),
     "shaft_damping_s": (0.0, 1e-2, "1e-5 is usual"),
 }
+TURN = 2 * np.pi * (1 + 1e-6)  # rad; a larger angle is probably in degrees
 FACTORS = {1e3: "1000", 1e6: "a million", 1e9: "1e9", METRES["mil"]: "2.54e-5 (mil in m)"}
 CLEARANCE = (2e-4, 1e-2)  # radial clearance over radius; 0.0005 to 0.003 in most machines
 PRESSURE = (1e3, 2e7)  # Pa, load over projected area of a journal
@@ -47,6 +48,9 @@ def implausible_numbers(given, place=""):
 
 def _of_number(where, key, value):
     """Findings on one number."""
+    if str(key).endswith("_rad") and abs(value) > TURN:
+        text = f"{key} = {value:g} is more than a turn; for degrees write {str(key).removesuffix('_rad')}_deg"
+        return [Finding("warning", "units", where, text)]
     known = next((name for name in PLAUSIBLE if key == name or str(key).startswith(f"{name}_")), None)
     if known is None or value == 0:
         return []

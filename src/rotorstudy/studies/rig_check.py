@@ -17,7 +17,7 @@ from rotorstudy.units import RAD_PER_S, number, percent
 TRIED = np.geomspace(0.1, 1e5, 121)  # rad/s, at which it is tried whether the bearings are defined
 HALVINGS = 30  # of the interval about an end of that range
 BLIND = 0.05  # of the largest motion in a mode: a probe that sees less is at a node of it
-OVERDAMPED, UNDAMPED = 0.5, 1e-4  # damping ratios between which a critical speed shows as a usual resonance
+UNDAMPED = 1e-4  # damping ratio below which a resonance is sharper than in any machine
 SAG = 1e-3  # m, static deflection of a shaft in its bearings beyond which they are too soft
 
 
@@ -82,11 +82,6 @@ def check_rig(path):
         return RigCheck(worst_first(findings), None, valid, model)
     findings += [*_of_analysis(analysis, str(path)), *_probes_at_nodes(model, analysis, _probe_nodes(rig, model))]
     return RigCheck(worst_first(findings), analysis, valid, model)
-
-
-def resonant(analysis):
-    """The critical speeds of an analysis that show as resonances; in film bearings most modes are overdamped."""
-    return [one for one in analysis.criticals if one.damping_ratio <= OVERDAMPED]
 
 
 def speed_range(model):
@@ -190,7 +185,7 @@ def _of_analysis(analysis, path):
     if sag > SAG:
         text = f"the weight bends the rotor by {1e3 * sag:.3g} mm; are bearings or shaft softer than meant, by a unit?"
         found.append(Finding("warning", "static deflection", path, text))
-    if analysis.criticals and not resonant(analysis):
+    if analysis.criticals and not analysis.resonant:
         text = "every critical speed is overdamped, so that none shows; is a damping larger than meant, by a unit?"
         found.append(Finding("note", "damping", path, text))
     for one in analysis.criticals:
@@ -219,7 +214,7 @@ def _probes_at_nodes(model, analysis, nodes):
     """Findings on probes that do not see a mode at its critical speed."""
     still, found = time_invariant(model), []
     moves = [i for i, (_, motion) in enumerate(still.structure.dofs) if motion == "translation"]
-    for one in resonant(analysis):
+    for one in analysis.resonant:
         modes = damped_modes(still, [one.speed], MODES)
         mode = int(np.nanargmin(np.abs(modes.frequency[0] - one.speed)))
         size = np.hypot(np.abs(modes.forward[0, mode]), np.abs(modes.backward[0, mode]))

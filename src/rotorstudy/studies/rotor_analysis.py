@@ -42,6 +42,7 @@ ABOUT_A_RESONANCE = np.sinh(np.linspace(-3, 3, 61)) / np.sinh(3)  # further spee
 RESONANCE_WIDTHS = 12  # half their range, in half-power half-widths
 SAME = 1e-6  # relative difference of whirl frequencies that are equal
 OSCILLATING = 0.3  # imaginary part over modulus of an eigenvalue whose motion swings through; slower ones creep back
+RESONANT = 0.5  # damping ratio up to which a critical speed shows as a resonance
 UNDAMPED = 1e-6  # damping ratio that is round-off: the response at such a critical speed has no bound
 NARROWEST = 1e-4  # damping ratio of the narrowest resonance that is resolved
 DENSER = 20  # speeds of the response over those of the whirl, where forces without it shift and damp the resonances
@@ -94,6 +95,11 @@ class RotorAnalysis(NamedTuple):
     left_out: list
     timeless: list
     unbalance: str
+
+    @property
+    def resonant(self):
+        """The critical speeds that show as resonances; in film bearings most modes are overdamped."""
+        return [one for one in self.criticals if one.damping_ratio <= RESONANT]
 
 
 def analyse_rotor(model, lowest=None, highest=None, reading=None):

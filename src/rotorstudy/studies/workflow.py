@@ -27,9 +27,14 @@ class DiagnosisItem(Strict):
 
 
 class Chunks(Strict):
-    """Number of jobs into which a sweep is split, for a cluster; the numbers do not depend on it."""
+    """Number of jobs into which a sweep is split, for a cluster; the numbers do not depend on it.
+
+    blind : by cases;  monte_carlo : by noise levels, of each rig of a study;  compare : by faults, of each method
+    """
 
     blind: int = Field(default=1, ge=1)
+    monte_carlo: int = Field(default=1, ge=1)
+    compare: int = Field(default=1, ge=1)
 
 
 class WorkflowConfig(Strict):
@@ -66,7 +71,7 @@ def job(snakemake):
     with path.open("w", encoding="utf-8") as log, redirect_stdout(log), redirect_stderr(log):
         try:
             yield
-        except Exception as error:
+        except (Exception, SystemExit) as error:  # a plugin may call sys.exit
             message = error if isinstance(error, RotorstudyError) else blamed(error)
             if not message:
                 raise

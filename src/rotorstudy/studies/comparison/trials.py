@@ -92,16 +92,17 @@ def trial_spectra(method, trials, harmonics):
     return np.swapaxes(amplitude, 2, 3), covariance.mean(axis=1)
 
 
-def spectra(config, name, rotor, method):
-    """Spectra of all records of a rotor by a spectrum method.
+def spectra(config, name, rotor, method, faults=None):
+    """Spectra of the records of a rotor by a spectrum method.
 
+    faults  : names of some faults, by default of all
     returns : amplitude (fault, noise, trial, speed, harmonic, node, part) m, NaN beyond the trials of a cell, and for
               noise levels that a fault leaves out;
               covariance (fault, noise, speed, node, component, component_2) m^2, as stated, mean over trials;
               harmonic_error (fault, noise), rms over trials and harmonics over the rms of the vibration;
               seconds (fault, noise) per record
     """
-    faults, levels = list(config.faults), config.levels_percent
+    faults, levels = list(faults or config.faults), config.levels_percent
     model, harmonics = rotor.model, rotor.measured
     shape = (len(faults), len(levels), config.trials, len(rotor.speeds), len(harmonics), len(model.sensors))
     amplitude = np.full(shape, np.nan, complex)

@@ -1,0 +1,114 @@
+"""Machines on oil films whose clearance differs from the rig file: the numbers of bearings move in every fit."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import yaml
+
+from foreign.beam import Element
+from foreign.effects import add_unbalance
+from foreign.film import Film, bearing
+from foreign.machine import GRAVITY, Disc, Rotor, build
+from foreign.stepping import steady_state
+from rotorstudy import build_model, measured_response
+from rotorstudy.diagnosis import investigate
+from rotorstudy.diagnosis.extend import extended_rig
+from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.inference.problem import Problem
+from rotorstudy.inference.rig_estimate import estimate_rig
+from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+from rotorstudy.model.registry import registry
+from rotorstudy.model.rig_numbers import with_numbers
+
+SPEEDS, HARMONICS, NODES = np.array([90.0, 120.0, 150.0, 180.0, 210.0, 240.0]), np.array([1, -1, 2, -2]), (0, 2, 6)
+SHAFT = Element(length=0.15, outer_diameter=0.06, youngs_modulus=2.1e11, density=7850.0)
+DISCS = (Disc(2, 20.0, 0.2, 0.11), Disc(4, 30.0, 0.4, 0.21))
+LEFT = Film(node=0, diameter=0.06, length=0.03, clearance=1e-4, viscosity=0.02, load=320.0)
+FILMS = (LEFT, replace(LEFT, node=6, load=350.0))
+UNBALANCE = {2: 20 * 1e-5 * np.exp(0.4j), 4: 30 * 8e-6 * np.exp(-2j)}  # kg m
+CLEARANCE = "bearings[left].radial_clearance_m"
+ML = registry().get("estimator", "maximum_likelihood")
+SLOW = ["breathing_crack", "cubic_stiffness", "looseness", "pedestal_resonance", "rub", "transverse_crack"]
+KNOWN = {"default": 0.01, "rotor": 0.0, "eccentricity": 0.05, "bearing_scale": 0.0}
+STRICT = {"model_error": 1e-3, "model_floor": 1e-4, "nuisance": {}, "leave_out": SLOW, "candidates_per_round": 4}
+
+
+def true_spectrum(films, seed, noise=3e-9):
+    """What the sensors show of the machine on these films, with noise, and without it."""
+    shown = np.empty((len(SPEEDS), len(HARMONICS), len(NODES)), complex)
+    for i, speed in enumerate(SPEEDS):
+        rotor = Rotor((SHAFT,) * 6, DISCS, tuple(bearing(film, speed) for film in films))
+        machine = build(rotor)
+        for node, value in UNBALANCE.items():
+            add_unbalance(machine, node, abs(value), np.angle(value))
+        steady = steady_state(machine, [speed], steps=32)
+        shown[i] = [[steady.whirl(node, n)[0] for node in NODES] for n in HARMONICS]
+    draws = np.random.default_rng(seed).normal(0, noise / np.sqrt(2), (2, *shown.shape))
+    covariance = independent_covariance(np.full(shown.shape, noise**2 / 2))
+    sensors = tuple(node + 1 for node in NODES)
+    return Spectrum(shown + draws[0] + 1j * draws[1], SPEEDS, HARMONICS, sensors, covariance), shown
+
+
+def rig():
+    """The rig file of the machine on the films as drawn."""
+    journal = {"kind": "short_journal", "diameter_m": 0.06, "length_m": 0.03, "radial_clearance_m": 1e-4}
+    return {
+        "rotor": {
+            "kind": "finite_element",
+            "elements": [{"length_m": 0.9, "count": 6}],
+            "outer_diameter_m": 0.06,
+            "gravity_m_per_s2": GRAVITY,
+            "discs": [
+                {"node": d.node + 1, "mass_kg": d.mass, "polar_moment_kg_m2": d.polar_moment,
+                 "diametral_moment_kg_m2": d.diametral_moment} for d in DISCS
+            ],
+        },
+        "bearings": [
+            {**journal, "node": film.node + 1, "label": label, "viscosity_Pa_s": film.viscosity, "load_N": film.load}
+            for film, label in zip(FILMS, ("left", "right"), strict=True)
+        ],
+        "effects": [
+            {"kind": "unbalance", "node": node + 1, "label": str(node), "mass_kg": 1.0, "eccentricity_m": abs(value),
+             "eccentricity_phase_rad": float(np.angle(value))} for node, value in UNBALANCE.items()
+        ],
+        "sensors": [node + 1 for node in NODES],
+    }  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def worn():
+    """A healthy machine whose left bearing has a clearance 10 % above the drawing."""
+    return true_spectrum((replace(FILMS[0], clearance=1.1e-4), FILMS[1]), 1)[0]
+
+
+def test_a_machine_on_films_is_predicted():
+    model, (_, true) = build_model(rig()), true_spectrum(FILMS, 0)
+    assert np.abs(measured_response(model, SPEEDS, HARMONICS) - true).max() < 1e-6 * np.abs(true).max()
+
+
+def test_a_larger_clearance_is_identified_within_its_interval(worn):
+    names = [CLEARANCE, "eccentricity[2]", "eccentricity[4]"]
+    model = with_numbers(build_model(rig()), names)
+    found = estimate_rig(ML, Problem(model, worn, model.unknown_names(names)), rig())
+    value, std = found.theta[0], found.std[0]
+    assert abs(value - 0.1) < 3 * std < 0.03
+    assert found.misfit < 1.5 * worn.data_count
+    # negative control: as drawn it does not explain the record
+    held = estimate_rig(ML, Problem(model, worn, model.unknown_names(names[1:])), rig())
+    assert held.misfit > 20 * worn.data_count
+
+
+def test_an_uncertain_clearance_moves_and_is_reported_and_is_no_fault(worn):
+    stated = {**STRICT, "uncertainty": {**KNOWN, CLEARANCE: 0.04, "bearings[right].radial_clearance_m": 0.04}}
+    diagnosis = investigate(worn, build_model(rig()), settings=Settings(**stated))
+    assert diagnosis.verdict.verdict == "nothing"
+    (moved,) = (row for row in diagnosis.verdict.base_parameters if row.name == CLEARANCE)
+    assert moved.value == pytest.approx(0.1, abs=3 * moved.std) and moved.stated == 0
+    assert moved.stated_std == 0.04 and 2 < moved.moved_sigma < 3
+    after = yaml.safe_load(yaml.safe_dump(extended_rig(rig(), diagnosis)))
+    assert after["bearings"][0]["radial_clearance_m"] == pytest.approx(1.1e-4, rel=3 * moved.std)
+    assert CLEARANCE in build_model(after).uncertainty.names
+    # negative control: held as drawn, the same record is of a faulty machine
+    held = investigate(worn, build_model(rig()), settings=Settings(**STRICT, uncertainty=KNOWN))
+    assert held.verdict.verdict != "nothing"

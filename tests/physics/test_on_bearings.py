@@ -1,0 +1,66 @@
+"""The motion from the receptances of the rotor without its bearings is that of the whole system of equations."""
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+
+from rotorstudy.model.rig import build_model
+from rotorstudy.response import solving
+from rotorstudy.response.harmonic import harmonic_response_and_jacobian
+
+SPEED, HARMONICS = np.array([60.0, 150.0, 400.0]), (0, 1, -1, 2, -2)
+AGREES = 1e-10  # relative: of 16 digits some four are lost, by the stiffness of bearings over that of a shaft
+
+
+def rotor(*effects):
+    bearings = [
+        {"kind": "linear", "node": node, "label": f"{node}", "coefficients": "anisotropic",
+         "bearing_stiffness_xx_N_per_m": 2e6, "bearing_stiffness_yy_N_per_m": 5e6,
+         "bearing_damping_xx_N_s_per_m": 300.0, "bearing_damping_yy_N_s_per_m": 200.0}
+        for node in (1, 7)
+    ]  # fmt: skip
+    return build_model(
+        {
+            "rotor": {
+                "kind": "finite_element",
+                "elements": [{"length_m": 0.6, "count": 6}],
+                "outer_diameter_m": 0.02,
+                "discs": [{"node": 3, "mass_kg": 2.0, "polar_moment_kg_m2": 5e-3, "diametral_moment_kg_m2": 2e-3}],
+            },
+            "bearings": bearings,
+            "effects": [{"kind": "unbalance", "node": 3, "eccentricity_m": 1e-5}, *effects],
+            "sensors": [3, 5],
+        }
+    )
+
+
+SHAFT = {"kind": "shaft_damping", "shaft_damping_s": 1e-5}  # on all coordinates
+
+
+def both_ways(model, monkeypatch, speed=SPEED):
+    """Response and derivatives by the receptances, by the whole system, and whether the first were used."""
+    used, own = [], solving.on_bearings
+    monkeypatch.setattr(solving, "on_bearings", lambda *given: used.append(found := own(*given)) or found)
+    fast = harmonic_response_and_jacobian(model, speed, HARMONICS)
+    monkeypatch.setattr(solving, "are_few", lambda *_: False)
+    return fast, harmonic_response_and_jacobian(model, speed, HARMONICS), bool(used)
+
+
+@pytest.mark.parametrize("effects", [(), (SHAFT,), (SHAFT, {"kind": "unbalance", "node": 5, "label": "b",
+                                                            "eccentricity_m": 2e-6})])  # fmt: skip
+def test_it_is_that_of_the_whole_system(effects, monkeypatch):
+    fast, whole, used = both_ways(rotor(*effects), monkeypatch)
+    assert used
+    for one, other in zip(fast, whole, strict=True):
+        assert one == pytest.approx(other, rel=0, abs=AGREES * np.abs(other).max())
+
+
+def test_where_the_rotor_resonates_without_its_bearings_the_whole_system_is_solved(monkeypatch):
+    """At that speed the receptances are lost: with the springs alone, nothing damps a mode at -1X."""
+    model = rotor()
+    structure = model.structure
+    own = eigh(structure.supported_stiffness, structure.mass + structure.gyroscopic, eigvals_only=True)
+    speed = np.sqrt(own[:1])  # K + S - w^2 M - w^2 G is singular
+    fast, whole, used = both_ways(model, monkeypatch, speed)
+    assert not used
+    assert np.array_equal(fast.response, whole.response)

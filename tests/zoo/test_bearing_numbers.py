@@ -1,0 +1,182 @@
+"""The numbers of bearings as parameters: every bearing plugin against bearings built anew, and films in closed form."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rotorstudy import RotorstudyError, registry
+from rotorstudy.commands.line import main
+from rotorstudy.diagnosis.settings import Settings, check_names
+from rotorstudy.errors import NoSteadyState
+from rotorstudy.inference.prior import prior_of
+from rotorstudy.model.bearing_numbers import bearing_numbers, with_bearing_numbers
+from rotorstudy.model.bearings import dynamic_stiffness
+from rotorstudy.model.estimated_rig import rig_with_estimate, rig_with_values
+from rotorstudy.model.rig import build_model
+from rotorstudy.response.harmonic import harmonic_response
+from rotorstudy.response.integration import time_response
+from rotorstudy.response.measured import measured_response, measured_response_and_jacobian
+from rotorstudy.response.stability import eigenvalues
+
+SPEEDS, HARMONICS = [60.0, 140.0, 260.0], [0, 1, -1, 2]
+ROTOR = {
+    "kind": "finite_element",
+    "outer_diameter_m": 0.05,
+    "elements": [{"length_m": 0.8, "count": 4}],
+    "discs": [{"node": 3, "mass_kg": 60.0, "polar_moment_kg_m2": 0.6, "diametral_moment_kg_m2": 0.3}],
+}
+JOURNAL = {"kind": "short_journal", **registry().plugins["bearing"]["short_journal"].example}
+UNBALANCE = {"kind": "unbalance", "node": 3, "eccentricity_m": 2e-5, "eccentricity_phase_rad": 0.4}
+
+
+def rig_on(item):
+    own = {"kind": "linear", "node": 5, "bearing_stiffness_N_per_m": 2e7, "bearing_damping_N_s_per_m": 2e4}
+    return {"rotor": ROTOR, "bearings": [{**item, "node": 1, "label": "left"}, own], "effects": [UNBALANCE]}
+
+
+def film_rig():
+    return rig_on(JOURNAL) | {"sensors": [1, 3]}
+
+
+def examples():
+    for name, plugin in registry().plugins["bearing"].items():
+        item = {"kind": name, **plugin.example}
+        if name == "squeeze_film":
+            item["centring_stiffness_N_per_m"] = 1e7
+        bearing = build_model({"rotor": ROTOR, "bearings": [{**item, "node": 1, "label": "left"}]}).terms[0]
+        yield from (pytest.param(item, number, id=f"{name} {number}") for number in bearing_numbers(0, bearing))
+
+
+@pytest.mark.parametrize(("item", "name"), list(examples()))
+def test_a_bearing_with_another_number_is_the_one_built_with_it(item, name):
+    rig = rig_on(item)
+    model = with_bearing_numbers(build_model(rig), [name])
+    (place,) = model.position([name])
+    theta = model.theta + 0.07 * np.eye(len(model.theta))[place]
+    found = measured_response_and_jacobian(model, SPEEDS, HARMONICS, theta)
+    built = measured_response(build_model(rig_with_values(rig, model, {name: 0.07})), SPEEDS, HARMONICS)
+    assert np.abs(found.response - built).max() <= 1e-12 * np.abs(built).max()
+    if not np.any(found.jacobian[..., place]):  # the speeds of a table with equal values, or one beyond those tried
+        pytest.skip("the response does not depend on it")
+    # another route to the derivative: the response itself, with a step ten times larger
+    step = 3e-4 * np.eye(len(theta))[place]
+    up, down = (measured_response(model, SPEEDS, HARMONICS, theta + sign * step) for sign in (1, -1))
+    slope = (up - down) / 6e-4
+    assert np.abs(found.jacobian[..., place] - slope).max() < 1e-4 * np.abs(slope).max()
+
+
+def slope_of(item, number, order):
+    """Derivative of the stiffness (order 0) or the damping (1) of a bearing by the relative change of a number."""
+    name = f"bearings[left].{number}"
+    model = with_bearing_numbers(build_model(rig_on(item)), [name])
+    (term,) = (term for term in model.terms if term.is_bearing_number)
+    return part(replace(term, values={name: 1.0}), order)
+
+
+def part(term, order, speed=150.0):
+    narrow = replace(term, parameters=tuple(
+        replace(p, entries=tuple(replace(e, matrix=np.asarray(e.matrix)[:1, :1]) for e in p.entries))
+        for p in term.parameters
+    ))  # fmt: skip
+    found = dynamic_stiffness(narrow, [speed], [1])[0, 0]
+    return found.imag / speed if order else found.real
+
+
+@pytest.mark.parametrize("order", [0, 1])
+def test_slopes_of_a_film_are_those_of_similar_films(order):
+    """K = W/c k(s), C = W/(c w) d(s) with s = mu w D L^3 / (8 W c^2): derivatives by c and W follow from that by mu."""
+    whole = part(build_model(rig_on(JOURNAL)).terms[0], order)
+    oil = slope_of(JOURNAL, "viscosity_Pa_s", order)
+    size = np.abs(whole).max()
+    assert np.abs(slope_of(JOURNAL, "radial_clearance_m", order) + whole + 2 * oil).max() < 1e-7 * size
+    assert np.abs(slope_of(JOURNAL, "load_N", order) - whole + oil).max() < 1e-7 * size
+    faster, slower = (part(build_model(rig_on(JOURNAL)).terms[0], order, 150.0 * (1 + h)) for h in (1e-4, -1e-4))
+    by_speed = (faster - slower) / 2e-4 + order * whole
+    assert np.abs(oil - by_speed).max() < 1e-6 * size
+
+
+def test_the_damping_of_a_squeeze_film_falls_with_the_cube_of_its_clearance():
+    item = {"kind": "squeeze_film", **registry().plugins["bearing"]["squeeze_film"].example}
+    item["centring_stiffness_N_per_m"] = 0.0
+    whole = part(build_model(rig_on(item)).terms[0], 1)
+    assert slope_of(item, "radial_clearance_m", 1) == pytest.approx(-3 * whole, rel=1e-7)
+
+
+def test_no_clearance_becomes_zero_or_negative():
+    model = with_bearing_numbers(build_model(film_rig()), ["bearings.radial_clearance_m"])
+    theta = model.theta.copy()
+    for change in (-1.0, -1.5):
+        theta[model.position(["bearings.radial_clearance_m"])] = change
+        with pytest.raises(NoSteadyState, match="zero or negative"):
+            measured_response(model, SPEEDS, HARMONICS, theta)
+    long = with_bearing_numbers(build_model(film_rig()), ["bearings.length_m"])
+    with pytest.raises(NoSteadyState, match="no bearing with these numbers: short_journal: length_m / diameter_m"):
+        measured_response(long, SPEEDS, HARMONICS, long.theta + 3.0 * (np.array(long.names) == "bearings.length_m"))
+
+
+def test_all_roads_see_the_same_bearing():
+    rig = film_rig()
+    model = with_bearing_numbers(build_model(rig), ["bearings[left].viscosity_Pa_s"])
+    theta = model.theta + 0.3 * (np.array(model.names) == "bearings[left].viscosity_Pa_s")
+    built = build_model(rig_with_values(rig, model, {"bearings[left].viscosity_Pa_s": 0.3}))
+    for road in (
+        lambda model, theta: eigenvalues(model, SPEEDS, theta),
+        lambda model, theta: harmonic_response(model, SPEEDS, HARMONICS, theta),
+        lambda model, theta: time_response(model, 140.0, np.linspace(0, 5e-4, 3), theta),
+    ):
+        found, true = road(model, theta), road(built, built.theta)
+        assert np.abs(found - true).max() <= 1e-9 * np.abs(true).max()
+    trials = measured_response(model, SPEEDS, HARMONICS, np.stack([model.theta, theta]))
+    assert np.array_equal(trials[1], measured_response(model, SPEEDS, HARMONICS, theta))
+
+
+def test_a_rig_with_an_estimate_has_the_new_numbers():
+    rig, names = film_rig(), ("bearings[left].radial_clearance_m", "bearings.viscosity_Pa_s")
+    model = with_bearing_numbers(build_model(rig), names)
+    found = rig_with_estimate(rig, model, names, np.array([0.1, -0.2]), np.diag([0.011, 0.004]) ** 2)
+    assert found["bearings"][0]["radial_clearance_m"] == pytest.approx(1.1e-4)
+    assert found["bearings"][0]["viscosity_Pa_s"] == pytest.approx(0.08)
+    assert found["bearings"][1] == rig["bearings"][1]
+    assert found["prior"]["standard_deviations"] == pytest.approx([0.01, 0.005])
+    assert build_model(found).uncertainty.names == names
+
+
+def test_uncertainty_is_stated_by_name():
+    rig = film_rig()
+    stated = {"default": 0.0, "bearings[left].load_N": 0.2}
+    model = with_bearing_numbers(build_model(rig), stated)
+    check_names(Settings(uncertainty=stated), build_model(rig), "rig.yaml, diagnosis")
+    assert prior_of(model, stated).by_name == {"bearings[left].load_N": (0.0, 0.2)}
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("bearings[left].clearance_m", r"did you mean 'bearings\[left\].radial_clearance_m'"),
+        ("bearings[right].load_N", r"did you mean 'bearings\[left\].load_N'"),
+        ("bearings[1].load_N", "unknown number of the bearings"),  # a linear bearing
+    ],
+)
+def test_a_number_that_no_bearing_has_is_refused(name, words):
+    with pytest.raises(RotorstudyError, match=words):
+        with_bearing_numbers(build_model(film_rig()), [name])
+
+
+def test_a_load_that_is_not_stated_is_no_number():
+    rig = rig_on({key: value for key, value in JOURNAL.items() if key != "load_N"})
+    with pytest.raises(RotorstudyError, match="an option that the rig does not state"):
+        with_bearing_numbers(build_model(rig), ["bearings.load_N"])
+
+
+def test_an_estimator_of_the_equations_refuses_them(tmp_path, capsys):
+    import yaml
+
+    rig, records = tmp_path / "rig.yaml", tmp_path / "records.nc"
+    rig.write_text(yaml.safe_dump(film_rig() | {"sensors": [1, 2, 3, 4, 5]}))
+    assert main(["simulate", str(rig), "--speeds", *map(str, SPEEDS), "--noise", "1e-8", "--out", str(records)]) == 0
+    given = ["identify", str(records), "--rig", str(rig), "--unknowns", "bearings.viscosity_Pa_s"]
+    assert main(given) == 0
+    assert "bearings.viscosity_Pa_s" in capsys.readouterr().out
+    assert main([*given, "--estimator", "least_squares"]) == 1
+    assert "maximum_likelihood" in capsys.readouterr().err
