@@ -124,17 +124,13 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     best = _added(work, work.found[frozenset()], [base, fit(whole, widened, prior, steps=0)] if imitates else None)
     log.info("fitting the best of %d explanations again", len(work.found))
     settled = _settled(work, spectrum, missing, best)
-<<<<<<< HEAD
     first = max(settled.explanations, key=odds_of)
     if not (settled is work and first is best):  # to which nothing was found that could be added
         _added(settled, first)
-=======
-    _added(settled, max(settled.explanations, key=odds_of))
     exact = without_error(settled)
     if exact is not settled:
         settled = exact
         _added(settled, max(settled.explanations, key=odds_of))  # parts of its faults
->>>>>>> main
     settled = replace(settled, unstable=grows(settled.base, spectrum.speed))
     _drop_impossible(settled)
     return settled
