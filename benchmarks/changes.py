@@ -25,7 +25,7 @@ from foreign.measuring import record, surface_runout
 from foreign.stepping import NoSteadyState
 
 from rotorstudy.diagnosis import investigate
-from rotorstudy.diagnosis.compare import compare
+from rotorstudy.diagnosis.runs.compare import compare
 from rotorstudy.diagnosis.settings import read_settings
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.measurement import measured_spectrum

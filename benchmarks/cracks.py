@@ -30,7 +30,7 @@ from foreign.files import write_case
 from foreign.stepping import NoSteadyState
 
 from rotorstudy.diagnosis import investigate
-from rotorstudy.diagnosis.one_cause import identify_cause
+from rotorstudy.diagnosis.one_cause.identify import identify_cause
 from rotorstudy.diagnosis.settings import read_settings
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.measurement import measured_spectrum

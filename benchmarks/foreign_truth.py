@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from foreign.measuring import expected_harmonics
 
-from rotorstudy.diagnosis.search import base_model
+from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.inference.fit import fit
 from rotorstudy.model.registry import registry
 

@@ -3,8 +3,8 @@
 The folders are of `benchmarks/foreign.py`: cases, pairs among them, diagnosed with the whole library, and (by
 `--without-truth`) without the effects that are the truth. A logistic regression says from a verdict with causes how
 probable it is that the truth is not among them, if a share of `--outside` of all faults is of a kind that the library
-lacks. `src/rotorstudy/diagnosis/outside.yaml` has the coefficients, the number of verdicts, and the calibration error
-of predictions for cases that were left out; the features of all verdicts are kept in `benchmarks/outside.csv`.
+lacks. `src/rotorstudy/diagnosis/verdict/outside.yaml` has the coefficients, the number of verdicts, and the calibration
+error of predictions for cases that were left out; the features of all verdicts are kept in `benchmarks/outside.csv`.
 """
 
 import argparse
@@ -17,14 +17,14 @@ from scipy.optimize import minimize
 from scipy.special import expit
 
 from rotorstudy.blind.scoring import calibration
-from rotorstudy.diagnosis.outside import FEATURES, features
-from rotorstudy.diagnosis.result import Verdict
+from rotorstudy.diagnosis.verdict.outside import FEATURES, features
+from rotorstudy.diagnosis.verdict.result import Verdict
 
 PARTS = 10  # of the cases, each predicted from the others
 RIDGE = 1.0  # precision of the prior of a coefficient, for a feature scaled to a standard deviation of one
 LEAST_SPREAD = 0.1  # of a feature that hardly varies
 ROWS = Path(__file__).with_suffix(".csv")
-TARGET = Path(__file__).parents[1] / "src/rotorstudy/diagnosis/outside.yaml"
+TARGET = Path(__file__).parents[1] / "src/rotorstudy/diagnosis/verdict/outside.yaml"
 
 
 def read(folder):

@@ -14,7 +14,7 @@ import pandas as pd
 import yaml
 from scipy.stats import chi2
 
-from rotorstudy.diagnosis.runs import identify_runs
+from rotorstudy.diagnosis.runs.joint import identify_runs
 from rotorstudy.model.estimated_rig import write_rig
 from rotorstudy.model.rig import read_rig
 

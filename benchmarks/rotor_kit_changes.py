@@ -18,7 +18,7 @@ import numpy as np
 from rotor_kit import UPDATING, baseline_records, published, updated_rig
 from scipy.stats import chi2
 
-from rotorstudy.diagnosis.compare import compare
+from rotorstudy.diagnosis.runs.compare import compare
 from rotorstudy.diagnosis.settings import read_settings
 from rotorstudy.measurement.measurement import measured_spectrum
 

@@ -291,7 +291,7 @@ def test_progress_is_shown_in_a_terminal_alone(tmp_path, capsys):
     stream = io.StringIO()
     handler = show_progress(stream)
     try:
-        logging.getLogger("rotorstudy.diagnosis.search").info("searching %d candidates", 3)
+        logging.getLogger("rotorstudy.diagnosis.search.search").info("searching %d candidates", 3)
     finally:
         logging.getLogger("rotorstudy").removeHandler(handler)
         logging.getLogger("rotorstudy").setLevel(logging.NOTSET)

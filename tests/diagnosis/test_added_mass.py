@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from slow_effects import SLOW
 
-from rotorstudy.diagnosis.candidates import candidates
-from rotorstudy.diagnosis.odds import PriorOdds, faults_of
+from rotorstudy.diagnosis.search.candidates import candidates
+from rotorstudy.diagnosis.search.odds import PriorOdds, faults_of
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.diagnosis.verdict import investigate
+from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.rig import build_model
 from rotorstudy.response.measured import measured_response

@@ -6,7 +6,7 @@ What each probe shows is written out here from the picture of the machine, not w
 import numpy as np
 import pytest
 
-from rotorstudy.diagnosis.measuring_chain import hypotheses
+from rotorstudy.diagnosis.verdict.measuring_chain import hypotheses
 from rotorstudy.measurement.conventions import Conventions
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.measurement.tables import read_table

@@ -9,8 +9,8 @@ from test_runs import RIG, machine, write_table
 from test_runs import SPEEDS as RUN_SPEEDS
 
 from rotorstudy.commands.line import main
-from rotorstudy.diagnosis.balance import balance, balance_files
-from rotorstudy.diagnosis.balance_holes import _choices, chosen, equal_holes
+from rotorstudy.diagnosis.runs.balance import balance, balance_files
+from rotorstudy.diagnosis.runs.balance_holes import _choices, chosen, equal_holes
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.conventions import Conventions

@@ -9,11 +9,11 @@ from page_checks import problems
 from slow_effects import SLOW
 
 from rotorstudy.commands.line import main
-from rotorstudy.diagnosis.change_words import OPENINGS, summary_of_change
-from rotorstudy.diagnosis.compare import _with_scatter, compare, known_as_before
-from rotorstudy.diagnosis.search import base_model
+from rotorstudy.diagnosis.runs.change_words import OPENINGS, summary_of_change
+from rotorstudy.diagnosis.runs.compare import _with_scatter, compare, known_as_before
+from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.diagnosis.verdict import investigate
+from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.rig import build_model

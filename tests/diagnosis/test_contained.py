@@ -2,8 +2,8 @@
 
 import pytest
 
-from rotorstudy.diagnosis.candidates import candidate
-from rotorstudy.diagnosis.contained import is_contained
+from rotorstudy.diagnosis.search.candidates import candidate
+from rotorstudy.diagnosis.search.contained import is_contained
 from rotorstudy.model.rig import build_model
 
 MODEL = build_model(

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from rotorstudy.diagnosis.candidates import candidates, with_vibration
-from rotorstudy.diagnosis.explanations import Search
-from rotorstudy.diagnosis.odds import Explanation
-from rotorstudy.diagnosis.one_more import with_one_more
-from rotorstudy.diagnosis.search import base_model
+from rotorstudy.diagnosis.search.candidates import candidates, with_vibration
+from rotorstudy.diagnosis.search.explanations import Search
+from rotorstudy.diagnosis.search.odds import Explanation
+from rotorstudy.diagnosis.search.one_more import with_one_more
+from rotorstudy.diagnosis.search.search import base_model
+from rotorstudy.diagnosis.search.shapes import refine
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.diagnosis.shapes import refine
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance

@@ -7,12 +7,12 @@ import pytest
 from scipy.stats import multivariate_normal, norm
 from slow_effects import SLOW
 
-from rotorstudy.diagnosis.candidates import candidate, candidates
-from rotorstudy.diagnosis.odds import SCALES, PriorOdds, log_possible, log_scales, odds_of
-from rotorstudy.diagnosis.search import search
+from rotorstudy.diagnosis.search.candidates import candidate, candidates
+from rotorstudy.diagnosis.search.odds import SCALES, PriorOdds, log_possible, log_scales, odds_of
+from rotorstudy.diagnosis.search.search import search
+from rotorstudy.diagnosis.search.shape_scan import motion_by_a_free_force
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.diagnosis.shape_scan import motion_by_a_free_force
-from rotorstudy.diagnosis.verdict import investigate
+from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import carried_order, with_model_error
 from rotorstudy.inference.prior import Prior

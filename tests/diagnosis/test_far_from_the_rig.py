@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from rotorstudy.diagnosis.far_from_the_rig import CONTRADICTED
-from rotorstudy.diagnosis.verdict import investigate
+from rotorstudy.diagnosis.verdict.far_from_the_rig import CONTRADICTED
+from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from rotorstudy.diagnosis.held_out import gain_of, is_worse, rise_probability
-from rotorstudy.diagnosis.search import base_model
+from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.diagnosis.verdict.held_out import gain_of, is_worse, rise_probability
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import predicted
 from rotorstudy.inference.prior import Prior

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rotorstudy.diagnosis import investigate
-from rotorstudy.diagnosis.candidates import candidate, shape_ranges, with_vibration
+from rotorstudy.diagnosis.search.candidates import candidate, shape_ranges, with_vibration
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from rotorstudy.diagnosis.candidates import candidate
-from rotorstudy.diagnosis.odds import Explanation
-from rotorstudy.diagnosis.supports import loses_more_than_all
+from rotorstudy.diagnosis.search.candidates import candidate
+from rotorstudy.diagnosis.search.odds import Explanation
+from rotorstudy.diagnosis.search.supports import loses_more_than_all
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance

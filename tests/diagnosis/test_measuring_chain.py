@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rotorstudy.diagnosis.verdict import investigate
+from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.reading import Reading
 from rotorstudy.model.registry import registry

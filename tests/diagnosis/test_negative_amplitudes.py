@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from rotorstudy.diagnosis import investigate
-from rotorstudy.diagnosis.candidates import candidate
-from rotorstudy.diagnosis.impossible import is_negative
-from rotorstudy.diagnosis.odds import Explanation
+from rotorstudy.diagnosis.search.candidates import candidate
+from rotorstudy.diagnosis.search.impossible import is_negative
+from rotorstudy.diagnosis.search.odds import Explanation
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prior import Prior

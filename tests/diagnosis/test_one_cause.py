@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rotorstudy import RotorstudyError, build_model
-from rotorstudy.diagnosis.one_cause import estimates_of, identify_cause
+from rotorstudy.diagnosis.one_cause.identify import estimates_of, identify_cause
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.response.measured import measured_response

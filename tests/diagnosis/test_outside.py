@@ -7,10 +7,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rotorstudy.diagnosis.outside import FEATURES, outside_probability, with_outside
-from rotorstudy.diagnosis.result import Cause, Verdict
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.diagnosis.words import summary
+from rotorstudy.diagnosis.verdict.outside import FEATURES, outside_probability, with_outside
+from rotorstudy.diagnosis.verdict.result import Cause, Verdict
+from rotorstudy.diagnosis.verdict.words import summary
 
 BENCHMARK = Path(__file__).parents[2] / "benchmarks/outside.py"
 CAUSE = {

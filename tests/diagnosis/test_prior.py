@@ -7,11 +7,11 @@ import pytest
 import yaml
 
 from rotorstudy.commands.line import main
-from rotorstudy.diagnosis.extend import extended_rig
-from rotorstudy.diagnosis.result import Verdict
-from rotorstudy.diagnosis.search import base_model
+from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.diagnosis.verdict import investigate
+from rotorstudy.diagnosis.verdict.extend import extended_rig
+from rotorstudy.diagnosis.verdict.investigate import investigate
+from rotorstudy.diagnosis.verdict.result import Verdict
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.inference.fit import fit, output_error_fit
 from rotorstudy.inference.prior import Prior, prior_of

@@ -11,10 +11,10 @@ from page_checks import BROWSER, problems, seen_in_browser
 from slow_effects import SLOW
 
 from rotorstudy.commands.line import main
-from rotorstudy.diagnosis import result
-from rotorstudy.diagnosis.force import equivalent_residual_force
-from rotorstudy.diagnosis.result import Cause, Verdict
-from rotorstudy.diagnosis.words import cause_in_words, summary
+from rotorstudy.diagnosis.verdict import result
+from rotorstudy.diagnosis.verdict.force import equivalent_residual_force
+from rotorstudy.diagnosis.verdict.result import Cause, Verdict
+from rotorstudy.diagnosis.verdict.words import cause_in_words, summary
 from rotorstudy.measurement.measurement import read_measurement
 from rotorstudy.model.rig import build_model
 from rotorstudy.presentation.captions import DIAGNOSIS_FIGURES

@@ -7,7 +7,7 @@ import pytest
 import yaml
 from scipy.stats import chi2
 
-from rotorstudy.diagnosis.runs import identify_runs
+from rotorstudy.diagnosis.runs.joint import identify_runs
 from rotorstudy.model.rig import RigFile
 
 KIT = Path(__file__).parents[2] / "examples" / "rotor_kit"

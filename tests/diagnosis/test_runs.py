@@ -5,9 +5,9 @@ import pytest
 import yaml
 
 from rotorstudy.commands.line import main
-from rotorstudy.diagnosis.contradicting import check_slow_roll
-from rotorstudy.diagnosis.runs import identify_runs, shared_names
-from rotorstudy.diagnosis.search import base_model
+from rotorstudy.diagnosis.runs.contradicting import check_slow_roll
+from rotorstudy.diagnosis.runs.joint import identify_runs, shared_names
+from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import read_settings
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.inference.fit import fit

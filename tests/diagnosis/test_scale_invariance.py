@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from slow_effects import SLOW
 
-from rotorstudy.diagnosis.candidates import candidates, with_vibration
-from rotorstudy.diagnosis.search import base_model
+from rotorstudy.diagnosis.search.candidates import candidates, with_vibration
+from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.diagnosis.verdict import investigate
+from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.registry import registry

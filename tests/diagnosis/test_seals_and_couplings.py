@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from slow_effects import SLOW
 
-from rotorstudy.diagnosis.odds import SCALES, log_scales
-from rotorstudy.diagnosis.verdict import investigate
-from rotorstudy.diagnosis.words import cause_in_words
+from rotorstudy.diagnosis.search.odds import SCALES, log_scales
+from rotorstudy.diagnosis.verdict.investigate import investigate
+from rotorstudy.diagnosis.verdict.words import cause_in_words
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.rig import build_model
 

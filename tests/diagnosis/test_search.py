@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from slow_effects import SLOW
 
-from rotorstudy.diagnosis.candidates import candidates
-from rotorstudy.diagnosis.explanations import Search
-from rotorstudy.diagnosis.parts import faults_of_several_parts
-from rotorstudy.diagnosis.screening import project, screen, screen_pairs
-from rotorstudy.diagnosis.search import base_model
+from rotorstudy.diagnosis.search.candidates import candidates
+from rotorstudy.diagnosis.search.explanations import Search
+from rotorstudy.diagnosis.search.parts import faults_of_several_parts
+from rotorstudy.diagnosis.search.screening import project, screen, screen_pairs
+from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.diagnosis.verdict import investigate
+from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prior import Prior, log_narrowing
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance

@@ -2,12 +2,12 @@
 
 from test_search import TWO_DISCS, hidden, measured
 
-from rotorstudy.diagnosis.candidates import candidates
-from rotorstudy.diagnosis.explanations import Search
-from rotorstudy.diagnosis.odds import Explanation
-from rotorstudy.diagnosis.search import base_model
+from rotorstudy.diagnosis.search.candidates import candidates
+from rotorstudy.diagnosis.search.explanations import Search
+from rotorstudy.diagnosis.search.odds import Explanation
+from rotorstudy.diagnosis.search.search import base_model
+from rotorstudy.diagnosis.search.several_causes import without_error
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.diagnosis.several_causes import without_error
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import predicted, with_cause_error
 from rotorstudy.model.registry import registry

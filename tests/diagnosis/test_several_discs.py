@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from test_resultant import HARMONICS, NOISE, RIG
 
-from rotorstudy.diagnosis.compare import compare, of_changes
+from rotorstudy.diagnosis.runs.compare import compare, of_changes
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.registry import registry
@@ -54,8 +54,8 @@ def test_rates_of_the_user_come_first():
 
 @pytest.mark.parametrize(("nodes", "faults"), [((3, 7), 1), ((3, 8), 2)])
 def test_only_discs_share_an_unbalance(nodes, faults):
-    from rotorstudy.diagnosis.candidates import candidates
-    from rotorstudy.diagnosis.odds import PriorOdds
+    from rotorstudy.diagnosis.search.candidates import candidates
+    from rotorstudy.diagnosis.search.odds import PriorOdds
 
     model, settings = build_model(RIG), of_changes(Settings())
     every, _ = candidates(model, settings)

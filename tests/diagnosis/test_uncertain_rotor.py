@@ -8,10 +8,10 @@ import yaml
 from slow_effects import SLOW
 
 from rotorstudy.commands.line import main
-from rotorstudy.diagnosis.extend import extended_rig
-from rotorstudy.diagnosis.search import base_model
+from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings, check_names
-from rotorstudy.diagnosis.verdict import investigate
+from rotorstudy.diagnosis.verdict.extend import extended_rig
+from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.inference.prior import prior_of
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance

@@ -13,8 +13,8 @@ from foreign.machine import GRAVITY, Disc, Rotor, build
 from foreign.stepping import steady_state
 from rotorstudy import build_model, measured_response
 from rotorstudy.diagnosis import investigate
-from rotorstudy.diagnosis.extend import extended_rig
 from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.diagnosis.verdict.extend import extended_rig
 from rotorstudy.inference.problem import Problem
 from rotorstudy.inference.rig_estimate import estimate_rig
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance

@@ -7,7 +7,7 @@ import pytest
 from cracked_rotor import Shaft
 from test_cracked_rotor import BETWEEN, LOSS, ORDERS, finite_elements, integrated_jeffcott, jeffcott
 
-from rotorstudy.diagnosis.verdict import investigate
+from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.response.measured import measured_response
 

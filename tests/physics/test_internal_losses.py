@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import yaml
 
-from rotorstudy.diagnosis.candidates import candidates
+from rotorstudy.diagnosis.search.candidates import candidates
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.registry import registry

@@ -30,8 +30,8 @@ def add(commands):
 
 def run(given):
     """Print the corrections with their 95 % intervals, and the 1X vibration before and after."""
-    from rotorstudy.diagnosis.balance import balance_files
-    from rotorstudy.diagnosis.balance_holes import equal_holes
+    from rotorstudy.diagnosis.runs.balance import balance_files
+    from rotorstudy.diagnosis.runs.balance_holes import equal_holes
     from rotorstudy.measurement.conventions import read_conventions
     from rotorstudy.model.rig import read_rig
     from rotorstudy.units import um
@@ -90,7 +90,7 @@ def _print_choices(found, planes, count):
 
 def _save(given, rig, found, planes):
     """Write the corrections, and the vibration before and after, to a NetCDF file."""
-    from rotorstudy.diagnosis.balance import INTERVAL
+    from rotorstudy.diagnosis.runs.balance import INTERVAL
     from rotorstudy.model.rig import named_plugins
     from rotorstudy.store import dataset, provenance, save
 

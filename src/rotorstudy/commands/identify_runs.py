@@ -11,7 +11,7 @@ NOT_WITH_RUNS = ("unknowns", "cause", "harmonics", "spectrum", "out")
 
 def identify_several(given):
     """Print the shared parameters, what was unknown in each run, and how well each run is explained."""
-    from rotorstudy.diagnosis.runs import identify_runs, shared_names
+    from rotorstudy.diagnosis.runs.joint import identify_runs, shared_names
     from rotorstudy.model.estimated_rig import write_rig
 
     for name in NOT_WITH_RUNS:

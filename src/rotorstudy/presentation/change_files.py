@@ -2,12 +2,12 @@
 
 from pathlib import Path
 
-from rotorstudy.diagnosis.change_words import summary_of_change
-from rotorstudy.diagnosis.compare import compare
-from rotorstudy.diagnosis.dataset import verdict_dataset
-from rotorstudy.diagnosis.extend import extended_rig
-from rotorstudy.diagnosis.result import Verdict
+from rotorstudy.diagnosis.runs.change_words import summary_of_change
+from rotorstudy.diagnosis.runs.compare import compare
 from rotorstudy.diagnosis.settings import check_names, read_settings
+from rotorstudy.diagnosis.verdict.dataset import verdict_dataset
+from rotorstudy.diagnosis.verdict.extend import extended_rig
+from rotorstudy.diagnosis.verdict.result import Verdict
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import named_plugins, read_rig

@@ -5,11 +5,11 @@ import shutil
 from contextlib import contextmanager
 from pathlib import Path
 
-from rotorstudy.diagnosis.dataset import verdict_dataset
-from rotorstudy.diagnosis.extend import extended_rig
-from rotorstudy.diagnosis.result import Verdict
 from rotorstudy.diagnosis.settings import check_names, read_settings
-from rotorstudy.diagnosis.verdict import investigate
+from rotorstudy.diagnosis.verdict.dataset import verdict_dataset
+from rotorstudy.diagnosis.verdict.extend import extended_rig
+from rotorstudy.diagnosis.verdict.investigate import investigate
+from rotorstudy.diagnosis.verdict.result import Verdict
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.model.estimated_rig import write_rig
 from rotorstudy.model.registry import registry

@@ -1,6 +1,6 @@
 """The page of a diagnosis: verdict in words, evidence and assumptions."""
 
-from rotorstudy.diagnosis.words import (
+from rotorstudy.diagnosis.verdict.words import (
     cause_in_words,
     detection_limits,
     excluded_in_words,

@@ -4,7 +4,7 @@ from itertools import product
 
 import numpy as np
 
-from rotorstudy.diagnosis.candidates import shape_ranges
+from rotorstudy.diagnosis.search.candidates import shape_ranges
 from rotorstudy.errors import CannotAct
 from rotorstudy.inference.prior import Prior
 from rotorstudy.store import dataset

@@ -4,9 +4,9 @@ from functools import cached_property
 
 import numpy as np
 
-from rotorstudy.diagnosis.candidates import candidate, shape_ranges
-from rotorstudy.diagnosis.search import base_model
-from rotorstudy.diagnosis.shape_fit import Work, point_of, predicted_with_shape
+from rotorstudy.diagnosis.search.candidates import candidate, shape_ranges
+from rotorstudy.diagnosis.search.search import base_model
+from rotorstudy.diagnosis.search.shape_fit import Work, point_of, predicted_with_shape
 from rotorstudy.errors import CannotAct, NoSteadyState
 from rotorstudy.inference.linear import invert
 from rotorstudy.inference.prediction import whitened_prediction, with_model_error

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from rotorstudy.diagnosis.candidates import shape_ranges
-from rotorstudy.diagnosis.one_cause import identified
-from rotorstudy.diagnosis.shape_fit import fitted_from
+from rotorstudy.diagnosis.one_cause.identify import identified
+from rotorstudy.diagnosis.search.candidates import shape_ranges
+from rotorstudy.diagnosis.search.shape_fit import fitted_from
 from rotorstudy.inference.prediction import predicted
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.noise import standard_normal

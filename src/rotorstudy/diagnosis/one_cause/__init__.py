@@ -1,0 +1,1 @@
+"""One effect that is known to be the cause: its place, shape and size."""

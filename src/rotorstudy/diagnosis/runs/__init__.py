@@ -1,0 +1,1 @@
+"""Several runs of one machine: joint fit, comparison of two states, balancing."""

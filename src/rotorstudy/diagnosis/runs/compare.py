@@ -1,0 +1,252 @@
+"""What changed between two states of a machine: the diagnosis of their difference.
+
+Measured are y = f(p) + o + n before, and f(p, c) + o + n' after: a model f with parameters p, a cause c in the second
+state alone, what both states share and no model gets right (runout, the error of the model) as an offset o, and noise.
+If nothing is known of o, all that the two say of the cause is in their difference,
+
+    y' - y = f(p, c) - f(p) + n' - n,
+
+whose covariance is the sum of both, and in which the error of the model is that of the change alone. The motion f(p) on
+which a parametric cause acts is that of the state before: the parameters p are first fitted to it, with a free offset.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from rotorstudy.diagnosis.search.search import base_model
+from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.diagnosis.verdict.investigate import Diagnosis, investigate
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.inference.fit import fit
+from rotorstudy.inference.prediction import with_model_error
+from rotorstudy.inference.prior import Prior
+from rotorstudy.measurement.findings import Finding
+from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.model.entries import Entry
+from rotorstudy.model.model import Model
+from rotorstudy.model.registry import registry
+from rotorstudy.model.rig_numbers import with_numbers
+from rotorstudy.model.terms import Parameter, Term
+from rotorstudy.model.uncertainty import Uncertainty
+from rotorstudy.response.measured import measured_response
+from rotorstudy.units import percent
+
+LEAST_OFFSET = 1e-3  # of the largest harmonic
+SAME_SPEED = 5e-3  # relative difference up to which two records are of the same speed
+LARGEST_MODEL_ERROR = 0.5  # fraction of each harmonic
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What changed between two states.
+
+    diagnosis     : Diagnosis of the difference
+    before, after : Spectrum of each state at the speeds that both have
+    difference    : Spectrum of their difference, with the sum of their covariances
+    """
+
+    diagnosis: Diagnosis
+    before: Spectrum
+    after: Spectrum
+    difference: Spectrum
+
+
+def compare(
+    before: Spectrum,
+    after: Spectrum,
+    model: Model,
+    *,
+    settings: Settings | dict | None = None,
+    findings: tuple[Finding, ...] = (),
+) -> Comparison:
+    """What changed in a machine between two states.
+
+    Parameters
+    ----------
+    before, after : Spectrum
+        Of the sensors of the model, (speed, harmonic, sensor) in m.
+    model : Model
+        Of the machine, with a value for every parameter. One whose uncertainty is stated (a section `prior:`) is taken
+        to be known that well; another one is first fitted to the state before.
+    settings : Settings or dict, optional
+        Of the diagnosis.
+    findings : tuple of Finding
+        On the records.
+
+    Returns
+    -------
+    Comparison
+
+    Raises
+    ------
+    RotorstudyError
+        For states without a common speed, of different sensors or harmonics, or with the same records.
+    """
+    settings = of_changes(Settings(**settings) if isinstance(settings, dict) else settings or Settings())
+    before, after, notes = _at_common_speeds(before, after)
+    if np.array_equal(before.amplitude, after.amplitude):
+        raise RotorstudyError("both states have the same harmonics at every speed: give the records of two states")
+    model, more = known_as_before(model, before, settings) if model.uncertainty is None else (model, [])
+    size = np.sqrt(np.mean(np.sum(np.abs(after.amplitude[:, after.harmonics != 0]) ** 2, axis=1), axis=-1))
+    structure = replace(model.structure, vibration=float(np.median(size)))
+    model = replace(model, structure=structure, before=frozenset(model.names))
+    difference = _difference(before, after, model.earlier, settings)
+    if settings.repeatability:
+        model, settings = _with_scatter(model, difference.speed, after, settings)
+    found = investigate(difference, model, settings=settings, findings=(*findings, *notes, *more))
+    return Comparison(found, before, after, difference)
+
+
+def of_changes(settings: Settings) -> Settings:
+    """The settings with how often each effect is what changed between two runs, unless they state a rate of their own.
+
+    Parameters
+    ----------
+    settings : Settings
+
+    Returns
+    -------
+    Settings
+    """
+    effects = registry().plugins["effect"]
+    rates = {name: one.change_rate for name, one in effects.items() if one.change_rate is not None}
+    at_discs = {*settings.at_discs, *(name for name, one in effects.items() if one.at_discs)}
+    return settings.model_copy(update={"base_rates": rates | settings.base_rates, "at_discs": sorted(at_discs)})
+
+
+def _at_common_speeds(before, after):
+    """Both spectra at the speeds that both have, those of each, and a list of Finding on the others."""
+    for name, one, other in (
+        ("sensors", list(before.sensors), list(after.sensors)),
+        ("harmonics", before.harmonics.tolist(), after.harmonics.tolist()),
+        ("single probes", before.single_probes, after.single_probes),
+    ):
+        if one != other:
+            raise RotorstudyError(f"the states have different {name}: {one} before, {other} after; give the same ones")
+    apart = np.abs(before.speed[:, None] / after.speed - 1)
+    nearest = apart.argmin(axis=0)
+    common = apart.min(axis=0) <= SAME_SPEED
+    # a record counts once: of two speeds that meet the same one, the closer is compared
+    common &= [apart[i, k] == apart[i, common & (nearest == i)].min(initial=np.inf) for k, i in enumerate(nearest)]
+    if not common.any():
+        speeds = [", ".join(f"{w:.4g}" for w in one.speed) for one in (before, after)]
+        raise RotorstudyError(
+            f"no speed is common to both states (before: {speeds[0]} rad/s, after: {speeds[1]} rad/s; within "
+            f"{percent(SAME_SPEED)}); measure the second state at the speeds of the first"
+        )
+    left = [f"{w:.4g}" for w in after.speed[~common]]
+    left += [f"{w:.4g}" for i, w in enumerate(before.speed) if i not in nearest[common]]
+    notes = []
+    if left:
+        text = f"{', '.join(left)} rad/s were measured in one state only and are not compared"
+        notes = [Finding("note", "speeds of one state", "both states", text)]
+    return before.at_speeds(nearest[common]), after.at_speeds(np.flatnonzero(common)), notes
+
+
+def _difference(before, after, model, settings):
+    """The difference of two spectra at the speeds of the first, less what small differences in speed cause."""
+    moved = [one.shown(measured_response(model, one.speed, one.harmonics)) for one in (before, after)]
+    amplitude = after.amplitude - before.amplitude - (moved[1] - moved[0])
+    share = {"model_error": settings.repeatability, "covariance_error": 0.0}  # of what does not cancel
+    noise = [with_model_error(one, settings.model_copy(update=share)).covariance for one in (before, after)]
+    return replace(before, amplitude=amplitude, covariance=noise[0] + noise[1])
+
+
+def _with_scatter(model, speed, after, settings):
+    """The model with what all probes share from run to run at a speed, and settings that say so.
+
+    The phase mark falls between two samples, which turns the readings; and the load differs, which turns and scales the
+    motion. Taken as errors of each probe alone, it would be far too improbable that all agree, and look like a change.
+    """
+    parameters, each = [], np.eye(len(after.sensors))
+    moving = [(h, n) for h, n in enumerate(after.harmonics.tolist()) if n]
+    for k, w in enumerate(speed.tolist()):
+        here, rate = _only_at(w), _only_at(w, 1 / w)
+        mark = tuple(Entry(1j * n * after.amplitude[k, h], on="one", shift=n, gain=here) for h, n in moving)
+        parameters += [
+            Parameter(f"{name} of the run at {w:.6g} rad/s", "1", entries, settings.repeatability)
+            for name, entries in {
+                "mark": mark,
+                "phase": (Entry(each, order=1, gain=rate),),  # n j z
+                "swing": (Entry(each, gain=here),),
+            }.items()
+        ]
+    term = replace(Term("repeatability", tuple(parameters), acts_on="output"), values={p.name: 0.0 for p in parameters})
+    names = tuple(p.name for p in parameters)
+    known = model.uncertainty
+    spread = block_diag(known.covariance, settings.repeatability**2 * np.eye(len(names)))
+    model = replace(model.plus(term), uncertainty=Uncertainty((*known.names, *names), spread))
+    model = replace(model, before=frozenset(model.names))
+    return model, settings.model_copy(update={"run_to_run": [*settings.run_to_run, *names]})
+
+
+def _only_at(speed, value=1.0):
+    """A gain with a value at one speed, and zero at others."""
+    return lambda other: np.isclose(other, speed, rtol=1e-9, atol=0) * value
+
+
+def known_as_before(model: Model, spectrum: Spectrum, settings: Settings) -> tuple[Model, list[Finding]]:
+    """The model with the values and the uncertainty of a fit to the state before, whatever its records are offset by.
+
+    The offset is a constant at each harmonic and sensor, as large as the vibration. The error of the model is raised
+    until the fit leaves no more than noise: what the model cannot explain cancels in the comparison.
+
+    Parameters
+    ----------
+    model : Model
+    spectrum : Spectrum
+        Of the state before.
+    settings : Settings
+
+    Returns
+    -------
+    Model
+    list of Finding
+        A note if the error of the model had to be raised.
+    """
+    whole, prior = base_model(model, settings)
+    offset, known = _offset(spectrum)
+    share = max(settings.model_error, 1e-3)
+    while True:
+        widened = with_model_error(spectrum, settings.model_copy(update={"model_error": share}))
+        found = fit(whole.plus(offset), widened, prior.plus(known))
+        if found.excess == 0 or share >= LARGEST_MODEL_ERROR:
+            break
+        share = min(2 * share, LARGEST_MODEL_ERROR)
+    notes = []
+    if share > 10 * settings.model_error:
+        text = (
+            f"the rig explains the state before only with an error of {percent(share)} of each harmonic; what changed "
+            "is still found, but the sizes of causes are less certain. Identify the rig first ('rotorstudy identify')"
+        )
+        notes = [Finding("warning", "state before not explained", "state before", text)]
+    model = with_numbers(model, prior.names)  # without the calibration of the probes
+    place = [i for i, name in enumerate(prior.names) if name in model.names]
+    values = dict(zip(found.model.names, found.theta, strict=True))
+    names, covariance = tuple(prior.names[i] for i in place), found.covariance[np.ix_(place, place)]
+    terms = tuple(_with_values(term, values) for term in model.terms)
+    return replace(model, terms=terms, uncertainty=Uncertainty(names, covariance)), notes
+
+
+def _offset(spectrum):
+    """The Term of a constant offset of each harmonic at each sensor, and the Prior of its amplitudes."""
+    size = np.sqrt(np.mean(np.abs(spectrum.amplitude) ** 2, axis=0))  # (harmonic, sensor)
+    parameters, known = [], {}
+    for h, n in enumerate(spectrum.harmonics.tolist()):
+        for s, node in enumerate(spectrum.sensors):
+            here = np.eye(len(spectrum.sensors))[s]
+            name, std = f"offset of {n}X at node {node}", max(float(size[h, s]), float(size.max()) * LEAST_OFFSET)
+            parameters.append(Parameter(name, "m", (Entry(here, on="one", shift=n),), std, is_complex=True))
+            known |= {f"{name}_{part}": (0.0, std) for part in ("real", "imag")}
+    return Term("offset", tuple(parameters), acts_on="output"), Prior.independent(known)
+
+
+def _with_values(term, values):
+    """A term with values of its real amplitudes, by name."""
+    own = {}
+    for p in term.parameters:
+        name = term.full_name(p)
+        own[p.name] = complex(values[f"{name}_real"], values[f"{name}_imag"]) if p.is_complex else values[name]
+    return replace(term, values=own)

@@ -1,0 +1,264 @@
+"""Several runs of one machine, listed in a file, and what they say together about its rig.
+
+    runs:
+      - name: trial 1
+        records: [trial_1.csv]  # beside this file; read as the rig's `measurement:` says
+        unbalances:  # added in this run; one without a size is estimated
+          - {node: 4, unbalance_g_mm: 30, angle_deg: 90, std_g_mm: 0.5}
+        effects: []  # any other effect added in this run; parameters without a value are estimated
+        own: [bow]  # parameters of the rig that are this run's own, besides those under `diagnosis: run_to_run:`
+
+All other parameters are shared: those of the rig, uncertain as its section `diagnosis:` or `prior:` states.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from annotated_types import Ge, MinLen
+
+from rotorstudy.diagnosis.runs.contradicting import check_slow_roll, contradictions
+from rotorstudy.diagnosis.search.search import base_model
+from rotorstudy.diagnosis.settings import check_names, read_settings
+from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.inference.joint import JointFit, Run, fit_runs
+from rotorstudy.inference.prediction import with_model_error
+from rotorstudy.inference.prior import Prior
+from rotorstudy.measurement.conventions import Conventions, read_conventions
+from rotorstudy.measurement.findings import Finding
+from rotorstudy.measurement.measurement import measured_spectrum
+from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.model.configuration import Strict, check_config
+from rotorstudy.model.estimated_rig import rig_with_estimate, rig_with_values
+from rotorstudy.model.rig import RigFile, read_rig
+from rotorstudy.model.rig_items import make_term
+from rotorstudy.model.rig_numbers import is_number
+from rotorstudy.model.structure import Structure
+from rotorstudy.model.terms import Term
+from rotorstudy.yaml_file import read_yaml
+
+GRAM, GRAM_MM = 1e-3, 1e-6  # kg, kg m
+SETTLED = 1e-2  # standard deviations by which a number of the rotor still changes when it is built again
+REBUILDS = 5
+FEWEST_VECTORS = 4  # of a run that do not equal those of another one by the rounding of the instrument
+
+
+class AddedUnbalance(Strict):
+    """An unbalance in a run: g mm at an angle of the user's picture from the shaft's reference line, degrees."""
+
+    node: int | str
+    unbalance_g_mm: Annotated[float, Ge(0)] | None = None
+    angle_deg: float = 0.0
+    std_g_mm: Annotated[float, Ge(0)] = 0.0
+
+
+class RunItem(Strict):
+    """A run in a file of runs."""
+
+    name: str
+    records: Annotated[list[str], MinLen(1)]
+    unbalances: list[AddedUnbalance] = []
+    effects: list[dict] = []
+    own: list[str] = []
+    slow_roll: bool = False
+
+
+class MeasuredRun(NamedTuple):
+    """A run as listed, with its Spectrum (model error included)."""
+
+    item: RunItem
+    spectrum: Spectrum
+
+
+class IdentifiedRig(NamedTuple):
+    """What the runs say: the JointFit, the rig with its values and covariance, findings, and the Conventions.
+
+    ratio : number of the rotor or its bearings -> that with which the JointFit begins over that of the rig file
+    """
+
+    joint: JointFit
+    rig: dict
+    findings: list[Finding]
+    conventions: Conventions
+    ratio: dict[str, float]
+
+    def of(self, name: str) -> tuple[float, float]:
+        """Value and standard deviation of a parameter; of a number its change relative to the rig file."""
+        values, covariance = self.joint.of([name])
+        value, std, ratio = float(values[0]), float(np.sqrt(covariance[0, 0])), self.ratio.get(name)
+        return (value, std) if ratio is None else (ratio * (1 + value) - 1, ratio * std)
+
+
+def identify_runs(runs_path: str | Path, rig: str | Path | RigFile) -> IdentifiedRig:
+    """Update a rig by several runs.
+
+    Parameters
+    ----------
+    runs_path : path
+        YAML file of runs.
+    rig : path or RigFile
+        With a value for every parameter.
+
+    Returns
+    -------
+    IdentifiedRig
+        A run's own parameters keep their value and uncertainty in its rig: the next run has its own again.
+
+    Raises
+    ------
+    RotorstudyError
+        For files that cannot be read, runs of different probes or with the same records, and unknown names.
+    """
+    rig = read_rig(rig)
+    settings = read_settings(rig.given, str(rig.path))
+    items, measured, findings, model = read_runs(runs_path), [], [], None
+    for item in items:
+        paths = [Path(runs_path).parent / path for path in item.records]
+        spectrum, own_model, found = measured_spectrum(paths, rig)
+        model = model or own_model
+        if tuple(own_model.sensors) != tuple(model.sensors):
+            raise RotorstudyError(
+                f"run '{item.name}' has probes at nodes {list(own_model.sensors)}, run '{items[0].name}' at "
+                f"{list(model.sensors)}; the runs of one file need the same probes"
+            )
+        _check_distinct(item, spectrum, measured)
+        measured.append(MeasuredRun(item, with_model_error(spectrum, settings)))
+        findings += [replace(one, where=f"run '{item.name}': {one.where}") for one in found]
+        findings += check_slow_roll(item.name, spectrum.speed, own_model) if item.slow_roll else []
+    check_names(settings, model, f"{rig.path}, diagnosis")
+    conventions = read_conventions(rig.given, str(rig.path))
+    return _updated(rig, model, measured, settings, conventions, findings)
+
+
+def _check_distinct(item, spectrum, others):
+    """Raise if another run has the same vectors: counted twice, they would make the intervals too narrow."""
+    for other in others:
+        same = [np.array_equal(one, there) for one in spectrum.amplitude for there in other.spectrum.amplitude]
+        if sum(same) == len(spectrum.speed) and spectrum.amplitude.size >= FEWEST_VECTORS:
+            raise RotorstudyError(
+                f"runs '{other.item.name}' and '{item.name}' have the same records; give each record to one run"
+            )
+
+
+def read_runs(path: str | Path) -> list[RunItem]:
+    """The runs listed in a file.
+
+    Raises
+    ------
+    RotorstudyError
+        If there is none, two have the same name, or a key is unknown.
+    """
+    given = read_yaml(path)
+    for key in given:
+        if key != "runs":
+            raise unknown_name("section", key, ["runs"], str(path))
+    if not isinstance(given.get("runs"), list) or not given["runs"]:
+        raise RotorstudyError(f"{path}: 'runs:' must be a list of runs, each starting with '- name:'")
+    items = []
+    for i, one in enumerate(given["runs"]):
+        where = f"{path}, runs[{i}]"
+        if not isinstance(one, dict):
+            raise RotorstudyError(f"{where}: expected keys and values, found {type(one).__name__}")
+        added = one.get("unbalances") or []
+        if not isinstance(added, list) or not all(isinstance(part, dict) for part in added):
+            raise RotorstudyError(f"{where}, unbalances: must be a list, each starting with '- node:'")
+        added = [check_config(AddedUnbalance, part, f"{where}, unbalances[{k}]") for k, part in enumerate(added)]
+        items.append(check_config(RunItem, {**one, "unbalances": added}, where))
+    names = [item.name for item in items]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise RotorstudyError(f"{path}: two runs are named '{twice[0]}'; give each its own name")
+    return items
+
+
+def _updated(rig, model, measured, settings, conventions, findings):
+    """The IdentifiedRig; numbers of the rotor are estimated again with the rotor that they make."""
+    given, start, ratio = rig.given, None, 1.0
+    for _ in range(REBUILDS):
+        bare = RigFile(rig.path, given).measured_at(model.sensors, model.structure.reading)
+        whole, prior = base_model(replace(bare, from_unloaded_line=model.from_unloaded_line), settings)
+        own = np.array([is_number(name) for name in prior.names])
+        scale = np.where(own, ratio, 1.0)
+        mean = np.where(own, (1 + prior.mean) / scale - 1, prior.mean)
+        shared = Prior(prior.names, mean, prior.covariance / np.outer(scale, scale))
+        runs = [_run(one, whole, shared, settings, conventions) for one in measured]
+        joint = fit_runs(runs, shared, start)
+        theta, covariance = joint.of(shared_names(joint))
+        moved = np.array([is_number(name) for name in shared_names(joint)])
+        if np.all(np.abs(theta[moved]) <= SETTLED * np.sqrt(np.diag(covariance)[moved])):
+            break
+        numbers = {n: v for n, v in zip(shared_names(joint), theta, strict=True) if is_number(n)}
+        ratio = ratio * np.array([1 + numbers.get(name, 0.0) for name in prior.names])
+        given = rig_with_values(given, bare, numbers)
+        start = joint.posterior.free.copy()
+        start[[joint.prior.names.index(name) for name in numbers]] = 0.0
+    names = [name for name in shared_names(joint) if name in bare.names or is_number(name)]
+    updated = rig_with_estimate(given, bare, names, *joint.of(names))
+    told = contradictions(joint, shared, settings.significance, settings.prior_width, conventions.sense)
+    began = {name: float(share) for name, share, mine in zip(prior.names, scale, own, strict=True) if mine}
+    return IdentifiedRig(joint, updated, [*findings, *told], conventions, began)
+
+
+def shared_names(joint: JointFit) -> list[str]:
+    """Names of the parameters that runs share."""
+    own = {run.joint_name(name) for run in joint.runs for name in run.own.names}
+    return [name for name in joint.prior.names if name not in own]
+
+
+def _run(measured, whole, shared, settings, conventions):
+    """The Run of a MeasuredRun: the machine with what is added in this run, and the Prior of what is its own."""
+    item, structure = measured.item, whole.structure
+    own = shared.part(_own_names(item, whole, shared, settings))
+    terms = []
+    for i, added in enumerate(item.unbalances):
+        place = f"run '{item.name}', unbalances[{i}]"
+        term = unbalance_term(added, structure, whole.sensors, conventions, f"added {i + 1}", place)
+        terms.append(term)
+        if added.unbalance_g_mm is None or added.std_g_mm:
+            own = own.plus(_prior_of_added(term, added, settings))
+    for i, effect in enumerate(item.effects):
+        place = f"run '{item.name}', effects[{i}]"
+        term = make_term("effect", {"label": f"added {i + 1}", **effect}, structure, whole.sensors, place)
+        terms.append(term)
+        unknown = [u for u, value in zip(term.unknowns, term.theta, strict=True) if np.isnan(value)]
+        if unknown:
+            own = own.plus(Prior.independent({u.name: (0.0, settings.prior_width * u.typical) for u in unknown}))
+    return Run(item.name, whole.plus(*terms), measured.spectrum, own)
+
+
+def _own_names(item, whole, shared, settings):
+    """Names of the parameters of the machine that a run has for itself."""
+    found = []
+    for wanted in [*item.own, *settings.run_to_run]:
+        here = [name for name in whole.amplitudes_of(wanted) if name in shared.names]
+        if not here:
+            raise unknown_name("uncertain parameter", wanted, shared.names, f"run '{item.name}', own")
+        found += here
+    return list(dict.fromkeys(found))
+
+
+def unbalance_term(
+    added: AddedUnbalance,
+    structure: Structure,
+    sensors: Sequence[int],
+    conventions: Conventions,
+    label: str,
+    where: str,
+) -> Term:
+    """The Term of an added unbalance, that of a gram at an eccentricity; label : of the term, where : for an error."""
+    node = conventions.node(added.node, where) if isinstance(added.node, str) else added.node
+    item = {"kind": "unbalance", "node": node, "mass_kg": GRAM, "label": label}
+    if added.unbalance_g_mm is not None:
+        item["eccentricity_m"] = added.unbalance_g_mm * GRAM_MM / GRAM
+        item["eccentricity_phase_rad"] = float(conventions.sense * np.deg2rad(added.angle_deg))
+    return make_term("effect", item, structure, sensors, where)
+
+
+def _prior_of_added(term, added, settings):
+    """Prior of the two parts of an added unbalance; of one that is not known wide, unless its usual size is stated."""
+    wide = settings.prior_width * np.array([u.typical for u in term.unknowns])
+    std = np.full(2, added.std_g_mm * GRAM_MM / GRAM) if added.std_g_mm else wide
+    mean = np.nan_to_num(term.theta)
+    return Prior.independent(dict(zip((u.name for u in term.unknowns), zip(mean, std, strict=True), strict=True)))

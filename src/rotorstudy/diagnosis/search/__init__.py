@@ -1,0 +1,1 @@
+"""The search: hypotheses, their fits and posterior odds, and the best set of causes."""

@@ -1,0 +1,134 @@
+"""Alternatives to an explanation: other causes in the place of each, the same ones elsewhere, and pairs."""
+
+import numpy as np
+
+from rotorstudy.diagnosis.search.contained import are_distinct, is_allowed
+from rotorstudy.diagnosis.search.odds import odds_of
+from rotorstudy.diagnosis.search.screening import TIE, screen, screen_each, screen_pairs
+from rotorstudy.diagnosis.search.shape_scan import can_be_scanned, scan
+from rotorstudy.diagnosis.search.shapes import refine
+from rotorstudy.diagnosis.search.trials import CLOSE, LEFT_BY_SHAPE, REACH, Option, best_of_each_shape, fit_closest
+
+INACCURACY = 0.01  # of what a cause explains: added to REACH, as columns at the best motion are not exact
+ALTERNATIVES = 12  # most alternatives to each cause that are fitted in a round
+ROUNDS = 3  # of alternatives, each at the motion of the best of the last one
+REFINED = 3  # most explanations of a round whose shape is refined
+PAIRS = 6  # pairs fitted in a round
+PAIRS_OF_A_CAUSE = 2  # of these, with the same cause; else a single good cause with any other would take all of them
+
+
+def with_alternatives(work, current):
+    """The best explanation after all others within reach of it were fitted, each in its best shape.
+
+    All candidates in the place of each cause, and all pairs if the explanation is rejected, are judged at its motion.
+    """
+    for number in range(ROUNDS):
+        tried = [e for cause in current.causes for e in _instead_of(work, current, cause)]
+        if number == 0:
+            tried += [e for cause in current.causes for e in _elsewhere(work, current, cause)]
+        if work.is_rejected_as_stated(current):
+            tried += _pairs(work, current)
+        shaped = _worth_refining(work, current, tried)
+        best = max([*tried, *(refine(work, e) for e in shaped)], key=odds_of, default=current)
+        if odds_of(best) <= odds_of(current):
+            break
+        current = best
+    return current
+
+
+def _worth_refining(work, current, tried):
+    """The explanations tried whose shape is refined: if the best one leaves no more than noise, of those near it."""
+    best = max([current, *tried], key=odds_of)
+    near = max(CLOSE, LEFT_BY_SHAPE * (work.base.cost - best.fit.cost))
+    shaped = best_of_each_shape(e for e in tried if e.causes[-1].shape)
+    if best.fit.cost < len(best.fit.residual):
+        shaped = [e for e in shaped if e.fit.cost < best.fit.cost + near]
+    return shaped[:REFINED]
+
+
+def _instead_of(work, current, cause):
+    """Explanations with another cause instead of one, of those within reach."""
+    rest = tuple(c for c in current.causes if c is not cause)
+    chosen = [c for c in work.candidates if is_allowed(work, (*rest, c)) and c.cause != cause.cause]
+    projected, usable = work.project(current.fit, [*chosen, cause], cause.names)
+    odds = dict(zip((c.label for c in usable), screen_each(projected, usable), strict=True))
+
+    def judged(one):
+        return odds[one.label].evidence + work.prior_odds.log_odds((*rest, one))
+
+    if cause.label not in odds:
+        return []
+    inaccuracy = INACCURACY * odds[cause.label].explained + current.fit.excess
+    least, best = judged(cause) - REACH - inaccuracy, {}
+    for one in sorted((c for c in usable if c is not cause), key=judged, reverse=True):
+        if judged(one) >= least and len(best) < ALTERNATIVES:
+            best.setdefault(one.cause, one)
+    theta = dict(zip(current.fit.model.names, current.fit.theta, strict=True))
+    options = [Option((*rest, c), theta | dict(zip(c.names, odds[c.label].start, strict=True))) for c in best.values()]
+    return fit_closest(work, options)
+
+
+def _elsewhere(work, current, cause):
+    """Explanations with the effect of a cause at its other places, each in the best shape that a scan finds there."""
+    rest = tuple(c for c in current.causes if c is not cause)
+    chosen = {
+        c.cause: c
+        for c in work.candidates
+        if c.effect == cause.effect and c.cause != cause.cause and is_allowed(work, (*rest, c))
+    }
+    if not can_be_scanned(cause) or not chosen:
+        return []
+    found = scan(work, work.held(rest, current.fit), list(chosen.values()), refined=len(chosen))
+    theta = dict(zip(current.fit.model.names, current.fit.theta, strict=True))
+    least = max((s.evidence - LEFT_BY_SHAPE * s.explained for _, s in found), default=0.0) - REACH
+    options = [
+        Option((*rest, one), theta | dict(zip(one.names, screened.start, strict=True)))
+        for one, screened in found
+        if screened.evidence >= least
+    ]
+    return fit_closest(work, options)
+
+
+def _pairs(work, current):
+    """Explanations by two causes that explain most together, at the motion of an explanation.
+
+    Of what was scanned, the shape found counts instead of those of a coarse grid.
+    """
+    scanned = {(c.cause, *c.variant.values()): c for c in reversed(work.scanned)}
+    others = [c for c in work.candidates if (c.cause, *c.variant.values()) not in scanned]
+    chosen = [*others, *scanned.values()]
+    projected, usable = work.project(current.fit, chosen, tuple(n for c in current.causes for n in c.names))
+    alone = {c.label: one.evidence for c, one in zip(usable, screen_each(projected, usable), strict=True)}
+    first = list({c.cause: c for c in sorted(usable, key=lambda c: alone[c.label])}.values())  # each in its best shape
+    second = [c for c in usable if not c.fixed]
+    gain = 0.5 * screen_pairs(projected, first, second)
+    prior = {c.label: np.log(work.prior_odds.of(c)) for c in usable}
+    gain += np.array([prior[c.label] for c in first])[:, None] + np.array([prior[c.label] for c in second])
+    gain = np.where(_can_be_paired(work, first, second), np.round(gain, TIE), -np.inf)
+    causes = [np.array([c.cause for c in part], object) for part in (first, second)]
+    options, often = [], {}
+    while len(options) < PAIRS and gain.max(initial=-np.inf) > -np.inf:
+        i, j = np.unravel_index(gain.argmax(), gain.shape)
+        both = tuple(sorted((first[i], second[j]), key=lambda c: bool(c.shape)))  # the shape of the last is refined
+        start = screen(projected, *both).start
+        start = projected.theta | dict(zip([n for c in both for n in c.names], start, strict=True))
+        options.append(Option(both, start))
+        for one, other in ((first[i].cause, second[j].cause), (second[j].cause, first[i].cause)):
+            often[one] = often.get(one, 0) + 1
+            taken = often[one] == PAIRS_OF_A_CAUSE
+            gain[np.ix_(causes[0] == one, (causes[1] == other) | taken)] = -np.inf
+            gain[np.ix_((causes[0] == other) | taken, causes[1] == one)] = -np.inf
+    return fit_closest(work, options)
+
+
+def _can_be_paired(work, first, second):
+    """Whether two candidates (first, second) may be causes together; two contacts at once take too long to fit."""
+    contacts = [[bool(c.shape) and any(u.force for u in c.term.unknowns) for c in part] for part in (first, second)]
+    each = [list({c.cause: c for c in part}.values()) for part in (first, second)]
+    of_two = are_distinct if work.settings.most_causes > 1 else lambda *both: is_allowed(work, both)
+    allowed = np.array([[of_two(a, b) for b in each[1]] for a in each[0]])
+    place = [
+        [[c.cause for c in known].index(c.cause) for c in part]
+        for known, part in zip(each, (first, second), strict=True)
+    ]
+    return ~np.outer(*contacts) & allowed[np.ix_(*place)]

@@ -1,0 +1,265 @@
+"""Posterior odds of sets of causes against the base model alone: Bayes factor times prior odds."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rotorstudy.diagnosis.search.candidates import Candidate
+from rotorstudy.diagnosis.settings import Settings, base_rate
+from rotorstudy.inference.fit import Fit
+from rotorstudy.model.registry import registry
+from rotorstudy.model.structure import Structure
+
+SWEEPS = 3  # over the parameters of a cause, for their most probable widths
+SCALES = 10.0 ** (-0.5 * np.arange(7))  # widths of the prior over the widest one, equally likely by order of magnitude
+FURTHER_PART = 0.5  # prior probability that a fault has one more of its parts: as likely as not
+THRESHOLD_STEPS = 20  # of a fixed-point iteration that converges quickly
+ROUND_OFF = 1e-15  # of the largest eigenvalue of a covariance: smaller ones have no correct digits
+LEAST_LOG_PROBABILITY = -700.0  # keeps posterior probabilities from underflow to zero
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """A set of causes, fitted; log_posterior_odds : natural logarithm of its odds against the base model alone."""
+
+    causes: tuple[Candidate, ...]
+    fit: Fit
+    log_posterior_odds: float
+
+    @property
+    def named(self):
+        """Names of the causes in a verdict, without their shapes."""
+        return frozenset(cause.cause for cause in self.causes)
+
+    @property
+    def faults(self):
+        """Names of the faults that the causes are parts of."""
+        return frozenset(faults_of(self.causes))
+
+
+def faults_of(causes: tuple[Candidate, ...]) -> dict[str, list[Candidate]]:
+    """Faults that causes are parts of, each with its parts.
+
+    The parts have the same fault by name, or the first one brings the other: an eccentric mass has an unbalance.
+    """
+    effects = registry().plugins["effect"]
+    brought_by = {
+        name + "".join(f", {key} {value}" for key, value in c.where.items()): c.fault
+        for c in causes
+        for name in effects[c.effect].brings
+    }
+    found = {}
+    for cause in sorted(causes, key=lambda c: c.cause in brought_by):
+        found.setdefault(brought_by.get(cause.cause, cause.fault), []).append(cause)
+    return found
+
+
+def is_distributed(parts: list[Candidate]) -> bool:
+    """Whether the parts of a fault are faults at places of their own, as an unbalance at several discs is."""
+    return len({cause.fault for cause in parts}) > 1 and len({cause.effect for cause in parts}) == 1
+
+
+def odds_of(explanation: Explanation) -> float:
+    """Its log posterior odds, the key by which explanations are compared."""
+    return explanation.log_posterior_odds
+
+
+def log_scales(mean: np.ndarray, covariance: np.ndarray, parameter: np.ndarray) -> np.ndarray:
+    """Logarithm of the Bayes factor of a prior whose widths are unknown against the widest one.
+
+    One parameter has one of `SCALES`. Of several, each has a width of its own or is absent with a probability of one
+    half: of the many harmonics of a coupling few may be present. The sum over all combinations is approximated about
+    the most probable one, one width varied at a time, which is exact where the data do not correlate the parameters.
+
+    Parameters
+    ----------
+    mean, covariance : ndarray (..., unknown), (..., unknown, unknown)
+        Of the posterior under the widest prior, in standard deviations of that prior.
+    parameter : ndarray (unknown,)
+        Position of the parameter of each amplitude.
+
+    Returns
+    -------
+    ndarray (...)
+    """
+    narrow, vectors = np.linalg.eigh(covariance)
+    narrow = np.clip(narrow, np.maximum(1e-30, ROUND_OFF * narrow[..., -1:]), 1)
+    along = (mean[..., None, :] @ vectors)[..., 0, :] / narrow
+    if parameter[-1] == 0:  # one width: the posterior keeps its axes
+        precision = 1 + SCALES[:, None] ** 2 * (1 / narrow - 1)[..., None, :]
+        drawn = SCALES[:, None] * along[..., None, :]
+        found = 0.5 * np.sum(drawn**2 / precision - np.log(precision), axis=-1)
+        widest = 0.5 * np.sum(along**2 * narrow + np.log(narrow), axis=-1)
+        return np.logaddexp.reduce(found, axis=-1) - np.log(len(SCALES)) - widest
+    pull = (vectors @ along[..., None])[..., 0]
+    data = (vectors * (1 / narrow - 1)[..., None, :]) @ np.swapaxes(vectors, -1, -2)  # precision that the data give
+
+    def value(scales):
+        """Log evidence (..., trial), less a constant, of widths (..., trial, parameter)."""
+        root = scales[..., parameter]
+        precision = np.eye(len(parameter)) + root[..., :, None] * data[..., None, :, :] * root[..., None, :]
+        drawn = root * pull[..., None, :]
+        solved = np.linalg.solve(precision, drawn[..., None])[..., 0]
+        return 0.5 * (np.sum(drawn * solved, axis=-1) - np.linalg.slogdet(precision)[1])
+
+    widths = np.append(0, SCALES)
+    log_prior = np.append(0, np.full(len(SCALES), -np.log(len(SCALES)))) - np.log(2)
+    best = np.ones((*mean.shape[:-1], 1, int(parameter[-1]) + 1))
+    widest = value(best)[..., 0]
+    for _ in range(SWEEPS):
+        factor = 0.0
+        for i in range(best.shape[-1]):
+            tried = np.repeat(best, len(widths), axis=-2)
+            tried[..., i] = widths
+            found = value(tried)
+            top = (found + log_prior).argmax(axis=-1)[..., None]
+            best = np.take_along_axis(tried, top[..., None], axis=-2)
+            reached = np.take_along_axis(found, top, axis=-1)[..., 0]
+            factor += np.logaddexp.reduce(found + log_prior, axis=-1) - reached
+    return reached + factor - widest
+
+
+def log_possible(mean: np.ndarray, std: np.ndarray, prior: np.ndarray = 0.0) -> np.ndarray:
+    """Logarithm of the Bayes factor of amplitudes that cannot be negative against ones that can.
+
+    The limit raises the prior density above zero, and keeps the posterior probability of a positive amplitude.
+
+    Parameters
+    ----------
+    mean, std : array_like (...)
+        Of the posterior without the limit.
+    prior : array_like (...)
+        Mean of the prior without the limit, in its standard deviations.
+
+    Returns
+    -------
+    ndarray (...)
+    """
+    from scipy.special import log_ndtr
+
+    return log_ndtr(np.asarray(mean) / np.asarray(std)) - log_ndtr(np.asarray(prior, float))
+
+
+class PriorOdds:
+    """Prior odds of causes: the base rate of an effect in the library, divided among its places and alternatives.
+
+    Some effects are expected at some places more often than at others, as an unbalance is where the mass is: there the
+    odds follow `Effect.place_rate`, but for a share that all places have alike, as a rig does not list every bolt.
+    A further part of a fault that is there already (another harmonic of a runout) is as likely as not, whichever it is.
+    """
+
+    def __init__(self, candidates: list[Candidate], settings: Settings, structure: Structure):
+        effects = [effect for effect, _, _ in {(c.effect, c.cause, tuple(c.variant.values())) for c in candidates}]
+        faults = [c.fault for c in candidates]
+        rates = {name: base_rate(name, settings) for name in effects}
+        self.of_effect = {name: rate / (sum(rates.values()) * effects.count(name)) for name, rate in rates.items()}
+        self.at_place = _relative_to_places_alike(candidates, settings.expected_place, structure)
+        self.at_discs, self.discs = settings.at_discs, {disc.node for disc in structure.discs}
+        self.further_part = {name: FURTHER_PART / max(faults.count(name) - 1, 1) for name in set(faults)}
+
+    def of(self, cause: Candidate) -> float:
+        """Of a cause by itself."""
+        return self.of_effect[cause.effect] * self.at_place.get(cause.cause, 1.0)
+
+    def log_odds(self, causes: tuple[Candidate, ...]) -> float:
+        """Logarithm of those of several causes together."""
+        total = 0.0
+        for first, *others in self.together(causes):
+            total += np.log(self.of(first)) + sum(np.log(self._of_further(first, c)) for c in others)
+        return float(total)
+
+    def together(self, causes: tuple[Candidate, ...]) -> list[list[Candidate]]:
+        """The parts of each fault, of those at several discs by falling odds: a distributed unbalance is one fault."""
+        found = {}
+        for name, parts in faults_of(causes).items():
+            shared = parts[0].effect if self._may_be_shared(parts[0]) else name
+            found.setdefault(shared, []).extend(parts)
+        return [
+            sorted(parts, key=self.of, reverse=True) if is_distributed(parts) else parts for parts in found.values()
+        ]
+
+    def _may_be_shared(self, cause):
+        return cause.effect in self.at_discs and cause.where.get("node") in self.discs
+
+    def _of_further(self, first, cause):
+        other_disc = is_distributed([first, cause])  # each as likely as not, whichever it is
+        return FURTHER_PART / (len(self.discs) - 1) if other_disc else self.further_part[cause.fault]
+
+    def even_odds_gain(self, cause: Candidate) -> float:
+        """Decrease of the cost at which a cause has even posterior odds: it offsets prior odds and Occam factor.
+
+        With the prior width of highest evidence, which is about the amplitude itself, the Occam factor depends on the
+        decrease of the cost; hence the fixed-point iteration.
+        """
+        absent = cause.parameter[-1]  # all parameters but one
+        widths = 0 if cause.fixed else np.log(len(SCALES)) + (absent + 1) * np.log(2) * (absent > 0)
+        given = -2 * np.log(self.of(cause)) + 2 * widths
+        count, gain = max(np.bincount(cause.parameter)) * (not cause.fixed), given
+        for _ in range(THRESHOLD_STEPS):
+            gain = given + count * np.log1p(gain / max(count, 1))
+        return float(gain)
+
+
+def _relative_to_places_alike(candidates, expected, structure):
+    """{cause: its prior probability over that with all places alike}, of effects with a `place_rate`."""
+    found = {}
+    for name in {c.effect for c in candidates}:
+        rate = registry().get("effect", name).place_rate
+        if rate is None:
+            continue
+        places = {c.cause: max(rate(structure, **c.where), 0.0) for c in candidates if c.effect == name}
+        mean = np.mean(list(places.values()))
+        found |= {cause: 1 + expected * (one / mean - 1) if mean > 0 else 1.0 for cause, one in places.items()}
+    return found
+
+
+def log_posterior_odds(causes: tuple[Candidate, ...], fitted: Fit, base: Fit, prior_odds: PriorOdds) -> float:
+    """Log posterior odds of fitted causes against the base alone."""
+    odds = fitted.evidence - base.evidence + prior_odds.log_odds(causes)
+    for cause in causes:
+        for name in cause.positive:
+            odds += float(log_possible(*total(cause, name, fitted), _stated(cause, name, fitted)))
+    for parts in prior_odds.together(causes):
+        known = [_in_widths(cause, fitted) for cause in parts if not cause.fixed]
+        if is_distributed(parts):
+            known = [_static_and_couple(parts, fitted)]
+        odds += sum(float(log_scales(*one)) for one in known)
+    return float(odds)
+
+
+def _in_widths(cause, fitted):
+    """Mean and covariance of the amplitudes of a cause in standard deviations of their prior, and their parameters."""
+    place = [fitted.names.index(name) for name in cause.names]
+    width = fitted.prior.std[place]
+    return fitted.free[place] / width, fitted.covariance[np.ix_(place, place)] / np.outer(width, width), cause.parameter
+
+
+def _static_and_couple(parts, fitted):
+    """The same of an effect at several discs, by its static part, its couple, and so on, as ISO 21940-1 resolves it.
+
+    Each of them has a width of its own, or is absent: two discs are often loaded oppositely, or alike.
+    """
+    parts = sorted(parts, key=lambda cause: cause.where["node"])
+    place = [fitted.names.index(name) for cause in parts for name in cause.names]
+    width, count = fitted.prior.std[place], len(parts[0].names)
+    modes = np.linalg.qr(np.vander(np.arange(len(parts), dtype=float), increasing=True))[0].T
+    turned = np.kron(modes, np.eye(count)) / width
+    parameter = np.repeat(np.arange(len(parts)), count)
+    return turned @ fitted.free[place], turned @ fitted.covariance[np.ix_(place, place)] @ turned.T, parameter
+
+
+def total(cause: Candidate, name: str, fitted: Fit) -> tuple[float, float]:
+    """Mean and standard deviation of an amplitude of a cause together with what the base has of the same."""
+    same = {name: 1.0, **cause.positive[name]}
+    theta = dict(zip(fitted.model.names, fitted.theta, strict=True))
+    weight = np.array([same.get(free, 0.0) for free in fitted.names])
+    return sum(factor * theta[one] for one, factor in same.items()), np.sqrt(weight @ fitted.covariance @ weight)
+
+
+def _stated(cause, name, fitted):
+    """Mean of the prior of that total, in standard deviations of the prior of the amplitude."""
+    theta = dict(zip(fitted.model.names, fitted.theta, strict=True)) | dict(
+        zip(fitted.prior.names, fitted.prior.mean, strict=True)
+    )
+    stated = sum(factor * theta[one] for one, factor in cause.positive[name].items())
+    return stated / fitted.prior.std[fitted.names.index(name)]

@@ -1,0 +1,72 @@
+"""Faults of several parts (the nodes of a bow, the harmonics of a runout): which parts the data support together."""
+
+from rotorstudy.diagnosis.search.candidates import Candidate
+from rotorstudy.diagnosis.search.explanations import Search
+from rotorstudy.diagnosis.search.screening import Projected, screen
+from rotorstudy.inference.fit import Fit
+
+
+def faults_of_several_parts(
+    work: Search, fitted: Fit, chosen: list[Candidate]
+) -> list[tuple[tuple[Candidate, ...], dict[str, float]]]:
+    """The parts of each fault that explain most together, added one by one as long as that increases their odds.
+
+    Parameters
+    ----------
+    work : Search
+    fitted : Fit
+        At whose motion the candidates are judged.
+    chosen : list of Candidate
+        The candidates allowed.
+
+    Returns
+    -------
+    list of (tuple of Candidate, dict of str)
+        Two parts or more of a fault, and the values by name of all parameters from which to start a fit.
+    """
+    faults = {}
+    for cause in chosen:
+        if cause.fault != cause.cause:
+            faults.setdefault(cause.fault, []).append(cause)
+    faults = {name: parts for name, parts in faults.items() if len(parts) > 1}
+    return _together(work, fitted, list(faults.values()))
+
+
+def faults_at_several_discs(
+    work: Search, fitted: Fit, chosen: list[Candidate]
+) -> list[tuple[tuple[Candidate, ...], dict[str, float]]]:
+    """The discs that an effect of `Settings.at_discs` is at together; see `faults_of_several_parts`."""
+    discs = {disc.node for disc in work.rig.structure.discs}
+    every = [[c for c in chosen if c.effect == name and c.where["node"] in discs] for name in work.settings.at_discs]
+    return _together(work, fitted, [parts for parts in every if len(parts) > 1])
+
+
+def _together(work, fitted, faults):
+    """Of each fault (a list of its parts) those that explain most together, and where to start a fit."""
+    if not faults:
+        return []
+    projected, usable = work.project(fitted, [cause for parts in faults for cause in parts])
+    labels, found = {cause.label for cause in usable}, []
+    for parts in faults:
+        together = _supported(work, projected, [cause for cause in parts if cause.label in labels])
+        if len(together) > 1:
+            start = screen(projected, *together).start
+            names = [name for cause in together for name in cause.names]
+            found.append((together, projected.theta | dict(zip(names, start, strict=True))))
+    return found
+
+
+def _supported(work: Search, projected: Projected, parts: list[Candidate]) -> tuple[Candidate, ...]:
+    """The parts of a fault with the highest odds, as found by adding one at a time."""
+
+    def odds(together):
+        return screen(projected, *together).evidence + work.prior_odds.log_odds(together)
+
+    together, reached = (), float("-inf")
+    while parts:
+        best = max(parts, key=lambda cause: odds((*together, cause)))
+        if odds((*together, best)) <= reached:
+            break
+        together, reached = (*together, best), odds((*together, best))
+        parts = [cause for cause in parts if cause.cause != best.cause]  # each in one shape
+    return together

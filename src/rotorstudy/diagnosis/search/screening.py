@@ -1,0 +1,273 @@
+"""Candidates judged by linearised columns: how much of a residual each explains alone, and each pair together.
+
+The columns of all candidates are computed at once, at the motion of a fit, and the free parameters of that fit are
+projected out with their priors. Causes of the fit can be taken out first: what they explain is added to the residual to
+first order. As an effect is affine in its amplitude at a given motion, that comparison of other causes with those taken
+out is exact where the fit describes the motion, however large they are.
+"""
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from rotorstudy.diagnosis.search.candidates import Candidate
+from rotorstudy.diagnosis.search.odds import log_possible, log_scales
+from rotorstudy.inference.fit import Fit
+from rotorstudy.inference.prediction import carried_order
+from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.response.measured import Motion, Near
+
+TIE = 6  # decimals of evidence that count: round-off must not rank equal candidates (an open crack has two sides)
+
+
+class Screened(NamedTuple):
+    """A candidate, or some together, judged by linearised columns.
+
+    explained : decrease of the cost if it alone is added and the free parameters are fitted again
+    evidence  : logarithm of its Bayes factor against the model without it
+    start     : (unknown,) its amplitudes there
+    detection : (unknown,) standard deviation of each amplitude if it alone is fitted
+    """
+
+    explained: float
+    evidence: float
+    start: np.ndarray
+    detection: np.ndarray
+
+
+class Projected(NamedTuple):
+    """Residual (component,) and columns (component, unknown) by name, free of what the base parameters can explain.
+
+    theta : value of every parameter of the fit, without the causes taken out
+    """
+
+    residual: np.ndarray
+    columns: dict[str, np.ndarray]
+    theta: dict[str, float]
+
+
+class Projection:
+    """The free parameters of a fit projected out of columns, with their priors.
+
+    Parameters
+    ----------
+    fitted : Fit
+    spectrum : Spectrum
+    without : tuple of str
+        Amplitudes of the fit that are taken out.
+    """
+
+    def __init__(self, fitted: Fit, spectrum: Spectrum, without: tuple[str, ...] = ()):
+        self.fitted, self.spectrum = fitted, spectrum
+        speed, harmonics = tuple(spectrum.speed.tolist()), tuple(spectrum.harmonics.tolist())
+        self.near = _near(fitted, speed, harmonics, carried_order(spectrum))
+        out = np.isin(fitted.names, without)
+        kept = np.flatnonzero(~out)
+        residual = fitted.residual + fitted.jacobian[:, out] @ fitted.free[out]
+        whitener = fitted.prior.whitener[np.ix_(kept, kept)]  # causes are independent of the base and of each other
+        known = np.vstack([fitted.jacobian[:, kept], whitener])
+        self.basis, _ = np.linalg.qr(known / np.linalg.norm(known, axis=0))
+        self.residual = self._left(np.concatenate([residual, whitener @ (fitted.prior.mean - fitted.free)[kept]]))
+        self.theta = {n: v for n, v in zip(fitted.model.names, fitted.theta, strict=True) if n not in without}
+
+    def _left(self, columns):
+        return columns - self.basis @ (self.basis.T @ columns)
+
+    def of(self, chosen: list[Candidate], motion: Motion | None = None) -> Projected:
+        """The columns of candidates at a motion, projected.
+
+        Parameters
+        ----------
+        chosen : list of Candidate
+        motion : Motion, optional
+            On which the candidates act; by default that of the fit.
+
+        Returns
+        -------
+        Projected
+
+        Raises
+        ------
+        NoSteadyState
+        """
+        return self.of_groups([(chosen, motion)])
+
+    def of_groups(self, groups: list[tuple[list[Candidate], Motion | None]]) -> Projected:
+        """The columns of groups of candidates, each at a motion of its own; see `of`."""
+        names, columns = [], []
+        for chosen, motion in groups:
+            on_rotor = [u for c in chosen if not c.term.acts_on_output for u in c.term.unknowns]
+            on_output = [u for c in chosen if c.term.acts_on_output for u in c.term.unknowns]
+            columns.append(self.near.sensitivities((on_rotor, on_output), motion))
+            names += [u.name for u in on_rotor + on_output]
+        columns = self.spectrum.whitened(np.moveaxis(np.concatenate(columns, axis=-1), -1, 0)).T  # (component, unknown)
+        columns = self._left(np.vstack([columns, np.zeros((self.basis.shape[1], columns.shape[1]))]))
+        return Projected(self.residual, dict(zip(names, columns.T, strict=True)), self.theta)
+
+
+@lru_cache(maxsize=1)  # it holds the receptances that all candidates at a fit share
+def _near(fitted, speed, harmonics, order):
+    """The Near of a Fit at the speeds and harmonics of a spectrum."""
+    return Near(fitted.model, speed, harmonics, fitted.theta, order=order)
+
+
+def project(fitted: Fit, spectrum: Spectrum, chosen: list[Candidate], without: tuple[str, ...] = ()) -> Projected:
+    """Columns of candidates at the motion of a fit; see `Projection`.
+
+    Parameters
+    ----------
+    fitted : Fit
+    spectrum : Spectrum
+    chosen : list of Candidate
+    without : tuple of str
+        Amplitudes of the fit that are taken out.
+
+    Returns
+    -------
+    Projected
+
+    Raises
+    ------
+    NoSteadyState
+    """
+    return Projection(fitted, spectrum, without).of(chosen)
+
+
+def screen(projected: Projected, *causes: Candidate) -> Screened:
+    """Judge a candidate, or several together, by their columns.
+
+    Parameters
+    ----------
+    projected : Projected
+    causes : Candidate
+
+    Returns
+    -------
+    Screened
+    """
+    return _screen_alike(projected, [causes])[0]
+
+
+def screen_each(projected: Projected, causes: Sequence[Candidate]) -> list[Screened]:
+    """Judge candidates by their columns, each alone.
+
+    Parameters
+    ----------
+    projected : Projected
+    causes : sequence of Candidate
+
+    Returns
+    -------
+    list of Screened
+    """
+    alike, found = {}, {}
+    for i, cause in enumerate(causes):
+        alike.setdefault((cause.fixed, *cause.parameter.tolist()), []).append(i)
+    for chosen in alike.values():
+        found |= zip(chosen, _screen_alike(projected, [[causes[i]] for i in chosen]), strict=True)
+    return [found[i] for i in range(len(causes))]
+
+
+def _inverted(precision):
+    """Inverse and log determinant of I + A^T A (..., unknown, unknown), also if I is lost beside A.
+
+    No eigenvalue is below one; where round-off makes one so, as of dependent columns, it counts as one.
+    """
+    log_determinant = np.linalg.slogdet(precision)[1]
+    if np.all(log_determinant >= 0):
+        try:
+            return np.linalg.inv(precision), log_determinant
+        except np.linalg.LinAlgError:
+            pass
+    values, vectors = np.linalg.eigh(precision)
+    values = np.maximum(values, 1)
+    return (vectors / values[..., None, :]) @ np.swapaxes(vectors, -1, -2), np.log(values).sum(axis=-1)
+
+
+def _screen_alike(projected, sets):
+    """Screened of each of some sets of candidates whose parameters have the same numbers of amplitudes.
+
+    Arrays begin with (set,).
+    """
+    names = [[n for c in causes for n in c.names] for causes in sets]
+    columns = np.array([[projected.columns[n] for n in own] for own in names])  # (set, unknown, component)
+    mean, std = np.moveaxis(np.array([[c.prior[n] for c in causes for n in c.names] for causes in sets]), -1, 0)
+    residual = projected.residual
+    left = residual - (mean[:, None] @ columns)[:, 0]
+    scaled = columns * std[..., None]
+    precision = np.eye(std.shape[-1]) + scaled @ np.swapaxes(scaled, -1, -2)
+    covariance, narrowed = _inverted(precision)
+    off = (covariance @ (scaled @ left[..., None]))[..., 0]  # in standard deviations of the prior
+    cost = np.sum((left - (off[:, None] @ scaled)[:, 0]) ** 2, axis=-1) + np.sum(off**2, axis=-1)
+    explained = residual @ residual - cost
+    evidence = 0.5 * (explained - narrowed)
+    start, detection = mean + std * off, std / np.sqrt(1 + np.sum(scaled**2, axis=-1))
+    limited = [
+        (s, own.index(name), sum(factor * projected.theta[n] for n, factor in same.items()))
+        for s, (causes, own) in enumerate(zip(sets, names, strict=True))
+        for cause in causes
+        for name, same in cause.positive.items()
+    ]
+    if limited:
+        s, i, there = (np.array(part) for part in zip(*limited, strict=True))
+        possible = log_possible(start[s, i] + there, detection[s, i], there / std[s, i])
+        np.add.at(evidence, s, possible)
+    first = 0
+    for cause in sets[0]:
+        part = slice(first, first + len(cause.names))
+        first = part.stop
+        if not cause.fixed:
+            evidence += log_scales(off[:, part], covariance[:, part, part], cause.parameter)
+    evidence = np.round(evidence, TIE)
+    return [Screened(*one) for one in zip(explained.tolist(), evidence.tolist(), start, detection, strict=True)]
+
+
+def screen_pairs(projected: Projected, first: list[Candidate], second: list[Candidate]) -> np.ndarray:
+    """Decrease of the cost by every pair of candidates together, less what their Occam factors take back.
+
+    From the products of all columns, with the priors as a ridge: the columns of the first are eliminated, and each of
+    the second is then judged by a small system of its own.
+
+    Parameters
+    ----------
+    projected : Projected
+    first, second : list of Candidate
+        Of which the second must not be of fixed size.
+
+    Returns
+    -------
+    ndarray (first, second)
+        -inf for a candidate paired with its own cause.
+    """
+    found = np.full((len(first), len(second)), -np.inf)
+    every = {c.label: c for c in (*first, *second)}.values()
+    names = [n for c in every for n in c.names]
+    mean, std = np.array([c.prior[n] for c in every for n in c.names]).T
+    at = {n: i for i, n in enumerate(names)}
+    columns = np.column_stack([projected.columns[n] for n in names]) * std
+    gram, product = columns.T @ columns, columns.T @ projected.residual
+    whole, groups = projected.residual @ projected.residual, {}
+    for j, cause in enumerate(second):
+        groups.setdefault(len(cause.names), []).append(j)
+    for i, cause in enumerate(first):
+        here = [at[n] for n in cause.names]
+        shift = mean[here] / std[here]
+        left = whole - 2 * product[here] @ shift + shift @ gram[np.ix_(here, here)] @ shift
+        right = product - gram[:, here] @ shift
+        ridge = np.eye(len(here)) + gram[np.ix_(here, here)]
+        covariance, narrowed = _inverted(ridge)
+        across = covariance @ gram[here]  # (own unknown, unknown)
+        gained = whole - left + right[here] @ covariance @ right[here]
+        remaining = right - across.T @ right[here]
+        for size, members in groups.items():
+            place = np.array([[at[n] for n in second[j].names] for j in members])
+            own = gram[place[:, :, None], place[:, None, :]] + np.eye(size)
+            own = own - np.einsum("ujk,ujl->jkl", gram[here][:, place], across[:, place])
+            pull, (second_covariance, second_narrowed) = remaining[place], _inverted(own)
+            more = np.einsum("jk,jkl,jl->j", pull, second_covariance, pull)
+            found[i, members] = gained + more - narrowed - second_narrowed
+    same = np.array([[a.cause == b.cause for b in second] for a in first])
+    found[same] = -np.inf
+    return found

@@ -1,0 +1,241 @@
+"""The search for causes: screen all candidates and pairs, fit the promising ones, compare them, add, swap, drop."""
+
+import logging
+from dataclasses import replace
+
+import numpy as np
+from scipy.optimize import brentq
+
+from rotorstudy.diagnosis.search.alternatives import with_alternatives
+from rotorstudy.diagnosis.search.candidates import candidates, with_vibration
+from rotorstudy.diagnosis.search.explanations import Search
+from rotorstudy.diagnosis.search.impossible import grows, is_impossible
+from rotorstudy.diagnosis.search.odds import Explanation, odds_of
+from rotorstudy.diagnosis.search.one_more import with_one_more
+from rotorstudy.diagnosis.search.several_causes import without_error
+from rotorstudy.diagnosis.search.shape_scan import is_sought_everywhere
+from rotorstudy.diagnosis.search.shapes import refine, refine_in_turn
+from rotorstudy.diagnosis.search.trials import (
+    CLOSE,
+    FITTED_FULLY,
+    LEFT_BY_SHAPE,
+    REACH,
+    best_of_each_shape,
+    explains_much,
+    law_and_side,
+)
+from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.inference.fit import fit
+from rotorstudy.inference.prediction import predicted, with_cause_error
+from rotorstudy.inference.prior import Prior, prior_of, with_rotor
+from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.model.model import Model
+from rotorstudy.model.registry import registry
+from rotorstudy.model.rig_items import make_term
+from rotorstudy.model.rig_numbers import with_numbers
+
+log = logging.getLogger(__name__)
+
+STRAINED = 3.0  # mean square distance of the base parameters from their priors, beyond which they imitate a cause
+STEPPED = 6  # explanations by a crack whose shape is refined by steps, the best or not
+
+
+def base_model(model: Model, settings: Settings) -> tuple[Model, Prior]:
+    """The model with its nuisance terms, and the Prior of the parameters that are free in every fit.
+
+    Parameters
+    ----------
+    model : Model
+        With a value for every amplitude.
+    settings : Settings
+
+    Returns
+    -------
+    Model
+    Prior
+
+    Raises
+    ------
+    RotorstudyError
+        If an amplitude has no value.
+    """
+    terms = []
+    for kind in settings.nuisance:
+        places = registry().get("effect", kind, "nuisance").places(model.structure, model.sensors)
+        terms += [
+            make_term("effect", {"kind": kind, **place, "label": f"calibration {i}"}, model.structure, model.sensors)
+            for i, place in enumerate(places)
+        ]
+    known = {unknown.name: (0.0, settings.nuisance[term.kind]) for term in terms for unknown in term.unknowns}
+    uncertainty = with_rotor(settings.uncertainty, model.structure)
+    model = with_numbers(model, (name for name, share in uncertainty.items() if share))
+    whole, prior = model.plus(*terms), prior_of(model, uncertainty).plus(Prior.independent(known))
+    return (whole, prior) if model.before is None else _of_change(whole, prior, settings)
+
+
+def _of_change(whole, prior, settings):
+    """The model of a change between two states, and its Prior.
+
+    What the states share cancels. A parameter that differs from run to run changes by the difference of two draws, with
+    twice its variance; as effects are linear in it, the earlier state can be taken to be without it.
+    """
+    moving = {name for parameter in settings.run_to_run for name in whole.amplitudes_of(parameter)}
+    moves = np.array([name in moving for name in prior.names], bool)
+    twice = np.where(moves, np.sqrt(2), 1.0)
+    changed = Prior(prior.names, np.where(moves, 0.0, prior.mean), prior.covariance * np.outer(twice, twice))
+    return replace(whole, before=frozenset(whole.names) - moving), changed
+
+
+def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
+    """Explanations of a spectrum by up to `most_causes` faults, found by adding, swapping and dropping causes.
+
+    Parameters
+    ----------
+    model : Model
+        With a value for every amplitude.
+    spectrum : Spectrum
+        Its covariance with the model error.
+    settings : Settings
+
+    Returns
+    -------
+    Search
+        Its spectrum has the error of the causes too.
+
+    Raises
+    ------
+    RotorstudyError
+        If the base model cannot be fitted. A broken plugin of the library raises nothing: see `Search.broken`.
+    """
+    model = with_vibration(model, spectrum) if model.before is None else model
+    whole, prior = base_model(model, settings)
+    base = fit(whole, spectrum, prior)
+    stated = fit(whole, spectrum, prior, steps=0)
+    imitates = base.penalty > STRAINED * len(prior.names)  # the parameters of the base take over what is missing
+    missing = spectrum.amplitude - predicted(whole, spectrum, stated.theta if imitates else base.theta)
+    widened = with_cause_error(spectrum, missing, settings.cause_error)
+    base = fit(whole, widened, prior, start=base.theta)
+    every, failures = candidates(model, settings)
+    log.info("searching %d candidates", len(every))
+    work = Search(model, whole, spectrum, widened, settings, prior, base, every, failures=failures,
+                  cause_error=settings.cause_error)  # fmt: skip
+    work.screened.extend(work.screen(base, every))
+    work.found[frozenset()] = Explanation((), base, 0.0)
+    best = _added(work, work.found[frozenset()], [base, fit(whole, widened, prior, steps=0)] if imitates else None)
+    log.info("fitting the best of %d explanations again", len(work.found))
+    settled = _settled(work, spectrum, missing, best)
+    first = max(settled.explanations, key=odds_of)
+    if not (settled is work and first is best):  # to which nothing was found that could be added
+        _added(settled, first)
+    exact = without_error(settled)
+    if exact is not settled:
+        settled = exact
+        _added(settled, max(settled.explanations, key=odds_of))  # parts of its faults
+    settled = replace(settled, unstable=grows(settled.base, spectrum.speed))
+    _drop_impossible(settled)
+    return settled
+
+
+def _drop_impossible(work):
+    """Drop explanations that cannot be true, until the best ones can."""
+    possible = set()
+    while True:
+        least = odds_of(work.best) - REACH
+        counted = {id(e) for e, _ in work.posterior()}  # of each set of causes its best shape
+        known = {key: e for key, e in work.found.items() if e.causes and key not in possible and id(e) in counted}
+        within = {key: e for key, e in known.items() if odds_of(e) >= least}
+        impossible = [key for key, e in within.items() if is_impossible(work, e)]
+        for key in impossible:
+            del work.found[key]
+        if not impossible:
+            return
+        possible |= within.keys() - set(impossible)
+
+
+def _added(work, current, fits=None):
+    """The best explanation after causes were added to one as long as that increases its odds.
+
+    fits : as for `with_one_more`
+    """
+    while True:
+        tried, before = with_one_more(work, current, fits), current.fit.cost
+        cracks = _cracks(tried, before)
+        tried = [refine(work, e, again=False) if id(e) in cracks else e for e in tried]
+        better = max((refine(work, e) for e in _to_refine(tried, before)), key=odds_of, default=current)
+        if odds_of(better) <= odds_of(current):
+            return current
+        log.info("comparing alternatives to %s", " and ".join(better.named))
+        current, fits = with_alternatives(work, better), None
+        if len(current.causes) > 1:
+            current = _drop(work, refine_in_turn(work, current))
+
+
+def _settled(work, spectrum, missing, best):
+    """The search with the error of the causes that the best explanation turned out to have, at most the one assumed.
+
+    Everything within reach is fitted again with that error, of explanations that differ little in shape the best one.
+    Where the assumed error is needed, nothing changes.
+    """
+    off = spectrum.amplitude - predicted(best.fit.model, spectrum, best.fit.theta)
+
+    def excess(error):
+        whitened = with_cause_error(spectrum, missing, error).whitened(off)
+        return whitened @ whitened + best.fit.penalty - len(whitened)
+
+    if not best.causes:
+        return work
+    error = 0.0
+    if work.is_rejected_as_stated(best):
+        if excess(work.cause_error) >= 0:
+            return work
+        error = brentq(excess, 0.0, work.cause_error, xtol=1e-3 * work.cause_error)
+    narrower = with_cause_error(spectrum, missing, error)
+    base = fit(work.model, narrower, work.prior, start=work.base.theta)
+    again = replace(work, spectrum=narrower, base=base, found={}, equations={}, cause_error=error)
+    again.found[frozenset()] = Explanation((), base, 0.0)
+    first = sorted(map(odds_of, work.explanations), reverse=True)[:FITTED_FULLY]
+    least = min(odds_of(best) - REACH, first[-1])
+    for known in best_of_each_shape(work.explanations):
+        if known.causes and odds_of(known) >= least:
+            found = again.explain(known.causes, [known.fit.theta])
+            if found and odds_of(found) >= max(map(odds_of, again.explanations)) - REACH:
+                refine_in_turn(again, found, again=False)  # its shapes were tried in the search
+    return again
+
+
+def _cracks(tried, before):
+    """The best explanations (by id) by a crack of each law in each quadrant: steps of its shape may gain much.
+
+    before : cost of the explanation that they extend
+    """
+    least, best = min((e.fit.cost for e in tried), default=0.0), {}
+    for e in sorted(tried, key=odds_of, reverse=True):
+        crack = e.causes[-1]
+        if is_sought_everywhere(crack) and explains_much(e.fit.cost, least, before):
+            best.setdefault(law_and_side(crack), e)
+    return {id(e) for e in list(best.values())[:STEPPED]}
+
+
+def _to_refine(tried, before):
+    """The best explanation, and others whose cost may come near its own in a better shape of their last cause.
+
+    before : cost of the explanation that they extend
+    """
+    if not tried:
+        return []
+    best = max(tried, key=odds_of)
+    shaped = sorted((e for e in tried if e.causes[-1].shape and e is not best), key=odds_of, reverse=True)
+    reach = max(CLOSE, LEFT_BY_SHAPE * (before - best.fit.cost))
+    near = [e for e in shaped if e.fit.cost < best.fit.cost + reach]
+    if not near and best.fit.cost > len(best.fit.residual):
+        near = shaped[:1]
+    return [best, *near]
+
+
+def _drop(work, current):
+    """The explanation without those causes that it does better without."""
+    for cause in current.causes:
+        less = work.explain(tuple(c for c in current.causes if c.label != cause.label))
+        if less and odds_of(less) > odds_of(current):
+            return _drop(work, less)
+    return current

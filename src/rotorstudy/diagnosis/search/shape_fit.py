@@ -1,0 +1,161 @@
+"""Causes of a stated kind fitted together with their shapes: all amplitudes, positions, depths and angles at once."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from rotorstudy.diagnosis.search.candidates import Candidate, shape_ranges, with_shape
+from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.errors import CannotAct, NoConvergenceError, NoSteadyState
+from rotorstudy.inference.levenberg_marquardt import (
+    ESTIMATE,
+    HYPOTHESIS,
+    Convergence,
+    Minimum,
+    levenberg_marquardt,
+)
+from rotorstudy.inference.prediction import whitened_prediction
+from rotorstudy.inference.prior import Prior
+from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.model.model import Model
+from rotorstudy.model.registry import registry
+
+CLOSELY = replace(HYPOTHESIS, steps=ESTIMATE.steps)
+FAILURES = 1  # steps of a fit without a steady state, which take long to find out
+DIFFERENCE = 1e-4  # of the range of an option, for its derivative
+
+
+class Work(NamedTuple):
+    """What is known.
+
+    rig      : Model of the rig;  whole : with the nuisance terms
+    prior    : Prior of the parameters of both that are free
+    spectrum : Spectrum with the model error
+    """
+
+    rig: Model
+    whole: Model
+    prior: Prior
+    spectrum: Spectrum
+    settings: Settings
+
+
+class Fitted(NamedTuple):
+    """Causes in their best shapes, and the Minimum of all amplitudes and of the shapes."""
+
+    causes: tuple[Candidate, ...]
+    minimum: Minimum
+
+    @property
+    def cost(self) -> float:
+        """Misfit and penalty."""
+        return float(self.minimum.cost[0])
+
+    @property
+    def amplitudes(self) -> np.ndarray:
+        """(parameter,) those of the rig, then those of the causes."""
+        theta = self.minimum.theta[0]
+        return theta[: len(theta) - sum(len(cause.shape) for cause in self.causes)]
+
+    @property
+    def variant(self) -> str:
+        """The alternatives of the causes, as a text, in any order of the causes the same."""
+        told = sorted(f"{key} {value}" for cause in self.causes for key, value in cause.variant.items())
+        return ", ".join(told) or self.causes[0].cause
+
+
+def ranges_of(work: Work, cause: Candidate) -> dict:
+    """Option -> ShapeRange of a cause."""
+    return shape_ranges(cause.effect, work.rig.structure, cause.where.get("node"))
+
+
+def reshaped(work: Work, cause: Candidate, point: np.ndarray, label: str | None = None) -> Candidate:
+    """The cause in the shape at a point (option,) of its ranges, with the label of its own or another one."""
+    shape = {name: ends.value(x) for (name, ends), x in zip(ranges_of(work, cause).items(), point, strict=True)}
+    if label is not None:
+        cause = cause._replace(term=replace(cause.term, label=label))
+    return with_shape(work.rig, cause, shape, work.settings.prior_width)
+
+
+def point_of(work: Work, cause: Candidate) -> np.ndarray:
+    """The shape of a cause as fractions (option,) of its ranges."""
+    return np.array([ends.fraction(cause.shape[name]) for name, ends in ranges_of(work, cause).items()])
+
+
+def check_together(work: Work, causes: Sequence[Candidate]) -> None:
+    """Raise CannotAct if two of the causes cannot be on the rotor together."""
+    together = registry().get("effect", causes[0].effect).together
+    for number, one in enumerate(causes if together else ()):
+        for other in causes[:number]:
+            together(work.rig.structure, one.term.options, other.term.options)
+
+
+def fitted_from(
+    work: Work, causes: Sequence[Candidate], amplitudes: np.ndarray, convergence: Convergence = CLOSELY
+) -> Fitted:
+    """A fit of all amplitudes and the shapes of causes together, from their shapes and some amplitudes (parameter,).
+
+    raises : NoSteadyState, NoConvergenceError
+    """
+    prior, points, count = work.prior, [point_of(work, cause) for cause in causes], len(amplitudes)
+    for cause in causes:
+        prior = prior.plus(Prior.independent(cause.prior))
+    for cause, point in zip(causes, points, strict=True):
+        about = {
+            f"{name} of {cause.term.label}": (x if ends.goes_around else 0.5, 1.0)
+            for (name, ends), x in zip(ranges_of(work, cause).items(), point, strict=True)
+        }
+        prior = prior.plus(Prior.independent(about))
+    ends = np.cumsum([len(point) for point in points])[:-1]
+    failed = []
+
+    def predict(theta):
+        (one,) = theta
+        try:
+            return predicted_with_shape(work, causes, one[:count], np.split(one[count:], ends))
+        except (CannotAct, NoSteadyState) as error:  # such as a crack at a disc
+            failed.append(error)
+            if len(failed) > FAILURES:
+                raise NoConvergenceError(f"{causes[0].label}: {error}") from None
+            raise NoSteadyState(str(error)) from None
+
+    found = levenberg_marquardt(
+        predict,
+        work.spectrum.whitened(work.spectrum.amplitude)[None],
+        np.concatenate([amplitudes, *points])[None],
+        prior.names,
+        prior=prior,
+        convergence=convergence,
+    )
+    shapes = np.split(found.theta[0, count:], ends)
+    return Fitted(tuple(reshaped(work, *one) for one in zip(causes, shapes, strict=True)), found)
+
+
+def predicted_with_shape(
+    work: Work, causes: Sequence[Candidate], amplitudes: np.ndarray, points: Sequence
+) -> tuple[np.ndarray, np.ndarray]:
+    """Whitened prediction (1, component) and its derivatives (1, component, parameter), the shapes last.
+
+    The derivative by an option follows from the columns of the cause in that shape and in one beside it, of amplitude
+    zero, at the same motion.
+    """
+    here = [reshaped(work, cause, point) for cause, point in zip(causes, points, strict=True)]
+    check_together(work, here)
+    names = [*work.prior.names, *(name for cause in here for name in cause.names)]
+    beside, model = [], work.whole.plus(*(cause.term for cause in here))
+    for number, (cause, point) in enumerate(zip(causes, points, strict=True)):
+        offs = np.where(point < 0.5, DIFFERENCE, -DIFFERENCE)
+        for i, (at, off) in enumerate(zip(point + np.diag(offs), offs, strict=True)):
+            beside.append((number, off, reshaped(work, cause, at, f"beside {number} {i}")))
+    model = model.plus(*(one.term for *_, one in beside))
+    more = [name for *_, one in beside for name in one.names]
+    values = np.concatenate([amplitudes, np.zeros(len(more))])
+    shown, slopes = whitened_prediction(model, work.spectrum, [*names, *more], values)
+    at = {name: i for i, name in enumerate([*names, *more])}
+    columns = []
+    for number, off, one in beside:
+        own, other = ([at[name] for name in cause.names] for cause in (here[number], one))
+        columns.append((slopes[:, other] - slopes[:, own]) @ amplitudes[own] / off)
+    return shown[None], np.column_stack([slopes[:, : len(amplitudes)], *columns])[None]

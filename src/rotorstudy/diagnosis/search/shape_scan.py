@@ -1,0 +1,247 @@
+"""The shape of a cause from its columns at a known motion: many shapes at once, without a fit.
+
+A force that depends on the motion (a contact, a resonant support, a crack) is a known function of time once the motion
+where it acts is known, whatever causes it, and linear in its amplitude. That motion follows from the records and the
+receptances of the rotor with a free force there. Each shape is then judged by least squares, as in `screen`; the best
+one is refined by sampling about it.
+"""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from rotorstudy.diagnosis.search.candidates import Candidate, shape_ranges, with_shape
+from rotorstudy.diagnosis.search.explanations import Search
+from rotorstudy.diagnosis.search.screening import Projection, Screened, screen_each
+from rotorstudy.errors import CannotAct, NoSteadyState
+from rotorstudy.inference.fit import Fit
+from rotorstudy.inference.prediction import carried_order
+from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.model.registry import registry
+from rotorstudy.response.harmonic import positions
+from rotorstudy.response.measured import Motion, Near
+
+FIRST_SAMPLES = (0, 16, 32, 64, 128)  # shapes over the whole range, by the number of options
+STARTS = 3  # best of these, about which closer ones are tried: a force at one instant has several near-equal shapes
+MORE_ALONG_SHAFT = 4  # times as many shapes and starts where the position on the shaft is one of the options
+PARTS = (
+    6  # then, of the range of an option; each has a start of its own, as a crack elsewhere may explain nearly as much
+)
+HALVES = 2  # of a full turn, likewise
+ANOTHER_SIDE = 0.25  # of a turn
+SAMPLES = 9  # shapes per round and option about the best ones
+REFINED = 2  # places of each effect at which the best shape is refined
+LEAST_SEEN = 0.01  # share of the cost that the best coarse shape of a place explains, if it is refined
+SPREADS = (0.12, 0.05, 0.02, 0.008, 0.003)  # standard deviation of the shapes of each round, as a share of the range
+
+
+class Scanned(NamedTuple):
+    """A Candidate with the best shape found, and its Screened."""
+
+    cause: Candidate
+    screened: Screened
+
+
+def can_be_scanned(cause):
+    """Whether the shape of a cause is scanned: it acts on the rotor, at one node or with several shape options."""
+    at_node = "node" in cause.where and not cause.variant
+    several = len(registry().get("effect", cause.effect).shape) > 1
+    return bool(cause.shape) and not cause.term.acts_on_output and (at_node or several)
+
+
+def is_sought_everywhere(cause):
+    """Whether the place of a cause is among the shape options that are scanned, as of a crack along the shaft."""
+    return can_be_scanned(cause) and not cause.where
+
+
+def acts_on(cause, structure):
+    """The coordinate (dof,) that a cause acts on: its node, or a deformation of the shaft."""
+    if "node" in cause.where:
+        return structure.unit(cause.where["node"])
+    (unknown,) = cause.term.unknowns
+    matrix = unknown.force.matrix if unknown.force else np.real(unknown.entries[0].matrix)
+    return matrix[np.argmax(np.linalg.norm(matrix, axis=1))]
+
+
+def motion_by_a_free_force(fitted: Fit, spectrum: Spectrum, row: np.ndarray, near: Near | None = None) -> Motion:
+    """The Motion of a fitted model with a force on one coordinate, free at every harmonic and speed, fitted best.
+
+    Parameters
+    ----------
+    fitted : Fit
+    spectrum : Spectrum
+    row : ndarray (dof,)
+        The coordinate, by a unit of each of the model: a node, or a deformation of the shaft.
+    near : Near, optional
+        Of the fitted model at the speeds and harmonics of the spectrum, if it exists already.
+
+    Returns
+    -------
+    Motion
+
+    Raises
+    ------
+    NoSteadyState
+    """
+    near = near or Near(fitted.model, spectrum.speed, spectrum.harmonics, fitted.theta, order=carried_order(spectrum))
+    measured, speeds = positions(spectrum.harmonics, near.blocks), len(spectrum.speed)
+    free = [2 * i + part for part in (0, 1) for i in measured]  # components of the force
+    seen = sum(row[i] * near.shown_replies(int(i)) for i in np.flatnonzero(row))[:, free]
+    seen = np.moveaxis(seen.reshape(speeds, len(free), len(measured), -1), 1, 0)
+    columns = spectrum.whitened(seen).T.reshape(speeds, -1, len(free))
+    residual = fitted.residual.reshape(speeds, -1)
+    force = np.zeros((speeds, 2 * len(near.blocks.harmonics)), complex)
+    force[:, free] = [np.linalg.lstsq(a, b, rcond=1e-9)[0] for a, b in zip(columns, residual, strict=True)]
+    return Motion(near.motion.amplitude + near.moved_by(row, force), near.motion.deflection)
+
+
+def scan(
+    work: Search, fitted: Fit, chosen: list[Candidate], refined: int = REFINED, least: float = 0.0
+) -> list[Scanned]:
+    """The shapes of causes at which their columns explain most, at the best places of each effect.
+
+    Parameters
+    ----------
+    work : Search
+    fitted : Fit
+        Without the causes.
+    chosen : list of Candidate
+        One for each effect, place and alternative; those that `can_be_scanned` are considered.
+    refined : int
+        Most places of each effect, those where coarse shapes explain most.
+    least : float
+        What a coarse shape must explain (decrease of the cost), for its place to be refined.
+
+    Returns
+    -------
+    list of Scanned
+        The best shape of each place, for a crack also the best that faces the other side. Without those whose plugin
+        fails, which is recorded as broken.
+    """
+    projection, motions, coarse = Projection(fitted, work.spectrum), {}, {}
+    for cause in filter(can_be_scanned, chosen):
+        try:
+            one = _Scan(work, fitted, projection, cause, motions)
+            coarse.setdefault(cause.effect, []).append((one, one.first()))
+        except NoSteadyState:
+            continue
+        except Exception as error:
+            work.note_broken([cause], error)
+    found = []
+    for places in coarse.values():
+        places.sort(key=lambda place: -place[1][0].screened.evidence)
+        least = max(least, LEAST_SEEN * float(projection.residual @ projection.residual))
+        for one, best in places[:refined]:
+            found += one.refined(best) if best[0].screened.explained > least else []
+    return found
+
+
+class _Judged(NamedTuple):
+    """A cause in one shape, judged; point : (option,) its options as fractions of their ranges."""
+
+    point: np.ndarray
+    cause: Candidate
+    screened: Screened
+
+
+class _Scan(NamedTuple):
+    """The scan of one cause.
+
+    fitted     : Fit without the cause;  projection : of that fit
+    motions    : the Motion with a free force, for each coordinate (as bytes) for which it is known
+    """
+
+    work: Search
+    fitted: Fit
+    projection: Projection
+    cause: Candidate
+    motions: dict[bytes, Motion]
+
+    @property
+    def ranges(self):
+        """Option -> ShapeRange."""
+        return shape_ranges(self.cause.effect, self.work.rig.structure, self.cause.where.get("node"))
+
+    def at(self, point, label):
+        """The cause in the shape at a point (option,) of its ranges."""
+        shape = {name: ends.value(x) for (name, ends), x in zip(self.ranges.items(), point, strict=True)}
+        labelled = self.cause._replace(term=replace(self.cause.term, label=label))
+        return with_shape(self.work.rig, labelled, shape, self.work.settings.prior_width)
+
+    def judged(self, points, kept=False):
+        """The shapes at some points (shape, option), the best first, without those in which the cause cannot act.
+
+        kept : whether the motions are kept, as alternatives of the cause are tried at the same points
+        """
+        groups = {}
+        for i, point in enumerate(points):
+            try:
+                cause = self.at(point, f"{self.cause.term.label} {i}")
+            except CannotAct:  # such as a crack in a hollow part of the shaft
+                continue
+            row = acts_on(cause, self.work.rig.structure)
+            groups.setdefault(row.tobytes(), (row, [], []))
+            groups[row.tobytes()][1].append(point)
+            groups[row.tobytes()][2].append(cause)
+        if not groups:
+            raise NoSteadyState(f"{self.cause.effect} cannot act with any of {len(points)} shapes")
+        projected = self.projection.of_groups([(chosen, self._motion(row, kept)) for row, _, chosen in groups.values()])
+        points, chosen = ([one for group in groups.values() for one in group[i]] for i in (1, 2))
+        found = map(_Judged, points, chosen, screen_each(projected, chosen))
+        return sorted(found, key=lambda one: -one.screened.evidence)
+
+    def _motion(self, row, kept):
+        """The Motion with a free force on a coordinate; that of a node is kept, as all shapes there share it."""
+        if row.tobytes() in self.motions:
+            return self.motions[row.tobytes()]
+        motion = motion_by_a_free_force(self.fitted, self.work.spectrum, row, self.projection.near)
+        if kept or self.cause.where:
+            self.motions[row.tobytes()] = motion
+        return motion
+
+    def first(self):
+        """The best of shapes over the whole range, from which `refined` starts."""
+        from scipy.stats import qmc
+
+        options = len(self.ranges)
+        count = FIRST_SAMPLES[options] * self._more
+        found = self.judged(qmc.Sobol(options, scramble=False).random(count), kept=True)
+        return self._distinct(found)[: STARTS * self._more]
+
+    @property
+    def _more(self):
+        """Factor of the number of shapes: more are tried where the position on the shaft is an option, too."""
+        return 1 if self.cause.where else MORE_ALONG_SHAFT
+
+    def _distinct(self, found):
+        """Judged shapes, the best first; where the position is an option, only the best of each part of the ranges."""
+        if self.cause.where:
+            return found
+        parts = np.array([HALVES if ends.goes_around else PARTS for ends in self.ranges.values()])
+        best = {}
+        for one in found:
+            best.setdefault(tuple((parts * one.point % parts).astype(int)), one)
+        return list(best.values())
+
+    def refined(self, starts):
+        """List of Scanned, found by rounds of ever closer shapes about fewer and fewer of the best ones."""
+        random = np.random.default_rng(0)  # the same numbers for the same records
+        for spread in SPREADS:
+            count = SAMPLES * len(self.ranges) * self._more // len(starts)
+            about = [one.point + spread * random.standard_normal((count, len(self.ranges))) for one in starts]
+            closer = self.judged(np.concatenate(about))
+            kept = 1 if spread == SPREADS[-1] else max(len(starts) - 1, 1)
+            found = sorted([*starts, *closer], key=lambda one: -one.screened.evidence)
+            starts = self._distinct(found)[:kept]
+        return [
+            Scanned(self.at(one.point, self.cause.term.label), one.screened) for one in (*starts, *self._facing(found))
+        ]
+
+    def _facing(self, found):
+        """The best shape that faces another side than the best one: which side is open decides little at first."""
+        around = [i for i, ends in enumerate(self.ranges.values()) if ends.goes_around]
+        if self.cause.where or not around:
+            return []
+        apart = [abs((one.point[around[0]] - found[0].point[around[0]] + 0.5) % 1 - 0.5) for one in found]
+        return [one for one, turn in zip(found, apart, strict=True) if turn > ANOTHER_SIDE][:1]

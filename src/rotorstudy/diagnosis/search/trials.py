@@ -1,0 +1,58 @@
+"""Sets of causes worth a fit, fitted in two stages: a few steps each, then the closest ones to convergence."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rotorstudy.diagnosis.search.candidates import Candidate
+from rotorstudy.diagnosis.search.odds import odds_of
+from rotorstudy.diagnosis.search.shape_scan import can_be_scanned, is_sought_everywhere
+
+FITTED_FULLY = 4  # least number of explanations per round that are fitted to convergence
+CLOSE = 15.0  # excess over the lowest cost of a round (likelihood ratio e^-7.5) beyond which a fit is not finished
+REACH = 10.0  # log odds below the best, at its motion, beyond which an alternative cannot change a probability
+LEFT_BY_SHAPE = 0.05  # of what a cause explains, left if its shape is half a step of those tried away from the true one
+
+
+class Option(NamedTuple):
+    """A set of causes worth a fit, with values of parameters by name to start from."""
+
+    causes: tuple[Candidate, ...]
+    start: dict[str, float]
+
+
+def fit_closest(work, options, from_stated=False, before=0.0):
+    """Explanations by options whose cost after a trial fit is close to the lowest, and by cracks that explain much.
+
+    from_stated : whether the trial starts from the stated values, but for causes whose shape was scanned
+    before      : cost of the explanation that the options extend
+    """
+    looked = []
+    for causes, start in options:
+        start = work.start(causes, start)
+        fitted = work.trial_fit(causes, None if from_stated and not can_be_scanned(causes[-1]) else start)
+        looked += [(fitted.cost, len(looked), causes, [fitted.theta, start])] if fitted else []
+    tried = []
+    for rank, (cost, _, causes, starts) in enumerate(sorted(looked, key=lambda one: one[:2])):
+        is_crack = is_sought_everywhere(causes[-1]) and explains_much(cost, min(looked)[0], before)
+        if rank < FITTED_FULLY or cost <= min(looked)[0] + CLOSE or is_crack:
+            tried.append(work.explain(causes, starts))
+    return [e for e in tried if e]
+
+
+def explains_much(cost, least, before):
+    """Whether a cost has come down by half as much as the least one, from what it was before."""
+    return cost <= 0.5 * (least + before)
+
+
+def law_and_side(cause):
+    """Alternatives of a cause, and the quadrants of its angles: steps of its shape do not lead from one to another."""
+    return *cause.variant.values(), *(v // (np.pi / 2) for name, v in cause.shape.items() if name.endswith("_rad"))
+
+
+def best_of_each_shape(explanations):
+    """Explanations, the best first; of the same causes with the same laws on the same sides, the best alone."""
+    best = {}
+    for e in sorted(explanations, key=odds_of, reverse=True):
+        best.setdefault(frozenset((c.cause, law_and_side(c)) for c in e.causes), e)
+    return list(best.values())

@@ -1,0 +1,101 @@
+"""A diagnosis as a Dataset: by speed, harmonic and node; by parameter; by explanation tried."""
+
+import numpy as np
+
+from rotorstudy.diagnosis.verdict.force import equivalent_residual_force
+from rotorstudy.diagnosis.verdict.result import FORMAT_VERSION
+from rotorstudy.inference.prediction import predicted, with_model_error
+from rotorstudy.store import dataset
+
+
+def verdict_dataset(diagnosis, spectrum):
+    """The content of verdict.nc: spectra, residual maps, equivalent residual force, parameters and explanations.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    spectrum : Spectrum
+        Of all speeds, fitted and held out: (speed, harmonic, sensor), m.
+
+    Returns
+    -------
+    xarray.Dataset
+        With the dimensions speed, harmonic and node; parameter; explanation. Units are in the attributes.
+    """
+    whole = with_model_error(spectrum, diagnosis.settings)
+    base, best = diagnosis.search.base, diagnosis.best
+    held = diagnosis.held_out.speed if diagnosis.held_out is not None else []
+    grid = ("speed", "harmonic", "node")
+    variance = np.diagonal(spectrum.covariance, axis1=-2, axis2=-1)
+    variance = variance.reshape(*variance.shape[:-1], 2, -1).sum(axis=-2)
+    variables = {
+        "measured": (grid, spectrum.amplitude, "m", "measured harmonics"),
+        "standard_deviation": (grid, np.sqrt(variance).transpose(0, 2, 1), "m", "noise of the measured harmonics"),
+        "held_out": (
+            ("speed",),
+            np.isin(spectrum.speed, held).astype("int8"),
+            "1",
+            "1 if the speed was held out of every fit",
+        ),
+    }
+    for when, name, fitted in (("before", "base", base), ("after", "extended", best)):
+        shown = predicted(fitted.model, whole, fitted.theta)
+        off = spectrum.amplitude - spectrum.shown(shown)
+        sigma = whole.by_harmonic(whole.whitened(off))
+        force = equivalent_residual_force(fitted.model, fitted.theta, spectrum.speed, spectrum.harmonics, off)
+        variables |= {
+            name: (grid, shown, "m", f"harmonics of the {name} model"),
+            f"residual_{when}": (grid, sigma, "1", f"measured minus {name} model, in standard deviations"),
+            f"equivalent_residual_force_{when}": (grid, force, "N", f"equivalent residual force of the {name} model"),
+        }
+    variables |= _parameters(diagnosis) | _explanations(diagnosis)
+    coordinates = {
+        "speed": (spectrum.speed, "rad/s", "spin speed"),
+        "harmonic": (spectrum.harmonics, "1", "harmonic, n > 0 forward, n < 0 backward"),
+        "node": (np.array(spectrum.sensors), "1", "node"),
+        "parameter": (list(best.names), "1", "fitted parameter"),
+    }
+    return dataset(variables, coordinates, title="diagnosis", format_version=FORMAT_VERSION)
+
+
+def _parameters(diagnosis):
+    """Fitted parameters: as stated, in the base model and in the extended one."""
+    base, best, prior = diagnosis.search.base, diagnosis.best, diagnosis.search.prior.by_name
+    units = dict(zip(best.model.names, best.model.units, strict=True))
+    before = dict(zip(base.names, zip(base.free, np.sqrt(np.diag(base.covariance)), strict=True), strict=True))
+    nothing = (np.nan, np.nan)
+    columns = {
+        "stated": [prior.get(name, nothing)[0] for name in best.names],
+        "stated_std": [prior.get(name, nothing)[1] for name in best.names],
+        "base_estimate": [before.get(name, nothing)[0] for name in best.names],
+        "base_std": [before.get(name, nothing)[1] for name in best.names],
+        "estimate": best.free,
+        "std": np.sqrt(np.diag(best.covariance)),
+    }
+    found = {
+        name: (("parameter",), np.array(values, float), "SI", f"{name.replace('_', ' ')} of the parameter, in its unit")
+        for name, values in columns.items()
+    }
+    texts = {"unit": (units, "unit of the parameter"), "label": (diagnosis.labels, "readable name of the parameter")}
+    return found | {
+        key: (("parameter",), np.array([known[name] for name in best.names], object), "1", long_name)
+        for key, (known, long_name) in texts.items()
+    }
+
+
+def _explanations(diagnosis):
+    """Every explanation that was fitted, that with the highest odds first."""
+    weights = diagnosis.search.posterior()
+    best = diagnosis.search.best
+    along = ("explanation",)
+    labels = [" + ".join(cause.label for cause in e.causes) or "nothing more" for e, _ in weights]
+    alternative = [bool(e.named & diagnosis.alternatives) and not best.named <= e.named for e, _ in weights]
+    odds = np.array([e.log_posterior_odds for e, _ in weights])
+    return {
+        "explanation_label": (along, np.array(labels, object), "1", "causes"),
+        "log_posterior_odds": (along, odds, "1", "natural logarithm of the odds against the base alone"),
+        "posterior_probability": (along, np.array([w for _, w in weights]), "1", "posterior probability"),
+        "cost": (along, np.array([e.fit.cost for e, _ in weights]), "1", "misfit of data and priors"),
+        "is_alternative": (along, np.array(alternative, "int8"), "1", "1 if the data cannot rule it out"),
+        "is_best": (along, np.array([e is best for e, _ in weights], "int8"), "1", "1 for the best"),
+    }

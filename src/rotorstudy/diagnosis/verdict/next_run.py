@@ -1,0 +1,221 @@
+"""Which further run would decide between the causes that a diagnosis cannot tell apart, and how likely it does.
+
+Each explanation predicts the harmonics y of a run not yet made, with a density p_i(y). Measuring them multiplies the
+posterior odds of i against j by p_i(y) / p_j(y). If i is true, the logarithm of that ratio is on average the divergence
+of the two densities; how often it suffices follows from drawing such runs.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from rotorstudy.diagnosis.search.explanations import Search
+from rotorstudy.diagnosis.verdict.result import NextRun, Place
+from rotorstudy.errors import NoSteadyState, RotorstudyError
+from rotorstudy.inference.fit import Fit
+from rotorstudy.inference.prediction import predicted, with_cause_error, with_model_error
+from rotorstudy.inference.predictive import decision_probability, expected_log_odds, predictive
+from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.model.rig_items import make_term
+from rotorstudy.model.terms import Term
+from rotorstudy.response.stability import check_stable
+
+SPEEDS = 30  # of the grid of possible runs
+SLOW_ROLL, BEYOND = 0.25, 1.3  # times the lowest and the highest measured speed: between these a run may be possible
+TRIAL = 0.5  # of the largest vibration measured, by which a trial unbalance changes it
+GAIN = 0.05  # in the probability of a decision, that makes a trial unbalance worth its trouble
+BEARABLE = 2.0  # times the largest vibration measured: runs in which any explanation expects more are not proposed
+MOST = 5  # explanations that are compared, the most probable ones
+PROPOSED = 3  # runs
+
+
+def next_runs(found: Search, measured: Spectrum, known: tuple[float, ...], decided: float) -> list[NextRun]:
+    """Further runs that separate the explanations best, the most decisive one first.
+
+    They are the best one up to the highest speed measured and the best one beyond, without and with a trial unbalance
+    at each disc.
+
+    Parameters
+    ----------
+    found : Search
+    measured : Spectrum
+        Without the model error. A further run has its mean covariance.
+    known : tuple of float
+        Speeds measured but held out of the fits, rad/s. They are not proposed.
+    decided : float
+        Posterior probability of an explanation from which on it is taken to be decided.
+
+    Returns
+    -------
+    list of NextRun
+        None if there is only one explanation.
+    """
+    fits, weights = explanations_in_question(found, decided)
+    if len(fits) < 2:
+        return []
+    top = measured.speed.max()
+    grid = np.linspace(SLOW_ROLL * measured.speed.min(), BEYOND * top, SPEEDS)
+    apart = 0.5 * (grid[1] - grid[0])
+    grid = np.array([w for w in grid if all(abs(w - other) > apart for other in known)])
+    ranges = [part for part in (grid[grid <= top], grid[grid > top]) if len(part)]
+    trials, runs = _trials(found, measured), []
+    for speeds in ranges:
+        plain = _best_run(found, measured, fits, weights, speeds, None, decided)
+        least = plain.decision_probability + GAIN if plain else 0.0
+        tried = (_best_run(found, measured, fits, weights, speeds, trial, decided) for trial in trials)
+        runs += [plain] if plain else []
+        runs += [run for run in tried if run and run.decision_probability >= least]
+    return sorted(runs, key=lambda run: (-run.decision_probability, -run.expected_log_odds))[:PROPOSED]
+
+
+def explanations_in_question(found: Search, decided: float) -> tuple[list[Fit], np.ndarray]:
+    """The explanations of a credible set, at most `MOST`. Those that add to the best one are no alternatives to it.
+
+    Parameters
+    ----------
+    found : Search
+    decided : float
+        Posterior probability of the set.
+
+    Returns
+    -------
+    list of Fit
+        (explanation,)
+    ndarray (explanation,)
+        Their posterior probabilities, scaled to a sum of one.
+    """
+    best, total, chosen = found.best, 0.0, []
+    for explanation, weight in found.posterior():
+        if total >= decided or len(chosen) == MOST:
+            break
+        total += weight
+        if explanation is best or not (best.causes and best.named <= explanation.named):
+            chosen.append((explanation.fit, weight))
+    weights = np.array([weight for _, weight in chosen])
+    return [fitted for fitted, _ in chosen], weights / weights.sum()
+
+
+def _trials(found, measured):
+    """(Place, Term, unbalance in kg m) of a trial unbalance at each disc, or on a rotor of one node.
+
+    It changes the measured vibration by `TRIAL` of the largest one.
+    """
+    structure, trials, base = found.rig.structure, [], found.base
+    discs = structure.nodes if len(structure.nodes) == 1 else {disc.node for disc in structure.discs}
+    for node in sorted(discs):
+        item = {"kind": "unbalance", "node": node, "label": "trial"}
+        term = make_term("effect", item, structure, found.rig.sensors, "trial unbalance")
+        (parameter,) = term.parameters
+        usual = with_term(base, replace(term, values={parameter.name: complex(parameter.typical)}))
+        change = predicted(usual.model, measured, usual.theta) - predicted(base.model, measured, base.theta)
+        if not change.any():  # no 1X was measured
+            continue
+        size = TRIAL * _vibration(measured, measured.amplitude) / _vibration(measured, change) * parameter.typical
+        where = {"node": node}
+        place = Place(effect="unbalance", where=where, label=structure.label_at(where))
+        term = replace(term, values={parameter.name: complex(size)})
+        trials.append((place, term, size / parameter.also["unbalance"][1]))
+    return trials
+
+
+def _vibration(spectrum, amplitude):
+    """The largest harmonic, 0X apart, which may be a probe gap, m."""
+    return np.abs(amplitude[..., spectrum.harmonics != 0, :]).max(initial=0)
+
+
+def _best_run(found, measured, fits, weights, speeds, trial, decided):
+    """The NextRun at the speed that separates the explanations best, or None if there is none."""
+    place, term, size = trial or (None, None, None)
+    base, *fits = (fitted if term is None else with_term(fitted, term) for fitted in (found.base, *fits))
+    spectrum, each = further_run(found, measured, base, fits, weights, speeds)
+    bearable = BEARABLE * _vibration(measured, measured.amplitude)
+    within = [i for i in range(len(spectrum.speed)) if _vibration(measured, each[:, i]) <= bearable]
+    if not within:
+        return None
+    runs = predictive(fits, spectrum.at_speeds(within))
+    expected = np.array([expected_log_odds(one, weights) for one in runs])
+    for best in np.argsort(-expected):
+        speed = float(spectrum.speed[within[best]])
+        if _is_stable(fits, speed):
+            likely = decision_probability(runs[best], weights, decided)
+            odds = {"expected_log_odds": expected[best], "decision_probability": likely}
+            return NextRun(speed=speed, trial=place, trial_unbalance=size, **odds)
+    return None
+
+
+def with_term(fitted: Fit, term: Term) -> Fit:
+    """A fit with a term added to its model.
+
+    Parameters
+    ----------
+    fitted : Fit
+    term : Term
+        With a value for every parameter.
+
+    Returns
+    -------
+    Fit
+    """
+    model = fitted.model.plus(term)  # whose amplitudes of the measuring chain remain the last ones
+    values = dict(zip(fitted.model.names, fitted.theta, strict=True))
+    values |= dict(zip((unknown.name for unknown in term.unknowns), term.theta, strict=True))
+    return replace(fitted, model=model, theta=np.array([values[name] for name in model.names]))
+
+
+def _is_stable(fits, speed):
+    try:
+        for fitted in fits:
+            check_stable(fitted.model, [speed], fitted.theta)
+    except NoSteadyState:
+        return False
+    return True
+
+
+def further_run(
+    found: Search, measured: Spectrum, base: Fit, fits: list[Fit], weights: np.ndarray, speeds: np.ndarray
+) -> tuple[Spectrum, np.ndarray]:
+    """The Spectrum expected of a run at those of some speeds where all explanations have a steady state.
+
+    Its covariance is the mean one of the speeds measured so far, with the error of the model and of a cause.
+
+    Parameters
+    ----------
+    found : Search
+    measured : Spectrum
+        Without the model error.
+    base : Fit
+        Without causes, in that run.
+    fits : list of Fit
+        The explanations, in that run.
+    weights : ndarray (explanation,)
+        Their probabilities.
+    speeds : ndarray (speed,)
+        In rad/s.
+
+    Returns
+    -------
+    Spectrum
+        Its amplitude is the mean of those of the explanations.
+    ndarray (explanation, speed, harmonic, sensor)
+        The amplitude of each explanation, complex, m.
+    """
+    covariance = np.broadcast_to(measured.covariance.mean(axis=0), (len(speeds), *measured.covariance.shape[1:]))
+    blank = np.zeros((len(speeds), *measured.amplitude.shape[1:]), complex)
+    spectrum = replace(measured, amplitude=blank, speed=speeds, covariance=covariance)
+    shown = np.array([_predicted_where_steady(fitted, spectrum) for fitted in (base, *fits)])
+    steady = np.isfinite(shown).all(axis=(0, 2, 3))
+    spectrum, (of_base, *each) = spectrum.at_speeds(steady), shown[:, steady]
+    mean = np.tensordot(weights, each, 1)
+    spectrum = with_model_error(spectrum.with_amplitude(spectrum.shown(mean)), found.settings)
+    return with_cause_error(spectrum, mean - of_base, found.cause_error), spectrum.shown(np.array(each))
+
+
+def _predicted_where_steady(fitted, spectrum):
+    """What a fit predicts, NaN at speeds without a steady state, or which its plugins do not cover."""
+    try:
+        return predicted(fitted.model, spectrum, fitted.theta)
+    except RotorstudyError:  # a table of a bearing may end
+        if len(spectrum.speed) == 1:
+            return np.full(spectrum.amplitude.shape, np.nan)
+    halves = np.array_split(np.arange(len(spectrum.speed)), 2)
+    return np.concatenate([_predicted_where_steady(fitted, spectrum.at_speeds(half)) for half in halves])

@@ -1,0 +1,318 @@
+"""A verdict in sentences. ± is one standard deviation."""
+
+import numpy as np
+
+from rotorstudy.diagnosis.verdict.far_from_the_rig import moved_far
+from rotorstudy.diagnosis.verdict.result import Place
+from rotorstudy.model.registry import registry
+from rotorstudy.units import RAD_PER_S, interval, number, p_value, percent, probability, quantity
+
+FEW = 3  # detection limits, or unexplained harmonics, in a sentence
+SAME_WEIGHT = 0.05  # difference of the weights of two discs in a sum that is not worth saying
+SMALL = 1e-3  # m; lengths below are said in µm
+ABSENT = 3.0  # standard deviations; of a cause with many amplitudes, a sentence names those above
+WORTH_SAYING = 0.05  # probability that the true cause is not among those stated
+LIKELY = 0.1  # probability of a decision below which a run is not worth its trouble
+LARGE_LOG_ODDS = 7.0  # from which on odds are said as a power of ten
+HARDLY = 3.0  # standard deviations (rms) below which a longer record helps to separate causes
+
+
+def readable(name):
+    """A name without underscores."""
+    return name.replace("_", " ")
+
+
+def place(named):
+    """'unbalance at node 2 (disc A)' for a Place, Cause or DetectionLimit; for a Candidate without the rig's label."""
+    labelled = f" ({named.label})" if isinstance(named, Place) and named.label else ""
+    where = " ".join(
+        f"at node {_listed(value)}{labelled}" if key == "node" else f"({key} {_listed(value)})"
+        for key, value in named.where.items()
+    )
+    return f"{readable(named.effect)} {where}".strip()
+
+
+def _listed(value):
+    """'2', or '1, 2 and 3' for a list."""
+    *first, last = map(str, value) if isinstance(value, list) else [str(value)]
+    return f"{', '.join(first)} and {last}" if first else last
+
+
+def _direction(cause):
+    """The preposition of the angle of a cause, and the multiple of that angle that is the phase of its amplitude."""
+    fold = registry().get("effect", cause.effect).fold
+    return ("at" if fold == 1 else "along"), fold
+
+
+def _angle(phase, fold):
+    """Value and standard deviation of the direction of a phase, rad."""
+    return phase.value / fold, None if phase.std is None else phase.std / fold
+
+
+def _present(cause):
+    """The parameters of a cause that say something.
+
+    Of more than a few amplitudes those that differ from zero, with their phases; of a cause of fixed size its shape.
+    """
+    amplitudes = {name: one for name, one in cause.parameters.items() if one.part in ("amplitude", "magnitude")}
+    if registry().get("effect", cause.effect).fixed and len(amplitudes) < len(cause.parameters):
+        return {name: one for name, one in cause.parameters.items() if name not in amplitudes}  # its shape says all
+    if len(amplitudes) <= FEW:
+        return cause.parameters
+    deviations = {name: abs(one.value) / one.std if one.std else np.inf for name, one in amplitudes.items()}
+    least = min(ABSENT, max(deviations.values()))
+    absent = {name for name, size in deviations.items() if size < least}
+    return {name: one for name, one in cause.parameters.items() if name.removesuffix("_phase") not in absent}
+
+
+def cause_in_words(cause):
+    """'unbalance at node 2 (eccentricity 12.00 ± 0.10 µm at 30.0 ± 1.0 °)'."""
+    texts, (word, fold) = [], _direction(cause)
+    for name, one in _present(cause).items():
+        if one.part == "phase":
+            value, std = _angle(one, fold)
+            texts[-1] += f" {word} {quantity(value, one.unit, std)}"
+        else:
+            label = "" if name == cause.effect else f"{_without_unit(name, one)} "
+            texts.append(label + quantity(*_in_its_unit(name, one)))
+    texts += [f"{readable(option)} {readable(value)}" for option, value in cause.variant.items()]
+    return f"{place(cause)} ({', '.join(texts)})"
+
+
+def _without_unit(name, estimate):
+    """Readable name of a parameter; the unit of an angle or a length is said with its value."""
+    unit = _in_its_unit(name, estimate)[1]
+    return readable(name.removesuffix("_rad") if unit == "rad" else name.removesuffix("_m") if unit else name)
+
+
+def _in_its_unit(name, estimate):
+    """Value, unit and standard deviation of a parameter; of a length in its shape in mm, or in m where it is small."""
+    value, std = estimate.value, estimate.std
+    if estimate.part != "shape" or not name.endswith("_m"):
+        return value, estimate.unit, std
+    if abs(value) < SMALL:
+        return value, "m", std
+    return 1e3 * value, "mm", None if std is None else 1e3 * std
+
+
+def sizes(cause):
+    """{label: text} of the parameters of a cause with their 95 % intervals; angles are those of the direction."""
+    found, stem, (_, fold) = {}, "", _direction(cause)
+    for name, one in cause.parameters.items():
+        (value, unit, std), label = _in_its_unit(name, one), "size"
+        if one.part == "phase":
+            value, std = _angle(one, fold)
+            label = "phase" if fold == 1 else "stiff direction"
+        else:
+            stem = name
+        if stem != cause.effect:
+            label = f"{readable(stem)}, {label}" if one.part == "phase" else _without_unit(stem, one)
+        text = quantity(value, unit, std)
+        known = std is not None and np.isfinite(std) and std > 0
+        found[label] = f"{text} (95 %: {interval(value, unit, std)})" if known else text
+    return found | {readable(option): readable(value) for option, value in cause.variant.items()}
+
+
+def summary(verdict):
+    """The verdict as a few plain sentences."""
+    said = [_said(verdict)]
+    if verdict.verdict == "unknown" and (far := moved_far(verdict.base_parameters)):
+        said.append(f"The fit moved these values of the rig far; check them first: {', '.join(far)}.")
+    if verdict.resultant:
+        said.append(resultant_in_words(verdict.resultant))
+    if verdict.not_considered:
+        alike = ", ".join(map(readable, verdict.not_considered))
+        said.append(f"Not considered, although it would look similar: {alike}.")
+    if verdict.broken_plugins:
+        said.append(f"Broken plugins, not or not fully considered: {len(verdict.broken_plugins)}.")
+    doubts = _doubts(verdict)
+    if doubts:
+        said.append(f"Check the records first: {doubts}.")
+    return " ".join(said)
+
+
+def excluded_in_words(verdict):
+    """One line for each effect that the records exclude."""
+    lines = []
+    for one in verdict.excluded:
+        why = (
+            f"it leaves {one.sigma:.3g} standard deviations (rms) of {one.harmonic}X at node {one.node}"
+            if one.harmonic is not None
+            else "it leaves hardly more, but needs less probable values"
+        )
+        lines.append(f"{place(one.cause)}: odds 1 to {_odds(one.log_odds)}; {why}")
+    return lines
+
+
+def _odds(log_odds):
+    """'85', or '10^12' where it is large."""
+    return f"{np.exp(log_odds):.2g}" if log_odds < LARGE_LOG_ODDS else f"10^{log_odds / np.log(10):.0f}"
+
+
+def resultant_in_words(found):
+    """A sentence on what the unbalances of several discs are together, and that their split is not known."""
+    parts = [f"{number(w, 2)} × " * (abs(w - 1) > SAME_WEIGHT) + (one.label or f"node {one.where['node']}")
+             for w, one in zip(found.weights, found.discs, strict=True)]  # fmt: skip
+    size, angle = (quantity(one.value, one.unit, one.std) for one in (found.size, found.angle))
+    each = ", ".join(quantity(std, "kg m", digits=2) for std in found.std_of_each)
+    return (
+        f"The unbalances of the discs look alike in these records: their sum ({' + '.join(parts)}) is {size} at "
+        f"{angle}; how it is split between them is not known (standard deviation of each: {each})."
+    )
+
+
+def _doubts(verdict):
+    return ", ".join(dict.fromkeys(f.name for f in verdict.findings if f.severity == "warning"))
+
+
+def _said(verdict):
+    residual = f"residual: {p_value(verdict.residual_p_value.before)}"
+    if verdict.verdict == "nothing":
+        text = f"Nothing is missing: noise and the stated model error explain the residual ({residual})."
+        found = smallest_detected(verdict)
+        return f"{text} Smallest sizes detected with a probability of 95 %: {', '.join(found)}." if found else text
+    if verdict.measuring_chain:
+        chain = verdict.measuring_chain
+        beside = f" together with {place(chain.beside)}" if chain.beside else ""
+        return (
+            f"The records look as if {chain.hypothesis}. That{beside} explains them better than any cause in the "
+            f"records as stated, so none is named. Remedy: {chain.remedy}. Then diagnose again."
+        )
+    implausible = ""
+    if verdict.verdict == "unknown" and verdict.parameter_p_value < verdict.settings.significance:
+        implausible = f"parameters implausibly far from their stated values ({p_value(verdict.parameter_p_value)})"
+    if not verdict.causes:
+        why = f": the fit needs {implausible}." if implausible else f" ({residual})."
+        return f"Something is missing, and no effect of the library explains it{why}"
+    named = " together with ".join(map(cause_in_words, verdict.causes))
+    likely = f"posterior probability {probability(min(c.posterior_probability for c in verdict.causes))}"
+    if verdict.verdict == "cause":
+        text = f"Something is missing, and it is most likely {named}; {likely}."
+        if verdict.cause_error:
+            text += (
+                f" Its form is off by {percent(verdict.cause_error)} of what is missing; the intervals include that."
+            )
+    elif verdict.verdict == "ambiguous":
+        text = f"Something is missing. It may be {named} ({likely})"
+        rest = ", ".join(dict.fromkeys(map(place, verdict.ambiguous_with)))
+        text += f", but these cannot be ruled out: {rest}." if rest else ", but that is not certain."
+    else:
+        text = _said_of_unknown(verdict, implausible)
+    if verdict.verdict != "unknown" and verdict.outside_probability > WORTH_SAYING:
+        text += (
+            " That compares the effects of the library; with a probability of "
+            f"{percent(verdict.outside_probability, 2)} the true cause is none of these."
+        )
+    return f"{text} {gain_in_words(verdict)}"
+
+
+def _said_of_unknown(verdict, implausible):
+    """The closest explanation, without its sizes, which would mislead, and why it is no cause."""
+    near = " together with ".join(map(place, verdict.causes))
+    if verdict.outside_probability:
+        return (
+            f"Something is missing, probably an effect that the library lacks. The closest explanation is {near}. It "
+            "fits, but so many amplitudes imitate other effects too: with a probability of "
+            f"{percent(verdict.outside_probability, 2)} the true cause is none of these."
+        )
+    return (
+        "Something is missing that no effect of the library explains. The closest explanation is "
+        f"{near}, which leaves {percent(verdict.residual_share)} of the excess error (rms)"
+        + (f" and needs {implausible}." if implausible else ".")
+    )
+
+
+def gain_in_words(verdict):
+    """What adding the causes gains at the held-out speeds, as a sentence."""
+    gain, it = verdict.gain, "it" if len(verdict.causes) == 1 else "them"
+    if gain is None:
+        return f"No speed was held out, so the gain from adding {it} is not known."
+    speeds = " and ".join(f"{w:.4g}" for w in gain.speeds)
+    change = "lowers" if gain.ratio < 1 else "raises"
+    told = (
+        f"Adding {it} {change} the error at {speeds} rad/s, held out of every fit, from {quantity(gain.before_m, 'm')} "
+        f"to {quantity(gain.after_m, 'm')} rms ({gain.before_sigma:.3g} to {gain.after_sigma:.3g} standard deviations)."
+    )
+    if gain.ratio < 1:
+        return told
+    likely = percent(gain.rise_probability, 2)
+    return f"{told} If the model with {it} is right, noise raises it with a probability of {likely}."
+
+
+def detection_limits(verdict):
+    """Detection limits, the most sensitive first; the larger one of real and imaginary part."""
+    # sorted, so that the larger one comes last
+    largest = {(place(row), row.parameter): row for row in verdict.detection_limit}
+    return sorted(largest.values(), key=lambda row: row.of_typical)
+
+
+def smallest_detected(verdict):
+    """The most sensitive detection limits as short texts, one for each effect and place."""
+    limits = {place(row): row for row in reversed(detection_limits(verdict))}
+    return [f"{name} {quantity(row.amplitude, row.unit)}" for name, row in reversed(limits.items())][:FEW]
+
+
+def separated(verdict):
+    """{measurement: ["a or b", ...]}: what to measure, and the causes that it separates."""
+    groups = {}
+    for one in verdict.separating_measurement:
+        text = one.measurement[:1].upper() + one.measurement[1:]
+        groups.setdefault(text, []).append(" or ".join(map(place, one.causes)))
+    return groups
+
+
+def _run(run):
+    """'258 rad/s (41.1 Hz) with a trial unbalance at node 3 of 30 g mm: expected odds 12 to 1, decided with ...'."""
+    trial = f" with a trial {place(run.trial)} of {quantity(run.trial_unbalance, 'kg m')}" if run.trial else ""
+    odds = number(np.exp(run.expected_log_odds), 2)
+    likely = percent(run.decision_probability, 2)
+    return (
+        f"{run.speed:.4g} rad/s ({run.speed / RAD_PER_S['Hz']:.3g} Hz){trial}: expected odds {odds} to 1, "
+        f"decided with a probability of {likely}"
+    )
+
+
+def runs_in_words(verdict):
+    """What further runs would decide, as sentences."""
+    if not verdict.next_runs:
+        return []
+    likely = [run for run in verdict.next_runs if run.decision_probability >= LIKELY]
+    if not likely:
+        return [f"No run at one more speed is likely to decide. The best one is at {_run(verdict.next_runs[0])}."]
+    return [f"{'Or run' if i else 'Run'} at {_run(run)}." for i, run in enumerate(likely)]
+
+
+def next_steps(verdict):
+    """Recommended actions and measurements, as sentences."""
+    kind, steps = verdict.verdict, []
+    doubts = _doubts(verdict)
+    if doubts:
+        steps.append(f"Check the records first: {doubts} (see below).")
+    if verdict.broken_plugins:
+        steps.append("Repair the broken plugins (see below): they were not, or not fully, considered.")
+    if kind == "nothing":
+        steps.append(
+            "None, unless effects below the detection limits matter: longer records, or speeds nearer to resonance, "
+            "lower the limits."
+        )
+    if kind == "ambiguous":
+        steps += runs_in_words(verdict)
+        steps += [f"{text.rstrip('.')}." for text in separated(verdict)]
+        if verdict.gain and verdict.gain.before_sigma < HARDLY:
+            steps.append("What is missing hardly exceeds the noise: take longer records, or more of them.")
+    if kind == "unknown":
+        rest = ", ".join(f"{row.harmonic}X at node {row.node}" for row in verdict.unexplained[:FEW])
+        steps.append(
+            (f"Examine the remaining residual: {rest}. " if rest else "")
+            + "Physics that the library lacks can be added as an effect (docs/adding_a_model.md)."
+        )
+    for name in verdict.not_considered:
+        hints = (dict(registry().plugins["effect"][cause.effect].confounders).get(name) for cause in verdict.causes)
+        steps.append(f"Rule out {readable(name)}, which was not considered: {next(filter(None, hints))}.")
+    if kind == "cause":
+        steps.append(
+            "Measure one more speed and compare: 'rotorstudy simulate extended_rig.yaml --speeds ...' predicts it."
+        )
+    if verdict.gain is None and kind != "nothing":
+        steps.append("Hold out a speed ('--hold-out') to measure the gain.")
+    return steps

@@ -1,0 +1,166 @@
+"""Whether records look as if a measuring convention were stated wrongly, rather than as if the rotor had a fault."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rotorstudy.diagnosis.search.odds import Explanation, log_posterior_odds, odds_of
+from rotorstudy.diagnosis.search.one_more import with_one_more
+from rotorstudy.diagnosis.verdict.measuring_chain import Hypothesis, hypotheses
+from rotorstudy.diagnosis.verdict.result import ChainHypothesis, Place, PValues
+from rotorstudy.diagnosis.verdict.words import place
+from rotorstudy.inference.fit import Fit, chi_square_p_value, fit, residual_share
+from rotorstudy.inference.prediction import carried_order, with_model_error
+from rotorstudy.measurement.findings import Finding
+from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.response.measured import measured_response_and_jacobian
+from rotorstudy.units import percent
+
+PRIOR_ODDS = 0.02  # that some convention is stated wrongly, divided among the hypotheses
+LEAST_MARGIN = 5.0  # of log odds over the stated conventions, and over the best causes under them
+FITTED = 3  # number of hypotheses that are fitted, those best when linearised
+SMALL_SHARE = 0.1  # of the excess error (rms), which a right hypothesis may leave, as there may be a fault as well
+
+
+@dataclass(frozen=True)
+class Tested:
+    """A hypothesis that was fitted.
+
+    spectrum   : the corrected Spectrum, with the model error
+    fit        : Fit to that spectrum
+    log_factor : logarithm of the factor of its likelihood: its prior odds times the determinant of the change
+    """
+
+    hypothesis: Hypothesis
+    spectrum: Spectrum
+    fit: Fit
+    log_factor: float
+
+
+def chain_hypothesis(found, spectrum, settings):
+    """The ChainHypothesis that explains the records better than any cause under the stated conventions, or None.
+
+    It is tried without causes and, if neither it nor the best causes reduce the residual to noise, with one cause on
+    the rotor. It must meet the standards of a cause (only noise is left, with plausible base parameters), or leave only
+    a small share of the excess error. The base parameters must move no more than expected, or than under the stated
+    conventions.
+
+    found : Search;  spectrum : Spectrum without the model error;  settings : Settings
+    """
+    stated, rows, best = with_model_error(spectrum, settings), spectrum.data_count, found.best
+    base = fit(found.model, stated, found.prior, start=found.base.theta)  # without the error of a cause
+    p_before, p_base = chi_square_p_value(base.cost, rows), chi_square_p_value(base.penalty, len(base.names))
+    if min(p_before, p_base) >= settings.significance:
+        return None
+    as_stated = fit(best.fit.model, stated, best.fit.prior, start=best.fit.theta)
+    odds_as_stated = log_posterior_odds(best.causes, as_stated, base, found.prior_odds)
+    tested = best_hypothesis(spectrum, base, settings)
+    gain, tried = tested.fit.evidence - base.evidence + tested.log_factor, [Explanation((), tested.fit, 0.0)]
+    if gain > LEAST_MARGIN and all(one.is_rejected(settings.significance) for one in (as_stated, tested.fit)):
+        tried += _with_one_cause(found, tested)
+    explained = max(tried, key=odds_of)
+    odds, after = odds_of(explained) + gain, explained.fit
+    left = residual_share(base.cost, after.cost, rows)
+    p_after, p_parameters = chi_square_p_value(after.cost, rows), chi_square_p_value(after.penalty, len(after.names))
+    if (
+        odds - max(0.0, best.log_posterior_odds, odds_as_stated) < LEAST_MARGIN
+        or (min(p_after, p_parameters) < settings.significance and left > SMALL_SHARE)
+        or after.penalty > max(base.penalty, len(after.names))  # as many as names are expected
+    ):
+        return None
+    return ChainHypothesis(
+        hypothesis=tested.hypothesis.name,
+        remedy=tested.hypothesis.remedy,
+        beside=next((_place(cause, base.model.structure) for cause in explained.causes), None),
+        log_odds=odds,
+        log_odds_of_best_causes=best.log_posterior_odds,
+        residual_p_value=PValues(before=p_before, after=p_after),
+        residual_share=left,
+    )
+
+
+def _place(cause, structure):
+    return Place(effect=cause.effect, where=cause.where, label=structure.label_at(cause.where))
+
+
+def _with_one_cause(found, tested):
+    """Explanations of the corrected records by one cause on the rotor."""
+    work = replace(
+        found,
+        model=tested.fit.model,
+        stated=tested.spectrum,
+        spectrum=tested.spectrum,
+        base=tested.fit,
+        candidates=[cause for cause in found.candidates if not cause.term.acts_on_output],
+        screened=[],
+        found={frozenset(): Explanation((), tested.fit, 0.0)},
+        cause_error=0.0,
+    )
+    if not work.candidates:
+        return []
+    work.screened.extend(work.screen(work.base, work.candidates))
+    return with_one_more(work, work.found[frozenset()])
+
+
+def finding_of(chain):
+    """The Finding, a warning, that a convention seems to be stated wrongly; chain : ChainHypothesis."""
+    beside = f" with {place(chain.beside)}" if chain.beside else ""
+    text = (
+        f"the records look as if {chain.hypothesis}: corrected for that, the rig{beside} explains all but "
+        f"{percent(chain.residual_share)} of the excess error (rms), better than any cause (log odds "
+        f"{chain.log_odds:.3g}, best causes {chain.log_odds_of_best_causes:.3g}). No cause is named: {chain.remedy}, "
+        "then diagnose again"
+    )
+    return Finding("warning", "measuring chain", "records and rig", text)
+
+
+def best_hypothesis(spectrum, base, settings) -> Tested:
+    """The hypothesis with the highest odds, fitted.
+
+    Parameters
+    ----------
+    spectrum : Spectrum
+        Without the model error.
+    base : Fit
+        Of the model without causes; the hypotheses are linearised about the stated values of its parameters.
+    settings : Settings
+
+    Returns
+    -------
+    Tested
+    """
+    model, prior, about = base.model, base.prior, base.stated_theta
+    every = hypotheses(spectrum, model)
+    models = (model, replace(model, from_unloaded_line=not model.from_unloaded_line))
+    linearised = [_linearised(one, prior.names, about, spectrum) for one in models]
+    stated, screened = with_model_error(spectrum, settings).log_volume, []
+    for hypothesis in every:
+        corrected, log_volume = hypothesis.corrected(spectrum)
+        corrected = with_model_error(corrected, settings)
+        log_factor = float(log_volume + corrected.log_volume - stated + np.log(PRIOR_ODDS / len(every)))
+        evidence = _linear_evidence(corrected, *linearised[hypothesis.other_zero], prior)
+        screened.append((evidence + log_factor, log_factor, hypothesis, corrected))
+    screened.sort(key=lambda one: -one[0])
+    tested = [
+        Tested(hypothesis, corrected, fit(models[hypothesis.other_zero], corrected, prior, start=about), log_factor)
+        for _, log_factor, hypothesis, corrected in screened[:FITTED]
+    ]
+    return max(tested, key=lambda one: one.fit.evidence + one.log_factor)
+
+
+def _linearised(model, names, theta, spectrum):
+    """Harmonics (speed, harmonic, sensor) that a model shows, and derivatives (parameter, ...) by some parameters."""
+    shown, change = measured_response_and_jacobian(
+        model, spectrum.speed, spectrum.harmonics, theta, order=carried_order(spectrum)
+    )
+    return shown, np.moveaxis(change[..., model.position(names)], -1, 0)
+
+
+def _linear_evidence(spectrum, shown, change, prior):
+    """Log evidence of a spectrum up to a constant; shown, change : harmonics at the prior mean, and derivatives."""
+    columns = spectrum.whitened(change).T @ prior.factor
+    off = np.concatenate([spectrum.whitened(spectrum.amplitude - shown), np.zeros(columns.shape[1])])
+    # not by the normal equations, which lose all digits where a hypothesis shrinks the data and their errors
+    basis, triangle = np.linalg.qr(np.vstack([columns, np.eye(columns.shape[1])]))
+    left = off - basis @ (basis.T @ off)
+    return float(-0.5 * left @ left - np.log(np.abs(np.diag(triangle))).sum())
