@@ -1,0 +1,127 @@
+"""What a verdict rests on: residuals, detection limits, parameters that moved or are not known, confounders."""
+
+import numpy as np
+
+from rotorstudy.diagnosis.search.explanations import LEAST_LOG_ODDS
+from rotorstudy.diagnosis.verdict.result import (
+    DetectionLimit,
+    Identifiability,
+    MovedParameter,
+    Place,
+    SeparatingMeasurement,
+    Tradeoff,
+    Unexplained,
+)
+from rotorstudy.diagnosis.verdict.words import place, readable
+from rotorstudy.model.registry import registry
+from rotorstudy.model.rig_numbers import is_number
+
+SEEN = 0.5  # of the prior standard deviation: an amplitude known no better from the data has no detection limit
+POWER = 1.645  # standard deviations above the threshold for a detection probability of 95 %
+MOVED = 2.0  # stated standard deviations beyond which a parameter is listed as moved
+PARTS = ("real", "imaginary")
+TRADED_OFF = 0.95  # correlation above which two parameters can hardly be separated
+
+
+def unexplained(fitted, spectrum, settings):
+    """Harmonics and nodes with a significant residual, the largest share first."""
+    from scipy.special import chdtrc
+
+    square = spectrum.by_harmonic(fitted.residual) ** 2  # (speed, harmonic, sensor), of standard deviations
+    total, speeds = square.sum(), len(spectrum.speed)
+    found = []
+    for h, n in enumerate(spectrum.harmonics):
+        for s, node in enumerate(spectrum.sensors):
+            part = 2 * square[:, h, s].sum()
+            if chdtrc(2 * speeds, part) * square[0].size < settings.significance:
+                share, sigma = part / (2 * total), np.sqrt(part / (2 * speeds))
+                found.append(Unexplained(harmonic=int(n), node=int(node), share=share, sigma=sigma))
+    return sorted(found, key=lambda row: -row.share)
+
+
+def _parts(term):
+    """(parameter, part, unknown) of each real amplitude of a term."""
+    parts = [(p, part) for p in term.parameters for part in (PARTS if p.is_complex else ("amplitude",))]
+    return [(p, part, unknown) for (p, part), unknown in zip(parts, term.unknowns, strict=True)]
+
+
+def detection_limits(found):
+    """Amplitude of each candidate detected with a probability of 95 %, the most sensitive first."""
+    limits = []
+    for c, screened in zip(found.candidates, found.screened, strict=True):
+        needed = np.sqrt(2 * LEAST_LOG_ODDS + found.prior_odds.even_odds_gain(c)) + POWER
+        for (p, part, unknown), one in zip(_parts(c.term), screened.detection, strict=True):
+            if one < SEEN * c.prior[unknown.name][1]:
+                size = {"amplitude": needed * one, "unit": p.unit, "of_typical": needed * one / unknown.typical}
+                label = found.model.structure.label_at(c.where)
+                at = {"effect": c.effect, "where": c.where, "label": label}
+                limits.append(DetectionLimit(**at, parameter=p.name, part=part, **size))
+    return sorted(limits, key=lambda row: row.of_typical)
+
+
+def moved_parameters(fitted, prior):
+    """Base parameters that a fit moved by more than two of their stated standard deviations."""
+    value = dict(zip(fitted.names, fitted.free, strict=True))
+    std = dict(zip(fitted.names, np.sqrt(np.diag(fitted.covariance)), strict=True))
+    units = dict(zip(fitted.model.names, fitted.model.units, strict=True))
+    rows = []
+    for name, (mean, given) in prior.items():
+        found = {"stated": mean, "stated_std": given, "value": value[name], "std": std[name]}
+        rows.append(MovedParameter(name=name, unit=units[name], moved_sigma=(value[name] - mean) / given, **found))
+    return [row for row in rows if abs(row.moved_sigma) > MOVED]
+
+
+def identifiability(fitted, prior):
+    """Parameters that are dead, known by their prior alone, or traded off against another."""
+    std = np.sqrt(np.diag(fitted.covariance))
+    seen = np.linalg.norm(fitted.jacobian, axis=0)
+    correlation = fitted.covariance / np.outer(std, std)
+    names = fitted.names
+    return Identifiability(
+        dead=[n for n, size in zip(names, seen, strict=True) if size == 0],
+        known_by_prior_alone=[n for n, s in zip(names, std, strict=True) if n in prior and s > 0.9 * prior[n][1]],
+        traded_off=[
+            Tradeoff(pair=(names[i], names[j]), correlation=correlation[i, j])
+            for i, j in zip(*np.triu_indices(len(std), 1), strict=True)
+            if abs(correlation[i, j]) > TRADED_OFF
+        ],
+    )
+
+
+def separating_measurements(causes, others, structure):
+    """Measurements that separate the causes: those that the plugins state for their confounders, else general ones."""
+    effects = registry().plugins["effect"]
+    found = []
+    for a in causes:
+        for b in others:
+            told = (dict(effects[x.effect].confounders).get(y.effect) for x, y in ((a, b), (b, a)))
+            text = next(filter(None, told), "other speeds, nearer to and beyond resonance")
+            if a.effect == b.effect:
+                text = "a probe nearer to one of the places, or a speed near a mode that moves them differently"
+            pair = (Place(effect=c.effect, where=c.where, label=structure.label_at(c.where)) for c in (a, b))
+            found.append(SeparatingMeasurement(causes=tuple(pair), measurement=text))
+    return list({(one.measurement, *map(place, one.causes)): one for one in found}.values())
+
+
+def not_considered(causes, settings, known):
+    """Declared confounders of the causes that are not candidates; known : effects of the rig."""
+    effects = registry().plugins["effect"]
+    alike = dict.fromkeys(name for cause in causes for name, _ in effects[cause.effect].confounders)
+    return [
+        name
+        for name in alike
+        if name in effects and name not in known and (name in settings.leave_out or not effects[name].candidate)
+    ]
+
+
+def parameter_labels(model, causes):
+    """{name: readable name} of the parameters of the extended model: those of causes with their place."""
+    labels, of_cause = {}, {id(cause.term): cause for cause in causes}
+    for term in model.terms:
+        cause, label = of_cause.get(id(term)), f" ({term.label})" if term.label else ""
+        for p, part, unknown in _parts(term):
+            text = f"relative change of {p.name}" if is_number(p.name) else f"{readable(p.name)}{label}"
+            if cause:
+                text = place(cause) if p.name == cause.effect else f"{readable(p.name)} of {place(cause)}"
+            labels[unknown.name] = f"{text}, {part} part" if part in PARTS else text
+    return labels
