@@ -30,7 +30,8 @@ def python(code):
 def combined_identification(case):
     """Records of 65536 samples at 150 speeds, full spectra, identification by both estimators."""
     from rotorstudy.inference.problem import Problem
-    from rotorstudy.measurement.records import full_spectrum, simulate_records
+    from rotorstudy.measurement.full_spectra import full_spectrum
+    from rotorstudy.measurement.simulated_records import simulate_records
     from rotorstudy.model.registry import registry
     from rotorstudy.studies.config import load_study
 

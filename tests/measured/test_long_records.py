@@ -10,7 +10,8 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement import measurement, netcdf_files
 from rotorstudy.measurement.angle_fit import PIECE, fit_each, fit_harmonics
 from rotorstudy.measurement.harmonics import fit_basis
-from rotorstudy.measurement.records import records_dataset, simulate_records
+from rotorstudy.measurement.records import records_dataset
+from rotorstudy.measurement.simulated_records import simulate_records
 from rotorstudy.model.rig import read_rig
 from rotorstudy.response.series import rotating_basis
 from rotorstudy.store import load, save_along
@@ -60,7 +61,7 @@ def test_records_written_one_after_another_are_those_written_together(tmp_path):
 
 
 def test_a_speed_too_low_for_the_record_is_refused_before_anything_is_computed(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("rotorstudy.measurement.records.each_record", lambda *_: pytest.fail("simulated"))
+    monkeypatch.setattr("rotorstudy.measurement.simulated_records.each_record", lambda *_: pytest.fail("simulated"))
     speeds = ["--speeds", *map(str, range(100, 200)), "1"]
     assert main(["simulate", RIG, *speeds, "--out", str(tmp_path / "r.nc")]) == 1
     assert "simulated record at 1 rad/s: 0.16 revolutions" in capsys.readouterr().err

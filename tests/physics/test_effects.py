@@ -15,7 +15,7 @@ from rotorstudy import (
     registry,
     simulate_records,
 )
-from rotorstudy.measurement.records import full_spectrum
+from rotorstudy.measurement.full_spectra import full_spectrum
 from rotorstudy.response.measured import measured_response_and_jacobian
 from rotorstudy.response.stability import growth_rate
 

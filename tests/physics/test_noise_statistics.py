@@ -17,8 +17,8 @@ from rotorstudy import (
     registry,
     simulate_records,
 )
+from rotorstudy.measurement.full_spectra import harmonics_by
 from rotorstudy.measurement.noise import noise_std, noisy, standard_normal
-from rotorstudy.measurement.records import harmonics_by
 from rotorstudy.measurement.spectrum import components, independent_covariance
 from rotorstudy.response.series import synthesize
 

@@ -10,7 +10,7 @@ import pytest
 from rotorstudy import Problem, RotorstudyError, build_model
 from rotorstudy.errors import UnidentifiableError
 from rotorstudy.inference.linear import solve_linear
-from rotorstudy.measurement.records import full_spectrum
+from rotorstudy.measurement.full_spectra import full_spectrum
 from rotorstudy.model.registry import registry
 from rotorstudy.store import as_complex
 from rotorstudy.studies.common import clean_spectrum

@@ -11,7 +11,7 @@ from rotorstudy.errors import UnidentifiableError
 from rotorstudy.inference.bounds import cramer_rao_bound
 from rotorstudy.inference.linear import solve_equations
 from rotorstudy.measurement.noise import noise_std, noisy, standard_normal
-from rotorstudy.measurement.records import simulate_records
+from rotorstudy.measurement.simulated_records import simulate_records
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.model.registry import registry
 from rotorstudy.response.statics import static_deflection

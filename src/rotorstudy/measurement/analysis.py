@@ -9,9 +9,10 @@ from rotorstudy.measurement import quality
 from rotorstudy.measurement.angle_fit import fit_each
 from rotorstudy.measurement.facts import NodeFacts, RecordFacts, node_facts
 from rotorstudy.measurement.findings import Finding
+from rotorstudy.measurement.full_spectra import compensate, phase_from_reference
 from rotorstudy.measurement.harmonics import estimate, fit_basis, white_noise_covariance, with_phase_noise
 from rotorstudy.measurement.keyphasor import count_revolutions, find_pulses, steady_turning
-from rotorstudy.measurement.records import Record, compensate, phase_from_reference, reference_signal
+from rotorstudy.measurement.records import Record, reference_signal
 from rotorstudy.response.series import rotating_basis
 
 WHOLE_REVOLUTION = 0.01  # revolutions by which a record may fall short of a whole number: its marks are not exact

@@ -14,11 +14,12 @@ from rotorstudy.measurement.conventions import read_conventions
 from rotorstudy.measurement.facts import RecordFacts, node_facts
 from rotorstudy.measurement.files import read_file, table_columns
 from rotorstudy.measurement.findings import Finding, worst_first
+from rotorstudy.measurement.full_spectra import full_spectrum
 from rotorstudy.measurement.nonsynchronous import check_lines
 from rotorstudy.measurement.plausibility import check_together
 from rotorstudy.measurement.probe_tables import harmonics_in, is_probe_table, read_probe_table
 from rotorstudy.measurement.raw_record import LARGEST_READING
-from rotorstudy.measurement.records import Record, full_spectrum
+from rotorstudy.measurement.records import Record
 from rotorstudy.measurement.repeats import averaged
 from rotorstudy.measurement.resonances import check_resonances
 from rotorstudy.measurement.run_up_analysis import analyse_each

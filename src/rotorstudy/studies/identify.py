@@ -10,8 +10,8 @@ from rotorstudy.errors import NoConvergenceError, NoSteadyState
 from rotorstudy.inference.bounds import cramer_rao_bound
 from rotorstudy.inference.estimate import estimate_by, magnitude_and_phase
 from rotorstudy.inference.problem import Problem
+from rotorstudy.measurement.full_spectra import PHASES
 from rotorstudy.measurement.noise import MODELS, noise_std, noisy, standard_normal
-from rotorstudy.measurement.records import PHASES
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model

@@ -8,7 +8,8 @@ import numpy as np
 
 from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.inference.problem import Problem
-from rotorstudy.measurement.records import Record, full_spectrum, keyphasor_signal
+from rotorstudy.measurement.full_spectra import full_spectrum
+from rotorstudy.measurement.records import Record, keyphasor_signal
 from rotorstudy.measurement.spectrum import Spectrum, components, independent_covariance
 from rotorstudy.model.registry import registry
 from rotorstudy.response.measured import measured_response

@@ -5,7 +5,7 @@ import inspect
 import numpy as np
 
 from rotorstudy.authoring.invariants.base import HARMONICS, claimed, require
-from rotorstudy.measurement.records import harmonics_by
+from rotorstudy.measurement.full_spectra import harmonics_by
 from rotorstudy.response.series import synthesize
 
 SPECTRUM_TRIALS = 300

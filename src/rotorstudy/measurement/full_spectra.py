@@ -1,0 +1,173 @@
+"""Full spectra of records: harmonics by a spectrum method, and their phases by a reference signal or a keyphasor."""
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
+from rotorstudy.measurement.keyphasor import mark_times, phase_at_start, phase_from_keyphasor
+from rotorstudy.measurement.records import Record, check_record, cut_to_whole_revolutions
+from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.model.kinds import SpectrumMethod
+from rotorstudy.response.coupling import check_harmonics
+
+# what phases refer to: nothing but the first sample, a multi-harmonic reference signal, or a keyphasor
+PHASES = ("none", "reference", "keyphasor")
+
+
+def phase_from_reference(where, harmonics, amplitude, covariance):
+    """Phases psi_n (harmonic,) rad of a reference signal with this amplitude and covariance, and their covariance."""
+    size = np.abs(amplitude)
+    silent = size <= 1e-9 * size.max()
+    if silent.any():
+        lost = [int(n) for n in np.asarray(harmonics)[silent]]
+        raise RotorstudyError(f"{where}: the reference signal has no harmonic {lost}; use the keyphasor")
+    # the signal is real: its noise rotates n and -n by opposite angles and does not rotate the mean
+    count, n = len(size), np.asarray(harmonics)
+    power = np.diag(covariance)[:count] + np.diag(covariance)[count:]
+    std = np.where(n == 0, 0, np.sqrt(power / 2) / size)
+    mirrored = (n[:, None] == n).astype(float) - (n[:, None] == -n)
+    return np.angle(amplitude), std[:, None] * std * mirrored
+
+
+def compensate(amplitude, covariance, phase, phase_covariance):
+    """R_n e^{-j psi_n} with its covariance, phase noise included (thesis Eq. 2.30).
+
+    amplitude : (sensor, harmonic) m; covariance (sensor, component, component) m^2; phase (harmonic,) rad
+    """
+    turned = amplitude * np.exp(-1j * phase)
+    count = len(phase)
+    rotation = np.zeros((2 * count, 2 * count))
+    index = np.arange(count)
+    rotation[index, index] = rotation[count + index, count + index] = np.cos(phase)
+    rotation[index, count + index], rotation[count + index, index] = np.sin(phase), -np.sin(phase)
+    slope = np.zeros((*amplitude.shape[:-1], 2 * count, count))
+    slope[..., index, index], slope[..., count + index, index] = turned.imag, -turned.real
+    moved = rotation @ covariance @ rotation.T
+    return turned, moved + slope @ phase_covariance @ np.swapaxes(slope, -1, -2)
+
+
+def _no_reference(record, harmonics):
+    """What to do without a reference signal, and which error to expect without any phase reference."""
+    step = np.rad2deg(record.speed * (record.time[1] - record.time[0]))
+    highest = max(abs(int(n)) for n in harmonics)
+    return (
+        f"{record.where}: no reference signal; record one, or use the keyphasor. Without either (phase 'none') the "
+        "angle of the first sample is unknown, and its error rotates harmonic n n times as far: each missing sample is "
+        f"{step:.2g} degrees at 1X and {highest * step:.2g} at {highest}X. A fit takes that for damping: in the rotor "
+        "of thesis Table 4.10, 100 missing samples of 65536 change 27 N s/m to 7, and 200 to -22"
+    )
+
+
+def harmonics_by(method, signal, time, speed, harmonics, marks=None):
+    """Amplitude (..., harmonic) and covariance (..., component, component) by a SpectrumMethod, or PluginError.
+
+    signal : (..., time);  time : (time,) s;  speed : rad/s;  marks : (revolution,) s, for methods that use them
+    """
+    found = method.function(signal, time, speed, harmonics, *([marks] if method.uses_marks else []))
+    size, lead, who = len(harmonics), np.shape(signal)[:-1], f"spectrum '{method.name}' ({method.file})"
+    if not isinstance(found, (tuple, list)) or len(found) != 2:
+        raise PluginError(
+            f"{who} gives one {type(found).__name__}; it must give two arrays, amplitude and covariance, of shapes "
+            f"{(*lead, size)} and {(*lead, 2 * size, 2 * size)}"
+        )
+    needed = {"amplitude": (*lead, size), "covariance": (*lead, 2 * size, 2 * size)}
+    for part, (name, shape) in zip(found, needed.items(), strict=True):
+        if np.shape(part) != shape:
+            raise PluginError(
+                f"{who} gives {name} of shape {np.shape(part)}; it must be {shape} for a signal of shape "
+                f"{np.shape(signal)} and {size} harmonics"
+            )
+        if not np.isfinite(part).all():
+            raise PluginError(f"{who} gives {name} with NaN or infinite values for a finite signal at {speed:g} rad/s")
+    return found
+
+
+def full_spectrum(
+    records: Sequence[Record],
+    harmonics: Iterable[int],
+    method: SpectrumMethod,
+    phase: str = "reference",
+    *,
+    whole_revolutions: bool = True,
+) -> Spectrum:
+    """The full spectrum of records.
+
+    Parameters
+    ----------
+    records : list of Record
+        One for each speed, of the same sensors.
+    harmonics : ints (harmonic,)
+        Harmonics of the spectrum.
+    method : SpectrumMethod
+        The plugin.
+    phase : str, optional
+        One of `PHASES`.
+    whole_revolutions : bool, optional
+        Leave the last incomplete revolution out; False uses the whole record, with its leakage.
+
+    Returns
+    -------
+    Spectrum
+        Amplitude (speed, harmonic, sensor) in m, with covariance.
+
+    Raises
+    ------
+    RotorstudyError
+        For an unknown phase, no records, or a record that does not determine these harmonics.
+    """
+    return full_spectra(records, harmonics, method, [phase], whole_revolutions=whole_revolutions)[phase]
+
+
+def full_spectra(records, harmonics, method, phases=PHASES, *, whole_revolutions=True):
+    """Phase -> Spectrum for several phases, see `full_spectrum`: less work than one after the other."""
+    for phase in phases:
+        if phase not in PHASES:
+            raise unknown_name("phase", phase, PHASES)
+    harmonics = check_harmonics(harmonics)
+    if not records:
+        raise RotorstudyError("no records; give at least one")
+    found = {phase: [] for phase in phases}
+    for record in records:
+        check_record(record, harmonics)
+        for phase, seen in _harmonics_of(record, harmonics, method, phases, whole_revolutions).items():
+            found[phase].append(seen)
+    speed, sensors = np.array([record.speed for record in records]), tuple(records[0].sensors)
+    spectra = {}
+    for phase, seen in found.items():
+        amplitudes, covariances = zip(*seen, strict=True)
+        amplitudes = np.array([amplitude.T for amplitude in amplitudes])
+        spectra[phase] = Spectrum(amplitudes, speed, np.asarray(harmonics), sensors, np.array(covariances))
+    return spectra
+
+
+def _harmonics_of(record, harmonics, method, phases, whole_revolutions):
+    """Phase -> amplitude (sensor, harmonic) and covariance (sensor, component, component) of one record."""
+    whole = record  # with the pulses of the last incomplete revolution
+    record = cut_to_whole_revolutions(record) if whole_revolutions else record
+    marks = mark_times(whole, drifting=True) if method.uses_marks else None
+
+    def measured(signals):
+        return harmonics_by(method, signals, record.time, record.speed, harmonics, marks)
+
+    signals, found = np.asarray(record.displacement), {}
+    if "reference" in phases:
+        if record.reference is None:
+            raise RotorstudyError(_no_reference(record, harmonics))
+        amplitude, covariance = measured(np.concatenate([signals, [record.reference]]))
+        psi = phase_from_reference(record.where, harmonics, amplitude[-1], covariance[-1])
+        found["reference"] = compensate(amplitude[:-1], covariance[:-1], *psi)
+    if {"keyphasor", "none"} & set(phases):
+        keyphasor = none = measured(signals)
+        if method.uses_marks:  # its time zero is a mark
+            if "none" in phases:
+                psi, psi_covariance = phase_at_start(marks, record.time[0], harmonics)
+                none = compensate(*none, -psi, psi_covariance)
+        elif "keyphasor" in phases:
+            if method.tolerates_wrong_speed:
+                psi = phase_at_start(mark_times(whole, drifting=True), record.time[0], harmonics)
+            else:
+                psi = phase_from_keyphasor(whole, harmonics)
+            keyphasor = compensate(*keyphasor, *psi)
+        found |= {"keyphasor": keyphasor, "none": none}
+    return {phase: found[phase] for phase in phases}
