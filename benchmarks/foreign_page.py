@@ -1,8 +1,7 @@
 """Put the numbers of a run of benchmarks/foreign.py into README and docs: python benchmarks/foreign_page.py FOLDER
 
-The rows of the cases go to `docs/independent_records.csv`, with --latest to `docs/independent_records_latest.csv`. What
-follows from them stands between marks in `docs/independent_records.md` and in the README; a test compares both with the
-files.
+The rows of the cases go to `docs/independent_records.csv`. What follows from them stands between marks in
+`docs/independent_records.md` and in the README; a test compares both with the file.
 """
 
 import argparse
@@ -15,7 +14,6 @@ from foreign_scores import by_kind, summary
 
 ROOT = Path(__file__).parents[1]
 ROWS = ROOT / "docs/independent_records.csv"
-LATEST = ROOT / "docs/independent_records_latest.csv"  # a smaller run of a later version of the package
 PAGE, README = ROOT / "docs/independent_records.md", ROOT / "README.md"
 COLUMNS = [
     "case", "seed", "kind", "families", "mass_kg", "elements", "probed_nodes", "known", "size", "beside", "verdict",
@@ -42,8 +40,8 @@ def numbers(rows):
     return "\n".join(lines)
 
 
-def sentence(rows, in_full=False):
-    """The same in a few sentences, for the README; `in_full` with what its reader does not need."""
+def sentence(rows):
+    """The same in a few sentences, for the README."""
     found = summary(rows).set_index("what")
 
     def count(what):
@@ -69,14 +67,6 @@ def sentence(rows, in_full=False):
         f"at held-out speeds falls to a median of {held:.2g} of what it was. A diagnosis takes {seconds:.2g} s of one "
         "core."
     )
-    if in_full:
-        further = (
-            "95 % intervals that hold the true size",
-            "effects left out of the library called unknown",
-            "held-out error worse with the causes",
-            "the same, of effects of size 3 or more",
-        )
-        text += "".join(f" {what[0].upper()}{what[1:]}: {count(what)}." for what in further)
     return textwrap.fill(text, 130, initial_indent="  ", subsequent_indent="  ")
 
 
@@ -86,22 +76,23 @@ def with_numbers(text, mark, numbers):
     return pattern.sub(lambda found: found[1] + numbers + found[2], text)
 
 
-def pages(rows, latest):
-    """{path: text} of the pages with the numbers of some cases, and of those of a later version."""
+def pages(rows):
+    """{path: text} of the pages with the numbers of some cases."""
     page, readme = (path.read_text(encoding="utf-8") for path in (PAGE, README))
-    page = with_numbers(with_numbers(page, "numbers", numbers(rows)), "latest", sentence(latest, in_full=True))
-    return {PAGE: page, README: with_numbers(readme, "independent records", sentence(rows))}
+    return {
+        PAGE: with_numbers(page, "numbers", numbers(rows)),
+        README: with_numbers(readme, "independent records", sentence(rows)),
+    }
 
 
 def main():
     """Copy the rows, write the pages."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folders", type=Path, nargs="+", metavar="FOLDER")
-    parser.add_argument("--latest", action="store_true", help="the cases are of a later version of the package")
     given = parser.parse_args()
     rows = pd.concat([pd.read_csv(folder / "cases.csv") for folder in given.folders])
-    rows[COLUMNS].to_csv(LATEST if given.latest else ROWS, index=False, float_format="%.4g")
-    for path, text in pages(pd.read_csv(ROWS), pd.read_csv(LATEST)).items():
+    rows[COLUMNS].to_csv(ROWS, index=False, float_format="%.4g")
+    for path, text in pages(pd.read_csv(ROWS)).items():
         path.write_text(text, encoding="utf-8")
 
 
