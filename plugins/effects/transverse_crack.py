@@ -71,7 +71,7 @@ def rotorstudy_effect():
         places=where_it_cracks,
         shape={"position_m": (0.0, 1.0, "shaft"), "depth_ratio": (0.02, 0.5), "angle_rad": (-np.pi, np.pi)},
         stated=depth_in_metres,
-        alternatives={"breathing": lambda: ("gradual", "sudden", "none")},  # real cracks do not follow the cosine
+        alternatives={"breathing": lambda: ("gradual", "sudden", "none")},  # cosine is too close to gradual
         example={"position_m": 0.2},
         positive=True,
         fixed=True,
