@@ -34,6 +34,7 @@ class Search:
     prior           : Prior of the parameters that are free in every fit;  base : Fit of these alone
     candidates      : list of Candidate;  screened : Screened of each, at the base fit
     scanned         : list of Candidate in the shapes that scans have found
+    shapes          : cause, alternatives and label -> the shapes with which each scan of it begins
     found           : labels of the causes -> Explanation, for every one fitted
     equations       : labels of the causes, label of one of them -> what `shape_equations` returns
     failures        : effect -> one line with file and line number, for plugins that failed; the rest was searched
@@ -52,6 +53,7 @@ class Search:
     candidates: list
     screened: list = field(default_factory=list)
     scanned: list = field(default_factory=list)
+    shapes: dict = field(default_factory=dict)
     found: dict = field(default_factory=dict)
     equations: dict = field(default_factory=dict)
     failures: dict = field(default_factory=dict)
