@@ -20,7 +20,7 @@ from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 
-FITTED_TOGETHER = 50  # trials: more do not fit the cache of a processor and take up to six times as long
+FITTED_TOGETHER = 700_000  # derivatives: more do not fit the cache of a processor and take up to six times as long
 
 
 def start_values(problem: Problem) -> np.ndarray:
@@ -74,7 +74,8 @@ def output_error_fit(
     shape, count = measured.shape[:-1], start.shape[-1]
     measured = measured.reshape(-1, measured.shape[-1])
     start = np.broadcast_to(start.reshape(-1, count), (len(measured), count))
-    parts = [slice(first, first + FITTED_TOGETHER) for first in range(0, len(measured), FITTED_TOGETHER)]
+    together = max(1, FITTED_TOGETHER // (measured.shape[-1] * count))
+    parts = [slice(first, first + together) for first in range(0, len(measured), together)]
     found = [
         levenberg_marquardt(
             lambda theta: predicted_derivatives(problem, theta),
