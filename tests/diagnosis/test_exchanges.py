@@ -4,6 +4,7 @@ import pytest
 from test_search import TWO_DISCS, hidden, measured
 
 from rotorstudy.diagnosis.search.candidates import candidates
+from rotorstudy.diagnosis.search.crack_beside import with_others_beside_a_crack
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.odds import Explanation
 from rotorstudy.diagnosis.search.parts import faults_with_what_they_bring
@@ -54,3 +55,10 @@ def test_a_wrong_cause_beside_a_true_one_is_exchanged_only_if_records_are_left_u
     before = len(work.found)
     assert _exchanged_at_motion(work, [first]).named == {"added_mass, node 3", "shaft_damping"}
     assert (len(work.found) > before) == left
+
+
+def test_beside_a_crack_only_the_other_cause_is_exchanged():
+    """Without a crack nothing is tried."""
+    work = searched(("added_mass", "shaft_damping", "static_preload"), MASS, DAMPING)
+    wrong = work.explain(tuple(c for c in work.candidates if c.cause in {"shaft_damping", "static_preload, node 3"}))
+    assert with_others_beside_a_crack(work, wrong) == []

@@ -4,14 +4,15 @@ The error that is allowed to a single cause hides what a small second one explai
 several causes needs such an error, they are compared without it, and where none explains the records, each in turn is
 taken out, and all others are tried in its place, in every shape. So are then those of the best few explanations, at
 the motion of each: one of its causes may be true, though others that imitate both explain more. Where causes need more
-error than is allowed, they may imitate a crack and another cause, which are sought together.
+error than is allowed, they may imitate a crack and another cause, which are sought together; beside a crack that is
+among them, other causes are tried.
 """
 
 import logging
 from dataclasses import replace
 
 from rotorstudy.diagnosis.search.alternatives import exchanged, with_alternatives
-from rotorstudy.diagnosis.search.crack_beside import with_a_crack
+from rotorstudy.diagnosis.search.crack_beside import with_a_crack, with_others_beside_a_crack
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.odds import Explanation, odds_of
 from rotorstudy.diagnosis.search.one_more import with_one_more
@@ -57,6 +58,8 @@ def without_error(settled: Search) -> Search:
     if not found:
         return settled
     current = max(found, key=odds_of)
+    if _is_rejected(exact, current):
+        current = max([current, *with_others_beside_a_crack(exact, current)], key=odds_of)
     if _is_rejected(exact, current) and not _is_rejected(settled, best):  # else its motion is wrong
         current = _exchanged_at_motion(exact, [current, *_taken_out(exact, current)])
     if _is_rejected(exact, current):
