@@ -1,4 +1,4 @@
-"""What leads from a wrong explanation by two causes to the true one: parts tried together, and exchanges."""
+"""From a wrong explanation by two causes to the true one: parts tried together, exchanges from the best few."""
 
 import pytest
 from test_search import TWO_DISCS, hidden, measured
