@@ -89,7 +89,8 @@ def test_an_effect_without_a_place_beside_a_fault_may_only_correct_its_form(besi
     by_name = {cause.cause: cause for cause in every}
 
     def corrects(*names):
-        return corrects_model(SimpleNamespace(causes=tuple(by_name[name] for name in names)), every)
+        causes = tuple(by_name[name] for name in names)
+        return corrects_model(SimpleNamespace(causes=causes, fit=SimpleNamespace(model=model)), every)
 
     assert corrects("unbalance, node 3", beside)
     assert not corrects(beside)

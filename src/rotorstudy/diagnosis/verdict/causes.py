@@ -18,11 +18,13 @@ def causes_of(explanation, probability):
 def corrects_model(explanation, candidates):
     """Whether one of several faults has no place, as an error of the gyroscopic moments of the whole rotor has none.
 
-    Beside another fault it may only correct the form of that, which is then not the true one.
+    Beside another fault it may only correct the form of that, which is then not the true one. On a rotor of a single node
+    no effect needs a place.
     """
     faults = faults_of(explanation.causes)
     local = {c.effect for c in candidates if c.where.keys() & {"node", "element"} or is_sought_everywhere(c)}
-    return len(faults) > 1 and any(parts[0].effect not in local for parts in faults.values())
+    is_one_node = len(explanation.fit.model.structure.nodes) == 1
+    return len(faults) > 1 and not is_one_node and any(parts[0].effect not in local for parts in faults.values())
 
 
 def cause_of(parts, fitted, probability):
