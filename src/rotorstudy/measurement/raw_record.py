@@ -72,7 +72,8 @@ def assemble(readings, conventions, nodes, time, label, keyphasor, marks, refere
     keyphasor = None if keyphasor is None else _within_reach(keyphasor)
     if len(time) < 3:
         raise RotorstudyError(f"{where}: {len(time)} samples; the file is empty or incomplete")
-    stops = np.flatnonzero(~((np.diff(time) > 0) & np.isfinite(time[1:])))
+    known = np.isfinite(time)
+    stops = np.flatnonzero(~(known[:-1] & known[1:] & (np.diff(time) > 0)))
     if len(stops):
         late = int(stops[0]) + 1
         cut = "the file is cut off: remove its last line" if late == len(time) - 1 else "check the time channel"
