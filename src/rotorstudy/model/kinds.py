@@ -91,11 +91,14 @@ class CrackDepth(Plugin):
 class Bearing(Plugin):
     """function(structure, node, **options) -> list of Parameter
 
+    defaults : option -> function(structure, node) -> its value, a number, where the rig states none
+
     Claims about its example with every parameter at its typical size, each checked both ways:
     positive_damping : the symmetric part of its damping dissipates energy in every motion
     symmetric        : its coefficients are symmetric, so that no cross-coupling drives a whirl
     """
 
+    defaults: dict = field(default_factory=dict)
     positive_damping: bool = False
     symmetric: bool = False
 
