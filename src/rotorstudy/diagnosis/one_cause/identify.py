@@ -109,16 +109,19 @@ def _fitted(work, starts, least=np.inf):
 
 
 def _searched_further(work, effect, kinds, stated, found):
-    """The fits with more of them, as the best one does not explain the records: by formulas, then from other starts."""
+    """The fits with more of them, as the best one does not explain the records: by formulas, then from other starts.
+
+    A formula may explain by chance what a law of the physics explains in another shape, so it has to be far better.
+    """
     formulas = _of_variants(work, effect, formulas_of(effect))
     published = _fitted(work, [s for kind in formulas for s in first_starts(work, stated, kind)], found[0].cost)
-    if published and _explains(work, published[0]):
+    if published and _explains(work, published[0]) and found[0].cost > NEAR[1] * published[0].cost:
         return _sorted([*found, *published])
     alone = fit(work.whole, work.spectrum, work.prior)
     found = _sorted([*found, *_fitted(work, [s for kind in kinds for s in first_starts(work, alone, kind)])])
     if not _explains(work, found[0]):
         found = _sorted([*found, *_fitted(work, _starts_everywhere(work, kinds, found))])
-    return _sorted([*found, *published])
+    return found if _explains(work, found[0]) else _sorted([*found, *published])
 
 
 def _starts_everywhere(work, kinds, found):

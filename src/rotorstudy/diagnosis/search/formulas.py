@@ -26,11 +26,11 @@ def with_formulas(work: Search, best: Explanation) -> Explanation:
     Returns
     -------
     Explanation
-        The same one if noise and the stated model error explain what it leaves.
+        The same one if it is a single cause, and noise and the stated model error explain what it leaves.
     """
     alone = [e for e in work.explanations if len(e.causes) == 1 and formulas_of(e.causes[0].effect)]
     alone = [e for e in alone if explains_much(e.fit.cost, best.fit.cost, work.base.cost)]
-    if not alone or not work.is_rejected_as_stated(best):
+    if not alone or not (len(best.causes) > 1 or work.is_rejected_as_stated(best)):
         return best
     (cause,) = max(alone, key=odds_of).causes
     chosen = [
