@@ -1,5 +1,7 @@
 """The dynamic stiffness of all harmonics that are solved together, and the motion that a force on them gives."""
 
+from functools import partial
+
 import numpy as np
 
 from rotorstudy.errors import NoSteadyState
