@@ -18,7 +18,7 @@ def causes_of(explanation, probability):
 def corrects_model(explanation, candidates):
     """Whether one of several faults has no place, as an error of the gyroscopic moments of the whole rotor has none.
 
-    Beside another fault it may only correct the form of that, which is then not the true one. On a rotor of a single node
+    Beside another fault it may only correct the form of that, which is then not the true one. On a rotor of one node
     no effect needs a place.
     """
     faults = faults_of(explanation.causes)
