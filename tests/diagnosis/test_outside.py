@@ -2,15 +2,20 @@
 
 import importlib.util
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
+from test_search import TWO_DISCS
 
+from rotorstudy.diagnosis.search.candidates import candidates
 from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.diagnosis.verdict.causes import corrects_model
 from rotorstudy.diagnosis.verdict.outside import FEATURES, outside_probability, with_outside
 from rotorstudy.diagnosis.verdict.result import Cause, Verdict
 from rotorstudy.diagnosis.verdict.words import summary
+from rotorstudy.model.rig import build_model
 
 BENCHMARK = Path(__file__).parents[2] / "benchmarks/outside.py"
 CAUSE = {
@@ -74,6 +79,23 @@ def test_two_couplings_imitate_what_the_library_lacks_and_are_no_cause(couplings
 def test_a_verdict_without_causes_stays_as_it_is():
     for kind in ("nothing", "unknown"):
         assert with_outside(verdict(verdict=kind, causes=())).outside_probability == 0
+
+
+@pytest.mark.parametrize("beside", ["stiffness_error", "base_motion, harmonic 1", "gyroscopic_error"])
+def test_an_effect_without_a_place_beside_a_fault_may_only_correct_its_form(beside):
+    """Not by itself, nor does a fault of a part of the shaft that extends over the whole of it."""
+    model = build_model(TWO_DISCS)
+    every, _ = candidates(model, Settings())
+    by_name = {cause.cause: cause for cause in every}
+
+    def corrects(*names):
+        causes = tuple(by_name[name] for name in names)
+        return corrects_model(SimpleNamespace(causes=causes, fit=SimpleNamespace(model=model)), every)
+
+    assert corrects("unbalance, node 3", beside)
+    assert not corrects(beside)
+    assert not corrects("unbalance, node 3", "shaft_asymmetry")
+    assert not corrects("unbalance, node 3", "transverse_crack")
 
 
 def table(missed, feature, kind="rub"):

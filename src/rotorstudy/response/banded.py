@@ -3,7 +3,7 @@
 import numpy as np
 
 FEWEST = 60  # unknowns from which a banded solution is faster than a dense one
-WIDEST = 0.1  # of the unknowns: bandwidth below which it is
+WIDEST = 0.1  # of the unknowns: bandwidth below which the shaft is slender
 
 
 def bandwidth(matrices):
@@ -45,24 +45,3 @@ def solve_bands(stored, right):
     for place in np.ndindex(leading):
         found[place] = solve_banded((band, band), stored[place], right[place], check_finite=False)
     return found
-
-
-def solve_systems(matrices, right):
-    """Solutions of systems of equations, those of a slender shaft by the band of their matrices.
-
-    Parameters
-    ----------
-    matrices : array (..., n, n)
-    right : array (..., n, column)
-
-    Returns
-    -------
-    array (..., n, column)
-
-    Raises
-    ------
-    numpy.linalg.LinAlgError
-        If a matrix is singular.
-    """
-    band = narrow_band(matrices)
-    return np.linalg.solve(matrices, right) if band is None else solve_bands(stored_by_band(matrices, band), right)

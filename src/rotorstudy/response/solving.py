@@ -5,8 +5,9 @@ from functools import partial
 import numpy as np
 
 from rotorstudy.errors import NoSteadyState
-from rotorstudy.response.banded import narrow_band, solve_systems, stored_by_band
+from rotorstudy.response.banded import narrow_band, stored_by_band
 from rotorstudy.response.coupling import gather, layout_without_turning, linked_members, mirrored_unknown, own_harmonic
+from rotorstudy.response.factorised import factorised
 from rotorstudy.response.on_bearings import are_few, diagonal_blocks, on_bearings, touched_by
 from rotorstudy.response.turning import turning
 
@@ -152,7 +153,9 @@ def _systems(model, theta, speed, blocks, kept, *, turning):
     """
     groups = None if turning and model.table.turning_patterns else _on_bearings(model, theta, speed, blocks, kept)
     if groups is None:
-        groups = [partial(_motion, one) for one in operator(model, theta, speed, blocks, kept, turning=turning)]
+        matrices = operator(model, theta, speed, blocks, kept, turning=turning)
+        orders = [_by_harmonic(group, len(blocks.harmonics), len(kept)) for group in blocks.groups]
+        groups = [_motion_by(*pair) for pair in zip(matrices, orders, strict=True)]
 
     def solved(force):
         try:
@@ -198,11 +201,20 @@ def _band(model, theta, *more):
     return narrow_band(own.mass, own.stiffness, own.gyroscopic, *more)
 
 
-def _motion(matrix, force):
-    """Motion of a group by a force, both (..., speed, block, member, dof, column)."""
-    flat = force.reshape(*force.shape[:-3], -1, force.shape[-1])
-    found = flat / matrix if matrix.shape[-1] == 1 else solve_systems(matrix, flat)
-    return found.reshape(force.shape)
+def _by_harmonic(group, count, dof):
+    """Order (member * dof,) of the unknowns of a group in which those of a harmonic and its neighbours lie together."""
+    members = np.argsort(group[0] % count, kind="stable")
+    return (members[:, None] * dof + np.arange(dof)).ravel()
+
+
+def _motion_by(matrix, order):
+    """Function from force to motion of a group, both (..., speed, block, member, dof, column)."""
+    systems = (lambda right: right / matrix) if matrix.shape[-1] == 1 else factorised(matrix, order)
+
+    def motion(force):
+        return systems(force.reshape(*force.shape[:-3], -1, force.shape[-1])).reshape(force.shape)
+
+    return motion
 
 
 def _checked_motion(found, speed):

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.errors import NoSteadyState
-from rotorstudy.response.banded import FEWEST, solve_systems
+from rotorstudy.response.factorised import factorised
 
 NUMBERS_AT_ONCE = 1e7  # complex numbers in the matrices of the speeds taken together, 0.2 GB
 
@@ -99,15 +99,12 @@ def static_deflection(model, speed, theta, *, jacobian=False):
         on_z, on_conj = on_z - amount * direct, on_conj - amount * mirrored
     upper, lower = np.concatenate([on_z, on_conj], axis=-1), np.concatenate([on_conj.conj(), on_z.conj()], axis=-1)
     matrix = np.concatenate([upper, lower], axis=-2)
-    order = np.arange(2 * dof)
-    if 2 * dof >= FEWEST:  # each coordinate beside its conjugate, so that the matrix of a slender shaft has a band
-        order = order.reshape(2, dof).T.ravel()
-    matrix, first = matrix[..., order[:, None], order], np.argsort(order)[:dof]
+    beside_conjugate = np.arange(2 * dof).reshape(2, dof).T.ravel()  # in this order that of a slender shaft has a band
+    systems = factorised(matrix, beside_conjugate)
 
     def solve(forces):  # (..., speed, dof, force)
-        both = np.concatenate([forces, forces.conj()], axis=-2)[..., order, :]
         try:
-            return solve_systems(matrix, np.broadcast_to(both, (*matrix.shape[:-1], both.shape[-1])))[..., first, :]
+            return systems(np.concatenate([forces, forces.conj()], axis=-2))[..., :dof, :]
         except np.linalg.LinAlgError:
             raise NoSteadyState("the bearings do not carry the rotor: their stiffness matrix is singular") from None
 

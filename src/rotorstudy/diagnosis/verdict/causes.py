@@ -1,10 +1,9 @@
 """The causes of an explanation as data: place, parameters with their standard deviations, and posterior probability."""
 
-from itertools import combinations
-
 import numpy as np
 
 from rotorstudy.diagnosis.search.odds import faults_of
+from rotorstudy.diagnosis.search.shape_scan import is_sought_everywhere
 from rotorstudy.diagnosis.verdict.result import Cause, ParameterEstimate
 from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.model.registry import registry
@@ -16,36 +15,16 @@ def causes_of(explanation, probability):
     return [cause_of(parts, explanation.fit, probability[fault]) for fault, parts in faults.items()]
 
 
-def adjoin(explanation, candidates):
-    """Whether two faults of an explanation act at a common node, so that one force there could stand in for both.
+def corrects_model(explanation, candidates):
+    """Whether one of several faults has no place, as an error of the gyroscopic moments of the whole rotor has none.
 
-    An effect that has no place, as an error of the whole model, adjoins every other fault; a fault of a part of the
-    shaft that is found to extend over the whole of it (an asymmetry) adjoins none.
+    Beside another fault it may only correct the form of that, which is then not the true one. On a rotor of one node
+    no effect needs a place.
     """
-    local = {c.effect for c in candidates if c.where.keys() & {"node", "element"}}
-    each = [_nodes(parts, explanation.fit.model, local) for parts in faults_of(explanation.causes).values()]
-    return any(one & other for one, other in combinations(each, 2))
-
-
-def _nodes(parts, model, local):
-    """Nodes at which the parts of a fault act, or whose sensors show them; local : effects that have places."""
-    found = set()
-    for part in parts:
-        acts = {part.where["node"]} if "node" in part.where else _acted_on(part, model)
-        everywhere = acts >= set(model.sensors if part.term.acts_on_output else model.structure.nodes)
-        found |= set() if everywhere and part.effect in local else acts
-    return found
-
-
-def _acted_on(part, model):
-    """Nodes of the coordinates in the table of a cause."""
-    nodes = model.sensors if part.term.acts_on_output else [node for node, _ in model.structure.dofs]
-    found = set()
-    for unknown in part.term.unknowns:
-        rows = [(np.abs(e.matrix) > 0).reshape(len(nodes), -1).any(axis=1) for e in unknown.entries]
-        rows += [(np.abs(unknown.force.matrix) > 0).any(axis=0)] if unknown.force else []
-        found |= {node for acts in rows for node, here in zip(nodes, acts, strict=True) if here}
-    return found
+    faults = faults_of(explanation.causes)
+    local = {c.effect for c in candidates if c.where.keys() & {"node", "element"} or is_sought_everywhere(c)}
+    is_one_node = len(explanation.fit.model.structure.nodes) == 1
+    return len(faults) > 1 and not is_one_node and any(parts[0].effect not in local for parts in faults.values())
 
 
 def cause_of(parts, fitted, probability):
