@@ -202,6 +202,11 @@ class Model:
         return replace(self, terms=there, before=None)
 
     @cached_property
+    def recent(self) -> dict:
+        """Responses of the machine computed last, by what they are of: that of an earlier state is asked for often."""
+        return {}
+
+    @cached_property
     def nonlinear_forces(self) -> tuple[tuple[int, NonlinearForce], ...]:
         """(position in `rotor_unknowns`, NonlinearForce) of the amplitudes that multiply a force in time."""
         return tuple((p, u.force) for p, u in enumerate(self.rotor_unknowns) if u.force)
@@ -378,4 +383,7 @@ class Model:
         -------
         Model
         """
-        return replace(self, terms=self.terms + terms)
+        found = replace(self, terms=self.terms + terms)
+        if self.before is not None and not any(u.name in self.before for term in terms for u in term.unknowns):
+            found.__dict__["earlier"] = self.earlier  # the same machine, whose tables are then formed once
+        return found
