@@ -3,6 +3,10 @@
 from pathlib import Path
 
 import pytest
+import yaml
+from refusals import RIG
+
+from rotorstudy.commands.line import main
 
 
 @pytest.fixture
@@ -14,3 +18,14 @@ def unrendered(monkeypatch):
             place.write_bytes(b"")
 
     monkeypatch.setattr("matplotlib.figure.Figure.savefig", save_nothing)
+
+
+@pytest.fixture
+def spectrum(tmp_path):
+    """An imported spectrum of the rig, and the rig file."""
+    rig, out = tmp_path / "rig.yaml", tmp_path / "spectrum.nc"
+    rig.write_text(yaml.safe_dump(RIG))
+    simulated = ["simulate", str(rig), "--speeds", "100", "200", "--noise", "1", "--rate", "2000"]
+    assert main([*simulated, "--out", str(tmp_path / "records.nc")]) == 0
+    assert main(["import", str(tmp_path / "records.nc"), "--rig", str(rig), "--out", str(out)]) == 0
+    return out, rig

@@ -118,6 +118,8 @@ class Effect(Plugin):
     stated    : function(structure, **shape) -> {name: (option, factor)}, further sizes of a verdict, each an option
                 of the shape times a factor: the depth of a crack in m by its share of the diameter
     alternatives : option -> function() -> its possible values, of which diagnosis tries each; the cause is the same
+    formulas  : option -> function() -> further values of an alternative, published formulas that are simpler than the
+                physics: tried where the others do not explain the records, as they may fit by chance
     fixed     : present with its typical amplitude or absent: a cable is swapped or not
     fold      : ratio of the phase of its amplitude to the angle of its direction: 2 for two stiffnesses
     positive  : its amplitudes cannot be negative (damping, stiffness loss of a crack), together with those of the rig;
@@ -145,6 +147,7 @@ class Effect(Plugin):
     shape: dict = field(default_factory=dict, compare=False)
     stated: Callable | None = field(default=None, compare=False)
     alternatives: dict = field(default_factory=dict, compare=False)
+    formulas: dict = field(default_factory=dict, compare=False)
     fixed: bool = False
     fold: int = 1
     positive: bool | tuple[str, ...] = False

@@ -3,7 +3,7 @@
 import numpy as np
 
 FEWEST = 60  # unknowns from which a banded solution is faster than a dense one
-WIDEST = 0.1  # of the unknowns: bandwidth below which it is
+WIDEST = 0.1  # of the unknowns: bandwidth below which the shaft is slender
 
 
 def bandwidth(matrices):
@@ -13,36 +13,35 @@ def bandwidth(matrices):
     return int(np.abs(row - column).max(initial=0))
 
 
-def solve_systems(matrices, right):
-    """Solutions of systems of equations, those of a slender shaft by the band of their matrices.
+def narrow_band(*matrices):
+    """Bandwidth of all these matrices (..., n, n), or None if a dense solution is as fast."""
+    count = matrices[0].shape[-1]
+    if count < FEWEST:
+        return None
+    band = max(bandwidth(one) for one in matrices)
+    return band if band <= WIDEST * count else None
 
-    Parameters
-    ----------
-    matrices : array (..., n, n)
-    right : array (..., n, column)
 
-    Returns
-    -------
-    array (..., n, column)
+def stored_by_band(matrices, band):
+    """The diagonals (..., 2 band + 1, n) of matrices (..., n, n), the uppermost first, as LAPACK takes them."""
+    column, offset = np.arange(matrices.shape[-1]), np.arange(-band, band + 1)[:, None]  # offset: row minus column
+    row = column + offset
+    inside = (row >= 0) & (row < len(column))
+    return np.where(inside, matrices[..., np.where(inside, row, 0), column], 0)
 
-    Raises
-    ------
-    numpy.linalg.LinAlgError
-        If a matrix is singular.
+
+def solve_bands(stored, right):
+    """Solutions (..., n, column) of systems `stored_by_band` (..., 2 band + 1, n), right sides (..., n, column).
+
+    raises : LinAlgError if a matrix is singular
     """
-    count = matrices.shape[-1]
-    if count < FEWEST or (band := bandwidth(matrices)) > WIDEST * count:
-        return np.linalg.solve(matrices, right)
     from scipy.linalg import solve_banded
 
-    leading = np.broadcast_shapes(matrices.shape[:-2], right.shape[:-2])
-    found = np.empty((*leading, *right.shape[-2:]), np.result_type(matrices, right))
-    matrices, right = (np.broadcast_to(one, (*leading, *one.shape[-2:])) for one in (matrices, right))
-    column = np.arange(count)
-    offset = np.arange(-band, band + 1)[:, None]  # of a row of the band storage: row minus column
-    inside = (column + offset >= 0) & (column + offset < count)
-    row = np.where(inside, column + offset, 0)
+    if np.iscomplexobj(right) and not np.iscomplexobj(stored):
+        return solve_bands(stored, np.ascontiguousarray(right).view(float)).view(complex)
+    band, leading = stored.shape[-2] // 2, np.broadcast_shapes(stored.shape[:-2], right.shape[:-2])
+    found = np.empty((*leading, *right.shape[-2:]), np.result_type(stored, right))
+    stored, right = (np.broadcast_to(one, (*leading, *one.shape[-2:])) for one in (stored, right))
     for place in np.ndindex(leading):
-        stored = np.where(inside, matrices[place][row, column], 0)
-        found[place] = solve_banded((band, band), stored, right[place], overwrite_ab=True, check_finite=False)
+        found[place] = solve_banded((band, band), stored[place], right[place], check_finite=False)
     return found

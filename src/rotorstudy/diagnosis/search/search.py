@@ -8,6 +8,7 @@ from scipy.optimize import brentq
 from rotorstudy.diagnosis.search.alternatives import with_alternatives
 from rotorstudy.diagnosis.search.candidates import candidates, with_vibration
 from rotorstudy.diagnosis.search.explanations import Search
+from rotorstudy.diagnosis.search.formulas import with_formulas
 from rotorstudy.diagnosis.search.impossible import grows, is_impossible
 from rotorstudy.diagnosis.search.odds import Explanation, odds_of
 from rotorstudy.diagnosis.search.one_more import with_one_more
@@ -109,6 +110,7 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     work.screened.extend(work.screen(base, every))
     work.found[frozenset()] = Explanation((), base, 0.0)
     best = _added(work, work.found[frozenset()], [base, fit(whole, widened, prior, steps=0)] if imitates else None)
+    best = with_formulas(work, best)
     log.info("fitting the best of %d explanations again", len(work.found))
     settled = _settled(work, spectrum, missing, best)
     first = max(settled.explanations, key=odds_of)
