@@ -84,10 +84,10 @@ def record(samples):
 
 
 SWEEPS = {  # what, against what: sizes and the function that prepares each
-    ("response, 15 harmonics, 51 speeds", "elements"): ((12, 24, 48, 100), lambda n: response(n, 51, 7)),
+    ("response, 15 harmonics, 51 speeds", "elements"): ((12, 24, 48, 100, 200), lambda n: response(n, 51, 7)),
     ("response, 15 harmonics, 20 elements", "speeds"): ((50, 200, 800), lambda n: response(20, n, 7)),
     ("response, 20 elements, 51 speeds", "harmonics each way"): ((5, 10, 20), lambda n: response(20, 51, n)),
-    ("cracked rotor, one speed, harmonics to 15", "elements"): ((24, 48, 96), lambda n: cracked(n, 15)),
+    ("cracked rotor, one speed, harmonics to 15", "elements"): ((24, 48, 96, 192), lambda n: cracked(n, 15)),
     ("cracked rotor, one speed, 24 elements", "harmonics each way"): ((5, 10, 20), lambda n: cracked(24, n)),
     ("maximum-likelihood estimates", "trials"): ((25, 50, 100, 200), estimates),
     ("harmonics of a record with covariance", "samples"): ((10_000, 100_000, 1_000_000), record),

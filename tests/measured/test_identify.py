@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+import yaml
 from machine import GRAVITY, MARK, SENSOR, records, section, write, write_rig
 
 from rotorstudy import load_spectrum, registry
@@ -70,6 +71,14 @@ def test_matlab_and_uff_give_what_csv_gives(machine, by_csv):
 def test_an_imported_spectrum_gives_what_its_records_give(machine, by_csv):
     found = estimates(machine, [machine / "spectrum.nc"])
     assert found[0] == pytest.approx(by_csv[0], rel=1e-9) and found[1] == pytest.approx(by_csv[1], rel=1e-9)
+
+
+@pytest.mark.parametrize("sensors", [[99], [True], [2, 2], "abc", []])
+def test_impossible_sensors_are_refused_beside_an_imported_spectrum_too(machine, tmp_path, capsys, sensors):
+    rig = yaml.safe_load((machine / "rig.yaml").read_text(encoding="utf-8"))
+    (tmp_path / "rig.yaml").write_text(yaml.safe_dump({**rig, "sensors": sensors}), encoding="utf-8")
+    assert main(["identify", str(machine / "spectrum.nc"), "--rig", str(tmp_path / "rig.yaml")]) == 1
+    assert "error: sensors" in capsys.readouterr().err
 
 
 def test_the_projects_own_records_give_nearly_what_csv_gives(machine, by_csv):

@@ -223,6 +223,19 @@ def test_a_misspelt_configuration_key_stops_before_anything_runs(project, some, 
     assert not (tmp_path / "results").exists()
 
 
+def test_a_folder_that_cannot_be_written_to_stops_before_anything_runs(project, some, tmp_path):
+    found = subprocess.run(
+        command(project, tmp_path, config=some),
+        capture_output=True,
+        text=True,
+        env=environment(project) | {"TMPDIR": str(tmp_path / "missing")},
+    )
+    assert found.returncode != 0
+    assert f"error: {tmp_path / 'missing'}, stated by TMPDIR, is not a folder" in found.stderr
+    assert "Traceback" not in found.stdout + found.stderr
+    assert not (tmp_path / "results").exists()
+
+
 def test_editing_a_plugin_reruns_what_used_it(built, snakemake, project, whole):
     """Snakemake is told which plugin files a job depends on: an estimator concerns identification, not records."""
     future = time.time() + 5

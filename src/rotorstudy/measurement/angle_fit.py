@@ -18,24 +18,34 @@ class Fit(NamedTuple):
     inverse: np.ndarray
 
 
-def fit_harmonics(signal, angle, harmonics):
-    """Least squares of signals (..., time) on e^{jn angle}, angle (time,) rad, harmonics (harmonic,); see `Fit`."""
-    amplitude, inverse = fit_amplitude(signal, angle, harmonics)
-    residual = np.empty(signal.shape, complex)
+def rotating(angle, harmonics):
+    """e^{jn angle} (harmonic, time)."""
+    return rotating_basis(angle, 1.0, harmonics)
+
+
+def in_cosines(angle, harmonics):
+    """cos(n angle) of harmonics n >= 0 and sin(n angle) of n < 0 (harmonic, time): four times less work for probes."""
+    turned = rotating_basis(angle, 1.0, range(max(abs(int(n)) for n in harmonics) + 1))
+    return np.array([turned[n].real if n >= 0 else turned[-n].imag for n in harmonics])
+
+
+def fit_harmonics(signal, angle, harmonics, basis=rotating):
+    """Least squares of signals (..., time) on a basis of harmonics (harmonic,) of the angle (time,) rad; see `Fit`."""
+    amplitude, inverse = fit_amplitude(signal, angle, harmonics, basis)
+    residual = np.empty(signal.shape, amplitude.dtype)
     for piece in _pieces(angle):
-        residual[..., piece] = signal[..., piece] - amplitude @ rotating_basis(angle[piece], 1.0, harmonics)
+        residual[..., piece] = signal[..., piece] - amplitude @ basis(angle[piece], harmonics)
     return Fit(amplitude, residual, inverse)
 
 
-def fit_amplitude(signal, angle, harmonics):
+def fit_amplitude(signal, angle, harmonics, basis=rotating):
     """Amplitude and inverse of the Fit of signals, without the residual."""
-    count, lead = len(harmonics), signal.shape[:-1]
-    normal, right = np.zeros((count, count), complex), np.zeros((*lead, count), complex)
+    normal, right = 0.0, 0.0
     for piece in _pieces(angle):
-        basis = rotating_basis(angle[piece], 1.0, harmonics)
-        weighted = basis.conj()
-        normal += weighted @ basis.T
-        right += signal[..., piece] @ weighted.T
+        columns = basis(angle[piece], harmonics)
+        weighted = columns.conj()
+        normal = normal + weighted @ columns.T
+        right = right + signal[..., piece] @ weighted.T
     inverse = np.linalg.inv(normal)
     return right @ inverse.T, inverse
 
@@ -44,13 +54,13 @@ def _pieces(angle):
     return [slice(start, start + PIECE) for start in range(0, len(angle), PIECE)]
 
 
-def fit_each(signals, angle, harmonics):
+def fit_each(signals, angle, harmonics, basis=rotating):
     """The Fit of each of several signals (signal, time), of the samples that it has; together where none is missing."""
     usable = np.isfinite(signals)
     whole = np.flatnonzero(usable.all(axis=-1))
-    together = fit_harmonics(signals[whole], angle, harmonics)
+    together = fit_harmonics(signals[whole], angle, harmonics, basis)
     found = {i: Fit(together.amplitude[k], together.residual[k], together.inverse) for k, i in enumerate(whole)}
     for i in set(range(len(signals))) - set(found):
         if usable[i].sum() > len(harmonics):
-            found[i] = fit_harmonics(signals[i, usable[i]], angle[usable[i]], harmonics)
+            found[i] = fit_harmonics(signals[i, usable[i]], angle[usable[i]], harmonics, basis)
     return [found.get(i) for i in range(len(signals))]

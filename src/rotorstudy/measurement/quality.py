@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.measurement.angle_fit import fit_each
+from rotorstudy.measurement.angle_fit import fit_each, in_cosines
 from rotorstudy.measurement.findings import Finding
 from rotorstudy.measurement.harmonics import FEWEST_BLOCKS, trend_probability
 from rotorstudy.measurement.keyphasor import LONGEST_PULSE
@@ -139,13 +139,13 @@ def seen_by(readings, angle, harmonics):
     orders = np.arange(1, max(abs(int(n)) for n in harmonics) + 1)
     both = np.concatenate([[0], orders, -orders])
     enough = np.isfinite(readings).sum(axis=-1) > 2 * len(harmonics)
-    fits = fit_each(readings, angle, both)
+    fits = fit_each(readings, angle, both, in_cosines)
     return [_seen(fit, len(orders)) if ok else Seen(0.0, 0.0, 0.0, 0.0) for fit, ok in zip(fits, enough, strict=True)]
 
 
 def _seen(fit, orders):
-    lines, samples = np.sqrt(2) * np.abs(fit.amplitude[1 : 1 + orders]), len(fit.residual)
-    noise = np.sqrt(np.sum(np.abs(fit.residual) ** 2) / max(1, samples - 2 * orders - 1))
+    lines, samples = np.hypot(*np.split(fit.amplitude[1:], 2)) / np.sqrt(2), len(fit.residual)
+    noise = np.sqrt(np.sum(fit.residual**2) / max(1, samples - 2 * orders - 1))
     return Seen(np.linalg.norm(lines), noise, np.sqrt(2 * LOUD / samples) * noise, lines.max())
 
 

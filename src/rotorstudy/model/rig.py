@@ -45,7 +45,9 @@ class RigFile:
 
     def measured_at(self, sensors, reading=None):
         """The Model with the nodes `sensors` as its sensors, and the Reading of its records."""
-        return build_model({**self.given, "sensors": list(sensors)}, str(self.path), reading)
+        model = build_model({**self.given, "sensors": list(sensors)}, str(self.path), reading)
+        _sensors(self.given.get("sensors"), model.structure, str(self.path))  # those it names must be possible too
+        return model
 
 
 def read_rig(rig: "str | Path | RigFile") -> "RigFile":
