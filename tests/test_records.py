@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 
 from rotorstudy import RotorstudyError, full_spectrum, load_rig, measured_response, registry, simulate_records
+from rotorstudy.measurement import simulated_records
 from rotorstudy.measurement.full_spectra import compensate
 from rotorstudy.measurement.harmonics import white_noise_covariance
 from rotorstudy.measurement.keyphasor import phase_from_keyphasor
 from rotorstudy.measurement.noise import noise_std
 from rotorstudy.measurement.records import Record
 from rotorstudy.measurement.spectrum import components
+from rotorstudy.response import stability
 from rotorstudy.response.series import rotating_basis, synthesize
 
 HARMONICS = [0, 1, 2, 3, 5, 7, -1, -3, -5]
@@ -31,6 +33,19 @@ def model(request):
 @pytest.fixture(scope="module")
 def true(model):
     return measured_response(model, [SPEED], HARMONICS)[0]
+
+
+def test_records_of_many_speeds_are_made_a_few_at_a_time(model, monkeypatch):
+    """So that the memory does not grow with the number of speeds; each speed has the record that it has alone."""
+    speeds, asked = [60.0, 90.0, 100.0, 200.0, 300.0], []
+    together = simulate_records(model, speeds, HARMONICS, TURNS)
+    monkeypatch.setattr(simulated_records, "SPEEDS_AT_ONCE", 2)
+    monkeypatch.setattr(stability, "NUMBERS_AT_ONCE", 1)
+    own = simulated_records.measured_response
+    monkeypatch.setattr(simulated_records, "measured_response", lambda *given: asked.append(given[1]) or own(*given))
+    for one, other in zip(simulate_records(model, speeds, HARMONICS, TURNS), together, strict=True):
+        assert np.array_equal(one.displacement, other.displacement) and one.speed == other.speed
+    assert asked == [[60.0, 90.0], [100.0, 200.0], [300.0]]
 
 
 @pytest.mark.parametrize("method", METHODS, ids=lambda m: m.name)

@@ -31,7 +31,6 @@ def short_journal(
             f"to {LONGEST:g} (accurate up to 0.5); for a longer bearing tabulate the coefficients over speed"
         )
     node = structure.default_node() if node is None else node
-    load_N = static_load(structure, node) if load_N is None else load_N
     here, entries = np.outer(structure.unit(node), structure.unit(node)), []
     film = diameter_m * length_m**3 * viscosity_Pa_s / (8 * load_N * radial_clearance_m**2)  # Ocvirk number / speed
 
@@ -57,6 +56,7 @@ def short_journal(
 
 def static_load(structure, node):
     """What the bearing at a node carries of the weight, N."""
+    node = structure.default_node() if node is None else node
     load = structure.bearing_load(node)
     if not load > 0:
         raise RotorstudyError(
@@ -120,5 +120,6 @@ def rotorstudy_bearing():
             "viscosity_Pa_s": 0.1,
         },
         checked="Friswell et al. 2010, Example 5.5.1; numerical Reynolds film; Lund's threshold",
+        defaults={"load_N": static_load},
         positive_damping=True,
     )

@@ -4,7 +4,7 @@ import numpy as np
 
 from rotorstudy.plugins import CannotAct, DepthRatio, Effect, NonNegative, Parameter, crack_at, hookimpl
 
-Breathing = Literal["gradual", "sudden", "cosine", "none"]
+Breathing = Literal["gradual", "sudden", "cosine", "switching", "none"]
 
 
 def transverse_crack(
@@ -21,18 +21,21 @@ def transverse_crack(
 
     position_m: from node 1.  depth_ratio: depth over the diameter.  angle_rad: of the middle of the crack edge from the
     reference line of the shaft, in the direction of rotation.  breathing: gradual, by the part of the front in tension;
-    sudden, open or closed as a whole; cosine, (1 + cos) / 2 of it by its angle to the side that the weight stretches;
-    none, a notch that never closes.  opened_by: the instantaneous moment, or that of the weight alone.  flexibility:
-    name of a depth plugin.  closing_moment_N_m: residual stress that closes it, as the bending moment that just opens
-    it; negative where it holds the crack open at rest.
+    sudden, open or closed as a whole; cosine and switching, by its angle to the side that the weight stretches, with
+    (1 + cos) / 2 of its loss of stiffness, or all of it on that side; none, a notch that never closes.  opened_by: the
+    instantaneous moment, or that of the weight alone.  flexibility: name of a depth plugin.  closing_moment_N_m:
+    residual stress that closes it, as the bending moment that just opens it; negative where it holds the crack open at
+    rest.
     """
-    if closing_moment_N_m and (breathing in ("cosine", "none") or opened_by == "weight"):
+    if closing_moment_N_m and (breathing in ("cosine", "switching", "none") or opened_by == "weight"):
         raise CannotAct("closing_moment_N_m needs a crack that opens and closes by the instantaneous moment")
     hinge = crack_at(structure, position_m, depth_ratio, angle_rad, flexibility, breathing == "sudden")
     if breathing in ("gradual", "sudden") and opened_by == "moment":
         return [Parameter("flexibility_factor", "1", (), typical=1.0, force=hinge.force(closing_moment_N_m))]
-    fixed = {"none": hinge.open_entries, "cosine": hinge.cosine_entries}
-    entries = fixed.get(breathing, hinge.entries_by_weight)()
+    if breathing in ("cosine", "switching"):
+        entries = hinge.entries_by_angle(breathing == "switching")
+    else:
+        entries = hinge.open_entries() if breathing == "none" else hinge.entries_by_weight()
     return [Parameter("flexibility_factor", "1", entries, typical=1.0)]
 
 
@@ -71,7 +74,8 @@ def rotorstudy_effect():
         places=where_it_cracks,
         shape={"position_m": (0.0, 1.0, "shaft"), "depth_ratio": (0.02, 0.5), "angle_rad": (-np.pi, np.pi)},
         stated=depth_in_metres,
-        alternatives={"breathing": lambda: ("gradual", "sudden", "none")},  # cosine is too close to gradual
+        alternatives={"breathing": lambda: ("gradual", "sudden", "none")},
+        formulas={"breathing": lambda: ("cosine", "switching")},
         example={"position_m": 0.2},
         positive=True,
         fixed=True,

@@ -19,6 +19,7 @@ from rotorstudy.plugins import (
     unknown_name,
 )
 
+MOST_ELEMENTS = 500  # the state matrix at one speed then takes 0.3 GB
 GAUSS = np.polynomial.legendre.leggauss(4)  # exact up to degree 7; the mass integrand has degree 6
 
 
@@ -79,6 +80,10 @@ def finite_element(
         "poissons_ratio": poissons_ratio,
         "density_kg_per_m3": density_kg_per_m3,
     }
+    if sum(stretch.get("count", 1) for stretch in elements) > MOST_ELEMENTS:
+        raise RotorstudyError(
+            f"finite_element: more than {MOST_ELEMENTS} elements; give a smaller 'count' of each stretch"
+        )
     shaft = [element for stretch in elements for element in _cut({**common, **stretch})]
     nodes = range(1, len(shaft) + 2)
     for name, places in (

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from rotorstudy import RotorstudyError, build_model
-from rotorstudy.diagnosis.one_cause.identify import estimates_of, identify_cause
+from rotorstudy.diagnosis.one_cause.answer import estimates_of
+from rotorstudy.diagnosis.one_cause.identify import identify_cause
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.response.measured import measured_response
@@ -67,6 +68,24 @@ def test_a_crack_is_identified(breathing):
     assert min(others) > 20
     rows = {name: (value, unit) for name, value, _, unit in estimates_of(found)}
     assert rows["depth_m"] == (pytest.approx(0.02 * found.cause.shape["depth_ratio"]), "m")
+
+
+def test_a_crack_by_a_published_formula_is_identified():
+    """Which opens by its angle; the laws that open by the moment are tried first, and rejected."""
+    found = identify_cause(records(crack("switching")), build_model(rig()), "transverse_crack", SETTINGS)
+    assert found.cause.variant == {"breathing": "switching"}
+    assert found.p_value > 1e-3
+    for name, value in TRUE.items():
+        assert abs(found.cause.shape[name] - value) < 3.5 * found.cause.shape_std[name]
+    others = [misfit for told, misfit in found.misfits.items() if told != "breathing switching"]
+    assert min(others) > 20
+
+
+def test_formulas_are_not_tried_where_the_physics_explains_the_records():
+    """By a formula a shallow crack fits about as well, and with fewer data better by chance."""
+    found = identify_cause(records(crack(depth_ratio=0.06)), build_model(rig()), "transverse_crack", SETTINGS)
+    assert set(found.misfits) == {"breathing gradual", "breathing sudden", "breathing none"}
+    assert found.cause.variant == {"breathing": "gradual"}
 
 
 def test_two_cracks_are_identified():

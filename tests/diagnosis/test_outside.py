@@ -2,15 +2,20 @@
 
 import importlib.util
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
+from test_search import TWO_DISCS
 
+from rotorstudy.diagnosis.search.candidates import candidates
 from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.diagnosis.verdict.causes import corrects_model
 from rotorstudy.diagnosis.verdict.outside import FEATURES, outside_probability, with_outside
 from rotorstudy.diagnosis.verdict.result import Cause, Verdict
 from rotorstudy.diagnosis.verdict.words import summary
+from rotorstudy.model.rig import build_model
 
 BENCHMARK = Path(__file__).parents[2] / "benchmarks/outside.py"
 CAUSE = {
@@ -76,21 +81,57 @@ def test_a_verdict_without_causes_stays_as_it_is():
         assert with_outside(verdict(verdict=kind, causes=())).outside_probability == 0
 
 
-def table(missed, feature):
-    """Verdicts of which some miss the truth, with one feature that varies."""
+@pytest.mark.parametrize("beside", ["stiffness_error", "base_motion, harmonic 1", "gyroscopic_error"])
+def test_an_effect_without_a_place_beside_a_fault_may_only_correct_its_form(beside):
+    """Not by itself, nor does a fault of a part of the shaft that extends over the whole of it."""
+    model = build_model(TWO_DISCS)
+    every, _ = candidates(model, Settings())
+    by_name = {cause.cause: cause for cause in every}
+
+    def corrects(*names):
+        return corrects_model(SimpleNamespace(causes=tuple(by_name[name] for name in names)), every)
+
+    assert corrects("unbalance, node 3", beside)
+    assert not corrects(beside)
+    assert not corrects("unbalance, node 3", "shaft_asymmetry")
+    assert not corrects("unbalance, node 3", "transverse_crack")
+
+
+def table(missed, feature, kind="rub"):
+    """Verdicts of which some miss the truth, as the library lacks it, with one feature that varies."""
     values = {name: feature if name == "residual_share" else np.zeros(len(feature)) for name in FEATURES}
-    return pd.DataFrame({"case": np.arange(len(feature)), "in_set": ~missed, **values})
+    return pd.DataFrame({"library": np.where(missed, "without", "with"), "kind": kind, "in_set": ~missed, **values})
 
 
 @pytest.mark.parametrize("tells", [True, False])
 def test_what_tells_right_from_wrong_is_learned_and_what_does_not_is_not(benchmark, tells):
     random = np.random.default_rng(3)
-    missed = np.repeat([False, True], 1000)
+    missed = np.tile([False, True], 1000)
     feature = random.normal(3.0 * missed if tells else 0.0, 1.0, 2000)
-    within, without = table(missed[:1000], feature[:1000]), table(missed[1000:], feature[1000:])
-    found = benchmark.learned(within, without, 0.3)
+    found = benchmark.learned(table(missed, feature), 0.3, 0.0)
     probability = 1 / (1 + np.exp(-found["intercept"] - found["coefficients"]["residual_share"] * np.array([0.0, 3.0])))
     if tells:
         assert probability[0] < 0.1 and probability[1] > 0.5
     else:
         assert probability == pytest.approx(0.3, abs=0.1)
+
+
+def test_the_share_of_pairs_is_that_stated_and_not_that_of_the_records(benchmark):
+    """As many pairs as single faults were drawn; a fault outside the library always looks like a pair."""
+    missed = np.tile([False, False, True], 500)
+    pair = np.tile([False, True, True], 500)
+    rows = table(missed, pair.astype(float)).assign(kind=np.where(pair & ~missed, "pair", "rub"))
+    for share in (0.1, 0.5):
+        found = benchmark.learned(rows, 0.1, share)
+        odds = found["intercept"] + found["coefficients"]["residual_share"]
+        assert odds == pytest.approx(np.log(0.1 / (0.9 * share)), abs=0.3)
+
+
+def test_cases_without_causes_count_as_drawn(benchmark):
+    """Where half of the faults outside the library are called unknown as nothing fits, the others are half as many."""
+    missed = np.tile([False, True], 1000)
+    rows = table(missed, np.zeros(2000))
+    whole = benchmark.learned(rows, 0.3, 0.0)["intercept"]
+    rows.loc[missed & (np.arange(2000) % 4 == 1), list(FEATURES)] = np.nan
+    half = benchmark.learned(rows, 0.3, 0.0)["intercept"]
+    assert half - whole == pytest.approx(np.log(0.5), abs=0.05)

@@ -80,6 +80,7 @@ def test_a_message_that_repeats_the_input_is_cut_in_one_line(tmp_path, capsys):
         (lambda rig: rig["cracks"][0].update(stiffness_loss=1e18), "stiffness_loss = 1e"),
         (lambda rig: rig["cracks"][0].update(stiffness_loss=-0.1), "stiffness_loss = -0.1"),
         (lambda rig: rig["rotor"]["elements"][0].update(length_m=1.67e-71), "beyond the digits"),
+        (lambda rig: rig["rotor"]["elements"][0].update(count=10**9), "more than 500 elements"),
         (lambda rig: rig["effects"][2].update(eccentricity_m=1000.0), "more than the size of the rotor"),
         (lambda rig: rig["effects"][2].update(label={"a": 1}), "must be a text"),
     ],

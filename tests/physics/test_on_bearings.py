@@ -1,29 +1,32 @@
 """The motion from the receptances of the rotor without its bearings is that of the whole system of equations."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from scipy.linalg import eigh
 
 from rotorstudy.model.rig import build_model
-from rotorstudy.response import solving
+from rotorstudy.response import harmonic, solving, statics
 from rotorstudy.response.harmonic import harmonic_response_and_jacobian
+from rotorstudy.response.statics import static_deflection
 
 SPEED, HARMONICS = np.array([60.0, 150.0, 400.0]), (0, 1, -1, 2, -2)
 AGREES = 1e-10  # relative: of 16 digits some four are lost, by the stiffness of bearings over that of a shaft
 
 
-def rotor(*effects):
+def rotor(*effects, count=6):
     bearings = [
         {"kind": "linear", "node": node, "label": f"{node}", "coefficients": "anisotropic",
          "bearing_stiffness_xx_N_per_m": 2e6, "bearing_stiffness_yy_N_per_m": 5e6,
          "bearing_damping_xx_N_s_per_m": 300.0, "bearing_damping_yy_N_s_per_m": 200.0}
-        for node in (1, 7)
+        for node in (1, 1 + count)
     ]  # fmt: skip
     return build_model(
         {
             "rotor": {
                 "kind": "finite_element",
-                "elements": [{"length_m": 0.6, "count": 6}],
+                "elements": [{"length_m": 0.6, "count": count}],
                 "outer_diameter_m": 0.02,
                 "discs": [{"node": 3, "mass_kg": 2.0, "polar_moment_kg_m2": 5e-3, "diametral_moment_kg_m2": 2e-3}],
             },
@@ -53,6 +56,23 @@ def test_it_is_that_of_the_whole_system(effects, monkeypatch):
     assert used
     for one, other in zip(fast, whole, strict=True):
         assert one == pytest.approx(other, rel=0, abs=AGREES * np.abs(other).max())
+
+
+@pytest.mark.parametrize("effects", [(), (SHAFT,)])
+def test_a_slender_shaft_is_solved_by_its_band(effects, monkeypatch):
+    """30 short elements, whose stiffness is a million times that of the shaft: as many digits fewer are kept."""
+    model = rotor(*effects, count=30)
+    fast, whole, used = both_ways(model, monkeypatch)
+    assert used
+    for one, other in zip(fast, whole, strict=True):
+        assert one == pytest.approx(other, rel=0, abs=100 * AGREES * np.abs(other).max())
+    deflection = static_deflection(model, SPEED, model.theta).value
+    monkeypatch.setattr(statics, "factorised", lambda matrix, _: partial(np.linalg.solve, matrix))
+    assert deflection == pytest.approx(static_deflection(model, SPEED, model.theta).value, rel=100 * AGREES)
+    monkeypatch.setattr(harmonic, "NUMBERS_AT_ONCE", 1)
+    parts = harmonic_response_and_jacobian(model, SPEED, HARMONICS)
+    for one, other in zip(parts, whole, strict=True):
+        assert one == pytest.approx(other, rel=0, abs=100 * AGREES * np.abs(other).max())
 
 
 def test_where_the_rotor_resonates_without_its_bearings_the_whole_system_is_solved(monkeypatch):

@@ -162,10 +162,12 @@ def test_a_number_that_no_bearing_has_is_refused(name, words):
         with_bearing_numbers(build_model(film_rig()), [name])
 
 
-def test_a_load_that_is_not_stated_is_no_number():
+def test_a_load_that_follows_from_the_weight_is_a_number_too():
     rig = rig_on({key: value for key, value in JOURNAL.items() if key != "load_N"})
-    with pytest.raises(RotorstudyError, match="an option that the rig does not state"):
-        with_bearing_numbers(build_model(rig), ["bearings.load_N"])
+    plain, name = build_model(rig), "bearings[left].load_N"
+    moved = rig_with_values(rig, with_bearing_numbers(plain, [name]), {name: 0.1})
+    assert moved["bearings"][0]["load_N"] == pytest.approx(1.1 * plain.structure.bearing_load(1))
+    assert "load_N" not in rig_with_values(rig, plain, {})["bearings"][0]  # nothing moved: it follows the weight
 
 
 def test_an_estimator_of_the_equations_refuses_them(tmp_path, capsys):

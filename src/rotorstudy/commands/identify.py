@@ -128,7 +128,8 @@ def run(given):
 
 def _run_cause(given, rig, spectrum, model):
     """Print the shape and the size of a cause with their intervals, and which of its alternatives fits."""
-    from rotorstudy.diagnosis.one_cause.identify import estimates_of, identify_cause, shape_of
+    from rotorstudy.diagnosis.one_cause.answer import estimates_of, shape_of
+    from rotorstudy.diagnosis.one_cause.identify import identify_cause
     from rotorstudy.diagnosis.settings import check_names, read_settings
 
     settings = read_settings(rig.given, given.rig)

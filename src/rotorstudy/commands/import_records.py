@@ -1,6 +1,7 @@
 """`rotorstudy import`: convert measured records to a spectrum with covariance and a quality page."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 from rotorstudy.commands.outputs import HTML, NETCDF, check_file
@@ -21,7 +22,9 @@ def add(commands):
 
 def run(given):
     """Write the quality page, and the spectrum unless a finding is an error."""
+    from rotorstudy.measurement.findings import worst_first
     from rotorstudy.measurement.measurement import read_measurement
+    from rotorstudy.measurement.repeats import averaged
     from rotorstudy.measurement.spectrum_file import measurement_dataset
     from rotorstudy.model.rig import read_rig
     from rotorstudy.presentation.quality_page import write_page
@@ -31,9 +34,11 @@ def run(given):
     check_file(given.out, given.rig, *given.records, suffixes=NETCDF)
     check_file(page, given.rig, given.out, *given.records, option="--quality", suffixes=HTML)
     rig = read_rig(given.rig)
-    measurement = read_measurement(given.records, rig)
-    write_page(measurement, page, f"Quality of {', '.join(Path(path).name for path in given.records)}")
-    for finding in measurement.findings:
+    measurement, names = read_measurement(given.records, rig), ", ".join(Path(path).name for path in given.records)
+    _, repeats = averaged(measurement.spectrum, names) if measurement.spectrum else (None, [])  # for what it finds
+    shown = replace(measurement, findings=worst_first([*measurement.findings, *repeats]))
+    write_page(shown, page, f"Quality of {names}")
+    for finding in shown.findings:
         print(finding, file=sys.stderr)
     if measurement.errors:
         raise RotorstudyError(

@@ -8,6 +8,7 @@ import re
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.measurement.csv_layout import layout_hint
 
 
 def open_csv(path, conventions):
@@ -31,7 +32,7 @@ def open_csv(path, conventions):
             row = int(np.flatnonzero(bad)[0])
             raise RotorstudyError(
                 f"{path}: column '{name}' has '{column.iloc[row]}' in data row {row + 1}, which is not a number; "
-                "check 'csv: separator, decimal, skip_rows, unit_rows' in the rig file"
+                "check 'csv: separator, decimal, skip_rows, unit_rows' in the rig file" + layout_hint(path, layout)
             )
         return numbers.to_numpy(float)
 

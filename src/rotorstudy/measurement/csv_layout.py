@@ -1,5 +1,6 @@
 """The layout of a CSV file, guessed from its first lines: separator, decimal sign, header, rows of units."""
 
+import json
 import re
 from pathlib import Path
 from typing import NamedTuple
@@ -66,6 +67,16 @@ def guess_layout(path):
     below = rows[0] - header - 1
     layout = CsvLayout(separator=separator, decimal=decimal, skip_rows=header, unit_rows=below)
     return Layout(layout, cells[header], cells[header + 1] if below else [""] * width)
+
+
+def layout_hint(path, stated):
+    """'; it looks like csv: {separator: ";"}' if a text file looks otherwise than its CsvLayout states, else ''."""
+    try:
+        found = guess_layout(path).csv
+    except RotorstudyError:
+        return ""
+    other = found.model_dump(exclude_defaults=True)
+    return f"; the file looks like 'csv: {json.dumps(other)}' in 'measurement:'" if found != stated else ""
 
 
 def _table(lines, separator, decimal):

@@ -6,6 +6,7 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.measurement.channels import open_csv, open_matlab, open_uff
+from rotorstudy.measurement.csv_layout import layout_hint
 from rotorstudy.measurement.netcdf_files import existing, read_netcdf
 from rotorstudy.measurement.raw_record import assemble
 from rotorstudy.units import RAD_PER_S, SECONDS
@@ -63,7 +64,8 @@ def _from_channels(path, conventions, nodes, names, channel):
 
     def wanted(name, role):
         if name not in names:
-            raise unknown_name(f"{role} channel", name, names, str(path))
+            hint = layout_hint(path, conventions.csv) if kind_of(path) == "csv" else ""
+            raise unknown_name(f"{role} channel", name, names, f"{path}{hint}")
         return channel(name)
 
     if not conventions.probes:

@@ -16,7 +16,7 @@ from rotorstudy.measurement.files import read_file, table_columns
 from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.full_spectra import full_spectrum
 from rotorstudy.measurement.nonsynchronous import check_lines
-from rotorstudy.measurement.plausibility import check_together
+from rotorstudy.measurement.plausibility import check_probe_angles, check_together
 from rotorstudy.measurement.probe_tables import harmonics_in, is_probe_table, read_probe_table
 from rotorstudy.measurement.raw_record import LARGEST_READING
 from rotorstudy.measurement.records import Record
@@ -212,7 +212,7 @@ def read_measurement(
     found, stated, findings = found + analysed, stated + read_by, findings + notes
     facts = [one.facts for one in found]
     findings += [finding for one in found for finding in one.findings]
-    findings += check_lines(facts)
+    findings += [*check_lines(facts), *check_probe_angles(conventions.probes, rig.path.name)]
     sensors = _sensors(rig, _common_nodes(facts))
     directions = _common_directions(found, sensors)
     model = _measured_model(rig, sensors, stated, directions)

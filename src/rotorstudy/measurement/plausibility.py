@@ -12,6 +12,7 @@ from rotorstudy.units import METRES, um
 BACKWARD = 2.0  # ratio of backward to forward 1X
 HUGE_M, TINY_M = 5e-3, 1e-9  # more than a shaft can vibrate, less than a probe resolves
 SCALE = 20.0  # ratio to the predicted vibration, either way; mil taken as µm gives 25
+CLOSE_DEG = 10.0  # between the probes of a node, which are mounted further apart; 90 taken as radians gives 1.6
 APART = 3.0  # times the sag plus the rms vibration: a mean further from the predicted one is a probe gap
 
 
@@ -154,6 +155,21 @@ def check_sense(forward, backward, expected_backward, nodes, where):
         for i, node in enumerate(nodes)
         if reversed_nodes[i]
     ]
+
+
+def check_probe_angles(probes, where):
+    """Whether several probes of a node are too close to each other to be meant so. probes : list of Probe."""
+    found = []
+    for node in sorted({probe.node for probe in probes if probe.node is not None}):
+        angles = np.array([probe.angle_deg for probe in probes if probe.node == node])
+        widest = np.abs((angles[:, None] - angles + 180) % 360 - 180).max()
+        if 0 < widest < CLOSE_DEG:
+            text = (
+                f"its probes are only {widest:.2g} degrees apart by 'measurement: probes:', and show one direction "
+                "together. Are the angles in radians? They must be in degrees"
+            )
+            found.append(Finding("warning", "probe angles", f"{where}, node {node}", text))
+    return found
 
 
 def check_directions(directions, where):

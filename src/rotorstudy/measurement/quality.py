@@ -8,9 +8,10 @@ from rotorstudy.measurement.angle_fit import fit_each
 from rotorstudy.measurement.findings import Finding
 from rotorstudy.measurement.harmonics import FEWEST_BLOCKS, trend_probability
 from rotorstudy.measurement.keyphasor import LONGEST_PULSE
-from rotorstudy.units import um
+from rotorstudy.units import RAD_PER_S, um
 
 LABEL_OFF = 0.02  # relative error of a stated speed
+USUAL_SPEED = 1.0, 5e4  # rad/s: turning gears are slower, no machine is faster
 DRIFT = (0.005, 0.05)  # relative change of the speed over the record: warning, error
 IRREGULAR = 0.2  # fraction of missing or extra pulses up to which they are repaired
 JITTER_RAD = 0.05  # 3 degrees, 15 at 5X
@@ -57,8 +58,13 @@ def check_pulses(pulses, turning, asked_polarity, where):
 
 
 def check_speed_label(label, speed, where):
-    """Whether the stated speed is within 2 % of that of the marks (rad/s), with a likely reason."""
-    if label is None or abs(label / speed - 1) <= LABEL_OFF:
+    """Whether the stated speed is within 2 % of that of the marks (rad/s), with a likely reason.
+
+    Without a stated speed, whether machines run at such a speed.
+    """
+    if label is None:
+        return _unusual_speed(speed, where)
+    if abs(label / speed - 1) <= LABEL_OFF:
         return []
     hint = "correct the label"
     for ratio, why in (
@@ -66,14 +72,30 @@ def check_speed_label(label, speed, where):
         (0.5, "every second pulse missing?"),
         (2 * np.pi, "the label is in Hz?"),
         (np.pi / 30, "the label is in rpm?"),
+        (1 / 60, "the label is in rpm, and stated in Hz?"),
+        (60, "the label is in Hz, and stated in rpm?"),
+        (30 / np.pi, "the label is in rad/s, and stated in rpm?"),
+        (0.5 / np.pi, "the label is in rad/s, and stated in Hz?"),
+        (1e-3, "time in ms, or a sampling rate in kHz? ('time_unit', 'sample_rate_Hz')"),
+        (1e3, "time in s, or a sampling rate in Hz? ('time_unit', 'sample_rate_Hz')"),
     ):
         if abs(speed / label / ratio - 1) < LABEL_OFF:
             hint = why
     text = (
-        f"labelled {label:.6g} rad/s, but the phase mark passes at {speed:.6g} rad/s ({100 * (speed / label - 1):+.2g} "
+        f"labelled {label:.6g} rad/s, but the phase mark passes at {speed:.6g} rad/s ({100 * (speed / label - 1):+.3g} "
         f"%, allowed {100 * LABEL_OFF:g} %); {hint}"
     )
     return [Finding("error", "speed label", where, text)]
+
+
+def _unusual_speed(speed, where):
+    if USUAL_SPEED[0] <= speed <= USUAL_SPEED[1]:
+        return []
+    text = (
+        f"the phase mark passes at {speed:.3g} rad/s ({speed / RAD_PER_S['rpm']:.3g} rpm), unusual for a machine "
+        f"beyond its turning gear; check the time channel, 'time_unit' and 'sample_rate_Hz'"
+    )
+    return [Finding("warning" if speed > USUAL_SPEED[1] else "note", "unusual speed", where, text)]
 
 
 def check_drift(drift, where):

@@ -72,8 +72,15 @@ def assemble(readings, conventions, nodes, time, label, keyphasor, marks, refere
     keyphasor = None if keyphasor is None else _within_reach(keyphasor)
     if len(time) < 3:
         raise RotorstudyError(f"{where}: {len(time)} samples; the file is empty or incomplete")
-    if not (np.isfinite(time).all() and (np.diff(time) > 0).all()):
-        raise RotorstudyError(f"{where}: time does not increase strictly; check the time channel")
+    known = np.isfinite(time)
+    stops = np.flatnonzero(~(known[:-1] & known[1:] & (np.diff(time) > 0)))
+    if len(stops):
+        late = int(stops[0]) + 1
+        cut = "the file is cut off: remove its last line" if late == len(time) - 1 else "check the time channel"
+        raise RotorstudyError(
+            f"{where}: time does not increase strictly, from {time[late - 1]:g} s to {time[late]:g} s at sample "
+            f"{late + 1} of {len(time)}; {cut}"
+        )
     if marks is not None and len(marks) and not _are_marks(marks, time):
         raise RotorstudyError(
             f"{where}: the phase marks do not increase strictly, or lie far outside the record; check phase_mark_time"

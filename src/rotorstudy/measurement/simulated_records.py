@@ -14,6 +14,7 @@ from rotorstudy.response.series import synthesize
 from rotorstudy.response.stability import check_stable
 
 log = logging.getLogger(__name__)
+SPEEDS_AT_ONCE = 100  # whose responses are in memory together
 
 
 def simulate_records(
@@ -69,20 +70,22 @@ def simulate_records(
 
 
 def each_record(model, speeds, harmonics, time, *, theta=None, start_angle_rad=0.0, keyphasor_wanted=True):
-    """The records of `simulate_records`, one after another, so that only one need be in memory."""
+    """The records of `simulate_records`, one after another, so that only some need be in memory."""
     if theta is None:
         log.info("stability and response at %d speeds", len(speeds))
         check_stable(model, speeds)
     vibrating = forced_harmonics(model)
-    shown = measured_response(model, speeds, vibrating, theta)
     every = np.union1d(vibrating, harmonics)
-    amplitude = np.zeros((len(speeds), len(model.sensors) + 1, len(every)), complex)
-    amplitude[:, :-1, np.isin(every, vibrating)] = np.swapaxes(shown, 1, 2)
-    amplitude[:, -1, np.isin(every, harmonics)] = 1
-    for w, both, angle in zip(speeds, amplitude, np.broadcast_to(start_angle_rad, np.shape(speeds)), strict=True):
-        turned = time + angle / w
-        signals = synthesize(both, w, every, turned)
-        keyphasor = keyphasor_signal(w, turned) if keyphasor_wanted else None
-        yield Record(
-            time, signals[:-1], float(w), model.sensors, signals[-1].real, keyphasor, f"simulated record at {w:g} rad/s"
-        )
+    angles = np.broadcast_to(start_angle_rad, np.shape(speeds))
+    for first in range(0, len(speeds), SPEEDS_AT_ONCE):
+        here = slice(first, first + SPEEDS_AT_ONCE)
+        shown = measured_response(model, speeds[here], vibrating, theta)
+        amplitude = np.zeros((len(shown), len(model.sensors) + 1, len(every)), complex)
+        amplitude[:, :-1, np.isin(every, vibrating)] = np.swapaxes(shown, 1, 2)
+        amplitude[:, -1, np.isin(every, harmonics)] = 1
+        for w, both, angle in zip(speeds[here], amplitude, angles[here], strict=True):
+            turned = time + angle / w
+            signals = synthesize(both, w, every, turned)
+            keyphasor = keyphasor_signal(w, turned) if keyphasor_wanted else None
+            where = f"simulated record at {w:g} rad/s"
+            yield Record(time, signals[:-1], float(w), model.sensors, signals[-1].real, keyphasor, where)

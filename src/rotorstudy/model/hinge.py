@@ -35,7 +35,8 @@ from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import NonlinearForce
 
 DIRECTIONS = 128  # of the moment, over 360 degrees; interpolation between them is wrong by 2e-4 of the kink
-LEAST_SHARE = 1e-5  # of the mean of a share by the cosine law, whose further coefficients are left out
+ACROSS = 0.5  # of the flexibility across, in the formulas by the angle: they count only the half in tension
+ROUND_OFF = 1e-9  # of a cosine, and of the coefficients of a share of the order of one
 ORDER = 15  # highest k of h_k, which decrease with the cube of k; those left out are less than 1e-3 of the kink
 
 
@@ -126,21 +127,31 @@ class Hinge:
         xi, eta = self.open_shares
         return self._entries({0: ((xi + eta) / 2, 0.0), 2: (0.0, (xi - eta) / 2)})
 
-    def cosine_entries(self) -> tuple[Entry, ...]:
-        """The crack with (1 + cos) / 2 of its open flexibility, by its angle to the side that the weight stretches.
+    def entries_by_angle(self, switching: bool = False) -> tuple[Entry, ...]:
+        """The crack of the formulas of Mayes and Gasch, which opens by its angle to the side that the weight stretches.
+
+        A share of what the open crack takes from the stiffness of the element is missing: (1 + cos) / 2, or all of it
+        while the cosine is positive. Unlike the other laws, the first one depends on the length of the element.
+
+        Parameters
+        ----------
+        switching : bool, optional
+            Whether it opens and closes as a whole.
 
         Returns
         -------
         tuple of Entry
             Of a flexibility factor of 1.
         """
-        softer = self.section.stiffness * self._open_compliance[:, None] * (1 + self.side * np.cos(_pull())) / 2
+        cosine = self.side * np.cos(_pull())
+        share = np.where(np.abs(cosine) > ROUND_OFF, cosine > 0, 0.5) if switching else (1 + cosine) / 2
+        softer = self.section.stiffness * self._open_compliance * [1, ACROSS]
         xi, eta = softer / (1 + softer)
-        direct, mirrored = _coefficients((xi + eta) / 2), _coefficients((xi - eta) / 2)
-        kept = [k for k in range(-ORDER, ORDER + 1) if abs(direct[k + ORDER]) > LEAST_SHARE * abs(direct[ORDER])]
+        series = _coefficients(share)
+        kept = [k for k in range(-ORDER, ORDER + 1) if abs(series[k + ORDER]) > ROUND_OFF]
         shares = {k: [0.0, 0.0] for k in range(min(kept), max(kept) + 3)}
         for k in kept:  # in the frame of the crack; the conjugate turns by twice its angle
-            shares[k][0], shares[k + 2][1] = direct[k + ORDER], mirrored[k + ORDER]
+            shares[k][0], shares[k + 2][1] = series[k + ORDER] * (xi + eta) / 2, series[k + ORDER] * (xi - eta) / 2
         return self._entries(shares)
 
     def _entries(self, shares):

@@ -91,11 +91,14 @@ class CrackDepth(Plugin):
 class Bearing(Plugin):
     """function(structure, node, **options) -> list of Parameter
 
+    defaults : option -> function(structure, node) -> its value, a number, where the rig states none
+
     Claims about its example with every parameter at its typical size, each checked both ways:
     positive_damping : the symmetric part of its damping dissipates energy in every motion
     symmetric        : its coefficients are symmetric, so that no cross-coupling drives a whirl
     """
 
+    defaults: dict = field(default_factory=dict)
     positive_damping: bool = False
     symmetric: bool = False
 
@@ -115,6 +118,8 @@ class Effect(Plugin):
     stated    : function(structure, **shape) -> {name: (option, factor)}, further sizes of a verdict, each an option
                 of the shape times a factor: the depth of a crack in m by its share of the diameter
     alternatives : option -> function() -> its possible values, of which diagnosis tries each; the cause is the same
+    formulas  : option -> function() -> further values of an alternative, published formulas that are simpler than the
+                physics: tried where the others do not explain the records, as they may fit by chance
     fixed     : present with its typical amplitude or absent: a cable is swapped or not
     fold      : ratio of the phase of its amplitude to the angle of its direction: 2 for two stiffnesses
     positive  : its amplitudes cannot be negative (damping, stiffness loss of a crack), together with those of the rig;
@@ -142,6 +147,7 @@ class Effect(Plugin):
     shape: dict = field(default_factory=dict, compare=False)
     stated: Callable | None = field(default=None, compare=False)
     alternatives: dict = field(default_factory=dict, compare=False)
+    formulas: dict = field(default_factory=dict, compare=False)
     fixed: bool = False
     fold: int = 1
     positive: bool | tuple[str, ...] = False

@@ -67,6 +67,9 @@ def make_term(
         given = in_si(given, names, where)
         options = check_options(function, {k: v for k, v in given.items() if k in names}, where, fixed)
     try:
+        if section == "bearing":  # stated, so that it is a number of the bearing like others
+            missing = {name: value for name, value in plugin.defaults.items() if options[name] is None}
+            options |= {name: value(structure, options.get("node")) for name, value in missing.items()}
         found = function(**fixed, **options)
     except RotorstudyError as error:
         raise type(error)(f"{where}: {error}") from None

@@ -65,21 +65,46 @@ def _pictures(measurement):
     spectrum, found = measurement.spectrum, {}
     count = len(spectrum.speed)
     log.info("drawing %d speeds", min(count, MOST_PICTURES))
+    frames = {}
     for i in np.unique(np.linspace(0, count - 1, min(count, MOST_PICTURES)).astype(int)):
         record = next((r for r in measurement.records if r.speed == spectrum.speed[i]), None)
         where = f"{spectrum.speed[i]:.6g} rad/s" + (f" ({record.where})" if record else "")
-        found[where] = inline_png(_picture(spectrum, i, record))
+        found[where] = inline_png(_picture(spectrum, i, record, frames))
     return found
 
 
-def _picture(spectrum, i, record):
-    """Time signal and orbit (if there is a record) and spectrum with error bars at one speed, as a PNG."""
-    from rotorstudy.presentation.plots import COLOURS, figure, harmonic_axis, plot_orbit, png_bytes
+def _frame(panels, margins):
+    """Empty axes with fixed margins: a layout engine would take most of the time of a picture."""
+    from matplotlib.ticker import StrMethodFormatter
 
-    picture, axes = figure(1, 3 if record else 1)
-    picture.set_layout_engine(None)  # it would take most of the time of a picture, and all are arranged alike
-    picture.subplots_adjust(**(MARGINS_OF_THREE if record else MARGINS_OF_ONE))
-    axes = list(axes[0])
+    from rotorstudy.presentation.plots import figure
+
+    picture, axes = figure(1, panels)
+    picture.set_layout_engine(None)
+    picture.subplots_adjust(**margins)
+    spectrum = axes[0, -1]
+    spectrum.set_yscale("log")
+    spectrum.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))  # powers set as formulas take far longer
+    return picture, axes[0]
+
+
+def _picture(spectrum, i, record, frames):
+    """Time signal and orbit (if there is a record) and spectrum with error bars at one speed, as a PNG.
+
+    frames : dict of the axes that are drawn in again, as new ones take longer than all that they show
+    """
+    from rotorstudy.presentation.plots import COLOURS, harmonic_axis, plot_orbit, png_bytes
+
+    panels, margins = (3, MARGINS_OF_THREE) if record else (1, MARGINS_OF_ONE)
+    if panels not in frames:
+        frames[panels] = _frame(panels, margins)
+    picture, axes = frames[panels]
+    for panel in axes:
+        for kind in ("containers", "lines", "collections"):  # a container removes its lines itself
+            for drawn in list(getattr(panel, kind)):
+                drawn.remove()
+        panel.relim()
+    axes = list(axes)
     if record:
         shown = record.time < record.time[0] + SHOWN_REVOLUTIONS * 2 * np.pi / record.speed
         revolutions = record.time[shown] * record.speed / (2 * np.pi)
@@ -104,7 +129,6 @@ def _picture(spectrum, i, record):
         colour = COLOURS[s % len(COLOURS)]
         bars = {"yerr": 1e6 * np.array([low, 2 * std]), "markersize": 3, "label": f"node {node}"}
         axes[0].errorbar(place, 1e6 * size, fmt="o", color=colour, **bars)
-    axes[0].set_yscale("log")
     axes[0].set_ylabel("amplitude, bars of 2 σ (µm)")
     axes[0].legend(ncols=1 + len(spectrum.sensors) // MOST_NAMED)
     harmonic_axis(axes[0], spectrum.harmonics)

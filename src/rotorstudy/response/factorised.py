@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from rotorstudy.response.banded import FEWEST, bandwidth
+from rotorstudy.response.banded import FEWEST, bandwidth, stored_by_band
 
 WIDEST = 0.25  # of the unknowns: bandwidth below which a banded factorisation is faster than a dense one
 
@@ -61,11 +61,8 @@ def _banded(matrix, band, order):
     """Solution of one system of a bandwidth, its unknowns in an order (n,)."""
     from scipy.linalg.lapack import zgbtrf, zgbtrs
 
-    column, offset = np.arange(len(order)), np.arange(-band, band + 1)[:, None]  # offset: row minus column
-    row = column + offset
-    inside = (row >= 0) & (row < len(order))
     stored = np.zeros((3 * band + 1, len(order)), complex, order="F")  # the first rows are filled by pivoting
-    stored[band:] = np.where(inside, matrix[order[np.where(inside, row, 0)], order[column]], 0)
+    stored[band:] = stored_by_band(matrix[np.ix_(order, order)], band)
     factors, pivots, singular = zgbtrf(stored, band, band, overwrite_ab=True)
     back = np.argsort(order)
     return _refused if singular else lambda right: zgbtrs(factors, band, band, right[order], pivots)[0][back]

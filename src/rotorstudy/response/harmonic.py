@@ -155,18 +155,27 @@ def static_force(model, theta, speed, carried, deflection, *, constant=True):
 
 def carried_response(model, speed, theta, blocks, jacobian, kept=None):
     """Harmonics (..., speed, harmonic, dof) and derivatives (None unless asked for), zero except at those `kept`."""
+    still = static_deflection(model, speed, theta[..., : len(model.rotor_unknowns)], jacobian=jacobian)
+    return _carried_about(still, model, speed, theta, blocks, jacobian, kept)
+
+
+def _carried_about(still, model, speed, theta, blocks, jacobian, kept):
+    """The response of `carried_response` about a Deflection; a part of the speeds after another if they are many."""
     dof = len(model.structure.dofs)
     kept = np.arange(dof) if kept is None or model.nonlinear_forces else kept
     trials, links = np.prod(theta.shape[:-1]), sum(g.size * g.shape[1] for g in blocks.groups)
     numbers = len(speed) * links * max(trials * len(kept) ** 2, dof**2)
-    if numbers > NUMBERS_AT_ONCE and len(speed) > 1 and np.ndim(model.held_deflection) < 2:
+    if numbers > NUMBERS_AT_ONCE and len(speed) > 1:
         half = len(speed) // 2
-        parts = [carried_response(model, part, theta, blocks, jacobian, kept) for part in (speed[:half], speed[half:])]
+        parts = [
+            _carried_about(still.at(here), model, speed[here], theta, blocks, jacobian, kept)
+            for here in (slice(half), slice(half, None))
+        ]
         found, derivatives = zip(*parts, strict=True)
         return np.concatenate(found, axis=-3), np.concatenate(derivatives, axis=-4) if jacobian else None
     rotor = theta[..., : len(model.rotor_unknowns)]
     solved, kept = solver(model, rotor, speed, blocks, kept)
-    deflection, moved = static_deflection(model, speed, rotor, jacobian=jacobian)
+    deflection, moved = still
     force = static_force(model, rotor, speed, blocks.harmonics, deflection)
     if model.static_residual.any():
         load = model.matrices(rotor).static_load

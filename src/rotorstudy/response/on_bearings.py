@@ -1,16 +1,19 @@
 """The motion of a rotor on bearings, from the receptances of the rotor.
 
 Bearings couple harmonic n with -n, but touch few coordinates. Without them each harmonic of the rotor is on its own,
-and its matrices are small, and real unless it is damped. They are inverted once for all forces; those of the bearings,
--E q, then follow from small systems of equations: with the receptances G of the rotor, q = G (f - E q). A rotor that
-would be free without its bearings is held by springs at the same coordinates, which E takes back.
+and its matrices are small, and real unless it is damped. They are inverted once for all forces, those of a slender
+shaft solved by their band; the forces of the bearings, -E q, then follow from small systems of equations: with the
+receptances G of the rotor, q = G (f - E q). A rotor that would be free without its bearings is held by springs at the
+same coordinates, which E takes back.
 """
 
+from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.response.banded import FEWEST
+from rotorstudy.response.banded import FEWEST, solve_bands
 
 LARGEST_LOOP = 1e4  # of receptance times stiffness; above it four of sixteen digits would be lost
 FEWER_BY = 3  # times as many coordinates as those touched: with more of these, the whole system is solved as fast
@@ -19,22 +22,24 @@ FEWER_BY = 3  # times as many coordinates as those touched: with more of these, 
 class OnBearings(NamedTuple):
     """A group of blocks; a block has some harmonics (members) that are solved together.
 
-    receptance : (..., speed, block, member, dof, dof) of the rotor, held by springs, m/N
+    alone      : motion of the rotor, held by springs, by a force, both (..., speed, block, member, dof, column)
+    columns    : (..., speed, block, member, dof, coordinate) its receptances to forces on those touched, m/N
     touched    : (coordinate,) positions of the coordinates on which bearings act
     reaction   : (..., speed, block, member * coordinate, member * coordinate) force of the bearings less the springs by
                  the motion that the rotor would have, N/m
     """
 
-    receptance: np.ndarray
+    alone: Callable
+    columns: np.ndarray
     touched: np.ndarray
     reaction: np.ndarray
 
     def motion(self, force: np.ndarray) -> np.ndarray:
         """Motion of a force, both (..., speed, block, member, dof, column) complex."""
-        alone = _times(self.receptance, force)
+        alone = self.alone(force)
         at = alone[..., self.touched, :]
         pulled = self.reaction @ at.reshape(*at.shape[:-3], -1, at.shape[-1])
-        return alone - _times(self.receptance[..., self.touched], pulled.reshape(at.shape))
+        return alone - _times(self.columns, pulled.reshape(at.shape))
 
 
 def touched_by(patterns):
@@ -56,26 +61,31 @@ def diagonal_blocks(matrix, size):
     return np.stack([matrix[..., own, own] for own in parts], axis=-3)
 
 
-def on_bearings(alone, added, touched, springs):
+def on_bearings(alone, added, touched, springs, band=None):
     """The OnBearings of a group.
 
-    alone   : (..., speed, block, member, dof, dof) dynamic stiffness of the rotor
+    alone   : (..., speed, block, member, dof, dof) dynamic stiffness of the rotor; `stored_by_band` if that is given
     added   : (..., speed, block, member * coordinate, member * coordinate) that of the bearings
     springs : (coordinate,) stiffness of the springs, N/m
     raises  : LinAlgError if the rotor resonates without its bearings, so that digits would be lost
     """
     members, count = alone.shape[-3], len(touched)
     held = alone.copy()
-    held[..., touched, touched] += springs
-    receptance = np.linalg.inv(held)
+    held[..., touched if band is None else band, touched] += springs
+    if band is None:
+        inverse = np.linalg.inv(held)
+        motion, columns = partial(_times, inverse), inverse[..., touched]
+    else:
+        motion = partial(solve_bands, held)
+        columns = motion(np.eye(held.shape[-1])[:, touched])
     taken = added - np.diag(np.tile(springs, members))
-    between = receptance[..., touched[:, None], touched]  # (..., member, coordinate, coordinate)
+    between = columns[..., touched, :]  # (..., member, coordinate, coordinate)
     by_member = np.swapaxes(taken.reshape(*taken.shape[:-1], members, count), -3, -2)
     loop = np.swapaxes(by_member @ between, -3, -2).reshape(taken.shape)
     if not np.all(np.abs(loop) < LARGEST_LOOP):
         raise np.linalg.LinAlgError
     reaction = np.linalg.solve(np.eye(members * count) + loop, taken)
-    return OnBearings(receptance, touched, reaction)
+    return OnBearings(motion, columns, touched, reaction)
 
 
 def _times(matrix, columns):

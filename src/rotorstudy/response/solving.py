@@ -1,8 +1,11 @@
 """The dynamic stiffness of all harmonics that are solved together, and the motion that a force on them gives."""
 
+from functools import partial
+
 import numpy as np
 
 from rotorstudy.errors import NoSteadyState
+from rotorstudy.response.banded import narrow_band, stored_by_band
 from rotorstudy.response.coupling import gather, layout_without_turning, linked_members, mirrored_unknown, own_harmonic
 from rotorstudy.response.factorised import factorised
 from rotorstudy.response.on_bearings import are_few, diagonal_blocks, on_bearings, touched_by
@@ -31,13 +34,21 @@ def operator(model, theta, speed, blocks, kept=None, *, turning=True):
     return added
 
 
-def _of_rotor(model, theta, speed, blocks, kept):
-    """Dynamic stiffness (..., speed, block, member, kept, kept), real, of the rotor alone, for each group."""
+def _of_rotor(model, theta, speed, blocks, kept, band=None):
+    """Dynamic stiffness (..., speed, block, member, kept, kept), real, of the rotor alone, for each group.
+
+    band : if given, that of all coordinates is returned as `stored_by_band`
+    """
     carried, matrices, found = blocks.harmonics, model.matrices(theta), []
+    if band is not None:
+        matrices = _each(matrices, partial(stored_by_band, band=band))
+    speed = np.asarray(speed, float)[:, None, None]
     for group in blocks.groups:
-        # of the harmonic that an equation is of: n for q_n, -n for w_n
-        base = uncoupled(matrices, own_harmonic(group, carried), np.asarray(speed, float)[:, None, None])
-        found.append(_condensed(base, kept, np.diag(model.structure.stiffness)))
+        n = own_harmonic(group, carried)  # of the harmonic that an equation is of: n for q_n, -n for w_n
+        if len(kept) == len(model.structure.dofs):
+            found.append(uncoupled(matrices, n, speed))
+        else:
+            found.append(_condensed(matrices, n, speed, kept, np.diag(model.structure.stiffness)))
     return found
 
 
@@ -73,17 +84,26 @@ def uncoupled(matrices, n, speed):
     return base + (nw * speed)[..., None, None] * matrices.gyroscopic[lead]
 
 
-def _condensed(matrix, kept, stiffness):
+def _condensed(matrices, n, speed, kept, stiffness):
     """Dynamic stiffness (..., kept, kept), the others condensed; `stiffness` (dof,) is its static diagonal."""
-    if len(kept) == matrix.shape[-1]:
-        return matrix
-    gone = np.setdiff1d(np.arange(matrix.shape[-1]), kept)
-    rows, columns = matrix[..., kept, :], matrix[..., gone, :]
-    passed = rows[..., gone] @ np.linalg.solve(columns[..., gone], columns[..., kept])
+    gone = np.setdiff1d(np.arange(len(stiffness)), kept)
+
+    def part(rows, columns):
+        return _each(matrices, lambda one: one[..., rows[:, None], columns])
+
+    def at(some):
+        return uncoupled(some, n, speed)
+
+    passed = at(part(kept, gone)) @ np.linalg.solve(at(part(gone, gone)), at(part(gone, kept)))
     size = np.abs(np.diagonal(passed, axis1=-2, axis2=-1)) / stiffness[kept]
     if not np.all(size < CONDENSED_AT_MOST):
         raise np.linalg.LinAlgError
-    return rows[..., kept] - passed
+    return at(part(kept, kept)) - passed
+
+
+def _each(matrices, change):
+    """Matrices of the rotor, each changed."""
+    return matrices._replace(**{name: change(getattr(matrices, name)) for name in ("mass", "stiffness", "gyroscopic")})
 
 
 def solver(model, theta, speed, blocks, kept=None):
@@ -92,7 +112,8 @@ def solver(model, theta, speed, blocks, kept=None):
     theta : (..., rotor parameter);  speed : (speed,) rad/s;  kept : see `operator`; all coordinates by default
     """
     dof = len(model.structure.dofs)
-    kept = np.arange(dof) if kept is None else kept
+    if kept is None or _band(model, theta) is not None:  # condensing a slender shaft takes longer than solving it
+        kept = np.arange(dof)
     touched = model.table.turned
     whole = sum(len(group) * (group.shape[1] * len(kept)) ** 3 for group in blocks.groups)
     # complex numbers take four times as long as the real ones of the coordinates touched
@@ -151,24 +172,33 @@ def _on_bearings(model, theta, speed, blocks, kept):
 
     Where more than bearings is on z, such as the damping of the shaft, all that is on z belongs to the rotor.
     """
-    patterns, support = model.table.patterns, model.structure.support
+    patterns, support, own = model.table.patterns, model.structure.support, []
     members = max(group.shape[1] for group in blocks.groups)
-    alone, own = _of_rotor(model, theta, speed, blocks, kept), []
     if not are_few(touched_by(patterns), len(kept), members):
         own = [pattern for pattern in patterns if not pattern.entry.is_conjugate]
         patterns, support = [pattern for pattern in patterns if pattern.entry.is_conjugate], None
     touched = touched_by(patterns)
     if not are_few(touched, len(kept), members):
         return None
-    if own:
-        added = _of_entries(own, model, theta, speed, blocks, kept)
-        alone = [base + diagonal_blocks(more, len(kept)) for base, more in zip(alone, added, strict=True)]
+    more = _of_entries(own, model, theta, speed, blocks, kept) if own else []
+    more = [diagonal_blocks(one, len(kept)) for one in more]
+    band = _band(model, theta, *more)
+    alone = _of_rotor(model, theta, speed, blocks, kept, band)
+    if more:
+        more = more if band is None else [stored_by_band(one, band) for one in more]
+        alone = [base + one for base, one in zip(alone, more, strict=True)]
     springs = np.zeros(len(touched)) if support is None else np.real(np.diag(support))[touched]
     added, place = _of_entries(patterns, model, theta, speed, blocks, touched), np.searchsorted(kept, touched)
     try:
-        return [on_bearings(*pair, place, springs).motion for pair in zip(alone, added, strict=True)]
+        return [on_bearings(*pair, place, springs, band).motion for pair in zip(alone, added, strict=True)]
     except np.linalg.LinAlgError:
         return None
+
+
+def _band(model, theta, *more):
+    """Bandwidth of the matrices of a slender shaft, and of some more; None if it is not slender."""
+    own = model.matrices(theta)
+    return narrow_band(own.mass, own.stiffness, own.gyroscopic, *more)
 
 
 def _by_harmonic(group, count, dof):

@@ -10,6 +10,7 @@ from rotorstudy.response.floquet import periodic_growth_rate, varies_in_time
 
 ROUND_OFF = 1e-12  # of the largest eigenvalue: real part of an undamped mode due to round-off
 RELATIVE_STEP = 1e-4  # of amplitudes, in the central difference of an eigenvalue
+NUMBERS_AT_ONCE = 2e6  # complex numbers in the state matrices of the speeds taken together, 32 MB
 SLOWEST_GROWTH = 1e-6  # per revolution; slower growth is round-off of an undamped mode
 
 
@@ -86,8 +87,12 @@ def eigenvalues(model: Model, speed: ArrayLike, theta: ArrayLike | None = None) 
 
 def growth_rate(model, speed, theta=None):
     """Largest real part (speed,) of the eigenvalues beyond round-off, 1/s; unstable if > 0. Speed (speed,) in rad/s."""
-    values = eigenvalues(model, speed, theta)
-    return values.real.max(axis=-1) - ROUND_OFF * np.abs(values).max(axis=-1)
+    speed, found = check_speed(speed), []
+    at_once = max(1, int(NUMBERS_AT_ONCE / (4 * len(model.structure.dofs)) ** 2))
+    for first in range(0, len(speed), at_once):
+        values = eigenvalues(model, speed[first : first + at_once], theta)
+        found.append(values.real.max(axis=-1) - ROUND_OFF * np.abs(values).max(axis=-1))
+    return np.concatenate(found)
 
 
 def stability_threshold(

@@ -9,6 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.errors import NoSteadyState
+from rotorstudy.response.factorised import factorised
+
+NUMBERS_AT_ONCE = 1e7  # complex numbers in the matrices of the speeds taken together, 0.2 GB
 
 
 class Deflection(NamedTuple):
@@ -20,6 +23,11 @@ class Deflection(NamedTuple):
 
     value: np.ndarray
     changes: dict
+
+    def at(self, speeds: slice) -> "Deflection":
+        """That at some of the speeds."""
+        value = self.value if self.value.ndim == 1 else self.value[..., speeds, :]
+        return Deflection(value, {p: change[..., speeds, :] for p, change in self.changes.items()})
 
 
 class Load(NamedTuple):
@@ -78,6 +86,10 @@ def static_deflection(model, speed, theta, *, jacobian=False):
     dof, speeds = len(structure.dofs), np.asarray(speed, float)
     entries = [entry for p in carrying for entry in model.rotor_unknowns[p].entries]
     speed = speeds if any(entry.gain for entry in entries) else speeds[:1]  # the springs are those at every speed
+    if len(speed) > 1 and theta[..., 0].size * len(speed) * (2 * dof) ** 2 > NUMBERS_AT_ONCE:
+        half = [static_deflection(model, part, theta, jacobian=jacobian) for part in np.array_split(speed, 2)]
+        changes = {p: np.concatenate([one.changes[p] for one in half], axis=-2) for p in half[0].changes}
+        return Deflection(np.concatenate([one.value for one in half], axis=-2), changes)
     springs = {p: _springs(model.rotor_unknowns[p], speed, dof) for p in carrying}  # on z and on conj(z)
     shape = (*theta.shape[:-1], len(speed), dof, dof)
     on_z = np.broadcast_to(matrices.stiffness[..., None, :, :], shape).astype(complex)
@@ -87,11 +99,12 @@ def static_deflection(model, speed, theta, *, jacobian=False):
         on_z, on_conj = on_z - amount * direct, on_conj - amount * mirrored
     upper, lower = np.concatenate([on_z, on_conj], axis=-1), np.concatenate([on_conj.conj(), on_z.conj()], axis=-1)
     matrix = np.concatenate([upper, lower], axis=-2)
+    beside_conjugate = np.arange(2 * dof).reshape(2, dof).T.ravel()  # in this order that of a slender shaft has a band
+    systems = factorised(matrix, beside_conjugate)
 
     def solve(forces):  # (..., speed, dof, force)
-        both = np.concatenate([forces, forces.conj()], axis=-2)
         try:
-            return np.linalg.solve(matrix, np.broadcast_to(both, (*matrix.shape[:-1], both.shape[-1])))[..., :dof, :]
+            return systems(np.concatenate([forces, forces.conj()], axis=-2))[..., :dof, :]
         except np.linalg.LinAlgError:
             raise NoSteadyState("the bearings do not carry the rotor: their stiffness matrix is singular") from None
 

@@ -226,6 +226,11 @@ def known_as_before(model: Model, spectrum: Spectrum, settings: Settings) -> tup
     place = [i for i, name in enumerate(prior.names) if name in model.names]
     values = dict(zip(found.model.names, found.theta, strict=True))
     names, covariance = tuple(prior.names[i] for i in place), found.covariance[np.ix_(place, place)]
+    moving = {name for one in settings.run_to_run for name in model.amplitudes_of(one)}
+    for i, name in enumerate(names):
+        if name in moving:  # the next run has another value again, as far off as stated
+            covariance[i], covariance[:, i] = 0.0, 0.0
+            covariance[i, i] = prior.std[prior.names.index(name)] ** 2
     terms = tuple(_with_values(term, values) for term in model.terms)
     return replace(model, terms=terms, uncertainty=Uncertainty(names, covariance)), notes
 

@@ -10,6 +10,7 @@ from rotorstudy.diagnosis.search.shapes import refine
 from rotorstudy.diagnosis.search.trials import CLOSE, LEFT_BY_SHAPE, REACH, Option, best_of_each_shape, fit_closest
 
 INACCURACY = 0.01  # of what a cause explains: added to REACH, as columns at the best motion are not exact
+OF_CONTACTS = 0.03  # the same of a force that follows from the motion in time, and with it changes more
 ALTERNATIVES = 12  # most alternatives to each cause that are fitted in a round
 ROUNDS = 3  # of alternatives, each at the motion of the best of the last one
 REFINED = 3  # most explanations of a round whose shape is refined
@@ -23,7 +24,7 @@ def with_alternatives(work, current):
     All candidates in the place of each cause, and all pairs if the explanation is rejected, are judged at its motion.
     """
     for number in range(ROUNDS):
-        tried = [e for cause in current.causes for e in _instead_of(work, current, cause)]
+        tried = exchanged(work, current)
         if number == 0:
             tried += [e for cause in current.causes for e in _elsewhere(work, current, cause)]
         if work.is_rejected_as_stated(current):
@@ -34,6 +35,11 @@ def with_alternatives(work, current):
             break
         current = best
     return current
+
+
+def exchanged(work, current):
+    """Explanations with another cause in the place of each, of those within reach at the motion of the current one."""
+    return [e for cause in current.causes for e in _instead_of(work, current, cause)]
 
 
 def _worth_refining(work, current, tried):
@@ -58,10 +64,10 @@ def _instead_of(work, current, cause):
 
     if cause.label not in odds:
         return []
-    inaccuracy = INACCURACY * odds[cause.label].explained + current.fit.excess
-    least, best = judged(cause) - REACH - inaccuracy, {}
+    least, best = judged(cause) - REACH - current.fit.excess, {}
     for one in sorted((c for c in usable if c is not cause), key=judged, reverse=True):
-        if judged(one) >= least and len(best) < ALTERNATIVES:
+        inaccuracy = OF_CONTACTS if any(u.force for u in one.term.unknowns) else INACCURACY
+        if judged(one) >= least - inaccuracy * odds[cause.label].explained and len(best) < ALTERNATIVES:
             best.setdefault(one.cause, one)
     theta = dict(zip(current.fit.model.names, current.fit.theta, strict=True))
     options = [Option((*rest, c), theta | dict(zip(c.names, odds[c.label].start, strict=True))) for c in best.values()]

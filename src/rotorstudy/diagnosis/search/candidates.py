@@ -175,10 +175,16 @@ def _shapes(plugin, structure, place):
     return [{}]
 
 
-def _variants(plugin):
-    """Every combination of the alternatives of an effect; [{}] for an effect without them."""
-    values = product(*(known() for known in plugin.alternatives.values()))
-    return [dict(zip(plugin.alternatives, chosen, strict=True)) for chosen in values]
+def variants_of(alternatives: dict) -> list[dict]:
+    """Every combination of the alternatives of an effect, option -> function() -> values; [{}] without any."""
+    values = product(*(known() for known in alternatives.values()))
+    return [dict(zip(alternatives, chosen, strict=True)) for chosen in values]
+
+
+def formulas_of(effect: str) -> list[dict]:
+    """The variants of an effect that are tried where the others do not explain the records."""
+    formulas = registry().get("effect", effect, "diagnosis").formulas
+    return variants_of(formulas) if formulas else []
 
 
 def with_vibration(model: Model, spectrum: Spectrum) -> Model:
@@ -227,7 +233,7 @@ def _candidates_of(plugin, model, settings, first):
     """Candidates of one effect; their terms are labelled by number, from `first` on."""
     found = []
     for place in plugin.places(model.structure, model.sensors):
-        for variant, shape in product(_variants(plugin), _shapes(plugin, model.structure, place)):
+        for variant, shape in product(variants_of(plugin.alternatives), _shapes(plugin, model.structure, place)):
             label = f"cause {first + len(found)}"
             try:
                 found.append(candidate(model, plugin.name, place, shape, label, settings.prior_width, variant))

@@ -5,22 +5,21 @@ from functools import cached_property
 
 import numpy as np
 
-from rotorstudy.diagnosis.search.candidates import Candidate, shape_ranges, with_shape
+from rotorstudy.diagnosis.search.candidates import Candidate, shape_ranges
 from rotorstudy.diagnosis.search.odds import LEAST_LOG_PROBABILITY, Explanation, PriorOdds, log_posterior_odds, odds_of
 from rotorstudy.diagnosis.search.screening import Projected, Screened, project, screen_each
+from rotorstudy.diagnosis.search.shape_equations import shape_equations
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import NoSteadyState, PluginError
 from rotorstudy.inference.fit import Fit, fit
 from rotorstudy.inference.levenberg_marquardt import HYPOTHESIS
 from rotorstudy.inference.linear import invert
-from rotorstudy.inference.prediction import predicted
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import blamed, registry
 
 LEAST_LOG_ODDS = 2.0  # log posterior odds that an explanation needs: seven to one that something is missing
-SHAPE_DIFFERENCE = 1e-4  # of the range of a shape option, for its derivative
 TRIAL_STEPS = 5  # of a fit, after which it is decided whether to finish it
 
 
@@ -34,6 +33,7 @@ class Search:
     prior           : Prior of the parameters that are free in every fit;  base : Fit of these alone
     candidates      : list of Candidate;  screened : Screened of each, at the base fit
     scanned         : list of Candidate in the shapes that scans have found
+    shapes          : cause, alternatives and label -> the shapes with which each scan of it begins
     found           : labels of the causes -> Explanation, for every one fitted
     equations       : labels of the causes, label of one of them -> what `shape_equations` returns
     failures        : effect -> one line with file and line number, for plugins that failed; the rest was searched
@@ -52,6 +52,7 @@ class Search:
     candidates: list
     screened: list = field(default_factory=list)
     scanned: list = field(default_factory=list)
+    shapes: dict = field(default_factory=dict)
     found: dict = field(default_factory=dict)
     equations: dict = field(default_factory=dict)
     failures: dict = field(default_factory=dict)
@@ -99,13 +100,13 @@ class Search:
         guilty = [c.effect for c in causes if registry().get("effect", c.effect).file in line]
         self.failures.setdefault(guilty[-1] if guilty else causes[-1].effect, line)
 
-    def project(self, fitted: Fit, chosen: list[Candidate], without=()) -> tuple[Projected, list[Candidate]]:
+    def project(self, fitted: Fit, chosen: list[Candidate], without=(), free=()) -> tuple[Projected, list[Candidate]]:
         """`project`, and the candidates whose columns could be computed; a plugin that fails is recorded as broken."""
         try:
-            return project(fitted, self.spectrum, chosen, without), chosen
+            return project(fitted, self.spectrum, chosen, without, free), chosen
         except Exception:  # of some plugin; one at a time shows of which
             usable = [one for one in chosen if self._has_columns(fitted, one)]
-            return project(fitted, self.spectrum, usable, without), usable
+            return project(fitted, self.spectrum, usable, without, free), usable
 
     def _has_columns(self, fitted, one):
         try:
@@ -198,54 +199,6 @@ class Search:
         except Exception as error:
             self.note_broken(causes, error)
             return None
-
-
-def shape_equations(work: Search, causes, fitted: Fit, cause: Candidate):
-    """The equations of a Gauss-Newton step of all parameters and of the shape options of one cause, in their ranges.
-
-    Parameters
-    ----------
-    work : Search
-    causes : sequence of Candidate
-    fitted : Fit
-        Of these causes.
-    cause : Candidate
-        One of them.
-
-    Returns
-    -------
-    normal : ndarray (parameter, parameter)
-        Free parameters, then shape options. The prior of an option has the width of its range.
-    right : ndarray (parameter,)
-    """
-    key = frozenset(c.label for c in causes), cause.label  # there is one fit of each set of causes
-    if key not in work.equations:
-        work.equations[key] = _shape_equations(work, causes, fitted, cause)
-    return work.equations[key]
-
-
-def _shape_equations(work, causes, fitted, cause):
-    """What `shape_equations` returns, not yet known."""
-    ranges = {
-        name: ends
-        for name, ends in shape_ranges(cause.effect, work.rig.structure, cause.where.get("node")).items()
-        if name in cause.shape
-    }
-    point, columns = [ends.fraction(cause.shape[name]) for name, ends in ranges.items()], []
-    for (name, ends), x in zip(ranges.items(), point, strict=True):
-        off = SHAPE_DIFFERENCE if x < 0.5 else -SHAPE_DIFFERENCE
-        moved = with_shape(work.rig, cause, {**cause.shape, name: ends.value(x + off)}, work.settings.prior_width)
-        extended = work.model.plus(*((moved if c is cause else c).term for c in causes))
-        shown = predicted(extended, work.spectrum, fitted.theta)
-        left = work.spectrum.whitened(work.spectrum.amplitude - shown)
-        columns.append((fitted.residual - left) / off)
-    data = np.column_stack([fitted.jacobian, *columns])
-    free, count = len(fitted.names), len(data.T)
-    rows, distance = np.eye(count), np.zeros(count)  # of the priors; that of a shape is centred between its ends
-    rows[:free, :free] = fitted.prior.whitener
-    distance[:free] = fitted.prior.whitener @ (fitted.prior.mean - fitted.free)
-    distance[free:] = [0 if ends.goes_around else 0.5 - x for ends, x in zip(ranges.values(), point, strict=True)]
-    return data.T @ data + rows.T @ rows, data.T @ fitted.residual + rows.T @ distance
 
 
 def _with_free_shapes(work, explanation):

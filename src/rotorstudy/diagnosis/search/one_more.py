@@ -3,7 +3,11 @@
 import numpy as np
 
 from rotorstudy.diagnosis.search.contained import is_allowed
-from rotorstudy.diagnosis.search.parts import faults_at_several_discs, faults_of_several_parts
+from rotorstudy.diagnosis.search.parts import (
+    faults_at_several_discs,
+    faults_of_several_parts,
+    faults_with_what_they_bring,
+)
 from rotorstudy.diagnosis.search.screening import Screened
 from rotorstudy.diagnosis.search.shape_scan import can_be_scanned, is_sought_everywhere, scan
 from rotorstudy.diagnosis.search.trials import Option, fit_closest
@@ -39,7 +43,10 @@ def with_one_more(work, current, fits=None, values=None):
     several = [
         Option((*current.causes, *parts), start)
         for fitted in fits
-        for parts, start in faults_of_several_parts(work, fitted, chosen)
+        for parts, start in (
+            *faults_of_several_parts(work, fitted, chosen),
+            *faults_with_what_they_bring(work, fitted, chosen),
+        )
     ]
     ordinary = [
         Option((*current.causes, *parts), start)

@@ -4,6 +4,9 @@ from rotorstudy.diagnosis.search.candidates import Candidate
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.screening import Projected, screen
 from rotorstudy.inference.fit import Fit
+from rotorstudy.model.registry import registry
+
+PLACES_OF_BROUGHT = 2  # at which a cause is tried together with what it brings
 
 
 def faults_of_several_parts(
@@ -41,8 +44,25 @@ def faults_at_several_discs(
     return _together(work, fitted, [parts for parts in every if len(parts) > 1])
 
 
+def faults_with_what_they_bring(
+    work: Search, fitted: Fit, chosen: list[Candidate]
+) -> list[tuple[tuple[Candidate, ...], dict[str, float]]]:
+    """Causes with the effects that they bring (an added mass with its unbalance), at the places that explain most.
+
+    Beside a second fault neither part alone may explain enough to be found. See `faults_of_several_parts`.
+    """
+    effects, known = registry().plugins["effect"], {(c.effect, *c.where.items()): c for c in chosen}
+    every = [
+        [cause, *(known[name, *cause.where.items()] for name in effects[cause.effect].brings)]
+        for cause in chosen
+        if effects[cause.effect].brings
+        and all((name, *cause.where.items()) in known for name in effects[cause.effect].brings)
+    ]
+    return _together(work, fitted, every)[:PLACES_OF_BROUGHT]
+
+
 def _together(work, fitted, faults):
-    """Of each fault (a list of its parts) those that explain most together, and where to start a fit."""
+    """Of each fault (a list of its parts) those that explain most together, and where to start a fit; best first."""
     if not faults:
         return []
     projected, usable = work.project(fitted, [cause for parts in faults for cause in parts])
@@ -50,10 +70,11 @@ def _together(work, fitted, faults):
     for parts in faults:
         together = _supported(work, projected, [cause for cause in parts if cause.label in labels])
         if len(together) > 1:
-            start = screen(projected, *together).start
+            screened = screen(projected, *together)
             names = [name for cause in together for name in cause.names]
-            found.append((together, projected.theta | dict(zip(names, start, strict=True))))
-    return found
+            start = projected.theta | dict(zip(names, screened.start, strict=True))
+            found.append((screened.evidence, together, start))
+    return [(together, start) for _, together, start in sorted(found, key=lambda one: -one[0])]
 
 
 def _supported(work: Search, projected: Projected, parts: list[Candidate]) -> tuple[Candidate, ...]:

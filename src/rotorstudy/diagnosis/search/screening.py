@@ -57,9 +57,11 @@ class Projection:
     spectrum : Spectrum
     without : tuple of str
         Amplitudes of the fit that are taken out.
+    free : sequence of ndarray (component,)
+        More columns that are projected out, such as of the shapes of its other causes.
     """
 
-    def __init__(self, fitted: Fit, spectrum: Spectrum, without: tuple[str, ...] = ()):
+    def __init__(self, fitted: Fit, spectrum: Spectrum, without: tuple[str, ...] = (), free: Sequence = ()):
         self.fitted, self.spectrum = fitted, spectrum
         speed, harmonics = tuple(spectrum.speed.tolist()), tuple(spectrum.harmonics.tolist())
         self.near = _near(fitted, speed, harmonics, carried_order(spectrum))
@@ -68,6 +70,9 @@ class Projection:
         residual = fitted.residual + fitted.jacobian[:, out] @ fitted.free[out]
         whitener = fitted.prior.whitener[np.ix_(kept, kept)]  # causes are independent of the base and of each other
         known = np.vstack([fitted.jacobian[:, kept], whitener])
+        self.rows = len(whitener)
+        more = [np.append(column, np.zeros(self.rows)) for column in free if np.any(column)]
+        known = np.column_stack([known, *more])
         self.basis, _ = np.linalg.qr(known / np.linalg.norm(known, axis=0))
         self.residual = self._left(np.concatenate([residual, whitener @ (fitted.prior.mean - fitted.free)[kept]]))
         self.theta = {n: v for n, v in zip(fitted.model.names, fitted.theta, strict=True) if n not in without}
@@ -103,7 +108,7 @@ class Projection:
             columns.append(self.near.sensitivities((on_rotor, on_output), motion))
             names += [u.name for u in on_rotor + on_output]
         columns = self.spectrum.whitened(np.moveaxis(np.concatenate(columns, axis=-1), -1, 0)).T  # (component, unknown)
-        columns = self._left(np.vstack([columns, np.zeros((self.basis.shape[1], columns.shape[1]))]))
+        columns = self._left(np.vstack([columns, np.zeros((self.rows, columns.shape[1]))]))
         return Projected(self.residual, dict(zip(names, columns.T, strict=True)), self.theta)
 
 
@@ -113,7 +118,9 @@ def _near(fitted, speed, harmonics, order):
     return Near(fitted.model, speed, harmonics, fitted.theta, order=order)
 
 
-def project(fitted: Fit, spectrum: Spectrum, chosen: list[Candidate], without: tuple[str, ...] = ()) -> Projected:
+def project(
+    fitted: Fit, spectrum: Spectrum, chosen: list[Candidate], without: tuple[str, ...] = (), free: Sequence = ()
+) -> Projected:
     """Columns of candidates at the motion of a fit; see `Projection`.
 
     Parameters
@@ -123,6 +130,8 @@ def project(fitted: Fit, spectrum: Spectrum, chosen: list[Candidate], without: t
     chosen : list of Candidate
     without : tuple of str
         Amplitudes of the fit that are taken out.
+    free : sequence of ndarray (component,)
+        As of `Projection`.
 
     Returns
     -------
@@ -132,7 +141,7 @@ def project(fitted: Fit, spectrum: Spectrum, chosen: list[Candidate], without: t
     ------
     NoSteadyState
     """
-    return Projection(fitted, spectrum, without).of(chosen)
+    return Projection(fitted, spectrum, without, free).of(chosen)
 
 
 def screen(projected: Projected, *causes: Candidate) -> Screened:

@@ -3,15 +3,16 @@
 import logging
 from dataclasses import replace
 
-import numpy as np
 from scipy.optimize import brentq
 
 from rotorstudy.diagnosis.search.alternatives import with_alternatives
 from rotorstudy.diagnosis.search.candidates import candidates, with_vibration
 from rotorstudy.diagnosis.search.explanations import Search
+from rotorstudy.diagnosis.search.formulas import with_formulas
 from rotorstudy.diagnosis.search.impossible import grows, is_impossible
 from rotorstudy.diagnosis.search.odds import Explanation, odds_of
 from rotorstudy.diagnosis.search.one_more import with_one_more
+from rotorstudy.diagnosis.search.run_to_run import of_change
 from rotorstudy.diagnosis.search.several_causes import without_error
 from rotorstudy.diagnosis.search.shape_scan import is_sought_everywhere
 from rotorstudy.diagnosis.search.shapes import refine, refine_in_turn
@@ -70,20 +71,7 @@ def base_model(model: Model, settings: Settings) -> tuple[Model, Prior]:
     uncertainty = with_rotor(settings.uncertainty, model.structure)
     model = with_numbers(model, (name for name, share in uncertainty.items() if share))
     whole, prior = model.plus(*terms), prior_of(model, uncertainty).plus(Prior.independent(known))
-    return (whole, prior) if model.before is None else _of_change(whole, prior, settings)
-
-
-def _of_change(whole, prior, settings):
-    """The model of a change between two states, and its Prior.
-
-    What the states share cancels. A parameter that differs from run to run changes by the difference of two draws, with
-    twice its variance; as effects are linear in it, the earlier state can be taken to be without it.
-    """
-    moving = {name for parameter in settings.run_to_run for name in whole.amplitudes_of(parameter)}
-    moves = np.array([name in moving for name in prior.names], bool)
-    twice = np.where(moves, np.sqrt(2), 1.0)
-    changed = Prior(prior.names, np.where(moves, 0.0, prior.mean), prior.covariance * np.outer(twice, twice))
-    return replace(whole, before=frozenset(whole.names) - moving), changed
+    return (whole, prior) if model.before is None else of_change(whole, prior, settings)
 
 
 def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
@@ -122,6 +110,7 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     work.screened.extend(work.screen(base, every))
     work.found[frozenset()] = Explanation((), base, 0.0)
     best = _added(work, work.found[frozenset()], [base, fit(whole, widened, prior, steps=0)] if imitates else None)
+    best = with_formulas(work, best)
     log.info("fitting the best of %d explanations again", len(work.found))
     settled = _settled(work, spectrum, missing, best)
     first = max(settled.explanations, key=odds_of)

@@ -2,15 +2,17 @@
 
 The error that is allowed to a single cause hides what a small second one explains. So where the best explanation by
 several causes needs such an error, they are compared without it, and where none explains the records, each in turn is
-taken out, and all others are tried in its place, in every shape. Where causes need more error than is allowed, they
-may imitate a crack and another cause, which are sought together.
+taken out, and all others are tried in its place, in every shape. So are then those of the best few explanations, at
+the motion of each: one of its causes may be true, though others that imitate both explain more. Where causes need more
+error than is allowed, they may imitate a crack and another cause, which are sought together; beside a crack that is
+among them, other causes are tried.
 """
 
 import logging
 from dataclasses import replace
 
-from rotorstudy.diagnosis.search.alternatives import with_alternatives
-from rotorstudy.diagnosis.search.crack_beside import with_a_crack
+from rotorstudy.diagnosis.search.alternatives import exchanged, with_alternatives
+from rotorstudy.diagnosis.search.crack_beside import with_a_crack, with_others_beside_a_crack
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.odds import Explanation, odds_of
 from rotorstudy.diagnosis.search.one_more import with_one_more
@@ -21,6 +23,8 @@ from rotorstudy.inference.fit import fit
 log = logging.getLogger(__name__)
 
 REFINED = 2  # explanations whose shape is refined
+ROUNDS = 3  # of exchanges at the motion of the best few explanations
+FEW = 3  # of these
 COMPARED = 4  # most explanations that are compared without an error, and as many by a crack and another cause
 
 
@@ -54,8 +58,10 @@ def without_error(settled: Search) -> Search:
     if not found:
         return settled
     current = max(found, key=odds_of)
-    if _is_rejected(exact, current) and not _is_rejected(settled, settled.best):  # else its motion is wrong
-        current = max([current, *_exchanged(exact, current)], key=odds_of)
+    if _is_rejected(exact, current):
+        current = max([current, *with_others_beside_a_crack(exact, current)], key=odds_of)
+    if _is_rejected(exact, current) and not _is_rejected(settled, best):  # else its motion is wrong
+        current = _exchanged_at_motion(exact, [current, *_taken_out(exact, current)])
     if _is_rejected(exact, current):
         return settled
     with_alternatives(exact, refine_in_turn(exact, current))
@@ -66,10 +72,25 @@ def _is_rejected(work, explanation):
     return explanation.fit.is_rejected(work.settings.significance)
 
 
-def _exchanged(work, current):
-    """Explanations with one more cause, and with any other in the place of each, at the motion of the current one.
+def _exchanged_at_motion(work, found):
+    """The best explanation after exchanges of each cause of the best few, as long as none explains the records."""
+    done = set()
+    for _ in range(ROUNDS):
+        found = best_of_each_shape(found)
+        few = [e for e in found[:FEW] if e.named not in done]
+        if not few or not _is_rejected(work, found[0]):
+            break
+        done |= {e.named for e in few}
+        tried = best_of_each_shape(e for known in few for e in exchanged(work, known))
+        found += [*tried, *(refine(work, e, again=False) for e in tried[:REFINED])]
+    return max(found, key=odds_of)
 
-    The other causes keep their values while all are tried, as they would imitate one that is missing.
+
+def _taken_out(work, current):
+    """Explanations with one more cause, and with any other in the place of each, in every shape.
+
+    The other causes keep their values while all are tried, as they would imitate one that is missing. Where these are
+    wrong, what is left shows at values fitted without it.
     """
     tried = with_one_more(work, current)
     for cause in current.causes:
@@ -77,7 +98,7 @@ def _exchanged(work, current):
         without = work.explain(rest)
         if without:
             held = work.held(rest, current.fit)
-            tried += with_one_more(work, without, [held], values=held)
+            tried += with_one_more(work, without, [held, without.fit], values=held)
     return _refined(work, tried)
 
 

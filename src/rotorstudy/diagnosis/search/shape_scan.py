@@ -172,8 +172,25 @@ class _Scan(NamedTuple):
     def judged(self, points, kept=False):
         """The shapes at some points (shape, option), the best first, without those in which the cause cannot act.
 
-        kept : whether the motions are kept, as alternatives of the cause are tried at the same points
+        kept : whether the shapes and motions are kept, as all scans and alternatives of the cause begin at these points
         """
+        groups = self._over_the_range(points) if kept else self._grouped(points)
+        if not groups:
+            raise NoSteadyState(f"{self.cause.effect} cannot act with any of {len(points)} shapes")
+        projected = self.projection.of_groups([(chosen, self._motion(row, kept)) for row, _, chosen in groups.values()])
+        points, chosen = ([one for group in groups.values() for one in group[i]] for i in (1, 2))
+        found = map(_Judged, points, chosen, screen_each(projected, chosen))
+        return sorted(found, key=lambda one: -one.screened.evidence)
+
+    def _over_the_range(self, points):
+        """What `_grouped` returns, formed once for all scans of a search: the shapes first tried are the same."""
+        name = self.cause.cause, *self.cause.variant.items(), self.cause.term.label
+        if name not in self.work.shapes:
+            self.work.shapes[name] = self._grouped(points)
+        return self.work.shapes[name]
+
+    def _grouped(self, points):
+        """{coordinate in bytes: (coordinate, points, causes in the shapes there)} of those that can act."""
         groups = {}
         for i, point in enumerate(points):
             try:
@@ -184,12 +201,7 @@ class _Scan(NamedTuple):
             groups.setdefault(row.tobytes(), (row, [], []))
             groups[row.tobytes()][1].append(point)
             groups[row.tobytes()][2].append(cause)
-        if not groups:
-            raise NoSteadyState(f"{self.cause.effect} cannot act with any of {len(points)} shapes")
-        projected = self.projection.of_groups([(chosen, self._motion(row, kept)) for row, _, chosen in groups.values()])
-        points, chosen = ([one for group in groups.values() for one in group[i]] for i in (1, 2))
-        found = map(_Judged, points, chosen, screen_each(projected, chosen))
-        return sorted(found, key=lambda one: -one.screened.evidence)
+        return groups
 
     def _motion(self, row, kept):
         """The Motion with a free force on a coordinate; that of a node is kept, as all shapes there share it."""

@@ -3,8 +3,9 @@
 import numpy as np
 
 from rotorstudy.diagnosis.search.candidates import shape_ranges, with_shape
-from rotorstudy.diagnosis.search.explanations import Search, shape_equations
+from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.odds import Explanation, odds_of
+from rotorstudy.diagnosis.search.shape_equations import shape_equations
 from rotorstudy.diagnosis.search.shape_scan import can_be_scanned, scan
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.linear import invert

@@ -3,6 +3,7 @@
 import numpy as np
 
 from rotorstudy.diagnosis.search.odds import faults_of
+from rotorstudy.diagnosis.search.shape_scan import is_sought_everywhere
 from rotorstudy.diagnosis.verdict.result import Cause, ParameterEstimate
 from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.model.registry import registry
@@ -12,6 +13,16 @@ def causes_of(explanation, probability):
     """The Cause of every fault of an explanation; the parts of a fault are one cause."""
     faults = faults_of(explanation.causes)
     return [cause_of(parts, explanation.fit, probability[fault]) for fault, parts in faults.items()]
+
+
+def corrects_model(explanation, candidates):
+    """Whether one of several faults has no place, as an error of the gyroscopic moments of the whole rotor has none.
+
+    Beside another fault it may only correct the form of that, which is then not the true one.
+    """
+    faults = faults_of(explanation.causes)
+    local = {c.effect for c in candidates if c.where.keys() & {"node", "element"} or is_sought_everywhere(c)}
+    return len(faults) > 1 and any(parts[0].effect not in local for parts in faults.values())
 
 
 def cause_of(parts, fitted, probability):

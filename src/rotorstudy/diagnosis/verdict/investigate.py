@@ -8,7 +8,7 @@ from rotorstudy.diagnosis.search.impossible import unstable_rig
 from rotorstudy.diagnosis.search.odds import faults_of
 from rotorstudy.diagnosis.search.search import search
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.diagnosis.verdict.causes import cause_of, causes_of
+from rotorstudy.diagnosis.verdict.causes import cause_of, causes_of, corrects_model
 from rotorstudy.diagnosis.verdict.evidence import (
     detection_limits,
     identifiability,
@@ -145,6 +145,7 @@ def investigate(
         unexplained=unexplained(best.fit, fitted, settings) if kind == "unknown" or best.causes else [],
         residual_p_value=p_values,
         cause_error=found.cause_error if best.causes else 0.0,
+        corrects_model=corrects_model(best, found.candidates),
         residual_share=left,
         log_posterior_odds=max(odds, default=None),
         parameter_p_value=p_parameters,

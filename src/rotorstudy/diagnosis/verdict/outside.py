@@ -42,6 +42,7 @@ FEATURES = {
     "further_causes": lambda v: len(v.causes) - 1,
     "further_amplitudes": lambda v: np.log2(sum(_amplitudes(v))),
     "amplitudes_beside": lambda v: np.log2(1 + sum(sorted(_amplitudes(v))[:-1])),  # the cause that has most
+    "corrects_model": lambda v: v.corrects_model,
     "held_out_error": lambda v: np.log10(np.clip(v.gain.after_sigma, 1, 100)) if v.gain else 0.0,
     "held_out_share": lambda v: 3 + np.log10(_held_out_share(v.gain)) if v.gain else 3.0,
     "doubt": lambda v: np.log10(max(1 - min(c.posterior_probability for c in v.causes), LEAST_DOUBT) / LEAST_DOUBT),

@@ -220,6 +220,7 @@ class Verdict(Result):
     log_posterior_odds: float | None
     parameter_p_value: float
     outside_probability: float = 0.0
+    corrects_model: bool = False
     detection_limit: tuple[DetectionLimit, ...]
     gain: Gain | None
     base_parameters: tuple[MovedParameter, ...]

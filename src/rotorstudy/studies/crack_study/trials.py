@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rotorstudy.diagnosis.one_cause.identify import identified
+from rotorstudy.diagnosis.one_cause.answer import identified
 from rotorstudy.diagnosis.search.candidates import shape_ranges
 from rotorstudy.diagnosis.search.shape_fit import fitted_from
 from rotorstudy.inference.prediction import predicted

@@ -1,0 +1,140 @@
+"""What is said of an effect that was identified: its shape and sizes, and others that explain the records as well."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rotorstudy.diagnosis.search.candidates import Candidate
+from rotorstudy.diagnosis.search.shape_fit import Fitted, Work, ranges_of
+from rotorstudy.inference.fit import chi_square_p_value
+from rotorstudy.inference.linear import invert
+from rotorstudy.model.model import Model
+from rotorstudy.model.registry import registry
+
+LIKELY = 0.95  # of the region about the best shape whose misfit another one must have to be stated beside it
+SAME = 3.0  # standard deviations of the shape, within which two fits are one
+ALIKE = 0.1  # standard deviations of the data: predictions that are closer are the same
+
+
+class Identified(NamedTuple):
+    """An effect as identified.
+
+    causes     : (cause,) Candidate with its shape, and the standard deviations of that
+    model      : Model with the effect in that shape
+    names      : (parameter,) of the free amplitudes of the model, then of the options of the shapes
+    theta      : (parameter,) their values, of options as fractions of their ranges
+    covariance : (parameter, parameter) of the posterior
+    p_value    : probability of a misfit as large by noise alone
+    misfits    : alternatives of the effect (as a text) -> misfit and penalty beyond those of the best
+    elsewhere  : other shapes (with their standard deviations) that explain the records as well, each (cause,)
+    """
+
+    causes: tuple[Candidate, ...]
+    model: Model
+    names: tuple[str, ...]
+    theta: np.ndarray
+    covariance: np.ndarray
+    p_value: float
+    misfits: dict[str, float]
+    elsewhere: tuple[tuple[Candidate, ...], ...] = ()
+
+    @property
+    def cause(self) -> Candidate:
+        """The first one."""
+        return self.causes[0]
+
+
+def is_same(work: Work, one: Fitted, other: Fitted) -> bool:
+    """Whether two fits have the same alternatives, and their shapes agree within their uncertainty, in any order.
+
+    Where they predict the same, a half turn counts as none: a slot looks the same from both sides.
+    """
+    if one.variant != other.variant:
+        return False
+    data = slice(2 * work.spectrum.amplitude.size)
+    alike = np.abs(one.minimum.residual[0, data] - other.minimum.residual[0, data]).max() < ALIKE
+    pairs = (sorted(shaped(work, fitted), key=lambda cause: tuple(cause.shape.values())) for fitted in (one, other))
+    for a, b in zip(*pairs, strict=True):
+        for name, ends in ranges_of(work, a).items():
+            turn, off = (ends.high - ends.low) / (2 if alike else 1), abs(a.shape[name] - b.shape[name])
+            off = min(off % turn, -off % turn) if ends.goes_around else off
+            if off > SAME * max(a.shape_std[name], b.shape_std[name]):
+                return False
+    return True
+
+
+def shaped(work: Work, one: Fitted) -> tuple[Candidate, ...]:
+    """The causes of a fit, with the standard deviations of their shapes."""
+    std = np.sqrt(np.diag(_covariance(one)))[len(one.amplitudes) :]
+    found, first = [], 0
+    for cause in one.causes:
+        ranges, own = ranges_of(work, cause), std[first : first + len(cause.shape)]
+        spread = {n: ranges[n].slope(cause.shape[n]) * x for n, x in zip(cause.shape, own, strict=True)}
+        found.append(cause._replace(shape_std=spread))
+        first += len(own)
+    return tuple(found)
+
+
+def _covariance(one):
+    return invert(one.minimum.jacobian[0].T @ one.minimum.jacobian[0])
+
+
+def identified(work: Work, best: Fitted, tried: list[Fitted]) -> Identified:
+    """The Identified of a fit, the best of all that were tried."""
+    from scipy.stats import chi2
+
+    names = [*work.prior.names, *(name for cause in best.causes for name in cause.names)]
+    names += [name for cause in best.causes for name in cause.shape]
+    misfits = {}
+    for one in tried:
+        misfits[one.variant] = min(misfits.get(one.variant, np.inf), one.cost - best.cost)
+    least, elsewhere = best.cost + chi2.isf(1 - LIKELY, sum(len(cause.shape) for cause in best.causes)), [best]
+    for one in tried:
+        if one.cost <= least and not any(is_same(work, one, known) for known in elsewhere):
+            elsewhere.append(one)
+    return Identified(
+        shaped(work, best),
+        work.whole.plus(*(cause.term for cause in best.causes)),
+        tuple(names),
+        best.minimum.theta[0],
+        _covariance(best),
+        chi_square_p_value(best.cost, 2 * work.spectrum.amplitude.size),
+        misfits,
+        tuple(shaped(work, one) for one in elsewhere[1:]),
+    )
+
+
+def estimates_of(found: Identified) -> list[tuple[str, float, float, str]]:
+    """(name, value, standard deviation, unit) of the shapes of the causes, what follows, and their amplitudes.
+
+    Parameters
+    ----------
+    found : Identified
+
+    Returns
+    -------
+    list of tuple
+    """
+    rows, std = [], np.sqrt(np.diag(found.covariance))
+    for number, cause in enumerate(found.causes, start=1):
+        more = f"[{number}]" if len(found.causes) > 1 else ""
+        rows += [(name + more, *one) for name, *one in shape_of(found, cause)]
+        place = [found.names.index(name) for name in cause.names]
+        units = [unknown.unit for unknown in cause.term.unknowns]
+        names = (name.replace(f"[{cause.term.label}]", more) for name in cause.names)
+        rows += zip(names, found.theta[place].tolist(), std[place].tolist(), units, strict=True)
+    return rows
+
+
+def shape_of(found: Identified, cause: Candidate) -> list[tuple[str, float, float, str]]:
+    """(name, value, standard deviation, unit) of the shape of a cause, and what follows from it."""
+    rows = [(name, value, cause.shape_std[name], _unit(name)) for name, value in cause.shape.items()]
+    stated = registry().get("effect", cause.effect).stated
+    for name, (option, factor) in stated(found.model.structure, **cause.shape).items() if stated else ():
+        rows.append((name, factor * cause.shape[option], factor * cause.shape_std[option], _unit(name)))
+    return rows
+
+
+def _unit(name):
+    """Unit of an option, by the end of its name."""
+    return next((unit for unit in ("rad", "m") if name.endswith(f"_{unit}")), "1")

@@ -1,0 +1,64 @@
+"""From a wrong explanation by two causes to the true one: parts tried together, exchanges from the best few."""
+
+import pytest
+from test_search import TWO_DISCS, hidden, measured
+
+from rotorstudy.diagnosis.search.candidates import candidates
+from rotorstudy.diagnosis.search.crack_beside import with_others_beside_a_crack
+from rotorstudy.diagnosis.search.explanations import Search
+from rotorstudy.diagnosis.search.odds import Explanation
+from rotorstudy.diagnosis.search.parts import faults_with_what_they_bring
+from rotorstudy.diagnosis.search.search import base_model
+from rotorstudy.diagnosis.search.several_causes import _exchanged_at_motion
+from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.inference.fit import fit
+from rotorstudy.model.registry import registry
+from rotorstudy.model.rig import build_model
+
+MODEL = build_model(TWO_DISCS)
+MASS = hidden(MODEL, "added_mass", node=3, added_mass_kg=0.3)
+UNBALANCE = hidden(MODEL, "unbalance", node=3, eccentricity_m=2e-5, eccentricity_phase_rad=1.0)
+DAMPING = hidden(MODEL, "shaft_damping", shaft_damping_s=2e-5)
+
+
+def searched(library, *terms):
+    """A search by some effects of a spectrum with hidden ones, that knows no explanation yet."""
+    others = [name for name, plugin in registry().plugins["effect"].items() if plugin.candidate and name not in library]
+    settings = Settings(uncertainty={"default": 0.02}, model_error=0.0, model_floor=0.0, leave_out=others)
+    spectrum = measured(MODEL, *terms, noise=2e-8)
+    whole, prior = base_model(MODEL, settings)
+    base = fit(whole, spectrum, prior)
+    every, _ = candidates(MODEL, settings)
+    work = Search(MODEL, whole, spectrum, spectrum, settings, prior, base, every)
+    work.screened.extend(work.screen(base, every))
+    work.found[frozenset()] = Explanation((), base, 0.0)
+    return work
+
+
+def test_a_mass_is_tried_together_with_its_unbalance():
+    work = searched(("added_mass", "unbalance"), MASS, UNBALANCE)
+    best, *_ = faults_with_what_they_bring(work, work.base, work.candidates)
+    assert {cause.cause for cause in best[0]} == {"added_mass, node 3", "unbalance, node 3"}
+
+
+def test_but_not_where_the_mass_alone_explains_the_records():
+    work = searched(("added_mass", "unbalance"), MASS)
+    tried = faults_with_what_they_bring(work, work.base, work.candidates)
+    assert not any("added_mass, node 3" in {cause.cause for cause in parts} for parts, _ in tried)
+
+
+@pytest.mark.parametrize(("wrong", "left"), [("static_preload, node 3", True), (None, False)])
+def test_a_wrong_cause_beside_a_true_one_is_exchanged_only_if_records_are_left_unexplained(wrong, left):
+    work = searched(("added_mass", "shaft_damping", "static_preload"), MASS, DAMPING)
+    named = {"shaft_damping", wrong or "added_mass, node 3"}
+    first = work.explain(tuple(c for c in work.candidates if c.cause in named))
+    before = len(work.found)
+    assert _exchanged_at_motion(work, [first]).named == {"added_mass, node 3", "shaft_damping"}
+    assert (len(work.found) > before) == left
+
+
+def test_beside_a_crack_only_the_other_cause_is_exchanged():
+    """Without a crack nothing is tried."""
+    work = searched(("added_mass", "shaft_damping", "static_preload"), MASS, DAMPING)
+    wrong = work.explain(tuple(c for c in work.candidates if c.cause in {"shaft_damping", "static_preload, node 3"}))
+    assert with_others_beside_a_crack(work, wrong) == []

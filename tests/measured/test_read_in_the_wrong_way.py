@@ -1,0 +1,62 @@
+"""Files read in the wrong way: wrong layout, units, angles, sampling rate, or twice. Each is told with its remedy."""
+
+import numpy as np
+import pytest
+from machine import TIME, records, section, write, write_rig
+
+from rotorstudy import RotorstudyError
+from rotorstudy.commands.line import main
+from rotorstudy.measurement.measurement import measured_spectrum, read_measurement
+
+SPEED = 80.0
+IN_RADIANS = [{**probe, "angle_deg": float(np.deg2rad(probe["angle_deg"]))} for probe in section()["probes"]]
+
+
+def cut_off(text):
+    """A recorder that stopped within the time of sample 1000."""
+    lines = text.splitlines()
+    return "\n".join([*lines[:1000], lines[1000][:3]])
+
+
+@pytest.mark.parametrize(
+    ("alter", "stated", "said"),
+    [
+        (lambda text: text.replace(",", ";"), {}, r'unknown probe channel .* looks like \'csv: {"separator": ";"}'),
+        (lambda text: text.replace(",", ";").replace(".", ","), {}, '"separator": ";", "decimal": ","'),
+        (lambda text: text.replace(",", ";").replace(".", ","), {"csv": {"separator": ";"}}, '"decimal": ","'),
+        (
+            lambda text: text.replace("\n", "\ns,V,mm,mil,um,V,rpm\n", 1),
+            {},
+            r'has \'V\' in data row 1.*{"unit_rows": 1}',
+        ),
+        (cut_off, {}, "file is cut off: remove its last line"),
+        (str, {"speed_unit": "Hz"}, "in rpm, and stated in Hz"),
+        (str, {"sample_rate_Hz": 4e6}, "a sampling rate in Hz?"),
+    ],
+)
+def test_a_file_read_in_the_wrong_way_is_told_with_the_remedy(tmp_path, alter, stated, said):
+    path = write("csv", tmp_path, records(speeds=[SPEED], time=TIME[:4000])[0])
+    path.write_text(alter(path.read_text()))
+    with pytest.raises(RotorstudyError, match=said):
+        measured_spectrum(path, write_rig(tmp_path / "rig.yaml", **stated))
+
+
+@pytest.mark.parametrize(
+    ("stated", "name"),
+    [
+        ({"sample_rate_Hz": 4e6, "speed_channel": None}, "unusual speed"),
+        ({"probes": IN_RADIANS}, "probe angles"),
+        ({}, None),  # the negative control
+    ],
+)  # fmt: skip
+def test_what_is_odd_about_a_rig_file_is_a_finding(tmp_path, stated, name):
+    path = write("csv", tmp_path, records(speeds=[SPEED], time=TIME[:4000])[0])
+    found = {one.name for one in read_measurement(path, write_rig(tmp_path / "rig.yaml", **stated)).findings}
+    assert {"unusual speed", "probe angles"} & found == ({name} if name else set())
+
+
+def test_import_refuses_a_record_given_twice(tmp_path, capsys):
+    rig, path = write_rig(tmp_path / "rig.yaml"), write("csv", tmp_path, records(speeds=[SPEED], time=TIME[:4000])[0])
+    out = tmp_path / "spectrum.nc"
+    assert main(["import", str(path), str(path), "--rig", str(rig), "--out", str(out)]) == 1
+    assert "the same record occurs twice" in capsys.readouterr().err and not out.exists()
