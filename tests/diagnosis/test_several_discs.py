@@ -61,5 +61,6 @@ def test_only_discs_share_an_unbalance(nodes, faults):
     every, _ = candidates(model, settings)
     causes = tuple(c for c in every if c.effect == "unbalance" and c.where["node"] in nodes)
     odds = PriorOdds(every, settings, model.structure)
+    assert list(odds.of_effect) == list(dict.fromkeys(one.effect for one in every))  # not that of a set, which varies
     assert len(odds.together(causes)) == faults
     assert (odds.log_odds(causes) > sum(np.log(odds.of(c)) for c in causes)) == (faults == 1)

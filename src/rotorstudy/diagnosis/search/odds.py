@@ -149,7 +149,8 @@ class PriorOdds:
     """
 
     def __init__(self, candidates: list[Candidate], settings: Settings, structure: Structure):
-        effects = [effect for effect, _, _ in {(c.effect, c.cause, tuple(c.variant.values())) for c in candidates}]
+        alternatives = dict.fromkeys((c.effect, c.cause, tuple(c.variant.values())) for c in candidates)
+        effects = [effect for effect, _, _ in alternatives]  # in order: a sum of rates must not depend on that of a set
         faults = [c.fault for c in candidates]
         rates = {name: base_rate(name, settings) for name in effects}
         self.of_effect = {name: rate / (sum(rates.values()) * effects.count(name)) for name, rate in rates.items()}

@@ -81,7 +81,7 @@ def _ordinary(work, fitted, chosen, screened):
     """
     found = faults_at_several_discs(work, fitted, chosen)
     theta = dict(zip(fitted.model.names, fitted.theta, strict=True))
-    for name in {c.effect for c in chosen if base_rate(c.effect, work.settings) > 1}:
+    for name in dict.fromkeys(c.effect for c in chosen if base_rate(c.effect, work.settings) > 1):
         places = [i for i, c in enumerate(chosen) if c.effect == name]
         odds = {i: screened[i].evidence + np.log(work.prior_odds.of(chosen[i])) for i in places}
         for i in sorted(places, key=odds.get, reverse=True)[:ORDINARY]:
