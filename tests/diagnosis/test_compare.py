@@ -69,6 +69,19 @@ def test_a_model_counted_from_an_earlier_state_shows_the_difference_of_the_two()
         np.testing.assert_allclose(slopes[..., p], estimated, rtol=1e-5, atol=1e-6 * np.abs(slopes[..., p]).max())
 
 
+def test_explanations_share_their_earlier_state_and_keep_its_last_responses():
+    base = build_model(RIG)
+    base = replace(base, before=frozenset(base.names))
+    changed = base.plus(make_term("effect", CHANGE, base.structure, base.sensors))
+    assert changed.earlier is base.earlier
+    shown = [measured_response(changed, SPEEDS, HARMONICS, share * changed.theta) for share in (1.0, 1.1, 1.0)]
+    assert len(base.earlier.recent) == 2
+    alone = replace(changed)  # its own earlier state
+    assert alone.earlier is not base.earlier
+    for share, found in zip((1.0, 1.1, 1.0), shown, strict=True):
+        np.testing.assert_array_equal(found, measured_response(alone, SPEEDS, HARMONICS, share * changed.theta))
+
+
 def test_a_change_is_found_that_one_state_alone_cannot_show():
     """4 % of the unbalance changes, under a runout four times the vibration."""
     before, after = state(1), state(2, CHANGE)

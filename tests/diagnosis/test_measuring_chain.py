@@ -13,7 +13,7 @@ from rotorstudy.model.rig import build_model
 from rotorstudy.response.measured import measured_response
 from rotorstudy.response.statics import static_deflection
 
-SPEEDS = np.array([60.0, 100.0, 140.0, 180.0])
+SPEEDS = np.array([60.0, 110.0, 180.0])
 HARMONICS = np.array([0, 1, -1, 2, -2])
 NOISE = 3e-8
 BLAMED = (  # causes that wrong conventions look like

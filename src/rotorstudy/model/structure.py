@@ -1,4 +1,4 @@
-"""The rotor without its effects: matrices, coordinates and the places of cracks."""
+"""The rotor without its effects: matrices, coordinates and nodes."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -8,12 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.errors import CannotAct, unknown_name
+from rotorstudy.model.crack_places import CrackPlaces
 from rotorstudy.model.reading import Reading
 from rotorstudy.model.scales import Scales
-from rotorstudy.model.shaft_parts import RigidDisc, Section
-
-UNBALANCED = 1e-6  # of the static load: larger forces that the bearings leave are no round-off
-STRETCHES = 8  # most parts into which a shaft is divided, of which longer stretches consist
+from rotorstudy.model.shaft_parts import RigidDisc
+from rotorstudy.model.under_weight import UnderWeight
 
 
 class Matrices(NamedTuple):
@@ -41,7 +40,7 @@ class Origin(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Structure:
+class Structure(CrackPlaces, UnderWeight):
     """The rotor without its effects: M q'' - j w G q' + K q = f, in complex nodal coordinates.
 
     mass, stiffness, gyroscopic : (dof, dof)
@@ -218,206 +217,6 @@ class Structure:
         if len(self.nodes) > 1:
             raise CannotAct(f"this rotor has nodes {list(self.nodes)}; choose one with 'node:'")
         return self.nodes[0]
-
-    def stiffness_loss_at(
-        self, node: int | None = None, element: int | None = None
-    ) -> dict[str, tuple[np.ndarray, str, float]]:
-        """Stiffness losses of a crack at a node or in an element.
-
-        A rotor that can crack at only one place needs no arguments.
-
-        Parameters
-        ----------
-        node : int, optional
-            Node of the crack.
-        element : int, optional
-            Element of the crack.
-
-        Returns
-        -------
-        dict
-            Name -> pattern (dof, dof) of unit 1, unit of the loss, typical size.
-
-        Raises
-        ------
-        RotorstudyError
-            If the rotor can crack at several places and not exactly one is given.
-        CannotAct
-            If the rotor cannot crack at that place.
-        """
-        if callable(self.stiffness_loss):
-            if (node is None) == (element is None):
-                raise CannotAct("this rotor can crack at several places; choose one with 'node:' or 'element:'")
-            if node is not None and node not in {n for n, _ in self.dofs}:
-                raise unknown_name("node", node, {n for n, _ in self.dofs}, "the crack", CannotAct)
-            return self.stiffness_loss(node, element)
-        if element is not None or (node is not None and self.nodes != (node,)):
-            place = f"node {node}" if element is None else f"element {element}"
-            raise CannotAct(
-                f"this rotor cannot crack at {place}; it has only one place for a crack, so omit node and element"
-            )
-        return self.stiffness_loss
-
-    def crack_places(self) -> list[dict]:
-        """Options for each possible place of a crack: none for a rotor with one place, else each element of the shaft.
-
-        Returns
-        -------
-        list[dict]
-            Options of a crack, one for each place.
-        """
-        if not callable(self.stiffness_loss):
-            return [{}] if self.stiffness_loss else []
-        found = []
-        for element in range(1, max(node for node, _ in self.dofs) + 1):
-            try:
-                self.stiffness_loss(None, element)
-            except CannotAct:
-                break
-            found.append({"element": element})
-        return found
-
-    def stiffness_of(self, element: int, last_element: int | None = None) -> np.ndarray:
-        """Stiffness of an element of the shaft, or of all from that to a last one.
-
-        Parameters
-        ----------
-        element, last_element : int
-            Numbers of elements, from 1.
-
-        Returns
-        -------
-        array (dof, dof)
-            N/m (N m of a tilt).
-
-        Raises
-        ------
-        CannotAct
-            If the rotor does not state the stiffness of its elements, has no such elements, or the last one is before
-            the first.
-        """
-        last = element if last_element is None else last_element
-        if last < element:
-            raise CannotAct(f"last_element {last} lies before element {element}")
-        losses = [self.stiffness_loss_at(None, number) for number in range(element, last + 1)]
-        shares = [pattern for loss in losses for pattern, unit, _ in loss.values() if unit == "1"]
-        if not shares:
-            raise CannotAct("this rotor states no stiffness of its elements")
-        return sum(shares)
-
-    def stretches(self) -> list[dict]:
-        """Options for each stretch of neighbouring elements that is shorter than the shaft, single elements first.
-
-        On a fine mesh longer stretches begin and end at only some of the nodes, so that their number stays small.
-
-        Returns
-        -------
-        list[dict]
-            `element`, and `last_element` where there are several; none for a rotor without elements.
-        """
-        numbers = [place["element"] for place in self.crack_places() if place]
-        step = max(-(-len(numbers) // STRETCHES), 1)
-        starts = numbers[::step]
-        ends = [*(start - 1 for start in starts[1:]), *numbers[-1:]]
-        longer = [
-            {"element": first, "last_element": last}
-            for first in starts
-            for last in ends
-            if 1 < last - first + 1 < len(numbers)
-        ]
-        return [{"element": number} for number in numbers if len(numbers) > 1] + longer
-
-    def tension_side(self, element: int | None) -> int:
-        """On which side of an element bending by the weight stretches the shaft: there a crack is open.
-
-        It is the lower side between bearings and the upper one of an overhung end. The bearings are taken as rigid,
-        which is exact for two of them: the moment then follows from equilibrium alone.
-
-        Parameters
-        ----------
-        element : int or None
-            None for a crack whose place along the shaft is not known.
-
-        Returns
-        -------
-        int
-            1 below (also where the moment is zero or not known), -1 above.
-        """
-        if element is None or self.curvature_at is None:
-            return 1
-        return -1 if self.curvature_at(element) @ self._deflection_on_rigid_bearings > 0 else 1
-
-    def tension_side_at(self, section: Section) -> int:
-        """On which side of a cross section bending by the weight stretches the shaft; see `tension_side`.
-
-        Parameters
-        ----------
-        section : Section
-            Of this rotor.
-
-        Returns
-        -------
-        int
-            1 below (also where the moment is zero or not known), -1 above.
-        """
-        return -1 if section.moment @ self._deflection_on_rigid_bearings + section.own_moment > 0 else 1
-
-    def bearing_load(self, node: int) -> float:
-        """Static load on the bearing at a node, N downward, if the bearings are rigid.
-
-        That is exact for two bearings: the loads then follow from equilibrium alone.
-
-        Parameters
-        ----------
-        node : int
-            Of a bearing.
-
-        Returns
-        -------
-        float
-            Zero where there is no gravity; negative if the rotor lifts there.
-
-        Raises
-        ------
-        CannotAct
-            If the node cannot move, or the bearings do not carry the rotor.
-        """
-        i = self.index(node)
-        deflection = self._deflection_on_rigid_bearings
-        left = self.static_load - self.stiffness @ deflection
-        held = [self.dofs.index((n, "translation")) for n in self.bearing_nodes if (n, "translation") in self.dofs]
-        if np.abs(np.delete(left, held)).max(initial=0) > UNBALANCED * np.abs(self.static_load).max():
-            raise CannotAct("the bearings and supports do not carry the rotor, so their static loads are not known")
-        return float(left[i])
-
-    @cached_property
-    def _deflection_on_rigid_bearings(self):
-        """Static deflection (dof,) with the bearings taken as rigid, m; zero if they do not carry the shaft."""
-        held = [i for i, (node, motion) in enumerate(self.dofs) if node in self.bearing_nodes and motion != "tilt"]
-        free = np.setdiff1d(np.arange(len(self.dofs)), held)
-        carried = self.stiffness[np.ix_(free, free)]
-        deflection = np.zeros(len(self.dofs))
-        if np.any(self.static_load) and _is_regular(carried):
-            deflection[free] = np.linalg.solve(carried, self.static_load[free])
-        return deflection
-
-    @cached_property
-    def is_supported(self) -> bool:
-        """Whether rigid supports carry the load; otherwise bearings do, which are terms."""
-        return _is_regular(self.stiffness)
-
-    @cached_property
-    def static_deflection(self) -> np.ndarray:
-        """Deflection (dof,) from the bearing line under the static load, m (rad); zero if not supported."""
-        if not np.any(self.static_load) or not self.is_supported:
-            return np.zeros(len(self.dofs))
-        return np.linalg.solve(self.stiffness, self.static_load)
-
-
-def _is_regular(stiffness):
-    """Whether a stiffness matrix (dof, dof) carries every load."""
-    scale = np.sqrt(np.abs(np.diag(stiffness)))  # translations and tilts have different units
-    return bool(scale.all() and np.linalg.cond(stiffness / np.outer(scale, scale)) < 1e14)
 
 
 def at_supports(structure, sensors):

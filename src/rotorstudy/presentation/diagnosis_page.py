@@ -1,13 +1,12 @@
 """The page of a diagnosis: verdict in words, evidence and assumptions."""
 
+from rotorstudy.diagnosis.verdict.steps import known_and_not, next_steps, separated
 from rotorstudy.diagnosis.verdict.words import (
     cause_in_words,
     detection_limits,
     excluded_in_words,
-    next_steps,
     place,
     readable,
-    separated,
     sizes,
     smallest_detected,
 )
@@ -50,7 +49,7 @@ def diagnosis_page(verdict, data, figures, title):
 
     labels = dict(zip(data.parameter.values.tolist(), data.label.values.tolist(), strict=True))
     limits = detection_limits(verdict)
-    card = verdict.identifiability
+    card, of_change = verdict.identifiability, "two_states" in figures
     tables = {
         "unexplained": _unexplained(verdict),
         "moved": _moved(verdict, labels),
@@ -59,10 +58,10 @@ def diagnosis_page(verdict, data, figures, title):
     }
     return render(
         "diagnosis.html",
-        title=_title(title, verdict.verdict, "two_states" in figures),
+        title=_title(title, verdict.verdict, of_change),
         verdict=verdict,
-        glance=_glance(verdict),
-        next_steps=next_steps(verdict),
+        glance=_glance(verdict, of_change),
+        next_steps=next_steps(verdict, of_change),
         view=speed_view(data),
         alternatives=[_with_probability(cause_in_words(c), c) for c in verdict.ambiguous_with],
         excluded=excluded_in_words(verdict) if verdict.verdict in ("cause", "ambiguous") else [],
@@ -98,15 +97,17 @@ def _with_probability(text, cause):
     return f"{text}; posterior probability {probability(cause.posterior_probability)}"
 
 
-def _glance(verdict):
-    """The verdict as rows (name, text): cause, place, size, posterior probability, gain."""
+def _glance(verdict, of_change):
+    """The verdict as rows (name, text): cause, place, size, posterior probability, gain; of an unknown one less."""
     rows, gain = [], verdict.gain
-    named = {"cause": "Cause", "unknown": "Closest explanation"}.get(verdict.verdict, "Most likely")
-    for cause in verdict.causes:
-        text = place(cause)
-        rows.append((named, text if verdict.verdict == "unknown" else _with_probability(text, cause)))
-        rows += [(f"its {name}", text) for name, text in sizes(cause).items()]
-    if not verdict.causes:
+    if verdict.verdict == "unknown":
+        rows = list(known_and_not(verdict, of_change).items())
+    else:
+        named = "Cause" if verdict.verdict == "cause" else "Most likely"
+        for cause in verdict.causes:
+            rows.append((named, _with_probability(place(cause), cause)))
+            rows += [(f"its {name}", text) for name, text in sizes(cause).items()]
+    if verdict.verdict == "nothing":
         rows.append(("Residual under noise alone", p_value(verdict.residual_p_value.before)))
         detected = "; ".join(smallest_detected(verdict))
         rows.append(("Detected with 95 % probability", detected or "no effect is detectable"))

@@ -13,6 +13,7 @@ from rotorstudy.model.table import Columns, Table
 from rotorstudy.response.alternating import nonlinear_columns
 from rotorstudy.response.coupling import COUPLED_ORDER, layout
 from rotorstudy.response.harmonic import Linearised, carried_response, positions, response_inputs, with_its_bearings
+from rotorstudy.response.kept import kept_response
 from rotorstudy.response.solving import solver
 from rotorstudy.response.statics import static_deflection
 
@@ -99,7 +100,8 @@ def _measured(model, speed, harmonics, theta, order, jacobian):
         return shown
     place = model.position(model.earlier.names)
     theta = np.asarray(model.theta if theta is None else theta, float)
-    earlier = with_its_bearings(state, model.earlier, theta[..., place])
+    of = (*(tuple(np.ravel(one).tolist()) for one in (speed, harmonics)), order, jacobian)
+    earlier = kept_response(model.earlier, theta[..., place], of, state)
     if jacobian:
         shown.jacobian[..., place] -= earlier.jacobian
     return shown._replace(response=shown.response - earlier.response)

@@ -5,16 +5,15 @@ import numpy as np
 from rotorstudy.diagnosis.verdict.far_from_the_rig import moved_far
 from rotorstudy.diagnosis.verdict.result import Place
 from rotorstudy.model.registry import registry
-from rotorstudy.units import RAD_PER_S, interval, number, p_value, percent, probability, quantity
+from rotorstudy.units import interval, number, p_value, percent, probability, quantity
 
 FEW = 3  # detection limits, or unexplained harmonics, in a sentence
+SEVERAL = 6  # other possible causes in a sentence
 SAME_WEIGHT = 0.05  # difference of the weights of two discs in a sum that is not worth saying
 SMALL = 1e-3  # m; lengths below are said in µm
 ABSENT = 3.0  # standard deviations; of a cause with many amplitudes, a sentence names those above
 WORTH_SAYING = 0.05  # probability that the true cause is not among those stated
-LIKELY = 0.1  # probability of a decision below which a run is not worth its trouble
 LARGE_LOG_ODDS = 7.0  # from which on odds are said as a power of ten
-HARDLY = 3.0  # standard deviations (rms) below which a longer record helps to separate causes
 
 
 def readable(name):
@@ -125,9 +124,8 @@ def summary(verdict):
         said.append(f"Not considered, although it would look similar: {alike}.")
     if verdict.broken_plugins:
         said.append(f"Broken plugins, not or not fully considered: {len(verdict.broken_plugins)}.")
-    doubts = _doubts(verdict)
-    if doubts:
-        said.append(f"Check the records first: {doubts}.")
+    if found := doubts(verdict):
+        said.append(f"Check the records first: {found}.")
     return " ".join(said)
 
 
@@ -161,7 +159,8 @@ def resultant_in_words(found):
     )
 
 
-def _doubts(verdict):
+def doubts(verdict):
+    """Names of the warnings on the records, as a text."""
     return ", ".join(dict.fromkeys(f.name for f in verdict.findings if f.severity == "warning"))
 
 
@@ -194,7 +193,9 @@ def _said(verdict):
             )
     elif verdict.verdict == "ambiguous":
         text = f"Something is missing. It may be {named} ({likely})"
-        rest = ", ".join(dict.fromkeys(map(place, verdict.ambiguous_with)))
+        others = list(dict.fromkeys(map(place, verdict.ambiguous_with)))
+        more = [f"and {len(others) - SEVERAL} more"] if len(others) > SEVERAL else []
+        rest = ", ".join([*others[:SEVERAL], *more])
         text += f", but these cannot be ruled out: {rest}." if rest else ", but that is not certain."
     else:
         text = _said_of_unknown(verdict, implausible)
@@ -250,69 +251,3 @@ def smallest_detected(verdict):
     """The most sensitive detection limits as short texts, one for each effect and place."""
     limits = {place(row): row for row in reversed(detection_limits(verdict))}
     return [f"{name} {quantity(row.amplitude, row.unit)}" for name, row in reversed(limits.items())][:FEW]
-
-
-def separated(verdict):
-    """{measurement: ["a or b", ...]}: what to measure, and the causes that it separates."""
-    groups = {}
-    for one in verdict.separating_measurement:
-        text = one.measurement[:1].upper() + one.measurement[1:]
-        groups.setdefault(text, []).append(" or ".join(map(place, one.causes)))
-    return groups
-
-
-def _run(run):
-    """'258 rad/s (41.1 Hz) with a trial unbalance at node 3 of 30 g mm: expected odds 12 to 1, decided with ...'."""
-    trial = f" with a trial {place(run.trial)} of {quantity(run.trial_unbalance, 'kg m')}" if run.trial else ""
-    odds = number(np.exp(run.expected_log_odds), 2)
-    likely = percent(run.decision_probability, 2)
-    return (
-        f"{run.speed:.4g} rad/s ({run.speed / RAD_PER_S['Hz']:.3g} Hz){trial}: expected odds {odds} to 1, "
-        f"decided with a probability of {likely}"
-    )
-
-
-def runs_in_words(verdict):
-    """What further runs would decide, as sentences."""
-    if not verdict.next_runs:
-        return []
-    likely = [run for run in verdict.next_runs if run.decision_probability >= LIKELY]
-    if not likely:
-        return [f"No run at one more speed is likely to decide. The best one is at {_run(verdict.next_runs[0])}."]
-    return [f"{'Or run' if i else 'Run'} at {_run(run)}." for i, run in enumerate(likely)]
-
-
-def next_steps(verdict):
-    """Recommended actions and measurements, as sentences."""
-    kind, steps = verdict.verdict, []
-    doubts = _doubts(verdict)
-    if doubts:
-        steps.append(f"Check the records first: {doubts} (see below).")
-    if verdict.broken_plugins:
-        steps.append("Repair the broken plugins (see below): they were not, or not fully, considered.")
-    if kind == "nothing":
-        steps.append(
-            "None, unless effects below the detection limits matter: longer records, or speeds nearer to resonance, "
-            "lower the limits."
-        )
-    if kind == "ambiguous":
-        steps += runs_in_words(verdict)
-        steps += [f"{text.rstrip('.')}." for text in separated(verdict)]
-        if verdict.gain and verdict.gain.before_sigma < HARDLY:
-            steps.append("What is missing hardly exceeds the noise: take longer records, or more of them.")
-    if kind == "unknown":
-        rest = ", ".join(f"{row.harmonic}X at node {row.node}" for row in verdict.unexplained[:FEW])
-        steps.append(
-            (f"Examine the remaining residual: {rest}. " if rest else "")
-            + "Physics that the library lacks can be added as an effect (docs/adding_a_model.md)."
-        )
-    for name in verdict.not_considered:
-        hints = (dict(registry().plugins["effect"][cause.effect].confounders).get(name) for cause in verdict.causes)
-        steps.append(f"Rule out {readable(name)}, which was not considered: {next(filter(None, hints))}.")
-    if kind == "cause":
-        steps.append(
-            "Measure one more speed and compare: 'rotorstudy simulate extended_rig.yaml --speeds ...' predicts it."
-        )
-    if verdict.gain is None and kind != "nothing":
-        steps.append("Hold out a speed ('--hold-out') to measure the gain.")
-    return steps

@@ -1,0 +1,151 @@
+"""The amplitudes of a model: their names, units and values, and which of them are to be estimated."""
+
+from collections.abc import Iterable
+from functools import cached_property
+
+import numpy as np
+
+from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.model.terms import Term, Unknown
+
+
+class Amplitudes:
+    """What a Model tells about the amplitudes of its terms."""
+
+    terms: tuple[Term, ...]
+
+    @cached_property
+    def unknowns(self) -> tuple[Unknown, ...]:
+        """Real amplitudes of all terms, in the order of `theta`."""
+        return tuple(unknown for term in self.terms for unknown in term.unknowns)
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Names of the amplitudes, in the order of `theta`."""
+        return tuple(unknown.name for unknown in self.unknowns)
+
+    @cached_property
+    def units(self) -> tuple[str, ...]:
+        """Units of the amplitudes, in the order of `theta`."""
+        return tuple(unknown.unit for unknown in self.unknowns)
+
+    @cached_property
+    def typical(self) -> np.ndarray:
+        """Usual sizes (parameter,) of the amplitudes, in their units."""
+        return np.array([unknown.typical for unknown in self.unknowns])
+
+    @cached_property
+    def theta(self) -> np.ndarray:
+        """Values (parameter,) of the amplitudes in their units; a missing value is an error."""
+        self.require_values()
+        return np.concatenate([term.theta for term in self.terms]) if self.terms else np.zeros(0)
+
+    def require_values(self) -> None:
+        """Raise if an amplitude has no value.
+
+        Raises
+        ------
+        RotorstudyError
+            Naming the amplitudes without a value.
+        """
+        theta = np.concatenate([term.theta for term in self.terms]) if self.terms else ()
+        missing = [name for name, value in zip(self.names, theta, strict=True) if np.isnan(value)]
+        if missing:
+            raise RotorstudyError(f"no value for {', '.join(missing)}; give one in the rig file to simulate")
+
+    def position(self, names: Iterable[str]) -> np.ndarray:
+        """Positions of amplitudes in `theta`.
+
+        Parameters
+        ----------
+        names : names (name,)
+            Of amplitudes.
+
+        Returns
+        -------
+        array (name,)
+            Positions, int.
+
+        Raises
+        ------
+        RotorstudyError
+            For an unknown name.
+        """
+        for name in names:
+            if name not in self.names:
+                raise unknown_name("parameter", name, self.names, "this model")
+        return np.array([self.names.index(name) for name in names], int)
+
+    def unknown_names(self, wanted: Iterable[str] | None = None) -> tuple[str, ...]:
+        """Names of the real amplitudes to estimate.
+
+        The name of a complex amplitude, such as eccentricity, stands for its real and its imaginary part.
+
+        Parameters
+        ----------
+        wanted : names, optional
+            Those to estimate; those without a value by default.
+
+        Returns
+        -------
+        tuple[str, ...]
+
+        Raises
+        ------
+        RotorstudyError
+            If there is nothing to estimate, or a name is unknown or given twice.
+        """
+        if wanted is None:
+            given = np.concatenate([term.theta for term in self.terms]) if self.terms else np.zeros(0)
+            found = [name for name, value in zip(self.names, given, strict=True) if np.isnan(value)]
+            if not self.names:
+                raise RotorstudyError("the model has no parameters to estimate; add effects or a crack to the rig")
+            if not found:
+                raise RotorstudyError(
+                    f"the rig gives every parameter a value; name the unknowns (among {', '.join(self.names)})"
+                )
+            return tuple(found)
+        found = []
+        for name in wanted:
+            parts = [f"{name}_real", f"{name}_imag"]
+            found += parts if parts[0] in self.names else [name]
+        self.position(found)
+        if len(set(found)) < len(found):
+            raise RotorstudyError(f"unknowns {list(wanted)}: a parameter is named twice")
+        return tuple(found)
+
+    def amplitudes_of(self, parameter: str) -> tuple[str, ...]:
+        """Names of the real amplitudes of a parameter.
+
+        Parameters
+        ----------
+        parameter : str
+            Its name, with the label of a term, or without for all terms.
+
+        Returns
+        -------
+        tuple[str, ...]
+            Empty if there is none.
+        """
+        found = []
+        for term in self.terms:
+            for p in term.parameters:
+                full = term.full_name(p)
+                if parameter in (p.name, full):
+                    found += [f"{full}_real", f"{full}_imag"] if p.is_complex else [full]
+        return tuple(found)
+
+    def reported_units(self, names: Iterable[str]) -> list[str]:
+        """Units of amplitudes as reported: a magnitude has its own, a phase rad.
+
+        Parameters
+        ----------
+        names : names
+            As `magnitude_and_phase` gives them.
+
+        Returns
+        -------
+        list[str]
+        """
+        known = dict(zip(self.names, self.units, strict=True))
+        return ["rad" if n.endswith("_phase") else known.get(n, known.get(f"{n}_real")) for n in names]

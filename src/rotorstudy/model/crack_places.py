@@ -1,0 +1,125 @@
+"""Where a rotor can crack, and the stretches of its shaft that can be softer than stated."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from rotorstudy.errors import CannotAct, unknown_name
+
+STRETCHES = 8  # most parts into which a shaft is divided, of which longer stretches consist
+
+
+class CrackPlaces:
+    """What a Structure tells about the places of cracks, from these of its fields."""
+
+    dofs: tuple[tuple[int, str], ...]
+    nodes: tuple[int, ...]
+    stiffness_loss: dict | Callable
+
+    def stiffness_loss_at(
+        self, node: int | None = None, element: int | None = None
+    ) -> dict[str, tuple[np.ndarray, str, float]]:
+        """Stiffness losses of a crack at a node or in an element.
+
+        A rotor that can crack at only one place needs no arguments.
+
+        Parameters
+        ----------
+        node : int, optional
+            Node of the crack.
+        element : int, optional
+            Element of the crack.
+
+        Returns
+        -------
+        dict
+            Name -> pattern (dof, dof) of unit 1, unit of the loss, typical size.
+
+        Raises
+        ------
+        RotorstudyError
+            If the rotor can crack at several places and not exactly one is given.
+        CannotAct
+            If the rotor cannot crack at that place.
+        """
+        if callable(self.stiffness_loss):
+            if (node is None) == (element is None):
+                raise CannotAct("this rotor can crack at several places; choose one with 'node:' or 'element:'")
+            if node is not None and node not in {n for n, _ in self.dofs}:
+                raise unknown_name("node", node, {n for n, _ in self.dofs}, "the crack", CannotAct)
+            return self.stiffness_loss(node, element)
+        if element is not None or (node is not None and self.nodes != (node,)):
+            place = f"node {node}" if element is None else f"element {element}"
+            raise CannotAct(
+                f"this rotor cannot crack at {place}; it has only one place for a crack, so omit node and element"
+            )
+        return self.stiffness_loss
+
+    def crack_places(self) -> list[dict]:
+        """Options for each possible place of a crack: none for a rotor with one place, else each element of the shaft.
+
+        Returns
+        -------
+        list[dict]
+            Options of a crack, one for each place.
+        """
+        if not callable(self.stiffness_loss):
+            return [{}] if self.stiffness_loss else []
+        found = []
+        for element in range(1, max(node for node, _ in self.dofs) + 1):
+            try:
+                self.stiffness_loss(None, element)
+            except CannotAct:
+                break
+            found.append({"element": element})
+        return found
+
+    def stiffness_of(self, element: int, last_element: int | None = None) -> np.ndarray:
+        """Stiffness of an element of the shaft, or of all from that to a last one.
+
+        Parameters
+        ----------
+        element, last_element : int
+            Numbers of elements, from 1.
+
+        Returns
+        -------
+        array (dof, dof)
+            N/m (N m of a tilt).
+
+        Raises
+        ------
+        CannotAct
+            If the rotor does not state the stiffness of its elements, has no such elements, or the last one is before
+            the first.
+        """
+        last = element if last_element is None else last_element
+        if last < element:
+            raise CannotAct(f"last_element {last} lies before element {element}")
+        losses = [self.stiffness_loss_at(None, number) for number in range(element, last + 1)]
+        shares = [pattern for loss in losses for pattern, unit, _ in loss.values() if unit == "1"]
+        if not shares:
+            raise CannotAct("this rotor states no stiffness of its elements")
+        return sum(shares)
+
+    def stretches(self) -> list[dict]:
+        """Options for each stretch of neighbouring elements that is shorter than the shaft, single elements first.
+
+        On a fine mesh longer stretches begin and end at only some of the nodes, so that their number stays small.
+
+        Returns
+        -------
+        list[dict]
+            `element`, and `last_element` where there are several; none for a rotor without elements.
+        """
+        numbers = [place["element"] for place in self.crack_places() if place]
+        step = max(-(-len(numbers) // STRETCHES), 1)
+        starts = numbers[::step]
+        ends = [*(start - 1 for start in starts[1:]), *numbers[-1:]]
+        longer = [
+            {"element": first, "last_element": last}
+            for first in starts
+            for last in ends
+            if 1 < last - first + 1 < len(numbers)
+        ]
+        return [{"element": number} for number in numbers if len(numbers) > 1] + longer
