@@ -45,7 +45,7 @@ def read(folder):
 
 def weighted(table, outside, pairs):
     """Verdicts with causes, and their weights: of the cases drawn, each kind of fault has its share."""
-    kind = np.where(table.library == "without", "outside", np.where(table.kind == "pair", "pair", "single"))
+    kind = np.where(table["library"] == "without", "outside", np.where(table.kind == "pair", "pair", "single"))
     share = pd.Series({"outside": outside, "pair": (1 - outside) * pairs, "single": (1 - outside) * (1 - pairs)})
     weight = share[kind].to_numpy() / pd.Series(kind).map(pd.Series(kind).value_counts()).to_numpy()
     shown = table[list(FEATURES)].notna().all(axis=1).to_numpy()
@@ -80,7 +80,7 @@ def learned(table, outside, pairs):
         intercept, coefficients = regression(table[~left], weight[~left])
         predicted[left] = expit(intercept + table.loc[left, list(FEATURES)].to_numpy(float) @ coefficients)
     intercept, coefficients = regression(table, weight)
-    within = (table.library == "with").to_numpy()
+    within = (table["library"] == "with").to_numpy()
     error = calibration(1 - predicted[within], table.in_set[within].to_numpy(float))[-1]
     return {
         "verdicts_with_the_true_effect": int(within.sum()),
