@@ -280,6 +280,6 @@ def screen_pairs(projected: Projected, first: list[Candidate], second: list[Cand
             pull, (second_covariance, second_narrowed) = remaining[place], _inverted(own)
             more = np.einsum("jk,jkl,jl->j", pull, second_covariance, pull)
             found[i, members] = gained + more - narrowed - second_narrowed
-    same = np.array([[a.cause == b.cause for b in second] for a in first])
-    found[same] = -np.inf
+    causes = [np.array([c.cause for c in part], object) for part in (first, second)]
+    found[causes[0][:, None] == causes[1]] = -np.inf
     return found
