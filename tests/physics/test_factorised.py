@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from rotorstudy.response.banded import FEWEST, bandwidth
-from rotorstudy.response.factorised import factorised
+from rotorstudy.response.factorised import FEWEST, bandwidth, factorised
 
 COUNT = 80
 

@@ -161,6 +161,11 @@ class Table:
         force[..., still.at, still.row] = _product(still.to_row, there)
         return force
 
+    def reads_deflection(self, harmonics) -> bool:
+        """Whether the static deflection changes a force at one of some harmonics."""
+        elements, kinds = self._at_rest
+        return any(kinds[k].shift in harmonics for k in np.unique(elements.kind[elements.column < 2 * self.size]))
+
     @cached_property
     def patterns(self) -> list[Pattern]:
         """Pattern of every kind of entry on the motion that does not rotate with the shaft."""
