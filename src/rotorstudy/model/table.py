@@ -240,13 +240,12 @@ class Table:
                                                                  self._still(speed, harmonics)))  # fmt: skip
 
     def _moving(self, speed, harmonics):
-        (_, kinds), speed, count = self._on_motion, np.array(speed)[:, None], len(harmonics)
+        (_, kinds), speed, order = self._on_motion, np.array(speed)[:, None], np.array(harmonics)
+        count = len(order)
         factor, source = np.zeros((len(speed), count, len(kinds)), complex), np.zeros((count, len(kinds)), int)
-        where = {n: i for i, n in enumerate(harmonics)}
         for k, entry in enumerate(kinds):
-            row = [i for i, n in enumerate(harmonics) if entry.seen_by(n) in where]
-            n = np.array(harmonics)[row]
-            source[row, k] = [where[entry.seen_by(harmonics[i])] for i in row]
+            row, where = np.nonzero(entry.seen_by(order)[:, None] == order)
+            source[row, k], n = where, order[row]
             factor[:, row, k] = entry.gain_at(speed, n) * (1j * (n - entry.shift) * speed) ** entry.order
         return _Moving(factor, source)
 
@@ -290,7 +289,9 @@ def _sparse(value, row, column, shape):
 
 def _sum(index, count):
     """Sparse (count, element) matrix that adds up the elements of the same index."""
-    return _sparse(np.ones(len(index)), index, np.arange(len(index)), (count, len(index)))
+    from scipy.sparse import csc_array
+
+    return csc_array((np.ones(len(index)), index, np.arange(len(index) + 1)), (count, len(index)))
 
 
 def _product(matrix, vectors):

@@ -260,6 +260,7 @@ def screen_pairs(projected: Projected, first: list[Candidate], second: list[Cand
     whole, groups = projected.residual @ projected.residual, {}
     for j, cause in enumerate(second):
         groups.setdefault(len(cause.names), []).append(j)
+    groups = [(own, np.array([[at[n] for n in second[j].names] for j in own])) for own in groups.values()]
     for i, cause in enumerate(first):
         here = [at[n] for n in cause.names]
         shift = mean[here] / std[here]
@@ -270,13 +271,12 @@ def screen_pairs(projected: Projected, first: list[Candidate], second: list[Cand
         across = covariance @ gram[here]  # (own unknown, unknown)
         gained = whole - left + right[here] @ covariance @ right[here]
         remaining = right - across.T @ right[here]
-        for size, members in groups.items():
-            place = np.array([[at[n] for n in second[j].names] for j in members])
-            own = gram[place[:, :, None], place[:, None, :]] + np.eye(size)
+        for members, place in groups:
+            own = gram[place[:, :, None], place[:, None, :]] + np.eye(place.shape[1])
             own = own - np.einsum("ujk,ujl->jkl", gram[here][:, place], across[:, place])
             pull, (second_covariance, second_narrowed) = remaining[place], _inverted(own)
             more = np.einsum("jk,jkl,jl->j", pull, second_covariance, pull)
             found[i, members] = gained + more - narrowed - second_narrowed
-    same = np.array([[a.cause == b.cause for b in second] for a in first])
-    found[same] = -np.inf
+    causes = [np.array([c.cause for c in part]) for part in (first, second)]
+    found[causes[0][:, None] == causes[1]] = -np.inf
     return found
