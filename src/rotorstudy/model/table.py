@@ -4,6 +4,7 @@ What depends neither on the motion nor on the values of the amplitudes is arrang
 those that `apply_entries` gives for one amplitude after the other.
 """
 
+from collections.abc import Sequence
 from functools import cached_property, lru_cache
 from typing import NamedTuple
 
@@ -98,22 +99,27 @@ class Table:
     unknowns : sequence of Unknown
     size : int
         Number of coordinates.
+    motion : sequence of int (unknown,), optional
+        Which of several motions each amplitude acts on; the coordinates of the motions then follow one another. By
+        default there is one motion.
     """
 
-    def __init__(self, unknowns: tuple[Unknown, ...], size: int):
+    def __init__(self, unknowns: tuple[Unknown, ...], size: int, motion: Sequence[int] | None = None):
         self.unknowns, self.size = tuple(unknowns), size
+        self.motion = [0] * len(self.unknowns) if motion is None else list(motion)
+        self.seen = size * (max(self.motion, default=0) + 1)  # coordinates of all motions
 
     def columns(self, amplitudes, speed, harmonics, deflection=None) -> Columns:
         """Force harmonics by one unit of each amplitude at given displacement harmonics.
 
         Parameters
         ----------
-        amplitudes : ndarray (..., speed, harmonic, coordinate)
+        amplitudes : ndarray (..., speed, harmonic, motion * coordinate)
             Complex, m; harmonics that are not listed are taken as zero.
         speed : ndarray (speed,)
             In rad/s.
         harmonics : ndarray (harmonic,)
-        deflection : ndarray (coordinate,) or (..., speed, coordinate), optional
+        deflection : ndarray (motion * coordinate,) or (..., speed, motion * coordinate), optional
             Static deflection, m, on which amplitudes act that do not carry load.
 
         Returns
@@ -205,7 +211,8 @@ class Table:
                 k, _ = kinds.setdefault(entry.kind, (len(kinds), entry))
                 row, column, value = entry.nonzero
                 every = np.ones(len(row), int)
-                column = 2 * self.size * every if entry.is_constant else column + self.size * entry.is_conjugate
+                column = column + self.size * self.motion[u] + self.seen * entry.is_conjugate
+                column = 2 * self.seen * every if entry.is_constant else column
                 parts.append((u * every, k * every, row, column, value))
         elements = _Elements(*(np.concatenate(part) for part in zip(*parts, strict=True)))
         return elements, [entry for _, entry in kinds.values()]
@@ -229,9 +236,9 @@ class Table:
     def _seen(self):
         """Kind and column (pair,) of what entries on the motion act on, and sparse weights (place, pair)."""
         elements, _ = self._on_motion
-        pair, index = np.unique(elements.kind * 2 * self.size + elements.column, return_inverse=True)
+        pair, index = np.unique(elements.kind * 2 * self.seen + elements.column, return_inverse=True)
         weights = _sparse(elements.value, self._place_of(elements), index, (len(self._places[0]), len(pair)))
-        return *np.divmod(pair, 2 * self.size), weights
+        return *np.divmod(pair, 2 * self.seen), weights
 
     @cached_property
     def _factors(self):
@@ -267,8 +274,8 @@ class Table:
     def _resting(self, still, speed, deflection, constant=True):
         """Force (..., speed, element), N, of one unit of each element that does not act on the motion."""
         if deflection is None:
-            deflection = np.zeros(self.size)
-        deflection = np.broadcast_to(deflection, (*np.shape(deflection)[:-2], len(speed), self.size))
+            deflection = np.zeros(self.seen)
+        deflection = np.broadcast_to(deflection, (*np.shape(deflection)[:-2], len(speed), self.seen))
         one = np.full((*deflection.shape[:-1], 1), float(constant))
         return np.concatenate([deflection, deflection.conj(), one], axis=-1)[..., still.seen] * still.value
 

@@ -133,6 +133,6 @@ def _can_be_paired(work, first, second):
     each = [{c.cause: c for c in part} for part in (first, second)]
     of_two = are_distinct if work.settings.most_causes > 1 else lambda *both: is_allowed(work, both)
     allowed = np.array([[of_two(a, b) for b in each[1].values()] for a in each[0].values()])
-    number = [{cause: i for i, cause in enumerate(known)} for known in each]
-    place = [[known[c.cause] for c in part] for known, part in zip(number, (first, second), strict=True)]
+    number = [{name: i for i, name in enumerate(known)} for known in each]
+    place = [[at[c.cause] for c in part] for at, part in zip(number, (first, second), strict=True)]
     return ~np.outer(*contacts) & allowed[np.ix_(*place)]

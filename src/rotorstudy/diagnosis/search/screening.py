@@ -101,12 +101,15 @@ class Projection:
 
     def of_groups(self, groups: list[tuple[list[Candidate], Motion | None]]) -> Projected:
         """The columns of groups of candidates, each at a motion of its own; see `of`."""
-        names, columns = [], []
-        for chosen, motion in groups:
-            on_rotor = [u for c in chosen if not c.term.acts_on_output for u in c.term.unknowns]
-            on_output = [u for c in chosen if c.term.acts_on_output for u in c.term.unknowns]
-            columns.append(self.near.sensitivities((on_rotor, on_output), motion))
-            names += [u.name for u in on_rotor + on_output]
+        on_rotor, on_output = (
+            [
+                ([u for c in chosen if c.term.acts_on_output == output for u in c.term.unknowns], at)
+                for chosen, at in groups
+            ]
+            for output in (False, True)
+        )
+        columns = [self.near.changes_by_forces(on_rotor), self.near.changes_by_output(on_output)]
+        names = [u.name for unknowns, _ in (*on_rotor, *on_output) for u in unknowns]
         columns = self.spectrum.whitened(np.moveaxis(np.concatenate(columns, axis=-1), -1, 0)).T  # (component, unknown)
         columns = self._left(np.vstack([columns, np.zeros((self.rows, columns.shape[1]))]))
         return Projected(self.residual, dict(zip(names, columns.T, strict=True)), self.theta)
@@ -260,7 +263,6 @@ def screen_pairs(projected: Projected, first: list[Candidate], second: list[Cand
     whole, groups = projected.residual @ projected.residual, {}
     for j, cause in enumerate(second):
         groups.setdefault(len(cause.names), []).append(j)
-    groups = [(own, np.array([[at[n] for n in second[j].names] for j in own])) for own in groups.values()]
     for i, cause in enumerate(first):
         here = [at[n] for n in cause.names]
         shift = mean[here] / std[here]
@@ -271,12 +273,13 @@ def screen_pairs(projected: Projected, first: list[Candidate], second: list[Cand
         across = covariance @ gram[here]  # (own unknown, unknown)
         gained = whole - left + right[here] @ covariance @ right[here]
         remaining = right - across.T @ right[here]
-        for members, place in groups:
-            own = gram[place[:, :, None], place[:, None, :]] + np.eye(place.shape[1])
+        for size, members in groups.items():
+            place = np.array([[at[n] for n in second[j].names] for j in members])
+            own = gram[place[:, :, None], place[:, None, :]] + np.eye(size)
             own = own - np.einsum("ujk,ujl->jkl", gram[here][:, place], across[:, place])
             pull, (second_covariance, second_narrowed) = remaining[place], _inverted(own)
             more = np.einsum("jk,jkl,jl->j", pull, second_covariance, pull)
             found[i, members] = gained + more - narrowed - second_narrowed
-    causes = [np.array([c.cause for c in part]) for part in (first, second)]
+    causes = [np.array([c.cause for c in part], object) for part in (first, second)]
     found[causes[0][:, None] == causes[1]] = -np.inf
     return found

@@ -115,7 +115,10 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     settled = _settled(work, spectrum, missing, best)
     first = max(settled.explanations, key=odds_of)
     if not (settled is work and first is best):  # to which nothing was found that could be added
-        _added(settled, first)
+        first = _added(settled, first)
+        formula = with_formulas(settled, first)
+        if formula is not first:
+            _added(settled, formula)
     exact = without_error(settled)
     if exact is not settled:
         settled = exact
