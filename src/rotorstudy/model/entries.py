@@ -47,22 +47,22 @@ class Entry:
         """Whether the force depends neither on the motion nor on the static deflection."""
         return self.on == "one"
 
-    @property
+    @cached_property
     def is_conjugate(self) -> bool:
         """Whether it acts on the conjugate, of the motion or of the static deflection."""
         return self.on.endswith("conj")
 
-    def seen_by(self, harmonic: int) -> int:
+    def seen_by(self, harmonic: ArrayLike) -> ArrayLike:
         """Harmonic of the motion on which a harmonic of the force depends.
 
         Parameters
         ----------
-        harmonic : int
+        harmonic : int or array (...)
             Of the force.
 
         Returns
         -------
-        int
+        int or array (...)
         """
         return (harmonic - self.shift) * (-1 if self.is_conjugate else 1)
 

@@ -301,7 +301,9 @@ def _sparse(value, row, column, shape):
 
 def _sum(index, count):
     """Sparse (count, element) matrix that adds up the elements of the same index."""
-    return _sparse(np.ones(len(index)), index, np.arange(len(index)), (count, len(index)))
+    from scipy.sparse import csc_array
+
+    return csc_array((np.ones(len(index)), index, np.arange(len(index) + 1)), (count, len(index)))
 
 
 def _product(matrix, vectors):
