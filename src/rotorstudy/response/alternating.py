@@ -171,7 +171,7 @@ class _System:
         up, down = self._in_time(z + steps, v, still)
         slopes = [((up - down) / size, np.ones_like(rates))]
         if self.takes_velocity:
-            up, down = self._in_time(z, v + turn * steps, still)
+            up, down = self._in_time(z + 0 * steps, v + turn * steps, still)  # a force need not depend on a velocity
             slopes.append(((up - down) / (size * turn), rates))
         direct = mirrored = 0.0
         for slope, factor in slopes:
