@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.model.entries import Entry
+from rotorstudy.model.entries import Entry, harmonics_seen
 from rotorstudy.model.terms import Unknown
 
 KEPT = 4  # sets of speeds and harmonics for which the factors of a table are kept
@@ -247,20 +247,25 @@ class Table:
                                                                  self._still(speed, harmonics)))  # fmt: skip
 
     def _moving(self, speed, harmonics):
-        (_, kinds), speed, order = self._on_motion, np.array(speed)[:, None], np.array(harmonics)
-        count = len(order)
+        (_, kinds), speed, count = self._on_motion, np.array(speed)[:, None], len(harmonics)
         factor, source = np.zeros((len(speed), count, len(kinds)), complex), np.zeros((count, len(kinds)), int)
+        every, gains = np.arange(count), {}  # many kinds differ in their matrix and direction, not in their gain
         for k, entry in enumerate(kinds):
-            row, where = np.nonzero(entry.seen_by(order)[:, None] == order)
-            source[row, k], n = where, order[row]
-            factor[:, row, k] = entry.gain_at(speed, n) * (1j * (n - entry.shift) * speed) ** entry.order
+            here, seen, n = harmonics_seen(entry.shift, entry.is_conjugate, harmonics)
+            source[here, k] = every[seen]
+            of = entry.gain, entry.frequency_only, entry.shift, tuple(every[here].tolist())
+            if of not in gains:
+                gains[of] = entry.gain_at(speed, n + entry.shift)
+            factor[:, here, k] = gains[of] * (1j * n * speed) ** entry.order
         return _Moving(factor, source)
 
     def _still(self, speed, harmonics):
         (elements, kinds), speed = self._at_rest, np.array(speed)
         where = {n: i for i, n in enumerate(harmonics)}
         at = np.array([where.get(entry.shift, -1) for entry in kinds], int)
-        gain = np.array([entry.gain_at(speed, entry.shift) for entry in kinds]).reshape(len(kinds), len(speed))
+        gains = {(e.gain, e.frequency_only, e.shift): e for e in kinds}
+        gains = {of: entry.gain_at(speed, entry.shift) for of, entry in gains.items()}
+        gain = np.array([gains[e.gain, e.frequency_only, e.shift] for e in kinds]).reshape(len(kinds), len(speed))
         kept = at[elements.kind] >= 0
         place, elements = self._place_of(elements)[kept], _Elements(*(part[kept] for part in elements))
         at, count = at[elements.kind], len(self._places[0])

@@ -30,11 +30,13 @@ class NonlinearForce:
     function : (displacement (..., time, coordinate), velocity, deflection) -> force of that shape, N; the displacement
                includes the static deflection, which is also passed by itself, constant in time
     takes_angle : whether the function takes the shaft angle too, (time, 1) rad, as its fourth argument
+    takes_velocity : False if the force does not depend on the velocity, whose derivatives are then left out
     """
 
     matrix: np.ndarray
     function: Callable
     takes_angle: bool = False
+    takes_velocity: bool = True
 
     def at(
         self, displacement: ArrayLike, velocity: ArrayLike, deflection: ArrayLike, shaft_angle: ArrayLike

@@ -78,21 +78,22 @@ def at_the_same_place(work, current):
     """The best explanation after one other cause, in its best shape, was tried for all causes at a place.
 
     Shapes are hardly seen under the error that is allowed to causes at first, and two causes without one may make up
-    for a shape. A cause of the whole rotor is exchanged for those at any place whose force is linear in the motion.
+    for a shape. A cause of the whole rotor, but a crack, is exchanged for those at any place. Contacts are not tried,
+    as their multiples of 1X show.
     """
     places = {}
     for cause in current.causes:
         places.setdefault(cause.where.get("node", cause.cause), []).append(cause)
     tried = [e for causes in places.values() for e in _scanned_instead(work, current, causes, _may_be_there)]
-    shaped = _worth_refining(work, current, tried)
-    return max([current, *tried, *(refine(work, e, again=False) for e in shaped)], key=odds_of)
+    best = max(tried, key=odds_of, default=current)
+    return refine(work, best, again=False) if odds_of(best) >= odds_of(current) - REACH else current
 
 
 def _may_be_there(cause, other):
     """Whether another cause may be taken for one by its place alone."""
-    if cause.where:
-        return cause.where.get("node") == other.where.get("node")
-    return bool(other.where) and not any(u.force for u in other.term.unknowns)
+    if any(u.force for u in other.term.unknowns):
+        return False
+    return cause.where.get("node") == other.where.get("node") if cause.where else not cause.shape and bool(other.where)
 
 
 def _elsewhere(work, current, cause):

@@ -166,11 +166,10 @@ def _added(work, current, fits=None):
 
 
 def _settled(work, spectrum, missing, best):
-    """The search with the error of the causes that one of the best explanations turned out to have.
+    """The search with the least error of the causes that one of the best explanations turned out to have.
 
-    The one that needs the least counts: under a large error others may seem better, and shapes are hardly seen.
-    Everything within reach is fitted again with that error, of explanations that differ little in shape the best one.
-    Where all need the assumed error, nothing changes.
+    Under a larger one another may seem better. Everything within reach is fitted again with that error, of explanations
+    that differ little in shape the best one. Where all need the assumed error, nothing changes.
     """
     if not best.causes:
         return work
@@ -193,9 +192,8 @@ def _settled(work, spectrum, missing, best):
     for one in known:
         if odds_of(one) >= least:
             found = again.explain(one.causes, [one.fit.theta])
-            vague = any(c.shape and not is_sought_everywhere(c) for c in one.causes)  # where the error hid the shape
-            if found and (vague or odds_of(found) >= max(map(odds_of, again.explanations)) - REACH):
-                _drop(again, refine_in_turn(again, found, again=vague))  # a second cause may have made up for a shape
+            if found and odds_of(found) >= max(map(odds_of, again.explanations)) - REACH:
+                refine_in_turn(again, found, again=False)  # its shapes were tried in the search
     return again
 
 
