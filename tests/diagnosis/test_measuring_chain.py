@@ -53,13 +53,13 @@ RIG = {
 MODEL = build_model(RIG)
 
 
-def measured(changes=(), seed=1):
-    """Spectrum with noise of the rig with further effects."""
-    model = build_model({**RIG, "effects": [*RIG["effects"], *changes]})
+def measured(changes=(), seed=1, rig=RIG):
+    """Spectrum with noise of a rig with further effects."""
+    model = build_model({**rig, "effects": [*rig["effects"], *changes]})
     shown = measured_response(model, SPEEDS, HARMONICS)
     draws = np.random.default_rng(seed).normal(0, NOISE / np.sqrt(2), (2, *shown.shape))
     covariance = independent_covariance(np.full(shown.shape, NOISE**2 / 2))
-    return Spectrum(shown + draws[0] + 1j * draws[1], SPEEDS, HARMONICS, MODEL.sensors, covariance)
+    return Spectrum(shown + draws[0] + 1j * draws[1], SPEEDS, HARMONICS, model.sensors, covariance)
 
 
 def read_wrongly(spectrum, change):
@@ -123,7 +123,12 @@ def one_probe_at_45_degrees_halved(z):
 def test_a_wrong_unit_beside_a_fault_is_told(factor):
     """The fault would be found beside a gain error of the probes that no probe can have."""
     spectrum = read_wrongly(measured(FAULTS[:1]), lambda z: z * factor)
-    verdict = investigate(spectrum, MODEL, settings=QUICK | {"most_causes": 2}).verdict
+    settings = {
+        "most_causes": 2,
+        "candidates_per_round": 2,
+        "leave_out": [name for name in registry().plugins["effect"] if name not in ("unbalance", "probe_gain")],
+    }
+    verdict = investigate(spectrum, MODEL, settings=settings).verdict
     assert f"all readings are {factor:.4g} times" in verdict.measuring_chain.hypothesis, verdict.summary
     assert verdict.verdict == "unknown" and not verdict.causes
 
@@ -142,6 +147,31 @@ def test_a_fault_is_not_taken_for_a_convention(fault):
     verdict = investigate(measured([fault]), MODEL, settings=QUICK).verdict
     assert verdict.measuring_chain is None
     assert fault["kind"] in {cause.effect for cause in (*verdict.causes, *verdict.ambiguous_with)}, verdict.summary
+
+
+def refused(begun):
+    raise AssertionError("searched")
+
+
+def test_no_cause_is_searched_for_where_none_comes_near_a_convention(monkeypatch):
+    monkeypatch.setattr("rotorstudy.diagnosis.verdict.investigate.search", refused)
+    verdict = investigate(read_wrongly(measured(), WRONG["turns in the other sense"]), MODEL, settings=QUICK).verdict
+    assert verdict.measuring_chain.log_odds > verdict.measuring_chain.log_odds_of_best_causes
+    assert verdict.candidates > 0 and verdict.detection_limit
+
+
+def test_causes_are_searched_for_where_one_is_the_same_change_of_the_records(monkeypatch):
+    """Negative control: with one node a reversed probe is the other sense of rotation."""
+    one_node = {**RIG, "sensors": [3]}
+    reversed_probe = {"kind": "reversed_probe", "node": 3, "probe": "y", "reversed_probe_y": 1.0}
+
+    monkeypatch.setattr("rotorstudy.diagnosis.verdict.investigate.search", refused)
+    for spectrum, model in (
+        (measured(FAULTS[:1]), MODEL),
+        (measured([reversed_probe], rig=one_node), build_model(one_node)),
+    ):
+        with pytest.raises(AssertionError, match="searched"):
+            investigate(spectrum, model, settings=QUICK)
 
 
 def test_a_clean_record_is_not_accused():

@@ -161,11 +161,9 @@ def _pairs(work, current):
 def _can_be_paired(work, first, second):
     """Whether two candidates (first, second) may be causes together; two contacts at once take too long to fit."""
     contacts = [[bool(c.shape) and any(u.force for u in c.term.unknowns) for c in part] for part in (first, second)]
-    each = [list({c.cause: c for c in part}.values()) for part in (first, second)]
+    each = [{c.cause: c for c in part} for part in (first, second)]
     of_two = are_distinct if work.settings.most_causes > 1 else lambda *both: is_allowed(work, both)
-    allowed = np.array([[of_two(a, b) for b in each[1]] for a in each[0]])
-    place = [
-        [[c.cause for c in known].index(c.cause) for c in part]
-        for known, part in zip(each, (first, second), strict=True)
-    ]
+    allowed = np.array([[of_two(a, b) for b in each[1].values()] for a in each[0].values()])
+    number = [{name: i for i, name in enumerate(known)} for known in each]
+    place = [[at[c.cause] for c in part] for at, part in zip(number, (first, second), strict=True)]
     return ~np.outer(*contacts) & allowed[np.ix_(*place)]

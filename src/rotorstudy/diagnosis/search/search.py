@@ -75,8 +75,8 @@ def base_model(model: Model, settings: Settings) -> tuple[Model, Prior]:
     return (whole, prior) if model.before is None else of_change(whole, prior, settings)
 
 
-def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
-    """Explanations of a spectrum by up to `most_causes` faults, found by adding, swapping and dropping causes.
+def begin(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
+    """The fit without causes, and the candidates of a search.
 
     Parameters
     ----------
@@ -89,6 +89,39 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     Returns
     -------
     Search
+        In which nothing was searched yet.
+
+    Raises
+    ------
+    RotorstudyError
+        If the base model cannot be fitted.
+    """
+    model = with_vibration(model, spectrum) if model.before is None else model
+    whole, prior = base_model(model, settings)
+    base = fit(whole, spectrum, prior)
+    every, failures = candidates(model, settings)
+    return Search(model, whole, spectrum, spectrum, settings, prior, base, every, failures=failures,
+                  found={frozenset(): Explanation((), base, 0.0)})  # fmt: skip
+
+
+def unsearched(begun: Search) -> Search:
+    """A Search that ends without causes; of the candidates it says only how large they would have to be."""
+    screened = begun.screen(begun.base, begun.candidates)
+    stable = np.zeros(len(begun.spectrum.speed), bool)  # values fitted to records read wrongly say nothing of the rig
+    return replace(begun, screened=screened, unstable=stable)
+
+
+def search(begun: Search) -> Search:
+    """Explanations of a spectrum by up to `most_causes` faults, found by adding, swapping and dropping causes.
+
+    Parameters
+    ----------
+    begun : Search
+        As `begin` returns it.
+
+    Returns
+    -------
+    Search
         Its spectrum has the error of the causes too.
 
     Raises
@@ -96,27 +129,26 @@ def search(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     RotorstudyError
         If the base model cannot be fitted. A broken plugin of the library raises nothing: see `Search.broken`.
     """
-    model = with_vibration(model, spectrum) if model.before is None else model
-    whole, prior = base_model(model, settings)
-    base = fit(whole, spectrum, prior)
+    whole, prior, spectrum, settings, base = begun.model, begun.prior, begun.spectrum, begun.settings, begun.base
     stated = fit(whole, spectrum, prior, steps=0)
     imitates = base.penalty > STRAINED * len(prior.names)  # the parameters of the base take over what is missing
     missing = spectrum.amplitude - predicted(whole, spectrum, stated.theta if imitates else base.theta)
     widened = with_cause_error(spectrum, missing, settings.cause_error)
     base = fit(whole, widened, prior, start=base.theta)
-    every, failures = candidates(model, settings)
-    log.info("searching %d candidates", len(every))
-    work = Search(model, whole, spectrum, widened, settings, prior, base, every, failures=failures,
-                  cause_error=settings.cause_error)  # fmt: skip
-    work.screened.extend(work.screen(base, every))
-    work.found[frozenset()] = Explanation((), base, 0.0)
+    log.info("searching %d candidates", len(begun.candidates))
+    work = replace(begun, spectrum=widened, base=base, found={frozenset(): Explanation((), base, 0.0)},
+                   cause_error=settings.cause_error)  # fmt: skip
+    work.screened.extend(work.screen(base, work.candidates))
     best = _added(work, work.found[frozenset()], [base, fit(whole, widened, prior, steps=0)] if imitates else None)
     best = with_formulas(work, best)
     log.info("fitting the best of %d explanations again", len(work.found))
     settled = _settled(work, spectrum, missing, best)
     first = max(settled.explanations, key=odds_of)
     if not (settled is work and first is best):  # to which nothing was found that could be added
-        _added(settled, first)
+        first = _added(settled, first)
+        formula = with_formulas(settled, first)
+        if formula is not first:
+            _added(settled, formula)
     if settled is not work and settled.best.causes:
         at_the_same_place(settled, settled.best)
     exact = without_error(settled)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.impossible import unstable_rig
 from rotorstudy.diagnosis.search.odds import faults_of
-from rotorstudy.diagnosis.search.search import search
+from rotorstudy.diagnosis.search.search import begin, search, unsearched
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.causes import cause_of, causes_of, corrects_model
 from rotorstudy.diagnosis.verdict.evidence import (
@@ -26,7 +26,12 @@ from rotorstudy.diagnosis.verdict.outside import with_outside
 from rotorstudy.diagnosis.verdict.result import PValues, Verdict
 from rotorstudy.diagnosis.verdict.resultant import resultant_of
 from rotorstudy.diagnosis.verdict.words import summary
-from rotorstudy.diagnosis.verdict.wrong_convention import chain_hypothesis, finding_of
+from rotorstudy.diagnosis.verdict.wrong_convention import (
+    chain_hypothesis,
+    clear_convention,
+    finding_of,
+    tested_convention,
+)
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.inference.fit import Fit, chi_square_p_value, residual_share
 from rotorstudy.inference.prediction import misfit, predicted, with_cause_error, with_model_error
@@ -101,12 +106,16 @@ def investigate(
     measured, held = split(spectrum, settings.hold_out_rad_s if hold_out is None else hold_out)
     fitted = with_model_error(measured, settings)
     held = None if held is None else with_model_error(held, settings)
-    found = search(model, fitted, settings)
+    begun = begin(model, fitted, settings)
+    log.info("testing whether conventions of the records are wrongly stated")
+    tested = tested_convention(begun, measured) if model.before is None else None  # shared by both states
+    chain = clear_convention(begun, tested) if tested else None
+    found = unsearched(begun) if chain else search(begun)
     base, expected = found.base, None
     if held is not None:
         expected = with_cause_error(held, held.amplitude - predicted(base.model, held, base.theta), found.cause_error)
-    log.info("testing whether conventions of the records are wrongly stated")
-    chain = chain_hypothesis(found, measured, settings) if model.before is None else None  # shared by both states
+    if tested and not chain:
+        chain = chain_hypothesis(found, begun.base, tested)
     found = replace(found, upheld=chain is None and is_upheld(found, expected))
     best = found.best
     rows = fitted.data_count
@@ -134,7 +143,7 @@ def investigate(
     odds, others = [e.log_posterior_odds for e in found.explanations if e.causes], [parts[0] for _, parts, _ in stated]
     verdict = Verdict(
         verdict=kind,
-        causes=causes_of(best, probability),
+        causes=causes_of(best, probability, found.explanations, STATED_SET),
         ambiguous_with=[cause_of(parts, e.fit, probability[fault]) for fault, parts, e in stated],
         resultant=resultant_of(found, best),
         separating_measurement=separating_measurements(best.causes, others, model.structure),

@@ -19,6 +19,7 @@ from rotorstudy.units import percent
 PRIOR_ODDS = 0.02  # that some convention is stated wrongly, divided among the hypotheses
 LEAST_MARGIN = 5.0  # of log odds over the stated conventions, and over the best causes under them
 FITTED = 3  # number of hypotheses that are fitted, those best when linearised
+CLEAR = 10.0  # times the cost of a hypothesis, which every cause alone must leave so that no search is needed
 SMALL_SHARE = 0.1  # of the excess error (rms), which a right hypothesis may leave, as there may be a fault as well
 
 
@@ -37,34 +38,103 @@ class Tested:
     log_factor: float
 
 
-def chain_hypothesis(found, spectrum, settings):
+def tested_convention(begun, spectrum):
+    """The Tested hypothesis with the highest odds, or None where the records do not contradict the rig.
+
+    begun : Search in which nothing was searched yet;  spectrum : Spectrum without the model error
+    """
+    if not _contradicted(begun.base, begun.settings):
+        return None
+    return best_hypothesis(spectrum, begun.base, begun.settings)
+
+
+def clear_convention(begun, tested):
+    """The ChainHypothesis that explains the records where no cause comes near, or None. No search is needed to tell it.
+
+    It leaves only noise, alone or with one cause on the rotor, and whatever the causes are that the records show, each
+    alone leaves many times more than it does.
+
+    begun : Search in which nothing was searched yet;  tested : Tested
+    """
+    base, alone = begun.base, tested.fit
+    if _gain(tested, base) < LEAST_MARGIN:
+        return None
+    screened = begun.screen(base, begun.candidates)
+    if _one_comes_near(begun, screened, CLEAR * max(alone.cost, len(alone.residual))):
+        return None
+    explained = Explanation((), alone, 0.0)
+    if alone.is_rejected(begun.settings.significance):
+        explained = max([explained, *_with_one_cause(begun, tested)], key=odds_of)
+    if explained.fit.is_rejected(begun.settings.significance):
+        return None
+    odds = [one.evidence + np.log(begun.prior_odds.of(c)) for c, one in zip(begun.candidates, screened, strict=True)]
+    return _accepted(tested, explained, base, max(odds, default=0.0), begun)
+
+
+def _one_comes_near(begun, screened, cost):
+    """Whether some cause alone leaves less than a cost: linearised, or fitted.
+
+    Fitted are those best when linearised, and those that act on the output, as an error of one probe can be the same
+    change of the records as a wrong convention: with one node, a reversed probe is the other sense of rotation.
+    """
+    explained = np.array([one.explained for one in screened])
+    if begun.base.cost - explained.max(initial=0.0) < cost:
+        return True
+    on_output = np.flatnonzero([c.term.acts_on_output for c in begun.candidates])
+    for i in dict.fromkeys([*np.argsort(-explained)[:FITTED].tolist(), *on_output.tolist()]):
+        cause = (begun.candidates[i],)
+        start = begun.start(cause, dict(zip(cause[0].names, screened[i].start, strict=True)))
+        fitted = begun.trial_fit(cause, start)
+        if fitted is not None and fitted.cost < cost:
+            return True
+    return False
+
+
+def chain_hypothesis(found, base, tested):
     """The ChainHypothesis that explains the records better than any cause under the stated conventions, or None.
 
     It is tried without causes and, if neither it nor the best causes reduce the residual to noise, with one cause on
-    the rotor. It must meet the standards of a cause (only noise is left, with plausible base parameters), or leave only
-    a small share of the excess error. The base parameters must move no more than expected, or than under the stated
-    conventions.
+    the rotor.
 
-    found : Search;  spectrum : Spectrum without the model error;  settings : Settings
+    found : Search;  base : Fit without causes, and without the error of a cause;  tested : Tested
     """
-    stated, rows, best = with_model_error(spectrum, settings), spectrum.data_count, found.best
-    base = fit(found.model, stated, found.prior, start=found.base.theta)  # without the error of a cause
-    p_before, p_base = chi_square_p_value(base.cost, rows), chi_square_p_value(base.penalty, len(base.names))
-    if min(p_before, p_base) >= settings.significance:
-        return None
-    as_stated = fit(best.fit.model, stated, best.fit.prior, start=best.fit.theta)
+    settings, best = found.settings, found.best
+    as_stated = fit(best.fit.model, found.stated, best.fit.prior, start=best.fit.theta)
     odds_as_stated = log_posterior_odds(best.causes, as_stated, base, found.prior_odds)
-    tested = best_hypothesis(spectrum, base, settings)
-    gain, tried = tested.fit.evidence - base.evidence + tested.log_factor, [Explanation((), tested.fit, 0.0)]
-    if gain > LEAST_MARGIN and all(one.is_rejected(settings.significance) for one in (as_stated, tested.fit)):
+    tried = [Explanation((), tested.fit, 0.0)]
+    rejected = all(one.is_rejected(settings.significance) for one in (as_stated, tested.fit))
+    if rejected and _gain(tested, base) > LEAST_MARGIN:
         tried += _with_one_cause(found, tested)
     explained = max(tried, key=odds_of)
-    odds, after = odds_of(explained) + gain, explained.fit
-    left = residual_share(base.cost, after.cost, rows)
+    if odds_of(explained) + _gain(tested, base) - odds_as_stated < LEAST_MARGIN:
+        return None
+    return _accepted(tested, explained, base, best.log_posterior_odds, found)
+
+
+def _contradicted(base, settings):
+    """Whether the records contradict the rig without causes, or move its parameters too far."""
+    p_base = chi_square_p_value(base.penalty, len(base.names))
+    return base.is_rejected(settings.significance) or p_base < settings.significance
+
+
+def _gain(tested, base):
+    """Log odds of a hypothesis, without causes, over the stated conventions."""
+    return tested.fit.evidence - base.evidence + tested.log_factor
+
+
+def _accepted(tested, explained, base, odds_of_best, work):
+    """The ChainHypothesis if it meets the standards of a cause, or leaves only a small share of the excess error.
+
+    The base parameters must move no more than expected, or than under the stated conventions.
+
+    explained : Explanation of the corrected records;  odds_of_best : log odds of the best causes under the stated ones
+    """
+    odds, after, rows = odds_of(explained) + _gain(tested, base), explained.fit, len(base.residual)
+    left, significance = residual_share(base.cost, after.cost, rows), work.settings.significance
     p_after, p_parameters = chi_square_p_value(after.cost, rows), chi_square_p_value(after.penalty, len(after.names))
     if (
-        odds - max(0.0, best.log_posterior_odds, odds_as_stated) < LEAST_MARGIN
-        or (min(p_after, p_parameters) < settings.significance and left > SMALL_SHARE)
+        odds - max(0.0, odds_of_best) < LEAST_MARGIN
+        or (min(p_after, p_parameters) < significance and left > SMALL_SHARE)
         or after.penalty > max(base.penalty, len(after.names))  # as many as names are expected
     ):
         return None
@@ -73,8 +143,8 @@ def chain_hypothesis(found, spectrum, settings):
         remedy=tested.hypothesis.remedy,
         beside=next((_place(cause, base.model.structure) for cause in explained.causes), None),
         log_odds=odds,
-        log_odds_of_best_causes=best.log_posterior_odds,
-        residual_p_value=PValues(before=p_before, after=p_after),
+        log_odds_of_best_causes=odds_of_best,
+        residual_p_value=PValues(before=chi_square_p_value(base.cost, rows), after=p_after),
         residual_share=left,
     )
 
@@ -93,6 +163,9 @@ def _with_one_cause(found, tested):
         base=tested.fit,
         candidates=[cause for cause in found.candidates if not cause.term.acts_on_output],
         screened=[],
+        scanned=[],
+        shapes={},
+        equations={},
         found={frozenset(): Explanation((), tested.fit, 0.0)},
         cause_error=0.0,
     )
