@@ -1,6 +1,7 @@
 # make        set up .venv, rebuild all results, write the report
 # make test   set up .venv, run all checks and tests
 # make foreign  diagnose 300 records of the independent simulator (tests/foreign), several hours on 2 cores
+# make outside  learn again when a verdict misses the true cause, from 200 cases of the independent simulator
 # make docs   build the pages of docs/ as a site, with a check for dead links
 # make cracks   identify cracks of the independent simulator in millimetres, half an hour on 2 cores; can be interrupted
 # make ross     diagnose records of the package ROSS, in an environment of its own
@@ -9,7 +10,7 @@ PYTHON ?= python3
 CORES ?= all
 SNAKEMAKE = .venv/bin/snakemake --cores $(CORES)
 
-.PHONY: all results report test check bench foreign cracks ross peers docs clean
+.PHONY: all results report test check bench foreign outside cracks ross peers docs clean
 
 all: report
 	@echo
@@ -40,6 +41,12 @@ bench: .venv/ready
 
 foreign: .venv/ready
 	.venv/bin/python benchmarks/foreign.py --cases 300 --processes 2 --out results/foreign
+
+outside: .venv/ready
+	.venv/bin/python benchmarks/foreign.py --quick --seed 5200 --cases 145 --processes 2 --out results/outside/drawn
+	.venv/bin/python benchmarks/foreign.py --quick --seed 5201 --cases 60 --processes 2 --families pair outside \
+		--without-truth --out results/outside/without_truth
+	.venv/bin/python benchmarks/outside.py --within results/outside/drawn --without results/outside/without_truth
 
 cracks: .venv/ready
 	.venv/bin/python benchmarks/cracks.py --cases 200 --diagnose 10 --processes 2 --out results/crack_cases

@@ -65,7 +65,9 @@ def summary(rows):
         share("diagnoses that crashed", rows, rows.verdict == "crashed", "none"),
         share(f"diagnoses slower than {SLOW:g} s of one core", done, done.seconds > SLOW, "none"),
     ]
+    by_noise = held.rise_probability.mean() if "rise_probability" in held else np.nan
     numbers = [
+        ("share of held-out errors that noise alone would make worse", by_noise, len(held), ""),
         ("held-out error after over before, median", held.gain.median(), len(held), "<= 0.1"),
         ("calibration error of the stated probability", error, len(stated), "<= 0.05"),
         ("the same by chance alone, if it were exact", by_chance(probability), len(stated), ""),

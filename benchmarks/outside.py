@@ -7,7 +7,8 @@ that the library lacks, and a share of `--pairs` are two at once, whatever their
 verdicts without causes count as drawn, too: they are the cases that need no probability.
 `src/rotorstudy/diagnosis/verdict/outside.yaml` has the coefficients, the number of verdicts, and the calibration error
 of predictions for cases that were left out; the features of all verdicts are kept in `benchmarks/outside.csv`, empty
-where a verdict has no causes that fit.
+where a verdict has no causes that fit. `make outside` draws the cases, diagnoses them and learns from them; the table
+of the repository was put together from several versions, whose seeds are not all known.
 """
 
 import argparse
@@ -104,6 +105,7 @@ def main():
     given = parser.parse_args()
     chosen = {"with": given.within, "without": given.without}
     new = [read(one).assign(library=name) for name, folders in chosen.items() for one in folders]
+    new = [one.assign(library=one.library.where(one.kind != "outside", "without")) for one in new]
     table = pd.concat(new).set_index("library").reset_index() if new else pd.read_csv(ROWS)
     table.to_csv(ROWS, index=False, float_format="%.6g")
     found = learned(table, given.outside, given.pairs)

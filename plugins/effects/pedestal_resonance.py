@@ -1,5 +1,3 @@
-from typing import Literal
-
 import numpy as np
 
 from rotorstudy.plugins import Effect, NonNegative, Parameter, Positive, at_supports, hookimpl, planar_entries
@@ -9,39 +7,47 @@ def pedestal_resonance(
     structure,
     node: int | None = None,
     natural_frequency_rad_per_s: Positive = 300.0,
+    frequency_ratio: Positive = 1.0,
     damping_ratio: Positive = 0.05,
     bearing_time_s: NonNegative = 0.0,
-    direction: Literal["x", "y", "both"] = "both",
 ):
-    """Support that yields at a resonance of its own, along x, y or both.
+    """Support that yields at resonances of its own along x and y.
 
-    At the frequency v = n w the force is +k (1 + j v T)^2 w0^2 / (w0^2 - v^2 + 2j zeta w0 v) times the displacement.
-    A bearing k_b + j v c_b loses exactly that dynamic stiffness by a pedestal k_p + j v c_p - v^2 m in series, with
-    T = c_b / k_b, k = k_b^2 / (k_b + k_p), w0^2 = (k_b + k_p) / m and 2 zeta w0 = (c_b + c_p) / m.
-    It is defined in the frequency domain.
+    At the frequency v = n w a bearing b = k_b + j v c_b on a pedestal p = k_p + j v c_p - v^2 m passes on b p / (b + p)
+    along each direction: it loses b^2 / (b + p) = k (1 + j v T)^2 r with r = w0^2 / (w0^2 - v^2 + 2j zeta w0 v), where
+    T = c_b / k_b, k = k_b^2 / (k_b + k_p), w0^2 = (k_b + k_p) / m and 2 zeta w0 = (c_b + c_p) / m. w0 is the natural
+    frequency along x; along y it is that times the ratio. Of cross stiffnesses of the bearing k (1 + j v T) (r_x + r_y)
+    / 2 is lost, to first order in k_b / (k_b + k_p). It is defined in the frequency domain.
     """
     here = structure.unit(structure.default_node() if node is None else node)
+    pattern, local = np.outer(here, here), structure.scales.stiffness(node)
 
-    def gain(speed, harmonic):
-        share = harmonic * speed / natural_frequency_rad_per_s
-        passed = 1 + 1j * harmonic * speed * bearing_time_s
-        return passed**2 / (1 - share**2 + 2j * damping_ratio * share)
+    def passed(speed, harmonic):
+        return 1 + 1j * harmonic * speed * bearing_time_s
 
+    def resonance(speed, harmonic, ratio=1.0):
+        share = harmonic * speed / (ratio * natural_frequency_rad_per_s)
+        return 1 / (1 - share**2 + 2j * damping_ratio * share)
+
+    def along_x(*at):
+        return passed(*at) ** 2 * resonance(*at)
+
+    def along_y(*at):
+        return passed(*at) ** 2 * resonance(*at, frequency_ratio)
+
+    def both(*at):
+        return passed(*at) * (resonance(*at) + resonance(*at, frequency_ratio)) / 2
+
+    direct, across = {"typical": 0.03 * local}, {"typical": 0.007 * local, "default": 0.0}
     return [
         Parameter(
-            f"stiffness_loss_at_rest_{axis}",
+            f"stiffness_loss_at_rest_{direction}",
             "N/m",
-            planar_entries(axis, np.outer(here, here), gain=gain, frequency_only=True),
-            typical=0.03 * structure.scales.stiffness(node),
+            planar_entries(direction, pattern, gain=gain, frequency_only=True),
+            **(direct if gain is not both else across),
         )
-        for axis in ("xx", "yy")
-        if direction in (axis[0], "both")
+        for direction, gain in (("xx", along_x), ("yy", along_y), ("xy", both), ("yx", both))
     ]
-
-
-def each_direction(structure, sensors):
-    """Each support with the same resonance in both directions, and with one along x and along y."""
-    return [{**place, "direction": axis} for place in at_supports(structure, sensors) for axis in ("both", "x", "y")]
 
 
 @hookimpl
@@ -52,12 +58,12 @@ def rotorstudy_effect():
         source="Kirk and Gunter 1972, effect of support flexibility and damping; two dynamic stiffnesses in series",
         shape={
             "natural_frequency_rad_per_s": (0.1, 10.0, "frequency"),
+            "frequency_ratio": (0.4, 2.5),
             "damping_ratio": (0.005, 0.5),
             "bearing_time_s": (0.0, 1.0, "time"),
         },
-        places=each_direction,
-        parts=("direction",),
-        positive=True,
+        places=at_supports,
+        positive=("stiffness_loss_at_rest_xx", "stiffness_loss_at_rest_yy"),
         checked="a rotor on flexible_pedestal, with and without damping of the bearing, to 1e-10",
         confounders=(
             ("support_stiffness", "equal far below its resonance; tap the pedestal, or measure its motion"),

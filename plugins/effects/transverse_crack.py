@@ -30,13 +30,15 @@ def transverse_crack(
     if closing_moment_N_m and (breathing in ("cosine", "switching", "none") or opened_by == "weight"):
         raise CannotAct("closing_moment_N_m needs a crack that opens and closes by the instantaneous moment")
     hinge = crack_at(structure, position_m, depth_ratio, angle_rad, flexibility, breathing == "sudden")
+    jumps = breathing in ("sudden", "switching")
     if breathing in ("gradual", "sudden") and opened_by == "moment":
-        return [Parameter("flexibility_factor", "1", (), typical=1.0, force=hinge.force(closing_moment_N_m))]
+        force = hinge.force(closing_moment_N_m)
+        return [Parameter("flexibility_factor", "1", (), typical=1.0, force=force, jumps=jumps)]
     if breathing in ("cosine", "switching"):
         entries = hinge.entries_by_angle(breathing == "switching")
     else:
         entries = hinge.open_entries() if breathing == "none" else hinge.entries_by_weight()
-    return [Parameter("flexibility_factor", "1", entries, typical=1.0)]
+    return [Parameter("flexibility_factor", "1", entries, typical=1.0, jumps=jumps)]
 
 
 def where_it_cracks(structure, sensors):

@@ -10,6 +10,7 @@ from rotorstudy.blind.config import KINDS as KINDS_OF_CASES
 from rotorstudy.blind.run import diagnosed, run_blind
 from rotorstudy.blind.scoring import stated_set
 from rotorstudy.blind.sealing import check_seal
+from rotorstudy.diagnosis.verdict.result import Cause
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.registry import registry
 
@@ -57,7 +58,7 @@ def check_always(rows, verdicts, truths, seals, where):
         assert verdict["verdict"] in ("nothing", "cause", "ambiguous", "unknown"), (where, verdict)
         assert {key: isinstance(verdict[key], kind) for key, kind in KINDS.items()} == dict.fromkeys(KINDS, True), where
         for cause in [*verdict["causes"], *verdict["ambiguous_with"]]:
-            assert set(cause) == {"effect", "where", "label", "variant", "parameters", "posterior_probability"}, where
+            assert set(cause) == set(Cause.model_fields), where
             assert cause["effect"] in registry().plugins["effect"], where
             assert 0 <= cause["posterior_probability"] <= 1 + 1e-9, where
             assert all(np.isfinite(value["value"]) for value in cause["parameters"].values()), where

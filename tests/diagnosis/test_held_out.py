@@ -1,11 +1,15 @@
 """Held-out speeds: how often noise raises the error there although the causes are right, and what a rise then says."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
-from rotorstudy.diagnosis.verdict.held_out import gain_of, is_worse, rise_probability
+from rotorstudy.diagnosis.verdict import held_out
+from rotorstudy.diagnosis.verdict.held_out import HeldOutMisfit, gain_of, is_upheld, is_worse, rise_probability
+from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import predicted
 from rotorstudy.inference.prior import Prior
@@ -81,3 +85,15 @@ def test_a_rise_that_noise_explains_is_no_contradiction_and_another_one_is(fits)
         assert gain.ratio > 1
         assert is_worse(base, best, without, SETTINGS, gain) == contradicted
     assert not is_worse(base, best, held, SETTINGS, gain_of(base, best, held, held))
+
+
+@pytest.mark.parametrize("is_steady", [True, False])
+def test_causes_that_allow_no_steady_motion_at_a_held_out_speed_are_not_upheld(monkeypatch, is_steady):
+    def misfit(fitted, held):
+        if fitted == "with causes" and not is_steady:
+            raise NoSteadyState("no steady state at 350 rad/s")
+        return HeldOutMisfit(1.0, 1.0, 0.0)
+
+    monkeypatch.setattr(held_out, "_misfit", misfit)
+    best = SimpleNamespace(causes=("a crack",), fit="with causes", log_posterior_odds=50.0)
+    assert is_upheld(SimpleNamespace(best=best, base="without"), blank(HELD)) == is_steady

@@ -117,7 +117,7 @@ def test_verdict_json_has_what_the_documentation_says(asymmetric):
     assert verdict["format_version"] == 2 and verdict["broken_plugins"] == []
     (cause,) = verdict["causes"]
     assert (
-        set(cause) == {"effect", "where", "label", "parameters", "variant", "posterior_probability"}
+        set(cause) == {"effect", "where", "label", "parameters", "variant", "other_variants", "posterior_probability"}
         and 0.9 < cause["posterior_probability"] <= 1
     )
     assert all(set(value) == {"value", "std", "unit", "part"} for value in cause["parameters"].values())

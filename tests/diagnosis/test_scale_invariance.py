@@ -119,9 +119,8 @@ def offered(name, scale):
     assert not broken
     near, found = Near(whole, spectrum.speed, spectrum.harmonics, theta, order=7), {}
     for one in every:
-        unknowns = one.term.unknowns
-        groups = ([], unknowns) if one.term.acts_on_output else (unknowns, [])
-        change = near.sensitivities(groups)
+        changes = near.changes_by_output if one.term.acts_on_output else near.changes_by_forces
+        change = changes([(one.term.unknowns, None)])
         found[one.term.label] = one, spectrum.whitened(np.moveaxis(change, -1, 0))
     return found
 

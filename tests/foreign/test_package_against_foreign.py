@@ -6,7 +6,7 @@ import pytest
 from foreign.cases import draw_case
 from foreign.contacts import add_angular_misalignment, add_cubic_bearing, add_parallel_misalignment, add_rub
 from foreign.crack import add_crack
-from foreign.effects import add_added_mass, add_bow, add_seal, add_thermal_bow, bow_by_kink
+from foreign.effects import add_added_mass, add_bow, add_pedestal, add_seal, add_thermal_bow, bow_by_kink
 from foreign.faults import FAMILIES
 from foreign.files import rig_of, write_case
 from foreign.machine import build
@@ -273,6 +273,48 @@ def test_two_cracks_are_predicted(monkeypatch):
     cracked, sound = (build_model(rig | {"effects": [*rig["effects"], *more]}) for more in (cracks, []))
     bare = growth_rate(sound, speed)
     assert np.abs(periodic_growth_rate(cracked, speed) - growth).max() < 0.1 * np.abs(bare - growth).max()
+
+
+def test_a_pedestal_with_a_resonance_along_each_direction_is_predicted(monkeypatch):
+    """Behind a bearing with cross stiffnesses, whose loss the effect has to first order in the share of the bearing."""
+    ratio = 0.1  # of the damping of both together to the critical one
+
+    def add(draw):
+        bearing, mass = draw.rotor.bearings[0], 0.5 * draw.rotor.mass
+        stiff, damped = np.diag(bearing.stiffness), np.diag(bearing.damping)
+        feet = stiff * [3.0, 2.0]
+        natural = np.sqrt((stiff + feet) / mass)
+        add_pedestal(draw.machine, 0, mass, np.diag(feet), np.diag(2 * ratio * natural * mass - damped))
+        both = np.linalg.inv(bearing.stiffness + np.diag(feet))
+        loss = bearing.stiffness @ both @ bearing.stiffness
+        return {"natural": natural, "bearing_time_s": damped[0] / stiff[0], "loss": loss}
+
+    monkeypatch.setitem(FAMILIES, "special", add)
+    case = draw_case(8, "special", speeds=3, count=2, modes=None)
+    assert abs(case.rotor.bearings[0].stiffness[0, 1]) > 0.03 * case.rotor.bearings[0].stiffness[0, 0]
+    truth = case.effects[0]
+    effect = {
+        "kind": "pedestal_resonance",
+        "node": 1,
+        "natural_frequency_rad_per_s": float(truth["natural"][0]),
+        "frequency_ratio": float(truth["natural"][1] / truth["natural"][0]),
+        "damping_ratio": ratio,
+        "bearing_time_s": float(truth["bearing_time_s"]),
+    }
+    for i, j in np.ndindex(2, 2):
+        effect[f"stiffness_loss_at_rest_{'xy'[i]}{'xy'[j]}_N_per_m"] = float(truth["loss"][i, j])
+    rig = rig_of(case, modulus_error=0, bearing_error=0, unbalance_error=0)
+    true = np.array([[case.steady.whirl(node, k) for k in (1, -1)] for node in case.nodes])
+
+    def off(**other):
+        model = build_model(rig | {"effects": [*rig["effects"], *([effect | other] if other else [])]})
+        shown = measured_response(model, case.steady.speed, [1, -1])
+        return np.abs(np.transpose(shown, (2, 1, 0)) - true).max() / np.abs(true).max()
+
+    cross = {f"stiffness_loss_at_rest_{ab}_N_per_m": 0.0 for ab in ("xy", "yx")}
+    assert off(node=1) < 2e-3  # of second order: a cross stiffness of 6 % times a share of 30 % squared
+    assert min(off(frequency_ratio=1.0), off(**cross), off(bearing_time_s=0.0)) > 5e-3
+    assert off() > 0.1
 
 
 def test_an_added_mass_is_named(monkeypatch, tmp_path):

@@ -61,7 +61,7 @@ def differences(one, other, place=""):
     if isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
         pairs = enumerate(zip(one, other, strict=True))
         return [found for i, pair in pairs for found in differences(*pair, f"{place}/{i}")]
-    if one == other:
+    if one == other or (one != one and other != other):  # also where both are undefined
         return []
     numbers = isinstance(one, float) and isinstance(other, float)
     return [(place, abs(one - other) / max(abs(one), abs(other)) if numbers else np.inf)]

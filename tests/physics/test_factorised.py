@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from rotorstudy.response.banded import FEWEST, bandwidth
-from rotorstudy.response.factorised import factorised
+from rotorstudy.response.factorised import FEWEST, bandwidth, factorised, factorised_bands, stored_by_band
 
 COUNT = 80
 
@@ -31,6 +30,16 @@ def test_both_ways_agree_with_the_dense_solution(band, other_way, monkeypatch):
     for one in (right, 1j * right[..., :1]):  # the factors serve again
         assert np.abs(solved(one) - np.linalg.solve(matrices, one)).max() < 1e-12
     assert np.abs(solved(right[0]) - np.linalg.solve(matrices, right[0])).max() < 1e-12  # the same for all trials
+
+
+def test_real_matrices_stored_by_their_band_solve_real_and_complex_right_sides():
+    matrices, right = systems(3)
+    matrices = matrices.real
+    solved = factorised_bands(stored_by_band(matrices, 3))
+    for one in (right.real, (1 + 2j) * right):
+        found = solved(one)
+        assert found.dtype == one.dtype
+        assert np.abs(found - np.linalg.solve(matrices, one)).max() < 1e-12
 
 
 def test_an_order_makes_a_band_of_unknowns_that_lie_apart(monkeypatch):

@@ -37,6 +37,7 @@ def rotor(*effects, count=6):
     )
 
 
+LOSSY = {"kind": "internal_damping", "node": 3, "internal_damping_N_s_per_m": 20.0}
 SHAFT = {"kind": "shaft_damping", "shaft_damping_s": 1e-5}  # on all coordinates
 
 
@@ -67,7 +68,8 @@ def test_a_slender_shaft_is_solved_by_its_band(effects, monkeypatch):
     for one, other in zip(fast, whole, strict=True):
         assert one == pytest.approx(other, rel=0, abs=100 * AGREES * np.abs(other).max())
     deflection = static_deflection(model, SPEED, model.theta).value
-    monkeypatch.setattr(statics, "factorised", lambda matrix, _: partial(np.linalg.solve, matrix))
+    monkeypatch.setattr(statics, "has_narrow_band", lambda *_: False)
+    monkeypatch.setattr(statics, "factorised", lambda matrix: partial(np.linalg.solve, matrix))
     assert deflection == pytest.approx(static_deflection(model, SPEED, model.theta).value, rel=100 * AGREES)
     monkeypatch.setattr(harmonic, "NUMBERS_AT_ONCE", 1)
     parts = harmonic_response_and_jacobian(model, SPEED, HARMONICS)
@@ -84,3 +86,15 @@ def test_where_the_rotor_resonates_without_its_bearings_the_whole_system_is_solv
     fast, whole, used = both_ways(model, monkeypatch, speed)
     assert not used
     assert np.array_equal(fast.response, whole.response)
+
+
+@pytest.mark.parametrize(("harmonics", "needed"), [((1, 2), False), ((0, 1), True)])
+def test_the_deflection_is_solved_only_where_a_force_depends_on_it(harmonics, needed, monkeypatch):
+    """Internal damping has a static force across the deflection, which moves the mean alone."""
+    model, asked, own = rotor(LOSSY), [], harmonic.static_deflection
+    expected = harmonic_response_and_jacobian(model, SPEED, (0, 1, 2))
+    monkeypatch.setattr(harmonic, "static_deflection", lambda *given, **more: asked.append(1) or own(*given, **more))
+    found = harmonic_response_and_jacobian(model, SPEED, harmonics)
+    assert bool(asked) is needed
+    for one, other in zip(found, expected, strict=True):
+        assert one == pytest.approx(other[:, list(harmonics)], rel=1e-9, abs=1e-12 * np.abs(other).max())

@@ -81,34 +81,48 @@ def test_bearing_coefficients_add_to_those_of_the_bearing():
     assert same(response(isotropic(1), {"kind": "bearing_coefficients", "node": 1, **errors}), response(built), 1e-11)
 
 
-@pytest.mark.parametrize("bearing", [0.0, 600.0])
-def test_pedestal_resonance_is_a_mass_on_a_spring_behind_the_bearing(bearing):
-    """Kirk and Gunter's two dynamic stiffnesses in series."""
-    mass, spring, damper = 12.0, 1e6, 200.0
-    total = STIFF + spring
+def on_pedestal(bearing, spring, damper, mass):
+    """Item of the effect on a bearing of stiffness STIFF and damping `bearing` and a pedestal, (2,) along x and y."""
+    total = STIFF + np.asarray(spring)
     natural = np.sqrt(total / mass)
-    item = {
+    ratio = (bearing + np.asarray(damper)) / (2 * np.asarray(mass) * natural)
+    assert ratio[0] == pytest.approx(ratio[1])  # the effect has one for both directions
+    loss = STIFF**2 / total
+    return {
         "kind": "pedestal_resonance",
         "node": 1,
-        "natural_frequency_rad_per_s": float(natural),
-        "damping_ratio": float((bearing + damper) / (2 * mass * natural)),
+        "natural_frequency_rad_per_s": float(natural[0]),
+        "frequency_ratio": float(natural[1] / natural[0]),
+        "damping_ratio": float(ratio[0]),
         "bearing_time_s": bearing / STIFF,
-        "stiffness_loss_at_rest_xx_N_per_m": STIFF**2 / total,
-        "stiffness_loss_at_rest_yy_N_per_m": STIFF**2 / total,
+        "stiffness_loss_at_rest_xx_N_per_m": float(loss[0]),
+        "stiffness_loss_at_rest_yy_N_per_m": float(loss[1]),
     }
+
+
+@pytest.mark.parametrize("bearing", [0.0, 600.0])
+@pytest.mark.parametrize("across", [1.0, 0.4])  # mass and stiffness along y over those along x
+def test_pedestal_resonance_is_a_mass_on_a_spring_behind_the_bearing(bearing, across):
+    """Kirk and Gunter's two dynamic stiffnesses in series, each with a resonance of its own."""
+    mass, spring = 12.0 * np.array([1.0, across]), 1e6 * np.array([1.0, across])
+    critical = 2 * np.sqrt((STIFF + spring) * mass)
+    damper = 0.2 * critical - bearing
+    item = on_pedestal(bearing, spring, damper, mass)
     plain = linear(1, bearing_stiffness_N_per_m=STIFF, bearing_damping_N_s_per_m=bearing)
+    both = {"xx": 0, "yy": 1}
     built = {
         "kind": "flexible_pedestal",
         "node": 1,
         "label": "1",
         "bearing_stiffness_N_per_m": {"xx": STIFF},
         "bearing_damping_N_s_per_m": {"xx": bearing},
-        "pedestal_stiffness_N_per_m": {"xx": spring},
-        "pedestal_damping_N_s_per_m": {"xx": damper},
-        "pedestal_mass_kg": {"xx": mass},
+        "pedestal_stiffness_N_per_m": {key: float(spring[i]) for key, i in both.items()},
+        "pedestal_damping_N_s_per_m": {key: float(damper[i]) for key, i in both.items()},
+        "pedestal_mass_kg": {key: float(mass[i]) for key, i in both.items()},
         "bearing_scale": 1.0,
     }
     assert same(response(plain, item), response(built), 1e-10)
+    assert same(response(plain, item | {"frequency_ratio": 1.0}), response(built), 1e-10) == (across == 1)
     assert not same(response(plain), response(built), 1e-2)
 
 

@@ -119,6 +119,8 @@ def _options(plugin, where, setting, generator):
         "damping_ratio": generator.uniform(0.02, 0.2),
         "crack_angle_rad": 2 * np.pi / STEPS * generator.integers(-STEPS // 2, STEPS // 2),  # opens between two steps
     }
+    if "frequency_ratio" in plugin.shape:
+        options["frequency_ratio"] = generator.uniform(0.7, 1.4)
     chosen = {"crack": str(generator.choice(list(OPENINGS)))} if "crack" in plugin.alternatives else {}
     return {key: float(options[key]) for key in plugin.shape} | chosen
 

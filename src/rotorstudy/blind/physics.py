@@ -208,23 +208,33 @@ def seal(plant, values, where):
 
 
 def pedestal_resonance(plant, values, where):
-    """Bearing k_b on a mass m on springs k_p, where a rigid support was modelled; m and k_p + k_b from the resonance.
+    """Bearing on a mass m on springs k_p, where a rigid support was modelled; m and k_p + k_b from the resonances.
 
     The bearing, with damping c_b, passes on its force of u - p, where m p'' + c p' + (k_p + k_b) p = c_b u' + k_b u is
-    the motion p of the pedestal, c the sum of both dampings. The ratio of k_b to k_p + k_b is free: the shaft sees only
-    the loss at rest k_b^2 / (k_p + k_b).
+    the motion p of the pedestal along x or y, c the sum of both dampings. The ratio of k_b to k_p + k_b is free, as the
+    shaft sees only the loss at rest k_b^2 / (k_p + k_b); it is small, so that a cross stiffness q of the bearing gives
+    way by q p_y, and moves the pedestal by q u_y, of which the bearing passes on its share.
     """
-    frequency, ratio, lag = (where[key] for key in ("natural_frequency_rad_per_s", "damping_ratio", "bearing_time_s"))
+    ratio, lag, small = where["damping_ratio"], where["bearing_time_s"], 1e-6
+    along_x = where["natural_frequency_rad_per_s"]
+    frequency = {"x": along_x, "y": along_x * where["frequency_ratio"]}
     here = plant.point(node_of(where, plant))
+
+    def followed(axis, n):
+        """Motion of the pedestal per motion of the shaft, k_b / (k_p + k_b) at rest."""
+        v, w0 = n * plant.speed, frequency[axis]
+        return small * (1 + 1j * v * lag) * w0**2 / (w0**2 - v**2 + 2j * ratio * w0 * v)
 
     def passed_on(n):
         found = np.zeros((len(plant.speed), 2 * plant.dof, 2 * plant.dof), complex)
         for name, loss in values.items():
-            k_b, k_sum = 2 * loss, 4 * loss
-            m, c, v = k_sum / frequency**2, 2 * ratio * k_sum / frequency, n * plant.speed
-            bearing_force = k_b * (1 + 1j * v * lag)  # of a unit motion
-            pedestal = bearing_force / (k_sum - m * v**2 + 1j * c * v) if loss else 0.0
-            plant.couple(found, here, **{name[-2:]: -bearing_force * pedestal})
+            row, column = name[-2:]
+            if row == column:
+                force = loss / small * (1 + 1j * n * plant.speed * lag)  # of the bearing, of a unit motion
+                lost = force * followed(row, n)
+            else:
+                lost = loss / (2 * small) * (followed(row, n) + followed(column, n))
+            plant.couple(found, here, **{row + column: -lost})
         return found
 
     plant.stiffness_of_harmonic.append(passed_on)

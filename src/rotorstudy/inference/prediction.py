@@ -11,14 +11,14 @@ from rotorstudy.model.model import Model
 from rotorstudy.response.measured import measured_response, measured_response_and_jacobian
 
 BEYOND = 4  # harmonics carried beyond the highest measured one where a model couples them: off by 0.01 sigma (rms)
-BEYOND_JUMPS = 10  # with a force that jumps: off by 0.2 sigma for a crack of 30 % that opens at once, 1.3 with BEYOND
+BEYOND_JUMPS = 10  # where a law jumps: off by 0.2 sigma for a crack of 30 % that opens at once, 1.3 with BEYOND
 
 ACROSS_HARMONICS = 0.1  # of the error of a cause that reaches other harmonics than the one it is of
 
 
 def carried_order(spectrum: Spectrum, model: Model | None = None) -> int:
-    """Highest harmonic carried for a spectrum where harmonics are coupled; without a model as if no force jumped."""
-    jumps = model is not None and any(force.jumps for _, force in model.nonlinear_forces)
+    """Highest harmonic carried for a spectrum where harmonics are coupled; without a model as if nothing jumped."""
+    jumps = model is not None and any(unknown.jumps for unknown in model.rotor_unknowns)
     return int(np.abs(spectrum.harmonics).max()) + (BEYOND_JUMPS if jumps else BEYOND)
 
 

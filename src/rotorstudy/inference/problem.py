@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.inference.equation_error import condensed_regression, regression, residual_sensitivity
+from rotorstudy.inference.condensed import condensed_regression
+from rotorstudy.inference.equation_error import regression, residual_sensitivity
 from rotorstudy.inference.linear import RANK_TOLERANCE, by_speed
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
@@ -37,6 +38,8 @@ class Problem:
     condensation : str
         Of the coordinates that are not measured, in equation-error least squares: "exact", or "without gyroscopic
         moments" as in the thesis.
+    deflection : ndarray (..., speed, dof), optional
+        Static deflection, m, at which it is held instead of following from the unknowns.
 
     Raises
     ------
@@ -49,6 +52,7 @@ class Problem:
     names: tuple[str, ...]
     order: int = COUPLED_ORDER
     condensation: str = "exact"
+    deflection: np.ndarray | None = None
 
     def __post_init__(self):
         model, spectrum = self.model, self.spectrum
@@ -72,8 +76,9 @@ class Problem:
             A (..., row, parameter) in N per unit of each parameter, b (..., row) in N.
         """
         if self.condensation != "exact":
-            return condensed_regression(self.model, self.spectrum, self.names).real_system()
-        return regression(self.model, self.spectrum, self.names, order=self.order).real_system()
+            return condensed_regression(self.model, self.spectrum, self.names, self.deflection).real_system()
+        found = regression(self.model, self.spectrum, self.names, order=self.order, deflection=self.deflection)
+        return found.real_system()
 
     def holding(self, theta: np.ndarray) -> "Problem | None":
         """The problem with the static deflection held at that of an estimate.
@@ -90,10 +95,12 @@ class Problem:
         """
         model = self.model
         carrying = [u.name for u in model.rotor_unknowns if u.carries and u.name in self.names]
-        if model.held_deflection is not None or not carrying or not model.structure.static_load.any():
+        if self.deflection is not None or model.held_deflection is not None:
+            return None
+        if not carrying or not model.structure.static_load.any():
             return None
         deflection = static_deflection(model, self.spectrum.speed, self._rotor_amplitudes(theta)).value
-        return replace(self, model=replace(model, held_deflection=deflection))
+        return replace(self, deflection=deflection)
 
     def _rotor_amplitudes(self, theta):
         given = np.concatenate([term.theta for term in self.model.terms])
@@ -110,7 +117,7 @@ class Problem:
         moving = [p for p, one in change.items() if one is not None]
         # the residual is affine in the deflection, so any step is exact; all steps at once
         tried = np.stack([deflection, *(deflection + theta[p] * change[p] for p in moving)])
-        a, b = replace(self, model=replace(model, held_deflection=tried)).equations()
+        a, b = replace(self, deflection=tried).equations()
         residual = a @ theta - b
         moved = np.zeros((residual.shape[-1], len(self.names)))
         moved[:, moving] = ((residual[1:] - residual[0]) / theta[moving][:, None]).T

@@ -47,22 +47,22 @@ class Entry:
         """Whether the force depends neither on the motion nor on the static deflection."""
         return self.on == "one"
 
-    @property
+    @cached_property
     def is_conjugate(self) -> bool:
         """Whether it acts on the conjugate, of the motion or of the static deflection."""
         return self.on.endswith("conj")
 
-    def seen_by(self, harmonic: int) -> int:
+    def seen_by(self, harmonic: ArrayLike) -> ArrayLike:
         """Harmonic of the motion on which a harmonic of the force depends.
 
         Parameters
         ----------
-        harmonic : int
+        harmonic : int or array (...)
             Of the force.
 
         Returns
         -------
-        int
+        int or array (...)
         """
         return (harmonic - self.shift) * (-1 if self.is_conjugate else 1)
 
@@ -183,7 +183,7 @@ def _source(entry, amplitudes, speed, harmonics, reference):
         return source
     source = np.zeros((*_lead(amplitudes, reference), amplitudes.shape[-1]), complex)
     if entry.reads_motion:
-        row, column, source_harmonic = _seen_by(entry.shift, entry.is_conjugate, order)
+        row, column, source_harmonic = harmonics_seen(entry.shift, entry.is_conjugate, order)
         seen = amplitudes[..., column, :]
         seen = seen.conj() if entry.is_conjugate else seen
         if entry.order:
@@ -202,7 +202,7 @@ def _gain(entry, speed, harmonic):
 
 
 @lru_cache(maxsize=4096)
-def _seen_by(shift, mirrored, harmonics):
+def harmonics_seen(shift: int, mirrored: bool, harmonics: tuple[int, ...]):
     """Positions (slice or array) of force harmonics and of the motion harmonics they depend on, and the latter.
 
     Harmonic n of the force depends on harmonic n - shift of q, or of conj(q) if mirrored.

@@ -103,7 +103,7 @@ class Hinge:
             turned = np.exp(1j * (shaft_angle + self.angle))
             return -stiffness * kink(-(rotation + own_rotation) / turned - closing) * turned
 
-        return NonlinearForce(self.row[None], moment, takes_angle=True, jumps=self.sudden)
+        return NonlinearForce(self.row[None], moment, takes_angle=True, takes_velocity=False)
 
     def entries_by_weight(self) -> tuple[Entry, ...]:
         """The crack opened by the static moment, which stretches the lower or the upper side of the shaft.

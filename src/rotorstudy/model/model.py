@@ -25,7 +25,7 @@ class Varied(NamedTuple):
     variation: Variation
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # hashed by identity, so that what follows from a model can be kept
 class Model(Amplitudes):
     """Structure and terms; displacements are measured from the static deflection (see `statics`), unless stated.
 

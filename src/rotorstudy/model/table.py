@@ -4,12 +4,13 @@ What depends neither on the motion nor on the values of the amplitudes is arrang
 those that `apply_entries` gives for one amplitude after the other.
 """
 
+from collections.abc import Sequence
 from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.model.entries import Entry
+from rotorstudy.model.entries import Entry, harmonics_seen
 from rotorstudy.model.terms import Unknown
 
 KEPT = 4  # sets of speeds and harmonics for which the factors of a table are kept
@@ -98,22 +99,27 @@ class Table:
     unknowns : sequence of Unknown
     size : int
         Number of coordinates.
+    motion : sequence of int (unknown,), optional
+        Which of several motions each amplitude acts on; the coordinates of the motions then follow one another. By
+        default there is one motion.
     """
 
-    def __init__(self, unknowns: tuple[Unknown, ...], size: int):
+    def __init__(self, unknowns: tuple[Unknown, ...], size: int, motion: Sequence[int] | None = None):
         self.unknowns, self.size = tuple(unknowns), size
+        self.motion = [0] * len(self.unknowns) if motion is None else list(motion)
+        self.seen = size * (max(self.motion, default=0) + 1)  # coordinates of all motions
 
     def columns(self, amplitudes, speed, harmonics, deflection=None) -> Columns:
         """Force harmonics by one unit of each amplitude at given displacement harmonics.
 
         Parameters
         ----------
-        amplitudes : ndarray (..., speed, harmonic, coordinate)
+        amplitudes : ndarray (..., speed, harmonic, motion * coordinate)
             Complex, m; harmonics that are not listed are taken as zero.
         speed : ndarray (speed,)
             In rad/s.
         harmonics : ndarray (harmonic,)
-        deflection : ndarray (coordinate,) or (..., speed, coordinate), optional
+        deflection : ndarray (motion * coordinate,) or (..., speed, motion * coordinate), optional
             Static deflection, m, on which amplitudes act that do not carry load.
 
         Returns
@@ -154,6 +160,11 @@ class Table:
         force = np.zeros((*there.shape[:-1], len(harmonics), self.size), complex)
         force[..., still.at, still.row] = _product(still.to_row, there)
         return force
+
+    def reads_deflection(self, harmonics) -> bool:
+        """Whether the static deflection changes a force at one of some harmonics."""
+        elements, kinds = self._at_rest
+        return any(kinds[k].shift in harmonics for k in np.unique(elements.kind[elements.column < 2 * self.size]))
 
     @cached_property
     def patterns(self) -> list[Pattern]:
@@ -200,7 +211,8 @@ class Table:
                 k, _ = kinds.setdefault(entry.kind, (len(kinds), entry))
                 row, column, value = entry.nonzero
                 every = np.ones(len(row), int)
-                column = 2 * self.size * every if entry.is_constant else column + self.size * entry.is_conjugate
+                column = column + self.size * self.motion[u] + self.seen * entry.is_conjugate
+                column = 2 * self.seen * every if entry.is_constant else column
                 parts.append((u * every, k * every, row, column, value))
         elements = _Elements(*(np.concatenate(part) for part in zip(*parts, strict=True)))
         return elements, [entry for _, entry in kinds.values()]
@@ -224,9 +236,9 @@ class Table:
     def _seen(self):
         """Kind and column (pair,) of what entries on the motion act on, and sparse weights (place, pair)."""
         elements, _ = self._on_motion
-        pair, index = np.unique(elements.kind * 2 * self.size + elements.column, return_inverse=True)
+        pair, index = np.unique(elements.kind * 2 * self.seen + elements.column, return_inverse=True)
         weights = _sparse(elements.value, self._place_of(elements), index, (len(self._places[0]), len(pair)))
-        return *np.divmod(pair, 2 * self.size), weights
+        return *np.divmod(pair, 2 * self.seen), weights
 
     @cached_property
     def _factors(self):
@@ -237,19 +249,23 @@ class Table:
     def _moving(self, speed, harmonics):
         (_, kinds), speed, count = self._on_motion, np.array(speed)[:, None], len(harmonics)
         factor, source = np.zeros((len(speed), count, len(kinds)), complex), np.zeros((count, len(kinds)), int)
-        where = {n: i for i, n in enumerate(harmonics)}
+        every, gains = np.arange(count), {}  # many kinds differ in their matrix and direction, not in their gain
         for k, entry in enumerate(kinds):
-            row = [i for i, n in enumerate(harmonics) if entry.seen_by(n) in where]
-            n = np.array(harmonics)[row]
-            source[row, k] = [where[entry.seen_by(harmonics[i])] for i in row]
-            factor[:, row, k] = entry.gain_at(speed, n) * (1j * (n - entry.shift) * speed) ** entry.order
+            here, seen, n = harmonics_seen(entry.shift, entry.is_conjugate, harmonics)
+            source[here, k] = every[seen]
+            of = entry.gain, entry.frequency_only, entry.shift, tuple(every[here].tolist())
+            if of not in gains:
+                gains[of] = entry.gain_at(speed, n + entry.shift)
+            factor[:, here, k] = gains[of] * (1j * n * speed) ** entry.order
         return _Moving(factor, source)
 
     def _still(self, speed, harmonics):
         (elements, kinds), speed = self._at_rest, np.array(speed)
         where = {n: i for i, n in enumerate(harmonics)}
         at = np.array([where.get(entry.shift, -1) for entry in kinds], int)
-        gain = np.array([entry.gain_at(speed, entry.shift) for entry in kinds]).reshape(len(kinds), len(speed))
+        gains = {(e.gain, e.frequency_only, e.shift): e for e in kinds}
+        gains = {of: entry.gain_at(speed, entry.shift) for of, entry in gains.items()}
+        gain = np.array([gains[e.gain, e.frequency_only, e.shift] for e in kinds]).reshape(len(kinds), len(speed))
         kept = at[elements.kind] >= 0
         place, elements = self._place_of(elements)[kept], _Elements(*(part[kept] for part in elements))
         at, count = at[elements.kind], len(self._places[0])
@@ -263,8 +279,8 @@ class Table:
     def _resting(self, still, speed, deflection, constant=True):
         """Force (..., speed, element), N, of one unit of each element that does not act on the motion."""
         if deflection is None:
-            deflection = np.zeros(self.size)
-        deflection = np.broadcast_to(deflection, (*np.shape(deflection)[:-2], len(speed), self.size))
+            deflection = np.zeros(self.seen)
+        deflection = np.broadcast_to(deflection, (*np.shape(deflection)[:-2], len(speed), self.seen))
         one = np.full((*deflection.shape[:-1], 1), float(constant))
         return np.concatenate([deflection, deflection.conj(), one], axis=-1)[..., still.seen] * still.value
 
@@ -285,7 +301,9 @@ def _sparse(value, row, column, shape):
 
 def _sum(index, count):
     """Sparse (count, element) matrix that adds up the elements of the same index."""
-    return _sparse(np.ones(len(index)), index, np.arange(len(index)), (count, len(index)))
+    from scipy.sparse import csc_array
+
+    return csc_array((np.ones(len(index)), index, np.arange(len(index) + 1)), (count, len(index)))
 
 
 def _product(matrix, vectors):

@@ -30,13 +30,13 @@ class NonlinearForce:
     function : (displacement (..., time, coordinate), velocity, deflection) -> force of that shape, N; the displacement
                includes the static deflection, which is also passed by itself, constant in time
     takes_angle : whether the function takes the shaft angle too, (time, 1) rad, as its fourth argument
-    jumps    : whether it changes its law at once, so that its harmonics decrease slowly and more of them are carried
+    takes_velocity : False if the force does not depend on the velocity, whose derivatives are then left out
     """
 
     matrix: np.ndarray
     function: Callable
     takes_angle: bool = False
-    jumps: bool = False
+    takes_velocity: bool = True
 
     def at(
         self, displacement: ArrayLike, velocity: ArrayLike, deflection: ArrayLike, shaft_angle: ArrayLike
@@ -89,6 +89,8 @@ class Parameter:
               amplitude, and acts on what the others show; `entries` are then its derivative at zero
     default : its value where the rig states none; None: it has none, and is unknown
     also    : another name of its value -> (SI unit, factor from it): {"unbalance": ("kg m", 1 / mass)}
+    jumps   : whether its force or its entries change at once, so that their harmonics decrease slowly and more of them
+              are carried
     """
 
     name: str
@@ -100,6 +102,7 @@ class Parameter:
     exact: Callable | None = None
     default: float | None = None
     also: dict = field(default_factory=dict)
+    jumps: bool = False
 
     @property
     def key(self) -> str:
@@ -123,6 +126,7 @@ class Unknown:
     carries: bool = False
     force: NonlinearForce | None = None
     exact: Callable | None = None
+    jumps: bool = False
 
 
 @dataclass(frozen=True)
@@ -179,7 +183,7 @@ class Term:
                 found.append(Unknown(f"{name}_real", p.unit, p.entries, p.typical, self.carries))
                 found.append(Unknown(f"{name}_imag", p.unit, imaginary, p.typical, self.carries))
             else:
-                found.append(Unknown(name, p.unit, p.entries, p.typical, self.carries, p.force, p.exact))
+                found.append(Unknown(name, p.unit, p.entries, p.typical, self.carries, p.force, p.exact, p.jumps))
         return tuple(found)
 
     @property

@@ -143,6 +143,7 @@ class _System:
         seen, place = seen_coordinates([force for _, force in forces]), np.asarray(harmonics)
         self.seen, self.speed, self.order = seen, speed, len(place)
         self.forces = [(amplitude, force, _chosen(force, seen)) for amplitude, force in forces]
+        self.takes_velocity = any(force.takes_velocity for _, force in forces)
         self.angle, self.basis = one_revolution(harmonics)
         self.rate, self.still = 1j * place * speed[:, None], (deflection @ seen.T)[:, None]
         self.start, self.receptance = _real(linear @ seen.T), _real(seen @ reply)
@@ -166,12 +167,14 @@ class _System:
         z, v = self.basis @ a + still, self.basis @ (rates[..., None] * a)
         largest = np.swapaxes(np.abs(a).max(axis=1), 0, 1)[..., None, None]
         size = DIFFERENCE * (largest + 1e-12)  # (coordinate, speed, 1, 1): of each coordinate, in its own unit
-        step, rest = size * self.units, 0 * size * self.units
-        up_z, down_z, up_v, down_v = self._in_time(
-            z + np.stack([step, -step, rest, rest]), v + turn * np.stack([rest, rest, step, -step]), still
-        )
+        steps = np.stack([size * self.units, -size * self.units])
+        up, down = self._in_time(z + steps, v, still)
+        slopes = [((up - down) / size, np.ones_like(rates))]
+        if self.takes_velocity:
+            up, down = self._in_time(z + 0 * steps, v + turn * steps, still)  # a force need not depend on a velocity
+            slopes.append(((up - down) / (size * turn), rates))
         direct = mirrored = 0.0
-        for slope, factor in (((up_z - down_z) / size, np.ones_like(rates)), ((up_v - down_v) / (size * turn), rates)):
+        for slope, factor in slopes:
             lines = np.fft.fft(slope / 4, axis=-2) / len(self.basis)  # (unit, coordinate, speed, line, seen)
             factor = factor[:, None, :, None]
             direct = direct + (lines[0] - 1j * lines[1])[:, :, self.difference] * factor

@@ -1,16 +1,15 @@
-"""Systems of equations that are solved for the forces and again for the derivatives: factorised once.
+"""Systems of equations that are solved for several right sides: factorised once.
 
 Where few unknowns are coupled, the nodes of a shaft to their neighbours and harmonics to the next but one, that is done
-by the band of the matrices.
+by the band of the matrices, so that time and memory grow with their size and not with its cube.
 """
 
 from functools import partial
 
 import numpy as np
 
-from rotorstudy.response.banded import FEWEST, bandwidth, stored_by_band
-
-WIDEST = 0.25  # of the unknowns: bandwidth below which a banded factorisation is faster than a dense one
+FEWEST = 60  # unknowns from which a banded solution is faster than a dense one
+WIDEST = 0.25  # of the unknowns: bandwidth below which it is
 
 
 def factorised(matrices, order=None):
@@ -33,15 +32,60 @@ def factorised(matrices, order=None):
         return partial(np.linalg.solve, matrices)
     order = np.arange(count) if order is None else order
     coupled = np.any(matrices != 0, axis=tuple(range(matrices.ndim - 2)))
-    band = bandwidth(coupled[np.ix_(order, order)])
-    solver_of = _dense if band > WIDEST * count else partial(_banded, band=band, order=order)
+    band = narrow_band(coupled[np.ix_(order, order)])
+    if band is None:
+        return _one_by_one(_dense, matrices)
+    systems, back = factorised_bands(stored_by_band(matrices, band, order)), np.argsort(order)
+    return lambda right: systems(right[..., order, :])[..., back, :]
+
+
+def factorised_bands(stored):
+    """Function like that of `factorised`, for real or complex matrices `stored_by_band`, (..., 2 band + 1, n)."""
+    return _one_by_one(_banded, stored)
+
+
+def bandwidth(matrices):
+    """Largest distance from the diagonal of an element that is not zero in one of the matrices (..., n, n)."""
+    used = np.any(matrices.reshape(-1, *matrices.shape[-2:]) != 0, axis=0)
+    row, column = np.nonzero(used)
+    return int(np.abs(row - column).max(initial=0))
+
+
+def narrow_band(*matrices):
+    """Bandwidth of all these matrices (..., n, n), or None if a dense solution is as fast."""
+    count = matrices[0].shape[-1]
+    band = max(map(bandwidth, matrices)) if count >= FEWEST else count
+    return band if has_narrow_band(band, count) else None
+
+
+def has_narrow_band(band, count):
+    """Whether a banded solution of so many unknowns is faster than a dense one."""
+    return count >= FEWEST and band <= WIDEST * count
+
+
+def stored_by_band(matrices, band, order=None):
+    """The diagonals (..., 2 band + 1, n) of matrices (..., n, n), the uppermost first, as LAPACK takes them.
+
+    order : (n,) in which the unknowns are taken; as they are by default
+    """
+    column, offset = np.arange(matrices.shape[-1]), np.arange(-band, band + 1)[:, None]  # offset: row minus column
+    row = column + offset
+    inside = (row >= 0) & (row < len(column))
+    row = np.where(inside, row, 0)
+    if order is not None:
+        row, column = order[row], order
+    return np.where(inside, matrices[..., row, column], 0)
+
+
+def _one_by_one(solver_of, matrices):
+    """Function from right sides to solutions of systems whose matrices are (..., row, n)."""
     solvers = np.empty(matrices.shape[:-2], object)
     for place in np.ndindex(solvers.shape):
         solvers[place] = solver_of(matrices[place])
 
     def solved(right):
         leading = np.broadcast_shapes(solvers.shape, right.shape[:-2])
-        found = np.empty((*leading, *right.shape[-2:]), complex)
+        found = np.empty((*leading, *right.shape[-2:]), np.result_type(matrices, right))
         for place, solver in np.ndenumerate(np.broadcast_to(solvers, leading)):
             found[place] = solver(np.broadcast_to(right, found.shape)[place])
         return found
@@ -57,15 +101,24 @@ def _dense(matrix):
     return _refused if singular else lambda right: zgetrs(factors, pivots, right, trans=1)[0]
 
 
-def _banded(matrix, band, order):
-    """Solution of one system of a bandwidth, its unknowns in an order (n,)."""
-    from scipy.linalg.lapack import zgbtrf, zgbtrs
+def _banded(stored):
+    """Solution of one system `stored_by_band`, (2 band + 1, n); a real matrix solves both parts of a right side."""
+    from scipy.linalg.lapack import dgbtrf, dgbtrs, zgbtrf, zgbtrs
 
-    stored = np.zeros((3 * band + 1, len(order)), complex, order="F")  # the first rows are filled by pivoting
-    stored[band:] = stored_by_band(matrix[np.ix_(order, order)], band)
-    factors, pivots, singular = zgbtrf(stored, band, band, overwrite_ab=True)
-    back = np.argsort(order)
-    return _refused if singular else lambda right: zgbtrs(factors, band, band, right[order], pivots)[0][back]
+    is_real, band = not np.iscomplexobj(stored), len(stored) // 2
+    factorise, solve = (dgbtrf, dgbtrs) if is_real else (zgbtrf, zgbtrs)
+    room = np.zeros((3 * band + 1, stored.shape[1]), stored.dtype, order="F")  # pivoting fills the first rows
+    room[band:] = stored
+    factors, pivots, singular = factorise(room, band, band, overwrite_ab=True)
+    if singular:
+        return _refused
+
+    def solved(right):
+        if is_real and np.iscomplexobj(right):
+            return np.ascontiguousarray(solved(np.ascontiguousarray(right).view(float))).view(complex)
+        return solve(factors, band, band, right, pivots)[0]
+
+    return solved
 
 
 def _refused(right):

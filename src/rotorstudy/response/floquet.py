@@ -65,16 +65,18 @@ def periodic_growth_rate(model: Model, speed: ArrayLike, theta: ArrayLike | None
 def _growth_of_one_turn(model, speed, theta):
     duration = 2 * np.pi / speed
     step, shapes = duration / TURN_STEPS, _shapes(model, theta)
-    size = 4 * shapes.shape[1]
     gamma = 2 - np.sqrt(2)
     along = _steady_state(model, theta, speed) if model.nonlinear_forces else None
-    starts = _real_state_matrices(model, theta, speed, np.arange(TURN_STEPS + 1) / TURN_STEPS, shapes, along)
-    between = _real_state_matrices(model, theta, speed, (np.arange(TURN_STEPS) + gamma) / TURN_STEPS, shapes, along)
-    identity, weight = np.eye(size), gamma / 2 * step
+    starts = _accelerations(model, theta, speed, np.arange(TURN_STEPS + 1) / TURN_STEPS, shapes, along)
+    between = _accelerations(model, theta, speed, (np.arange(TURN_STEPS) + gamma) / TURN_STEPS, shapes, along)
+    size, weight = 2 * shapes.shape[1], gamma / 2 * step
+    identity = np.eye(2 * size)
     try:
-        middle = np.linalg.solve(identity - weight * between, identity + weight * starts[:-1])
+        explicit = np.broadcast_to(identity[:size] + weight * identity[size:], starts[:-1].shape)
+        explicit = np.concatenate([explicit, identity[size:] + weight * starts[:-1]], axis=-2)
+        middle = _implicit(between, weight, explicit)
         ahead = (middle - (1 - gamma) ** 2 * identity) / (gamma * (2 - gamma))
-        turns = np.linalg.solve(identity - weight * starts[1:], ahead)
+        turns = _implicit(starts[1:], weight, ahead)
     except np.linalg.LinAlgError:
         raise RotorstudyError(
             f"the stability at {speed:g} rad/s cannot be computed: masses or stiffnesses of the rotor differ beyond "
@@ -85,6 +87,19 @@ def _growth_of_one_turn(model, speed, theta):
     if not np.isfinite(turns).all():  # of a motion that grows beyond all numbers within a revolution
         return np.inf
     return np.log(np.abs(np.linalg.eigvals(turns[0])).max()) / duration
+
+
+def _implicit(accelerations, step, right):
+    """Solutions (instant, state, state) of (1 - step A) x = right; the rate of a displacement is a velocity.
+
+    accelerations : (instant, state / 2, state) lower half of A, whose upper half is (0, 1)
+    """
+    size = accelerations.shape[-2]
+    by_displacement, by_velocity = accelerations[..., :size], accelerations[..., size:]
+    matrix = np.eye(size) - step * (by_velocity + step * by_displacement)
+    upper, lower = right[..., :size, :], right[..., size:, :]
+    velocity = np.linalg.solve(matrix, lower + step * by_displacement @ upper)
+    return np.concatenate([upper + step * velocity, velocity], axis=-2)
 
 
 def _shapes(model, theta):
@@ -114,10 +129,10 @@ def _steady_state(model, theta, speed):
     return carried_motion(model, [speed], np.arange(-COUPLED_ORDER, COUPLED_ORDER + 1), theta)
 
 
-def _real_state_matrices(model, theta, speed, turned, shapes, along):
-    """State matrices (instant, state, state) of x, y and their velocities at fractions of a revolution (instant,).
+def _accelerations(model, theta, speed, turned, shapes, along):
+    """Accelerations of x and y by x, y and their velocities, (instant, state / 2, state), at fractions of a revolution.
 
-    shapes : (dof, shape) of which the motion consists
+    turned : (instant,);  shapes : (dof, shape) of which the motion consists
     along : the Motion about which nonlinear forces are linearised, None without such forces
     """
     own, still = model.matrices(theta), np.zeros(len(model.structure.dofs))
@@ -142,9 +157,7 @@ def _real_state_matrices(model, theta, speed, turned, shapes, along):
     for position, force in model.nonlinear_forces if along else ():
         for part, slope in zip(lower, _slopes(force, along, speed, turned, shapes), strict=True):
             part += theta[position] * slope
-    lower = inverse @ np.concatenate(lower, axis=-1)
-    upper = np.broadcast_to(np.eye(lower.shape[-2], lower.shape[-1], k=lower.shape[-2]), lower.shape)
-    return np.concatenate([upper, lower], axis=-2)
+    return inverse @ np.concatenate(lower, axis=-1)
 
 
 def _slopes(force, along, speed, turned, shapes):

@@ -14,7 +14,7 @@ from rotorstudy.model.model import Model
 from rotorstudy.response.alternating import nonlinear_columns, seen_coordinates, steady_states
 from rotorstudy.response.coupling import COUPLED_ORDER, check_harmonics, check_speed, layout
 from rotorstudy.response.solving import solver, uncoupled
-from rotorstudy.response.statics import static_deflection
+from rotorstudy.response.statics import Deflection, static_deflection
 
 NUMBERS_AT_ONCE = 5e7  # complex numbers in the matrices of one solve, 0.8 GB; above it, speeds are split into parts
 
@@ -155,7 +155,9 @@ def static_force(model, theta, speed, carried, deflection, *, constant=True):
 
 def carried_response(model, speed, theta, blocks, jacobian, kept=None):
     """Harmonics (..., speed, harmonic, dof) and derivatives (None unless asked for), zero except at those `kept`."""
-    still = static_deflection(model, speed, theta[..., : len(model.rotor_unknowns)], jacobian=jacobian)
+    still = Deflection(np.zeros(len(model.structure.dofs)), {})
+    if model.nonlinear_forces or model.table.reads_deflection(blocks.harmonics):
+        still = static_deflection(model, speed, theta[..., : len(model.rotor_unknowns)], jacobian=jacobian)
     return _carried_about(still, model, speed, theta, blocks, jacobian, kept)
 
 

@@ -18,6 +18,7 @@ from rotorstudy.response.solving import solver
 from rotorstudy.response.statics import static_deflection
 
 SOLVED_AT_ONCE = 8  # coordinates whose receptances are solved together: more take more memory, not less time
+MOTION_AT_ONCE = 1_000_000  # numbers of the motions that are taken together
 EXACT_STEP = 1e-4  # of a typical amplitude: relative errors of the derivative of 1e-11, by truncation and round-off
 
 
@@ -265,35 +266,50 @@ class Near:
             found[:, columns.unknown[here]] += moved.view(complex)
         return np.moveaxis(found.reshape(speeds, count, len(shown), -1), 1, -1)
 
-    def sensitivities(self, unknowns, motion=None):
-        """First-order change of the measured harmonics by one unit of amplitudes that the model does not contain.
+    def changes_by_forces(self, groups):
+        """First-order change of the measured harmonics by one unit of amplitudes of forces that the model lacks.
 
-        unknowns : two lists of Unknown of further terms, those that act on the rotor and those that act on the output
-        motion   : the Motion on which forces on the rotor act, by default that of the model; with the motion that
-                   results, the change is exact
-        returns  : (speed, harmonic, sensor, unknown) complex, m per unit
+        groups  : list of (list of Unknown, Motion on which they act or None for that of the model); with the motion
+                  that results, the change is exact
+        returns : (speed, harmonic, sensor, unknown) complex, m per unit; the unknowns of the groups follow one another
         """
-        rotor, output = unknowns
-        found, deflection = motion or self.motion
-        speed, carried, shown = self.speed, self.blocks.harmonics, positions(self.harmonics, self.blocks)
-        changes = np.zeros((len(speed), len(shown), len(self.model.sensors), len(rotor) + len(output)), complex)
-        if rotor:
-            changes[..., : len(rotor)] = self._moved(self._columns(rotor, found, deflection), len(rotor))
-        if output:
-            own = self.theta[: len(self.model.rotor_unknowns)]
-            true, _ = _at_sensors(self.model, speed, own, carried, found)
-            more = Table(output, true.shape[-1]).dense_columns(true, speed, carried)
-            changes[..., len(rotor) :] = more[:, shown]
-        return changes
+        groups = [(unknowns, motion or self.motion) for unknowns, motion in groups if unknowns]
+        found, together = [self._no_changes], max(1, MOTION_AT_ONCE // self.motion.amplitude.size)
+        for first in range(0, len(groups), together):
+            part = groups[first : first + together]
+            found.append(self._moved(self._columns(part), sum(len(unknowns) for unknowns, _ in part)))
+        return np.concatenate(found, axis=-1)
 
-    def _columns(self, unknowns, found, deflection):
-        """Columns of unknowns that act on the rotor, at a motion (speed, carried harmonic, dof)."""
-        speed, carried, parts = self.speed, self.blocks.harmonics, []
-        in_time = {p: u.force for p, u in enumerate(unknowns) if u.force}
-        if len(in_time) < len(unknowns):
-            parts.append(Table(unknowns, found.shape[-1]).columns(found, speed, carried, deflection))
-        if in_time:
-            local = nonlinear_columns(list(in_time.values()), found, speed, carried, deflection)
-            row, place = np.nonzero(local.any(axis=(0, 1)))
-            parts.append(Columns(row, np.array(list(in_time), int)[place], local[..., row, place]))
+    def changes_by_output(self, groups):
+        """As `changes_by_forces`, of amplitudes that act on the output."""
+        carried, shown = self.blocks.harmonics, positions(self.harmonics, self.blocks)
+        own, found = self.theta[: len(self.model.rotor_unknowns)], [self._no_changes]
+        for unknowns, motion in (group for group in groups if group[0]):
+            true, _ = _at_sensors(self.model, self.speed, own, carried, (motion or self.motion).amplitude)
+            found.append(Table(unknowns, true.shape[-1]).dense_columns(true, self.speed, carried)[:, shown])
+        return np.concatenate(found, axis=-1)
+
+    @property
+    def _no_changes(self):
+        return np.zeros((len(self.speed), len(self.harmonics), len(self.model.sensors), 0), complex)
+
+    def _columns(self, groups):
+        """Columns of groups of unknowns that act on the rotor, each at its Motion."""
+        speed, carried, first, parts, in_table = self.speed, self.blocks.harmonics, 0, [], []
+        for at, (unknowns, motion) in enumerate(groups):
+            local = {p: u.force for p, u in enumerate(unknowns, start=first) if u.force}
+            in_table += [(p, u, at) for p, u in enumerate(unknowns, start=first) if not u.force]
+            first += len(unknowns)
+            if local:
+                value = nonlinear_columns(list(local.values()), motion.amplitude, speed, carried, motion.deflection)
+                row, place = np.nonzero(value.any(axis=(0, 1)))
+                parts.append(Columns(row, np.array(list(local), int)[place], value[..., row, place]))
+        if in_table:
+            place, unknowns, at = zip(*in_table, strict=True)
+            motions = [motion for _, motion in groups]
+            found = Table(unknowns, motions[0].amplitude.shape[-1], at).columns(
+                np.concatenate([motion.amplitude for motion in motions], axis=-1), speed, carried,
+                np.concatenate([motion.deflection for motion in motions], axis=-1),
+            )  # fmt: skip
+            parts.append(found._replace(unknown=np.array(place)[found.unknown]))
         return Columns(*(np.concatenate(part, axis=-1) for part in zip(*parts, strict=True)))

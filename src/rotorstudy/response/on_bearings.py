@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.response.banded import FEWEST, solve_bands
+from rotorstudy.response.factorised import FEWEST, factorised_bands
 
 LARGEST_LOOP = 1e4  # of receptance times stiffness; above it four of sixteen digits would be lost
 FEWER_BY = 3  # times as many coordinates as those touched: with more of these, the whole system is solved as fast
@@ -76,7 +76,7 @@ def on_bearings(alone, added, touched, springs, band=None):
         inverse = np.linalg.inv(held)
         motion, columns = partial(_times, inverse), inverse[..., touched]
     else:
-        motion = partial(solve_bands, held)
+        motion = factorised_bands(held)
         columns = motion(np.eye(held.shape[-1])[:, touched])
     taken = added - np.diag(np.tile(springs, members))
     between = columns[..., touched, :]  # (..., member, coordinate, coordinate)

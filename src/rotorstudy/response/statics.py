@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.errors import NoSteadyState
-from rotorstudy.response.factorised import factorised
+from rotorstudy.response.factorised import factorised, factorised_bands, has_narrow_band
 
 NUMBERS_AT_ONCE = 1e7  # complex numbers in the matrices of the speeds taken together, 0.2 GB
 
@@ -58,11 +58,9 @@ def static_loads(model, deflection, speed):
     moves = np.flatnonzero([motion == "translation" for _, motion in dofs])
     found = []
     for term in (term for term in model.terms if term.carries and not term.is_bearing_number):
-        springs = [_springs(unknown, [speed], len(dofs)) for unknown in term.unknowns]
-        force = sum(
-            value * (on_z[0] @ deflection + on_conj[0] @ deflection.conj())
-            for value, (on_z, on_conj) in zip(term.theta, springs, strict=True)
-        )
+        springs = [_springs(unknown, [speed]) for unknown in term.unknowns]
+        pairs = ((value, spring) for value, own in zip(term.theta, springs, strict=True) for spring in own)
+        force = sum(value * spring.force(deflection[None])[0] for value, spring in pairs)
         loaded = moves[np.argmax(np.abs(force[moves]))]
         found.append(Load(dofs[loaded][0], term.label, -complex(force[moves].sum())))
     return found
@@ -81,7 +79,6 @@ def static_deflection(model, speed, theta, *, jacobian=False):
         return Deflection(held, {})
     if not structure.static_load.any() or not (model.is_carried or (varied and structure.is_supported)):
         return Deflection(structure.static_deflection, {})
-    matrices = model.matrices(theta)
     carrying = [p for p, unknown in enumerate(model.rotor_unknowns) if unknown.carries]
     dof, speeds = len(structure.dofs), np.asarray(speed, float)
     entries = [entry for p in carrying for entry in model.rotor_unknowns[p].entries]
@@ -90,21 +87,15 @@ def static_deflection(model, speed, theta, *, jacobian=False):
         half = [static_deflection(model, part, theta, jacobian=jacobian) for part in np.array_split(speed, 2)]
         changes = {p: np.concatenate([one.changes[p] for one in half], axis=-2) for p in half[0].changes}
         return Deflection(np.concatenate([one.value for one in half], axis=-2), changes)
-    springs = {p: _springs(model.rotor_unknowns[p], speed, dof) for p in carrying}  # on z and on conj(z)
-    shape = (*theta.shape[:-1], len(speed), dof, dof)
-    on_z = np.broadcast_to(matrices.stiffness[..., None, :, :], shape).astype(complex)
-    on_conj = np.zeros_like(on_z)
-    for p, (direct, mirrored) in springs.items():
-        amount = theta[..., p, None, None, None]
-        on_z, on_conj = on_z - amount * direct, on_conj - amount * mirrored
-    upper, lower = np.concatenate([on_z, on_conj], axis=-1), np.concatenate([on_conj.conj(), on_z.conj()], axis=-1)
-    matrix = np.concatenate([upper, lower], axis=-2)
-    beside_conjugate = np.arange(2 * dof).reshape(2, dof).T.ravel()  # in this order that of a slender shaft has a band
-    systems = factorised(matrix, beside_conjugate)
+    matrices = model.matrices(theta)
+    springs = {p: _springs(model.rotor_unknowns[p], speed) for p in carrying}
+    systems = _systems(matrices.stiffness, springs, theta, len(speed))
 
     def solve(forces):  # (..., speed, dof, force)
+        beside_conjugate = np.stack([forces, forces.conj()], axis=-2)
+        beside_conjugate = beside_conjugate.reshape(*forces.shape[:-2], 2 * dof, forces.shape[-1])
         try:
-            return systems(np.concatenate([forces, forces.conj()], axis=-2))[..., :dof, :]
+            return systems(beside_conjugate)[..., ::2, :]
         except np.linalg.LinAlgError:
             raise NoSteadyState("the bearings do not carry the rotor: their stiffness matrix is singular") from None
 
@@ -112,26 +103,70 @@ def static_deflection(model, speed, theta, *, jacobian=False):
         return np.broadcast_to(found, (*found.shape[:-2], len(speeds), dof))
 
     value = solve(matrices.static_load[..., None, :, None].astype(complex))[..., 0]
-    if not jacobian:
-        return Deflection(at_every_speed(value), {})
-    forces = {p: _times(direct, value) + _times(mirrored, value.conj()) for p, (direct, mirrored) in springs.items()}
-    if varied:
+    forces = {p: sum(spring.force(value) for spring in own) for p, own in springs.items() if own and jacobian}
+    if varied and jacobian:
         slopes = varied.variation.slopes_at(theta[..., varied.positions])
         more = slopes.static_load[..., None, :] - np.einsum("...pij,...sj->...psi", slopes.stiffness, value)
         forces |= dict(zip(varied.positions, np.moveaxis(more, -3, 0), strict=True))
+    if not forces:
+        return Deflection(at_every_speed(value), {})
     changes = solve(np.stack(list(forces.values()), axis=-1))
     changes = {p: at_every_speed(change) for p, change in zip(forces, np.moveaxis(changes, -1, 0), strict=True)}
     return Deflection(at_every_speed(value), changes)
 
 
-def _springs(unknown, speed, dof):
-    """Minus the stiffness on z and on conj(z), each (speed, dof, dof), of one unit of an amplitude."""
-    found = {"z": np.zeros((len(speed), dof, dof), complex), "conj": np.zeros((len(speed), dof, dof), complex)}
-    for entry in unknown.entries:
-        if entry.reads_motion and entry.order == 0 and entry.shift == 0:
-            found[entry.on] += entry.gain_at(speed, 0)[:, None, None] * entry.matrix
-    return found["z"], found["conj"]
+class _Spring(NamedTuple):
+    """What one unit of an amplitude adds to the force at rest, minus a stiffness.
+
+    row, column : (element,) int, places in the matrix;  value : (speed, element) complex, N/m
+    is_conjugate : whether it acts on the conjugate of the deflection
+    """
+
+    row: np.ndarray
+    column: np.ndarray
+    value: np.ndarray
+    is_conjugate: bool
+
+    def force(self, deflection):
+        """Force (..., speed, dof), N, at a deflection (..., speed, dof)."""
+        seen = deflection.conj() if self.is_conjugate else deflection
+        shape = np.broadcast_shapes(deflection.shape, (len(self.value), deflection.shape[-1]))
+        found = np.zeros(shape, complex)
+        np.add.at(found, (..., self.row), self.value * seen[..., self.column])
+        return found
 
 
-def _times(matrix, vector):
-    return np.einsum("sij,...sj->...si", matrix, vector)
+def _springs(unknown, speed):
+    """The _Spring of every entry of an amplitude that carries load."""
+    at_rest = [entry for entry in unknown.entries if entry.reads_motion and entry.order == 0 and entry.shift == 0]
+    found = []
+    for entry in at_rest:
+        row, column, value = entry.nonzero
+        found.append(_Spring(row, column, entry.gain_at(speed, 0)[:, None] * value, entry.is_conjugate))
+    return found
+
+
+def _systems(stiffness, springs, theta, speeds):
+    """Function that solves for deflections, each coordinate beside its conjugate: that of a slender shaft has a band.
+
+    stiffness : (..., dof, dof) of the rotor;  springs : position in theta -> list of _Spring;  speeds : number of them
+    """
+    count = 2 * stiffness.shape[-1]
+    row, column = np.nonzero(np.any(stiffness != 0, axis=tuple(range(stiffness.ndim - 2))))
+    every = [spring for own in springs.values() for spring in own]
+    places = [(row, column), *((spring.row, spring.column) for spring in every)]
+    band = 2 * max(np.abs(i - j).max(initial=0) for i, j in places) + 1
+    is_banded = has_narrow_band(band, count)
+    matrix = np.zeros((*theta.shape[:-1], speeds, 2 * band + 1 if is_banded else count, count), complex)
+
+    def add(row, column, value):
+        matrix[..., band + row - column if is_banded else row, column] += value
+
+    for side in (0, 1):
+        add(2 * row + side, 2 * column + side, stiffness[..., None, row, column])
+    for p, own in springs.items():
+        for row, column, value, is_conjugate in own:
+            value = -theta[..., p, None, None] * value
+            add(2 * row, 2 * column + is_conjugate, value)
+            add(2 * row + 1, 2 * column + 1 - is_conjugate, value.conj())
+    return factorised_bands(matrix) if is_banded else factorised(matrix)

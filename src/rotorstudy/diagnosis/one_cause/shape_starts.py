@@ -8,7 +8,7 @@ import numpy as np
 from rotorstudy.diagnosis.search.candidates import Candidate
 from rotorstudy.diagnosis.search.screening import Projection, screen_each
 from rotorstudy.diagnosis.search.shape_fit import Fitted, Work, check_together, point_of, ranges_of, reshaped
-from rotorstudy.diagnosis.search.shape_scan import acts_on, motion_by_a_free_force
+from rotorstudy.diagnosis.search.shape_scan import acts_on, motions_by_free_forces
 from rotorstudy.errors import CannotAct
 from rotorstudy.inference.fit import Fit, fit
 from rotorstudy.inference.prediction import carried_order
@@ -143,7 +143,7 @@ def _judged(work, projection, cause, points, motion, free):
 
     motion : a Motion, or one of `IMPLIED`, `OWN`;  free : with amplitudes of any size
     """
-    groups, found = {}, []
+    groups = {}
     for number, point in enumerate(points):
         try:
             one = reshaped(work, cause, point, f"shape {number}")
@@ -151,14 +151,16 @@ def _judged(work, projection, cause, points, motion, free):
             continue
         row = acts_on(one, work.rig.structure) if motion is IMPLIED else None
         groups.setdefault(b"" if row is None else row.tobytes(), (row, []))[1].append((point, one))
-    for row, there in groups.values():
-        chosen = [_freed(one) if free else one for _, one in there]
-        here = None if motion is OWN else motion
-        if row is not None:
-            here = motion_by_a_free_force(projection.fitted, work.spectrum, row, projection.near)
-        judged = screen_each(projection.of(chosen, here), chosen)
-        for (point, _), seen in zip(there, judged, strict=True):
-            found.append((seen.evidence, point, seen.start))
+    chosen = [[_freed(one) if free else one for _, one in there] for _, there in groups.values()]
+    if motion is IMPLIED:
+        rows = [row for row, _ in groups.values()]
+        motions = motions_by_free_forces(projection.fitted, work.spectrum, rows, projection.near)
+    else:
+        motions = [None if motion is OWN else motion for _ in groups]
+    projected = projection.of_groups(list(zip(chosen, motions, strict=True)))
+    judged = screen_each(projected, [one for there in chosen for one in there])
+    points = [point for _, there in groups.values() for point, _ in there]
+    found = [(seen.evidence, point, seen.start) for point, seen in zip(points, judged, strict=True)]
     return [one[1:] for one in sorted(found, key=lambda one: -one[0])]
 
 

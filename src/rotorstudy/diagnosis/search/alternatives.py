@@ -74,15 +74,46 @@ def _instead_of(work, current, cause):
     return fit_closest(work, options)
 
 
+def at_the_same_place(work, current):
+    """The best explanation after one other cause, in its best shape, was tried for all causes at a place.
+
+    Shapes are hardly seen under the error that is allowed to causes at first, and two causes without one may make up
+    for a shape. A cause of the whole rotor, but a crack, is exchanged for those at any place. Contacts are not tried,
+    as their multiples of 1X show.
+    """
+    places = {}
+    for cause in current.causes:
+        places.setdefault(cause.where.get("node", cause.cause), []).append(cause)
+    tried = [e for causes in places.values() for e in _scanned_instead(work, current, causes, _may_be_there)]
+    best = max(tried, key=odds_of, default=current)
+    return refine(work, best, again=False) if odds_of(best) >= odds_of(current) - REACH else current
+
+
+def _may_be_there(cause, other):
+    """Whether another cause may be taken for one by its place alone."""
+    if any(u.force for u in other.term.unknowns):
+        return False
+    return cause.where.get("node") == other.where.get("node") if cause.where else not cause.shape and bool(other.where)
+
+
 def _elsewhere(work, current, cause):
     """Explanations with the effect of a cause at its other places, each in the best shape that a scan finds there."""
-    rest = tuple(c for c in current.causes if c is not cause)
+    return _scanned_instead(work, current, [cause], lambda one, other: one.effect == other.effect)
+
+
+def _scanned_instead(work, current, causes, may_be):
+    """Explanations with another cause instead of some, each in the best shape that a scan finds.
+
+    may_be : function(cause, other) whether another one is considered for the first of them
+    """
+    names = {c.cause for c in causes}
+    rest = tuple(c for c in current.causes if c.cause not in names)
     chosen = {
         c.cause: c
         for c in work.candidates
-        if c.effect == cause.effect and c.cause != cause.cause and is_allowed(work, (*rest, c))
+        if c.cause not in names and can_be_scanned(c) and may_be(causes[0], c) and is_allowed(work, (*rest, c))
     }
-    if not can_be_scanned(cause) or not chosen:
+    if not chosen:
         return []
     found = scan(work, work.held(rest, current.fit), list(chosen.values()), refined=len(chosen))
     theta = dict(zip(current.fit.model.names, current.fit.theta, strict=True))
@@ -130,11 +161,9 @@ def _pairs(work, current):
 def _can_be_paired(work, first, second):
     """Whether two candidates (first, second) may be causes together; two contacts at once take too long to fit."""
     contacts = [[bool(c.shape) and any(u.force for u in c.term.unknowns) for c in part] for part in (first, second)]
-    each = [list({c.cause: c for c in part}.values()) for part in (first, second)]
+    each = [{c.cause: c for c in part} for part in (first, second)]
     of_two = are_distinct if work.settings.most_causes > 1 else lambda *both: is_allowed(work, both)
-    allowed = np.array([[of_two(a, b) for b in each[1]] for a in each[0]])
-    place = [
-        [[c.cause for c in known].index(c.cause) for c in part]
-        for known, part in zip(each, (first, second), strict=True)
-    ]
+    allowed = np.array([[of_two(a, b) for b in each[1].values()] for a in each[0].values()])
+    number = [{name: i for i, name in enumerate(known)} for known in each]
+    place = [[at[c.cause] for c in part] for at, part in zip(number, (first, second), strict=True)]
     return ~np.outer(*contacts) & allowed[np.ix_(*place)]

@@ -101,12 +101,15 @@ class Projection:
 
     def of_groups(self, groups: list[tuple[list[Candidate], Motion | None]]) -> Projected:
         """The columns of groups of candidates, each at a motion of its own; see `of`."""
-        names, columns = [], []
-        for chosen, motion in groups:
-            on_rotor = [u for c in chosen if not c.term.acts_on_output for u in c.term.unknowns]
-            on_output = [u for c in chosen if c.term.acts_on_output for u in c.term.unknowns]
-            columns.append(self.near.sensitivities((on_rotor, on_output), motion))
-            names += [u.name for u in on_rotor + on_output]
+        on_rotor, on_output = (
+            [
+                ([u for c in chosen if c.term.acts_on_output == output for u in c.term.unknowns], at)
+                for chosen, at in groups
+            ]
+            for output in (False, True)
+        )
+        columns = [self.near.changes_by_forces(on_rotor), self.near.changes_by_output(on_output)]
+        names = [u.name for unknowns, _ in (*on_rotor, *on_output) for u in unknowns]
         columns = self.spectrum.whitened(np.moveaxis(np.concatenate(columns, axis=-1), -1, 0)).T  # (component, unknown)
         columns = self._left(np.vstack([columns, np.zeros((self.rows, columns.shape[1]))]))
         return Projected(self.residual, dict(zip(names, columns.T, strict=True)), self.theta)
@@ -277,6 +280,6 @@ def screen_pairs(projected: Projected, first: list[Candidate], second: list[Cand
             pull, (second_covariance, second_narrowed) = remaining[place], _inverted(own)
             more = np.einsum("jk,jkl,jl->j", pull, second_covariance, pull)
             found[i, members] = gained + more - narrowed - second_narrowed
-    same = np.array([[a.cause == b.cause for b in second] for a in first])
-    found[same] = -np.inf
+    causes = [np.array([c.cause for c in part], object) for part in (first, second)]
+    found[causes[0][:, None] == causes[1]] = -np.inf
     return found

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import brentq
 
-from rotorstudy.diagnosis.search.alternatives import with_alternatives
+from rotorstudy.diagnosis.search.alternatives import at_the_same_place, with_alternatives
 from rotorstudy.diagnosis.search.candidates import candidates, with_vibration
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.formulas import with_formulas
@@ -145,7 +145,12 @@ def search(begun: Search) -> Search:
     settled = _settled(work, spectrum, missing, best)
     first = max(settled.explanations, key=odds_of)
     if not (settled is work and first is best):  # to which nothing was found that could be added
-        _added(settled, first)
+        first = _added(settled, first)
+        formula = with_formulas(settled, first)
+        if formula is not first:
+            _added(settled, formula)
+    if settled is not work and settled.best.causes:
+        at_the_same_place(settled, settled.best)
     exact = without_error(settled)
     if exact is not settled:
         settled = exact
@@ -190,36 +195,50 @@ def _added(work, current, fits=None):
 
 
 def _settled(work, spectrum, missing, best):
-    """The search with the error of the causes that the best explanation turned out to have, at most the one assumed.
+    """The search with the least error of the causes that one of the best explanations turned out to have.
 
-    Everything within reach is fitted again with that error, of explanations that differ little in shape the best one.
-    Where the assumed error is needed, nothing changes.
+    Under a larger one another may seem better. Everything within reach is fitted again with that error, of explanations
+    that differ little in shape the best one. Where all need the assumed error, nothing changes.
     """
-    off = spectrum.amplitude - predicted(best.fit.model, spectrum, best.fit.theta)
-
-    def excess(error):
-        whitened = with_cause_error(spectrum, missing, error).whitened(off)
-        return whitened @ whitened + best.fit.penalty - len(whitened)
-
     if not best.causes:
         return work
-    error = 0.0
-    if work.is_rejected_as_stated(best):
-        if excess(work.cause_error) >= 0:
-            return work
-        error = brentq(excess, 0.0, work.cause_error, xtol=1e-3 * work.cause_error)
+    known = [e for e in best_of_each_shape(work.explanations) if e.causes]
+    near = [e for e in known[:FITTED_FULLY] if odds_of(e) >= odds_of(best) - REACH]
+    simple = [e for e in near if len(e.faults) <= len(best.faults)]  # several may explain whatever one leaves
+    error = np.inf
+    for explanation in [best, *(e for e in simple if e is not best)]:
+        error = min(error, _error_needed(work, spectrum, missing, explanation))
+        if error == 0:
+            break
+    if error == np.inf:
+        return work
     narrower = with_cause_error(spectrum, missing, error)
     base = fit(work.model, narrower, work.prior, start=work.base.theta)
     again = replace(work, spectrum=narrower, base=base, found={}, equations={}, cause_error=error)
     again.found[frozenset()] = Explanation((), base, 0.0)
     first = sorted(map(odds_of, work.explanations), reverse=True)[:FITTED_FULLY]
     least = min(odds_of(best) - REACH, first[-1])
-    for known in best_of_each_shape(work.explanations):
-        if known.causes and odds_of(known) >= least:
-            found = again.explain(known.causes, [known.fit.theta])
+    for one in known:
+        if odds_of(one) >= least:
+            found = again.explain(one.causes, [one.fit.theta])
             if found and odds_of(found) >= max(map(odds_of, again.explanations)) - REACH:
                 refine_in_turn(again, found, again=False)  # its shapes were tried in the search
     return again
+
+
+def _error_needed(work, spectrum, missing, explanation):
+    """The least error of the causes with which an explanation leaves no more than noise; inf if more than assumed."""
+    off = spectrum.amplitude - predicted(explanation.fit.model, spectrum, explanation.fit.theta)
+
+    def excess(error):
+        whitened = with_cause_error(spectrum, missing, error).whitened(off)
+        return whitened @ whitened + explanation.fit.penalty - len(whitened)
+
+    if not work.is_rejected_as_stated(explanation):
+        return 0.0
+    if excess(work.cause_error) >= 0:
+        return np.inf
+    return brentq(excess, 0.0, work.cause_error, xtol=1e-3 * work.cause_error)
 
 
 def _cracks(tried, before):

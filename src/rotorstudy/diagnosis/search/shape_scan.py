@@ -6,6 +6,7 @@ receptances of the rotor with a free force there. Each shape is then judged by l
 one is refined by sampling about it.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -30,6 +31,7 @@ PARTS = (
 )
 HALVES = 2  # of a full turn, likewise
 ANOTHER_SIDE = 0.25  # of a turn
+DEPENDENT = 1e-9  # ratio of a column's part that others do not have to the longest: below it nothing tells it apart
 SAMPLES = 9  # shapes per round and option about the best ones
 REFINED = 2  # places of each effect at which the best shape is refined
 LEAST_SEEN = 0.01  # share of the cost that the best coarse shape of a place explains, if it is refined
@@ -64,36 +66,61 @@ def acts_on(cause, structure):
     return matrix[np.argmax(np.linalg.norm(matrix, axis=1))]
 
 
-def motion_by_a_free_force(fitted: Fit, spectrum: Spectrum, row: np.ndarray, near: Near | None = None) -> Motion:
-    """The Motion of a fitted model with a force on one coordinate, free at every harmonic and speed, fitted best.
+def motions_by_free_forces(
+    fitted: Fit, spectrum: Spectrum, rows: Sequence[np.ndarray], near: Near | None = None
+) -> list[Motion]:
+    """The Motions of a fitted model with a force on one coordinate, free at every harmonic and speed, fitted best.
 
     Parameters
     ----------
     fitted : Fit
     spectrum : Spectrum
-    row : ndarray (dof,)
-        The coordinate, by a unit of each of the model: a node, or a deformation of the shaft.
+    rows : sequence of ndarray (dof,)
+        The coordinates, each by a unit of each of the model: a node, or a deformation of the shaft.
     near : Near, optional
         Of the fitted model at the speeds and harmonics of the spectrum, if it exists already.
 
     Returns
     -------
-    Motion
+    list of Motion
+        One for each row.
 
     Raises
     ------
     NoSteadyState
     """
+    if not rows:
+        return []
     near = near or Near(fitted.model, spectrum.speed, spectrum.harmonics, fitted.theta, order=carried_order(spectrum))
     measured, speeds = positions(spectrum.harmonics, near.blocks), len(spectrum.speed)
     free = [2 * i + part for part in (0, 1) for i in measured]  # components of the force
-    seen = sum(row[i] * near.shown_replies(int(i)) for i in np.flatnonzero(row))[:, free]
-    seen = np.moveaxis(seen.reshape(speeds, len(free), len(measured), -1), 1, 0)
-    columns = spectrum.whitened(seen).T.reshape(speeds, -1, len(free))
-    residual = fitted.residual.reshape(speeds, -1)
-    force = np.zeros((speeds, 2 * len(near.blocks.harmonics)), complex)
-    force[:, free] = [np.linalg.lstsq(a, b, rcond=1e-9)[0] for a, b in zip(columns, residual, strict=True)]
-    return Motion(near.motion.amplitude + near.moved_by(row, force), near.motion.deflection)
+    seen = np.array([sum(row[i] * near.shown_replies(int(i)) for i in np.flatnonzero(row)) for row in rows])
+    seen = np.moveaxis(seen[:, :, free].reshape(len(rows), speeds, len(free), len(measured), -1), 1, 2)
+    columns = spectrum.whitened(seen).reshape(len(rows), len(free), speeds, -1)
+    force = np.zeros((len(rows), speeds, 2 * len(near.blocks.harmonics)), complex)
+    force[..., free] = least_squares(np.moveaxis(columns, 1, -1), fitted.residual.reshape(speeds, -1))
+    still = near.motion
+    return [
+        Motion(still.amplitude + near.moved_by(row, one), still.deflection)
+        for row, one in zip(rows, force, strict=True)
+    ]
+
+
+def least_squares(matrices: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Solutions (..., unknown) of systems (..., equation, unknown) with right-hand sides (..., equation).
+
+    Of least length where a column depends on others.
+    """
+    q, r = np.linalg.qr(matrices)
+    right = np.broadcast_to(right, matrices.shape[:-1])
+    size = np.abs(np.diagonal(r, axis1=-2, axis2=-1))
+    found = np.empty(size.shape)
+    independent = size.min(axis=-1) > DEPENDENT * size.max(axis=-1)
+    q, r = q[independent], r[independent]
+    found[independent] = np.linalg.solve(r, np.swapaxes(q, -1, -2) @ right[independent][..., None])[..., 0]
+    for at in zip(*np.nonzero(~independent), strict=True):
+        found[at] = np.linalg.lstsq(matrices[at], right[at], rcond=DEPENDENT)[0]
+    return found
 
 
 def scan(
@@ -177,7 +204,9 @@ class _Scan(NamedTuple):
         groups = self._over_the_range(points) if kept else self._grouped(points)
         if not groups:
             raise NoSteadyState(f"{self.cause.effect} cannot act with any of {len(points)} shapes")
-        projected = self.projection.of_groups([(chosen, self._motion(row, kept)) for row, _, chosen in groups.values()])
+        motions = self._motions([row for row, _, _ in groups.values()], kept)
+        causes = [chosen for _, _, chosen in groups.values()]
+        projected = self.projection.of_groups(list(zip(causes, motions, strict=True)))
         points, chosen = ([one for group in groups.values() for one in group[i]] for i in (1, 2))
         found = map(_Judged, points, chosen, screen_each(projected, chosen))
         return sorted(found, key=lambda one: -one.screened.evidence)
@@ -203,14 +232,14 @@ class _Scan(NamedTuple):
             groups[row.tobytes()][2].append(cause)
         return groups
 
-    def _motion(self, row, kept):
-        """The Motion with a free force on a coordinate; that of a node is kept, as all shapes there share it."""
-        if row.tobytes() in self.motions:
-            return self.motions[row.tobytes()]
-        motion = motion_by_a_free_force(self.fitted, self.work.spectrum, row, self.projection.near)
+    def _motions(self, rows, kept):
+        """The Motions with a free force on coordinates; that of a node is kept, as all shapes there share it."""
+        known = {row.tobytes(): row for row in rows if row.tobytes() not in self.motions}
+        found = motions_by_free_forces(self.fitted, self.work.spectrum, list(known.values()), self.projection.near)
+        known = dict(zip(known, found, strict=True))
         if kept or self.cause.where:
-            self.motions[row.tobytes()] = motion
-        return motion
+            self.motions.update(known)
+        return [(self.motions | known)[row.tobytes()] for row in rows]
 
     def first(self):
         """The best of shapes over the whole range, from which `refined` starts."""

@@ -2,17 +2,36 @@
 
 import numpy as np
 
-from rotorstudy.diagnosis.search.odds import faults_of
+from rotorstudy.diagnosis.search.odds import faults_of, odds_of
 from rotorstudy.diagnosis.search.shape_scan import is_sought_everywhere
 from rotorstudy.diagnosis.verdict.result import Cause, ParameterEstimate
 from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.model.registry import registry
 
 
-def causes_of(explanation, probability):
-    """The Cause of every fault of an explanation; the parts of a fault are one cause."""
-    faults = faults_of(explanation.causes)
-    return [cause_of(parts, explanation.fit, probability[fault]) for fault, parts in faults.items()]
+def causes_of(explanation, probability, among, share):
+    """The Cause of every fault of an explanation; the parts of a fault are one cause.
+
+    among : explanations with which its variants are compared;  share : as for `_other_variants`
+    """
+    return [
+        cause_of(parts, explanation.fit, probability[fault], _other_variants(explanation, parts[0], among, share))
+        for fault, parts in faults_of(explanation.causes).items()
+    ]
+
+
+def _other_variants(explanation, cause, among, share):
+    """The variants of a cause that, with its own, contain the true one with a probability of `share`, if it is true."""
+    odds = {}
+    for e in among if cause.variant else ():
+        if e.named == explanation.named:
+            (own,) = (tuple(c.variant.items()) for c in e.causes if c.cause == cause.cause)
+            odds[own] = max(odds.get(own, -np.inf), odds_of(e))
+    order = sorted(odds, key=odds.get, reverse=True)
+    weights = np.exp([odds[one] - odds[order[0]] for one in order])
+    before = np.cumsum(weights) - weights
+    needed = [one for one, less in zip(order, before, strict=True) if less < share * weights.sum()]
+    return [dict(one) for one in needed if dict(one) != cause.variant]
 
 
 def corrects_model(explanation, candidates):
@@ -27,7 +46,7 @@ def corrects_model(explanation, candidates):
     return len(faults) > 1 and not is_one_node and any(parts[0].effect not in local for parts in faults.values())
 
 
-def cause_of(parts, fitted, probability):
+def cause_of(parts, fitted, probability, other_variants=()):
     """The Cause of the parts of a fault, whose options are listed where they differ."""
     where = {}
     for key in dict.fromkeys(key for part in parts for key in part.where):
@@ -44,6 +63,7 @@ def cause_of(parts, fitted, probability):
         label=fitted.model.structure.label_at(where),
         parameters=parameters,
         variant=parts[0].variant,
+        other_variants=other_variants,
         posterior_probability=probability,
     )
 

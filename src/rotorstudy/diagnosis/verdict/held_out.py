@@ -6,7 +6,7 @@ import numpy as np
 
 from rotorstudy.diagnosis.search.explanations import LEAST_LOG_ODDS
 from rotorstudy.diagnosis.verdict.result import Gain
-from rotorstudy.errors import RotorstudyError
+from rotorstudy.errors import NoSteadyState, RotorstudyError
 from rotorstudy.inference.fit import Fit, chi_square_p_value
 from rotorstudy.inference.prediction import carried_order, predicted, whitened_prediction
 from rotorstudy.measurement.spectrum import Spectrum, components
@@ -85,11 +85,17 @@ def rise_probability(base: Fit, best: Fit, held: Spectrum) -> float:
 
 
 def is_upheld(found, held):
-    """Whether the posterior odds of the best explanation suffice with the held-out speeds included."""
+    """Whether the posterior odds of the best explanation suffice with the held-out speeds included.
+
+    They do not where it allows no steady motion at one of them.
+    """
     best = found.best
     if held is None or not best.causes:
         return True
-    before, after = (_misfit(fitted, held).log_likelihood for fitted in (found.base, best.fit))
+    try:
+        before, after = (_misfit(fitted, held).log_likelihood for fitted in (found.base, best.fit))
+    except NoSteadyState:
+        return False
     return best.log_posterior_odds + after - before > LEAST_LOG_ODDS
 
 

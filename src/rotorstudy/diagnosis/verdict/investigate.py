@@ -143,7 +143,7 @@ def investigate(
     odds, others = [e.log_posterior_odds for e in found.explanations if e.causes], [parts[0] for _, parts, _ in stated]
     verdict = Verdict(
         verdict=kind,
-        causes=causes_of(best, probability),
+        causes=causes_of(best, probability, found.explanations, STATED_SET),
         ambiguous_with=[cause_of(parts, e.fit, probability[fault]) for fault, parts, e in stated],
         resultant=resultant_of(found, best),
         separating_measurement=separating_measurements(best.causes, others, model.structure),

@@ -54,10 +54,12 @@ class Cause(Place):
 
     parameters : by name, a complex amplitude `x` as `x` and `x_phase`
     variant    : which of its alternatives fits best, like {"crack": "breathing"}
+    other_variants : those that the records do not exclude, most probable first
     """
 
     parameters: dict[str, ParameterEstimate]
     variant: dict[str, str] = {}
+    other_variants: list[dict[str, str]] = []
     posterior_probability: float
 
 

@@ -74,7 +74,7 @@ def cause_in_words(cause):
         else:
             label = "" if name == cause.effect else f"{_without_unit(name, one)} "
             texts.append(label + quantity(*_in_its_unit(name, one)))
-    texts += [f"{readable(option)} {readable(value)}" for option, value in cause.variant.items()]
+    texts += [f"{option} {value}" for option, value in _variants(cause).items()]
     return f"{place(cause)} ({', '.join(texts)})"
 
 
@@ -109,7 +109,13 @@ def sizes(cause):
         text = quantity(value, unit, std)
         known = std is not None and np.isfinite(std) and std > 0
         found[label] = f"{text} (95 %: {interval(value, unit, std)})" if known else text
-    return found | {readable(option): readable(value) for option, value in cause.variant.items()}
+    return found | _variants(cause)
+
+
+def _variants(cause):
+    """{'breathing': 'gradual or sudden'} of the alternatives that the records leave, the most probable first."""
+    left = (cause.variant, *cause.other_variants)
+    return {readable(key): " or ".join(dict.fromkeys(readable(one[key]) for one in left)) for key in cause.variant}
 
 
 def summary(verdict):
