@@ -2,7 +2,7 @@
 
 LONGEST = (
     "workflow/test_workflow.py",
-    "foreign/test_package_against_foreign.py",
+    "foreign/test_package_against_foreign_verdicts.py",
     "diagnosis/test_measuring_chain.py",
     "blind/test_real_diagnosis.py",
     "docs/test_readme.py",

@@ -15,7 +15,8 @@ from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
-from rotorstudy.response.measured import Near, measured_response
+from rotorstudy.response.measured import measured_response
+from rotorstudy.response.near import Near
 
 HARMONICS = np.array([0, 1, -1, 2, -2, 3])
 # kg m s: a turbine, a gram-sized rotor that is stiff and fast; and a thousand times all forces of the issue

@@ -8,7 +8,11 @@ import pytest
 HERE = Path(__file__).parent
 JUDGED = {"rotorstudy", "plugins"}
 # the modules that may compare the two
-USES_THE_PACKAGE = {"test_package_against_foreign.py", "test_package_against_foreign_films.py"}
+USES_THE_PACKAGE = {
+    "test_package_against_foreign.py",
+    "test_package_against_foreign_films.py",
+    "test_package_against_foreign_verdicts.py",
+}
 
 
 def imports(path):

@@ -1,24 +1,17 @@
 """What the sensors show: the response at the sensors changed by the output terms, and its derivatives."""
 
 from collections.abc import Iterable
-from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from rotorstudy.model.entries import apply_entries
 from rotorstudy.model.model import Model
-from rotorstudy.model.table import Columns, Table
-from rotorstudy.response.alternating import nonlinear_columns
-from rotorstudy.response.coupling import COUPLED_ORDER, layout
+from rotorstudy.response.coupling import COUPLED_ORDER
 from rotorstudy.response.harmonic import Linearised, carried_response, positions, response_inputs, with_its_bearings
 from rotorstudy.response.kept import kept_response
-from rotorstudy.response.solving import solver
 from rotorstudy.response.statics import static_deflection
 
-SOLVED_AT_ONCE = 8  # coordinates whose receptances are solved together: more take more memory, not less time
-MOTION_AT_ONCE = 1_000_000  # numbers of the motions that are taken together
 EXACT_STEP = 1e-4  # of a typical amplitude: relative errors of the derivative of 1e-11, by truncation and round-off
 
 
@@ -113,7 +106,7 @@ def _shown(model, speed, harmonics, theta, order, jacobian):
     speed, harmonics, theta, blocks = response_inputs(model, speed, harmonics, theta, order)
     found, derivatives = carried_response(model, speed, theta, blocks, jacobian, model.involved)
     first, chosen = len(model.rotor_unknowns), positions(harmonics, blocks)
-    true, derivatives = _at_sensors(model, speed, theta[..., :first], blocks.harmonics, found, derivatives)
+    true, derivatives = at_sensors(model, speed, theta[..., :first], blocks.harmonics, found, derivatives)
     shown = true.copy()
     if jacobian:
         change, rotor = derivatives.copy(), np.moveaxis(derivatives[..., :first], -1, 0)
@@ -136,7 +129,7 @@ def _shown(model, speed, harmonics, theta, order, jacobian):
     return Linearised(shown[..., chosen, :], change[..., chosen, :, :] if jacobian else None)
 
 
-def _at_sensors(model, speed, theta, carried, found, derivatives=None):
+def at_sensors(model, speed, theta, carried, found, derivatives=None):
     """Displacements (..., speed, harmonic, sensor) at the sensors, from the stated zero, m, and their derivatives.
 
     found, derivatives : (..., dof) and (..., dof, parameter) from the static deflection; changed are those of 0X if
@@ -161,155 +154,3 @@ def _exact_change(unknown, amplitude, motion, speed, harmonics):
     for i in np.ndindex(lead):
         found[i] = apply_entries(unknown.exact(amplitude[i]), motion[i], speed, harmonics)
     return found
-
-
-class Motion(NamedTuple):
-    """A steady motion.
-
-    amplitude  : (speed, harmonic, dof) complex, about the deflection, m; harmonics as carried by `Near`
-    deflection : (..., dof) static deflection, m
-    """
-
-    amplitude: np.ndarray
-    deflection: np.ndarray
-
-
-def carried_motion(model, speed, harmonics, theta=None, *, order=COUPLED_ORDER):
-    """The Motion of a model at all harmonics that are carried; arguments as for `Near`."""
-    model, theta = model.at(model.theta if theta is None else theta)
-    speed, harmonics, theta, _ = response_inputs(model, speed, harmonics, theta, order)
-    blocks = layout(model, np.union1d(np.arange(-order, order + 1), harmonics), order)
-    deflection = static_deflection(model, speed, theta[: len(model.rotor_unknowns)]).value
-    return Motion(carried_response(model, speed, theta, blocks, False)[0], deflection)
-
-
-class Near:
-    """The neighbourhood of a model: what forces that it does not contain add to its motion and measured harmonics.
-
-    To first order, as the added motion does not act back on these forces.
-
-    model, speed, harmonics, theta : as for `harmonic_response`;  harmonics -order..order are carried
-    """
-
-    def __init__(self, model, speed, harmonics, theta=None, *, order=COUPLED_ORDER):
-        model, theta = model.at(model.theta if theta is None else theta)
-        self.model, self.order = model, order
-        self.speed, self.harmonics, self.theta, _ = response_inputs(model, speed, harmonics, theta, order)
-        self.blocks = layout(model, np.union1d(np.arange(-order, order + 1), self.harmonics), order)
-        self.by_coordinate, self.by_shown = {}, {}
-
-    @cached_property
-    def motion(self):
-        """The Motion of the model itself."""
-        return carried_motion(self.model, self.speed, self.harmonics, self.theta, order=self.order)
-
-    @cached_property
-    def _solved(self):
-        own = self.theta[: len(self.model.rotor_unknowns)]
-        return solver(self.model, own, self.speed, self.blocks)[0]
-
-    def replies(self, coordinate):
-        """Motion (speed, carried harmonic, dof, component) by a unit force on each harmonic of a coordinate, m/N.
-
-        The components are the real and imaginary part of each carried harmonic. Each coordinate is solved once.
-        """
-        if coordinate not in self.by_coordinate:
-            self._solve_for([coordinate])
-        return self.by_coordinate[coordinate]
-
-    def shown_replies(self, coordinate):
-        """Measured harmonics (speed, component, harmonic * sensor) by the forces of `replies`, m/N."""
-        if coordinate not in self.by_shown:
-            shown, carried = positions(self.harmonics, self.blocks), len(self.blocks.harmonics)
-            seen = self.replies(coordinate)[:, shown][:, :, self.model.measured]
-            seen = seen.reshape(len(self.speed), -1, 2 * carried)
-            self.by_shown[coordinate] = np.ascontiguousarray(np.swapaxes(seen, 1, 2))
-        return self.by_shown[coordinate]
-
-    def moved_by(self, row, force):
-        """Motion (speed, carried harmonic, dof), m, by the components (speed, component) of a force, N, along a row."""
-        found = 0.0
-        for i in np.flatnonzero(row):
-            reply = self.replies(int(i))
-            found = found + row[i] * (reply.reshape(len(force), -1, reply.shape[-1]) @ force[..., None])
-        return found.reshape(len(force), len(self.blocks.harmonics), -1)
-
-    def _solve_for(self, coordinates):
-        """Keep the replies of some coordinates, several by one factorisation."""
-        carried, dof = len(self.blocks.harmonics), len(self.model.structure.dofs)
-        for first in range(0, len(coordinates), SOLVED_AT_ONCE):
-            part = coordinates[first : first + SOLVED_AT_ONCE]
-            force = np.zeros((len(self.speed), carried, dof, len(part), 2 * carried), complex)
-            for place, coordinate in enumerate(part):
-                force[:, :, coordinate, place] = np.kron(np.eye(carried), [1, 1j])
-            found = self._solved(force.reshape(*force.shape[:3], -1)).reshape(force.shape)
-            self.by_coordinate |= {c: np.ascontiguousarray(found[..., place, :]) for place, c in enumerate(part)}
-
-    def _moved(self, columns, count):
-        """Measured harmonics (speed, harmonic, sensor, unknown) by the Columns of a number of unknowns.
-
-        Every force acts on few coordinates, so that the sum goes over the forces on each coordinate.
-        """
-        acted, shown = np.unique(columns.row).tolist(), positions(self.harmonics, self.blocks)
-        carried, speeds = len(self.blocks.harmonics), len(self.speed)
-        fresh = [coordinate for coordinate in acted if coordinate not in self.by_coordinate]
-        if 2 * carried * len(fresh) >= count:
-            return self._solved(columns.dense(len(self.model.structure.dofs), count))[:, shown][
-                :, :, self.model.measured
-            ]
-        self._solve_for(fresh)
-        found = np.zeros((speeds, count, len(shown) * len(self.model.measured)), complex)
-        for coordinate in acted:
-            here = columns.row == coordinate
-            parts = np.ascontiguousarray(np.moveaxis(columns.value[..., here], -1, 1)).view(float)
-            moved = parts @ self.shown_replies(coordinate).view(float)  # real parts by real parts
-            found[:, columns.unknown[here]] += moved.view(complex)
-        return np.moveaxis(found.reshape(speeds, count, len(shown), -1), 1, -1)
-
-    def changes_by_forces(self, groups):
-        """First-order change of the measured harmonics by one unit of amplitudes of forces that the model lacks.
-
-        groups  : list of (list of Unknown, Motion on which they act or None for that of the model); with the motion
-                  that results, the change is exact
-        returns : (speed, harmonic, sensor, unknown) complex, m per unit; the unknowns of the groups follow one another
-        """
-        groups = [(unknowns, motion or self.motion) for unknowns, motion in groups if unknowns]
-        found, together = [self._no_changes], max(1, MOTION_AT_ONCE // self.motion.amplitude.size)
-        for first in range(0, len(groups), together):
-            part = groups[first : first + together]
-            found.append(self._moved(self._columns(part), sum(len(unknowns) for unknowns, _ in part)))
-        return np.concatenate(found, axis=-1)
-
-    def changes_by_output(self, groups):
-        """As `changes_by_forces`, of amplitudes that act on the output."""
-        carried, shown = self.blocks.harmonics, positions(self.harmonics, self.blocks)
-        own, found = self.theta[: len(self.model.rotor_unknowns)], [self._no_changes]
-        for unknowns, motion in (group for group in groups if group[0]):
-            true, _ = _at_sensors(self.model, self.speed, own, carried, (motion or self.motion).amplitude)
-            found.append(Table(unknowns, true.shape[-1]).dense_columns(true, self.speed, carried)[:, shown])
-        return np.concatenate(found, axis=-1)
-
-    @property
-    def _no_changes(self):
-        return np.zeros((len(self.speed), len(self.harmonics), len(self.model.sensors), 0), complex)
-
-    def _columns(self, groups):
-        """Columns of groups of unknowns that act on the rotor, each at its Motion."""
-        speed, carried, first, parts, in_table = self.speed, self.blocks.harmonics, 0, [], []
-        for at, (unknowns, motion) in enumerate(groups):
-            local = {p: u.force for p, u in enumerate(unknowns, start=first) if u.force}
-            in_table += [(p, u, at) for p, u in enumerate(unknowns, start=first) if not u.force]
-            first += len(unknowns)
-            if local:
-                value = nonlinear_columns(list(local.values()), motion.amplitude, speed, carried, motion.deflection)
-                row, place = np.nonzero(value.any(axis=(0, 1)))
-                parts.append(Columns(row, np.array(list(local), int)[place], value[..., row, place]))
-        if in_table:
-            place, unknowns, at = zip(*in_table, strict=True)
-            motions = [motion for _, motion in groups]
-            found = Table(unknowns, motions[0].amplitude.shape[-1], at).columns(
-                np.concatenate([motion.amplitude for motion in motions], axis=-1), speed, carried,
-                np.concatenate([motion.deflection for motion in motions], axis=-1),
-            )  # fmt: skip
-            parts.append(found._replace(unknown=np.array(place)[found.unknown]))
-        return Columns(*(np.concatenate(part, axis=-1) for part in zip(*parts, strict=True)))

@@ -17,7 +17,7 @@ from rotorstudy.diagnosis.search.odds import log_possible, log_scales
 from rotorstudy.inference.fit import Fit
 from rotorstudy.inference.prediction import carried_order
 from rotorstudy.measurement.spectrum import Spectrum
-from rotorstudy.response.measured import Motion, Near
+from rotorstudy.response.near import Motion, Near
 
 TIE = 6  # decimals of evidence that count: round-off must not rank equal candidates (an open crack has two sides)
 

@@ -21,7 +21,7 @@ from rotorstudy.inference.prediction import carried_order
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.registry import registry
 from rotorstudy.response.harmonic import positions
-from rotorstudy.response.measured import Motion, Near
+from rotorstudy.response.near import Motion, Near
 
 FIRST_SAMPLES = (0, 16, 32, 64, 128)  # shapes over the whole range, by the number of options
 STARTS = 3  # best of these, about which closer ones are tried: a force at one instant has several near-equal shapes

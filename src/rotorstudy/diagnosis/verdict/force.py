@@ -5,7 +5,7 @@ import numpy as np
 from rotorstudy.inference.prediction import BEYOND
 from rotorstudy.model.entries import Entry
 from rotorstudy.model.terms import Unknown
-from rotorstudy.response.measured import Near
+from rotorstudy.response.near import Near
 
 
 def equivalent_residual_force(model, theta, speed, harmonics, residual):

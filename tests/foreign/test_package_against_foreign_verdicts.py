@@ -1,0 +1,164 @@
+"""The package's verdicts on records of machines that share nothing with it."""
+
+import numpy as np
+import pytest
+
+from foreign.contacts import add_cubic_bearing, add_rub
+from foreign.crack import add_crack
+from foreign.effects import add_added_mass, add_seal
+from foreign.files import write_case
+from foreign.measuring import expected_harmonics
+from foreign.small_cases import small, special
+from rotorstudy.diagnosis import investigate
+from rotorstudy.diagnosis.settings import read_settings
+from rotorstudy.measurement.measurement import measured_spectrum
+from rotorstudy.model.rig import RigFile, read_rig
+
+pytestmark = pytest.mark.filterwarnings("ignore::RuntimeWarning")
+
+
+HARMONICS = [0, 1, -1, 2, -2, 3, -3]
+# these take most of the time of a search; left out where a test is not about them
+CRACKS = ["breathing_crack", "transverse_crack"]
+OF_SHAPE = ["rub", "looseness", "cubic_stiffness", "pedestal_resonance"]
+
+
+def read(case, folder, rig_error=1.0, modulus=1.0, zero="at_rest"):
+    """Spectrum, rig, model and findings of a case, from its files.
+
+    rig_error : 0: the rig file is exact, 1: as real ones are;  modulus : the stated one over that
+    zero      : where displacements count from, as stated
+    """
+    write_case(case, folder, 0.005 * rig_error, 0.02 * rig_error, 0.05 * rig_error, harmonics=HARMONICS)
+    given = read_rig(folder / "rig.yaml").given
+    given["rotor"]["youngs_modulus_Pa"] *= modulus
+    if modulus != 1:
+        given["diagnosis"]["uncertainty"]["rotor.youngs_modulus_Pa"] = 0.01
+    given["measurement"]["displacement_zero"] = zero
+    rig = RigFile(folder / "rig.yaml", given)
+    spectrum, model, findings = measured_spectrum([folder / "record.nc"], rig)
+    return spectrum, rig, model, findings
+
+
+def verdict_on(case, folder, rig_error=1.0, modulus=1.0, zero="at_rest", leave_out=(), most_causes=1):
+    spectrum, rig, model, findings = read(case, folder, rig_error, modulus, zero)
+    quick = {"candidates_per_round": 5, "leave_out": list(leave_out), "most_causes": most_causes}
+    settings = read_settings(rig.given, "rig.yaml").model_copy(update=quick)
+    return investigate(spectrum, model, settings=settings, findings=findings).verdict
+
+
+def names(verdict):
+    return {(cause.effect, *cause.where.values()) for cause in verdict.causes}
+
+
+def test_the_spectrum_read_from_the_files_is_the_expected_one(tmp_path):
+    case = small(3, "crack", visible=0.05, chain_fault="gain")
+    spectrum, *_ = read(case, tmp_path)
+    shown = expected_harmonics(case.steady, case.nodes, case.probes, case.chain, spectrum.harmonics, case.zero)
+    size = np.abs(shown[:, spectrum.harmonics == 1]).max()
+    # run-to-run scatter and noise: a few parts in a thousand each
+    assert np.abs(spectrum.amplitude - shown).max() < 0.03 * size
+
+
+def test_the_clean_case_is_called_nothing(tmp_path):
+    assert verdict_on(small(1, "healthy"), tmp_path).verdict == "nothing"
+
+
+@pytest.mark.parametrize(
+    ("seed", "family", "effect", "leave_out", "most_causes"),
+    [
+        (1, "unbalance", "unbalance", [], 2),
+        (2, "support_loss", "support_loss", CRACKS, 1),
+    ],
+)
+def test_what_the_library_has_is_named(seed, family, effect, leave_out, most_causes, tmp_path):
+    case = small(seed, family, count=4, visible=0.05)
+    verdict = verdict_on(case, tmp_path, leave_out=leave_out, most_causes=most_causes)
+    assert verdict.verdict == "cause"
+    assert names(verdict) == {(effect, case.effects[0]["node"])}
+
+
+@pytest.mark.parametrize(
+    ("kind", "breathing", "leave_out"), [("switching", "sudden", []), ("gradual", "gradual", OF_SHAPE)]
+)
+def test_a_crack_at_sixty_degrees_is_named(monkeypatch, tmp_path, kind, breathing, leave_out):
+    def add(draw):
+        add_crack(draw.machine, 0, 0.8, 0.8, np.deg2rad(60.0), kind)
+        return {"element": 1}
+
+    case = special(monkeypatch, 1, add)
+    verdict = verdict_on(case, tmp_path, rig_error=0.0, leave_out=leave_out)
+    assert verdict.verdict == "cause"
+    (cause,) = verdict.causes
+    assert (cause.effect, cause.variant) == ("transverse_crack", {"breathing": breathing})
+    found = {name: one.value for name, one in cause.parameters.items()}
+    assert found["position_m"] == pytest.approx(
+        0.8 * case.rotor.elements[0].length, abs=0.05 * case.rotor.positions[-1]
+    )
+    assert found["depth_ratio"] == pytest.approx(0.4, rel=0.15)
+    assert found["angle_rad"] == pytest.approx(np.deg2rad(60.0), abs=np.deg2rad(10.0))
+
+
+def test_an_added_mass_is_named(monkeypatch, tmp_path):
+    def add(draw):
+        mass, radius = 0.05 * draw.rotor.mass, draw.rotor.elements[0].outer_diameter / 2
+        add_added_mass(draw.machine, 1, mass, radius, radius)
+        return {"node": 2}
+
+    verdict = verdict_on(special(monkeypatch, 1, add), tmp_path, rig_error=0.0, leave_out=CRACKS)
+    assert verdict.verdict == "cause"
+    assert names(verdict) == {("added_mass", 2)}
+
+
+def test_a_seal_is_never_called_internal_damping(monkeypatch, tmp_path):
+    def add(draw):
+        damping = 0.2 * draw.stiffness / draw.frequency
+        add_seal(draw.machine, 1, 0.0, 0.0, damping, 0.0, 0.0, swirl=0.4)
+        return {"node": 2}
+
+    verdict = verdict_on(special(monkeypatch, 1, add), tmp_path, rig_error=0.0, leave_out=CRACKS)
+    assert "seal" in {cause.effect for cause in (*verdict.causes, *verdict.ambiguous_with)}
+
+
+def test_a_rub_on_one_side_is_named(monkeypatch, tmp_path):
+    """The gap is a share of the vibration, which is below the static deflection."""
+    side = np.deg2rad(200.0)
+
+    def add(draw):
+        swing, towards = draw.swing(1), np.array([np.cos(side), np.sin(side)])
+        assert swing < 0.2 * draw.rest(1)[0]
+        radius = draw.rotor.elements[0].outer_diameter / 2
+        add_rub(draw.machine, 1, 0.2 * draw.stiffness, 2 * swing, 0.1, radius, draw.rest(1) - 1.4 * swing * towards)
+        return {"node": 2}
+
+    verdict = verdict_on(special(monkeypatch, 1, add), tmp_path, rig_error=0.0, leave_out=CRACKS)
+    assert verdict.verdict == "cause"
+    assert names(verdict) == {("rub", 2)}
+    (cause,) = verdict.causes
+    assert abs(np.angle(np.exp(1j * (cause.parameters["contact_angle_rad"].value - side)))) < np.deg2rad(10)
+
+
+def test_a_cubic_bearing_that_moves_little_is_named(monkeypatch, tmp_path):
+    """A stiff bearing moves far less than the shaft: its cubic force is usual in units of its own motion."""
+
+    def add(draw):
+        bearing = draw.rotor.bearings[0]
+        moved = draw.healthy.displacement[:, :, :2]
+        add_cubic_bearing(draw.machine, 0, 0.3 * bearing.stiffness[0, 0] / np.max(np.sum(moved**2, axis=2)))
+        return {"node": 1}
+
+    verdict = verdict_on(special(monkeypatch, 1, add), tmp_path, rig_error=0.0, leave_out=CRACKS)
+    assert verdict.verdict == "cause"
+    assert names(verdict) == {("cubic_stiffness", 1)}
+
+
+def test_a_zero_on_the_unloaded_line_is_no_preload(tmp_path):
+    case = small(1, "healthy", speeds=5, count=2, chain_fault="unloaded_zero")
+    verdict = verdict_on(case, tmp_path, rig_error=0.0, leave_out=CRACKS)
+    assert verdict.measuring_chain.remedy == "state 'displacement_zero: unloaded_line'"
+    assert not verdict.causes
+    assert verdict_on(case, tmp_path, rig_error=0.0, zero="unloaded_line").verdict == "nothing"
+
+
+def test_a_modulus_within_its_uncertainty_is_no_fault(tmp_path):
+    assert verdict_on(small(1, "healthy"), tmp_path, modulus=1.01).verdict == "nothing"
