@@ -155,7 +155,7 @@ def static_force(model, theta, speed, carried, deflection, *, constant=True):
 
 def carried_response(model, speed, theta, blocks, jacobian, kept=None):
     """Harmonics (..., speed, harmonic, dof) and derivatives (None unless asked for), zero except at those `kept`."""
-    still = Deflection(np.zeros(len(model.structure.dofs)), {})
+    still = Deflection(np.zeros(len(model.structure.dofs)), {})  # read by no force, unless it is solved
     if model.nonlinear_forces or model.table.reads_deflection(blocks.harmonics):
         still = static_deflection(model, speed, theta[..., : len(model.rotor_unknowns)], jacobian=jacobian)
     return _carried_about(still, model, speed, theta, blocks, jacobian, kept)
