@@ -3,6 +3,7 @@
 import pytest
 from test_search import TWO_DISCS, hidden, measured
 
+from rotorstudy.diagnosis.search.alternatives import at_the_same_place
 from rotorstudy.diagnosis.search.candidates import candidates
 from rotorstudy.diagnosis.search.crack_beside import with_others_beside_a_crack
 from rotorstudy.diagnosis.search.explanations import Search
@@ -62,3 +63,28 @@ def test_beside_a_crack_only_the_other_cause_is_exchanged():
     work = searched(("added_mass", "shaft_damping", "static_preload"), MASS, DAMPING)
     wrong = work.explain(tuple(c for c in work.candidates if c.cause in {"shaft_damping", "static_preload, node 3"}))
     assert with_others_beside_a_crack(work, wrong) == []
+
+
+PEDESTAL = {
+    "node": 1,
+    "natural_frequency_rad_per_s": 900.0,
+    "frequency_ratio": 0.8,
+    "bearing_time_s": 3e-4,
+    "stiffness_loss_at_rest_xx_N_per_m": 3e5,
+    "stiffness_loss_at_rest_yy_N_per_m": 2e5,
+}
+SOFTER = hidden(MODEL, "support_stiffness", node=1, support_stiffness_N_per_m=-3e5)
+
+
+@pytest.mark.parametrize(
+    ("term", "found"),
+    [
+        (hidden(MODEL, "pedestal_resonance", **PEDESTAL), {"pedestal_resonance, node 1"}),
+        (SOFTER, {"support_stiffness, node 1", "external_damping, node 1"}),
+    ],
+)
+def test_two_causes_at_a_support_are_exchanged_for_a_pedestal_only_if_it_is_one(term, found):
+    work = searched(("external_damping", "pedestal_resonance", "support_stiffness"), term)
+    named = {"support_stiffness, node 1", "external_damping, node 1"}
+    first = work.explain(tuple(c for c in work.candidates if c.cause in named))
+    assert at_the_same_place(work, first).named == found

@@ -27,6 +27,7 @@ def test_warnings_go_into_the_verdict(spectrum, tmp_path, capsys):
 
 
 QUICK = {"diagnosis": {"leave_out": SLOW, "candidates_per_round": 4}}
+ONE_CAUSE = {"diagnosis": {"leave_out": SLOW, "candidates_per_round": 2, "most_causes": 1}}
 OTHER = {
     **RIG,
     "rotor": {"kind": "jeffcott", "mass_kg": 8.0, "stiffness_N_per_m": 2e5},
@@ -70,7 +71,7 @@ def test_the_gap_of_the_probes_is_told_and_can_be_given(tmp_path, capsys):
     """A gap of a millimetre is what most proximity probes show; it must not silently become a preload."""
     gap = {"kind": "sensor_gap", "sensor_gap_m": 1e-3, "sensor_gap_phase_rad": 2.5}
     behind = {**RIG, "effects": [*RIG["effects"], gap]}
-    silent = verdict_on(RIG, behind, tmp_path, capsys)
+    silent = verdict_on(RIG, behind, tmp_path, capsys, settings=ONE_CAUSE)
     assert "probe gap" in {finding["name"] for finding in silent["findings"]} and "probe gap" in silent["summary"]
     named = {cause["effect"] for cause in silent["causes"]}
     assert ("sensor_gap" in silent["not_considered"]) == ("static_preload" in named)

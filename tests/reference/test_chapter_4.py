@@ -1,4 +1,4 @@
-"""Chapter 4's study: printed spectra, estimates, scatter on the bound."""
+"""Chapter 4: printed spectra and scatter on the bound; its printed estimates: tests/workflow/test_workflow.py."""
 
 from copy import deepcopy
 from dataclasses import replace
@@ -15,7 +15,7 @@ from rotorstudy.model.registry import registry
 from rotorstudy.store import as_complex
 from rotorstudy.studies.common import clean_spectrum
 from rotorstudy.studies.config import load_study
-from rotorstudy.studies.identify import identify, monte_carlo
+from rotorstudy.studies.identify import monte_carlo
 from rotorstudy.studies.simulate import case_records, kind_spectra
 from rotorstudy.thesis import errata
 from rotorstudy.thesis.config import load_replay
@@ -50,27 +50,6 @@ def test_maximum_likelihood_sits_on_the_bound_and_least_squares_does_not(noisy):
 def test_intervals_of_both_estimators_hold(noisy):
     # 95 % of 500 trials: 92 to 98 % at three standard deviations
     assert float(noisy.coverage.min()) > 0.92 and float(noisy.coverage.max()) < 0.98
-
-
-def test_zero_noise_estimates_of_table_4_10(study):
-    """Printed: complete cycles exact, incomplete ones as the regression's leakage has it."""
-    chosen = {"record": replace_record(study), "spectra": ["regression"], "estimators": ["least_squares"]}
-    found = identify(study.model_copy(update=chosen), "thesis")
-    found = found.estimate.sel(case=CASE, source="from rest", spectrum_method="regression", estimator="least_squares")
-    printed = {
-        ("complete cycles", "reference"): (20.0000, 27.0000, 3.0000, 30.0000, 1.7338),
-        ("incomplete cycles", "none"): (19.7199, -22.3227, 4.0062, 77.0374, 12.6407),
-        ("incomplete cycles", "reference"): (19.8639, 27.0806, 2.9993, 29.9329, 1.7341),
-    }
-    names = ["internal_damping", "external_damping", "eccentricity", "eccentricity_phase", "stiffness_loss_22"]
-    for (record, phase), values in printed.items():
-        ours = found.sel(record=record, phase_reference=phase, parameter=names).values
-        ours = ours * np.array([1, 1, 1e5, 180 / np.pi, 1e-5])
-        assert np.abs(ours - values).max() < 1.01e-4, (record, phase)
-
-
-def replace_record(study):
-    return study.record.model_copy(update={"identified_from": ["from rest"]})
 
 
 def test_the_reading_of_the_clock_matters(study):
