@@ -9,6 +9,10 @@ from hashlib import sha256
 from importlib import import_module
 from pathlib import Path
 
+from rotorstudy.threads import use_one_thread
+
+use_one_thread()  # Snakemake states as many threads as a job has cores, which the processes of the job share
+
 from pydantic import Field
 
 from rotorstudy.errors import RotorstudyError
