@@ -105,7 +105,7 @@ def main():
     given = parser.parse_args()
     chosen = {"with": given.within, "without": given.without}
     new = [read(one).assign(library=name) for name, folders in chosen.items() for one in folders]
-    new = [one.assign(library=one.library.where(one.kind != "outside", "without")) for one in new]
+    new = [one.assign(library=one["library"].where(one["kind"] != "outside", "without")) for one in new]
     table = pd.concat(new).set_index("library").reset_index() if new else pd.read_csv(ROWS)
     table.to_csv(ROWS, index=False, float_format="%.6g")
     found = learned(table, given.outside, given.pairs)
