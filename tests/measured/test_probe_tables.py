@@ -152,8 +152,20 @@ def test_a_row_that_is_missing_or_doubled_is_named(tmp_path):
     lines = table("rms, um").splitlines()
     with pytest.raises(RotorstudyError, match="need the same probes"):
         read(tmp_path, "\n".join(lines[:-1]), "rms, um")
-    with pytest.raises(RotorstudyError, match="harmonic 1 of probe 'right' occurs 2 times"):
+    with pytest.raises(RotorstudyError, match="need the same probes"):
         read(tmp_path, "\n".join([*lines, lines[-1]]), "rms, um")
+
+
+def test_a_speed_written_again_is_a_repeat(tmp_path):
+    """All readings below those of the first, or each below its own: the same two spectra at every speed."""
+    head, *rows = table("rms, um").splitlines()
+    other = [row.replace(row.split(",")[-1], str(float(row.split(",")[-1]) + 2)) for row in rows]
+    once = [read(tmp_path, "\n".join([head, *some]), "rms, um").spectrum for some in (rows, other)]
+    blocks = read(tmp_path, "\n".join([head, *rows, *other]), "rms, um").spectrum
+    pairs = [row for pair in zip(rows, other, strict=True) for row in pair]
+    assert np.array_equal(blocks.amplitude, read(tmp_path, "\n".join([head, *pairs]), "rms, um").spectrum.amplitude)
+    assert np.array_equal(blocks.amplitude[::2], once[0].amplitude)
+    assert np.array_equal(blocks.amplitude[1::2], once[1].amplitude)
 
 
 def test_a_table_of_a_probe_is_identified(tmp_path, capsys):
