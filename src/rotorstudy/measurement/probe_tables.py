@@ -6,6 +6,7 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.measurement.conventions import combine, measured_direction
+from rotorstudy.measurement.quality import DEAD, SIGNIFICANT, left_out
 from rotorstudy.measurement.tables import (
     ANGLES,
     SPEEDS,
@@ -74,8 +75,10 @@ def read_probe_table(path, conventions, nodes):
     across = np.where(vector == 0, along, np.abs(vector) ** 2 * steps["phase"] ** 2 / 12 + noise)
     probe, spectra = _probes(text, conventions, nodes, where), []
     repeat = _repeats([(p.channel, *row) for p, *row in zip(probe, speed.tolist(), harmonic.tolist(), strict=True)])
+    dead = _dead(probe, np.abs(vector), np.sqrt(along))
+    alive = np.array([(p.node, p.channel) not in dead for p in probe])
     for one, again in dict.fromkeys(zip(speed.tolist(), repeat.tolist(), strict=True)):
-        rows = np.flatnonzero((speed == one) & (repeat == again))
+        rows = np.flatnonzero((speed == one) & (repeat == again) & alive)
         of_node, directions = {}, {}
         for node in sorted({p.node for p in probe[rows]}):
             place = f"{where}, {one * 30 / np.pi:.6g} rpm, {f'repeat {again + 1}, ' * bool(again)}node {node}"
@@ -84,7 +87,20 @@ def read_probe_table(path, conventions, nodes):
             if np.isfinite(single):
                 directions[node] = single
         spectra.append((float(one), of_node, directions))
-    return spectra, notes_on(noise, inferred, where)
+    return spectra, [*left_out(dead, where), *notes_on(noise, inferred, where)]
+
+
+def _dead(probe, size, std):
+    """{(node, channel)} of the probes that show nothing in any row, though others of their node show what they would.
+
+    probe : (row,) Probe;  size, std : (row,) peak of a reading and its standard deviation, m
+    """
+    keys = [(p.node, p.channel) for p in probe]
+    rows = {key: [i for i, one in enumerate(keys) if one == key] for key in keys}
+    least = {key: max(size[own].max(), std[own].max()) for key, own in rows.items()}
+    silent = {key for key, own in rows.items() if (size[own] <= SIGNIFICANT * std[own]).all()}
+    shown = {node: max(size[i] for i, one in enumerate(keys) if one[0] == node) for node, _ in keys}
+    return {(node, name) for node, name in silent if shown[node] > DEAD * least[node, name]}
 
 
 def _repeats(rows):
