@@ -16,7 +16,7 @@ from rotorstudy.measurement.files import read_file, table_columns
 from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.full_spectra import full_spectrum
 from rotorstudy.measurement.nonsynchronous import check_lines
-from rotorstudy.measurement.plausibility import check_probe_angles, check_together
+from rotorstudy.measurement.plausibility import check_probe_angles, check_stated_speeds, check_together
 from rotorstudy.measurement.probe_tables import harmonics_in, is_probe_table, read_probe_table
 from rotorstudy.measurement.raw_record import LARGEST_READING
 from rotorstudy.measurement.records import Record
@@ -232,6 +232,8 @@ def read_measurement(
     check_numbers(spectrum, named)
     records = [_with_sensors(one.record, model.sensors) for one in usable if one.record is not None]
     findings += check_together(spectrum, model, named)
+    if len(in_time) < len(paths):
+        findings += check_stated_speeds(spectrum.speed, model, named)
     tables = any(is_probe_table(names) for names in columns.values())
     if tables or {"run-up", "coast-down"} & {finding.name for finding in findings}:
         findings += check_resonances(spectrum, tables, named)
@@ -272,10 +274,16 @@ def _common_directions(found, sensors):
     for one in usable:
         if one.directions != usable[0].directions:
             raise RotorstudyError(
-                f"{one.facts.where} has a single probe at nodes {sorted(one.directions)}, {usable[0].facts.where} at "
-                f"{sorted(usable[0].directions)}; all records of one measurement need the same probes"
+                f"{one.facts.where} has {_single(one.directions)}, {usable[0].facts.where} has "
+                f"{_single(usable[0].directions)}; all records of one measurement need the same probes "
+                "(is a row of a table missing?)"
             )
     return np.array([usable[0].directions.get(node, np.nan) if usable else np.nan for node in sensors])
+
+
+def _single(directions):
+    """Where records have only one probe, in words. directions : {node: rad}"""
+    return f"a single probe at node {', '.join(map(str, sorted(directions)))}" if directions else "no single probe"
 
 
 def _with_harmonics_of_tables(conventions, paths):
