@@ -1,7 +1,6 @@
 """A first section `measurement:` for a record file, guessed from names, units and signals; a person must confirm it."""
 
 import re
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +10,7 @@ from rotorstudy.measurement.channel_names import angle_in, plane_in, unit_in
 from rotorstudy.measurement.conventions import Conventions
 from rotorstudy.measurement.csv_layout import guess_layout
 from rotorstudy.measurement.files import kind_of, open_channels
-from rotorstudy.measurement.netcdf_files import netcdf
+from rotorstudy.measurement.netcdf_files import existing, netcdf
 from rotorstudy.measurement.probe_tables import is_probe_table
 from rotorstudy.measurement.tables import open_table, whole_numbers
 from rotorstudy.units import um
@@ -61,7 +60,7 @@ def guess_measurement(path, nodes):
     RotorstudyError
         If the file cannot be read, or has no channel that may be a probe.
     """
-    path = Path(path)
+    path = existing(path)
     kind = kind_of(path)
     if kind == "netcdf":
         return _of_netcdf(path, nodes)

@@ -111,8 +111,8 @@ def check_stated_speeds(speed, rig, where):
         return []
     in_rpm = [number(speed / RAD_PER_S["rpm"], 4) for speed in (fastest, lowest)]
     text = (
-        f"up to {fastest:.4g} rad/s ({in_rpm[0]} rpm), {fastest / lowest:.3g} times the lowest natural frequency of the "
-        f"rig ({in_rpm[1]} rpm); are the speeds in another unit, such as rpm taken as rad/s?"
+        f"up to {fastest:.4g} rad/s ({in_rpm[0]} rpm), {fastest / lowest:.3g} times the lowest natural frequency of "
+        f"the rig ({in_rpm[1]} rpm); are the speeds in another unit, such as rpm taken as rad/s?"
     )
     return [Finding("warning", "unusual speed", where, text)]
 
