@@ -28,9 +28,9 @@ def start_values(problem: Problem) -> np.ndarray:
 
     Trials start together, from their mean: a step more for each costs less than linear equations of its own.
     """
-    given = np.concatenate([term.theta for term in problem.model.terms])
-    nominal = np.where(np.isnan(given), problem.model.typical, given)[problem.model.position(problem.names)]
-    linear = {u.name for u in problem.model.rotor_unknowns}.issuperset(problem.names)
+    model = problem.model
+    nominal = np.where(np.isnan(model.stated), model.typical, model.stated)[model.position(problem.names)]
+    linear = {u.name for u in model.rotor_unknowns}.issuperset(problem.names)
     mean, _ = problem.mean(nominal)
     try:
         if linear:
@@ -144,6 +144,11 @@ class Fit:
         return self.prior.names
 
     @property
+    def values(self) -> dict[str, float]:
+        """Name -> value of every amplitude of the model."""
+        return dict(zip(self.model.names, self.theta.tolist(), strict=True))
+
+    @property
     def cost(self) -> float:
         """Misfit plus penalty."""
         return self.misfit + self.penalty
@@ -227,7 +232,7 @@ def fit(
         prior.mean if start is None else start[place],
         steps,
     )
-    theta = np.concatenate([term.theta for term in model.terms])
+    theta = model.stated.copy()
     theta[place] = found.free
     return Fit(model, theta, prior, *found[1:])
 

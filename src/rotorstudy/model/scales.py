@@ -62,8 +62,7 @@ class Scales:
     @cached_property
     def softest(self) -> float:
         """Stiffness against a force where the rotor is softest, N/m."""
-        moving = [motion == "translation" for _, motion in self.structure.dofs]
-        return float(1 / np.diag(self.flexibility)[moving].max())
+        return float(1 / np.diag(self.flexibility)[self.structure.along > 0].max())
 
     @property
     def mass(self) -> float:

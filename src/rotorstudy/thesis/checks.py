@@ -227,7 +227,7 @@ def bow_text(config, compensated):
     )
 
 
-def slow_roll_text(config, n, share):
+def slow_roll_text(n, share):
     """Share of a harmonic already present at slow roll, in words; share : (higher case,)"""
     if share.min() < 0:
         return f"{n}X changes from slow roll by more than its own size"

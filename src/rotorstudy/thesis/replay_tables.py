@@ -41,7 +41,7 @@ def shown_compensated(spectra):
 def already_there(config, compensated):
     """harmonic -> its share already present at slow roll, in words."""
     share = slow_roll_share(config, compensated)
-    return {n: slow_roll_text(config, n, share[:, h]) for h, n in enumerate(config.harmonics)}
+    return {n: slow_roll_text(n, share[:, h]) for h, n in enumerate(config.harmonics)}
 
 
 def measured_values(config, spectra):

@@ -73,7 +73,7 @@ def _without(work, found, kept):
     """The Fit with some of the causes of a fit, its amplitudes as they are, and the Motion with all of them."""
     prior, spectrum = work.prior, work.spectrum
     whole = work.whole.plus(*(cause.term for cause in found.causes))
-    theta = np.concatenate([term.theta for term in whole.terms])
+    theta = whole.stated.copy()
     theta[whole.position([*work.prior.names, *(n for c in found.causes for n in c.names)])] = found.amplitudes
     motion = carried_motion(whole, spectrum.speed, spectrum.harmonics, theta, order=carried_order(spectrum))
     model = work.whole.plus(*(cause.term for cause in kept))

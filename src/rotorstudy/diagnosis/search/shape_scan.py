@@ -7,14 +7,14 @@ one is refined by sampling about it.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.diagnosis.search.candidates import Candidate, shape_ranges, with_shape
+from rotorstudy.diagnosis.search.candidates import Candidate
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.screening import Projection, Screened, screen_each
+from rotorstudy.diagnosis.search.shape_fit import ranges_of, reshaped
 from rotorstudy.errors import CannotAct, NoSteadyState
 from rotorstudy.inference.fit import Fit
 from rotorstudy.inference.prediction import carried_order
@@ -26,9 +26,7 @@ from rotorstudy.response.near import Motion, Near
 FIRST_SAMPLES = (0, 16, 32, 64, 128)  # shapes over the whole range, by the number of options
 STARTS = 3  # best of these, about which closer ones are tried: a force at one instant has several near-equal shapes
 MORE_ALONG_SHAFT = 4  # times as many shapes and starts where the position on the shaft is one of the options
-PARTS = (
-    6  # then, of the range of an option; each has a start of its own, as a crack elsewhere may explain nearly as much
-)
+PARTS = 6  # of the range of an option, then; each has a start, as a crack elsewhere may explain nearly as much
 HALVES = 2  # of a full turn, likewise
 ANOTHER_SIDE = 0.25  # of a turn
 DEPENDENT = 1e-9  # ratio of a column's part that others do not have to the longest: below it nothing tells it apart
@@ -188,13 +186,7 @@ class _Scan(NamedTuple):
     @property
     def ranges(self):
         """Option -> ShapeRange."""
-        return shape_ranges(self.cause.effect, self.work.rig.structure, self.cause.where.get("node"))
-
-    def at(self, point, label):
-        """The cause in the shape at a point (option,) of its ranges."""
-        shape = {name: ends.value(x) for (name, ends), x in zip(self.ranges.items(), point, strict=True)}
-        labelled = self.cause._replace(term=replace(self.cause.term, label=label))
-        return with_shape(self.work.rig, labelled, shape, self.work.settings.prior_width)
+        return ranges_of(self.work, self.cause)
 
     def judged(self, points, kept=False):
         """The shapes at some points (shape, option), the best first, without those in which the cause cannot act.
@@ -223,7 +215,7 @@ class _Scan(NamedTuple):
         groups = {}
         for i, point in enumerate(points):
             try:
-                cause = self.at(point, f"{self.cause.term.label} {i}")
+                cause = reshaped(self.work, self.cause, point, f"{self.cause.term.label} {i}")
             except CannotAct:  # such as a crack in a hollow part of the shaft
                 continue
             row = acts_on(cause, self.work.rig.structure)
@@ -275,9 +267,8 @@ class _Scan(NamedTuple):
             kept = 1 if spread == SPREADS[-1] else max(len(starts) - 1, 1)
             found = sorted([*starts, *closer], key=lambda one: -one.screened.evidence)
             starts = self._distinct(found)[:kept]
-        return [
-            Scanned(self.at(one.point, self.cause.term.label), one.screened) for one in (*starts, *self._facing(found))
-        ]
+        best = (*starts, *self._facing(found))
+        return [Scanned(reshaped(self.work, self.cause, one.point), one.screened) for one in best]
 
     def _facing(self, found):
         """The best shape that faces another side than the best one: which side is open decides little at first."""
