@@ -116,14 +116,7 @@ def _correlation(rows, count, where):
 def uncertainty_section(names: Sequence[str], covariance: np.ndarray) -> dict:
     """The section `prior` for a covariance.
 
-    Parameters
-    ----------
-    names : sequence of str
-    covariance : ndarray (parameter, parameter)
-
-    Returns
-    -------
-    dict
+    covariance : (parameter, parameter)
     """
     std = np.sqrt(np.diag(covariance))
     correlation = np.asarray(covariance) / np.outer(std, std)

@@ -99,16 +99,7 @@ def compare(
 
 
 def of_changes(settings: Settings) -> Settings:
-    """The settings with how often each effect is what changed between two runs, unless they state a rate of their own.
-
-    Parameters
-    ----------
-    settings : Settings
-
-    Returns
-    -------
-    Settings
-    """
+    """The settings with how often each effect is what changed between two runs, unless they state their own rate."""
     effects = registry().plugins["effect"]
     rates = {name: one.change_rate for name, one in effects.items() if one.change_rate is not None}
     at_discs = {*settings.at_discs, *(name for name, one in effects.items() if one.at_discs)}
