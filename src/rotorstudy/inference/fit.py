@@ -8,11 +8,7 @@ import numpy as np
 
 from rotorstudy.errors import NoConvergenceError, RotorstudyError
 from rotorstudy.inference.estimate import Estimate
-from rotorstudy.inference.levenberg_marquardt import (
-    ESTIMATE,
-    HYPOTHESIS,
-    levenberg_marquardt,
-)
+from rotorstudy.inference.levenberg_marquardt import ESTIMATE, HYPOTHESIS, levenberg_marquardt
 from rotorstudy.inference.linear import invert, solve_equations, whitened
 from rotorstudy.inference.prediction import predicted_derivatives, whitened_prediction
 from rotorstudy.inference.prior import Prior, log_narrowing
@@ -98,10 +94,7 @@ def output_error_fit(
     theta[~converged] = np.nan
     covariance[converged] = invert(normal[converged])
     return Estimate(
-        problem.names,
-        theta.reshape(*shape, count),
-        covariance.reshape(*shape, count, count),
-        cost.reshape(shape),
+        problem.names, theta.reshape(*shape, count), covariance.reshape(*shape, count, count), cost.reshape(shape)
     )
 
 

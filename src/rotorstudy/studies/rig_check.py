@@ -7,7 +7,7 @@ import numpy as np
 from rotorstudy.diagnosis.settings import check_names, read_settings
 from rotorstudy.errors import CannotAct, RotorstudyError, unknown_name
 from rotorstudy.measurement.conventions import measured_direction, read_conventions
-from rotorstudy.measurement.findings import Finding, worst_first
+from rotorstudy.measurement.findings import Finding, errors_among, worst_first
 from rotorstudy.model.rig import read_rig
 from rotorstudy.response.whirl import damped_modes, time_invariant
 from rotorstudy.studies.plausibility import implausible_numbers, odd_discs, odd_films, stated_loads
@@ -38,7 +38,7 @@ class RigCheck(NamedTuple):
     @property
     def errors(self):
         """Findings that are errors."""
-        return [finding for finding in self.findings if finding.severity == "error"]
+        return errors_among(self.findings)
 
 
 def check_rig(path):

@@ -19,14 +19,7 @@ from rotorstudy.thesis.checks import (
     weight_text,
 )
 from rotorstudy.thesis.printed import scored_against
-from rotorstudy.thesis.replay import (
-    BOTH_DAMPINGS,
-    COLUMN,
-    DAMPINGS,
-    remove_slow_roll,
-    rounding_draws,
-    thesis_estimates,
-)
+from rotorstudy.thesis.replay import BOTH_DAMPINGS, COLUMN, DAMPINGS, remove_slow_roll, rounding_draws, thesis_estimates
 from rotorstudy.thesis.scoreboard import KEYS, published
 from rotorstudy.thesis.tables import Table, scored_tables
 from rotorstudy.units import percent
