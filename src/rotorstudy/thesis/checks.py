@@ -60,6 +60,11 @@ def shown_name(parameter):
     return re.sub("_(phase|dampings?)$", r" \1", name)
 
 
+def names_of_either_sign(config):
+    """Names on pages of the parameters judged by size alone, which may have either sign."""
+    return [shown_name(name) for name in config.losses.values()]
+
+
 def shown_estimates(config, estimates):
     """Estimates as pages show them: names, units, lengths in um, phases in degrees.
 
