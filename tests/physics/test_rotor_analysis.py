@@ -13,7 +13,8 @@ from rotorstudy.presentation.rotor_files import analyse_files, measured_vectors
 from rotorstudy.response.resonance import Peak, peaks, required_margin, separation_margin
 from rotorstudy.response.stability import damping_of_effects
 from rotorstudy.response.whirl import damped_modes
-from rotorstudy.studies.rotor_analysis import analyse_rotor, probe_vectors
+from rotorstudy.studies.rotor_analysis import analyse_rotor
+from rotorstudy.studies.unbalance_response import probe_vectors
 
 MASS, STIFFNESS = 2.0, 7.2e5
 NATURAL = np.sqrt(STIFFNESS / MASS)

@@ -4,10 +4,10 @@ import numpy as np
 
 from rotorstudy.blind.acts import ACTS
 from rotorstudy.model.registry import registry
+from rotorstudy.units import HALF_INTERVAL
 
 PROBABILITY_EDGES = np.array([0.0, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 1.0])
 ANSWERS_WITHOUT_CAUSE = ("nothing", "unknown", "failed")
-INTERVAL = 1.959964  # standard deviations of a 95 % interval
 
 
 def share_bounds(found: int, of: int) -> tuple[float, float]:
@@ -117,7 +117,7 @@ def _covered(true, named):
             off = estimate["value"] - t["parameters"][name]
             if estimate.get("unit") == "rad":
                 off = np.angle(np.exp(1j * off))
-            result.append(bool(abs(off) <= INTERVAL * estimate["std"]))
+            result.append(bool(abs(off) <= HALF_INTERVAL * estimate["std"]))
     return result
 
 

@@ -17,8 +17,8 @@ from rotorstudy.store import as_complex, dataset
 from rotorstudy.studies import identify
 from rotorstudy.studies.common import parameter_coordinates
 from rotorstudy.studies.comparison.config import measured_without_noise
+from rotorstudy.units import HALF_INTERVAL
 
-INTERVAL = 1.959964  # standard deviations of a 95 % interval
 BY_PARAMETER = {
     "bias": ("SI", "mean error"),
     "scatter": ("SI", "standard deviation over trials"),
@@ -81,7 +81,7 @@ def estimates(config, name, rotor, by_method, estimator):
         found["bias"][m, f, n] = off.mean(axis=0)
         found["scatter"][m, f, n] = off.std(axis=0)
         found["rmse"][m, f, n] = np.sqrt(np.mean(off**2, axis=0))
-        found["coverage"][m, f, n] = np.mean(np.abs(off) <= INTERVAL * std, axis=0)
+        found["coverage"][m, f, n] = np.mean(np.abs(off) <= HALF_INTERVAL * std, axis=0)
         if level:
             found["efficiency"][m, f, n] = (level * bound / found["rmse"][m, f, n]) ** 2
     dims = ("spectrum_method", "fault", "noise", "parameter")
