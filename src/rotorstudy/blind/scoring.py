@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rotorstudy.blind.acts import ACTS
+from rotorstudy.blind.simulated_effects import SIMULATED_EFFECTS
 from rotorstudy.model.registry import registry
 from rotorstudy.units import HALF_INTERVAL
 
@@ -19,8 +19,8 @@ def share_bounds(found: int, of: int) -> tuple[float, float]:
 
 def is_chain(effect: str) -> bool:
     """Whether an effect belongs to the measuring chain: it acts on the output or on the speed label."""
-    if effect in ACTS:
-        return ACTS[effect].on != "rotor"
+    if effect in SIMULATED_EFFECTS:
+        return SIMULATED_EFFECTS[effect].on != "rotor"
     plugin = registry().plugins["effect"].get(effect)
     return plugin is not None and plugin.acts_on_output
 
