@@ -10,6 +10,7 @@ RAD_PER_S = {"rad/s": 1.0, "Hz": 2 * np.pi, "rpm": np.pi / 30}
 SECONDS = {"s": 1.0, "ms": 1e-3}
 SHOWN = {"m": ("µm", 1e6), "kg m": ("g mm", 1e6), "rad": ("°", 180 / np.pi), "s": ("ms", 1e3), "1": ("", 1.0)}
 TINY = 1e-4  # estimates with a smaller standard deviation are written with an exponent
+HALF_INTERVAL = 1.959964  # standard deviations: a half of a 95 % interval
 LONG = 1e7  # numbers from this size are written with an exponent
 
 
@@ -73,7 +74,7 @@ def with_interval(value: float, std: float, unit: str) -> str:
         digits = 2 + np.floor(np.log10(abs(one))) - np.floor(np.log10(std)) if std > 0 and one else 6
         return f"{one:.{max(int(digits), 1)}g}"
 
-    half, own = 1.96 * std, "" if unit == "1" else f" {unit}"
+    half, own = HALF_INTERVAL * std, "" if unit == "1" else f" {unit}"
     return f"{shown(value):>9} ± {shown(std)}{own} (95 %: {shown(value - half)} to {shown(value + half)})"
 
 

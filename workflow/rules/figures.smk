@@ -114,6 +114,7 @@ for name in REPLAYS:
             load="rotorstudy.thesis.config.load_replay",
             function="rotorstudy.presentation.replay_figures.figures",
             reference=published_folder,
+        priority: 2 # the first figures, within half a minute
         log:
             f"{RESULTS}/logs/{name}/figures.log",
         script:

@@ -9,6 +9,7 @@ rule replay_records:
         code=code("replay.py", "rotorstudy.thesis.replay.records"),
         function="rotorstudy.thesis.replay.records",
         reference=published_folder,
+    priority: 2 # short, and what the first figures need
     log:
         f"{RESULTS}/logs/{{replay}}/records.log",
     script:
@@ -25,6 +26,7 @@ rule replay_spectra:
     params:
         code=code("replay.py", "rotorstudy.thesis.replay.spectra"),
         function="rotorstudy.thesis.replay.spectra",
+    priority: 2
     log:
         f"{RESULTS}/logs/{{replay}}/spectra.log",
     script:
@@ -45,6 +47,7 @@ rule replay_identify:
         code=code("replay.py", "rotorstudy.thesis.replay.identify"),
         function="rotorstudy.thesis.replay.identify",
         reference=published_folder,
+    priority: 2
     log:
         f"{RESULTS}/logs/{{replay}}/identification.log",
     script:

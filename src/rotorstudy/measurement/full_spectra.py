@@ -147,18 +147,17 @@ def _harmonics_of(record, harmonics, method, phases, whole_revolutions):
     record = cut_to_whole_revolutions(record) if whole_revolutions else record
     marks = mark_times(whole, drifting=True) if method.uses_marks else None
 
-    def measured(signals):
-        return harmonics_by(method, signals, record.time, record.speed, harmonics, marks)
-
-    signals, found = np.asarray(record.displacement), {}
-    if "reference" in phases:
-        if record.reference is None:
-            raise RotorstudyError(_no_reference(record, harmonics))
-        amplitude, covariance = measured(np.concatenate([signals, [record.reference]]))
-        psi = phase_from_reference(record.where, harmonics, amplitude[-1], covariance[-1])
-        found["reference"] = compensate(amplitude[:-1], covariance[:-1], *psi)
+    with_reference, found = "reference" in phases, {}
+    if with_reference and record.reference is None:
+        raise RotorstudyError(_no_reference(record, harmonics))
+    signals = np.array([*record.displacement, *([record.reference] if with_reference else [])])
+    every = harmonics_by(method, signals, record.time, record.speed, harmonics, marks)  # of each signal by itself
+    own = tuple(part[: len(record.displacement)] for part in every)
+    if with_reference:
+        psi = phase_from_reference(record.where, harmonics, *(part[-1] for part in every))
+        found["reference"] = compensate(*own, *psi)
     if {"keyphasor", "none"} & set(phases):
-        keyphasor = none = measured(signals)
+        keyphasor = none = own
         if method.uses_marks:  # its time zero is a mark
             if "none" in phases:
                 psi, psi_covariance = phase_at_start(marks, record.time[0], harmonics)

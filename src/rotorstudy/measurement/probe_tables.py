@@ -31,10 +31,26 @@ def is_probe_table(columns):
     return ("probe" in columns and (shown or turned)) or (shown and not {"harmonic", "node"} & set(columns))
 
 
-def harmonics_in(path, conventions):
+def _harmonics_in(path, conventions):
     """(harmonic,) whole numbers from 1, of a table of probes."""
     text = open_table(path, conventions.csv)
     return sorted(set(whole_numbers(text, "harmonic", path).tolist())) if "harmonic" in text else [1]
+
+
+def with_harmonics_of_tables(conventions, paths):
+    """Conventions with the harmonics of the tables of probes, if the rig file states none; RotorstudyError if fewer."""
+    if not paths:
+        return conventions
+    held = {n for path in paths for n in _harmonics_in(path, conventions)}
+    if "harmonics" not in conventions.model_fields_set:
+        return conventions.model_copy(update={"harmonics": [n for m in sorted(held) for n in (m, -m)]})
+    for n in conventions.harmonics:
+        if abs(n) not in held or -n not in conventions.harmonics:
+            raise RotorstudyError(
+                f"{paths[0]}: 'measurement: harmonics:' has {n}, and the tables of probes have {sorted(held)}, each of "
+                "which gives n and -n; leave 'harmonics:' out, or state these"
+            )
+    return conventions
 
 
 def read_probe_table(path, conventions, nodes):

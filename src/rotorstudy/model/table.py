@@ -205,16 +205,21 @@ class Table:
         return self._collected(lambda u, e: e.is_constant or (e.order == 0 and not u.carries))
 
     def _collected(self, chosen):
-        kinds, parts = {}, [(np.zeros(0, int),) * 4 + (np.zeros(0, complex),)]
+        kinds, found = {}, []
         for u, unknown in enumerate(self.unknowns):
+            first = self.size * self.motion[u]
             for entry in (e for e in unknown.entries if chosen(unknown, e)):
                 k, _ = kinds.setdefault(entry.kind, (len(kinds), entry))
-                row, column, value = entry.nonzero
-                every = np.ones(len(row), int)
-                column = column + self.size * self.motion[u] + self.seen * entry.is_conjugate
-                column = 2 * self.seen * every if entry.is_constant else column
-                parts.append((u * every, k * every, row, column, value))
-        elements = _Elements(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+                found.append((u, k, 2 * self.seen if entry.is_constant else first + self.seen * entry.is_conjugate))
+                found[-1] += entry.nonzero
+        if not found:
+            none = np.zeros(0, int)
+            return _Elements(none, none, none, none, np.zeros(0, complex)), []
+        unknown, kind, first, row, column, value = zip(*found, strict=True)
+        count = [len(one) for one in row]
+        unknown, kind, first = (np.repeat(part, count) for part in (unknown, kind, first))
+        row, column, value = map(np.concatenate, (row, column, value))
+        elements = _Elements(unknown, kind, row, column + first, value.astype(complex))
         return elements, [entry for _, entry in kinds.values()]
 
     @cached_property
@@ -249,23 +254,25 @@ class Table:
     def _moving(self, speed, harmonics):
         (_, kinds), speed, count = self._on_motion, np.array(speed)[:, None], len(harmonics)
         factor, source = np.zeros((len(speed), count, len(kinds)), complex), np.zeros((count, len(kinds)), int)
-        every, gains = np.arange(count), {}  # many kinds differ in their matrix and direction, not in their gain
+        alike, every = {}, np.arange(count)  # many kinds differ in their gain alone
         for k, entry in enumerate(kinds):
-            here, seen, n = harmonics_seen(entry.shift, entry.is_conjugate, harmonics)
-            source[here, k] = every[seen]
-            of = entry.gain, entry.frequency_only, entry.shift, tuple(every[here].tolist())
-            if of not in gains:
-                gains[of] = entry.gain_at(speed, n + entry.shift)
-            factor[:, here, k] = gains[of] * (1j * n * speed) ** entry.order
+            alike.setdefault((entry.shift, entry.is_conjugate, entry.order), []).append(k)
+        for (shift, is_conjugate, order), some in alike.items():
+            here, seen, n = harmonics_seen(shift, is_conjugate, harmonics)
+            some, force = np.array(some), np.broadcast_to(n + shift, (len(speed), len(n)))
+            gains = _gains([kinds[k] for k in some], np.broadcast_to(speed, force.shape), force)
+            source[np.ix_(every[here], some)] = every[seen][:, None]
+            factor[:, every[here][:, None], some] = gains * ((1j * n * speed) ** order)[..., None]
         return _Moving(factor, source)
 
     def _still(self, speed, harmonics):
         (elements, kinds), speed = self._at_rest, np.array(speed)
         where = {n: i for i, n in enumerate(harmonics)}
         at = np.array([where.get(entry.shift, -1) for entry in kinds], int)
-        gains = {(e.gain, e.frequency_only, e.shift): e for e in kinds}
-        gains = {of: entry.gain_at(speed, entry.shift) for of, entry in gains.items()}
-        gain = np.array([gains[e.gain, e.frequency_only, e.shift] for e in kinds]).reshape(len(kinds), len(speed))
+        gain = np.zeros((len(speed), len(kinds)), complex)
+        for shift in {entry.shift for entry in kinds}:
+            some = [k for k, entry in enumerate(kinds) if entry.shift == shift]
+            gain[:, some] = _gains([kinds[k] for k in some], speed, np.full(len(speed), shift))
         kept = at[elements.kind] >= 0
         place, elements = self._place_of(elements)[kept], _Elements(*(part[kept] for part in elements))
         at, count = at[elements.kind], len(self._places[0])
@@ -273,7 +280,7 @@ class Table:
         for inner, size in ((place, count), (elements.row, self.size)):
             target, index = np.unique(at * size + inner, return_inverse=True)
             targets += [*np.divmod(target, max(size, 1)), _sum(index, len(target))]
-        value = gain[elements.kind].T * elements.value
+        value = gain[:, elements.kind] * elements.value
         return _Still(elements.unknown, elements.column, value, *targets)
 
     def _resting(self, still, speed, deflection, constant=True):
@@ -283,6 +290,13 @@ class Table:
         deflection = np.broadcast_to(deflection, (*np.shape(deflection)[:-2], len(speed), self.seen))
         one = np.full((*deflection.shape[:-1], 1), float(constant))
         return np.concatenate([deflection, deflection.conj(), one], axis=-1)[..., still.seen] * still.value
+
+
+def _gains(entries, speed, harmonic):
+    """Gains (..., entry) of entries at speeds (...), rad/s, and harmonics (...) of the force."""
+    of = [(entry.gain, entry.frequency_only) for entry in entries]
+    found = {one: entry.gain_at(speed, harmonic) for one, entry in dict(zip(of, entries, strict=True)).items()}
+    return np.stack([found[one] for one in of], axis=-1)
 
 
 def _key(speed, harmonics):

@@ -8,7 +8,7 @@ import numpy as np
 from rotorstudy.errors import NoConvergenceError, NoSteadyState, UnidentifiableError
 from rotorstudy.inference.bounds import cramer_rao_bound
 from rotorstudy.inference.estimate import magnitude_and_phase
-from rotorstudy.inference.fit import output_error_fit
+from rotorstudy.inference.output_error import output_error_fit
 from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.noise import noise_std, noisy, standard_normal
 from rotorstudy.measurement.spectrum import independent_covariance

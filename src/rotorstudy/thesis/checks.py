@@ -60,6 +60,11 @@ def shown_name(parameter):
     return re.sub("_(phase|dampings?)$", r" \1", name)
 
 
+def names_of_either_sign(config):
+    """Names on pages of the parameters judged by size alone, which may have either sign."""
+    return [shown_name(name) for name in config.losses.values()]
+
+
 def shown_estimates(config, estimates):
     """Estimates as pages show them: names, units, lengths in um, phases in degrees.
 
@@ -227,7 +232,7 @@ def bow_text(config, compensated):
     )
 
 
-def slow_roll_text(config, n, share):
+def slow_roll_text(n, share):
     """Share of a harmonic already present at slow roll, in words; share : (higher case,)"""
     if share.min() < 0:
         return f"{n}X changes from slow roll by more than its own size"

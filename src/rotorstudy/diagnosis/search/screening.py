@@ -148,32 +148,12 @@ def project(
 
 
 def screen(projected: Projected, *causes: Candidate) -> Screened:
-    """Judge a candidate, or several together, by their columns.
-
-    Parameters
-    ----------
-    projected : Projected
-    causes : Candidate
-
-    Returns
-    -------
-    Screened
-    """
+    """Judge a candidate, or several together, by their columns."""
     return _screen_alike(projected, [causes])[0]
 
 
 def screen_each(projected: Projected, causes: Sequence[Candidate]) -> list[Screened]:
-    """Judge candidates by their columns, each alone.
-
-    Parameters
-    ----------
-    projected : Projected
-    causes : sequence of Candidate
-
-    Returns
-    -------
-    list of Screened
-    """
+    """Judge candidates by their columns, each alone."""
     alike, found = {}, {}
     for i, cause in enumerate(causes):
         alike.setdefault((cause.fixed, *cause.parameter.tolist()), []).append(i)
