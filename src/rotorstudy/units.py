@@ -48,6 +48,11 @@ def um(metres: float, digits: int = 2) -> str:
     return quantity(metres, "m", digits=digits)
 
 
+def spin(speed: float, digits: int = 4) -> str:
+    """A speed in rad/s, and in rpm: 377 rad/s (3600 rpm)."""
+    return f"{speed:.{digits}g} rad/s ({number(speed / RAD_PER_S['rpm'], digits)} rpm)"
+
+
 def as_certain_as(value: float, std: float) -> str:
     """A number rounded to two significant digits of its standard deviation."""
     last = int(np.floor(np.log10(std))) - 1 if std > 0 else -3
