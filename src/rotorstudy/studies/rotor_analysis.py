@@ -1,23 +1,16 @@
 """Rotordynamic analysis of one rig: static loads, whirl, critical speeds, unbalance response, stability."""
 
 import logging
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.errors import NoSteadyState, RotorstudyError
+from rotorstudy.errors import RotorstudyError
 from rotorstudy.response.coupling import check_speed
-from rotorstudy.response.floquet import periodic_growth_rate, varies_in_time
+from rotorstudy.response.floquet import varies_in_time
 from rotorstudy.response.harmonic import harmonic_response
 from rotorstudy.response.resonance import Peak, peaks
-from rotorstudy.response.stability import (
-    SLOWEST_GROWTH,
-    damping_of_effects,
-    eigenvalues,
-    growth_rate,
-    stability_threshold,
-)
+from rotorstudy.response.stability import damping_of_effects, eigenvalues
 from rotorstudy.response.statics import static_deflection, static_loads
 from rotorstudy.response.whirl import (
     OVERDAMPED,
@@ -29,6 +22,7 @@ from rotorstudy.response.whirl import (
 )
 from rotorstudy.store import dataset
 from rotorstudy.studies.common import SPEED
+from rotorstudy.studies.growth import growth_over_speed
 from rotorstudy.studies.unbalance_response import finer_speeds, probe_vectors, unbounded, with_unbalance
 
 log = logging.getLogger(__name__)
@@ -42,7 +36,6 @@ OSCILLATING = 0.3  # imaginary part over modulus of an eigenvalue whose motion s
 RESONANT = 0.5  # damping ratio up to which a critical speed shows as a resonance
 DENSER = 20  # speeds of the response over those of the whirl, where forces without it shift and damp the resonances
 UNHELD = 1e-6  # of the lowest natural frequency: eigenvalue of a motion that nothing holds
-PERIODIC_SPEEDS = 40  # at which the growth in a rotor with rotating stiffness is integrated
 
 
 class Critical(NamedTuple):
@@ -143,9 +136,11 @@ def analyse_rotor(model, lowest=None, highest=None, reading=None):
     probes, read = probe_vectors(of_node, reading or model.structure.reading)
     deflection = static_deflection(still, [highest], still.theta).value.reshape(-1)
     log.info("stability")
-    growth, threshold = _growth(model, still, speeds)
+    growing, growth, threshold = growth_over_speed(model, still, speeds)
     return RotorAnalysis(
-        data=_dataset(model, speeds, fine, damped_modes(still, speeds, MODES), probes, read, growth, deflection),
+        data=_dataset(
+            model, speeds, fine, damped_modes(still, speeds, MODES), probes, read, (growing, growth), deflection
+        ),
         criticals=criticals,
         peaks=[
             ProbePeak(*probe, peak if timeless else unbounded(peak, criticals, fine))
@@ -188,29 +183,10 @@ def _critical(still, speed):
     return Critical(float(speed), float(modes.damping_ratio[0, nearest]), float(modes.direction[0, nearest]))
 
 
-def _growth(model, still, speeds):
-    """Growth rate (speed,) of the fastest growing free motion, 1/s, and the threshold of stability, rad/s or None."""
-    if not varies_in_time(model):
-        return growth_rate(still, speeds), stability_threshold(still, speeds[-1], lowest=speeds[0])
-    some = np.linspace(speeds[0], speeds[-1], PERIODIC_SPEEDS)
-    in_time = replace(model, terms=tuple(t for t in model.terms if t.acts_on_output or is_in_time(t)))
-    found = np.array([_periodic_growth(in_time, speed) for speed in some])
-    growth = np.interp(speeds, some[np.isfinite(found)], found[np.isfinite(found)], left=np.nan, right=np.nan)
-    unstable = speeds[growth * 2 * np.pi / speeds > SLOWEST_GROWTH]
-    return growth, float(unstable[0]) if len(unstable) else None
-
-
-def _periodic_growth(model, speed):
-    """Growth rate at a speed, 1/s; NaN where nonlinear forces leave no steady state."""
-    try:
-        return periodic_growth_rate(model, [speed])[0]
-    except NoSteadyState:
-        return np.nan
-
-
 def _dataset(model, speeds, fine, modes, probes, read, growth, deflection):
     coordinates = {
         "speed": (speeds, *SPEED),
+        "growth_speed": (growth[0], "rad/s", "spin speed of the growth rate"),
         "mode": (np.arange(1, MODES + 1), "1", "whirl mode, by frequency"),
         "response_speed": (fine, "rad/s", "spin speed of the unbalance response"),
         "probe": ([f"{name} at node {node}" for node, name in probes], "1", "probe"),
@@ -224,7 +200,7 @@ def _dataset(model, speeds, fine, modes, probes, read, growth, deflection):
         "backward_shape": (("speed", "mode", "coordinate"), modes.backward, "1", "backward part of the mode"),
         "unbalance_response": (("response_speed", "probe"), read, "m", "1X of the probe, lead from the mark"),
         "probe_node": (("probe",), np.array([node for node, _ in probes]), "1", "node of the probe"),
-        "growth_rate": (("speed",), growth, "1/s", "growth rate of the fastest growing free motion"),
+        "growth_rate": (("growth_speed",), growth[1], "1/s", "growth rate of the fastest growing free motion"),
         "static_deflection": (("coordinate",), deflection, "m", "static deflection (rad for tilts)"),
     }
     return dataset(variables, coordinates, title="rotordynamic analysis")
