@@ -21,7 +21,7 @@ from rotorstudy.inference.prediction import carried_order
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.registry import registry
 from rotorstudy.response.harmonic import positions
-from rotorstudy.response.near import Motion, Near
+from rotorstudy.response.neighbourhood import Motion, Neighbourhood
 
 FIRST_SAMPLES = (0, 16, 32, 64, 128)  # shapes over the whole range, by the number of options
 STARTS = 3  # best of these, about which closer ones are tried: a force at one instant has several near-equal shapes
@@ -65,7 +65,7 @@ def acts_on(cause, structure):
 
 
 def motions_by_free_forces(
-    fitted: Fit, spectrum: Spectrum, rows: Sequence[np.ndarray], near: Near | None = None
+    fitted: Fit, spectrum: Spectrum, rows: Sequence[np.ndarray], near: Neighbourhood | None = None
 ) -> list[Motion]:
     """The Motions of a fitted model with a force on one coordinate, free at every harmonic and speed, fitted best.
 
@@ -75,7 +75,7 @@ def motions_by_free_forces(
     spectrum : Spectrum
     rows : sequence of ndarray (dof,)
         The coordinates, each by a unit of each of the model: a node, or a deformation of the shaft.
-    near : Near, optional
+    near : Neighbourhood, optional
         Of the fitted model at the speeds and harmonics of the spectrum, if it exists already.
 
     Returns
@@ -89,7 +89,9 @@ def motions_by_free_forces(
     """
     if not rows:
         return []
-    near = near or Near(fitted.model, spectrum.speed, spectrum.harmonics, fitted.theta, order=carried_order(spectrum))
+    near = near or Neighbourhood(
+        fitted.model, spectrum.speed, spectrum.harmonics, fitted.theta, order=carried_order(spectrum)
+    )
     measured, speeds = positions(spectrum.harmonics, near.blocks), len(spectrum.speed)
     free = [2 * i + part for part in (0, 1) for i in measured]  # components of the force
     seen = np.array([sum(row[i] * near.shown_replies(int(i)) for i in np.flatnonzero(row)) for row in rows])
