@@ -65,9 +65,13 @@ def interval(value: float, unit: str, std: float) -> str:
 
 
 def with_interval(value: float, std: float, unit: str) -> str:
-    """A value in SI with its standard deviation and its 95 % interval: 100.2 ± 0.4 N s/m (95 %: 99.4 to 101)."""
-    half = 1.96 * std
-    return f"{value: .6g} ± {std:.2g} {unit} (95 %: {value - half:.5g} to {value + half:.5g})"
+    """A value in its unit with its standard deviation and its 95 % interval: 100.2 ± 4.0 mm (95 %: 92.4 to 108.0)."""
+
+    def shown(one):
+        return as_certain_as(one, std) if std > 0 else f"{one:.6g}"
+
+    half, own = 1.96 * std, "" if unit == "1" else f" {unit}"
+    return f"{shown(value):>9} ± {shown(std)}{own} (95 %: {shown(value - half)} to {shown(value + half)})"
 
 
 def percent(share: float, digits: int = 3) -> str:

@@ -117,6 +117,7 @@ def test_the_covariance_is_that_of_the_digits(tmp_path):
         (("amplitude_um", "velocity_mm"), {}, ["unknown column 'velocity_mm'", "did you mean 'velocity_mm_per_s'"]),
         (("phase_deg", "phase_grad"), {}, ["unknown column 'phase_grad'"]),
         (("speed_rpm", "speed"), {}, ["unknown column 'speed'", "speed_rpm"]),
+        (("amplitude_um", "amp_um"), {}, ["unknown column 'amp_um'", "did you mean 'amplitude_um'"]),
         ((",left,", ",lefd,"), {}, ["unknown probe 'lefd'", "did you mean 'left'"]),
         ((), {"table_amplitude": "p-p"}, ["table_amplitude", "'peak', 'peak_to_peak' or 'rms'"]),
         ((), {"harmonics": [1, -1, 2, -2]}, ["harmonics", "2", "tables of probes have [1]"]),
@@ -139,6 +140,15 @@ def test_amplitudes_of_zero_are_told(tmp_path):
     rows = [f"{rpm},{probe},0,0" for rpm in (1000, 2000) for probe in PROBES]
     [error] = read(tmp_path, "\n".join(["speed_rpm,probe,amplitude_um,phase_deg", *rows])).errors
     assert "no vibration" in error.text
+
+
+@pytest.mark.parametrize(("times", "told"), [(30 / np.pi, True), (1.0, False)])
+def test_speeds_in_another_unit_are_told(tmp_path, times, told):
+    text = "speed_rad_per_s" + table("rms, um").removeprefix("speed_rpm")
+    rows = [row.split(",", 1) for row in text.splitlines()]
+    scaled = [f"{float(speed) * np.pi / 30 * times},{rest}" for speed, rest in rows[1:]]
+    findings = read(tmp_path, "\n".join([",".join(rows[0]), *scaled]), "rms, um").findings
+    assert ("unusual speed" in {one.name for one in findings}) == told
 
 
 def test_a_negative_amplitude_is_refused(tmp_path):

@@ -62,7 +62,7 @@ def _bent(plant, values, where):
     middle = (along[1:] + along[:-1]) / 2
     share = np.where((middle > start) & (middle < end), 1 / (end - start), 0.0)
     skew = 2 * (middle - start) / (end - start) - 1
-    curvature = share * (values["bow_angle"] + skew * values["bow_angle_skew"])
+    curvature = -share * (values["bow_angle"] + skew * values["bow_angle_skew"])
     slope = np.concatenate([[0], np.cumsum(curvature * np.diff(along))])
     line = np.concatenate([[0], np.cumsum((slope[1:] + slope[:-1]) / 2 * np.diff(along))])
     at = np.searchsorted(along, nodes)

@@ -25,10 +25,16 @@ def common_directions(found, sensors):
     for one in usable:
         if one.directions != usable[0].directions:
             raise RotorstudyError(
-                f"{one.facts.where} has a single probe at nodes {sorted(one.directions)}, {usable[0].facts.where} at "
-                f"{sorted(usable[0].directions)}; all records of one measurement need the same probes"
+                f"{one.facts.where} has {_single(one.directions)}, {usable[0].facts.where} has "
+                f"{_single(usable[0].directions)}; all records of one measurement need the same probes "
+                "(is a row of a table missing?)"
             )
     return np.array([usable[0].directions.get(node, np.nan) if usable else np.nan for node in sensors])
+
+
+def _single(directions):
+    """Where records have only one probe, in words. directions : {node: rad}"""
+    return f"a single probe at node {', '.join(map(str, sorted(directions)))}" if directions else "no single probe"
 
 
 def wanted_sensors(rig, measured):

@@ -17,7 +17,7 @@ from rotorstudy.measurement.files import read_file, table_columns
 from rotorstudy.measurement.findings import Finding, errors_among, worst_first
 from rotorstudy.measurement.full_spectra import full_spectrum
 from rotorstudy.measurement.nonsynchronous import check_lines
-from rotorstudy.measurement.plausibility import check_probe_angles, check_together
+from rotorstudy.measurement.plausibility import check_probe_angles, check_stated_speeds, check_together
 from rotorstudy.measurement.probe_tables import is_probe_table, read_probe_table, with_harmonics_of_tables
 from rotorstudy.measurement.raw_record import LARGEST_READING
 from rotorstudy.measurement.records import Record
@@ -231,8 +231,10 @@ def read_measurement(
     )
     named = ", ".join(path.name for path in paths)
     check_numbers(spectrum, named)
-    records = [_withsensors(one.record, model.sensors) for one in usable if one.record is not None]
+    records = [_with_sensors(one.record, model.sensors) for one in usable if one.record is not None]
     findings += check_together(spectrum, model, named)
+    if len(in_time) < len(paths):
+        findings += check_stated_speeds(spectrum.speed, model, named)
     tables = any(is_probe_table(names) for names in columns.values())
     if tables or any(one.is_tracked for one in found):
         findings += check_resonances(spectrum, tables, named)
@@ -274,7 +276,7 @@ def _of_table(path, speed, of_node, conventions, single=None):
     return Analysed(facts, [], speed, of_node, None, single or {})
 
 
-def _withsensors(record, sensors):
+def _with_sensors(record, sensors):
     """The Record with some of its sensors, in their order."""
     chosen = [record.sensors.index(node) for node in sensors]
     return replace(record, displacement=record.displacement[chosen], sensors=tuple(sensors))

@@ -25,9 +25,10 @@ PEAK = {"peak": 1.0, "peak_to_peak": 0.5, "rms": np.sqrt(2)}  # factor to the pe
 
 
 def is_probe_table(columns):
-    """Whether these columns are those of a table of probes: an amplitude, and no harmonic of a node."""
+    """Whether these columns are those of a table of probes: a probe and a phase, or an amplitude and no node."""
     shown = any(name.startswith(("amplitude_", "velocity_")) for name in columns)
-    return shown and ("probe" in columns or not {"harmonic", "node"} & set(columns))
+    turned = any(name.startswith("phase") for name in columns)
+    return ("probe" in columns and (shown or turned)) or (shown and not {"harmonic", "node"} & set(columns))
 
 
 def _harmonics_in(path, conventions):

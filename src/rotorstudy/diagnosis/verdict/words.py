@@ -22,11 +22,16 @@ def readable(name):
 
 
 def place(named):
-    """'unbalance at node 2 (disc A)' for a Place, Cause or DetectionLimit; for a Candidate without the rig's label."""
+    """'unbalance at node 2 (disc A)', 'bow in elements 5 to 8' for a Place, Cause or DetectionLimit.
+
+    For a Candidate without the rig's label.
+    """
     labelled = f" ({named.label})" if isinstance(named, Place) and named.label else ""
+    said = {"node": f"at node {{}}{labelled}", "element": "in element {}"}
+    if "last_element" in named.where:
+        said |= {"element": "in elements {}", "last_element": "to {}"}
     where = " ".join(
-        f"at node {_listed(value)}{labelled}" if key == "node" else f"({key} {_listed(value)})"
-        for key, value in named.where.items()
+        said.get(key, f"({readable(key)} {{}})").format(_listed(value)) for key, value in named.where.items()
     )
     return f"{readable(named.effect)} {where}".strip()
 
