@@ -18,7 +18,7 @@ from rotorstudy.diagnosis.search.shape_fit import ranges_of, reshaped
 from rotorstudy.errors import CannotAct, NoSteadyState
 from rotorstudy.inference.fit import Fit
 from rotorstudy.model.registry import registry
-from rotorstudy.response.near import Motion
+from rotorstudy.response.neighbourhood import Motion
 
 FIRST_SAMPLES = (0, 16, 32, 64, 128)  # shapes over the whole range, by the number of options
 STARTS = 3  # best of these, about which closer ones are tried: a force at one instant has several near-equal shapes
