@@ -30,6 +30,8 @@ SAMPLES = 9  # shapes per round and option about the best ones
 REFINED = 2  # places of each effect at which the best shape is refined
 LEAST_SEEN = 0.01  # share of the cost that the best coarse shape of a place explains, if it is refined
 SPREADS = (0.12, 0.05, 0.02, 0.008, 0.003)  # standard deviation of the shapes of each round, as a share of the range
+COARSE = 3  # rounds that are always made
+STILL_GAINS = 0.1  # log odds gained by a round, from which the next one is made: a fit finds the rest
 
 
 class Scanned(NamedTuple):
@@ -199,13 +201,16 @@ class _Scan(NamedTuple):
     def refined(self, starts):
         """List of Scanned, found by rounds of ever closer shapes about fewer and fewer of the best ones."""
         random = np.random.default_rng(0)  # the same numbers for the same records
-        for spread in SPREADS:
+        for number, spread in enumerate(SPREADS):
+            before = starts[0].screened.evidence
             count = SAMPLES * len(self.ranges) * self._more // len(starts)
             about = [one.point + spread * random.standard_normal((count, len(self.ranges))) for one in starts]
             closer = self.judged(np.concatenate(about))
             kept = 1 if spread == SPREADS[-1] else max(len(starts) - 1, 1)
             found = sorted([*starts, *closer], key=lambda one: -one.screened.evidence)
             starts = self._distinct(found)[:kept]
+            if self.cause.where and number + 1 >= COARSE and found[0].screened.evidence < before + STILL_GAINS:
+                break
         best = (*starts, *self._facing(found))
         return [Scanned(reshaped(self.work, self.cause, one.point), one.screened) for one in best]
 
