@@ -8,9 +8,9 @@ from scipy.stats import multivariate_normal, norm
 from slow_effects import SLOW
 
 from rotorstudy.diagnosis.search.candidates import candidate, candidates
+from rotorstudy.diagnosis.search.free_forces import motions_by_free_forces
 from rotorstudy.diagnosis.search.odds import SCALES, PriorOdds, log_possible, log_scales, odds_of
 from rotorstudy.diagnosis.search.search import begin, search
-from rotorstudy.diagnosis.search.shape_scan import motions_by_free_forces
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.inference.fit import fit

@@ -6,9 +6,10 @@ from itertools import product
 import numpy as np
 
 from rotorstudy.diagnosis.search.candidates import Candidate
+from rotorstudy.diagnosis.search.free_forces import motions_by_free_forces
 from rotorstudy.diagnosis.search.screening import Projection, screen_each
 from rotorstudy.diagnosis.search.shape_fit import Fitted, Work, check_together, point_of, ranges_of, reshaped
-from rotorstudy.diagnosis.search.shape_scan import acts_on, motions_by_free_forces
+from rotorstudy.diagnosis.search.shape_scan import acts_on
 from rotorstudy.errors import CannotAct
 from rotorstudy.inference.fit import Fit, fit
 from rotorstudy.inference.prediction import carried_order

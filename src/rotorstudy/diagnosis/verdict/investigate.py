@@ -22,6 +22,7 @@ from rotorstudy.diagnosis.verdict.excluded import excluded
 from rotorstudy.diagnosis.verdict.far_from_the_rig import far_from_the_rig
 from rotorstudy.diagnosis.verdict.held_out import gain_of, is_upheld, is_worse, split
 from rotorstudy.diagnosis.verdict.next_run import next_runs
+from rotorstudy.diagnosis.verdict.one_place import explaining_places
 from rotorstudy.diagnosis.verdict.outside import with_outside
 from rotorstudy.diagnosis.verdict.result import PValues, Verdict
 from rotorstudy.diagnosis.verdict.resultant import resultant_of
@@ -122,6 +123,10 @@ def investigate(
     else:
         is_sure = min(probability[fault] for fault in best.faults) >= settings.naming_probability
         kind = "cause" if is_sure and not stated else "ambiguous"
+    alone = []
+    if chain is None and model.before is None and (kind == "unknown" or len(best.faults) > 1):
+        alone = explaining_places(found, fitted, best.fit.cost / rows if kind != "unknown" else 1.0)
+        kind = "unknown" if alone else kind
     labels = parameter_labels(best.fit.model, best.causes)
     moved = moved_parameters(best.fit, found.prior.by_name)
     if chain is not None:
@@ -143,6 +148,7 @@ def investigate(
         unexplained=unexplained(best.fit, fitted, settings) if kind == "unknown" or best.causes else [],
         residual_p_value=p_values,
         cause_error=found.cause_error if best.causes else 0.0,
+        one_place=alone,
         corrects_model=corrects_model(best, found.candidates),
         residual_share=left,
         log_posterior_odds=max(odds, default=None),

@@ -232,11 +232,39 @@ def _said_of_unknown(verdict, something, implausible):
             "fits, but so many amplitudes imitate other effects too: with a probability of "
             f"{percent(verdict.outside_probability, 2)} the true cause is none of these."
         )
+    if is_too_many(verdict):
+        return (
+            f"Something is missing, probably an effect that the library lacks. The closest explanation is {near}. It "
+            f"fits, but that several causes look like one force is improbable: {where_it_acts(verdict)}"
+        )
     return (
         f"{something} that no effect of the library explains. The closest explanation is "
         f"{near}, which leaves {percent(verdict.residual_share)} of the excess error (rms)"
         + (f" and needs {implausible}." if implausible else ".")
+        + f" {where_it_acts(verdict).capitalize()}" * bool(verdict.one_place)
     )
+
+
+def is_too_many(verdict):
+    """Whether a verdict is unknown only because one force explains what its several causes do."""
+    p_values = verdict.residual_p_value.after, verdict.parameter_p_value
+    several = len(verdict.causes) > 1 and bool(verdict.one_place) and not verdict.outside_probability
+    return several and min(p_values) >= verdict.settings.significance
+
+
+def where_it_acts(verdict):
+    """A sentence on the places at which one force explains the records, or nothing."""
+    if not verdict.one_place:
+        return ""
+    names = {"force": "a force", "moment": "a moment", "bending": "bending moments"}
+    places = [
+        f"{names[one.motion]} {'at' if key == 'node' else 'in'} {key} {value}"
+        for one in verdict.one_place
+        for key, value in one.where.items()
+    ]
+    first, *others = places
+    also = f"; so do {' or '.join(others)}" if others else ""
+    return f"{first} alone, free at every speed and harmonic, explains the records{also}."
 
 
 def gain_in_words(verdict):
