@@ -7,10 +7,7 @@ FEWER = np.polynomial.legendre.leggauss(16)  # where the line K = 0 lies between
 
 
 def strip_integration(
-    depth_ratio,
-    diameter_m: Positive,
-    youngs_modulus_Pa: Positive = 2.1e11,
-    poissons_ratio: PoissonsRatio = 0.3,
+    depth_ratio, diameter_m: Positive, youngs_modulus_Pa: Positive = 2.1e11, poissons_ratio: PoissonsRatio = 0.3
 ):
     """Straight-edged crack in a round shaft, from the stress intensity factors of parallel strips.
 

@@ -8,8 +8,9 @@ def bow(structure, node: int | None = None, element: int | None = None, last_ele
 
     At a node: its deflection there, in the shape due to a load there, from the bearing line; for a shaft without rigid
     supports, from the line through its ends. In an element, or in all up to a last one: bow_angle is the angle by which
-    the stretch is bent with a constant curvature (a shaft that is hotter on one side); bow_angle_skew adds a curvature
-    that grows linearly along it, from minus to plus that of this angle. The shaft is straight elsewhere.
+    the stretch is bent with a constant curvature, its middle towards the phase (a shaft that is hotter on that side);
+    bow_angle_skew adds a curvature that grows linearly along it, from minus to plus that of this angle. The shaft is
+    straight elsewhere.
     """
     if element is not None:
         stretch = range(element, (element if last_element is None else last_element) + 1)
@@ -43,6 +44,7 @@ def bent(structure, stretch):
     """Forces (dof,) of a stretch of elements bent by 1 rad, N (N m), one of constant and one of linear curvature.
 
     A curvature a + b s over an element, s from its middle, tilts its ends by b l^2 / 12 -+ a l / 2 against its chord.
+    The middle of the stretch moves against its curvature, which is negative for a positive angle.
     """
     lengths = np.array([length_of(structure, element) for element in stretch])
     total, constant, linear = lengths.sum(), 0.0, 0.0
@@ -53,7 +55,7 @@ def bent(structure, stretch):
         constant = constant + turned[:, 0] * length / total / 2
         growth, mean = 2 / total**2, (2 * middle / total - 1) / total
         linear = linear + turned @ [mean * length / 2, growth * length**2 / 12]
-    return constant, linear
+    return -constant, -linear
 
 
 def between_the_ends_or_a_stretch(structure, sensors):

@@ -23,10 +23,7 @@ def rotorstudy_effect():
                 "bearing_coefficients",
                 "one damping in all directions, without stiffness; change the film: speed, oil, load",
             ),
-            (
-                "seal",
-                "equal without swirl, which gives a cross force at 0X; change the pressure drop or the pre-swirl",
-            ),
+            ("seal", "equal without swirl, which gives a cross force at 0X; change the pressure drop or the pre-swirl"),
             ("internal_damping", "internal damping has no force at +1X and gives a static cross force at 0X"),
             ("shaft_damping", "shaft damping has no force at +1X and gives a static cross force at 0X"),
             (

@@ -4,11 +4,7 @@ from rotorstudy.plugins import Effect, NonlinearForce, Parameter, Positive, at_s
 
 
 def looseness(
-    structure,
-    node: int | None = None,
-    lift_m: float = 5e-6,
-    direction_rad: float = 0.0,
-    play_m: Positive | None = None,
+    structure, node: int | None = None, lift_m: float = 5e-6, direction_rad: float = 0.0, play_m: Positive | None = None
 ):
     """Support that lifts off: where the lift s from the static deflection exceeds l, force -k min(s - l, p) d.
 

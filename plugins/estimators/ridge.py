@@ -39,9 +39,8 @@ def ridge(problem):
 
 def _prior(problem):
     model = problem.model
-    given = np.concatenate([term.theta for term in model.terms])
     place = model.position(problem.names)
-    return np.where(np.isnan(given), 0.0, given)[place], PRIOR_WIDTH * model.typical[place]
+    return np.nan_to_num(model.stated)[place], PRIOR_WIDTH * model.typical[place]
 
 
 @hookimpl

@@ -24,7 +24,7 @@ _HOME = {
     "inference.linear": "by_speed in_chunks invert noise_in_equations solve_equations solve_full_rank solve_linear "
     "solve_truncated solve_weighted undetermined whitened",
     "inference.prediction": "predicted_derivatives",
-    "inference.fit": "output_error_fit start_values",
+    "inference.output_error": "output_error_fit start_values",
     "errors": "CannotAct NoConvergenceError RotorstudyError unknown_name",
 }
 _MODULE = {name: module for module, names in _HOME.items() for name in names.split()}

@@ -9,6 +9,7 @@ METRES = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "mil": 2.54e-5}
 RAD_PER_S = {"rad/s": 1.0, "Hz": 2 * np.pi, "rpm": np.pi / 30}
 SECONDS = {"s": 1.0, "ms": 1e-3}
 SHOWN = {"m": ("µm", 1e6), "kg m": ("g mm", 1e6), "rad": ("°", 180 / np.pi), "s": ("ms", 1e3), "1": ("", 1.0)}
+HALF_INTERVAL = 1.959964  # standard deviations: a half of a 95 % interval
 LONG = 1e7  # numbers from this size are written with an exponent
 
 
@@ -64,9 +65,13 @@ def interval(value: float, unit: str, std: float) -> str:
 
 
 def with_interval(value: float, std: float, unit: str) -> str:
-    """A value in SI with its standard deviation and its 95 % interval: 100.2 ± 0.4 N s/m (95 %: 99.4 to 101)."""
-    half = 1.96 * std
-    return f"{value: .6g} ± {std:.2g} {unit} (95 %: {value - half:.5g} to {value + half:.5g})"
+    """A value in its unit with its standard deviation and its 95 % interval: 100.2 ± 4.0 mm (95 %: 92.4 to 108.0)."""
+
+    def shown(one):
+        return as_certain_as(one, std) if std > 0 else f"{one:.6g}"
+
+    half, own = 1.96 * std, "" if unit == "1" else f" {unit}"
+    return f"{shown(value):>9} ± {shown(std)}{own} (95 %: {shown(value - half)} to {shown(value + half)})"
 
 
 def percent(share: float, digits: int = 3) -> str:

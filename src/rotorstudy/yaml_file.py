@@ -9,6 +9,7 @@ MOST_BYTES = 5_000_000
 MOST_VALUES = 200_000  # aliases and merge keys written out
 DEEPEST = 40  # lists and mappings within each other
 LARGEST_WHOLE = 10**15  # exactly a floating-point number; longer ones are slow to read
+KINDS = {str: "text", list: "list", int: "number", float: "number"}
 NUMBER = re.compile(r"[-+]?(\d[\d_]*\.?[\d_]*|\.\d[\d_]*)[eE][-+]?\d+$")
 
 
@@ -33,6 +34,8 @@ def read_yaml(path):
     import yaml
 
     path = Path(path)
+    if path.is_dir():
+        raise RotorstudyError(f"'{path}' is a folder; give a YAML file in it")
     if not path.is_file():
         raise RotorstudyError(f"file '{path}' does not exist")
     if path.stat().st_size > MOST_BYTES:
@@ -50,7 +53,11 @@ def read_yaml(path):
         what = " ".join(str(getattr(error, "problem", None) or error).split())
         raise RotorstudyError(f"{path}{at}: not valid YAML: {what}") from None
     if not isinstance(found, dict):
-        what = "the file is empty" if found is None else f"found {type(found).__name__}"
+        what = (
+            "the file is empty"
+            if found is None
+            else f"found a {KINDS.get(type(found), 'value')}; is it the right file?"
+        )
         raise RotorstudyError(f"{path}: expected keys and values, {what}")
     return found
 

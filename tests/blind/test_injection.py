@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rotorstudy.blind.acts import ACTS
 from rotorstudy.blind.config import load_blind
 from rotorstudy.blind.hiding import chain_families, hide, rotor_families
 from rotorstudy.blind.injection import draw_case
 from rotorstudy.blind.observation import harmonics_of, observe
 from rotorstudy.blind.records import write_records
 from rotorstudy.blind.setting import draw_setting
+from rotorstudy.blind.simulated_effects import SIMULATED_EFFECTS
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.measurement import read_measurement
 from rotorstudy.model.registry import registry
@@ -64,21 +64,21 @@ def test_every_effect_is_the_one_the_library_knows(exact):
                 machine, tables = both_ways(exact, setting, name, places)
                 off = np.abs(machine - tables).max() / np.abs(machine).max()
                 # a wrong speed changes the unbalance too, which the library leaves to the unbalance's own parameter
-                limit = 0.3 if ACTS[name].on == "speed" else 2e-3 if name in ROUGH else CLOSE
+                limit = 0.3 if SIMULATED_EFFECTS[name].on == "speed" else 2e-3 if name in ROUGH else CLOSE
                 assert off < limit, (rig, name, off)
                 checked.add(name)
     known = {name for name, plugin in registry().plugins["effect"].items() if plugin.candidate}
     known -= {"transverse_crack"}  # tests/foreign has cracks of its own, by the literature
-    assert known <= checked, "effects of the library that no blind test hides; add them to blind/acts.py"
+    assert known <= checked, "effects of the library that no blind test hides; add them to blind/simulated_effects.py"
 
 
 def test_the_comparison_sees_a_wrong_sign(exact, monkeypatch):
-    right = ACTS["cross_coupling"]
+    right = SIMULATED_EFFECTS["cross_coupling"]
 
     def wrong(plant, values, where):
         right.function(plant, {"cross_coupling": -values["cross_coupling"]}, where)
 
-    monkeypatch.setitem(ACTS, "cross_coupling", replace(right, function=wrong))
+    monkeypatch.setitem(SIMULATED_EFFECTS, "cross_coupling", replace(right, function=wrong))
     _, setting = next(settings(exact))
     machine, tables = both_ways(exact, setting, "cross_coupling", [{"node": 1}])
     assert np.abs(machine - tables).max() > np.abs(machine).max()

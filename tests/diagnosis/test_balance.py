@@ -97,9 +97,18 @@ def test_the_command_prints_masses_and_the_vibration_left(folder, capsys):
     arguments = ["balance", str(folder / "baseline.csv"), "--rig", str(folder / "updated.yaml"), "--planes"]
     assert main([*arguments, "disc 1", "7"]) == 0
     text = capsys.readouterr().out
-    assert "plane disc 1: " in text and "g mm at 237" in text and "80 rad/s, node 2: " in text
+    assert "plane disc 1: " in text and "g mm at 237" in text and "763.9 rpm (80 rad/s), node 2: " in text
     assert main([*arguments, "3", "disc 1"]) == 1  # twice the same plane
     assert "trade off" in capsys.readouterr().err
+
+
+def test_a_plane_may_be_named_by_the_label_of_its_disc(folder, tmp_path):
+    rig = yaml.safe_load((folder / "updated.yaml").read_text())
+    rig["rotor"]["discs"][0]["label"] = "wheel"
+    (tmp_path / "rig.yaml").write_text(yaml.safe_dump(rig))
+    planes = ["wheel"], [rig["rotor"]["discs"][0]["node"]]
+    by_label, by_node = (balance_files([folder / "baseline.csv"], tmp_path / "rig.yaml", one)[0] for one in planes)
+    assert np.array_equal(by_label.corrections, by_node.corrections)
 
 
 def test_records_without_1x_cannot_be_balanced():

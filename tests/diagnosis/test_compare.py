@@ -9,11 +9,11 @@ from page_checks import problems
 from slow_effects import SLOW
 
 from rotorstudy.commands.line import main
-from rotorstudy.diagnosis.runs.change_words import OPENINGS, summary_of_change
 from rotorstudy.diagnosis.runs.compare import _with_scatter, compare, known_as_before
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import investigate
+from rotorstudy.diagnosis.verdict.words import summary
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.rig import build_model
@@ -180,11 +180,10 @@ def test_the_command_writes_a_page_that_says_what_changed(tmp_path, capsys):
     build_model(yaml.safe_load((tmp_path / "out" / "extended_rig.yaml").read_text()))
 
 
-def test_every_opening_of_a_diagnosis_is_said_of_a_change():
+def test_the_summary_of_a_comparison_speaks_of_a_change():
     nothing = compare(state(1), state(3), build_model(RIG), settings=SETTINGS).diagnosis.verdict
-    said = summary_of_change(nothing)
-    assert said.startswith("Nothing changed") and "Smallest changes" in said
-    assert not any(opening in said for opening in OPENINGS)
+    said = summary(nothing, of_change=True)
+    assert said.startswith("Nothing changed") and "Smallest changes" in said and "missing" not in said
 
 
 def test_labels_that_are_numbers_and_texts_have_one_provenance():

@@ -8,9 +8,9 @@ from scipy.stats import multivariate_normal, norm
 from slow_effects import SLOW
 
 from rotorstudy.diagnosis.search.candidates import candidate, candidates
+from rotorstudy.diagnosis.search.free_forces import motions_by_free_forces
 from rotorstudy.diagnosis.search.odds import SCALES, PriorOdds, log_possible, log_scales, odds_of
 from rotorstudy.diagnosis.search.search import begin, search
-from rotorstudy.diagnosis.search.shape_scan import motions_by_free_forces
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.inference.fit import fit
@@ -21,7 +21,7 @@ from rotorstudy.model.registry import Registry, plugin_folders, registry, using
 from rotorstudy.model.rig import build_model
 from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.measured import measured_response
-from rotorstudy.response.near import carried_motion
+from rotorstudy.response.neighbourhood import carried_motion
 
 SPEEDS, HARMONICS, NOISE = np.array([150.0, 300.0, 450.0]), np.array([0, 1, -1, 2]), 1e-7
 MODEL = build_model({

@@ -14,7 +14,8 @@ from rotorstudy.diagnosis.verdict.extend import extended_rig
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.diagnosis.verdict.result import Verdict
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.inference.fit import fit, output_error_fit
+from rotorstudy.inference.fit import fit
+from rotorstudy.inference.output_error import output_error_fit
 from rotorstudy.inference.prior import Prior, prior_of
 from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance

@@ -43,7 +43,7 @@ NAMED = {  # words that are the name of a plugin too, and why each may be used t
             "diagnosis/verdict/next_run.py",
             "diagnosis/verdict/resultant.py",
             "diagnosis/runs/joint.py",
-            "studies/rotor_analysis.py",
+            "studies/unbalance_response.py",
         },
     ),
     **dict.fromkeys(

@@ -74,6 +74,15 @@ def test_a_hotter_side_and_a_kink_are_bows_of_a_stretch(place, add):
     assert left({"element": 5, "last_element": 6}) > 0.1
 
 
+def test_the_angle_of_a_bow_is_that_of_the_side_to_which_the_shaft_bulges():
+    case = draw_case(5, "healthy", speeds=3, steps=32, modes=None, count=7)
+    structure = build_model(rig_of(case, modulus_error=0)).structure
+    true = load_of(case.rotor, structure, lambda machine: add_thermal_bow(machine, [1, 2, 3], 10.0, 0.4))
+    stretch = {"kind": "bow", "element": 2, "last_element": 4}
+    constant = make_term("effect", stretch, structure, structure.nodes).unknowns[0].entries[0].matrix
+    assert np.angle(np.vdot(constant, true)) == pytest.approx(0.4, abs=0.05)  # the hot side
+
+
 def test_an_asymmetric_stretch_is_predicted():
     """Its 2X by the weight agrees with the integration in time, whose error falls with the square of its 256 steps."""
     case = draw_case(3, "asymmetry", speeds=3, count=4, modes=None, visible=0.02)

@@ -247,11 +247,11 @@ def test_every_key_is_documented(request):
 
 
 def test_records_of_different_nodes_do_not_mix(tmp_path):
+    from rotorstudy.measurement.agreement import common_nodes
     from rotorstudy.measurement.facts import NodeFacts, RecordFacts
-    from rotorstudy.measurement.measurement import _common_nodes
 
     with pytest.raises(RotorstudyError, match="same probes"):
-        _common_nodes([RecordFacts("a", {1: NodeFacts()}), RecordFacts("b", {2: NodeFacts()})])
+        common_nodes([RecordFacts("a", {1: NodeFacts()}), RecordFacts("b", {2: NodeFacts()})])
     rig = write_rig(tmp_path / "rig.yaml")
     rig.write_text(rig.read_text().replace("sensors:\n- 2\n- 4", "sensors: [1, 2]"))
     with pytest.raises(RotorstudyError, match=r".sensors. has node 1"):

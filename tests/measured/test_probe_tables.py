@@ -117,6 +117,7 @@ def test_the_covariance_is_that_of_the_digits(tmp_path):
         (("amplitude_um", "velocity_mm"), {}, ["unknown column 'velocity_mm'", "did you mean 'velocity_mm_per_s'"]),
         (("phase_deg", "phase_grad"), {}, ["unknown column 'phase_grad'"]),
         (("speed_rpm", "speed"), {}, ["unknown column 'speed'", "speed_rpm"]),
+        (("amplitude_um", "amp_um"), {}, ["unknown column 'amp_um'", "did you mean 'amplitude_um'"]),
         ((",left,", ",lefd,"), {}, ["unknown probe 'lefd'", "did you mean 'left'"]),
         ((), {"table_amplitude": "p-p"}, ["table_amplitude", "'peak', 'peak_to_peak' or 'rms'"]),
         ((), {"harmonics": [1, -1, 2, -2]}, ["harmonics", "2", "tables of probes have [1]"]),
@@ -141,6 +142,15 @@ def test_amplitudes_of_zero_are_told(tmp_path):
     assert "no vibration" in error.text
 
 
+@pytest.mark.parametrize(("times", "told"), [(30 / np.pi, True), (1.0, False)])
+def test_speeds_in_another_unit_are_told(tmp_path, times, told):
+    text = "speed_rad_per_s" + table("rms, um").removeprefix("speed_rpm")
+    rows = [row.split(",", 1) for row in text.splitlines()]
+    scaled = [f"{float(speed) * np.pi / 30 * times},{rest}" for speed, rest in rows[1:]]
+    findings = read(tmp_path, "\n".join([",".join(rows[0]), *scaled]), "rms, um").findings
+    assert ("unusual speed" in {one.name for one in findings}) == told
+
+
 def test_a_negative_amplitude_is_refused(tmp_path):
     head, first, *rest = table("rms, um").splitlines()
     speed, probe, size, phase = first.split(",")
@@ -152,8 +162,32 @@ def test_a_row_that_is_missing_or_doubled_is_named(tmp_path):
     lines = table("rms, um").splitlines()
     with pytest.raises(RotorstudyError, match="need the same probes"):
         read(tmp_path, "\n".join(lines[:-1]), "rms, um")
-    with pytest.raises(RotorstudyError, match="harmonic 1 of probe 'right' occurs 2 times"):
+    with pytest.raises(RotorstudyError, match="need the same probes"):
         read(tmp_path, "\n".join([*lines, lines[-1]]), "rms, um")
+
+
+@pytest.mark.parametrize(("share", "dead"), [(0.0, True), (0.2, False)])
+def test_a_dead_probe_is_left_out(tmp_path, share, dead):
+    """A probe with a fifth of the motion of the other is none: an orbit may be flat."""
+    rows = [row.split(",") for row in table("rms, um").splitlines()]
+    sizes = {speed: float(size) for speed, name, size, _ in rows[1:] if name == "left"}
+    for row in rows[1:]:
+        row[2] = f"{share * sizes[row[0]]:.2f}" if row[1] == "right" else row[2]
+    found = read(tmp_path, "\n".join(",".join(row) for row in rows), "rms, um", table_noise_m=2e-7)
+    assert [one.severity for one in found.findings if one.name == "dead probe"] == ["warning"] * dead
+    assert np.isfinite(found.spectrum.directions).all() == dead
+
+
+def test_a_speed_written_again_is_a_repeat(tmp_path):
+    """All readings below those of the first, or each below its own: the same two spectra at every speed."""
+    head, *rows = table("rms, um").splitlines()
+    other = [row.replace(row.split(",")[-1], str(float(row.split(",")[-1]) + 2)) for row in rows]
+    once = [read(tmp_path, "\n".join([head, *some]), "rms, um").spectrum for some in (rows, other)]
+    blocks = read(tmp_path, "\n".join([head, *rows, *other]), "rms, um").spectrum
+    pairs = [row for pair in zip(rows, other, strict=True) for row in pair]
+    assert np.array_equal(blocks.amplitude, read(tmp_path, "\n".join([head, *pairs]), "rms, um").spectrum.amplitude)
+    assert np.array_equal(blocks.amplitude[::2], once[0].amplitude)
+    assert np.array_equal(blocks.amplitude[1::2], once[1].amplitude)
 
 
 def test_a_table_of_a_probe_is_identified(tmp_path, capsys):

@@ -9,7 +9,7 @@ import yaml
 from scipy.integrate import solve_ivp
 
 from rotorstudy.commands.line import main
-from rotorstudy.inference.fit import output_error_fit
+from rotorstudy.inference.output_error import output_error_fit
 from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.measurement import measured_spectrum, read_measurement
 from rotorstudy.measurement.resonances import vectors_1x

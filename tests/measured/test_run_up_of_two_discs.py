@@ -6,7 +6,7 @@ import yaml
 from scipy.linalg import expm
 
 from rotorstudy import build_model
-from rotorstudy.inference.fit import output_error_fit
+from rotorstudy.inference.output_error import output_error_fit
 from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.model.rotor_numbers import with_rotor_numbers

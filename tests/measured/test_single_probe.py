@@ -7,7 +7,7 @@ from machine import PROBES, TIME, channels, records, section, write, write_rig
 
 from rotorstudy.commands.line import main
 from rotorstudy.errors import RotorstudyError, UnidentifiableError
-from rotorstudy.inference.fit import output_error_fit
+from rotorstudy.inference.output_error import output_error_fit
 from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.harmonics import estimate
 from rotorstudy.measurement.measurement import measured_spectrum, read_measurement

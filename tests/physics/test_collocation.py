@@ -8,8 +8,8 @@ from collocation import collocated, four_coordinates, term
 from conftest import jeffcott
 
 from rotorstudy import Entry, Model, Problem, Spectrum, harmonic_response
-from rotorstudy.inference.fit import output_error_fit
 from rotorstudy.inference.linear import solve_linear
+from rotorstudy.inference.output_error import output_error_fit
 from rotorstudy.measurement.spectrum import independent_covariance
 
 SPEEDS, ORDER = [90.0, 130.0], 30

@@ -9,8 +9,8 @@ from test_noise_statistics import check_scatter
 
 from rotorstudy import Problem, RotorstudyError, Spectrum, cramer_rao_bound, measured_response, registry
 from rotorstudy.inference.equation_error import regression, residual_sensitivity
-from rotorstudy.inference.fit import output_error_fit
 from rotorstudy.inference.linear import solve_linear
+from rotorstudy.inference.output_error import output_error_fit
 
 SPEEDS, EVERY = np.array([90.0, 130.0]), np.arange(-7, 8)
 ORDER = 7

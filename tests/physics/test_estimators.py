@@ -9,9 +9,9 @@ from scipy import optimize, stats
 
 from rotorstudy import Problem, Spectrum, cramer_rao_bound, magnitude_and_phase, measured_response, registry
 from rotorstudy.errors import NoSteadyState
-from rotorstudy.inference.fit import output_error_fit
 from rotorstudy.inference.levenberg_marquardt import levenberg_marquardt
 from rotorstudy.inference.linear import invert
+from rotorstudy.inference.output_error import output_error_fit
 from rotorstudy.inference.prediction import predicted_derivatives
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.noise import noise_std, noisy, standard_normal

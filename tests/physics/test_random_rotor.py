@@ -22,8 +22,8 @@ from rotorstudy import (
     simulate_records,
 )
 from rotorstudy.inference.equation_error import regression
-from rotorstudy.inference.fit import output_error_fit
 from rotorstudy.inference.linear import solve_linear
+from rotorstudy.inference.output_error import output_error_fit
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.response.integration import force_in_time, time_response
 

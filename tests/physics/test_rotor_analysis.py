@@ -13,7 +13,8 @@ from rotorstudy.presentation.rotor_files import analyse_files, measured_vectors
 from rotorstudy.response.resonance import Peak, peaks, required_margin, separation_margin
 from rotorstudy.response.stability import damping_of_effects
 from rotorstudy.response.whirl import damped_modes
-from rotorstudy.studies.rotor_analysis import analyse_rotor, probe_vectors
+from rotorstudy.studies.rotor_analysis import analyse_rotor
+from rotorstudy.studies.unbalance_response import probe_vectors
 
 MASS, STIFFNESS = 2.0, 7.2e5
 NATURAL = np.sqrt(STIFFNESS / MASS)
@@ -75,6 +76,24 @@ def test_threshold_of_stability_and_what_causes_it():
     assert found.threshold == pytest.approx(NATURAL * (1 + 40 / 60), rel=1e-6)
     assert found.damping["internal_damping"] == pytest.approx(40 / (2 * MASS), rel=1e-2)
     assert found.damping["external_damping"] == pytest.approx(-40 / (2 * MASS), rel=1e-2)
+
+
+def test_the_narrow_range_in_which_an_asymmetric_shaft_grows_is_found():
+    """In axes that turn with the shaft it begins where ((1 + e) w_n^2 - w^2) ((1 - e) w_n^2 - w^2) + (c w / m)^2 = 0.
+
+    It is 1 % of a range of speeds of which every 40th is looked at. More damping, c w_n / m > e w_n^2, leaves none.
+    """
+    share = 0.01
+
+    def threshold(damping):
+        asymmetry = {"kind": "shaft_asymmetry", "shaft_asymmetry": share}
+        external = {"kind": "external_damping", "external_damping_N_s_per_m": damping}
+        return analyse_rotor(build_model(jeffcott(asymmetry, external, UNBALANCE))).threshold
+
+    middle = NATURAL**2 - (4.0 / MASS) ** 2 / 2
+    begins = np.sqrt(middle - np.sqrt(middle**2 - (1 - share**2) * NATURAL**4))
+    assert threshold(4.0) == pytest.approx(begins, rel=1e-3)  # 256 steps a turn: 4e-4 of the frequency
+    assert threshold(1.1 * share * MASS * NATURAL) is None
 
 
 def test_damping_of_effects_is_the_difference_of_eigenvalues():

@@ -19,7 +19,7 @@ from rotorstudy.studies.common import clean_spectrum
 from rotorstudy.studies.config import changed, load_study
 from rotorstudy.studies.sensors import sensors
 from rotorstudy.studies.variants import variants
-from rotorstudy.thesis import errata
+from rotorstudy.thesis import errata, errata_chapter_6
 from rotorstudy.thesis.scoreboard import published
 
 ROOT = Path(__file__).parents[2]
@@ -39,7 +39,7 @@ def tried(study):
 
 def deviations(model, printed):
     """Relative deviation of the amplitudes above 0.1 um, and of the phases that belong to them in rad."""
-    found = errata.deviations(model, printed)
+    found = errata_chapter_6.deviations(model, printed)
     return found[(found.table != MISPRINT[0]) | (found.item != MISPRINT[1])].deviation.to_numpy()
 
 
@@ -69,7 +69,7 @@ def test_printed_eccentricities_carry_the_opposite_gyroscopic_sign(study, tried)
 
 
 def test_errata_have_numbers_for_both_signs_and_the_misprint(study, tried):
-    found = errata.chapter_6(study, REFERENCE, tried)
+    found = errata_chapter_6.chapter_6(study, REFERENCE, tried)
     assert found["reading_thesis_percent"] < 0.05 and found["reading_right_sign_percent"] > 10
     assert found["minus_2X_um"] == pytest.approx(0.18609, abs=1e-5)
     assert found["opposite_signs_percent"] < 0.01 and found["consistent_signs_percent"] > 1

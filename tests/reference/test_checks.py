@@ -28,7 +28,7 @@ def test_most_of_minus_1x_is_there_at_slow_roll_and_no_crack_can_do_it(replay):
     place = config.harmonics.index(-1)
     share = slow_roll_share(config, amplitude)[:, place]
     assert (share > 0.7).all()
-    assert "of -1X, as vectors, is already present at slow roll" in slow_roll_text(config, -1, share)
+    assert "of -1X, as vectors, is already present at slow roll" in slow_roll_text(-1, share)
     assert abs(amplitude[0, place]) > 20 * largest_crack_response(config, -1)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rotorstudy import Model, Problem, RotorstudyError, Spectrum, build_model, eigenvalues, harmonic_response, make_term
-from rotorstudy.inference.fit import output_error_fit
+from rotorstudy.inference.output_error import output_error_fit
 from rotorstudy.measurement.spectrum import independent_covariance
 from rotorstudy.model.entries import apply_entries
 from rotorstudy.response.integration import force_in_time

@@ -4,7 +4,7 @@ with job(snakemake):
     from pathlib import Path
 
     from rotorstudy.presentation.plots import save_figure
-    from rotorstudy.presentation.replay_figures import rigs_figure
+    from rotorstudy.presentation.rigs_figure import rigs_figure
     from rotorstudy.presentation.tables import write_tables
     from rotorstudy.store import load
     from rotorstudy.thesis.backward_1x import backward_1x_table

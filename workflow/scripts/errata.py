@@ -10,12 +10,14 @@ with job(snakemake):
     from rotorstudy.studies.config import load_study
     from rotorstudy.thesis import errata
     from rotorstudy.thesis.config import load_replay
+    from rotorstudy.thesis.errata_chapter_4 import chapter_4
+    from rotorstudy.thesis.errata_chapter_6 import chapter_6
 
     given = snakemake.input
     reference = Path(given.errata).parent
     numbers = errata.chapter_2(load_study(given.chapter_2), reference)
     numbers |= errata.chapter_3(load_replay(given.chapter_3), reference)
-    numbers |= errata.chapter_4(
+    numbers |= chapter_4(
         load_study(given.chapter_4),
         reference,
         load(given.thesis_spectra),
@@ -23,7 +25,7 @@ with job(snakemake):
         load(given.monte_carlo),
     )
     numbers |= errata.chapter_5(load_replay(given.chapter_5), load(given.spectra), load(given.identification))
-    numbers |= errata.chapter_6(load_study(given.chapter_6), reference, load(given.variants))
+    numbers |= chapter_6(load_study(given.chapter_6), reference, load(given.variants))
     table = errata.filled(yaml.safe_load(Path(given.errata).read_text(encoding="utf-8")), numbers)
     write_csv(table, snakemake.output.csv)
     write_html(

@@ -30,7 +30,7 @@ def left_by_base(change, spectrum, model, stated):
     std = dict(zip(prior.names, prior.std, strict=True))
     std |= {u.name: stated["nuisance"][term.kind] for term in calibration for u in term.unknowns}
     whole = model.plus(*calibration)
-    theta = np.nan_to_num(np.concatenate([term.theta for term in whole.terms]))
+    theta = np.nan_to_num(whole.stated)
     _, columns = measured_response_and_jacobian(whole, spectrum.speed, spectrum.harmonics, theta)
     columns = columns * np.array([std[name] for name in whole.names])
     change = spectrum.whitened(np.swapaxes(change, 1, 2))

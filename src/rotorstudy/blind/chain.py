@@ -1,8 +1,8 @@
 """Effects of the measuring chain on a signal in time, exact and not linearised.
 
 Each is a function(signal (sensor, time) complex m, angle (time,) rad, speed rad/s, values, where, sensors) -> signal,
-named as the effect of the plugin library; the last two are foreign to it (see `acts`). Records hold whole revolutions,
-so time shifts by Fourier transform are exact.
+named as the effect of the plugin library; the last two are foreign to it (see `simulated_effects`). Records hold whole
+revolutions, so time shifts by Fourier transform are exact.
 """
 
 import numpy as np

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorstudy.blind.acts import ACTS, Foreign, Scale
 from rotorstudy.blind.machine import STEPS, steady_motion
 from rotorstudy.blind.physics_in_time import OPENINGS
+from rotorstudy.blind.simulated_effects import SIMULATED_EFFECTS, ForeignEffect, Scale
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig_items import make_term
@@ -45,17 +45,17 @@ class Hidden:
 
 def rotor_families(setting):
     """Library effects on the rotor that can be hidden in this machine: name -> places."""
-    return _families(setting, lambda act: act.on == "rotor")
+    return _families(setting, lambda effect: effect.on == "rotor")
 
 
 def chain_families(setting):
     """Library errors of the measuring chain: name -> places."""
-    return _families(setting, lambda act: act.on != "rotor")
+    return _families(setting, lambda effect: effect.on != "rotor")
 
 
 def _families(setting, chosen):
     zoo, found = registry().plugins["effect"], {}
-    for name in sorted(name for name, act in ACTS.items() if name in zoo and chosen(act)):
+    for name in sorted(name for name, effect in SIMULATED_EFFECTS.items() if name in zoo and chosen(effect)):
         places = list(zoo[name].places(setting.nominal.structure, setting.nominal.sensors))
         taken = [_node_of(where, setting) for base, _, where in setting.effects if base == name]
         places = [p for p in places if not taken or _node_of(p, setting) not in taken]
@@ -74,7 +74,8 @@ def what_to_hide(kind, setting, generator):
         return [], None, []
     families = chain_families(setting) if kind == "chain" else rotor_families(setting)
     if kind == "foreign" and generator.random() < 0.5:
-        foreign = str(generator.choice([name for name, act in ACTS.items() if isinstance(act, Foreign)]))
+        every = [name for name, effect in SIMULATED_EFFECTS.items() if isinstance(effect, ForeignEffect)]
+        foreign = str(generator.choice(every))
         return [hide_foreign(foreign, setting, generator)], foreign, []
     names = [str(n) for n in generator.choice(list(families), 2 if kind == "two" else 1, replace=False)]
     hidden = [hide(name, families[name], setting, generator) for name in names]
@@ -83,7 +84,7 @@ def what_to_hide(kind, setting, generator):
 
 def hide(name, places, setting, generator):
     """An effect of the library at a place, its parameters near their typical size."""
-    plugin, act = registry().get("effect", name), ACTS[name]
+    plugin, effect = registry().get("effect", name), SIMULATED_EFFECTS[name]
     where = dict(places[generator.integers(len(places))])
     options = _options(plugin, where, setting, generator)
     item = {"kind": name, **plugin.example, **options, **where}
@@ -91,10 +92,10 @@ def hide(name, places, setting, generator):
     values, units, most = {}, {}, np.inf
     for p in term.parameters:
         share, phase, sign = generator.uniform(0.5, 1), generator.uniform(-np.pi, np.pi), generator.choice([-1.0, 1.0])
-        direction = np.exp(1j * phase) if p.is_complex else sign if act.signed else 1.0
+        direction = np.exp(1j * phase) if p.is_complex else sign if effect.signed else 1.0
         values[p.name] = p.typical if plugin.fixed else p.typical * share * direction
         units[p.name] = p.unit
-        most = min(most, act.most or (MOST_RELATIVE if p.unit in RELATIVE_UNITS else MOST_ABSOLUTE))
+        most = min(most, effect.most or (MOST_RELATIVE if p.unit in RELATIVE_UNITS else MOST_ABSOLUTE))
     return Hidden(name, where, options, values, units, most, len(places), plugin.fixed)
 
 
@@ -127,15 +128,15 @@ def _options(plugin, where, setting, generator):
 
 def hide_foreign(name, setting, generator):
     """Physics that the library lacks, at any node or in all probes; size 1 is 1 % of the characteristic size."""
-    act, structure = ACTS[name], setting.nominal.structure
+    effect, structure = SIMULATED_EFFECTS[name], setting.nominal.structure
     node = int(generator.choice(structure.nodes))
     plant = setting.plant()
     motion = np.abs(steady_motion(plant, [1])[:, 0, plant.index(node)])
     radius, velocity = float(np.median(motion)), float(np.median(motion * setting.speeds))
     i = structure.index(node)
-    typical, options = act.draw(Scale(radius, velocity, float(structure.stiffness[i, i]) * radius), generator)
-    where = {"node": node} if act.on == "rotor" else {}
-    return Hidden(name, where, options, {act.size: 0.01 * typical}, {act.size: act.unit}, MOST_ABSOLUTE, 1)
+    typical, options = effect.draw(Scale(radius, velocity, float(structure.stiffness[i, i]) * radius), generator)
+    where = {"node": node} if effect.on == "rotor" else {}
+    return Hidden(name, where, options, {effect.size: 0.01 * typical}, {effect.size: effect.unit}, MOST_ABSOLUTE, 1)
 
 
 def sized(hidden, wanted, change):

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorstudy.blind.acts import ACTS, Foreign
 from rotorstudy.blind.base import left_by_base
 from rotorstudy.blind.hiding import sized, what_to_hide
 from rotorstudy.blind.observation import CARRIED, colouring, harmonics_of, measure, observe
 from rotorstudy.blind.setting import draw_setting
+from rotorstudy.blind.simulated_effects import SIMULATED_EFFECTS, ForeignEffect
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.registry import registry
@@ -80,6 +80,7 @@ def _draw(config, kind, generator, truth):
         alone.append(reached)
     acting = [(one.name, *one.at(size)) for one, size in zip(hidden, sizes, strict=True)]
     signals = observe(setting, acting) if acting else clean
+    exact = harmonics_of(signals, harmonics, config)
     together = change(acting) if len(acting) > 1 else (alone[0] if alone else 0.0)
     records, spectrum = measure(config, setting, signals, level, colour, generator)
     stated = {
@@ -92,6 +93,7 @@ def _draw(config, kind, generator, truth):
     for one in acting:
         seen = signals if len(acting) == 1 else observe(setting, [one])
         beyond.append(left_by_base(harmonics_of(seen, harmonics, config) - base, spectrum, setting.nominal, stated))
+    hidden_ones = zip(hidden, acting, alone, beyond, strict=True)
     truth |= {
         "rig": name,
         "sensors": list(setting.nominal.sensors),
@@ -101,25 +103,22 @@ def _draw(config, kind, generator, truth):
         "change_over_noise": together,
         "left_out": left_out,
         "foreign": foreign,
-        "effects": [
-            _told(one, values, place, s) | {"change_beyond_base": left}
-            for one, (_, values, place), s, left in zip(hidden, acting, alone, beyond, strict=True)
-        ],
+        "effects": [_recorded(one, values, place, size, left) for one, (_, values, place), size, left in hidden_ones],
         "base": {effect: _parts(values) for effect, values, _ in setting.effects},
         "phase_mark_rad": float(setting.mark),
-        "without_noise": [
-            harmonics_of(signals, harmonics, config).real.tolist(),
-            harmonics_of(signals, harmonics, config).imag.tolist(),
-        ],
+        "without_noise": [exact.real.tolist(), exact.imag.tolist()],
     }
     return Case(rig, spectrum, records, stated, truth)
 
 
-def _told(hidden, values, place, s):
-    """A hidden effect as the truth records it, with its declared confounders."""
-    act = ACTS[hidden.name]
-    if isinstance(act, Foreign):
-        confounders = list(act.confounders)
+def _recorded(hidden, values, place, change, left):
+    """A hidden effect as the truth records it, with its declared confounders.
+
+    change, left : over noise, of the effect alone, and of that what the base model cannot absorb
+    """
+    effect = SIMULATED_EFFECTS[hidden.name]
+    if isinstance(effect, ForeignEffect):
+        confounders = list(effect.confounders)
     else:
         confounders = [name for name, _ in registry().get("effect", hidden.name).confounders]
     return {
@@ -128,9 +127,10 @@ def _told(hidden, values, place, s):
         "options": {key: value for key, value in place.items() if key not in hidden.where},
         "parameters": _parts(values),
         "units": hidden.units,
-        "change_over_noise": s,
+        "change_over_noise": change,
         "places": hidden.places,
         "confounders": confounders,
+        "change_beyond_base": left,
     }
 
 

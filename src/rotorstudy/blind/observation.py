@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from rotorstudy.blind.acts import ACTS
 from rotorstudy.blind.chain import phase_reference, probe_gain
 from rotorstudy.blind.machine import steady_motion
+from rotorstudy.blind.simulated_effects import SIMULATED_EFFECTS
 from rotorstudy.measurement.harmonics import estimate
 from rotorstudy.measurement.records import Record
 from rotorstudy.measurement.spectrum import Spectrum
@@ -15,21 +15,21 @@ CARRIED = np.arange(-12, 13)  # harmonics of the motion that a record holds
 def observe(setting, acting):
     """(speed, sensor, time) complex signals without noise, m; acting : [(name, values, place and options)]."""
     sensors, speeds = setting.nominal.sensors, setting.speeds
-    acting = [(ACTS[name], name, values, where) for name, values, where in acting]
-    for act, name, values, _ in acting:
-        if act.on == "speed":
+    acting = [(SIMULATED_EFFECTS[name], name, values, where) for name, values, where in acting]
+    for effect, name, values, _ in acting:
+        if effect.on == "speed":
             speeds = speeds * (1 + values[name])
     plant = setting.plant(speeds)
-    for act, _, values, where in acting:
-        if act.on == "rotor":
-            act.function(plant, values, where)
+    for effect, _, values, where in acting:
+        if effect.on == "rotor":
+            effect.function(plant, values, where)
     motion = steady_motion(plant, CARRIED)[..., [plant.index(node) for node in sensors]]
     turning = np.exp(1j * np.multiply.outer(CARRIED, setting.angle))
     signals = np.einsum("shn,ht->snt", motion, turning)
     for s, speed in enumerate(speeds):
-        for act, _, values, where in acting:
-            if act.on == "output":
-                signals[s] = act.function(signals[s].copy(), setting.angle, speed, values, where, sensors)
+        for effect, _, values, where in acting:
+            if effect.on == "output":
+                signals[s] = effect.function(signals[s].copy(), setting.angle, speed, values, where, sensors)
         for node, (g, m) in zip(sensors, setting.gains, strict=True):
             error = {"gain_error": g, "gain_mismatch": m}
             signals[s] = probe_gain(signals[s], setting.angle, speed, error, {"node": node}, sensors)

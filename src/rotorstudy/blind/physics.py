@@ -1,8 +1,8 @@
 """Linear effects on the machine, derived from their physics and not from the tables of the plugin library.
 
 Each is a function(plant, values, where) that adds forces, damping or stiffness to a Plant, named as the effect of the
-plugin library; `gear_mesh` is foreign to it (see `acts`). Forces that turn with the shaft or are not linear stand in
-`physics_in_time`.
+plugin library; `gear_mesh` is foreign to it (see `simulated_effects`). Forces that turn with the shaft or are not
+linear stand in `physics_in_time`.
 values : by parameter name, SI, complex where they have a direction;  where : place and shape
 Hysteretic damping and a pedestal (whose own motion is no coordinate of the plant) are applied to each harmonic.
 """
@@ -62,7 +62,7 @@ def _bent(plant, values, where):
     middle = (along[1:] + along[:-1]) / 2
     share = np.where((middle > start) & (middle < end), 1 / (end - start), 0.0)
     skew = 2 * (middle - start) / (end - start) - 1
-    curvature = share * (values["bow_angle"] + skew * values["bow_angle_skew"])
+    curvature = -share * (values["bow_angle"] + skew * values["bow_angle_skew"])
     slope = np.concatenate([[0], np.cumsum(curvature * np.diff(along))])
     line = np.concatenate([[0], np.cumsum((slope[1:] + slope[:-1]) / 2 * np.diff(along))])
     at = np.searchsorted(along, nodes)

@@ -1,7 +1,7 @@
 """Effects whose force follows from the shaft angle and the motion at each instant: cracks, contacts, friction.
 
 Each is a function(plant, values, where) as in `physics`; `coulomb_friction` and `quadratic_damping` are foreign to the
-plugin library (see `acts`).
+plugin library (see `simulated_effects`).
 """
 
 import numpy as np

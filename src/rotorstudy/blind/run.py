@@ -3,6 +3,7 @@
 import json
 import logging
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from time import perf_counter
@@ -114,15 +115,14 @@ def _answer(answer, shown):
     return {"verdict": verdict, "held_out": held_out, "seconds": perf_counter() - start}
 
 
-class _pool:
+@contextmanager
+def _pool(cores):
     """`map` over processes, in order; in this process for one core."""
-
-    def __init__(self, cores):
-        self.executor = ProcessPoolExecutor(cores) if cores > 1 else None
-
-    def __enter__(self):
-        return map if self.executor is None else partial(self.executor.map, chunksize=4)
-
-    def __exit__(self, *problem):
-        if self.executor is not None:
-            self.executor.shutdown(cancel_futures=True)
+    if cores == 1:
+        yield map
+        return
+    executor = ProcessPoolExecutor(cores)
+    try:
+        yield partial(executor.map, chunksize=4)
+    finally:
+        executor.shutdown(cancel_futures=True)

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from rotorstudy.blind.acts import ACTS
+from rotorstudy.blind.simulated_effects import SIMULATED_EFFECTS
 from rotorstudy.model.registry import registry
+from rotorstudy.units import HALF_INTERVAL
 
 PROBABILITY_EDGES = np.array([0.0, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 1.0])
 ANSWERS_WITHOUT_CAUSE = ("nothing", "unknown", "failed")
-INTERVAL = 1.959964  # standard deviations of a 95 % interval
 
 
 def share_bounds(found: int, of: int) -> tuple[float, float]:
@@ -19,8 +19,8 @@ def share_bounds(found: int, of: int) -> tuple[float, float]:
 
 def is_chain(effect: str) -> bool:
     """Whether an effect belongs to the measuring chain: it acts on the output or on the speed label."""
-    if effect in ACTS:
-        return ACTS[effect].on != "rotor"
+    if effect in SIMULATED_EFFECTS:
+        return SIMULATED_EFFECTS[effect].on != "rotor"
     plugin = registry().plugins["effect"].get(effect)
     return plugin is not None and plugin.acts_on_output
 
@@ -117,7 +117,7 @@ def _covered(true, named):
             off = estimate["value"] - t["parameters"][name]
             if estimate.get("unit") == "rad":
                 off = np.angle(np.exp(1j * off))
-            result.append(bool(abs(off) <= INTERVAL * estimate["std"]))
+            result.append(bool(abs(off) <= HALF_INTERVAL * estimate["std"]))
     return result
 
 

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rotorstudy.blind.acts import ACTS
 from rotorstudy.blind.machine import build_plant, critical_speeds, growth, settle
 from rotorstudy.blind.physics import bearing
+from rotorstudy.blind.simulated_effects import SIMULATED_EFFECTS
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.model import Model
 from rotorstudy.model.rig import build_model
@@ -128,5 +128,5 @@ def _plant(nominal, structure, place, bearings, effects, speeds):
         bearing(plant, values, where)
     settle(plant)
     for name, values, where in effects:
-        ACTS[name].function(plant, values, where)
+        SIMULATED_EFFECTS[name].function(plant, values, where)
     return plant

@@ -27,70 +27,20 @@ CRITERION_TEXTS = {"what": "quantity", "kind": "share, coverage, calibration or 
 
 def summary(rows, criteria):
     """All results as a Dataset; rows : DataFrame of `scoring.score`;  criteria : list of Criterion."""
-    single = (rows.known & (rows.kind != "two")).to_numpy(bool)
-    naming = (rows.states_causes & (rows.kind != "two")).to_numpy(bool)
-    right = rows.right.to_numpy(bool)
-    variables, bins = {}, ("size_bin",)
-    for name, chosen, long_name in (
-        ("completeness", single, "share of hidden effects found, cause and place"),
-        ("reliability", naming, "share of named causes that are true"),
-    ):
-        k, n = share_over_size(rows, chosen, right)
-        bounds = np.array([share_bounds(a, b) for a, b in zip(k, n, strict=True)])
-        variables[name] = (bins, np.where(n > 0, k / np.maximum(n, 1), np.nan), "1", long_name)
-        variables[f"{name}_low"] = (bins, bounds[:, 0], "1", f"{long_name}, lower 95 % bound")
-        variables[f"{name}_high"] = (bins, bounds[:, 1], "1", f"{long_name}, upper 95 % bound")
-        variables[f"{name}_cases"] = (bins, n, "1", f"cases behind it: {long_name}")
-    stated = rows[rows.posterior_probability.notna()]
-    said, correct, count, error = calibration(
-        stated.posterior_probability.to_numpy(float), stated.first_right.to_numpy(float)
-    )
-    many, by = np.maximum(count, 1), ("probability_bin",)
-    bounds = np.array([share_bounds(int(a), int(b)) for a, b in zip(correct, count, strict=True)])
-    variables |= {
-        "stated_probability": (by, np.where(count, said / many, np.nan), "1", "mean stated posterior probability"),
-        "share_right": (by, np.where(count, correct / many, np.nan), "1", "share of the stated causes that is true"),
-        "share_right_low": (by, bounds[:, 0], "1", "lower 95 % bound"),
-        "share_right_high": (by, bounds[:, 1], "1", "upper 95 % bound"),
-        "probability_cases": (by, count, "1", "cases"),
-        "calibration_error": ((), error, "1", "expected calibration error"),
-    }
     truths, answers, matrix = confusion(rows)
-    variables["confusion"] = (("truth", "answer"), matrix, "1", "cases by truth and answer")
-    variables["accepted"] = (
-        ("truth", "answer"),
-        confounders_of(truths, answers),
-        "1",
-        "1 right, 2 a declared confounder",
-    )
     families, half = found_half(rows)
-    for i, name in enumerate(("found_half", "found_half_low", "found_half_high")):
-        variables[name] = (("family",), half[:, i], "1", "change over noise at which half the effects are found")
-    for name, unit, long_name in (
-        ("size", "1", "change over noise, of the smaller effect if two"),
-        ("beyond", "1", "the part of it that base parameters and calibration cannot absorb"),
-        ("noise_percent", "percent", "noise of a harmonic over the rms vibration"),
-        ("posterior_probability", "1", "posterior probability of the first cause"),
-        ("gain", "1", "error on held-out speeds after over before, against the signal without noise"),
-        ("gain_measured", "1", "the same against the measurement"),
-        ("seconds", "s", "time of the diagnosis"),
-    ):
-        variables[f"case_{name}"] = (("case",), rows[name].to_numpy(float), unit, long_name)
-    for name in ("kind", "rig", "truth", "verdict", "answer"):
-        variables[f"case_{name}"] = (("case",), rows[name].to_numpy(object), "1", f"{name} of the case")
-    for name in ("known", "exact", "right", "inside", "confounder", "names_rotor"):
-        variables[f"case_{name}"] = (("case",), rows[name].to_numpy(bool).astype("i1"), "1", f"case is {name}")
-    for name, long_name in CRITERION_NUMBERS.items():
-        values = np.array([getattr(c, name) for c in criteria], float)
-        variables[f"criterion_{name}"] = (("criterion",), values, "1", long_name)
-    needed = np.array([c.needed or (np.nan, np.nan) for c in criteria], float).reshape(-1, 2)
-    variables["criterion_least"] = (("criterion",), needed[:, 0], "1", "lowest accepted value, nan for information")
-    variables["criterion_most"] = (("criterion",), needed[:, 1], "1", "highest accepted value, nan for information")
-    for name, long_name in CRITERION_TEXTS.items():
-        values = np.array([getattr(c, name) for c in criteria], object)
-        variables[f"criterion_{name}"] = (("criterion",), values, "1", long_name)
-    reasons = np.array(["; ".join(c.reasons) for c in criteria], object)
-    variables["criterion_reasons"] = (("criterion",), reasons, "1", "what went wrong most often")
+    variables = {
+        **_over_size(rows),
+        **_calibration(rows),
+        "confusion": (("truth", "answer"), matrix, "1", "cases by truth and answer"),
+        "accepted": (("truth", "answer"), confounders_of(truths, answers), "1", "1 right, 2 a declared confounder"),
+        **{
+            name: (("family",), half[:, i], "1", "change over noise at which half the effects are found")
+            for i, name in enumerate(("found_half", "found_half_low", "found_half_high"))
+        },
+        **_cases(rows),
+        **_criteria(criteria),
+    }
     probability = (PROBABILITY_EDGES[1:] + PROBABILITY_EDGES[:-1]) / 2
     middle = np.sqrt(SIZE_EDGES[1:] * SIZE_EDGES[:-1])
     coordinates = {
@@ -103,6 +53,78 @@ def summary(rows, criteria):
         "criterion": ([c.key for c in criteria], "1", "key of the acceptance criterion"),
     }
     return dataset(variables, coordinates, title="Blind tests of the diagnosis").assign_attrs(attributes(criteria))
+
+
+def _over_size(rows):
+    """Completeness and reliability over the size of an effect, with 95 % bounds."""
+    single = (rows.known & (rows.kind != "two")).to_numpy(bool)
+    naming = (rows.states_causes & (rows.kind != "two")).to_numpy(bool)
+    right, variables, bins = rows.right.to_numpy(bool), {}, ("size_bin",)
+    for name, chosen, long_name in (
+        ("completeness", single, "share of hidden effects found, cause and place"),
+        ("reliability", naming, "share of named causes that are true"),
+    ):
+        k, n = share_over_size(rows, chosen, right)
+        bounds = np.array([share_bounds(a, b) for a, b in zip(k, n, strict=True)])
+        variables[name] = (bins, np.where(n > 0, k / np.maximum(n, 1), np.nan), "1", long_name)
+        variables[f"{name}_low"] = (bins, bounds[:, 0], "1", f"{long_name}, lower 95 % bound")
+        variables[f"{name}_high"] = (bins, bounds[:, 1], "1", f"{long_name}, upper 95 % bound")
+        variables[f"{name}_cases"] = (bins, n, "1", f"cases behind it: {long_name}")
+    return variables
+
+
+def _calibration(rows):
+    """Share of true causes by their stated posterior probability, with 95 % bounds."""
+    stated = rows[rows.posterior_probability.notna()]
+    said, correct, count, error = calibration(
+        stated.posterior_probability.to_numpy(float), stated.first_right.to_numpy(float)
+    )
+    many, by = np.maximum(count, 1), ("probability_bin",)
+    bounds = np.array([share_bounds(int(a), int(b)) for a, b in zip(correct, count, strict=True)])
+    return {
+        "stated_probability": (by, np.where(count, said / many, np.nan), "1", "mean stated posterior probability"),
+        "share_right": (by, np.where(count, correct / many, np.nan), "1", "share of the stated causes that is true"),
+        "share_right_low": (by, bounds[:, 0], "1", "lower 95 % bound"),
+        "share_right_high": (by, bounds[:, 1], "1", "upper 95 % bound"),
+        "probability_cases": (by, count, "1", "cases"),
+        "calibration_error": ((), error, "1", "expected calibration error"),
+    }
+
+
+def _cases(rows):
+    """What is known of every case."""
+    variables, along = {}, ("case",)
+    for name, unit, long_name in (
+        ("size", "1", "change over noise, of the smaller effect if two"),
+        ("beyond", "1", "the part of it that base parameters and calibration cannot absorb"),
+        ("noise_percent", "percent", "noise of a harmonic over the rms vibration"),
+        ("posterior_probability", "1", "posterior probability of the first cause"),
+        ("gain", "1", "error on held-out speeds after over before, against the signal without noise"),
+        ("gain_measured", "1", "the same against the measurement"),
+        ("seconds", "s", "time of the diagnosis"),
+    ):
+        variables[f"case_{name}"] = (along, rows[name].to_numpy(float), unit, long_name)
+    for name in ("kind", "rig", "truth", "verdict", "answer"):
+        variables[f"case_{name}"] = (along, rows[name].to_numpy(object), "1", f"{name} of the case")
+    for name in ("known", "exact", "right", "inside", "confounder", "names_rotor"):
+        variables[f"case_{name}"] = (along, rows[name].to_numpy(bool).astype("i1"), "1", f"case is {name}")
+    return variables
+
+
+def _criteria(criteria):
+    """Every acceptance criterion: what is needed, what is reached, and why not."""
+    variables, along = {}, ("criterion",)
+    for name, long_name in CRITERION_NUMBERS.items():
+        values = np.array([getattr(c, name) for c in criteria], float)
+        variables[f"criterion_{name}"] = (along, values, "1", long_name)
+    needed = np.array([c.needed or (np.nan, np.nan) for c in criteria], float).reshape(-1, 2)
+    variables["criterion_least"] = (along, needed[:, 0], "1", "lowest accepted value, nan for information")
+    variables["criterion_most"] = (along, needed[:, 1], "1", "highest accepted value, nan for information")
+    for name, long_name in CRITERION_TEXTS.items():
+        values = np.array([getattr(c, name) for c in criteria], object)
+        variables[f"criterion_{name}"] = (along, values, "1", long_name)
+    reasons = np.array(["; ".join(c.reasons) for c in criteria], object)
+    return variables | {"criterion_reasons": (along, reasons, "1", "what went wrong most often")}
 
 
 def share_over_size(rows, chosen, right):

@@ -29,12 +29,12 @@ def add(commands):
 
 
 def run(given):
-    """Print the corrections with their 95 % intervals, and the 1X vibration before and after."""
+    """Print the corrections with their standard deviations, and the 1X vibration before and after."""
     from rotorstudy.diagnosis.runs.balance import balance_files
     from rotorstudy.diagnosis.runs.balance_holes import equal_holes
     from rotorstudy.measurement.conventions import read_conventions
     from rotorstudy.model.rig import read_rig
-    from rotorstudy.units import um
+    from rotorstudy.units import RAD_PER_S, um
 
     if (given.holes is None) != (given.weights is None):
         raise RotorstudyError("balance: --holes and --weights belong together; give both, or neither")
@@ -53,9 +53,10 @@ def run(given):
         _print_corrections(found, planes, conventions)
     print("1X vibration, semi-major axis of the orbit: before, and predicted (95 %)")
     for i, speed in enumerate(found.spectrum.speed):
+        shown = f"{speed / RAD_PER_S['rpm']:8.4g} rpm ({speed:.4g} rad/s)"
         for j, node in enumerate(found.spectrum.sensors):
             low, middle, high = (um(size[i, j]) for size in found.after)
-            print(f"  {speed:8.4g} rad/s, node {node}: {um(found.before[i, j])}, {middle} ({low} to {high})")
+            print(f"  {shown}, node {node}: {um(found.before[i, j])}, {middle} ({low} to {high})")
     if given.out:
         _save(given, rig, found, planes)
     return 0
@@ -71,7 +72,9 @@ def _print_corrections(found, planes, conventions):
     names = [f"plane {plane}_{part}" for plane in planes for part in ("real", "imag")]
     _, sizes, covariance = magnitude_and_phase(names, found.corrections.ravel(), found.covariance)
     std = np.sqrt(np.diag(covariance))
-    print("masses to be added (± one standard deviation; angles as in the rig file, from the shaft's reference line)")
+    print(
+        "unbalance to be added (± one standard deviation; angles as in the rig file, from the shaft's reference line)"
+    )
     for i, plane in enumerate(planes):
         angle = conventions.sense * sizes[2 * i + 1] % (2 * np.pi)
         size = quantity(sizes[2 * i], "kg m", std[2 * i])
@@ -82,7 +85,9 @@ def _print_choices(found, planes, count):
     """Print what is put into which hole."""
     from rotorstudy.units import quantity
 
-    print(f"masses to be added, in {count} holes at equal angles (as in the rig file, from the shaft's reference line)")
+    print(
+        f"unbalance to be added, in {count} holes at equal angles (as in the rig file, from the shaft's reference line)"
+    )
     for plane, choice in zip(planes, found.choices, strict=True):
         parts = [f"{quantity(size, 'kg m')} at {360 * hole / count:.4g}°" for hole, size in choice.placed]
         print(f"  plane {plane}: {' and '.join(parts) or 'none'}")

@@ -81,24 +81,7 @@ def run(given):
         raise RotorstudyError("identify: give either record files, or a file of several runs with --runs")
     if given.runs:
         return identify_several(given)
-    if given.cause and (given.unknowns or given.rig_out or given.estimator != "maximum_likelihood"):
-        raise RotorstudyError(
-            "--cause estimates all that the rig file leaves uncertain, by maximum likelihood; leave out --unknowns, "
-            "--estimator and --rig-out ('diagnose' writes an extended rig)"
-        )
-    if not 1 <= given.count <= MOST_OF_A_CAUSE or (given.count > 1 and not given.cause):
-        raise RotorstudyError(f"--count {given.count}: the number of effects of --cause, 1 to {MOST_OF_A_CAUSE}")
-    if given.out:
-        check_file(given.out, given.rig, *given.records, suffixes=NETCDF)
-    if given.rig_out:
-        check_file(
-            given.rig_out,
-            given.rig,
-            *given.records,
-            *([given.out] if given.out else []),
-            option="--rig-out",
-            suffixes=YAML,
-        )
+    _check_options(given)
     method = registry().get("spectrum", given.spectrum) if given.spectrum else None
     estimator = registry().get("estimator", given.estimator)
     rig = read_rig(given.rig)
@@ -124,6 +107,22 @@ def run(given):
         found = rig_with_estimate(rig.given, model, unknowns, estimate.theta, estimate.covariance)
         write_rig(found, given.rig_out, f"{given.rig} identified from {', '.join(map(str, given.records))}")
     return 0
+
+
+def _check_options(given):
+    """Raise unless the options go together and the files to be written can be."""
+    if given.cause and (given.unknowns or given.rig_out or given.estimator != "maximum_likelihood"):
+        raise RotorstudyError(
+            "--cause estimates all that the rig file leaves uncertain, by maximum likelihood; leave out --unknowns, "
+            "--estimator and --rig-out ('diagnose' writes an extended rig)"
+        )
+    if not 1 <= given.count <= MOST_OF_A_CAUSE or (given.count > 1 and not given.cause):
+        raise RotorstudyError(f"--count {given.count}: the number of effects of --cause, 1 to {MOST_OF_A_CAUSE}")
+    if given.out:
+        check_file(given.out, given.rig, *given.records, suffixes=NETCDF)
+    if given.rig_out:
+        inputs = [given.rig, *given.records, *([given.out] if given.out else [])]
+        check_file(given.rig_out, *inputs, option="--rig-out", suffixes=YAML)
 
 
 def _run_cause(given, rig, spectrum, model):

@@ -40,19 +40,7 @@ def estimate_by(estimator: Estimator, problem: Problem) -> Estimate:
 
     Trials without an estimate are NaN; for a single spectrum only unknowns that the data do not determine may be.
 
-    Parameters
-    ----------
-    estimator : Estimator
-    problem : Problem
-
-    Returns
-    -------
-    Estimate
-
-    Raises
-    ------
-    PluginError
-        For a wrong type, shape or value; it names file, shapes and unknowns.
+    raises : PluginError for a wrong type, shape or value; it names file, shapes and unknowns
     """
     found, who = estimator.function(problem), f"estimator '{estimator.name}' ({estimator.file})"
     if not isinstance(found, Estimate):

@@ -1,4 +1,4 @@
-"""The fit of the predicted to the measured harmonics: with or without a prior, one spectrum or many trials at once."""
+"""The fit of the predicted to the measured harmonics within a prior."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -6,103 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.errors import NoConvergenceError, RotorstudyError
-from rotorstudy.inference.estimate import Estimate
-from rotorstudy.inference.levenberg_marquardt import (
-    ESTIMATE,
-    HYPOTHESIS,
-    levenberg_marquardt,
-)
-from rotorstudy.inference.linear import invert, solve_equations, whitened
-from rotorstudy.inference.prediction import predicted_derivatives, whitened_prediction
+from rotorstudy.inference.levenberg_marquardt import HYPOTHESIS, levenberg_marquardt
+from rotorstudy.inference.linear import invert
+from rotorstudy.inference.prediction import whitened_prediction
 from rotorstudy.inference.prior import Prior, log_narrowing
-from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
-
-FITTED_TOGETHER = 700_000  # derivatives: more do not fit the cache of a processor and take up to six times as long
-
-
-def start_values(problem: Problem) -> np.ndarray:
-    """(..., parameter) start of a fit: equation-error least squares weighted once, else given or typical values.
-
-    Trials start together, from their mean: a step more for each costs less than linear equations of its own.
-    """
-    given = np.concatenate([term.theta for term in problem.model.terms])
-    nominal = np.where(np.isnan(given), problem.model.typical, given)[problem.model.position(problem.names)]
-    linear = {u.name for u in problem.model.rotor_unknowns}.issuperset(problem.names)
-    mean, _ = problem.mean(nominal)
-    try:
-        if linear:
-            theta = solve_equations(mean, settled=False)
-            nominal = solve_equations(mean, whitened(mean.equation_weights(theta)), theta, settled=False)
-    except RotorstudyError:
-        pass  # the linear equations do not determine the unknowns
-    return np.broadcast_to(nominal, (*problem.spectrum.amplitude.shape[:-3], len(nominal)))
-
-
-def output_error_fit(
-    problem: Problem, start: np.ndarray | None = None, iterations: int = ESTIMATE.steps, clip: float = np.inf
-) -> Estimate:
-    """Output-error estimate from the data alone: predicted harmonics fitted to measured ones, weighted by covariance.
-
-    Parameters
-    ----------
-    problem : Problem
-        Its spectrum may have many trials.
-    start : ndarray (..., parameter), optional
-        See `start_values`.
-    iterations : int
-        Largest number of steps.
-    clip : float
-        See `levenberg_marquardt`.
-
-    Returns
-    -------
-    Estimate
-        With covariance (J^T J)^-1 and the misfit. Trials that do not converge are NaN, unless none converges.
-
-    Raises
-    ------
-    UnidentifiableError
-        If the unknowns trade off at the start.
-    NoConvergenceError
-        If no trial converges.
-    """
-    measured = problem.spectrum.whitened(problem.spectrum.amplitude)
-    start = np.array(start_values(problem) if start is None else start, float)
-    shape, count = measured.shape[:-1], start.shape[-1]
-    measured = measured.reshape(-1, measured.shape[-1])
-    start = np.broadcast_to(start.reshape(-1, count), (len(measured), count))
-    together = max(1, FITTED_TOGETHER // (measured.shape[-1] * count))
-    parts = [slice(first, first + together) for first in range(0, len(measured), together)]
-    found = [
-        levenberg_marquardt(
-            lambda theta: predicted_derivatives(problem, theta),
-            measured[part],
-            start[part],
-            problem.names,
-            clip=clip,
-            convergence=replace(ESTIMATE, steps=iterations),
-        )
-        for part in parts
-    ]
-    theta, cost, normal, converged = (
-        np.concatenate([getattr(one, name) for one in found]) for name in ("theta", "cost", "normal", "converged")
-    )
-    if not converged.any():
-        raise NoConvergenceError(
-            f"the output-error fit did not converge in {iterations} steps; start closer, or fix a weak parameter"
-        )
-    covariance = np.full_like(normal, np.nan)
-    theta[~converged] = np.nan
-    covariance[converged] = invert(normal[converged])
-    return Estimate(
-        problem.names,
-        theta.reshape(*shape, count),
-        covariance.reshape(*shape, count, count),
-        cost.reshape(shape),
-    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,6 +51,11 @@ class Fit:
     def names(self) -> tuple[str, ...]:
         """(free,) names of the free parameters."""
         return self.prior.names
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Name -> value of every amplitude of the model."""
+        return dict(zip(self.model.names, self.theta.tolist(), strict=True))
 
     @property
     def cost(self) -> float:
@@ -227,7 +141,7 @@ def fit(
         prior.mean if start is None else start[place],
         steps,
     )
-    theta = np.concatenate([term.theta for term in model.terms])
+    theta = model.stated.copy()
     theta[place] = found.free
     return Fit(model, theta, prior, *found[1:])
 

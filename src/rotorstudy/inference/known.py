@@ -21,7 +21,7 @@ def rotor_unknown(model, name):
 
 def known_amplitudes(model, names):
     """(rotor parameter,) values of the known rotor amplitudes, zero for the unknown ones."""
-    values = np.concatenate([term.theta for term in model.terms])[: len(model.rotor_unknowns)]
+    values = model.stated[: len(model.rotor_unknowns)].copy()
     for p, unknown in enumerate(model.rotor_unknowns):
         if unknown.force and (unknown.name in names or values[p]):
             raise RotorstudyError(f"{unknown.name!r} multiplies a nonlinear force, which depends on the whole motion; "
@@ -35,7 +35,7 @@ def known_amplitudes(model, names):
 
 def nominal_amplitudes(model):
     """(rotor parameter,) values given, typical where none is: the static deflection is taken there."""
-    values = np.concatenate([term.theta for term in model.terms])[: len(model.rotor_unknowns)]
+    values = model.stated[: len(model.rotor_unknowns)]
     return np.where(np.isnan(values), model.typical[: len(values)], values)
 
 
@@ -55,7 +55,7 @@ def check_reads_measured(model, unknown, harmonics, involved):
 
 def about_rest(model, amplitude, speed, harmonics, deflection):
     """Amplitudes (..., speed, harmonic, sensor) m less the known constant output terms, from the static deflection."""
-    values = np.concatenate([term.theta for term in model.terms])[len(model.rotor_unknowns) :]
+    values = model.stated[len(model.rotor_unknowns) :]
     for value, unknown in zip(values, model.output_unknowns, strict=True):
         if np.isnan(value) or (value and any(e.reads_motion for e in unknown.entries)):
             raise RotorstudyError(f"the sensor term {unknown.name!r} cannot be subtracted from the spectrum; "

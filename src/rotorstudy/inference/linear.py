@@ -19,13 +19,8 @@ def invert(normal: np.ndarray) -> np.ndarray:
 
     The matrix is scaled to a unit diagonal first, since parameters differ by many orders of magnitude.
 
-    Parameters
-    ----------
-    normal : ndarray (..., parameter, parameter)
-
-    Returns
-    -------
-    ndarray (..., parameter, parameter)
+    normal  : (..., parameter, parameter)
+    returns : (..., parameter, parameter)
     """
     scale = np.sqrt(np.diagonal(normal, axis1=-2, axis2=-1))
     outer = scale[..., :, None] * scale[..., None, :]
@@ -52,14 +47,7 @@ def by_speed(weights: np.ndarray, rows: np.ndarray) -> np.ndarray:
 def undetermined(columns: np.ndarray, names: Sequence[str]) -> list[str]:
     """Names of the unknowns that the equations do not determine: without effect, or traded off against others.
 
-    Parameters
-    ----------
-    columns : ndarray (row, parameter)
-    names : sequence of str
-
-    Returns
-    -------
-    list of str
+    columns : (row, parameter)
     """
     length = np.linalg.norm(columns, axis=0)
     missing = np.zeros((max(0, columns.shape[1] - columns.shape[0]), columns.shape[1]))
@@ -72,15 +60,8 @@ def undetermined(columns: np.ndarray, names: Sequence[str]) -> list[str]:
 def check_identifiable(columns: np.ndarray, names: Sequence[str]) -> None:
     """Raise unless the equations determine all unknowns.
 
-    Parameters
-    ----------
-    columns : ndarray (row, parameter)
-    names : sequence of str
-
-    Raises
-    ------
-    UnidentifiableError
-        With the names of the unknowns that trade off, or that the data do not depend on.
+    columns : (row, parameter)
+    raises  : UnidentifiableError with the names of the unknowns that trade off, or that the data do not depend on
     """
     if columns.shape[0] < columns.shape[1]:
         raise UnidentifiableError(

@@ -94,8 +94,7 @@ def whitened_prediction(
     NoSteadyState
     """
     position = model.position(names)
-    full = np.concatenate([term.theta for term in model.terms])
-    full = np.broadcast_to(full, (*theta.shape[:-1], len(full))).copy()
+    full = np.broadcast_to(model.stated, (*theta.shape[:-1], len(model.stated))).copy()
     full[..., position] = theta
     if np.isnan(full).any():
         missing = [model.names[p] for p in np.flatnonzero(np.isnan(full).reshape(-1, full.shape[-1]).any(axis=0))]

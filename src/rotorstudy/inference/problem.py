@@ -103,7 +103,7 @@ class Problem:
         return replace(self, deflection=deflection)
 
     def _rotor_amplitudes(self, theta):
-        given = np.concatenate([term.theta for term in self.model.terms])
+        given = self.model.stated
         full = np.broadcast_to(given, (*np.shape(theta)[:-1], len(given))).copy()
         full[..., self.model.position(self.names)] = theta
         return full[..., : len(self.model.rotor_unknowns)]

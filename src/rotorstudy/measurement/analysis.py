@@ -8,7 +8,7 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement import quality
 from rotorstudy.measurement.angle_fit import fit_each
 from rotorstudy.measurement.facts import NodeFacts, RecordFacts, node_facts
-from rotorstudy.measurement.findings import Finding
+from rotorstudy.measurement.findings import Finding, errors_among
 from rotorstudy.measurement.full_spectra import compensate, phase_from_reference
 from rotorstudy.measurement.harmonics import estimate, fit_basis, white_noise_covariance, with_phase_noise
 from rotorstudy.measurement.keyphasor import count_revolutions, find_pulses, steady_turning
@@ -25,6 +25,7 @@ class Analysed:
     harmonics : {node: (amplitude (harmonic,) complex m, covariance (component, component) m^2)}, None after an error
     directions : {node: rad} of the nodes with a single probe
     dead       : {(node, channel)} of dead probes
+    is_tracked : whether it is of a run-up or coast-down
     """
 
     facts: RecordFacts
@@ -34,6 +35,7 @@ class Analysed:
     record: Record | None = None
     directions: dict = field(default_factory=dict)
     dead: frozenset = frozenset()
+    is_tracked: bool = False
 
 
 def analyse(raw, with_signals=True):
@@ -81,37 +83,17 @@ def analyse(raw, with_signals=True):
     except RotorstudyError as error:
         return Analysed(facts, [*findings, Finding("error", "reference signal", where, str(error))])
     mark_variance = turning.jitter_rad**2 / len(turning.marks) + facts.mark_resolution**2
-    of_node = {}
-    fits = fit_each(signals, angle, harmonics)
-    for node, signal, direction, fit in zip(raw.nodes, signals, raw.directions, fits, strict=True):
-        found = estimate(signal, angle, revolutions, harmonics, direction, fit)
-        amplitude, covariance = found.amplitude, found.covariance
-        if psi is None:
-            covariance = with_phase_noise(amplitude, covariance, harmonics, mark_variance)
-        else:
-            (amplitude,), (covariance,) = compensate(amplitude[None], covariance[None], *psi)
-        of_node[node] = amplitude, covariance
-        findings += _check_harmonics(amplitude, covariance, found.blocks, harmonics, f"{where}, node {node}")
-        facts.nodes[node] = node_facts(amplitude, harmonics, found.noise_std, found.shrinkage, found.lines)
-        facts.blocks = len(found.blocks)
-    findings += quality.check_length(revolutions, facts.blocks, where)
-    if any(finding.severity == "error" for finding in findings):
+    of_node, noted = _harmonics_of_nodes(raw, facts, signals, angle, psi, mark_variance)
+    findings += noted + quality.check_length(revolutions, facts.blocks, where)
+    if errors_among(findings):
         return Analysed(facts, findings)
     single = {node: float(a) for node, a in zip(raw.nodes, raw.directions, strict=True) if np.isfinite(a)}
     if not with_signals:
         return Analysed(facts, findings, speed, of_node, None, single)
     lead = (angle.mean() - speed * time.mean()) / speed - (0 if psi is None else psi[0][harmonics == 1][0] / speed)
-    clock = time + lead
-    record = Record(
-        clock,
-        signals,
-        speed,
-        raw.nodes,
-        reference_signal(speed, harmonics, clock),
-        None,
-        where,
-        turning.whole_marks - raw.conventions.mark_rad / speed + lead if by_marks else None,
-    )
+    marks = turning.whole_marks - raw.conventions.mark_rad / speed + lead if by_marks else None
+    reference = reference_signal(speed, harmonics, time + lead)
+    record = Record(time + lead, signals, speed, raw.nodes, reference, None, where, marks)
     return Analysed(facts, findings, speed, of_node, record, single)
 
 
@@ -150,6 +132,27 @@ def _fill_in(facts, turning, time, speed, revolutions, samples_per_revolution, m
     facts.mark_resolution = speed * turning.resolution_s
     facts.missing_pulses, facts.doubled_pulses = turning.missing, turning.doubled
     facts.missing_samples = missing_samples
+
+
+def _harmonics_of_nodes(raw, facts, signals, angle, psi, mark_variance):
+    """{node: (amplitude, covariance)} of a record, and findings on them; its facts are filled in.
+
+    psi : of `_reference_phase`; None if the angle is counted from the marks, whose variance is then in the covariance
+    """
+    harmonics, of_node, findings = np.array(raw.conventions.harmonics), {}, []
+    fits = fit_each(signals, angle, harmonics)
+    for node, signal, direction, fit in zip(raw.nodes, signals, raw.directions, fits, strict=True):
+        found = estimate(signal, angle, int(facts.revolutions), harmonics, direction, fit)
+        amplitude, covariance = found.amplitude, found.covariance
+        if psi is None:
+            covariance = with_phase_noise(amplitude, covariance, harmonics, mark_variance)
+        else:
+            (amplitude,), (covariance,) = compensate(amplitude[None], covariance[None], *psi)
+        of_node[node] = amplitude, covariance
+        findings += _check_harmonics(amplitude, covariance, found.blocks, harmonics, f"{raw.where}, node {node}")
+        facts.nodes[node] = node_facts(amplitude, harmonics, found.noise_std, found.shrinkage, found.lines)
+        facts.blocks = len(found.blocks)
+    return of_node, findings
 
 
 def _reference_phase(raw, whole, angle, harmonics):

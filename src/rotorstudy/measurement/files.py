@@ -39,7 +39,7 @@ def kind_of(path):
     """Kind of a record file by its suffix: netcdf, csv, matlab or uff; RotorstudyError for another one."""
     kind = SUFFIXES.get(Path(path).suffix.lower())
     if kind is None:
-        raise unknown_name("kind of record file", Path(path).suffix, SUFFIXES, str(path))
+        raise unknown_name("kind of record file", Path(path).suffix, SUFFIXES, f"{path}; export it as one of these")
     return kind
 
 
@@ -74,8 +74,8 @@ def _from_channels(path, conventions, nodes, names, channel):
     for probe in conventions.probes:
         if probe.node is None:
             raise RotorstudyError(f"probe '{probe.channel}' has no 'node:', which is optional for NetCDF files only")
-        factor = probe.metres(None, str(path))
-        readings.append((probe, probe.node, factor * wanted(probe.channel, "probe")))
+        reading = wanted(probe.channel, "probe")
+        readings.append((probe, probe.node, probe.metres(None, str(path)) * reading))
     length = len(readings[0][2])
     if conventions.sample_rate_Hz is not None:
         time = np.arange(length) / conventions.sample_rate_Hz

@@ -24,6 +24,11 @@ class Finding:
         return f"{self.severity}: {self.where}: {self.name}: {self.text}"
 
 
+def errors_among(findings):
+    """The findings that are errors."""
+    return [finding for finding in findings if finding.severity == "error"]
+
+
 def worst_first(findings):
     """Findings in the order error, warning, note; otherwise as found."""
     return sorted(findings, key=lambda finding: SEVERITIES.index(finding.severity))

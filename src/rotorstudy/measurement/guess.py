@@ -218,9 +218,8 @@ def _unit(column):
     unit = unit_in(column.name, column.unit)
     if unit in ("m", "mm", "um", "mil"):
         return {"unit": unit}
-    if unit == "V" or (
-        unit is None and -24 < np.nanmedian(column.values) < -1
-    ):  # the gap voltage of an eddy-current probe
+    is_gap_voltage = -24 < np.nanmedian(column.values) < -1  # of an eddy-current probe
+    if unit == "V" or (unit is None and is_gap_voltage):
         return {"unit": "V", "sensitivity_V_per_m": SENSITIVITY_V_PER_M}
     return {"unit": "um" if np.nanstd(column.values) > 1e-3 else "m"}
 

@@ -59,7 +59,7 @@ def noise_power(residual, lines, window=1.0):
 def circular_covariance(hermitian):
     """(..., component, component) of real parts, then imaginary parts, of circular noise (..., harmonic, harmonic)."""
     real, imag = hermitian.real, hermitian.imag
-    return np.concatenate([np.concatenate([real, -imag], -1), np.concatenate([imag, real], -1)], -2) / 2
+    return np.block([[real, -imag], [imag, real]]) / 2
 
 
 def white_noise_covariance(residual, inverse_normal, lines, window=1.0):
@@ -195,9 +195,8 @@ def with_slow_noise(covariance, draws, harmonics, seen=None):
     white, variance = np.diag(covariance).reshape(2, size), np.maximum(power.mean(axis=0), np.finfo(float).tiny)
     corners = np.geomspace(1.0, 2.0 * count, CORNERS)
     shape = 1 + np.concatenate([[0.0], corners])[:, None] / lines  # (corner, line)
-    level = np.maximum(
-        np.mean(power / shape[..., None, None], axis=1), np.finfo(float).tiny
-    )  # (corner, part, harmonic)
+    level = np.mean(power / shape[..., None, None], axis=1)  # (corner, part, harmonic)
+    level = np.maximum(level, np.finfo(float).tiny)
     data = np.ones((2, size)) if seen is None else seen.reshape(2, size)
     evidence = -data.sum(axis=0) * np.log(shape).sum(axis=1)[:, None]
     evidence = evidence - len(lines) * (data * np.log(level / variance)).sum(axis=1)

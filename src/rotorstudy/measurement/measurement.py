@@ -9,15 +9,16 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement import quality
+from rotorstudy.measurement.agreement import common_directions, common_nodes, measured_model, wanted_sensors
 from rotorstudy.measurement.analysis import Analysed
 from rotorstudy.measurement.conventions import read_conventions
 from rotorstudy.measurement.facts import RecordFacts, node_facts
 from rotorstudy.measurement.files import read_file, table_columns
-from rotorstudy.measurement.findings import Finding, worst_first
+from rotorstudy.measurement.findings import Finding, errors_among, worst_first
 from rotorstudy.measurement.full_spectra import full_spectrum
 from rotorstudy.measurement.nonsynchronous import check_lines
-from rotorstudy.measurement.plausibility import check_probe_angles, check_together
-from rotorstudy.measurement.probe_tables import harmonics_in, is_probe_table, read_probe_table
+from rotorstudy.measurement.plausibility import check_probe_angles, check_stated_speeds, check_together
+from rotorstudy.measurement.probe_tables import is_probe_table, read_probe_table, with_harmonics_of_tables
 from rotorstudy.measurement.raw_record import LARGEST_READING
 from rotorstudy.measurement.records import Record
 from rotorstudy.measurement.repeats import averaged
@@ -55,7 +56,7 @@ class Measurement:
     @property
     def errors(self):
         """Findings that are errors."""
-        return [finding for finding in self.findings if finding.severity == "error"]
+        return errors_among(self.findings)
 
 
 def measured_spectrum(
@@ -92,7 +93,7 @@ def measured_spectrum(
             raise _no_record_for(method, imported[0], "is a spectrum")
         spectrum, findings, zero = load_imported(imported[0])
         conventions = read_conventions(rig.given, str(rig.path)).model_copy(update={"displacement_zero": zero})
-        model = _measured_model(rig, spectrum.sensors, [conventions], spectrum.directions)
+        model = measured_model(rig, spectrum.sensors, [conventions], spectrum.directions)
     else:
         measurement = read_measurement(paths, rig, with_signals=method is not None)
         spectrum, model, findings = measurement.spectrum, measurement.rig, measurement.findings
@@ -192,7 +193,7 @@ def read_measurement(
     rig, paths = read_rig(rig), _listed(paths)
     conventions = read_conventions(rig.given, str(rig.path))
     columns = {path: table_columns(path, conventions) for path in paths}
-    conventions = _with_harmonics_of_tables(conventions, [path for path in paths if is_probe_table(columns[path])])
+    conventions = with_harmonics_of_tables(conventions, [path for path in paths if is_probe_table(columns[path])])
     nodes = rig.model.structure.nodes
     found, findings, stated, in_time = [], [], [], []
     for path in paths:
@@ -213,9 +214,9 @@ def read_measurement(
     facts = [one.facts for one in found]
     findings += [finding for one in found for finding in one.findings]
     findings += [*check_lines(facts), *check_probe_angles(conventions.probes, rig.path.name)]
-    sensors = _sensors(rig, _common_nodes(facts))
-    directions = _common_directions(found, sensors)
-    model = _measured_model(rig, sensors, stated, directions)
+    sensors = wanted_sensors(rig, common_nodes(facts))
+    directions = common_directions(found, sensors)
+    model = measured_model(rig, sensors, stated, directions)
     usable = sorted((one for one in found if one.harmonics is not None), key=lambda one: one.speed)
     if not usable:
         return Measurement(None, [], facts, worst_first(findings), model)
@@ -232,8 +233,10 @@ def read_measurement(
     check_numbers(spectrum, named)
     records = [_with_sensors(one.record, model.sensors) for one in usable if one.record is not None]
     findings += check_together(spectrum, model, named)
+    if len(in_time) < len(paths):
+        findings += check_stated_speeds(spectrum.speed, model, named)
     tables = any(is_probe_table(names) for names in columns.values())
-    if tables or {"run-up", "coast-down"} & {finding.name for finding in findings}:
+    if tables or any(one.is_tracked for one in found):
         findings += check_resonances(spectrum, tables, named)
     return Measurement(spectrum, records, facts, worst_first(findings), model)
 
@@ -266,75 +269,11 @@ def _raw_records(paths, conventions, nodes):
         yield from read_file(path, conventions, nodes)
 
 
-def _common_directions(found, sensors):
-    """(sensor,) rad, direction of the only probe of each node, NaN for orbits; RotorstudyError if records differ."""
-    usable = [one for one in found if one.harmonics is not None]
-    for one in usable:
-        if one.directions != usable[0].directions:
-            raise RotorstudyError(
-                f"{one.facts.where} has a single probe at nodes {sorted(one.directions)}, {usable[0].facts.where} at "
-                f"{sorted(usable[0].directions)}; all records of one measurement need the same probes"
-            )
-    return np.array([usable[0].directions.get(node, np.nan) if usable else np.nan for node in sensors])
-
-
-def _with_harmonics_of_tables(conventions, paths):
-    """Conventions with the harmonics of the tables of probes, if the rig file states none; RotorstudyError if fewer."""
-    if not paths:
-        return conventions
-    held = {n for path in paths for n in harmonics_in(path, conventions)}
-    if "harmonics" not in conventions.model_fields_set:
-        return conventions.model_copy(update={"harmonics": [n for m in sorted(held) for n in (m, -m)]})
-    for n in conventions.harmonics:
-        if abs(n) not in held or -n not in conventions.harmonics:
-            raise RotorstudyError(
-                f"{paths[0]}: 'measurement: harmonics:' has {n}, and the tables of probes have {sorted(held)}, each of "
-                "which gives n and -n; leave 'harmonics:' out, or state these"
-            )
-    return conventions
-
-
 def _of_table(path, speed, of_node, conventions, single=None):
     """Analysed of one speed of a table; single : {node: rad} of single probes."""
     nodes = {node: node_facts(amplitude, conventions.harmonics) for node, (amplitude, _) in of_node.items()}
     facts = RecordFacts(f"{path}, {speed:.6g} rad/s", nodes, speed)
     return Analysed(facts, [], speed, of_node, None, single or {})
-
-
-def _measured_model(rig, sensors, stated, directions):
-    """The Model of a rig file with the measured nodes as sensors.
-
-    stated : the Conventions of each record;  directions : (sensor,) rad of the only probes, NaN for orbits
-    """
-    zeros = {one.displacement_zero for one in stated}
-    if len(zeros) > 1:
-        raise RotorstudyError("displacements of some records count from the unloaded line, of others from the shaft at "
-                              "rest, as in simulated records; read them separately")  # fmt: skip
-    model = rig.measured_at(sensors, stated[0].reading(sensors, directions))
-    return replace(model, from_unloaded_line=zeros == {"unloaded_line"})
-
-
-def _common_nodes(facts):
-    """Nodes of all records; RotorstudyError if they differ."""
-    first = set(facts[0].nodes)
-    for one in facts:
-        if set(one.nodes) != first:
-            raise RotorstudyError(
-                f"{one.where} has nodes {sorted(one.nodes)}, {facts[0].where} has {sorted(first)}; all "
-                "records of one measurement need the same probes"
-            )
-    return first
-
-
-def _sensors(rig, measured):
-    """Sensors of the rig: those in the rig file, which must have been measured, or all measured nodes."""
-    wanted = rig.given.get("sensors") or sorted(measured)
-    for node in wanted:
-        if node not in measured:
-            raise RotorstudyError(
-                f"{rig.path}: 'sensors' has node {node}, but the records have nodes {sorted(measured)}; leave it out"
-            )
-    return wanted
 
 
 def _with_sensors(record, sensors):

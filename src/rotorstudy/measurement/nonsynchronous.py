@@ -51,13 +51,7 @@ def _seen(facts):
         if all(abs(line.order - other.order) * facts.revolutions > 1 for other in found):
             found.append(
                 Seen(
-                    facts.where,
-                    facts.measured_speed,
-                    facts.revolutions,
-                    line.order,
-                    line.forward,
-                    line.backward,
-                    node,
+                    facts.where, facts.measured_speed, facts.revolutions, line.order, line.forward, line.backward, node
                 )
             )
     return found

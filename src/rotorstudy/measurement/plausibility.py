@@ -7,12 +7,13 @@ from rotorstudy.measurement.findings import Finding
 from rotorstudy.measurement.quality import DEAD, SIGNIFICANT
 from rotorstudy.measurement.single_probe import along_probes
 from rotorstudy.response.measured import measured_response
-from rotorstudy.units import METRES, um
+from rotorstudy.units import METRES, RAD_PER_S, number, um
 
 BACKWARD = 2.0  # ratio of backward to forward 1X
 HUGE_M, TINY_M = 5e-3, 1e-9  # more than a shaft can vibrate, less than a probe resolves
 SCALE = 20.0  # ratio to the predicted vibration, either way; mil taken as µm gives 25
 CLOSE_DEG = 10.0  # between the probes of a node, which are mounted further apart; 90 taken as radians gives 1.6
+FAST = 8.0  # times the lowest natural frequency, beyond which few machines run; rpm taken as rad/s gives 9.5
 APART = 3.0  # times the sag plus the rms vibration: a mean further from the predicted one is a probe gap
 
 
@@ -101,6 +102,19 @@ def check_detected(amplitude, std, expected, nodes, where):
         for i, node in enumerate(nodes)
         if told[i]
     ]
+
+
+def check_stated_speeds(speed, rig, where):
+    """Whether the speeds (speed,) rad/s of a table are far above the lowest natural frequency of the rig."""
+    fastest, lowest = float(np.max(speed)), rig.structure.scales.frequency
+    if fastest <= FAST * lowest:
+        return []
+    in_rpm = [number(speed / RAD_PER_S["rpm"], 4) for speed in (fastest, lowest)]
+    text = (
+        f"up to {fastest:.4g} rad/s ({in_rpm[0]} rpm), {fastest / lowest:.3g} times the lowest natural frequency of "
+        f"the rig ({in_rpm[1]} rpm); are the speeds in another unit, such as rpm taken as rad/s?"
+    )
+    return [Finding("warning", "unusual speed", where, text)]
 
 
 def check_mean(mean, expected, fluctuating, nodes, where):

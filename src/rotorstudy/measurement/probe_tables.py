@@ -1,9 +1,12 @@
 """Tables of a probe's amplitude and phase, as balancing instruments write them: a row per probe, speed, harmonic."""
 
+from collections import Counter
+
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.measurement.conventions import combine, measured_direction
+from rotorstudy.measurement.quality import DEAD, SIGNIFICANT, left_out
 from rotorstudy.measurement.tables import (
     ANGLES,
     SPEEDS,
@@ -22,15 +25,32 @@ PEAK = {"peak": 1.0, "peak_to_peak": 0.5, "rms": np.sqrt(2)}  # factor to the pe
 
 
 def is_probe_table(columns):
-    """Whether these columns are those of a table of probes: an amplitude, and no harmonic of a node."""
+    """Whether these columns are those of a table of probes: a probe and a phase, or an amplitude and no node."""
     shown = any(name.startswith(("amplitude_", "velocity_")) for name in columns)
-    return shown and ("probe" in columns or not {"harmonic", "node"} & set(columns))
+    turned = any(name.startswith("phase") for name in columns)
+    return ("probe" in columns and (shown or turned)) or (shown and not {"harmonic", "node"} & set(columns))
 
 
-def harmonics_in(path, conventions):
+def _harmonics_in(path, conventions):
     """(harmonic,) whole numbers from 1, of a table of probes."""
     text = open_table(path, conventions.csv)
     return sorted(set(whole_numbers(text, "harmonic", path).tolist())) if "harmonic" in text else [1]
+
+
+def with_harmonics_of_tables(conventions, paths):
+    """Conventions with the harmonics of the tables of probes, if the rig file states none; RotorstudyError if fewer."""
+    if not paths:
+        return conventions
+    held = {n for path in paths for n in _harmonics_in(path, conventions)}
+    if "harmonics" not in conventions.model_fields_set:
+        return conventions.model_copy(update={"harmonics": [n for m in sorted(held) for n in (m, -m)]})
+    for n in conventions.harmonics:
+        if abs(n) not in held or -n not in conventions.harmonics:
+            raise RotorstudyError(
+                f"{paths[0]}: 'measurement: harmonics:' has {n}, and the tables of probes have {sorted(held)}, each of "
+                "which gives n and -n; leave 'harmonics:' out, or state these"
+            )
+    return conventions
 
 
 def read_probe_table(path, conventions, nodes):
@@ -40,7 +60,7 @@ def read_probe_table(path, conventions, nodes):
               probe); amplitude_m (_mm, _um, _mil) or velocity_m_per_s (_mm_per_s, _in_per_s), by `table_amplitude` of
               the rig file peak, peak_to_peak or rms; phase_deg or phase_rad, lead or lag by `table_phase`, of the
               probe's signal against the phase mark; harmonic (1 by default); amplitude_last_digit,
-              velocity_last_digit, phase_last_digit (as in `read_table`)
+              velocity_last_digit, phase_last_digit (as in `read_table`); a speed written again is a repeat
     returns : list of (speed rad/s, {node: (amplitude (harmonic,) complex m, covariance (component, component))},
               {node: direction of a single probe, rad}), and findings
 
@@ -71,17 +91,42 @@ def read_probe_table(path, conventions, nodes):
     along = (factor * steps[size]) ** 2 / 12 + noise
     across = np.where(vector == 0, along, np.abs(vector) ** 2 * steps["phase"] ** 2 / 12 + noise)
     probe, spectra = _probes(text, conventions, nodes, where), []
-    for one in dict.fromkeys(speed):
-        rows = np.flatnonzero(speed == one)
+    repeat = _repeats([(p.channel, *row) for p, *row in zip(probe, speed.tolist(), harmonic.tolist(), strict=True)])
+    dead = _dead(probe, np.abs(vector), np.sqrt(along))
+    alive = np.array([(p.node, p.channel) not in dead for p in probe])
+    for one, again in dict.fromkeys(zip(speed.tolist(), repeat.tolist(), strict=True)):
+        rows = np.flatnonzero((speed == one) & (repeat == again) & alive)
         of_node, directions = {}, {}
         for node in sorted({p.node for p in probe[rows]}):
-            place = f"{where}, {one * 30 / np.pi:.6g} rpm, node {node}"
+            place = f"{where}, {one * 30 / np.pi:.6g} rpm, {f'repeat {again + 1}, ' * bool(again)}node {node}"
             at = [row for row in rows if probe[row].node == node]
             of_node[node], single = _node(at, probe, harmonic, vector, along, across, conventions, place)
             if np.isfinite(single):
                 directions[node] = single
         spectra.append((float(one), of_node, directions))
-    return spectra, notes_on(noise, inferred, where)
+    return spectra, [*left_out(dead, where), *notes_on(noise, inferred, where)]
+
+
+def _dead(probe, size, std):
+    """{(node, channel)} of the probes that show nothing in any row, though others of their node show what they would.
+
+    probe : (row,) Probe;  size, std : (row,) peak of a reading and its standard deviation, m
+    """
+    keys = [(p.node, p.channel) for p in probe]
+    rows = {key: [i for i, one in enumerate(keys) if one == key] for key in keys}
+    least = {key: max(size[own].max(), std[own].max()) for key, own in rows.items()}
+    silent = {key for key, own in rows.items() if (size[own] <= SIGNIFICANT * std[own]).all()}
+    shown = {node: max(size[i] for i, one in enumerate(keys) if one[0] == node) for node, _ in keys}
+    return {(node, name) for node, name in silent if shown[node] > DEAD * least[node, name]}
+
+
+def _repeats(rows):
+    """(row,) how often each row, hashable, occurs above it: a repeat of the speed is written below the first."""
+    seen, before = Counter(), []
+    for row in rows:
+        before.append(seen[row])
+        seen[row] += 1
+    return np.array(before)
 
 
 def _check_rows(speed, harmonic, where):
@@ -125,8 +170,8 @@ def _node(rows, probe, harmonic, vector, along, across, conventions, where):
         for name, found in zip(names, own, strict=True):
             if len(found) != 1:
                 raise RotorstudyError(
-                    f"{where}: harmonic {n} of probe '{name}' occurs {len(found)} times; it must occur once at each "
-                    "speed"
+                    f"{where}: no harmonic {n} of probe '{name}'; every probe needs the same harmonics, at each "
+                    "repeat of a speed too"
                 )
         own = np.ravel(own)
         sign = np.array([one.sign for one in chosen.values()])

@@ -21,8 +21,6 @@ START_APART = (-1.0, -0.5, 0.5, 1.0)  # of a second mode, in bandwidths
 FIRST_STEPS, REFINED, LAST_STEPS = 8, 3, 100  # of all starts, of the best ones
 WIDEST = 4.0  # in ln, of a decay rate from that of the bandwidth that shows
 MUCH = 10.0  # in BIC, by which a mode or a sweep must improve the fit
-
-
 NEGLIGIBLE = 0.01  # of the largest amplitude: a smaller vector is noise
 LEAST_FACTOR = 2.5  # amplification factor of a critical speed by API 617; a lower one is no resonance
 FAST = 0.1  # rate over the squared half-power bandwidth, from which the vectors are not steady

@@ -5,7 +5,7 @@ import numpy as np
 from rotorstudy.measurement import quality
 from rotorstudy.measurement.analysis import Analysed, analyse, check_channels
 from rotorstudy.measurement.facts import NodeFacts, RecordFacts, node_facts
-from rotorstudy.measurement.findings import Finding
+from rotorstudy.measurement.findings import Finding, errors_among
 from rotorstudy.measurement.keyphasor import find_pulses
 from rotorstudy.measurement.run_up import peaks, speed_grid, track
 from rotorstudy.measurement.sweep import find_sweep, is_swept
@@ -42,15 +42,15 @@ def _tracked(raw, sweep, findings):
     missing = float(np.mean(~np.isfinite(raw.displacement)))
     if not dead:
         findings += quality.check_gaps(missing, float(np.max(np.diff(raw.time))) / step, raw.where)
-    if any(finding.severity == "error" for finding in findings):
+    if errors_among(findings):
         return [Analysed(facts, findings, dead=dead)]
     variance = sweep.jitter_rad**2 / np.median(grid.length * grid.speed / (2 * np.pi))
     resolution = (grid.speed[grid.given].mean() * sweep.resolution_s) ** 2
     nodes = track(raw.displacement, raw.time, angle, grid, harmonics, raw.directions, variance + resolution)
     speed, rate = grid.speed[grid.given], grid.rate[grid.given]
     findings += check_sweep(speed, rate, [one.amplitude for one in nodes], harmonics, raw.where)
-    if any(finding.severity == "error" for finding in findings):
-        return [Analysed(facts, findings)]
+    if errors_among(findings):
+        return [Analysed(facts, findings, is_tracked=True)]
     single = {node: float(a) for node, a in zip(raw.nodes, raw.directions, strict=True) if np.isfinite(a)}
     tracked, found = dict(zip(raw.nodes, nodes, strict=True)), []
     for k, w in enumerate(speed):
@@ -61,7 +61,7 @@ def _tracked(raw, sweep, findings):
         facts.samples_per_revolution = 2 * np.pi / w / step
         facts.jitter, facts.missing_samples = sweep.jitter_rad, missing
         facts.missing_pulses, facts.doubled_pulses = sweep.missing, sweep.doubled
-        found.append(Analysed(facts, [] if k else findings, float(w), of_node, None, single))
+        found.append(Analysed(facts, [] if k else findings, float(w), of_node, None, single, is_tracked=True))
     return found
 
 

@@ -69,9 +69,7 @@ def seen_rows(harmonics, direction):
     factor = np.where(harmonics > 0, np.sqrt(0.5), 0.5 * (harmonics == 0))[:, None]
     factor = factor * np.isin(-harmonics, harmonics)[:, None]
     plain, mirror = factor * turn * np.eye(count), factor * turn.conj() * (harmonics[:, None] == -harmonics)
-    upper = np.concatenate([(plain + mirror).real, (mirror - plain).imag], axis=-1)
-    lower = np.concatenate([(plain + mirror).imag, (plain - mirror).real], axis=-1)
-    return np.concatenate([upper, lower])
+    return np.block([[(plain + mirror).real, (mirror - plain).imag], [(plain + mirror).imag, (plain - mirror).real]])
 
 
 def along_probe(covariance, harmonics, direction):

@@ -11,11 +11,7 @@ from rotorstudy.units import METRES, RAD_PER_S
 SPEEDS = {"speed_rad_per_s": "rad/s", "speed_Hz": "Hz", "speed_rpm": "rpm"}
 LARGEST_VALUE = 1e100  # its square is a number
 ANGLES = {"rad": 1.0, "deg": np.pi / 180}
-QUANTITIES = {
-    "amplitude": METRES,
-    "phase": ANGLES,
-    "reference_phase": ANGLES,
-}
+QUANTITIES = {"amplitude": METRES, "phase": ANGLES, "reference_phase": ANGLES}
 
 
 def read_table(path, conventions, nodes):
@@ -59,12 +55,7 @@ def open_table(path, layout):
 
     try:
         text = pd.read_csv(
-            path,
-            sep=layout.separator,
-            skiprows=layout.skipped,
-            dtype=str,
-            keep_default_na=False,
-            encoding="utf-8-sig",
+            path, sep=layout.separator, skiprows=layout.skipped, dtype=str, keep_default_na=False, encoding="utf-8-sig"
         )
     except (ValueError, UnicodeDecodeError) as error:
         raise RotorstudyError(f"{path}: not a readable table ({str(error).splitlines()[0]})") from None

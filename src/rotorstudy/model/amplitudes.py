@@ -35,10 +35,22 @@ class Amplitudes:
         return np.array([unknown.typical for unknown in self.unknowns])
 
     @cached_property
+    def stated(self) -> np.ndarray:
+        """Values (parameter,) of the amplitudes in their units, NaN where the rig states none; read-only."""
+        found = np.concatenate([np.zeros(0), *(term.theta for term in self.terms)])
+        found.setflags(write=False)
+        return found
+
+    @property
+    def unstated(self) -> tuple[str, ...]:
+        """Names of the amplitudes of which the rig states no value."""
+        return tuple(name for name, value in zip(self.names, self.stated, strict=True) if np.isnan(value))
+
+    @cached_property
     def theta(self) -> np.ndarray:
         """Values (parameter,) of the amplitudes in their units; a missing value is an error."""
         self.require_values()
-        return np.concatenate([term.theta for term in self.terms]) if self.terms else np.zeros(0)
+        return self.stated.copy()
 
     def require_values(self) -> None:
         """Raise if an amplitude has no value.
@@ -48,10 +60,8 @@ class Amplitudes:
         RotorstudyError
             Naming the amplitudes without a value.
         """
-        theta = np.concatenate([term.theta for term in self.terms]) if self.terms else ()
-        missing = [name for name, value in zip(self.names, theta, strict=True) if np.isnan(value)]
-        if missing:
-            raise RotorstudyError(f"no value for {', '.join(missing)}; give one in the rig file to simulate")
+        if self.unstated:
+            raise RotorstudyError(f"no value for {', '.join(self.unstated)}; give one in the rig file to simulate")
 
     def position(self, names: Iterable[str]) -> np.ndarray:
         """Positions of amplitudes in `theta`.
@@ -96,15 +106,13 @@ class Amplitudes:
             If there is nothing to estimate, or a name is unknown or given twice.
         """
         if wanted is None:
-            given = np.concatenate([term.theta for term in self.terms]) if self.terms else np.zeros(0)
-            found = [name for name, value in zip(self.names, given, strict=True) if np.isnan(value)]
             if not self.names:
                 raise RotorstudyError("the model has no parameters to estimate; add effects or a crack to the rig")
-            if not found:
+            if not self.unstated:
                 raise RotorstudyError(
                     f"the rig gives every parameter a value; name the unknowns (among {', '.join(self.names)})"
                 )
-            return tuple(found)
+            return self.unstated
         found = []
         for name in wanted:
             parts = [f"{name}_real", f"{name}_imag"]

@@ -29,16 +29,7 @@ STEP = 3e-5
 
 
 def is_bearing_number(name: str) -> bool:
-    """Whether the name of a parameter is that of a number of bearings.
-
-    Parameters
-    ----------
-    name : str
-
-    Returns
-    -------
-    bool
-    """
+    """Whether the name of a parameter is that of a number of bearings."""
     return NAME.fullmatch(name) is not None
 
 

@@ -115,14 +115,7 @@ def participation_factors(crack, harmonics, order=None, options=None):
 
 
 def crack_parameters(
-    crack,
-    structure,
-    weight_dominance=True,
-    order=SERIES_ORDER,
-    node=None,
-    element=None,
-    angle_rad=0.0,
-    **options,
+    crack, structure, weight_dominance=True, order=SERIES_ORDER, node=None, element=None, angle_rad=0.0, **options
 ):
     """Parameters of a crack plugin on a rotor, one for each stiffness loss that the rotor states.
 

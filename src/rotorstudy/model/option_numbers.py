@@ -27,16 +27,7 @@ def number_paths(options: object, path: str = "") -> list[str]:
 
 
 def path_pattern(name: str) -> re.Pattern:
-    """Pattern of the paths meant by a name: that of a number, or of what holds several, at any depth.
-
-    Parameters
-    ----------
-    name : str
-
-    Returns
-    -------
-    Pattern
-    """
+    """Pattern of the paths meant by a name: that of a number, or of what holds several, at any depth."""
     keys = (re.escape(key) if key.endswith("]") else re.escape(key) + r"(\[\d+\])?" for key in name.split("."))
     return re.compile(r"(.*\.)?" + r"\.".join(keys) + r"(\..*)?")
 

@@ -44,6 +44,7 @@ def check_parameters(found, plugin, where):
 
 def check_shapes(parameters, size, plugin, where):
     """Raise PluginError unless the matrices of a plugin fit the rotor and are finite."""
+    who = f"plugin '{plugin.name}' ({plugin.file}) in {where}"
     for parameter in parameters:
         local = parameter.force
         if local and (
@@ -53,17 +54,15 @@ def check_shapes(parameters, size, plugin, where):
             or np.shape(local.matrix)[1:] != (size,)
         ):
             raise PluginError(
-                f"plugin '{plugin.name}' ({plugin.file}) in {where}: '{parameter.name}' multiplies a force in time: "
-                f"it must be real, act on the rotor, and have no entries and a matrix (coordinate, {size}) here"
+                f"{who}: '{parameter.name}' multiplies a force in time: it must be real, act on the rotor, and have no "
+                f"entries and a matrix (coordinate, {size}) here"
             )
         for i, entry in enumerate(parameter.entries):
             needed = (size,) if entry.is_constant else (size, size)
             if np.shape(entry.matrix) != needed:
                 raise PluginError(
-                    f"plugin '{plugin.name}' ({plugin.file}) in {where}: entry {i} of '{parameter.name}' has a matrix "
-                    f"of shape {np.shape(entry.matrix)}; on '{entry.on}' it must be {needed} here"
+                    f"{who}: entry {i} of '{parameter.name}' has a matrix of shape {np.shape(entry.matrix)}; on "
+                    f"'{entry.on}' it must be {needed} here"
                 )
             if not np.isfinite(entry.matrix).all():
-                raise PluginError(
-                    f"plugin '{plugin.name}' ({plugin.file}) in {where}: entry {i} of '{parameter.name}' is not finite"
-                )
+                raise PluginError(f"{who}: entry {i} of '{parameter.name}' is not finite")

@@ -22,16 +22,7 @@ class Reading:
     mark_rad: float = 0.0
 
     def probes_at(self, node: int) -> dict[str, float]:
-        """{name: direction (rad)} of the probes of a node.
-
-        Parameters
-        ----------
-        node : int
-
-        Returns
-        -------
-        dict
-        """
+        """{name: direction (rad)} of the probes of a node."""
         return self.probes.get(node, {"x": 0.0, "y": np.pi / 2})
 
     def axis(self, node: int) -> complex:

@@ -5,6 +5,8 @@ from functools import cached_property
 from itertools import combinations
 from pathlib import Path
 
+import numpy as np
+
 from rotorstudy.errors import CannotAct, RotorstudyError, unknown_name
 from rotorstudy.model.model import Model
 from rotorstudy.model.options import check_options
@@ -169,8 +171,6 @@ def _support(structure, terms):
 
     It gives the usual sizes of effects alone, so that a film may be taken at any speed at which it exists.
     """
-    import numpy as np
-
     found, speeds = np.zeros_like(structure.stiffness), structure.scales.frequency * 0.5 ** np.arange(SPEEDS_TRIED)
     for term in (term for term in terms if term.carries):
         for unknown, value in zip(term.unknowns, term.theta, strict=True):
@@ -209,8 +209,6 @@ def _labels(rig):
 
 def _held_deflection(given, structure, where):
     """Prescribed static deflection (dof,), m, zero where it is not given; None if the weight determines it."""
-    import numpy as np
-
     if given is None:
         return None
     if not isinstance(given, dict):

@@ -8,16 +8,7 @@ from rotorstudy.model.rotor_numbers import is_rotor_number, with_rotor_numbers
 
 
 def is_number(name: str) -> bool:
-    """Whether the name of a parameter is that of a number of the rotor or of its bearings.
-
-    Parameters
-    ----------
-    name : str
-
-    Returns
-    -------
-    bool
-    """
+    """Whether the name of a parameter is that of a number of the rotor or of its bearings."""
     return is_rotor_number(name) or is_bearing_number(name)
 
 

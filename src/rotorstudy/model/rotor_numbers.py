@@ -22,16 +22,7 @@ PREFIX = "rotor."
 
 
 def is_rotor_number(name: str) -> bool:
-    """Whether the name of a parameter is that of a number of the rotor.
-
-    Parameters
-    ----------
-    name : str
-
-    Returns
-    -------
-    bool
-    """
+    """Whether the name of a parameter is that of a number of the rotor."""
     return name.startswith(PREFIX)
 
 
@@ -147,16 +138,7 @@ def _pattern(structure, name, where):
 
 
 def rotor_numbers(structure: Structure) -> list[str]:
-    """Names of all numbers of a rotor, each at its place.
-
-    Parameters
-    ----------
-    structure : Structure
-
-    Returns
-    -------
-    list of str
-    """
+    """Names of all numbers of a rotor, each at its place."""
     return [PREFIX + path for path in number_paths(structure.origin.options)]
 
 

@@ -62,8 +62,7 @@ class Scales:
     @cached_property
     def softest(self) -> float:
         """Stiffness against a force where the rotor is softest, N/m."""
-        moving = [motion == "translation" for _, motion in self.structure.dofs]
-        return float(1 / np.diag(self.flexibility)[moving].max())
+        return float(1 / np.diag(self.flexibility)[self.structure.along > 0].max())
 
     @property
     def mass(self) -> float:
@@ -134,53 +133,20 @@ class Scales:
     def displacement(self, node: int | None) -> float:
         """Displacement by the usual force at a node, m: small at a stiff bearing.
 
-        Parameters
-        ----------
-        node : int or None
-
-        Returns
-        -------
-        float
-
-        Raises
-        ------
-        CannotAct
-            As `stiffness`.
+        raises : CannotAct as `stiffness`
         """
         return self.force / self.stiffness(node)
 
     def critical_damping(self, node: int | None) -> float:
         """Damping 2 k / w at a node that is critical for a mass on its local stiffness, N s/m.
 
-        Parameters
-        ----------
-        node : int or None
-
-        Returns
-        -------
-        float
-
-        Raises
-        ------
-        CannotAct
-            As `stiffness`.
+        raises : CannotAct as `stiffness`
         """
         return 2 * self.stiffness(node) / self.frequency
 
     def lever(self, node: int | None) -> float:
         """Length by which a moment at a node strains the rotor as much as a force where it is softest, m.
 
-        Parameters
-        ----------
-        node : int or None
-
-        Returns
-        -------
-        float
-
-        Raises
-        ------
-        CannotAct
-            As `stiffness`.
+        raises : CannotAct as `stiffness`
         """
         return (self.stiffness(node, "tilt") / self.softest) ** 0.5

@@ -198,9 +198,8 @@ class Structure(CrackPlaces, UnderWeight):
         -------
         float
         """
-        alike = np.array([motion == "translation" for _, motion in self.dofs], dtype=float)
-        here = np.array([at == node for at, _ in self.dofs]) * alike  # none at a node that is held
-        return float(here @ self.mass @ alike / (alike @ self.mass @ alike))
+        here = np.array([at == node for at, _ in self.dofs]) * self.along  # none at a node that is held
+        return float(here @ self.mass @ self.along / (self.along @ self.mass @ self.along))
 
     def default_node(self) -> int:
         """The node of a rotor that has only one, for effects without a stated node.

@@ -73,7 +73,7 @@ def with_uncertainty(model: Model, section: dict, where: str) -> Model:
     given = check_config(Section, section, where)
     model = with_numbers(model, given.parameters, where)
     names, count = given.parameters, len(given.parameters)
-    values = dict(zip(model.names, np.concatenate([term.theta for term in model.terms] or [[]]), strict=True))
+    values = dict(zip(model.names, model.stated, strict=True))
     for name in names:
         if name not in values:
             raise unknown_name("parameter", name, model.names, where)
@@ -116,14 +116,7 @@ def _correlation(rows, count, where):
 def uncertainty_section(names: Sequence[str], covariance: np.ndarray) -> dict:
     """The section `prior` for a covariance.
 
-    Parameters
-    ----------
-    names : sequence of str
-    covariance : ndarray (parameter, parameter)
-
-    Returns
-    -------
-    dict
+    covariance : (parameter, parameter)
     """
     std = np.sqrt(np.diag(covariance))
     correlation = np.asarray(covariance) / np.outer(std, std)

@@ -2,12 +2,12 @@
 
 from pathlib import Path
 
-from rotorstudy.diagnosis.runs.change_words import summary_of_change
 from rotorstudy.diagnosis.runs.compare import compare
 from rotorstudy.diagnosis.settings import check_names, read_settings
 from rotorstudy.diagnosis.verdict.dataset import verdict_dataset
 from rotorstudy.diagnosis.verdict.extend import extended_rig
 from rotorstudy.diagnosis.verdict.result import Verdict
+from rotorstudy.diagnosis.verdict.words import summary
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import named_plugins, read_rig
@@ -45,7 +45,7 @@ def compare_files(before: list[str | Path], after: list[str | Path], rig_path: s
     origin = provenance(rig_file.given, [*named_plugins(rig_file.given), *added])
     names = [", ".join(map(str, paths)) for paths in (before, after)]
     origin |= {"records": f"{names[1]} after {names[0]}", "rig": str(rig_path)}
-    said = summary_of_change(diagnosis.verdict)
+    said = summary(diagnosis.verdict, of_change=True)
     verdict = diagnosis.verdict.model_copy(update={"summary": said, "provenance": origin})
     data = verdict_dataset(diagnosis, found.difference).assign_attrs(origin)
     figures = {"two_states": two_states(found.before, found.after, found.difference)}

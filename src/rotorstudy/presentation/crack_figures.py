@@ -47,12 +47,7 @@ def spectra_figure(data):
             values = as_complex(data.displacement.sel(crack=crack, speed=speed))
             some = np.abs(values) > LEAST
             plot_full_spectrum(
-                data.harmonic.values[some],
-                values[some],
-                panel,
-                label=_name(crack),
-                index=i,
-                count=data.sizes["crack"],
+                data.harmonic.values[some], values[some], panel, label=_name(crack), index=i, count=data.sizes["crack"]
             )
         panel.set_xticks(data.harmonic.values, [f"{n}X" for n in data.harmonic.values])
         panel.set(title=f"{speed:.0f} rad/s, {speed / natural:.2f} of the natural frequency", xlabel="")

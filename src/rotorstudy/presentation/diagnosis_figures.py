@@ -62,9 +62,9 @@ def what_is_wrong(data):
                 ax.set_ylabel(f"node {data.node.values[node]}\nspeed (rad/s)")
             if row < len(nodes) - 1:
                 ax.set_xticklabels([])
-            ax.set_title(("residual" if column < 2 else "equivalent residual force") + f", {when}" if row == 0 else "")
+            ax.set_title(("residual" if column < 2 else "force") + f", {when}" if row == 0 else "")
         if when == "after":
-            label = "standard deviations" if column < 2 else "force at the node (N)"
+            label = "standard deviations" if column < 2 else "equivalent residual force (N)"
             picture.colorbar(image, ax=axes[:, column - 1 : column + 1], label=label, pad=0.02)
     held = " (* held out)" if data.held_out.values.any() else ""
     picture.supxlabel(f"harmonic (backward < 0 < forward){held}", fontsize=8)

@@ -1,4 +1,4 @@
-"""Figures of a replayed experiment, and of both test rigs side by side."""
+"""Figures of a replayed experiment."""
 
 from typing import NamedTuple
 
@@ -17,14 +17,11 @@ from rotorstudy.presentation.plots import (
 from rotorstudy.response.measured import measured_response
 from rotorstudy.response.series import synthesize
 from rotorstudy.store import as_complex
-from rotorstudy.thesis.checks import bow_magnification, higher_cases, shown_name
+from rotorstudy.thesis.checks import bow_magnification, higher_cases, names_of_either_sign
 from rotorstudy.thesis.config import ReplayConfig
 from rotorstudy.thesis.replay import COLUMN, thesis_estimates
 from rotorstudy.thesis.replay_tables import estimate_checks
-from rotorstudy.thesis.rigs import slow_roll_parts
 from rotorstudy.units import percent
-
-MOSTLY = 0.7  # share of -1X at slow roll above which -1X is attributed to it
 
 
 class Replayed(NamedTuple):
@@ -195,11 +192,6 @@ def bow_magnification_figure(replayed, case, group):
     return picture
 
 
-def has_sign(config):
-    """Names on pages of the parameters judged by size alone, which may have either sign."""
-    return [shown_name(name) for name in config.losses.values()]
-
-
 def checks_figure(replayed, case, group):
     """Estimates beside their physical limits."""
     checks = estimate_checks(replayed.config, replayed.reference, replayed.spectra, replayed.identification)
@@ -219,7 +211,7 @@ def checks_figure(replayed, case, group):
                 capsize=2,
                 label=source if row.parameter == names[0] else None,
             )
-    sides = np.where(np.isin(names, has_sign(replayed.config)), -1, 0)
+    sides = np.where(np.isin(names, names_of_either_sign(replayed.config)), -1, 0)
     place = np.arange(len(names))
     axes[0, 0].barh(place, sides, 1.0, color=COLOURS[2], alpha=0.12, linewidth=0, label="possible in size")
     axes[0, 0].axvspan(0, 1, color=COLOURS[2], alpha=0.25, label="possible")
@@ -263,48 +255,3 @@ def figures(config, reference, records, spectra, identification):
     """
     replayed = Replayed(config, reference, records, spectra, identification)
     return {name: KINDS[item.kind](replayed, item.case, item.group) for name, item in config.figures.items()}
-
-
-def rigs_figure(replays, table):
-    """Parameters identified for several rigs, beside their physical limits.
-
-    Parameters
-    ----------
-    replays : list
-        (ReplayConfig, identification, spectra) of each.
-    table : DataFrame
-        Rows of `thesis.rigs.rigs_table`.
-
-    Returns
-    -------
-    Figure
-    """
-    parameters = list(dict.fromkeys(table.parameter))
-    picture, axes = figure(height=4.2, width=5.0)
-    narrower = table.groupby("parameter")["largest possible"].min()[parameters]
-    both_signs = np.isin(parameters, [name for config, _, _ in replays for name in has_sign(config)])
-    for part, sides, alpha in (("possible", 1, 0.25), ("possible in size", np.where(both_signs, -1, 0), 0.12)):
-        place = np.arange(len(parameters))
-        axes[0, 0].barh(place, sides * narrower, 0.8, color=COLOURS[2], alpha=alpha, label=part)
-    for r, rig in enumerate(dict.fromkeys(table.rig)):
-        part = table[table.rig == rig].set_index("parameter").loc[parameters]
-        for s, (source, column) in enumerate((("thesis", "thesis"), ("least squares", "least squares, estimate"))):
-            axes[0, 0].plot(
-                part[column],
-                np.arange(len(parameters)) + 0.3 * (r - 0.5),
-                MARKERS[r],
-                color=COLOURS[s],
-                fillstyle=("none", "full")[s],
-                label=f"{rig}, {source}",
-            )
-    axes[0, 0].axvline(0, color="k", linewidth=0.8)
-    axes[0, 0].set_xscale("symlog", linthresh=0.1)
-    axes[0, 0].set_yticks(range(len(parameters)), parameters)
-    axes[0, 0].invert_yaxis()
-    if min(slow_roll_parts(config, spectra)[-1].min() for config, _, spectra in replays) > MOSTLY:
-        title = "Both rigs: -1X of the slow roll is attributed to a crack"
-    else:
-        title = "Parameters identified for both rigs"
-    axes[0, 0].set(xlabel=f"dimensionless estimate (1); all speeds, column '{COLUMN}'", title=title)
-    picture.legend(loc="outside lower center", ncols=2)
-    return picture

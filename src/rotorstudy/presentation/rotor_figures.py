@@ -199,7 +199,7 @@ def stability(analysis):
     """Growth rate of the fastest growing free motion over speed."""
     data = analysis.data
     picture, axes = figure(1, 1, height=2.2, width=5.0)
-    panel, speed = axes[0, 0], data.speed.values * RPM
+    panel, speed = axes[0, 0], data.growth_speed.values * RPM
     panel.plot(speed, data.growth_rate, color=COLOURS[0])
     panel.axhline(0, color="k", linewidth=0.8)
     title = f"Stable up to {speed[-1]:.0f} rpm"

@@ -11,7 +11,8 @@ from rotorstudy.presentation.plots import save_figures
 from rotorstudy.presentation.rotor_figures import rotor_figures
 from rotorstudy.presentation.rotor_page import rotor_page
 from rotorstudy.store import provenance, save, write_text
-from rotorstudy.studies.rotor_analysis import analyse_rotor, probe_vectors
+from rotorstudy.studies.rotor_analysis import analyse_rotor
+from rotorstudy.studies.unbalance_response import probe_vectors
 
 log = logging.getLogger(__name__)
 

@@ -7,7 +7,7 @@ from rotorstudy.presentation.pages import inline_png, render
 from rotorstudy.presentation.rotor_figures import RPM, whirl_name
 from rotorstudy.presentation.tables import cells
 from rotorstudy.response.resonance import required_margin, separation_margin
-from rotorstudy.studies.rotor_analysis import PERIODIC_SPEEDS, RESONANT
+from rotorstudy.studies.rotor_analysis import RESONANT
 from rotorstudy.units import number, percent
 
 MOST_EFFECTS = 8  # on the least stable mode, the largest
@@ -87,8 +87,12 @@ def summary(analysis):
 
 
 def _checked(analysis):
-    """Where the stiffness rotates with the shaft, growth is computed at a few speeds: narrow ranges may be missed."""
-    return "" if analysis.damping else f", as far as {PERIODIC_SPEEDS} speeds show" if analysis.left_out else ""
+    """Where the stiffness rotates with the shaft, growth is computed at some speeds: narrow ranges may be missed."""
+    if analysis.damping or not analysis.left_out:
+        return ""
+    return (
+        f", as far as {len(analysis.data.growth_speed)} speeds show, parametric resonances of the lowest modes included"
+    )
 
 
 def criticals(analysis):

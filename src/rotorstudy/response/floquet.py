@@ -11,7 +11,7 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.model import Model
 from rotorstudy.response.coefficients import time_matrices
 from rotorstudy.response.coupling import COUPLED_ORDER, check_speed
-from rotorstudy.response.near import carried_motion
+from rotorstudy.response.neighbourhood import carried_motion
 
 TURN_STEPS = 256  # a mode at n times the speed loses 4e-4 n^2 of its frequency, and no more than 2e-6 n^3 to damping
 DIFFERENCE = 1e-6  # step of the central differences of a force, relative to the motion
@@ -72,8 +72,8 @@ def _growth_of_one_turn(model, speed, theta):
     size, weight = 2 * shapes.shape[1], gamma / 2 * step
     identity = np.eye(2 * size)
     try:
-        explicit = np.broadcast_to(identity[:size] + weight * identity[size:], starts[:-1].shape)
-        explicit = np.concatenate([explicit, identity[size:] + weight * starts[:-1]], axis=-2)
+        upper = np.broadcast_to(identity[:size] + weight * identity[size:], starts[:-1].shape)
+        explicit = np.concatenate([upper, identity[size:] + weight * starts[:-1]], axis=-2)
         middle = _implicit(between, weight, explicit)
         ahead = (middle - (1 - gamma) ** 2 * identity) / (gamma * (2 - gamma))
         turns = _implicit(starts[1:], weight, ahead)
@@ -149,8 +149,7 @@ def _accelerations(model, theta, speed, turned, shapes, along):
         on_z = on_z - reduced(shaft)
         on_conj = sum((np.exp(shift * turning) * reduced(part) for shift, part in parts["conj"].items()), none)
         plus, minus = on_z + on_conj, on_z - on_conj
-        upper = np.concatenate([plus.real, -minus.imag], axis=-1)
-        return np.concatenate([upper, np.concatenate([plus.imag, minus.real], axis=-1)], axis=-2)
+        return np.block([[plus.real, -minus.imag], [plus.imag, minus.real]])
 
     inverse = np.kron(np.eye(2), np.linalg.inv(reduced(own.mass + np.real(mass))))
     lower = [at(stiffness, own.stiffness), at(damping, -1j * speed * own.gyroscopic)]

@@ -85,22 +85,11 @@ def time_response(
 
     speed = check_speed(speed)[0]
     model, theta = model.at(np.asarray(model.theta if theta is None else theta, float))
-    own, dof = model.matrices(theta), len(model.structure.dofs)
+    dof = len(model.structure.dofs)
     if model.held_deflection is not None:
         raise RotorstudyError("a prescribed static deflection is no equilibrium: it cannot be integrated in time")
     reference = np.broadcast_to(static_deflection(model, [speed], theta).value, (1, dof))[0]
-    constant, stiffness, damping, mass = time_matrices(model, theta, speed, reference)
-    inverse_mass = np.linalg.inv(own.mass + mass)
-    shifts = np.array(sorted({*constant, *stiffness["z"], *stiffness["conj"], *damping["z"], *damping["conj"], 0}))
-    # (shift, dof, column): what acts on z, conj(z), dz/dt, conj(dz/dt) and, in the last column, on 1
-    table = np.zeros((len(shifts), dof, 4 * dof + 1), complex)
-    for i, shift in enumerate(shifts):
-        parts = (stiffness["z"], stiffness["conj"], damping["z"], damping["conj"])
-        table[i, :, :-1] = np.hstack([part.get(shift, np.zeros((dof, dof))) for part in parts])
-        table[i, :, -1] = constant.get(shift, 0)
-    own_parts = (-own.stiffness, np.zeros((dof, dof)), 1j * speed * own.gyroscopic, np.zeros((dof, dof)))
-    table[shifts == 0] += np.column_stack([*own_parts, own.static_load])
-    table = (inverse_mass @ table).reshape(len(shifts), -1)
+    shifts, table, inverse_mass = _accelerations(model, theta, speed, reference)
 
     def derivative(t, state):
         position, velocity = state[:dof] + reference, state[dof:]
@@ -126,6 +115,25 @@ def time_response(
     if not solution.success:
         raise RotorstudyError(f"time integration at {speed:g} rad/s failed: {solution.message}")
     return solution.y[:dof].T
+
+
+def _accelerations(model, theta, speed, reference):
+    """Shifts (shift,), accelerations (shift, dof * column) by what acts with each of them, and the inverse of the mass.
+
+    The columns are by z, conj(z), dz/dt, conj(dz/dt) and, the last one, by 1; reference : (dof,) static deflection, m
+    """
+    own, dof = model.matrices(theta), len(model.structure.dofs)
+    constant, stiffness, damping, mass = time_matrices(model, theta, speed, reference)
+    parts = (stiffness["z"], stiffness["conj"], damping["z"], damping["conj"])
+    shifts = np.array(sorted({*constant, *(shift for part in parts for shift in part), 0}))
+    table = np.zeros((len(shifts), dof, 4 * dof + 1), complex)
+    for i, shift in enumerate(shifts):
+        table[i, :, :-1] = np.hstack([part.get(shift, np.zeros((dof, dof))) for part in parts])
+        table[i, :, -1] = constant.get(shift, 0)
+    own_parts = (-own.stiffness, np.zeros((dof, dof)), 1j * speed * own.gyroscopic, np.zeros((dof, dof)))
+    table[shifts == 0] += np.column_stack([*own_parts, own.static_load])
+    inverse_mass = np.linalg.inv(own.mass + mass)
+    return shifts, (inverse_mass @ table).reshape(len(shifts), -1), inverse_mass
 
 
 def transient_response(model, speed, time, theta=None, *, start=None):

@@ -42,20 +42,12 @@ def state_matrix(model, speed, theta=None):
             target[entry.order] -= theta[position] * entry.gain_at(speed, 0)[:, None, None] * entry.matrix
     if any(np.any(part) for part in on_conj.values()):
         k, c, m = (
-            np.concatenate(
-                [
-                    np.concatenate([on_z[order], on_conj[order]], axis=-1),
-                    np.concatenate([on_conj[order].conj(), on_z[order].conj()], axis=-1),
-                ],
-                axis=-2,
-            )
-            for order in range(3)
+            np.block([[on_z[order], on_conj[order]], [on_conj[order].conj(), on_z[order].conj()]]) for order in range(3)
         )
     else:
         k, c, m = on_z[0], on_z[1], on_z[2]
     identity = np.broadcast_to(np.eye(k.shape[-1]), k.shape)
-    lower = np.concatenate([-np.linalg.solve(m, k), -np.linalg.solve(m, c)], axis=-1)
-    return np.concatenate([np.concatenate([np.zeros_like(k), identity], axis=-1), lower], axis=-2)
+    return np.block([[np.zeros_like(k), identity], [-np.linalg.solve(m, k), -np.linalg.solve(m, c)]])
 
 
 def eigenvalues(model: Model, speed: ArrayLike, theta: ArrayLike | None = None) -> np.ndarray:

@@ -8,9 +8,7 @@ from rotorstudy.model.bearings import dynamic_stiffness
 from rotorstudy.model.registry import registry
 from rotorstudy.store import dataset
 
-SPEEDS = np.linspace(
-    50.0, 400.0, 71
-)  # rad/s, 8 to 64 Hz: from slow roll to beyond the first critical speed of a test rig
+SPEEDS = np.linspace(50.0, 400.0, 71)  # rad/s: from slow roll to beyond the first critical speed of a test rig
 DIRECTIONS = ("xx", "xy", "yx", "yy")
 
 

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,6 +28,9 @@ from rotorstudy.studies.common import (
 )
 from rotorstudy.studies.config import changed
 from rotorstudy.studies.simulate import SOURCES, case_records, kind_spectra, records_of
+from rotorstudy.units import HALF_INTERVAL
+
+STEADY, CONDENSED = "steady state", "least_squares, condensed"
 
 
 def identify(config, rig):
@@ -71,9 +75,6 @@ def identify(config, rig):
     return dataset(variables, coordinates, title=f"{config.title}: identification without noise, rig {rig}")
 
 
-STEADY = "steady state"
-
-
 def _spectrum_without_noise(config, model, speeds, record):
     """The exact steady-state Spectrum, or that of a kind of record from rest, phase compensated; and its samples."""
     if record == STEADY:
@@ -82,9 +83,6 @@ def _spectrum_without_noise(config, model, speeds, record):
     records = case_records(config, model, speeds, kind, "from rest")
     spectra = kind_spectra(config, kind, records, "regression", ["reference"])
     return spectra["reference"], len(records[0].time)
-
-
-CONDENSED = "least_squares, condensed"
 
 
 def _estimate(name, problem):
@@ -104,87 +102,78 @@ def monte_carlo(config, rig, case, chunk=0, chunks=1):
               without_noise (record, estimator, parameter), true (parameter)
     """
     settings, case = config.monte_carlo, config.case_of(case)
-    model, speeds = config.rig(rig), config.cases[case].speeds
-    kinds = settings.rigs[rig].records or [STEADY]
-    study = list(config.cases).index(case)
+    own, model, speeds = settings.rigs[rig], config.rig(rig), config.cases[case].speeds
+    kinds, levels = own.records or [STEADY], chunk_of(settings.levels_percent, chunk, chunks)
+    estimators = [*own.estimators, *([CONDENSED] if own.condensed else [])]
     size = (2, len(speeds), len(config.harmonics), len(model.sensors))
-    levels = chunk_of(settings.levels_percent, chunk, chunks)
-    numbers = standard_normal(settings.seed, study, settings.trials, size)
-    theta_true = model.theta[model.position(config.unknowns)]
-    names_used, models = list(settings.rigs[rig].estimators), settings.rigs[rig].models
-    names_used += [CONDENSED] if settings.rigs[rig].condensed else []
-    shape = (len(kinds), len(models), len(levels), len(names_used))
-    stated, coverage, exact = [], [], []
-    bounds, trials = [], []
+    numbers = standard_normal(settings.seed, list(config.cases).index(case), settings.trials, size)
+    unknowns, exact, cells = tuple(config.unknowns), [], []
     for kind in kinds:
         clean, samples = _spectrum_without_noise(config, model, speeds, kind)
-        weighted = replace(clean, covariance=independent_covariance(noise_std(clean, 0.01, models[0], samples) ** 2))
-        problem = Problem(model, weighted, tuple(config.unknowns))
-        exact += [_estimate(name, problem)[1] for name in names_used]
-        for noise_model, level in product(models, levels):
+        weighted = replace(
+            clean, covariance=independent_covariance(noise_std(clean, 0.01, own.models[0], samples) ** 2)
+        )
+        exact.append([_estimate(name, Problem(model, weighted, unknowns))[1] for name in estimators])
+        for noise_model, level in product(own.models, levels):
             std = noise_std(clean, level / 100, noise_model, samples)
-            spectrum = replace(
-                clean,
-                amplitude=noisy(clean.amplitude, std, numbers, noise_model),
-                covariance=independent_covariance(std**2),
-            )
-            problem = Problem(model, spectrum, tuple(config.unknowns))
-            bound = cramer_rao_bound(
-                replace(problem, spectrum=replace(spectrum, amplitude=clean.amplitude)), theta_true
-            )
-            names, true, bound = magnitude_and_phase(problem.names, theta_true, bound)
-            one_draw = MODELS[noise_model].one_draw
-            bounds.append(np.full(len(names), np.nan) if one_draw else np.sqrt(np.diag(bound)))
-            for name in names_used:
-                _, theta, std_stated = _estimate(name, problem)
-                std_stated = np.broadcast_to(std_stated, theta.shape)
-                trials.append(theta)
-                stated.append(np.median(std_stated, axis=0))
-                coverage.append(np.mean(np.abs(theta - true) <= 1.959964 * std_stated, axis=0))
-    count = len(names)
-    dims = ("record", "noise_model", "noise", "estimator")
+            known = replace(clean, covariance=independent_covariance(std**2))
+            trials = known.with_amplitude(noisy(clean.amplitude, std, numbers, noise_model))
+            has_bound = not MODELS[noise_model].one_draw
+            cells.append(_under_noise(Problem(model, known, unknowns), trials, estimators, has_bound))
+    names, true = reported_names(config), true_values(config, model)
     coordinates = {
         "record": (kinds, "1", "what the noise is added to"),
-        "noise_model": (list(models), "1", "noise model"),
+        "noise_model": (list(own.models), "1", "noise model"),
         "noise": (np.array(levels), "percent", "noise level"),
-        "estimator": (names_used, "1", "parameter estimator"),
+        "estimator": (estimators, "1", "parameter estimator"),
         "trial": (np.arange(settings.trials), "1", "trial"),
         **parameter_coordinates(names),
     }
+    grid = tuple(coordinates)[:3]
+    lead = [len(coordinates[name][0]) for name in grid]
     variables = {
-        "estimate": (
-            (*dims, "trial", "parameter"),
-            np.array(trials).reshape(*shape, -1, count),
-            "SI",
-            "estimated parameter",
-        ),
-        "stated_std": (
-            (*dims, "parameter"),
-            np.array(stated).reshape(*shape, count),
-            "SI",
-            "stated standard deviation",
-        ),
-        "coverage": (
-            (*dims, "parameter"),
-            np.array(coverage).reshape(*shape, count),
-            "1",
-            "share of 95 % intervals that hold",
-        ),
-        "cramer_rao": (
-            ("record", "noise_model", "noise", "parameter"),
-            np.array(bounds).reshape(*shape[:3], count),
-            "SI",
-            "Cramer-Rao bound of the standard deviation",
-        ),
-        "without_noise": (
-            ("record", "estimator", "parameter"),
-            np.array(exact).reshape(shape[0], shape[-1], count),
-            "SI",
-            "estimate without noise",
-        ),
+        key: ((*grid, *dims), _over(lead, [getattr(cell, key) for cell in cells]), unit, long_name)
+        for key, dims, unit, long_name in (
+            ("estimate", ("estimator", "trial", "parameter"), "SI", "estimated parameter"),
+            ("stated_std", ("estimator", "parameter"), "SI", "stated standard deviation"),
+            ("coverage", ("estimator", "parameter"), "1", "share of 95 % intervals that hold"),
+            ("cramer_rao", ("parameter",), "SI", "Cramer-Rao bound of the standard deviation"),
+        )
+    } | {
+        "without_noise": (("record", "estimator", "parameter"), np.array(exact), "SI", "estimate without noise"),
         "true": (("parameter",), true, "SI", "value assumed"),
     }
     return dataset(variables, coordinates, title=f"{config.title}: {case}, rig {rig}, under noise", seed=settings.seed)
+
+
+def _over(lead, values):
+    """Arrays of one shape, in the order of some leading dimensions, as one array."""
+    values = np.array(values)
+    return values.reshape(*lead, *values.shape[1:])
+
+
+class _Cell(NamedTuple):
+    """Results at one noise level: see `monte_carlo`, without the dimensions record, noise_model and noise."""
+
+    estimate: np.ndarray
+    stated_std: np.ndarray
+    coverage: np.ndarray
+    cramer_rao: np.ndarray
+
+
+def _under_noise(problem, trials, estimators, has_bound):
+    """The _Cell of a problem without noise, whose covariance is that of the noise of the Spectrum `trials`."""
+    theta = problem.model.theta[problem.model.position(problem.names)]
+    _, true, bound = magnitude_and_phase(problem.names, theta, cramer_rao_bound(problem, theta))
+    noisy_problem, found = replace(problem, spectrum=trials), []
+    for name in estimators:
+        _, estimate, std = _estimate(name, noisy_problem)
+        std = np.broadcast_to(std, estimate.shape)
+        found.append(
+            (estimate, np.median(std, axis=0), np.mean(np.abs(estimate - true) <= HALF_INTERVAL * std, axis=0))
+        )
+    bound = np.sqrt(np.diag(bound)) if has_bound else np.full(len(true), np.nan)
+    return _Cell(*map(np.array, zip(*found, strict=True)), bound)
 
 
 def gather_monte_carlo(config, case, chunks, parts):

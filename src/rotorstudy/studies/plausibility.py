@@ -26,7 +26,6 @@ PRESSURE = (1e3, 2e7)  # Pa, load over projected area of a journal
 DENSITY = (300.0, 25000.0)  # kg/m3 of a disc; wheels with blades are light, tungsten has 19300
 DIAMETERS = 0.9  # of the shaft: a disc is not smaller
 THIN = 1e-3  # relative error of the moments of a thin disc, as printed
-OFFSET = 2e-4  # m, centre of mass off the axis by all unbalance; grade G 40 at 2000 rpm
 
 
 def implausible_numbers(given, place=""):

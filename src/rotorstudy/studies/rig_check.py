@@ -7,7 +7,7 @@ import numpy as np
 from rotorstudy.diagnosis.settings import check_names, read_settings
 from rotorstudy.errors import CannotAct, RotorstudyError, unknown_name
 from rotorstudy.measurement.conventions import measured_direction, read_conventions
-from rotorstudy.measurement.findings import Finding, worst_first
+from rotorstudy.measurement.findings import Finding, errors_among, worst_first
 from rotorstudy.model.rig import read_rig
 from rotorstudy.response.whirl import damped_modes, time_invariant
 from rotorstudy.studies.plausibility import implausible_numbers, odd_discs, odd_films, stated_loads
@@ -38,7 +38,7 @@ class RigCheck(NamedTuple):
     @property
     def errors(self):
         """Findings that are errors."""
-        return [finding for finding in self.findings if finding.severity == "error"]
+        return errors_among(self.findings)
 
 
 def check_rig(path):
@@ -69,7 +69,7 @@ def check_rig(path):
     valid = speed_range(model)
     if valid is None:
         findings.append(Finding("error", "speeds", str(path), "there is no speed at which all bearings are defined"))
-    missing = _without_value(model)
+    missing = model.unstated
     if missing:
         text = f"no value for {', '.join(missing)}: `identify` estimates them; the other commands need one"
         findings.append(Finding("note", "unknown", str(path), text))
@@ -160,11 +160,6 @@ def _probe_nodes(rig, model):
     probes = read_conventions(rig.given, str(rig.path)).probes if rig.given.get("measurement") else []
     stated = {probe.node for probe in probes} & set(model.structure.nodes)
     return sorted(stated) or list(model.sensors)
-
-
-def _without_value(model):
-    theta = np.concatenate([term.theta for term in model.terms]) if model.terms else np.zeros(0)
-    return [name for name, value in zip(model.names, theta, strict=True) if np.isnan(value)]
 
 
 def _loads(structure):

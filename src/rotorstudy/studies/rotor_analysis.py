@@ -1,24 +1,16 @@
 """Rotordynamic analysis of one rig: static loads, whirl, critical speeds, unbalance response, stability."""
 
 import logging
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.errors import NoSteadyState, RotorstudyError
-from rotorstudy.model.rig_items import make_term
+from rotorstudy.errors import RotorstudyError
 from rotorstudy.response.coupling import check_speed
-from rotorstudy.response.floquet import periodic_growth_rate, varies_in_time
+from rotorstudy.response.floquet import varies_in_time
 from rotorstudy.response.harmonic import harmonic_response
 from rotorstudy.response.resonance import Peak, peaks
-from rotorstudy.response.stability import (
-    SLOWEST_GROWTH,
-    damping_of_effects,
-    eigenvalues,
-    growth_rate,
-    stability_threshold,
-)
+from rotorstudy.response.stability import damping_of_effects, eigenvalues
 from rotorstudy.response.statics import static_deflection, static_loads
 from rotorstudy.response.whirl import (
     OVERDAMPED,
@@ -30,6 +22,8 @@ from rotorstudy.response.whirl import (
 )
 from rotorstudy.store import dataset
 from rotorstudy.studies.common import SPEED
+from rotorstudy.studies.growth import growth_over_speed
+from rotorstudy.studies.unbalance_response import finer_speeds, probe_vectors, unbounded, with_unbalance
 
 log = logging.getLogger(__name__)
 
@@ -37,17 +31,11 @@ SPEEDS = 150  # of the Campbell diagram
 MODES = 8  # shown, the lowest
 NATURAL_FREQUENCIES = 3.5  # default highest speed, relative to the lowest natural frequency
 LOWEST_SHARE = 0.02  # of the highest speed: default lowest speed
-BALANCE_GRADE = 2.5e-3  # m/s, grade G 2.5 of ISO 21940-11: residual unbalance of a rig that states none
-ABOUT_A_RESONANCE = np.sinh(np.linspace(-3, 3, 61)) / np.sinh(3)  # further speeds about a critical one, dense at it
-RESONANCE_WIDTHS = 12  # half their range, in half-power half-widths
 SAME = 1e-6  # relative difference of whirl frequencies that are equal
 OSCILLATING = 0.3  # imaginary part over modulus of an eigenvalue whose motion swings through; slower ones creep back
 RESONANT = 0.5  # damping ratio up to which a critical speed shows as a resonance
-UNDAMPED = 1e-6  # damping ratio that is round-off: the response at such a critical speed has no bound
-NARROWEST = 1e-4  # damping ratio of the narrowest resonance that is resolved
 DENSER = 20  # speeds of the response over those of the whirl, where forces without it shift and damp the resonances
 UNHELD = 1e-6  # of the lowest natural frequency: eigenvalue of a motion that nothing holds
-PERIODIC_SPEEDS = 40  # at which the growth in a rotor with rotating stiffness is integrated
 
 
 class Critical(NamedTuple):
@@ -141,19 +129,21 @@ def analyse_rotor(model, lowest=None, highest=None, reading=None):
     log.info("whirl at %d speeds up to %.0f rad/s", len(speeds), highest)
     criticals = [_critical(still, w) for w in critical_speeds(still, highest, speeds=speeds)[0]]
     unbalanced, unbalance = with_unbalance(steady, highest)
-    fine = _finer(np.linspace(lowest, highest, DENSER * SPEEDS) if timeless else speeds, criticals)
+    fine = finer_speeds(np.linspace(lowest, highest, DENSER * SPEEDS) if timeless else speeds, criticals)
     log.info("unbalance response at %d speeds", len(fine))
     response = harmonic_response(unbalanced, fine, (1, -1))
     of_node = {node: response[..., model.structure.index(node)].T for node in model.sensors}
     probes, read = probe_vectors(of_node, reading or model.structure.reading)
     deflection = static_deflection(still, [highest], still.theta).value.reshape(-1)
     log.info("stability")
-    growth, threshold = _growth(model, still, speeds)
+    growing, growth, threshold = growth_over_speed(model, still, speeds)
     return RotorAnalysis(
-        data=_dataset(model, speeds, fine, damped_modes(still, speeds, MODES), probes, read, growth, deflection),
+        data=_dataset(
+            model, speeds, fine, damped_modes(still, speeds, MODES), probes, read, (growing, growth), deflection
+        ),
         criticals=criticals,
         peaks=[
-            ProbePeak(*probe, peak if timeless else _unbounded(peak, criticals, fine))
+            ProbePeak(*probe, peak if timeless else unbounded(peak, criticals, fine))
             for probe, one in zip(probes, np.abs(read.T), strict=True)
             for peak in peaks(fine, one)
         ],
@@ -193,95 +183,10 @@ def _critical(still, speed):
     return Critical(float(speed), float(modes.damping_ratio[0, nearest]), float(modes.direction[0, nearest]))
 
 
-def _finer(speeds, criticals):
-    """Speeds with more of them about the critical ones, as a lightly damped resonance is narrow."""
-    around = [
-        c.speed * (1 + RESONANCE_WIDTHS * max(c.damping_ratio, NARROWEST) * ABOUT_A_RESONANCE)
-        for c in criticals
-        if abs(c.damping_ratio) > UNDAMPED
-    ]
-    found = np.unique(np.concatenate([speeds, *around]))
-    for one in criticals:
-        if abs(one.damping_ratio) < UNDAMPED:
-            found = found[np.abs(found - one.speed) > SAME * one.speed]
-    return found[(found >= speeds[0]) & (found <= speeds[-1])]
-
-
-def _unbounded(peak, criticals, speeds):
-    """The peak; that of an undamped mode, which lies beside it between two speeds, without bound."""
-    at = np.searchsorted(speeds, peak.speed)
-    below, above = speeds[max(at - 1, 0)], speeds[min(at + 1, len(speeds) - 1)]
-    for one in criticals:
-        if below <= one.speed <= above and abs(one.damping_ratio) < UNDAMPED:
-            return Peak(one.speed, np.inf, np.inf)
-    return peak
-
-
-def with_unbalance(model, highest):
-    """The model with an unbalance, and how it is unbalanced, in words.
-
-    A rotor without a force that rotates with it gets the unbalance of grade G 2.5 for the highest speed (rad/s) at its
-    heaviest node.
-    """
-    acting = [term for term in model.terms if not term.acts_on_output]
-    turning = [t for t in acting for u in t.unknowns for e in u.entries if e.is_constant and e.shift == 1]
-    if any(np.any(term.theta) for term in turning):
-        return model, f"as stated in the rig ({', '.join(sorted({term.kind for term in turning}))})"
-    structure = model.structure
-    mass = float(structure.along @ structure.mass @ structure.along)
-    node = max(structure.nodes, key=lambda n: structure.mass[structure.index(n), structure.index(n)])
-    item = {
-        "kind": "unbalance",
-        "node": node,
-        "mass_kg": mass,
-        "label": "G 2.5",
-        "eccentricity_m": BALANCE_GRADE / highest,
-    }
-    text = (
-        f"none is stated in the rig; it has grade G 2.5 (ISO 21940-11) for {60 * highest / (2 * np.pi):.0f} rpm, "
-        f"{1e6 * mass * BALANCE_GRADE / highest:.3g} g mm, at node {node}"
-    )
-    return model.plus(make_term("effect", item, structure, model.sensors)), text
-
-
-def probe_vectors(of_node, reading):
-    """1X of each probe as it reads.
-
-    of_node : node -> (forward, backward) 1X and -1X of the displacement, each (speed,) complex, m;  reading : Reading
-    returns : probes [(node, name)] and their 1X, phase leading the mark, (speed, probe) complex m
-    """
-    probes, columns = [], []
-    for node, (forward, backward) in of_node.items():
-        for name, direction in reading.probes_at(node).items():
-            probes.append((node, name))
-            one = np.exp(-1j * direction) * forward + np.conj(np.exp(-1j * direction) * backward)
-            columns.append(one * np.exp(1j * reading.mark_rad))
-    return probes, np.stack(columns, axis=-1)
-
-
-def _growth(model, still, speeds):
-    """Growth rate (speed,) of the fastest growing free motion, 1/s, and the threshold of stability, rad/s or None."""
-    if not varies_in_time(model):
-        return growth_rate(still, speeds), stability_threshold(still, speeds[-1], lowest=speeds[0])
-    some = np.linspace(speeds[0], speeds[-1], PERIODIC_SPEEDS)
-    in_time = replace(model, terms=tuple(t for t in model.terms if t.acts_on_output or is_in_time(t)))
-    found = np.array([_periodic_growth(in_time, speed) for speed in some])
-    growth = np.interp(speeds, some[np.isfinite(found)], found[np.isfinite(found)], left=np.nan, right=np.nan)
-    unstable = speeds[growth * 2 * np.pi / speeds > SLOWEST_GROWTH]
-    return growth, float(unstable[0]) if len(unstable) else None
-
-
-def _periodic_growth(model, speed):
-    """Growth rate at a speed, 1/s; NaN where nonlinear forces leave no steady state."""
-    try:
-        return periodic_growth_rate(model, [speed])[0]
-    except NoSteadyState:
-        return np.nan
-
-
 def _dataset(model, speeds, fine, modes, probes, read, growth, deflection):
     coordinates = {
         "speed": (speeds, *SPEED),
+        "growth_speed": (growth[0], "rad/s", "spin speed of the growth rate"),
         "mode": (np.arange(1, MODES + 1), "1", "whirl mode, by frequency"),
         "response_speed": (fine, "rad/s", "spin speed of the unbalance response"),
         "probe": ([f"{name} at node {node}" for node, name in probes], "1", "probe"),
@@ -295,7 +200,7 @@ def _dataset(model, speeds, fine, modes, probes, read, growth, deflection):
         "backward_shape": (("speed", "mode", "coordinate"), modes.backward, "1", "backward part of the mode"),
         "unbalance_response": (("response_speed", "probe"), read, "m", "1X of the probe, lead from the mark"),
         "probe_node": (("probe",), np.array([node for node, _ in probes]), "1", "node of the probe"),
-        "growth_rate": (("speed",), growth, "1/s", "growth rate of the fastest growing free motion"),
+        "growth_rate": (("growth_speed",), growth[1], "1/s", "growth rate of the fastest growing free motion"),
         "static_deflection": (("coordinate",), deflection, "m", "static deflection (rad for tilts)"),
     }
     return dataset(variables, coordinates, title="rotordynamic analysis")

@@ -65,11 +65,6 @@ def weight_dominance(config):
     errors = np.array(errors).reshape(len(scales), len(config.cases), len(names))
     variables = {
         "displacement": (("crack", "crack_scale", "speed", "harmonic"), found, "m", "full spectrum"),
-        "error": (
-            ("crack_scale", "case", "parameter"),
-            errors,
-            "1",
-            "relative error; of phases the difference in rad",
-        ),
+        "error": (("crack_scale", "case", "parameter"), errors, "1", "relative error; of phases the difference in rad"),
     }
     return dataset(variables, coordinates, title=f"{config.title}: weight dominance against the full crack")

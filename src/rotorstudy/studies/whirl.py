@@ -23,9 +23,8 @@ def whirl(config, up_to=6.0):
     highest = up_to * max(natural)
     speeds = np.linspace(highest / 300, highest, 300)
     frequency = np.array([eigenvalues(model, speeds, thetas[name]).imag for name, model in models.items()])
-    if np.allclose(
-        frequency, -frequency[..., ::-1], rtol=1e-6, atol=1e-6 * highest
-    ):  # anisotropic: mirror images at +-
+    is_mirrored = np.allclose(frequency, -frequency[..., ::-1], rtol=1e-6, atol=1e-6 * highest)
+    if is_mirrored:  # on anisotropic bearings each mode appears at plus and minus its frequency
         frequency = frequency[..., frequency.shape[-1] // 2 :]
     found = [critical_speeds(model, highest, ORDERS, thetas[name]) for name, model in models.items()]
     most = max(len(values) for rig in found for values in rig)

@@ -127,7 +127,4 @@ def tables(config, reference, spectra, identification, monte_carlo, reasons):
     under_noise = printed[(printed.table == "2.5") & (printed.noise_percent > 0)]
     rows += noise_rows(under_noise, noisy, PARAMETERS, MODELS, mean_of=MODELS["shared"])
     scored = scored_against(printed, rows, reasons)
-    return scored, {
-        "table_2_1": assumed_parameters(config, identification.true),
-        **scored_tables(scored, DESCRIBED),
-    }
+    return scored, {"table_2_1": assumed_parameters(config, identification.true), **scored_tables(scored, DESCRIBED)}

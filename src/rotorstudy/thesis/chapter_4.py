@@ -118,7 +118,4 @@ def tables(config, reference, spectra, identification, monte_carlo, reasons):
         mean_of="white in time",
     )
     scored = scored_against(printed, rows, reasons)
-    return scored, {
-        "table_4_1": assumed_parameters(config, identification.true),
-        **scored_tables(scored, DESCRIBED),
-    }
+    return scored, {"table_4_1": assumed_parameters(config, identification.true), **scored_tables(scored, DESCRIBED)}

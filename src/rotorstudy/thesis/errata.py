@@ -1,4 +1,4 @@
-"""Evidence for the misprints and sign errors of the thesis: what changes if the printed form is used.
+"""Evidence for the misprints and sign errors of Chapters 2, 3 and 5: what changes if the printed form is used.
 
 Every function returns numbers by name; the errata page quotes them as {name}.
 """
@@ -8,27 +8,16 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from rotorstudy.inference.bounds import cramer_rao_bound
 from rotorstudy.inference.equation_error import regression
 from rotorstudy.inference.linear import solve_linear
 from rotorstudy.inference.problem import Problem
-from rotorstudy.measurement.noise import noise_std
-from rotorstudy.measurement.spectrum import independent_covariance
-from rotorstudy.model.model import Model
-from rotorstudy.model.rig import build_model
 from rotorstudy.response.coupling import forced_harmonics
 from rotorstudy.response.measured import measured_response
-from rotorstudy.response.stability import eigenvalues
-from rotorstudy.response.whirl import critical_speeds, time_invariant
 from rotorstudy.store import as_complex
 from rotorstudy.studies.common import clean_spectrum
-from rotorstudy.thesis import chapter_6 as chapter_6_tables
 from rotorstudy.thesis.replay import printed_values, remove_slow_roll, replay_problem, rounding_draws
 from rotorstudy.thesis.scoreboard import published
 
-DAMPINGS = ("internal_damping", "external_damping")
-LEAST = 1e-7  # m, amplitude of the smallest harmonic compared in Chapter 6
-CHAPTER_6_NODES = {f"100 rad/s, node {n}": n - 1 for n in chapter_6_tables.NODES}  # case as printed -> sensor
 GRAVITY = 9.81  # m/s^2, as in the thesis
 HARMONICS = (0, 1, 2, 3, 5, 7, -1, -3, -5)  # in the order in which the thesis writes its equations
 
@@ -73,7 +62,8 @@ ROW_ABOVE = {2: 1, 3: 2, 5: 3, 7: 5}  # Eq. (4.36), real rows
 ALL_ROWS = {**ROW_ABOVE, -1: -3, -3: -5, -5: -7}  # Eq. (5.1), real and imaginary rows
 
 
-def _case_problem(config, rig, case):
+def case_problem(config, rig, case):
+    """The Problem of the unknowns of a study at the speeds of a case, from the exact spectrum of a rig."""
     model = config.rig(rig)
     return Problem(model, clean_spectrum(config, model, config.cases[case].speeds), tuple(config.unknowns))
 
@@ -99,7 +89,7 @@ def chapter_2(config, folder):
     forced = forced_harmonics(config.rig("physical"))
     every = np.abs(measured_response(config.rig("physical"), [88.0], forced)[0, :, 0])
     case = "Combined speed from 50 to 199 with increment +1"
-    problem = _case_problem(config, "physical", case)
+    problem = case_problem(config, "physical", case)
     wrong = estimates_with_misprint(problem, swap_imag=True)
     copied = printed[(printed.case == f"{case}, with phase compensation") & (printed.noise_percent == 2)]
     copied = copied.set_index("item").published
@@ -139,87 +129,6 @@ def chapter_3(replay, folder):
     }
 
 
-def chapter_4(config, folder, spectra, dominance, noisy):
-    """Numbers on the gyroscopic sign, Eq. (4.36), the natural frequency, Table 4.7 and the condensation.
-
-    config : StudyConfig;  folder : of the printed values
-    spectra, noisy : spectra and Monte Carlo of the thesis's rig;  dominance : of `studies.weight_dominance`
-    """
-    printed = published(folder, ["4.2", "4.3", "4.4", "4.5", "4.7"])
-    speeds = dict(zip(("20 Hz, complete cycles", "50 Hz, complete cycles"), config.shown_speeds_rad_s, strict=True))
-    whole = printed[(printed.method == "regression") & printed.case.isin(speeds)]
-    whole = whole[whole.quantity != "reference phase"]
-    thesis = config.rig("thesis")
-    corrected = {**config.rigs["thesis"], "rotor": {**config.rigs["thesis"]["rotor"], "gyroscopic_sign": 1}}
-    right = build_model(corrected, "the thesis's rig with the right gyroscopic sign")
-    responses = [np.abs(measured_response(m, list(speeds.values()), HARMONICS)[..., 0]) for m in (thesis, right)]
-    critical = [
-        critical_speeds(time_invariant(m).without(DAMPINGS), 2 * np.pi * 500)[0] / (2 * np.pi) for m in (thesis, right)
-    ]
-    structure = right.structure
-    coupled = np.abs(eigenvalues(Model(structure), [1e-3]).imag).min()
-    headings = printed[printed.case == "50 Hz, incomplete cycles"]
-    headings = headings[headings.quantity == "reference phase"]
-    marks = spectra.reference_phase.sel(record="incomplete cycles").sel(
-        speed=config.shown_speeds_rad_s[1], method="nearest"
-    )
-
-    def meets(columns):
-        found = 0
-        for row in headings.itertuples():
-            value = float(marks.sel(spectrum_method=columns[row.method], harmonic=int(row.item)))
-            found += abs(np.angle(np.exp(1j * (value - row.published)))) <= row.last_digit * (1 + 1e-6)
-        return found
-
-    case = next(iter(config.cases))
-    problem = _case_problem(config, "physical", case)
-    exact = solve_linear(*problem.equations(), problem.names)
-    true = problem.model.theta[problem.model.position(problem.names)]
-    wrong = estimates_with_misprint(problem, real_from=ROW_ABOVE)
-    thesis_problem = _case_problem(config, "thesis", case)
-    std = noise_std(thesis_problem.spectrum, 0.01, "white in time", config.record.samples)
-    weighted = replace(thesis_problem.spectrum, covariance=independent_covariance(std**2))
-    covariance = cramer_rao_bound(
-        replace(thesis_problem, spectrum=weighted),
-        thesis_problem.model.theta[thesis_problem.model.position(thesis_problem.names)],
-    )
-    pair = [thesis_problem.names.index(f"stiffness_loss_{k}") for k in ("22", "44")]
-    tilt = float(noisy.true.sel(parameter="stiffness_loss_44"))
-    scatter = noisy.estimate.sel(
-        record="complete cycles", noise_model="white in time", noise=1, estimator="least_squares"
-    ).sel(parameter="stiffness_loss_44")
-    errors = dominance.error.isel(case=0).sel(parameter="stiffness_loss_22")
-    dominant, full = np.abs(as_complex(dominance.displacement.sel(crack_scale=1.0).isel(speed=0)))
-    growth = (full / dominant - 1)[dominant > 1e-6] * 100  # harmonics above 1 um
-    return {
-        "gyroscopic_values": len(whole),
-        "gyroscopic_reversed": agreeing(thesis, speeds, whole),
-        "gyroscopic_right": agreeing(right, speeds, whole),
-        "gyroscopic_change_percent": np.max(np.abs(responses[0] / responses[1] - 1)) * 100,
-        "critical_reversed_Hz": ", ".join(f"{f:.1f}" for f in critical[0]),
-        "critical_right_Hz": ", ".join(f"{f:.1f}" for f in critical[1]),
-        "uncoupled_Hz": np.sqrt(structure.stiffness[0, 0] / structure.mass[0, 0]) / (2 * np.pi),
-        "coupled_Hz": coupled / (2 * np.pi),
-        "headings_values": len(headings),
-        "headings_printed": meets({"regression": "regression", "fft": "fft_multiples"}),
-        "headings_swapped": meets({"regression": "fft_multiples", "fft": "regression"}),
-        "eq_4_36_c_H": wrong[problem.names.index("internal_damping")],
-        "eq_4_36_c_E": wrong[problem.names.index("external_damping")],
-        "condensation_error": np.max(np.abs(exact / true - 1)),
-        "dk_correlation": covariance[*pair] / np.sqrt(covariance[pair[0], pair[0]] * covariance[pair[1], pair[1]]),
-        "dk_44_bound_percent": np.sqrt(covariance[pair[1], pair[1]]) / tilt * 100,
-        "dk_44_scatter_percent": float(scatter.std()) / tilt * 100,
-        "samples": config.record.samples,
-        "small_crack_percent": float(dominance.crack_scale[0]) * 30,
-        "small_crack_error_percent": float(errors[0]) * 100,
-        "vibration_least_um": np.abs(responses[1]).max(axis=1).min() * 1e6,
-        "vibration_most_um": np.abs(responses[1]).max() * 1e6,
-        "deflection_um": structure.static_deflection[0].real * 1e6,
-        "full_crack_least_percent": growth.min(),
-        "full_crack_most_percent": growth.max(),
-    }
-
-
 def chapter_5(replay, spectra, identification):
     """Numbers on the mass implied by Table 5.1, and on Eq. (5.1).
 
@@ -245,72 +154,6 @@ def chapter_5(replay, spectra, identification):
         "eq_5_1_c_E": wrong[problem.names.index("external_damping")],
         "right_5_c_H": float(ours.sel(parameter="internal_damping")),
         "right_5_c_E": float(ours.sel(parameter="external_damping")),
-    }
-
-
-def deviations(model, printed):
-    """Deviations of printed harmonics of Chapter 6 from the steady state of a model at 100 rad/s.
-
-    printed : rows of `published`, Tables 6.2 to 6.7
-    returns : DataFrame with table, item, computed (m or rad) and deviation (amplitudes relative, phases in rad) of the
-              harmonics above 0.1 um
-    """
-    harmonics = sorted({int(n) for n in printed.item})
-    response = measured_response(model, [100.0], harmonics)[0]
-    rows = []
-    for row in printed.itertuples():
-        value = response[harmonics.index(int(row.item)), CHAPTER_6_NODES[row.case]]
-        if abs(value) < LEAST:
-            continue
-        if row.quantity == "amplitude":
-            computed, deviation = abs(value), abs(abs(value) / row.published - 1)
-        else:
-            computed, deviation = np.angle(value), abs(np.angle(value * np.exp(-1j * row.published)))
-        rows.append({"table": row.table, "item": row.item, "computed": computed, "deviation": deviation})
-    return pd.DataFrame(rows)
-
-
-def chapter_6(config, folder, variants):
-    """Numbers on gyroscopic sign, mass matrix and unbalance phases of the spectra, and on Tables 6.8 and 6.9.
-
-    config : StudyConfig;  folder : of the printed values;  variants : Dataset of `studies.variants.variants`
-    """
-    printed = published(folder, [f"6.{n}" for n in range(2, 8)])
-    printed = printed[printed.method == "regression"]
-    rig = config.rigs["thesis"]
-    effects = [{**item} for item in rig["effects"]]
-    unbalances = [item for item in effects if "eccentricity_phase_rad" in item]
-    phases = [item["eccentricity_phase_rad"] for item in unbalances]
-    for item, phase in zip(unbalances, reversed(phases), strict=True):
-        item["eccentricity_phase_rad"] = phase
-    read = {
-        "thesis": rig,
-        "right_sign": {**rig, "rotor": {**rig["rotor"], "gyroscopic_sign": 1}},
-        "right_mass": {**rig, "effects": rig["effects"][:-1]},
-        "printed_phases": {**rig, "effects": effects},
-    }
-    found = {name: deviations(build_model(own, f"Chapter 6, {name}"), printed) for name, own in read.items()}
-    misprint = (found["thesis"].table == "6.4") & (found["thesis"].item == "-2")
-    worst = {name: table.deviation[~misprint].max() * 100 for name, table in found.items()}
-    one = published(folder, ["6.8"])
-    one = one[one.noise_percent == 0].set_index("item").published
-    names = ("e_1", "e_2", "phi_1", "phi_2")
-
-    def off(variant):
-        """Largest deviation of our eccentricities and phases from the printed ones, per cent."""
-        here = variants.estimate.sel(variant=variant, case=chapter_6_tables.CASES["6.8"])
-        ours = {name: chapter_6_tables.PARAMETERS[name] for name in names}
-        return max(abs(float(here.sel(parameter=p)) * factor / one[n] - 1) for n, (p, factor) in ours.items()) * 100
-
-    true = {name: float(variants.true.sel(parameter=chapter_6_tables.PARAMETERS[name][0])) for name in names[:2]}
-    return {
-        **{f"reading_{name}_percent": value for name, value in worst.items()},
-        "minus_2X_um": float(found["thesis"][misprint].computed.iloc[0]) * 1e6,
-        "phi_1_deg": one["phi_1"],
-        "e_1_off_percent": (one["e_1"] / true["e_1"] - 1) * 100,
-        "e_2_off_percent": (one["e_2"] / true["e_2"] - 1) * 100,
-        "opposite_signs_percent": off(chapter_6_tables.VARIANT),
-        "consistent_signs_percent": off("the thesis with consistent signs"),
     }
 
 

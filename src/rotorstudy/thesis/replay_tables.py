@@ -19,14 +19,7 @@ from rotorstudy.thesis.checks import (
     weight_text,
 )
 from rotorstudy.thesis.printed import scored_against
-from rotorstudy.thesis.replay import (
-    BOTH_DAMPINGS,
-    COLUMN,
-    DAMPINGS,
-    remove_slow_roll,
-    rounding_draws,
-    thesis_estimates,
-)
+from rotorstudy.thesis.replay import BOTH_DAMPINGS, COLUMN, DAMPINGS, remove_slow_roll, rounding_draws, thesis_estimates
 from rotorstudy.thesis.scoreboard import KEYS, published
 from rotorstudy.thesis.tables import Table, scored_tables
 from rotorstudy.units import percent
@@ -41,7 +34,7 @@ def shown_compensated(spectra):
 def already_there(config, compensated):
     """harmonic -> its share already present at slow roll, in words."""
     share = slow_roll_share(config, compensated)
-    return {n: slow_roll_text(config, n, share[:, h]) for h, n in enumerate(config.harmonics)}
+    return {n: slow_roll_text(n, share[:, h]) for h, n in enumerate(config.harmonics)}
 
 
 def measured_values(config, spectra):

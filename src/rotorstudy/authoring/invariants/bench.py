@@ -6,7 +6,7 @@ import numpy as np
 
 from rotorstudy.authoring.invariants.base import HARMONICS, SPEEDS, BrokenInvariant, kind_of, require
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.inference.fit import output_error_fit
+from rotorstudy.inference.output_error import output_error_fit
 from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.cracks import crack_parameters

@@ -79,9 +79,8 @@ def check_steady_state(term, structure):
     model, w = bench.plus(term), SPEEDS[1]
     harmonics = np.arange(-SERIES_ORDER, SERIES_ORDER + 1)
     found, without = (harmonic_response(m, [w], harmonics)[0] for m in (model, bench))
-    sampled = (
-        (2 + np.arange(128) / 128) * 2 * np.pi / w
-    )  # after two revolutions a wrong start has lost 96 % of its error
+    # after two revolutions a wrong start has lost 96 % of its error
+    sampled = (2 + np.arange(128) / 128) * 2 * np.pi / w
     start = (found.sum(axis=0), 1j * w * harmonics @ found)
     moved = time_response(model, w, sampled, start=start, relative_tolerance=1e-8)
     seen = (np.fft.fft(moved, axis=0) / len(sampled))[harmonics]

@@ -14,6 +14,7 @@ from rotorstudy.model.entries import Entry
 from rotorstudy.model.model import Model
 from rotorstudy.model.terms import Parameter, Term
 from rotorstudy.response.measured import measured_response
+from rotorstudy.units import HALF_INTERVAL
 
 
 def _bench_problem():
@@ -76,7 +77,7 @@ def estimator_covariance_is_honest(plugin):
     whitened = np.linalg.solve(root, (errors / found.std)[..., None])
     ratio = np.mean(whitened**2)
     require(abs(ratio - 1) < 0.17, f"errors have {ratio:.3g} times the stated variance, correlations counted")
-    share = np.mean(np.abs(errors) <= 1.959964 * found.std)
+    share = np.mean(np.abs(errors) <= HALF_INTERVAL * found.std)
     require(abs(share - 0.95) < 0.03, f"95 % intervals contain the true value in {100 * share:.1f} % of the trials")
 
 

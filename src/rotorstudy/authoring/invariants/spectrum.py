@@ -100,9 +100,8 @@ def spectrum_follows_the_marks(plugin):
     turned = np.arange(20) * 2 * np.pi / SPEED
     marks = 2 * turned / (1 + np.sqrt(1 + 4 * drift * turned))  # where time * (1 + drift * time) = turned
     found = harmonics_by(plugin, signal, time, SPEED, HARMONICS, marks)[0]
-    _require_exact(
-        found, true, 1e-3
-    )  # a cubic spline over pieces of ten revolutions; without it every harmonic is lost
+    # a cubic spline over pieces of ten revolutions; without it every harmonic is lost
+    _require_exact(found, true, 1e-3)
     jitter = 1e-3 / SPEED * np.random.default_rng(6).normal(size=(SPECTRUM_TRIALS, len(marks)))
     trials = [harmonics_by(plugin, signal, time, SPEED, HARMONICS, marks + late) for late in jitter]
     amplitude, stated = (np.array(part) for part in zip(*trials, strict=True))

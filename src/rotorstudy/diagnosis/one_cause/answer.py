@@ -105,16 +105,7 @@ def identified(work: Work, best: Fitted, tried: list[Fitted]) -> Identified:
 
 
 def estimates_of(found: Identified) -> list[tuple[str, float, float, str]]:
-    """(name, value, standard deviation, unit) of the shapes of the causes, what follows, and their amplitudes.
-
-    Parameters
-    ----------
-    found : Identified
-
-    Returns
-    -------
-    list of tuple
-    """
+    """(name, value, standard deviation, unit) of the shapes of the causes, what follows, and their amplitudes."""
     rows, std = [], np.sqrt(np.diag(found.covariance))
     for number, cause in enumerate(found.causes, start=1):
         more = f"[{number}]" if len(found.causes) > 1 else ""

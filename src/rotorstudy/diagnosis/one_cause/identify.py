@@ -13,13 +13,7 @@ import numpy as np
 
 from rotorstudy.diagnosis.one_cause.answer import Identified, identified, is_same
 from rotorstudy.diagnosis.one_cause.shape_starts import first_starts, further_starts, starts_of_another
-from rotorstudy.diagnosis.search.candidates import (
-    candidate,
-    formulas_of,
-    shape_ranges,
-    variants_of,
-    with_vibration,
-)
+from rotorstudy.diagnosis.search.candidates import candidate, formulas_of, shape_ranges, variants_of, with_vibration
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.search.shape_fit import CLOSELY, Work, fitted_from
 from rotorstudy.diagnosis.settings import Settings

@@ -6,14 +6,15 @@ from itertools import product
 import numpy as np
 
 from rotorstudy.diagnosis.search.candidates import Candidate
+from rotorstudy.diagnosis.search.free_forces import motions_by_free_forces
 from rotorstudy.diagnosis.search.screening import Projection, screen_each
 from rotorstudy.diagnosis.search.shape_fit import Fitted, Work, check_together, point_of, ranges_of, reshaped
-from rotorstudy.diagnosis.search.shape_scan import acts_on, motions_by_free_forces
+from rotorstudy.diagnosis.search.shape_scan import acts_on
 from rotorstudy.errors import CannotAct
 from rotorstudy.inference.fit import Fit, fit
 from rotorstudy.inference.prediction import carried_order
 from rotorstudy.inference.prior import Prior
-from rotorstudy.response.near import carried_motion
+from rotorstudy.response.neighbourhood import carried_motion
 
 TRIED = {"position": 20, "angle": 16, "other": 9}  # values of an option
 STARTS = 3  # shapes of each alternative and motion from which steps are made
@@ -73,7 +74,7 @@ def _without(work, found, kept):
     """The Fit with some of the causes of a fit, its amplitudes as they are, and the Motion with all of them."""
     prior, spectrum = work.prior, work.spectrum
     whole = work.whole.plus(*(cause.term for cause in found.causes))
-    theta = np.concatenate([term.theta for term in whole.terms])
+    theta = whole.stated.copy()
     theta[whole.position([*work.prior.names, *(n for c in found.causes for n in c.names)])] = found.amplitudes
     motion = carried_motion(whole, spectrum.speed, spectrum.harmonics, theta, order=carried_order(spectrum))
     model = work.whole.plus(*(cause.term for cause in kept))

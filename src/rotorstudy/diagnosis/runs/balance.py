@@ -131,7 +131,7 @@ def balance(
     ]  # fmt: skip
     names = [unknown.name for term in terms for unknown in term.unknowns]
     whole = whole.plus(*terms)
-    values = dict(zip(whole.names, np.concatenate([term.theta for term in whole.terms]), strict=True))
+    values = dict(zip(whole.names, whole.stated, strict=True))
     values |= dict(zip(prior.names, prior.mean, strict=True))
 
     def changes(of, corrections):

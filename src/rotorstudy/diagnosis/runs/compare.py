@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import block_diag
 
+from rotorstudy.diagnosis.search.candidates import with_vibration
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import Diagnosis, investigate
@@ -89,9 +90,7 @@ def compare(
     if np.array_equal(before.amplitude, after.amplitude):
         raise RotorstudyError("both states have the same harmonics at every speed: give the records of two states")
     model, more = known_as_before(model, before, settings) if model.uncertainty is None else (model, [])
-    size = np.sqrt(np.mean(np.sum(np.abs(after.amplitude[:, after.harmonics != 0]) ** 2, axis=1), axis=-1))
-    structure = replace(model.structure, vibration=float(np.median(size)))
-    model = replace(model, structure=structure, before=frozenset(model.names))
+    model = replace(with_vibration(model, after), before=frozenset(model.names))
     difference = _difference(before, after, model.earlier, settings)
     if settings.repeatability:
         model, settings = _with_scatter(model, difference.speed, after, settings)
@@ -100,16 +99,7 @@ def compare(
 
 
 def of_changes(settings: Settings) -> Settings:
-    """The settings with how often each effect is what changed between two runs, unless they state a rate of their own.
-
-    Parameters
-    ----------
-    settings : Settings
-
-    Returns
-    -------
-    Settings
-    """
+    """The settings with how often each effect is what changed between two runs, unless they state their own rate."""
     effects = registry().plugins["effect"]
     rates = {name: one.change_rate for name, one in effects.items() if one.change_rate is not None}
     at_discs = {*settings.at_discs, *(name for name, one in effects.items() if one.at_discs)}
@@ -224,14 +214,13 @@ def known_as_before(model: Model, spectrum: Spectrum, settings: Settings) -> tup
         notes = [Finding("warning", "state before not explained", "state before", text)]
     model = with_numbers(model, prior.names)  # without the calibration of the probes
     place = [i for i, name in enumerate(prior.names) if name in model.names]
-    values = dict(zip(found.model.names, found.theta, strict=True))
     names, covariance = tuple(prior.names[i] for i in place), found.covariance[np.ix_(place, place)]
     moving = {name for one in settings.run_to_run for name in model.amplitudes_of(one)}
     for i, name in enumerate(names):
         if name in moving:  # the next run has another value again, as far off as stated
             covariance[i], covariance[:, i] = 0.0, 0.0
             covariance[i, i] = prior.std[prior.names.index(name)] ** 2
-    terms = tuple(_with_values(term, values) for term in model.terms)
+    terms = tuple(_with_values(term, found.values) for term in model.terms)
     return replace(model, terms=terms, uncertainty=Uncertainty(names, covariance)), notes
 
 

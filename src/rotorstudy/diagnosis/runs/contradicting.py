@@ -120,7 +120,7 @@ def _contradicted(joint, run, freed, sense):
     """The Finding on stated masses that the records contradict, with those that they show."""
     names = [name for name in freed.own.names if name not in run.own.names]
     theta, covariance = joint.of([freed.joint_name(name) for name in names])
-    stated = dict(zip(run.model.names, np.concatenate([term.theta for term in run.model.terms]), strict=True))
+    stated = dict(zip(run.model.names, run.model.stated, strict=True))
     factor = {
         f"{term.full_name(p)}_real": p.also["unbalance"][1]
         for term in run.model.terms

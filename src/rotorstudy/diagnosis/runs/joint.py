@@ -248,12 +248,21 @@ def unbalance_term(
     where: str,
 ) -> Term:
     """The Term of an added unbalance, that of a gram at an eccentricity; label : of the term, where : for an error."""
-    node = conventions.node(added.node, where) if isinstance(added.node, str) else added.node
+    node = _node_named(added.node, structure, conventions, where) if isinstance(added.node, str) else added.node
     item = {"kind": "unbalance", "node": node, "mass_kg": GRAM, "label": label}
     if added.unbalance_g_mm is not None:
         item["eccentricity_m"] = added.unbalance_g_mm * GRAM_MM / GRAM
         item["eccentricity_phase_rad"] = float(conventions.sense * np.deg2rad(added.angle_deg))
     return make_term("effect", item, structure, sensors, where)
+
+
+def _node_named(name, structure, conventions, where):
+    """Node of the rig with a label of `measurement: node_of_label:`, or that of its disc or bearing."""
+    named = {label: node for node, label in structure.labels.items()}
+    named |= {str(label): node for label, node in conventions.node_of_label.items()}
+    if name not in named:
+        raise unknown_name("node label", name, named, f"{where}; label a disc so, or list it under 'node_of_label:'")
+    return named[name]
 
 
 def _prior_of_added(term, added, settings):

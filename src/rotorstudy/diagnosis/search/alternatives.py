@@ -69,7 +69,7 @@ def _instead_of(work, current, cause):
         inaccuracy = OF_CONTACTS if any(u.force for u in one.term.unknowns) else INACCURACY
         if judged(one) >= least - inaccuracy * odds[cause.label].explained and len(best) < ALTERNATIVES:
             best.setdefault(one.cause, one)
-    theta = dict(zip(current.fit.model.names, current.fit.theta, strict=True))
+    theta = current.fit.values
     options = [Option((*rest, c), theta | dict(zip(c.names, odds[c.label].start, strict=True))) for c in best.values()]
     return fit_closest(work, options)
 
@@ -116,7 +116,7 @@ def _scanned_instead(work, current, causes, may_be):
     if not chosen:
         return []
     found = scan(work, work.held(rest, current.fit), list(chosen.values()), refined=len(chosen))
-    theta = dict(zip(current.fit.model.names, current.fit.theta, strict=True))
+    theta = current.fit.values
     least = max((s.evidence - LEFT_BY_SHAPE * s.explained for _, s in found), default=0.0) - REACH
     options = [
         Option((*rest, one), theta | dict(zip(one.names, screened.start, strict=True)))

@@ -188,17 +188,7 @@ def formulas_of(effect: str) -> list[dict]:
 
 
 def with_vibration(model: Model, spectrum: Spectrum) -> Model:
-    """The model whose usual sizes fit the records: the vibration of the median speed, all harmonics and sensors.
-
-    Parameters
-    ----------
-    model : Model
-    spectrum : Spectrum
-
-    Returns
-    -------
-    Model
-    """
+    """The model whose usual sizes fit the records: the vibration of the median speed, all harmonics and sensors."""
     moving = spectrum.amplitude[..., spectrum.harmonics != 0, :]
     size = np.sqrt(np.mean(np.sum(np.abs(moving) ** 2, axis=-2), axis=-1))
     return replace(model, structure=replace(model.structure, vibration=float(np.median(size))))

@@ -29,17 +29,7 @@ EXCHANGED = 3  # causes beside a crack that are fitted instead of another one
 
 
 def with_a_crack(work: Search, current: Explanation) -> list[Explanation]:
-    """Explanations by a crack and one other cause, the pairs that explain most at the motion of an explanation.
-
-    Parameters
-    ----------
-    work : Search
-    current : Explanation
-
-    Returns
-    -------
-    list of Explanation
-    """
+    """Explanations by a crack and one other cause, the pairs that explain most at the motion of an explanation."""
     laws = {tuple(c.variant.values()): c for c in work.candidates if is_sought_everywhere(c)}
     cracks = [shape for law in laws.values() for shape in _over_its_ranges(work, law)]
     others = [c for c in work.candidates if not c.shape and not c.fixed]

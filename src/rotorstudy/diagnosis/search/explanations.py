@@ -5,10 +5,11 @@ from functools import cached_property
 
 import numpy as np
 
-from rotorstudy.diagnosis.search.candidates import Candidate, shape_ranges
+from rotorstudy.diagnosis.search.candidates import Candidate
 from rotorstudy.diagnosis.search.odds import LEAST_LOG_PROBABILITY, Explanation, PriorOdds, log_posterior_odds, odds_of
 from rotorstudy.diagnosis.search.screening import Projected, Screened, project, screen_each
 from rotorstudy.diagnosis.search.shape_equations import shape_equations
+from rotorstudy.diagnosis.search.shape_fit import ranges_of
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import NoSteadyState, PluginError
 from rotorstudy.inference.fit import Fit, fit
@@ -155,8 +156,7 @@ class Search:
     def held(self, causes, fitted: Fit) -> Fit:
         """The model with some causes at the values of a fit, those of the base parameters included."""
         extended, known, _ = self._extension(causes)
-        own = dict(zip(fitted.model.names, fitted.theta, strict=True))
-        return fit(extended, self.spectrum, known, start=self.start(causes, own), steps=0)
+        return fit(extended, self.spectrum, known, start=self.start(causes, fitted.values), steps=0)
 
     def is_rejected_as_stated(self, explanation: Explanation) -> bool:
         """Whether noise and the stated model error, without an error of the causes, do not explain what is left."""
@@ -167,7 +167,7 @@ class Search:
     def start(self, causes, values: dict) -> np.ndarray:
         """(parameter,) of the model extended by some causes: values by name, the stated ones for the others."""
         extended = self._extended(causes)
-        stated = dict(zip(self.model.names, np.concatenate([t.theta for t in self.model.terms]), strict=True))
+        stated = dict(zip(self.model.names, self.model.stated, strict=True))
         stated |= dict(zip(self.prior.names, self.prior.mean, strict=True)) | values
         return np.array([stated.get(name, 0.0) for name in extended.names])
 
@@ -217,7 +217,7 @@ def _with_free_shapes(work, explanation):
                 continue
             odds -= 0.5 * (np.linalg.slogdet(normal)[1] - np.linalg.slogdet(normal[:free, :free])[1])
             whole = invert(normal)
-            ranges = shape_ranges(cause.effect, work.rig.structure, cause.where.get("node"))
+            ranges = ranges_of(work, cause)
             searched = [name for name in ranges if name in cause.shape]
             std = np.sqrt(np.diag(whole)[free:])
             spread = {n: ranges[n].slope(cause.shape[n]) * x for n, x in zip(searched, std, strict=True)}

@@ -35,7 +35,7 @@ def with_formulas(work: Search, best: Explanation) -> Explanation:
     options = []
     for known in alone[:STARTS]:
         (cause,) = known.causes
-        theta = dict(zip(known.fit.model.names, known.fit.theta, strict=True))
+        theta = known.fit.values
         place = work.rig, cause.effect, cause.where, cause.shape, cause.term.label, work.settings.prior_width
         options += [Option((candidate(*place, one),), theta) for one in formulas_of(cause.effect)]
     stepped = [refine(work, e, again=False) for e in best_of_each_shape(fit_closest(work, options))]

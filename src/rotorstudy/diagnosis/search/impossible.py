@@ -8,7 +8,7 @@ from rotorstudy.inference.prediction import carried_order
 from rotorstudy.measurement.findings import Finding
 from rotorstudy.model.registry import registry
 from rotorstudy.response.alternating import affine_error
-from rotorstudy.response.near import carried_motion
+from rotorstudy.response.neighbourhood import carried_motion
 from rotorstudy.response.stability import growth_of_free_motion
 from rotorstudy.units import RAD_PER_S
 
@@ -20,9 +20,9 @@ def is_impossible(work, explanation):
     """Whether an explanation cannot be true.
 
     A free motion that grows at a measured speed leaves no steady records; where the rig is unstable without causes too,
-    that is no fault of the explanation. A contact that never opens or closes in the
-    records is a constant force and a stiffness. A support cannot lose more stiffness than it has, and a damping or a
-    stiffness that is built in cannot be negative.
+    that is no fault of the explanation. A contact that never opens or closes in the records is a constant force and a
+    stiffness. A support cannot lose more stiffness than it has, and a damping or a stiffness that is built in cannot be
+    negative.
 
     work : Search, which says where the rig is unstable;  explanation : Explanation
     """

@@ -252,15 +252,13 @@ def _static_and_couple(parts, fitted):
 def total(cause: Candidate, name: str, fitted: Fit) -> tuple[float, float]:
     """Mean and standard deviation of an amplitude of a cause together with what the base has of the same."""
     same = {name: 1.0, **cause.positive[name]}
-    theta = dict(zip(fitted.model.names, fitted.theta, strict=True))
+    theta = fitted.values
     weight = np.array([same.get(free, 0.0) for free in fitted.names])
     return sum(factor * theta[one] for one, factor in same.items()), np.sqrt(weight @ fitted.covariance @ weight)
 
 
 def _stated(cause, name, fitted):
     """Mean of the prior of that total, in standard deviations of the prior of the amplitude."""
-    theta = dict(zip(fitted.model.names, fitted.theta, strict=True)) | dict(
-        zip(fitted.prior.names, fitted.prior.mean, strict=True)
-    )
+    theta = fitted.values | dict(zip(fitted.prior.names, fitted.prior.mean, strict=True))
     stated = sum(factor * theta[one] for one, factor in cause.positive[name].items())
     return stated / fitted.prior.std[fitted.names.index(name)]

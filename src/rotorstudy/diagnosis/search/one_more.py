@@ -35,7 +35,7 @@ def with_one_more(work, current, fits=None, values=None):
         chosen, screenings = _with_scanned(work, chosen, screenings, fits)
     promising = _promising(work, chosen, screenings, work.settings.candidates_per_round)
     known = values or current.fit
-    theta = dict(zip(known.model.names, known.theta, strict=True))
+    theta = known.values
     options = [
         Option((*current.causes, chosen[i]), theta | dict(zip(chosen[i].names, one.start, strict=True)))
         for i, one in promising.items()
@@ -80,7 +80,7 @@ def _ordinary(work, fitted, chosen, screened):
     They are fitted even if others, with more amplitudes, explain more of the records.
     """
     found = faults_at_several_discs(work, fitted, chosen)
-    theta = dict(zip(fitted.model.names, fitted.theta, strict=True))
+    theta = fitted.values
     for name in dict.fromkeys(c.effect for c in chosen if base_rate(c.effect, work.settings) > 1):
         places = [i for i, c in enumerate(chosen) if c.effect == name]
         odds = {i: screened[i].evidence + np.log(work.prior_odds.of(chosen[i])) for i in places}

@@ -63,10 +63,9 @@ def base_model(model: Model, settings: Settings) -> tuple[Model, Prior]:
     terms = []
     for kind in settings.nuisance:
         places = registry().get("effect", kind, "nuisance").places(model.structure, model.sensors)
-        terms += [
-            make_term("effect", {"kind": kind, **place, "label": f"calibration {i}"}, model.structure, model.sensors)
-            for i, place in enumerate(places)
-        ]
+        for place in places:
+            label = " ".join(["calibration", *(f"{key} {value}" for key, value in place.items())])
+            terms.append(make_term("effect", {"kind": kind, **place, "label": label}, model.structure, model.sensors))
     known = {unknown.name: (0.0, settings.nuisance[term.kind]) for term in terms for unknown in term.unknowns}
     uncertainty = with_rotor(settings.uncertainty, model.structure)
     model = with_numbers(model, (name for name, share in uncertainty.items() if share))

@@ -4,14 +4,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rotorstudy.diagnosis.search.candidates import Candidate, shape_ranges, with_shape
+from rotorstudy.diagnosis.search.candidates import Candidate, with_shape
+from rotorstudy.diagnosis.search.shape_fit import DIFFERENCE, ranges_of
 from rotorstudy.inference.fit import Fit
 from rotorstudy.inference.prediction import predicted
 
 if TYPE_CHECKING:
     from rotorstudy.diagnosis.search.explanations import Search
-
-SHAPE_DIFFERENCE = 1e-4  # of the range of a shape option, for its derivative
 
 
 def shape_equations(work: "Search", causes, fitted: Fit, cause: Candidate):
@@ -61,14 +60,10 @@ def shape_columns(work: "Search", causes, fitted: Fit, cause: Candidate):
     ------
     NoSteadyState
     """
-    ranges = {
-        name: ends
-        for name, ends in shape_ranges(cause.effect, work.rig.structure, cause.where.get("node")).items()
-        if name in cause.shape
-    }
+    ranges = {name: ends for name, ends in ranges_of(work, cause).items() if name in cause.shape}
     columns = []
     for name, ends in ranges.items():
-        off = SHAPE_DIFFERENCE if ends.fraction(cause.shape[name]) < 0.5 else -SHAPE_DIFFERENCE
+        off = DIFFERENCE if ends.fraction(cause.shape[name]) < 0.5 else -DIFFERENCE
         there = {**cause.shape, name: ends.value(ends.fraction(cause.shape[name]) + off)}
         moved = with_shape(work.rig, cause, there, work.settings.prior_width)
         extended = work.model.plus(*((moved if c is cause else c).term for c in causes))

@@ -9,13 +9,7 @@ import numpy as np
 from rotorstudy.diagnosis.search.candidates import Candidate, shape_ranges, with_shape
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import CannotAct, NoConvergenceError, NoSteadyState
-from rotorstudy.inference.levenberg_marquardt import (
-    ESTIMATE,
-    HYPOTHESIS,
-    Convergence,
-    Minimum,
-    levenberg_marquardt,
-)
+from rotorstudy.inference.levenberg_marquardt import ESTIMATE, HYPOTHESIS, Convergence, Minimum, levenberg_marquardt
 from rotorstudy.inference.prediction import whitened_prediction
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.spectrum import Spectrum

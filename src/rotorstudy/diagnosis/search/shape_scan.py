@@ -6,36 +6,32 @@ receptances of the rotor with a free force there. Each shape is then judged by l
 one is refined by sampling about it.
 """
 
-from collections.abc import Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.diagnosis.search.candidates import Candidate, shape_ranges, with_shape
+from rotorstudy.diagnosis.search.candidates import Candidate
 from rotorstudy.diagnosis.search.explanations import Search
+from rotorstudy.diagnosis.search.free_forces import motions_by_free_forces
 from rotorstudy.diagnosis.search.screening import Projection, Screened, screen_each
+from rotorstudy.diagnosis.search.shape_fit import ranges_of, reshaped
 from rotorstudy.errors import CannotAct, NoSteadyState
 from rotorstudy.inference.fit import Fit
-from rotorstudy.inference.prediction import carried_order
-from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.registry import registry
-from rotorstudy.response.harmonic import positions
-from rotorstudy.response.near import Motion, Near
+from rotorstudy.response.neighbourhood import Motion
 
 FIRST_SAMPLES = (0, 16, 32, 64, 128)  # shapes over the whole range, by the number of options
 STARTS = 3  # best of these, about which closer ones are tried: a force at one instant has several near-equal shapes
 MORE_ALONG_SHAFT = 4  # times as many shapes and starts where the position on the shaft is one of the options
-PARTS = (
-    6  # then, of the range of an option; each has a start of its own, as a crack elsewhere may explain nearly as much
-)
+PARTS = 6  # of the range of an option, then; each has a start, as a crack elsewhere may explain nearly as much
 HALVES = 2  # of a full turn, likewise
 ANOTHER_SIDE = 0.25  # of a turn
-DEPENDENT = 1e-9  # ratio of a column's part that others do not have to the longest: below it nothing tells it apart
 SAMPLES = 9  # shapes per round and option about the best ones
 REFINED = 2  # places of each effect at which the best shape is refined
 LEAST_SEEN = 0.01  # share of the cost that the best coarse shape of a place explains, if it is refined
 SPREADS = (0.12, 0.05, 0.02, 0.008, 0.003)  # standard deviation of the shapes of each round, as a share of the range
+COARSE = 3  # rounds that are always made
+STILL_GAINS = 0.1  # log odds gained by a round, from which the next one is made: a fit finds the rest
 
 
 class Scanned(NamedTuple):
@@ -64,63 +60,6 @@ def acts_on(cause, structure):
     (unknown,) = cause.term.unknowns
     matrix = unknown.force.matrix if unknown.force else np.real(unknown.entries[0].matrix)
     return matrix[np.argmax(np.linalg.norm(matrix, axis=1))]
-
-
-def motions_by_free_forces(
-    fitted: Fit, spectrum: Spectrum, rows: Sequence[np.ndarray], near: Near | None = None
-) -> list[Motion]:
-    """The Motions of a fitted model with a force on one coordinate, free at every harmonic and speed, fitted best.
-
-    Parameters
-    ----------
-    fitted : Fit
-    spectrum : Spectrum
-    rows : sequence of ndarray (dof,)
-        The coordinates, each by a unit of each of the model: a node, or a deformation of the shaft.
-    near : Near, optional
-        Of the fitted model at the speeds and harmonics of the spectrum, if it exists already.
-
-    Returns
-    -------
-    list of Motion
-        One for each row.
-
-    Raises
-    ------
-    NoSteadyState
-    """
-    if not rows:
-        return []
-    near = near or Near(fitted.model, spectrum.speed, spectrum.harmonics, fitted.theta, order=carried_order(spectrum))
-    measured, speeds = positions(spectrum.harmonics, near.blocks), len(spectrum.speed)
-    free = [2 * i + part for part in (0, 1) for i in measured]  # components of the force
-    seen = np.array([sum(row[i] * near.shown_replies(int(i)) for i in np.flatnonzero(row)) for row in rows])
-    seen = np.moveaxis(seen[:, :, free].reshape(len(rows), speeds, len(free), len(measured), -1), 1, 2)
-    columns = spectrum.whitened(seen).reshape(len(rows), len(free), speeds, -1)
-    force = np.zeros((len(rows), speeds, 2 * len(near.blocks.harmonics)), complex)
-    force[..., free] = least_squares(np.moveaxis(columns, 1, -1), fitted.residual.reshape(speeds, -1))
-    still = near.motion
-    return [
-        Motion(still.amplitude + near.moved_by(row, one), still.deflection)
-        for row, one in zip(rows, force, strict=True)
-    ]
-
-
-def least_squares(matrices: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Solutions (..., unknown) of systems (..., equation, unknown) with right-hand sides (..., equation).
-
-    Of least length where a column depends on others.
-    """
-    q, r = np.linalg.qr(matrices)
-    right = np.broadcast_to(right, matrices.shape[:-1])
-    size = np.abs(np.diagonal(r, axis1=-2, axis2=-1))
-    found = np.empty(size.shape)
-    independent = size.min(axis=-1) > DEPENDENT * size.max(axis=-1)
-    q, r = q[independent], r[independent]
-    found[independent] = np.linalg.solve(r, np.swapaxes(q, -1, -2) @ right[independent][..., None])[..., 0]
-    for at in zip(*np.nonzero(~independent), strict=True):
-        found[at] = np.linalg.lstsq(matrices[at], right[at], rcond=DEPENDENT)[0]
-    return found
 
 
 def scan(
@@ -188,13 +127,7 @@ class _Scan(NamedTuple):
     @property
     def ranges(self):
         """Option -> ShapeRange."""
-        return shape_ranges(self.cause.effect, self.work.rig.structure, self.cause.where.get("node"))
-
-    def at(self, point, label):
-        """The cause in the shape at a point (option,) of its ranges."""
-        shape = {name: ends.value(x) for (name, ends), x in zip(self.ranges.items(), point, strict=True)}
-        labelled = self.cause._replace(term=replace(self.cause.term, label=label))
-        return with_shape(self.work.rig, labelled, shape, self.work.settings.prior_width)
+        return ranges_of(self.work, self.cause)
 
     def judged(self, points, kept=False):
         """The shapes at some points (shape, option), the best first, without those in which the cause cannot act.
@@ -223,7 +156,7 @@ class _Scan(NamedTuple):
         groups = {}
         for i, point in enumerate(points):
             try:
-                cause = self.at(point, f"{self.cause.term.label} {i}")
+                cause = reshaped(self.work, self.cause, point, f"{self.cause.term.label} {i}")
             except CannotAct:  # such as a crack in a hollow part of the shaft
                 continue
             row = acts_on(cause, self.work.rig.structure)
@@ -268,16 +201,24 @@ class _Scan(NamedTuple):
     def refined(self, starts):
         """List of Scanned, found by rounds of ever closer shapes about fewer and fewer of the best ones."""
         random = np.random.default_rng(0)  # the same numbers for the same records
-        for spread in SPREADS:
+        for number, spread in enumerate(SPREADS):
+            before = starts[0].screened.evidence
             count = SAMPLES * len(self.ranges) * self._more // len(starts)
             about = [one.point + spread * random.standard_normal((count, len(self.ranges))) for one in starts]
             closer = self.judged(np.concatenate(about))
             kept = 1 if spread == SPREADS[-1] else max(len(starts) - 1, 1)
             found = sorted([*starts, *closer], key=lambda one: -one.screened.evidence)
             starts = self._distinct(found)[:kept]
-        return [
-            Scanned(self.at(one.point, self.cause.term.label), one.screened) for one in (*starts, *self._facing(found))
-        ]
+            gained = found[0].screened.evidence - before
+            if self._is_fitted_closely and number + 1 >= COARSE and gained < STILL_GAINS:
+                break
+        best = (*starts, *self._facing(found))
+        return [Scanned(reshaped(self.work, self.cause, one.point), one.screened) for one in best]
+
+    @property
+    def _is_fitted_closely(self):
+        """Whether a fit finds the best shape near a good one: several of a crack or a contact are nearly equal."""
+        return bool(self.cause.where) and not any(u.force for u in self.cause.term.unknowns)
 
     def _facing(self, found):
         """The best shape that faces another side than the best one: which side is open decides little at first."""

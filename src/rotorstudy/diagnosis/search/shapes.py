@@ -2,10 +2,11 @@
 
 import numpy as np
 
-from rotorstudy.diagnosis.search.candidates import shape_ranges, with_shape
+from rotorstudy.diagnosis.search.candidates import with_shape
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.odds import Explanation, odds_of
 from rotorstudy.diagnosis.search.shape_equations import shape_equations
+from rotorstudy.diagnosis.search.shape_fit import ranges_of
 from rotorstudy.diagnosis.search.shape_scan import can_be_scanned, scan
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.linear import invert
@@ -76,15 +77,10 @@ def _apart(explanation, name):
     return tuple(cause for cause in explanation.causes if cause is not one), one
 
 
-def _values(explanation):
-    """Value of each parameter of an explanation, by name."""
-    return dict(zip(explanation.fit.model.names, explanation.fit.theta.tolist(), strict=True))
-
-
 def _stepped(work, explanation, name):
     """The explanation with the shape options of a cause, scaled to their ranges, optimised by Gauss-Newton steps."""
     rest, own = _apart(explanation, name)
-    ranges = shape_ranges(own.effect, work.rig.structure, own.where.get("node"))
+    ranges = ranges_of(work, own)
 
     def explain(point, values):
         shape = {option: ranges[option].value(x) for option, x in zip(ranges, point, strict=True)}
@@ -94,7 +90,7 @@ def _stepped(work, explanation, name):
     best = explanation
     point = [ranges[option].fraction(own.shape[option]) if option in own.shape else 0.5 for option in ranges]
     if ranges and set(ranges) != set(own.shape):
-        best = explain(point, _values(best)) or best
+        best = explain(point, best.fit.values) or best
     for _ in range(SHAPE_STEPS if set(ranges) == set(_apart(best, name)[1].shape) and ranges else 0):
         normal, right = shape_equations(work, best.causes, best.fit, _apart(best, name)[1])
         step, moved = np.split(invert(normal) @ right, [len(right) - len(ranges)])
@@ -104,7 +100,7 @@ def _stepped(work, explanation, name):
                 ends.fraction(ends.value(x)) for ends, x in zip(ranges.values(), point + share * moved, strict=True)
             ]
             changed = dict(zip(best.fit.names, (best.fit.free + share * step).tolist(), strict=True))
-            tried = explain(ahead, _values(best) | changed)
+            tried = explain(ahead, best.fit.values | changed)
             if tried and odds_of(tried) > odds_of(best):
                 break
         if not tried or odds_of(tried) <= odds_of(best):
@@ -144,7 +140,7 @@ def _rescanned(work, explanation, name):
             break
         cause, screened = scanned[0]
         causes = (*rest, cause)
-        start = work.start(causes, _values(explanation) | dict(zip(cause.names, screened.start, strict=True)))
+        start = work.start(causes, explanation.fit.values | dict(zip(cause.names, screened.start, strict=True)))
         tried = work.explain(causes, [start])
         if not tried or odds_of(tried) <= odds_of(explanation):
             break

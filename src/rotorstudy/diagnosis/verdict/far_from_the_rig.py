@@ -19,7 +19,7 @@ def far_from_the_rig(found, moved, labels):
     found : Search;  moved : list of MovedParameter;  labels : {name: readable name} of the parameters
     """
     best, settings = found.best, found.settings
-    theta = dict(zip(best.fit.model.names, best.fit.theta, strict=True))
+    theta = best.fit.values
     said = [
         f"{labels[row.name]} moved by {abs(row.moved_sigma):.0f} stated standard deviations"
         for row in moved

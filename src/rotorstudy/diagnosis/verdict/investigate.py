@@ -22,6 +22,7 @@ from rotorstudy.diagnosis.verdict.excluded import excluded
 from rotorstudy.diagnosis.verdict.far_from_the_rig import far_from_the_rig
 from rotorstudy.diagnosis.verdict.held_out import gain_of, is_upheld, is_worse, split
 from rotorstudy.diagnosis.verdict.next_run import next_runs
+from rotorstudy.diagnosis.verdict.one_place import explaining_places
 from rotorstudy.diagnosis.verdict.outside import with_outside
 from rotorstudy.diagnosis.verdict.result import PValues, Verdict
 from rotorstudy.diagnosis.verdict.resultant import resultant_of
@@ -106,18 +107,8 @@ def investigate(
     measured, held = split(spectrum, settings.hold_out_rad_s if hold_out is None else hold_out)
     fitted = with_model_error(measured, settings)
     held = None if held is None else with_model_error(held, settings)
-    begun = begin(model, fitted, settings)
-    log.info("testing whether conventions of the records are wrongly stated")
-    tested = tested_convention(begun, measured) if model.before is None else None  # shared by both states
-    chain = clear_convention(begun, tested) if tested else None
-    found = unsearched(begun) if chain else search(begun)
-    base, expected = found.base, None
-    if held is not None:
-        expected = with_cause_error(held, held.amplitude - predicted(base.model, held, base.theta), found.cause_error)
-    if tested and not chain:
-        chain = chain_hypothesis(found, begun.base, tested)
-    found = replace(found, upheld=chain is None and is_upheld(found, expected))
-    best = found.best
+    found, chain, expected = _searched(model, measured, fitted, held, settings)
+    base, best = found.base, found.best
     rows = fitted.data_count
     p_values = PValues(before=chi_square_p_value(base.cost, rows), after=chi_square_p_value(best.fit.cost, rows))
     p_parameters = chi_square_p_value(best.fit.penalty, len(best.fit.names))
@@ -129,10 +120,13 @@ def investigate(
         kind = "nothing" if min(p_values.before, p_parameters) >= settings.significance else "unknown"
     elif _is_rejected(found, p_values.after, p_parameters) or is_worse(base, best.fit, expected, settings, gain):
         kind = "unknown"
-    elif stated or min(probability[fault] for fault in best.faults) < settings.naming_probability:
-        kind = "ambiguous"
     else:
-        kind = "cause"
+        is_sure = min(probability[fault] for fault in best.faults) >= settings.naming_probability
+        kind = "cause" if is_sure and not stated else "ambiguous"
+    alone = []
+    if chain is None and model.before is None and (kind == "unknown" or len(best.faults) > 1):
+        alone = explaining_places(found, fitted, best.fit.cost / rows if kind != "unknown" else 1.0)
+        kind = "unknown" if alone else kind
     labels = parameter_labels(best.fit.model, best.causes)
     moved = moved_parameters(best.fit, found.prior.by_name)
     if chain is not None:
@@ -154,6 +148,7 @@ def investigate(
         unexplained=unexplained(best.fit, fitted, settings) if kind == "unknown" or best.causes else [],
         residual_p_value=p_values,
         cause_error=found.cause_error if best.causes else 0.0,
+        one_place=alone,
         corrects_model=corrects_model(best, found.candidates),
         residual_share=left,
         log_posterior_odds=max(odds, default=None),
@@ -171,6 +166,25 @@ def investigate(
     verdict = verdict.model_copy(update={"summary": summary(verdict)})
     alternatives = frozenset(c.cause for _, parts, _ in stated for c in parts)
     return Diagnosis(verdict, fitted, held, found, best.fit, settings, alternatives, labels)
+
+
+def _searched(model, measured, fitted, held, settings):
+    """The Search, the ChainHypothesis that explains the records better or None, and the Spectrum held out or None.
+
+    measured : Spectrum;  fitted, held : with the model error;  the one returned has the error of the causes too
+    """
+    begun = begin(model, fitted, settings)
+    log.info("testing whether conventions of the records are wrongly stated")
+    tested = tested_convention(begun, measured) if model.before is None else None  # shared by both states
+    chain = clear_convention(begun, tested) if tested else None
+    found = unsearched(begun) if chain else search(begun)
+    expected = None
+    if held is not None:
+        missing = held.amplitude - predicted(found.base.model, held, found.base.theta)
+        expected = with_cause_error(held, missing, found.cause_error)
+    if tested and not chain:
+        chain = chain_hypothesis(found, begun.base, tested)
+    return replace(found, upheld=chain is None and is_upheld(found, expected)), chain, expected
 
 
 def _is_rejected(found, p_residual, p_parameters):

@@ -73,9 +73,9 @@ class Hypothesis:
 
         plain = rows(self.direct, identity) + rows(self.opposite, mirror)
         turned = rows(self.mirrored, mirror) + rows(self.conjugate, identity)
-        upper = np.concatenate([(plain + turned).real, (turned - plain).imag], axis=-1)
-        lower = np.concatenate([(plain + turned).imag, (plain - turned).real], axis=-1)
-        return np.concatenate([upper, lower], axis=-2)
+        return np.block(
+            [[(plain + turned).real, (turned - plain).imag], [(plain + turned).imag, (plain - turned).real]]
+        )
 
 
 def one_probe(reading, node, name):

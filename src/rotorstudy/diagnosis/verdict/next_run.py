@@ -157,8 +157,7 @@ def with_term(fitted: Fit, term: Term) -> Fit:
     Fit
     """
     model = fitted.model.plus(term)  # whose amplitudes of the measuring chain remain the last ones
-    values = dict(zip(fitted.model.names, fitted.theta, strict=True))
-    values |= dict(zip((unknown.name for unknown in term.unknowns), term.theta, strict=True))
+    values = fitted.values | dict(zip((unknown.name for unknown in term.unknowns), term.theta, strict=True))
     return replace(fitted, model=model, theta=np.array([values[name] for name in model.names]))
 
 

@@ -110,6 +110,18 @@ class Unexplained(Result):
     sigma: float
 
 
+class OnePlace(Result):
+    """A place at which one force, free at every speed and harmonic, explains the records whatever its cause.
+
+    where : {"node": 4} or {"element": 3};  motion : a force, a moment, or bending moments of an element
+    p_value : of what it leaves
+    """
+
+    where: Annotated[dict[str, Any], BeforeValidator(_without_numpy)]
+    motion: Literal["force", "moment", "bending"]
+    p_value: float
+
+
 class PValues(Result):
     """Probability of a residual this large by noise alone, of the base model and with the causes added."""
 
@@ -221,6 +233,7 @@ class Verdict(Result):
     cause_error: float
     log_posterior_odds: float | None
     parameter_p_value: float
+    one_place: tuple[OnePlace, ...] = ()
     outside_probability: float = 0.0
     corrects_model: bool = False
     detection_limit: tuple[DetectionLimit, ...]

@@ -70,7 +70,7 @@ def _of_all_discs(found, best, nodes):
     width = found.settings.prior_width
     known = {unknown.name: (0.0, width * unknown.typical) for term in terms for unknown in term.unknowns}
     model = found.model.plus(*terms)
-    start = dict(zip(found.base.model.names, found.base.theta, strict=True))
+    start = found.base.values
     try:
         fitted = fit(
             model,

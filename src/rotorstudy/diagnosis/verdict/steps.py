@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rotorstudy.diagnosis.verdict.words import FEW, doubts, place, readable
+from rotorstudy.diagnosis.verdict.words import FEW, doubts, is_too_many, place, readable, where_it_acts
 from rotorstudy.model.registry import registry
 from rotorstudy.units import RAD_PER_S, number, p_value, percent, quantity
 
@@ -25,6 +25,7 @@ def known_and_not(verdict, of_change=False):
     """
     changed = "The machine differs between the two states" if of_change else "The machine differs from the rig file"
     known = f"{changed} by more than noise and the errors stated for it ({p_value(verdict.residual_p_value.before)})."
+    known += f" {where_it_acts(verdict).capitalize()}" * bool(verdict.one_place)
     if not verdict.causes:
         return {"Known": known, "Not known": "The cause: no effect of the library fits."}
     near = " together with ".join(map(place, verdict.causes))
@@ -36,6 +37,8 @@ def known_and_not(verdict, of_change=False):
         why = f"it needs values far from those stated ({p_value(verdict.parameter_p_value)})"
     elif verdict.residual_p_value.after < verdict.settings.significance:
         why = f"it leaves more than noise ({p_value(verdict.residual_p_value.after)})"
+    elif is_too_many(verdict):
+        why = "that several causes look like one force is improbable"
     else:
         why = "it does not hold at speeds that no fit has seen"
     return {"Known": known, "Not known": f"Whether that is the cause: {why}. So its size is not stated here."}

@@ -22,11 +22,16 @@ def readable(name):
 
 
 def place(named):
-    """'unbalance at node 2 (disc A)' for a Place, Cause or DetectionLimit; for a Candidate without the rig's label."""
+    """'unbalance at node 2 (disc A)', 'bow in elements 5 to 8' for a Place, Cause or DetectionLimit.
+
+    For a Candidate without the rig's label.
+    """
     labelled = f" ({named.label})" if isinstance(named, Place) and named.label else ""
+    said = {"node": f"at node {{}}{labelled}", "element": "in element {}"}
+    if "last_element" in named.where:
+        said |= {"element": "in elements {}", "last_element": "to {}"}
     where = " ".join(
-        f"at node {_listed(value)}{labelled}" if key == "node" else f"({key} {_listed(value)})"
-        for key, value in named.where.items()
+        said.get(key, f"({readable(key)} {{}})").format(_listed(value)) for key, value in named.where.items()
     )
     return f"{readable(named.effect)} {where}".strip()
 
@@ -118,9 +123,12 @@ def _variants(cause):
     return {readable(key): " or ".join(dict.fromkeys(readable(one[key]) for one in left)) for key in cause.variant}
 
 
-def summary(verdict):
-    """The verdict as a few plain sentences."""
-    said = [_said(verdict)]
+def summary(verdict, of_change=False):
+    """The verdict as a few plain sentences.
+
+    of_change : whether it is on the difference between two states
+    """
+    said = [_said(verdict, of_change)]
     if verdict.verdict == "unknown" and (far := moved_far(verdict.base_parameters)):
         said.append(f"The fit moved these values of the rig far; check them first: {', '.join(far)}.")
     if verdict.resultant:
@@ -170,12 +178,15 @@ def doubts(verdict):
     return ", ".join(dict.fromkeys(f.name for f in verdict.findings if f.severity == "warning"))
 
 
-def _said(verdict):
+def _said(verdict, of_change):
     residual = f"residual: {p_value(verdict.residual_p_value.before)}"
+    something = "Something changed" if of_change else "Something is missing"
     if verdict.verdict == "nothing":
-        text = f"Nothing is missing: noise and the stated model error explain the residual ({residual})."
-        found = smallest_detected(verdict)
-        return f"{text} Smallest sizes detected with a probability of 95 %: {', '.join(found)}." if found else text
+        why = "missing: noise and the stated model error explain the residual"
+        nothing = "changed beyond the noise and the repeatability of the records" if of_change else f"is {why}"
+        found, what = smallest_detected(verdict), "changes" if of_change else "sizes"
+        limits = f" Smallest {what} detected with a probability of 95 %: {', '.join(found)}." if found else ""
+        return f"Nothing {nothing} ({residual}).{limits}"
     if verdict.measuring_chain:
         chain = verdict.measuring_chain
         beside = f" together with {place(chain.beside)}" if chain.beside else ""
@@ -188,23 +199,22 @@ def _said(verdict):
         implausible = f"parameters implausibly far from their stated values ({p_value(verdict.parameter_p_value)})"
     if not verdict.causes:
         why = f": the fit needs {implausible}." if implausible else f" ({residual})."
-        return f"Something is missing, and no effect of the library explains it{why}"
+        return f"{something}, and no effect of the library explains it{why}"
     named = " together with ".join(map(cause_in_words, verdict.causes))
     likely = f"posterior probability {probability(min(c.posterior_probability for c in verdict.causes))}"
     if verdict.verdict == "cause":
-        text = f"Something is missing, and it is most likely {named}; {likely}."
+        text = f"{something}, and it is most likely {named}; {likely}."
         if verdict.cause_error:
-            text += (
-                f" Its form is off by {percent(verdict.cause_error)} of what is missing; the intervals include that."
-            )
+            what = "what changed" if of_change else "what is missing"
+            text += f" Its form is off by {percent(verdict.cause_error)} of {what}; the intervals include that."
     elif verdict.verdict == "ambiguous":
-        text = f"Something is missing. It may be {named} ({likely})"
+        text = f"{something}. It may be {named} ({likely})"
         others = list(dict.fromkeys(map(place, verdict.ambiguous_with)))
         more = [f"and {len(others) - SEVERAL} more"] if len(others) > SEVERAL else []
         rest = ", ".join([*others[:SEVERAL], *more])
         text += f", but these cannot be ruled out: {rest}." if rest else ", but that is not certain."
     else:
-        text = _said_of_unknown(verdict, implausible)
+        text = _said_of_unknown(verdict, something, implausible)
     if verdict.verdict != "unknown" and verdict.outside_probability > WORTH_SAYING:
         text += (
             " That compares the effects of the library; with a probability of "
@@ -213,20 +223,48 @@ def _said(verdict):
     return f"{text} {gain_in_words(verdict)}"
 
 
-def _said_of_unknown(verdict, implausible):
+def _said_of_unknown(verdict, something, implausible):
     """The closest explanation, without its sizes, which would mislead, and why it is no cause."""
     near = " together with ".join(map(place, verdict.causes))
     if verdict.outside_probability:
         return (
-            f"Something is missing, probably an effect that the library lacks. The closest explanation is {near}. It "
+            f"{something}, probably an effect that the library lacks. The closest explanation is {near}. It "
             "fits, but so many amplitudes imitate other effects too: with a probability of "
             f"{percent(verdict.outside_probability, 2)} the true cause is none of these."
         )
+    if is_too_many(verdict):
+        return (
+            f"Something is missing, probably an effect that the library lacks. The closest explanation is {near}. It "
+            f"fits, but that several causes look like one force is improbable: {where_it_acts(verdict)}"
+        )
     return (
-        "Something is missing that no effect of the library explains. The closest explanation is "
+        f"{something} that no effect of the library explains. The closest explanation is "
         f"{near}, which leaves {percent(verdict.residual_share)} of the excess error (rms)"
         + (f" and needs {implausible}." if implausible else ".")
+        + f" {where_it_acts(verdict).capitalize()}" * bool(verdict.one_place)
     )
+
+
+def is_too_many(verdict):
+    """Whether a verdict is unknown only because one force explains what its several causes do."""
+    p_values = verdict.residual_p_value.after, verdict.parameter_p_value
+    several = len(verdict.causes) > 1 and bool(verdict.one_place) and not verdict.outside_probability
+    return several and min(p_values) >= verdict.settings.significance
+
+
+def where_it_acts(verdict):
+    """A sentence on the places at which one force explains the records, or nothing."""
+    if not verdict.one_place:
+        return ""
+    names = {"force": "a force", "moment": "a moment", "bending": "bending moments"}
+    places = [
+        f"{names[one.motion]} {'at' if key == 'node' else 'in'} {key} {value}"
+        for one in verdict.one_place
+        for key, value in one.where.items()
+    ]
+    first, *others = places
+    also = f"; so do {' or '.join(others)}" if others else ""
+    return f"{first} alone, free at every speed and harmonic, explains the records{also}."
 
 
 def gain_in_words(verdict):

@@ -36,7 +36,7 @@ def trials(study):
         size = len(prior.names) + 2 * spectrum.amplitude.size
         for draw in standard_normal(settings.seed, number, settings.count, size):
             true, noise = draw[: len(prior.names)], draw[len(prior.names) :].reshape(2, *spectrum.amplitude.shape)
-            theta = np.concatenate([term.theta for term in model.terms])
+            theta = model.stated.copy()
             theta[model.position(names)] = prior.mean + prior.factor @ true
             amplitude = predicted(model, spectrum, theta) + std * (noise[0] + 1j * noise[1])
             work = machine.work(replace(spectrum, amplitude=amplitude))

@@ -1,4 +1,4 @@
-"""ACTS: how a blind test applies each effect to the machine or to its measurement, by name of the effect."""
+"""How a blind test applies each effect to the machine or to its measurement, by name of the effect."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -18,7 +18,7 @@ class Scale(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Act:
+class SimulatedEffect:
     """How an effect of the plugin library is simulated, by physics independent of its table.
 
     on       : "rotor" for function(plant, values, where); "output" for function(signal, angle, speed, values, where,
@@ -34,7 +34,7 @@ class Act:
 
 
 @dataclass(frozen=True)
-class Foreign(Act):
+class ForeignEffect(SimulatedEffect):
     """Physics that is missing in the library.
 
     size, unit  : name and unit of its amplitude
@@ -49,10 +49,10 @@ class Foreign(Act):
 
 
 def _named(on, *functions, **attributes):
-    return {function.__name__: Act(on, function, **attributes) for function in functions}
+    return {function.__name__: SimulatedEffect(on, function, **attributes) for function in functions}
 
 
-ACTS = {
+SIMULATED_EFFECTS = {
     **_named(
         "rotor",
         physics.unbalance, physics.couple_unbalance, physics.bow, physics.angular_misalignment,
@@ -73,28 +73,28 @@ ACTS = {
         "output", chain.probe_gain, chain.probe_angle, chain.probe_error, chain.phase_reference,
         signed=True,
     ),
-    "speed_error": Act("speed", signed=True),
-    "coulomb_friction": Foreign(
+    "speed_error": SimulatedEffect("speed", signed=True),
+    "coulomb_friction": ForeignEffect(
         "rotor", physics_in_time.coulomb_friction, size="friction_N", unit="N", confounders=("external_damping",),
         draw=lambda scale, generator: (scale.force, {"smooth_m_per_s": 0.1 * scale.velocity}),
     ),
-    "quadratic_damping": Foreign(
+    "quadratic_damping": ForeignEffect(
         "rotor", physics_in_time.quadratic_damping, size="drag_N_s2_per_m2", unit="N s2/m2",
         confounders=("external_damping",),
         draw=lambda scale, generator: (scale.force / scale.velocity**2, {}),
     ),
-    "gear_mesh": Foreign(
+    "gear_mesh": ForeignEffect(
         "rotor", physics.gear_mesh, size="mesh_force_N", unit="N", confounders=("base_motion", "runout"),
         draw=lambda scale, generator: (
             scale.force,
             {"direction_rad": generator.uniform(0, np.pi), "phase_rad": generator.uniform(-np.pi, np.pi)},
         ),
     ),
-    "probe_saturation": Foreign(
+    "probe_saturation": ForeignEffect(
         "output", chain.probe_saturation, size="bending_per_m", unit="1/m", confounders=("probe_gain",),
         draw=lambda scale, generator: (1 / scale.radius, {}),
     ),
-    "mains_modulation": Foreign(
+    "mains_modulation": ForeignEffect(
         "output", chain.mains_modulation, size="ripple", confounders=("probe_gain",),
         draw=lambda scale, generator: (1.0, {}),
     ),

@@ -1,0 +1,97 @@
+"""A force on one coordinate, free at every measured harmonic and speed: what it shows, and the motion with it."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from rotorstudy.inference.fit import Fit
+from rotorstudy.inference.prediction import carried_order
+from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.response.harmonic import positions
+from rotorstudy.response.neighbourhood import Motion, Neighbourhood
+
+DEPENDENT = 1e-9  # ratio of a column's part that others do not have to the longest: below it nothing tells it apart
+
+
+def motions_by_free_forces(
+    fitted: Fit, spectrum: Spectrum, rows: Sequence[np.ndarray], near: Neighbourhood | None = None
+) -> list[Motion]:
+    """The Motions of a fitted model with a force on one coordinate, free at every harmonic and speed, fitted best.
+
+    Parameters
+    ----------
+    fitted : Fit
+    spectrum : Spectrum
+    rows : sequence of ndarray (dof,)
+        The coordinates, each by a unit of each of the model: a node, or a deformation of the shaft.
+    near : Neighbourhood, optional
+        Of the fitted model at the speeds and harmonics of the spectrum, if it exists already.
+
+    Returns
+    -------
+    list of Motion
+        One for each row.
+
+    Raises
+    ------
+    NoSteadyState
+    """
+    if not rows:
+        return []
+    near = near or Neighbourhood(
+        fitted.model, spectrum.speed, spectrum.harmonics, fitted.theta, order=carried_order(spectrum)
+    )
+    speeds, free = len(spectrum.speed), _measured_components(near)
+    columns = free_force_columns(near, spectrum, rows)
+    force = np.zeros((len(rows), speeds, 2 * len(near.blocks.harmonics)), complex)
+    force[..., free] = least_squares(columns, fitted.residual.reshape(speeds, -1))
+    still = near.motion
+    return [
+        Motion(still.amplitude + near.moved_by(row, one), still.deflection)
+        for row, one in zip(rows, force, strict=True)
+    ]
+
+
+def free_force_columns(near: Neighbourhood, spectrum: Spectrum, rows: Sequence[np.ndarray]) -> np.ndarray:
+    """What the sensors show of a force on one coordinate that is free at every measured harmonic and speed.
+
+    Parameters
+    ----------
+    near : Neighbourhood
+        At the speeds and harmonics of the spectrum.
+    spectrum : Spectrum
+    rows : sequence of ndarray (dof,)
+        The coordinates.
+
+    Returns
+    -------
+    ndarray (row, speed, component, force)
+        In standard deviations per newton; the real and imaginary parts of the force at each harmonic.
+    """
+    speeds, free = len(spectrum.speed), _measured_components(near)
+    seen = np.array([sum(row[i] * near.shown_replies(int(i)) for i in np.flatnonzero(row)) for row in rows])
+    seen = seen[:, :, free].reshape(len(rows), speeds, len(free), len(spectrum.harmonics), -1)
+    columns = spectrum.whitened(np.moveaxis(seen, 1, 2)).reshape(len(rows), len(free), speeds, -1)
+    return np.moveaxis(columns, 1, -1)
+
+
+def _measured_components(near):
+    """Positions of the real and imaginary parts of the measured harmonics among those of the carried ones."""
+    return [2 * i + part for part in (0, 1) for i in positions(near.harmonics, near.blocks)]
+
+
+def least_squares(matrices: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Solutions (..., unknown) of systems (..., equation, unknown) with right-hand sides (..., equation).
+
+    Of least length where a column depends on others.
+    """
+    q, r = np.linalg.qr(matrices)
+    right = np.broadcast_to(right, matrices.shape[:-1])
+    size = np.abs(np.diagonal(r, axis1=-2, axis2=-1))
+    found = np.empty(size.shape)
+    independent = size.min(axis=-1) > DEPENDENT * size.max(axis=-1)
+    q, r = q[independent], r[independent]
+    found[independent] = np.linalg.solve(r, np.swapaxes(q, -1, -2) @ right[independent][..., None])[..., 0]
+    for at in zip(*np.nonzero(~independent), strict=True):
+        found[at] = np.linalg.lstsq(matrices[at], right[at], rcond=DEPENDENT)[0]
+    return found

@@ -1,0 +1,122 @@
+"""Growth of the free motion of one rig over speed, and the speed from which it is unstable."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from rotorstudy.errors import NoSteadyState
+from rotorstudy.response.floquet import periodic_growth_rate, varies_in_time
+from rotorstudy.response.stability import SLOWEST_GROWTH, growth_rate, stability_threshold
+from rotorstudy.response.whirl import damped_modes, is_in_time
+
+PERIODIC_SPEEDS = 40  # evenly spaced, at which the growth in a rotor with rotating stiffness is integrated
+PUMPED_MODES = 4  # the lowest ones, whose parametric resonances are looked at too
+PUMPS = (1, 2, 3, 4)  # multiples of the speed at which a rotating stiffness varies
+BY_NONLINEAR_FORCES = (1, 2)  # those of the slopes of nonlinear forces
+APART = 1e-3  # relative, of two speeds that are both looked at
+EDGE = 1e-4  # relative error of the speed from which a motion grows
+
+
+def growth_over_speed(model, still, speeds):
+    """The growth rate of the fastest growing free motion over speed.
+
+    Where the stiffness rotates with the shaft, motions may grow in narrow ranges only: where two whirl frequencies add
+    up to a multiple of the speed at which the stiffness varies (parametric resonance). These speeds are looked at too.
+
+    Parameters
+    ----------
+    model, still : Model
+        With a value for every amplitude; the same without what rotates, is nonlinear or is stated in frequency only.
+    speeds : array (speed,)
+        rad/s, ascending.
+
+    Returns
+    -------
+    array (growth_speed,)
+        rad/s, in the range of the speeds.
+    array (growth_speed,)
+        Growth rate there, 1/s; NaN where nonlinear forces leave no steady state.
+    float or None
+        Lowest speed, rad/s, at which a free motion grows.
+
+    References
+    ----------
+    Nayfeh and Mook, Nonlinear Oscillations, 1979, ch. 5 (parametric resonances).
+    """
+    if not varies_in_time(model):
+        return speeds, growth_rate(still, speeds), stability_threshold(still, speeds[-1], lowest=speeds[0])
+    in_time = replace(model, terms=tuple(t for t in model.terms if t.acts_on_output or is_in_time(t)))
+    some = np.linspace(speeds[0], speeds[-1], PERIODIC_SPEEDS)
+    some = _apart(np.concatenate([some, parametric_resonances(in_time, speeds)]))
+    growth = np.array([_growth(in_time, speed) for speed in some])
+    unstable = np.flatnonzero(_grows(growth, some))
+    return some, growth, _edge(in_time, some, int(unstable[0])) if len(unstable) else None
+
+
+def parametric_resonances(model, speeds):
+    """Speeds, rad/s, at which a rotating stiffness may make two of the lowest whirl motions grow.
+
+    Parameters
+    ----------
+    model : Model
+        Whose stiffness rotates with the shaft.
+    speeds : array (speed,)
+        Range of speeds, rad/s, ascending.
+
+    Returns
+    -------
+    array (resonance,)
+        Ascending.
+    """
+    turning = {abs(e.shift) for u in model.rotor_unknowns for e in u.entries if e.reads_motion and e.shift}
+    turning |= set(BY_NONLINEAR_FORCES) if model.nonlinear_forces else set()
+    frequency, found = damped_modes(_mean_over_a_turn(model), speeds, PUMPED_MODES).frequency.T, []
+    for i, one in enumerate(frequency):
+        for other in frequency[i:]:
+            for pump in turning.intersection(PUMPS):
+                off = one + other - pump * speeds
+                k = np.flatnonzero(off[:-1] * off[1:] <= 0)
+                share = off[k] / np.where(off[k] == off[k + 1], 1, off[k] - off[k + 1])
+                found.append(speeds[k] + share * (speeds[k + 1] - speeds[k]))
+    return np.sort(np.concatenate([[], *found]))
+
+
+def _mean_over_a_turn(model):
+    """The model with the mean of what rotates with the shaft, and without nonlinear forces."""
+
+    def mean(parameter):
+        kept = tuple(e for e in parameter.entries if not (e.reads_motion and e.shift))
+        return replace(parameter, entries=kept)
+
+    terms = (replace(term, parameters=tuple(map(mean, term.parameters))) for term in model.terms)
+    return replace(model, terms=tuple(t for t in terms if any(u.entries for u in t.unknowns)))
+
+
+def _apart(speeds):
+    """Speeds in ascending order, without those that nearly equal another one."""
+    speeds = np.sort(speeds)
+    return speeds[np.append(True, np.diff(speeds) > APART * speeds[1:])]
+
+
+def _growth(model, speed):
+    """Growth rate at a speed, 1/s; NaN where nonlinear forces leave no steady state."""
+    try:
+        return periodic_growth_rate(model, [speed])[0]
+    except NoSteadyState:
+        return np.nan
+
+
+def _grows(growth, speed):
+    return growth * 2 * np.pi / speed > SLOWEST_GROWTH
+
+
+def _edge(model, speeds, first):
+    """Speed, rad/s, between the first one at which a motion grows and the one before, from which it grows."""
+    high = speeds[first]
+    if first == 0:
+        return float(high)
+    low = speeds[first - 1]
+    while high - low > EDGE * high:
+        middle = (low + high) / 2
+        low, high = (low, middle) if _grows(_growth(model, middle), middle) else (middle, high)
+    return float(high)
