@@ -209,10 +209,16 @@ class _Scan(NamedTuple):
             kept = 1 if spread == SPREADS[-1] else max(len(starts) - 1, 1)
             found = sorted([*starts, *closer], key=lambda one: -one.screened.evidence)
             starts = self._distinct(found)[:kept]
-            if self.cause.where and number + 1 >= COARSE and found[0].screened.evidence < before + STILL_GAINS:
+            gained = found[0].screened.evidence - before
+            if self._is_fitted_closely and number + 1 >= COARSE and gained < STILL_GAINS:
                 break
         best = (*starts, *self._facing(found))
         return [Scanned(reshaped(self.work, self.cause, one.point), one.screened) for one in best]
+
+    @property
+    def _is_fitted_closely(self):
+        """Whether a fit finds the best shape near a good one: several of a crack or a contact are nearly equal."""
+        return bool(self.cause.where) and not any(u.force for u in self.cause.term.unknowns)
 
     def _facing(self, found):
         """The best shape that faces another side than the best one: which side is open decides little at first."""
