@@ -216,6 +216,13 @@ def test_files_that_are_not_there_or_not_yaml_are_named(tmp_path):
     refused(lambda: load_rig(tmp_path / "bad.yaml"), "bad.yaml", "not valid YAML")
 
 
+def test_a_parameter_without_its_label_is_that_of_all_labels():
+    unbalances = [{"kind": "unbalance", "label": label, "eccentricity_m": 1e-6} for label in "ab"]
+    model = build_model({"rotor": RIG["rotor"], "effects": unbalances})
+    assert model.unknown_names(["eccentricity"]) == model.names
+    assert model.unknown_names(["eccentricity[b]"]) == model.names[2:]
+
+
 def test_parameters_asked_for_by_a_wrong_name_are_refused():
     refused(
         lambda: build_model(RIG).unknown_names(["excentricity"]), "unknown parameter 'excentricity'", "eccentricity"
