@@ -84,122 +84,147 @@ def finite_element(
         raise RotorstudyError(
             f"finite_element: more than {MOST_ELEMENTS} elements; give a smaller 'count' of each stretch"
         )
-    shaft = [element for stretch in elements for element in _cut({**common, **stretch})]
-    nodes = range(1, len(shaft) + 2)
-    for name, places in (
-        ("discs", [disc["node"] for disc in discs]),
-        ("point_masses", [point["node"] for point in point_masses]),
+    cut = [element for stretch in elements for element in _cut({**common, **stretch}, theory == "timoshenko")]
+    discs_at, masses_at = [disc["node"] for disc in discs], [mass["node"] for mass in point_masses]
+    for name, nodes in (
+        ("discs", discs_at),
+        ("point_masses", masses_at),
         ("pinned_nodes", pinned_nodes),
         ("clamped_nodes", clamped_nodes),
     ):
-        for node in places:
-            if node not in nodes:
-                raise unknown_name("node", node, nodes, f"{name} of the finite_element rotor")
+        _check_nodes(name, nodes, range(1, len(cut) + 2))
+    fixed = {(n, "translation") for n in [*pinned_nodes, *clamped_nodes]} | {(n, "tilt") for n in clamped_nodes}
+    shaft = _Shaft(cut, fixed, discs_at, gravity_m_per_s2)
+    mass, stiffness, gyroscopic, weight = _assembled(shaft, shaft_inertia, [*discs, *point_masses])
+    square = np.ix_(shaft.free, shaft.free)
+    return Structure(
+        mass=mass[square],
+        stiffness=stiffness[square],
+        gyroscopic=gyroscopic_sign * gyroscopic[square],
+        static_load=gravity_m_per_s2 * weight[shaft.free],
+        dofs=shaft.dofs,
+        stiffness_loss=shaft.stiffness_loss,
+        shape_at=shaft.shape_at,
+        curvature_at=shaft.curvature_at,
+        section_at=shaft.section_at,
+        length=shaft.length,
+        node_positions=dict(zip(shaft.nodes, [0.0, *shaft.ends], strict=True)),
+        discs=tuple(RigidDisc(*(body[key] for key in RigidBody.__annotations__)) for body in discs),
+        is_solid=all(element["inner_diameter_m"] == 0 for element in cut),
+        gravity=gravity_m_per_s2,
+    )
 
-    mass, stiffness, gyroscopic = np.zeros((3, 2 * len(nodes), 2 * len(nodes)))
-    bending = [_matrices(element, theory == "timoshenko") for element in shaft]
-    weight = np.zeros(2 * len(nodes))
-    for i, (translation, rotary, bend) in enumerate(bending):
-        here = slice(2 * i, 2 * i + 4)
+
+def _check_nodes(name, given, nodes):
+    for node in given:
+        if node not in nodes:
+            raise unknown_name("node", node, nodes, f"{name} of the finite_element rotor")
+
+
+class _Shaft:
+    """Beam elements in a row and the coordinates that no rigid support holds."""
+
+    def __init__(self, elements, fixed, discs_at, gravity):
+        self.elements, self.discs_at, self.gravity = elements, discs_at, gravity
+        self.nodes = range(1, len(elements) + 2)
+        every = [(node, motion) for node in self.nodes for motion in ("translation", "tilt")]
+        self.free = [i for i, place in enumerate(every) if place not in fixed]
+        self.dofs = tuple(every[i] for i in self.free)
+        if not any(motion == "translation" for _, motion in self.dofs):
+            raise RotorstudyError("finite_element: pinned_nodes and clamped_nodes fix every node; leave one free")
+        self.matrices = [_matrices(element) for element in elements]
+        self.ends = np.cumsum([element["length_m"] for element in elements])
+        self.length = sum(element["length_m"] for element in elements)
+
+    def stiffness_loss(self, node, element):
+        """A share of the stiffness of an element, or at a node that of its translation and of its tilt (thesis)."""
+        if element is not None:
+            numbers = range(1, len(self.elements) + 1)
+            if element not in numbers:
+                raise unknown_name("element", element, numbers, "the finite_element rotor", CannotAct)
+            pattern = np.zeros((2 * len(self.nodes), 2 * len(self.nodes)))
+            here = _coordinates(element - 1)
+            pattern[here, here] = self.matrices[element - 1][2]
+            return {"stiffness_loss": (pattern[np.ix_(self.free, self.free)], "1", 0.1)}
+        rigidity = self.length / sum(element["length_m"] / _rigidity(element) for element in self.elements)
+        losses = {}
+        for name, motion, unit, typical in (
+            ("stiffness_loss_22", "translation", "N/m", 5 * rigidity / self.length**3),
+            ("stiffness_loss_44", "tilt", "N m", rigidity / self.length),
+        ):
+            if (node, motion) in self.dofs:
+                losses[name] = (np.diag([float(place == (node, motion)) for place in self.dofs]), unit, typical)
+        return losses
+
+    def shape_at(self, position):
+        """Shape functions (dof,) at a position (m) from node 1."""
+        i, x = self._located(position)
+        return self._of_element(i, _deflection(np.array([x]), self.elements[i])[:, 0])
+
+    def section_at(self, position):
+        """The Section at a position (m) from node 1; of a uniform beam between its nodes, statically exact."""
+        i, x = self._located(position)
+        near = 1e-9 * self.length
+        at_node = [node for node, s in zip(self.nodes, [0.0, *self.ends], strict=True) if abs(position - s) < near]
+        if any(node in at_node for node in self.discs_at):
+            raise CannotAct(f"position_m = {position:g}: a disc is there, at node {at_node[0]}; choose one beside it")
+        element = self.elements[i]
+        span, phi = element["length_m"], element["shear"]
+        rigidity, weight = _rigidity(element), self.gravity * element["density_kg_per_m3"] * _area(element)
+        return Section(
+            position=position,
+            **{key: element[key] for key in Section._fields if key in element},
+            moment=self._of_element(i, rigidity * np.array(_curvature(x, element)) / (1 + phi)),
+            own_moment=weight * span**2 / 12 * (1 - 6 * x + 6 * x**2),
+            stiffness=rigidity / span * (4 + phi - 12 * x * (1 - x)) / (1 + phi),
+        )
+
+    def curvature_at(self, element):
+        """Mean curvature (dof,) of an element: the difference of the tilts of its ends over its length."""
+        return self._of_element(element - 1, np.array([0, -1, 0, 1]) / self.elements[element - 1]["length_m"])
+
+    def _located(self, position):
+        """Index of the element at a position (m) from node 1, and the relative position in it."""
+        length = self.length
+        if not 0 <= position <= length * (1 + 1e-12):
+            raise RotorstudyError(f"finite_element: position {position:g} m is not on the shaft of 0 to {length:g} m")
+        i = min(int(np.searchsorted(self.ends, position)), len(self.elements) - 1)
+        return i, 1 + (position - self.ends[i]) / self.elements[i]["length_m"]
+
+    def _of_element(self, i, values):
+        """Row (dof,) with values (4,) at the coordinates of an element."""
+        row = np.zeros(2 * len(self.nodes))
+        row[_coordinates(i)] = values
+        return row[self.free]
+
+
+def _coordinates(i):
+    """Translation and tilt of both ends of the element of index i, among those of all nodes."""
+    return slice(2 * i, 2 * i + 4)
+
+
+def _assembled(shaft, shaft_inertia, bodies):
+    """Mass, stiffness and gyroscopic matrix and weight over gravity, before rigid supports."""
+    size = 2 * len(shaft.nodes)
+    mass, stiffness, gyroscopic = np.zeros((3, size, size))
+    weight = np.zeros(size)
+    for i, (translation, rotary, bend) in enumerate(shaft.matrices):
+        here = _coordinates(i)
         mass[here, here] += translation + (rotary if shaft_inertia != "translation" else 0)
         gyroscopic[here, here] += 2 * rotary if shaft_inertia == "gyroscopic" else 0
         stiffness[here, here] += bend
         weight[here] += translation @ [1, 0, 1, 0]
-    for body in [*discs, *point_masses]:
+    for body in bodies:
         here, tilt = 2 * body["node"] - 2, 2 * body["node"] - 1
         mass[here, here] += body["mass_kg"]
         mass[tilt, tilt] += body.get("diametral_moment_kg_m2", 0)
         gyroscopic[tilt, tilt] += body.get("polar_moment_kg_m2", 0)
         weight[here] += body["mass_kg"]
-
-    held = {(n, "translation") for n in [*pinned_nodes, *clamped_nodes]} | {(n, "tilt") for n in clamped_nodes}
-    every = [(node, motion) for node in nodes for motion in ("translation", "tilt")]
-    free = [i for i, place in enumerate(every) if place not in held]
-    dofs = tuple(every[i] for i in free)
-    if not any(motion == "translation" for _, motion in dofs):
-        raise RotorstudyError("finite_element: pinned_nodes and clamped_nodes fix every node; leave one free")
-    square = np.ix_(free, free)
-    length = sum(element["length_m"] for element in shaft)
-    rigidity = length / sum(element["length_m"] / _rigidity(element) for element in shaft)
-
-    def stiffness_loss(node, element):
-        """A share of the stiffness of an element, or at a node that of its translation and of its tilt (thesis)."""
-        if element is not None:
-            if element not in range(1, len(shaft) + 1):
-                raise unknown_name("element", element, range(1, len(shaft) + 1), "the finite_element rotor", CannotAct)
-            pattern = np.zeros_like(stiffness)
-            pattern[2 * element - 2 : 2 * element + 2, 2 * element - 2 : 2 * element + 2] = bending[element - 1][2]
-            return {"stiffness_loss": (pattern[square], "1", 0.1)}
-        losses = {}
-        for name, motion, unit, typical in (
-            ("stiffness_loss_22", "translation", "N/m", 5 * rigidity / length**3),
-            ("stiffness_loss_44", "tilt", "N m", rigidity / length),
-        ):
-            if (node, motion) in dofs:
-                losses[name] = (np.diag([float(place == (node, motion)) for place in dofs]), unit, typical)
-        return losses
-
-    ends = np.cumsum([element["length_m"] for element in shaft])
-
-    def located(position):
-        """Index of the element at a position (m) from node 1, and the relative position in it."""
-        if not 0 <= position <= length * (1 + 1e-12):
-            raise RotorstudyError(f"finite_element: position {position:g} m is not on the shaft of 0 to {length:g} m")
-        i = min(int(np.searchsorted(ends, position)), len(shaft) - 1)
-        return i, 1 + (position - ends[i]) / shaft[i]["length_m"]
-
-    def of_element(i, values):
-        """Row (dof,) with values (4,) at the coordinates of an element."""
-        row = np.zeros(2 * len(nodes))
-        row[2 * i : 2 * i + 4] = values
-        return row[free]
-
-    def shape_at(position):
-        """Shape functions (dof,) at a position (m) from node 1."""
-        i, x = located(position)
-        phi = _shear(shaft[i], theory == "timoshenko")
-        return of_element(i, _deflection(np.array([x]), shaft[i]["length_m"], phi)[:, 0])
-
-    def section_at(position):
-        """The Section at a position (m) from node 1; of a uniform beam between its nodes, statically exact."""
-        i, x = located(position)
-        at_node = [node for node, s in zip(nodes, [0.0, *ends], strict=True) if abs(position - s) < 1e-9 * length]
-        if any(disc["node"] in at_node for disc in discs):
-            raise CannotAct(f"position_m = {position:g}: a disc is there, at node {at_node[0]}; choose one beside it")
-        element, span, phi = shaft[i], shaft[i]["length_m"], _shear(shaft[i], theory == "timoshenko")
-        rigidity, weight = _rigidity(element), gravity_m_per_s2 * element["density_kg_per_m3"] * _area(element)
-        return Section(
-            position=position,
-            **{key: element[key] for key in Section._fields if key in element},
-            moment=of_element(i, rigidity * np.array(_curvature(x, span, phi)) / (1 + phi)),
-            own_moment=weight * span**2 / 12 * (1 - 6 * x + 6 * x**2),
-            stiffness=rigidity / span * (4 + phi - 12 * x * (1 - x)) / (1 + phi),
-        )
-
-    def curvature_at(element):
-        """Mean curvature (dof,) of an element: the difference of the tilts of its ends over its length."""
-        return of_element(element - 1, np.array([0, -1, 0, 1]) / shaft[element - 1]["length_m"])
-
-    return Structure(
-        mass=mass[square],
-        stiffness=stiffness[square],
-        gyroscopic=gyroscopic_sign * gyroscopic[square],
-        static_load=gravity_m_per_s2 * weight[free],
-        dofs=dofs,
-        stiffness_loss=stiffness_loss,
-        shape_at=shape_at,
-        curvature_at=curvature_at,
-        section_at=section_at,
-        length=length,
-        node_positions=dict(zip(nodes, [0.0, *ends], strict=True)),
-        discs=tuple(RigidDisc(*(body[key] for key in RigidBody.__annotations__)) for body in discs),
-        is_solid=all(element["inner_diameter_m"] == 0 for element in shaft),
-        gravity=gravity_m_per_s2,
-    )
+    return mass, stiffness, gyroscopic, weight
 
 
-def _cut(stretch):
-    """The equal elements of a section; impossible diameters are errors."""
+def _cut(stretch, shear):
+    """The equal elements of a section, each with its `shear`; impossible diameters are errors."""
     outer, inner, count = stretch["outer_diameter_m"], stretch["inner_diameter_m"], stretch.pop("count", 1)
     if outer is None:
         raise RotorstudyError("finite_element: give outer_diameter_m of the rotor, or of each of the elements")
@@ -207,7 +232,8 @@ def _cut(stretch):
         raise RotorstudyError(
             f"finite_element: inner_diameter_m = {inner:g} must be smaller than outer_diameter_m = {outer:g}"
         )
-    return [{**stretch, "length_m": stretch["length_m"] / count}] * count
+    element = {**stretch, "length_m": stretch["length_m"] / count}
+    return [{**element, "shear": _shear(element) if shear else 0.0}] * count
 
 
 def _rigidity(element):
@@ -219,10 +245,8 @@ def _area(element):
     return np.pi / 4 * (element["outer_diameter_m"] ** 2 - element["inner_diameter_m"] ** 2)
 
 
-def _shear(element, shear):
-    """12 E I / (kappa G A l^2), or 0 without shear; shear coefficient kappa of Cowper (1966), solid or hollow."""
-    if not shear:
-        return 0.0
+def _shear(element):
+    """12 E I / (kappa G A l^2), with the shear coefficient kappa of Cowper (1966), solid or hollow."""
     outer, inner, ratio = (element[key] for key in ("outer_diameter_m", "inner_diameter_m", "poissons_ratio"))
     hollow = (1 + (inner / outer) ** 2) ** 2
     kappa = 6 * (1 + ratio) * hollow / ((7 + 6 * ratio) * hollow + (20 + 12 * ratio) * (inner / outer) ** 2)
@@ -230,8 +254,9 @@ def _shear(element, shear):
     return 12 * _rigidity(element) / (kappa * modulus * _area(element) * element["length_m"] ** 2)
 
 
-def _deflection(x, length, phi):
+def _deflection(x, element):
     """Translation (4, point) at relative positions x of an element, due to z, tilt, z, tilt of its ends."""
+    length, phi = element["length_m"], element["shear"]
     shapes = [
         1 - 3 * x**2 + 2 * x**3 + phi * (1 - x),
         length * (x - 2 * x**2 + x**3 + phi / 2 * (x - x**2)),
@@ -241,8 +266,9 @@ def _deflection(x, length, phi):
     return np.array(shapes) / (1 + phi)
 
 
-def _curvature(x, length, phi):
+def _curvature(x, element):
     """Change of the tilt per length (4) at relative positions x, due to z, tilt, z, tilt of the ends, times 1 + phi."""
+    length, phi = element["length_m"], element["shear"]
     return [
         6 * (2 * x - 1) / length**2,
         (6 * x - 4 - phi) / length,
@@ -251,23 +277,23 @@ def _curvature(x, length, phi):
     ]
 
 
-def _matrices(element, shear):
+def _matrices(element):
     """Translational mass, rotary inertia and stiffness of one element, each (4, 4) on z, tilt, z, tilt.
 
     The shape functions are the static solutions of the unloaded beam (Przemieniecki 1968; Nelson 1980). Without shear
     it is the Euler-Bernoulli beam.
     """
-    length, rigidity, phi = element["length_m"], _rigidity(element), _shear(element, shear)
-    area = _area(element)
+    length, phi = element["length_m"], element["shear"]
+    rigidity, area = _rigidity(element), _area(element)
     x, root = (1 + GAUSS[0]) / 2, np.sqrt(GAUSS[1] / 2 * length)
-    deflection = _deflection(x, length, phi) * (1 + phi)
+    deflection = _deflection(x, element) * (1 + phi)
     tilt = [
         6 * (x**2 - x) / length,
         1 - 4 * x + 3 * x**2 + phi * (1 - x),
         6 * (x - x**2) / length,
         3 * x**2 - 2 * x + phi * x,
     ]
-    curvature = _curvature(x, length, phi)
+    curvature = _curvature(x, element)
     sliding = np.sqrt(12 * rigidity * phi / length) / (1 + phi) * np.array([1 / length, 1 / 2, -1 / length, 1 / 2])
     deflection, tilt, curvature = (np.array(part) * root / (1 + phi) for part in (deflection, tilt, curvature))
     density, second_moment = element["density_kg_per_m3"], rigidity / element["youngs_modulus_Pa"]

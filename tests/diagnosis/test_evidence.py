@@ -21,7 +21,7 @@ from rotorstudy.model.registry import Registry, plugin_folders, registry, using
 from rotorstudy.model.rig import build_model
 from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.measured import measured_response
-from rotorstudy.response.near import carried_motion
+from rotorstudy.response.neighbourhood import carried_motion
 
 SPEEDS, HARMONICS, NOISE = np.array([150.0, 300.0, 450.0]), np.array([0, 1, -1, 2]), 1e-7
 MODEL = build_model({

@@ -9,7 +9,7 @@ from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
 from rotorstudy.response.measured import measured_response
-from rotorstudy.response.near import carried_motion
+from rotorstudy.response.neighbourhood import carried_motion
 
 SPEEDS, HARMONICS = np.array([100.0, 140.0, 170.0, 200.0, 230.0]), np.array([0, 1, -1, 2, -2, 3, -3])
 MODEL = build_model({

@@ -16,7 +16,7 @@ from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
 from rotorstudy.response.measured import measured_response
-from rotorstudy.response.near import Near
+from rotorstudy.response.neighbourhood import Neighbourhood
 
 HARMONICS = np.array([0, 1, -1, 2, -2, 3])
 # kg m s: a turbine, a gram-sized rotor that is stiff and fast; and a thousand times all forces of the issue
@@ -118,7 +118,7 @@ def offered(name, scale):
     theta = np.nan_to_num(np.concatenate([term.theta for term in whole.terms]))
     every, broken = candidates(model, Settings())
     assert not broken
-    near, found = Near(whole, spectrum.speed, spectrum.harmonics, theta, order=7), {}
+    near, found = Neighbourhood(whole, spectrum.speed, spectrum.harmonics, theta, order=7), {}
     for one in every:
         changes = near.changes_by_output if one.term.acts_on_output else near.changes_by_forces
         change = changes([(one.term.unknowns, None)])

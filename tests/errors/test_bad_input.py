@@ -4,8 +4,9 @@ import copy
 
 import numpy as np
 import pytest
+from one_line_errors import refused
 
-from rotorstudy import Record, RotorstudyError, build_model, full_spectrum, load_rig, measured_response, registry
+from rotorstudy import Record, build_model, full_spectrum, load_rig, measured_response, registry
 from rotorstudy.measurement.records import keyphasor_signal, reference_signal
 from rotorstudy.response.series import synthesize
 from rotorstudy.studies.config import load_study
@@ -19,15 +20,6 @@ RIG = {
         {"kind": "unbalance", "eccentricity_m": 5e-6, "eccentricity_phase_rad": 0.5},
     ],
 }
-
-
-def refused(function, *words):
-    with pytest.raises(RotorstudyError) as caught:
-        function()
-    message = str(caught.value)
-    assert "\n" not in message
-    for word in words:
-        assert word in message, message
 
 
 def changed(*path, to=None, drop=False):

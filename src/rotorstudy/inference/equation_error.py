@@ -20,8 +20,8 @@ from rotorstudy.inference.known import (
     rotor_unknown,
 )
 from rotorstudy.measurement.spectrum import Spectrum, shared_product
+from rotorstudy.model.entry_table import EntryTable
 from rotorstudy.model.model import Model
-from rotorstudy.model.table import Table
 from rotorstudy.response.coupling import COUPLED_ORDER, check_speed, gather, layout, mirrored_unknown, own_harmonic
 from rotorstudy.response.harmonic import static_force
 from rotorstudy.response.solving import operator
@@ -131,7 +131,7 @@ class _Arranged(NamedTuple):
     names: tuple[str, ...]
     carried: np.ndarray
     known: np.ndarray
-    table: Table
+    table: EntryTable
     groups: list[_Group]
     order: np.ndarray
 
@@ -164,7 +164,7 @@ def _arranged(model, speed, harmonics, names, order):
         unknown, place = np.divmod(coordinate[:, measured], dof)
         own = np.where(direct, unknown, mirrored_unknown(unknown, carried)) if mirror else unknown
         keys.append((own * dof + place)[:, kept].ravel())
-    table, in_order = Table(unknowns, dof), np.argsort(np.concatenate(keys))
+    table, in_order = EntryTable(unknowns, dof), np.argsort(np.concatenate(keys))
     return _Arranged(model, speed, harmonics, names, carried, known, table, groups, in_order)
 
 

@@ -9,7 +9,6 @@ standard deviations of their noise they have the mean m and the covariance
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import solve_triangular
 
 from rotorstudy.inference.fit import Fit
 from rotorstudy.inference.prediction import whitened_prediction
@@ -75,6 +74,8 @@ def log_densities(run: Predictive, measured: np.ndarray) -> np.ndarray:
 
 
 def _log_density(measured, mean, covariance):
+    from scipy.linalg import solve_triangular
+
     factor = np.linalg.cholesky(covariance)
     off = solve_triangular(factor, (measured - mean).reshape(-1, len(mean)).T, lower=True)
     square = np.sum(off**2, axis=0).reshape(measured.shape[:-1])

@@ -9,8 +9,8 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.amplitudes import Amplitudes
+from rotorstudy.model.entry_table import EntryTable
 from rotorstudy.model.structure import Matrices, Structure
-from rotorstudy.model.table import Table
 from rotorstudy.model.terms import NonlinearForce, Term, Unknown
 from rotorstudy.model.variation import Variation
 
@@ -78,16 +78,16 @@ class Model(Amplitudes):
         return tuple((p, unknown) for p, unknown in enumerate(self.rotor_unknowns) if p not in own)
 
     @cached_property
-    def table(self) -> Table:
-        """The Table of the amplitudes in `acting`."""
-        return Table(tuple(unknown for _, unknown in self.acting), len(self.structure.dofs))
+    def table(self) -> EntryTable:
+        """The EntryTable of the amplitudes in `acting`."""
+        return EntryTable(tuple(unknown for _, unknown in self.acting), len(self.structure.dofs))
 
     @cached_property
-    def output_table(self) -> tuple[list[int], Table]:
-        """Positions in `theta` and Table of the amplitudes that the measured output is linear in."""
+    def output_table(self) -> tuple[list[int], EntryTable]:
+        """Positions in `theta` and EntryTable of the amplitudes that the measured output is linear in."""
         first = len(self.rotor_unknowns)
         linear = [(p, u) for p, u in enumerate(self.output_unknowns, start=first) if not u.exact]
-        return [p for p, _ in linear], Table(tuple(u for _, u in linear), len(self.sensors))
+        return [p for p, _ in linear], EntryTable(tuple(u for _, u in linear), len(self.sensors))
 
     def matrices(self, theta: np.ndarray) -> Matrices:
         """Matrices of the rotor with the numbers that are parameters.

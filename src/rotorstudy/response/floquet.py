@@ -11,7 +11,7 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.model import Model
 from rotorstudy.response.coefficients import time_matrices
 from rotorstudy.response.coupling import COUPLED_ORDER, check_speed
-from rotorstudy.response.near import carried_motion
+from rotorstudy.response.neighbourhood import carried_motion
 
 TURN_STEPS = 256  # a mode at n times the speed loses 4e-4 n^2 of its frequency, and no more than 2e-6 n^3 to damping
 DIFFERENCE = 1e-6  # step of the central differences of a force, relative to the motion

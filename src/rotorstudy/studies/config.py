@@ -183,16 +183,7 @@ class StudyConfig(Strict):
         doubled = [name for name in self.unknowns if self.unknowns.count(name) > 1]
         if doubled:
             raise RotorstudyError(f"unknowns of {where}: {doubled[0]} is given twice")
-        files = {}
-        for case, speeds in self.cases.items():
-            if len(speeds.speeds) == 0:
-                raise RotorstudyError(
-                    f"case '{case}' of {where} has no speed between {speeds.first_rad_s:g} and "
-                    f"{speeds.last_rad_s:g} rad/s"
-                )
-            other = files.setdefault(file_name(case), case)
-            if other != case:
-                raise RotorstudyError(f"cases '{other}' and '{case}' of {where} would write the same file; rename one")
+        self._check_cases(where)
         for key in self.bias.keys:
             changed(self.rigs[self.main_rig]["rotor"], key, 0.0, f"{where}, bias")
         for name, nodes in self.sensor_sets.items():
@@ -203,26 +194,37 @@ class StudyConfig(Strict):
                     raise unknown_name("rig", rig, self.rigs, f"{where}, variant '{name}'")
         for name in self.rigs:
             self.rig(name).position(self.unknowns)
-        kinds = {"identified": self.record.identified}
-        kinds |= {f"monte_carlo, {rig}": tried.records for rig, tried in self.monte_carlo.rigs.items()}
-        for section, named in kinds.items():
-            for kind in named:
-                if kind not in self.record.kinds:
-                    raise unknown_name("record kind", kind, self.record.kinds, f"{where}, {section}")
-        for kind in self.record.kinds.values():
-            for method in kind.clock_samples:
-                registry().get("spectrum", method, f"{where}, clock_samples")
+        self._check_kinds(where)
         for rig in self.monte_carlo.rigs:
             self.rig(rig)
         _ = self.methods  # an unknown name is an error
-        self._check_kinds()
         self._check_measurements()
 
-    def _check_kinds(self):
+    def _check_cases(self, where):
+        files = {}
+        for case, speeds in self.cases.items():
+            if len(speeds.speeds) == 0:
+                raise RotorstudyError(
+                    f"case '{case}' of {where} has no speed between {speeds.first_rad_s:g} and "
+                    f"{speeds.last_rad_s:g} rad/s"
+                )
+            other = files.setdefault(file_name(case), case)
+            if other != case:
+                raise RotorstudyError(f"cases '{other}' and '{case}' of {where} would write the same file; rename one")
+
+    def _check_kinds(self, where):
+        named = {"identified": self.record.identified}
+        named |= {f"monte_carlo, {rig}": tried.records for rig, tried in self.monte_carlo.rigs.items()}
+        for section, kinds in named.items():
+            for kind in kinds:
+                if kind not in self.record.kinds:
+                    raise unknown_name("record kind", kind, self.record.kinds, f"{where}, {section}")
         for name, kind in self.record.kinds.items():
+            for method in kind.clock_samples:
+                registry().get("spectrum", method, f"{where}, clock_samples")
             if kind.dropped_samples >= self.record.samples:
                 raise RotorstudyError(
-                    f"study {self.name}, record kind '{name}': dropped_samples = {kind.dropped_samples} leaves "
+                    f"{where}, record kind '{name}': dropped_samples = {kind.dropped_samples} leaves "
                     f"nothing of {self.record.samples} samples; drop fewer"
                 )
 

@@ -114,14 +114,7 @@ def compare(config):
         shown.append(harmonic_response(model, config.shown_speeds_rad_s, config.harmonics)[..., 0])
         swept.append(harmonic_response(model, config.swept.speeds, config.harmonics)[..., 0])
     ratios = np.linspace(0, 1, 101)
-    given = config.shaft.model_dump()
-    losses = [
-        [
-            stiffness_loss(depth, r, config.shaft.stiffness, **given) if _within(depth, r) else (np.nan, np.nan)
-            for r in ratios
-        ]
-        for depth in depths.values()
-    ]
+    losses = [[_loss(config.shaft, depth, ratio) for ratio in ratios] for depth in depths.values()]
     coordinates = {
         "crack": (list(cracks), "1", "crack model"),
         "direction": (list(DIRECTIONS), "1", "rotating with the shaft: xi, eta; fixed: vertical, horizontal"),
@@ -159,5 +152,8 @@ def _directions(values, angle):
     return np.array([xi, eta, down, xi + eta - down])
 
 
-def _within(depth, ratio):
-    return depth.valid[0] <= ratio <= depth.valid[1]
+def _loss(shaft, depth, ratio):
+    """Loss along xi and eta, N/m, at a crack depth over diameter; NaN where the relation does not hold."""
+    if not depth.valid[0] <= ratio <= depth.valid[1]:
+        return np.nan, np.nan
+    return stiffness_loss(depth, ratio, shaft.stiffness, **shaft.model_dump())

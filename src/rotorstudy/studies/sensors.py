@@ -32,41 +32,13 @@ def sensors(config):
     """
     rig = config.main_rig
     model, names = config.rig(rig), reported_names(config)
-    theta_true = model.theta[model.position(config.unknowns)]
-    true = true_values(config, model)
-    scale = np.where(is_phase(config, names), 1, np.abs(true))
     shape = (len(config.sensor_sets), len(config.cases))
-    bound, scatter = np.full((2, *shape, len(names)), np.nan)
-    start_error, fitted = np.full((*shape, STARTS), np.nan), np.full(shape, np.nan)
-    seed = config.monte_carlo.seed
+    found = {name: np.full((*shape, len(names)), np.nan) for name in ("bound", "scatter")}
+    found |= {"start_error": np.full((*shape, STARTS), np.nan), "fitted": np.full(shape, np.nan)}
     for (s, nodes), (c, case) in product(enumerate(config.sensor_sets.values()), enumerate(config.cases.values())):
         few = build_model({**config.rigs[rig], "sensors": nodes})
-        clean = clean_spectrum(config, few, case.speeds)
-        std = noise_std(clean, NOISE, "white in time", config.record.samples)
-        spectrum = replace(clean, covariance=independent_covariance(std**2))
-        problem = Problem(few, spectrum, tuple(config.unknowns))
-        try:
-            covariance = cramer_rao_bound(problem, theta_true)
-        except UnidentifiableError:
-            continue
-        _, _, covariance = magnitude_and_phase(config.unknowns, theta_true, covariance)
-        bound[s, c] = np.sqrt(np.diag(covariance)) / scale
-        signs = standard_normal(seed, 1000 + s, STARTS, len(theta_true))
-        starts = theta_true * (1 + START_OFF * np.sign(signs))
-        same = spectrum.with_amplitude(np.broadcast_to(clean.amplitude, (STARTS, *clean.amplitude.shape)))
-        try:
-            found = output_error_fit(replace(problem, spectrum=same), start=starts)
-        except (NoConvergenceError, NoSteadyState, UnidentifiableError):
-            continue
-        start_error[s, c] = np.max(np.abs(found.theta / theta_true - 1), axis=-1)
-        converged = np.isfinite(found.theta).all(axis=-1)
-        first = found.theta[np.where(converged, found.misfit, np.inf).argmin()]
-        numbers = standard_normal(seed, 2000 + 100 * s + c, config.monte_carlo.trials, (2, *clean.amplitude.shape))
-        trials = spectrum.with_amplitude(noisy(clean.amplitude, std, numbers, "white in time"))
-        found = output_error_fit(replace(problem, spectrum=trials), start=first)
-        _, theta, _ = magnitude_and_phase(config.unknowns, found.theta, np.eye(len(theta_true)))
-        fitted[s, c] = np.isfinite(theta).all(axis=-1).mean()
-        scatter[s, c] = np.sqrt(np.nanmean((theta - true) ** 2, axis=0)) / scale
+        for name, values in _fits(config, few, clean_spectrum(config, few, case.speeds), s, c).items():
+            found[name][s, c] = values
     coordinates = {
         "sensors": (list(config.sensor_sets), "1", "nodes with probes"),
         "case": (list(config.cases), "1", "speeds used together"),
@@ -75,10 +47,49 @@ def sensors(config):
     }
     dims = ("sensors", "case", "parameter")
     variables = {
-        "bound": (dims, bound, "1", "Cramer-Rao bound over the value, of phases in rad, 1 % white noise"),
-        "scatter": (dims, scatter, "1", "rms error of maximum likelihood over the value, of phases in rad"),
-        "start_error": (("sensors", "case", "start"), start_error, "1", "largest relative error from exact data"),
-        "fitted": (("sensors", "case"), fitted, "1", "share of the noisy fits that converged"),
-        "true": (("parameter",), true, "SI", "value assumed"),
+        "bound": (dims, found["bound"], "1", "Cramer-Rao bound over the value, of phases in rad, 1 % white noise"),
+        "scatter": (dims, found["scatter"], "1", "rms error of maximum likelihood over the value, of phases in rad"),
+        "start_error": (
+            ("sensors", "case", "start"),
+            found["start_error"],
+            "1",
+            "largest relative error from exact data",
+        ),
+        "fitted": (("sensors", "case"), found["fitted"], "1", "share of the noisy fits that converged"),
+        "true": (("parameter",), true_values(config, model), "SI", "value assumed"),
     }
-    return dataset(variables, coordinates, title=f"{config.title}: few sensors", seed=seed)
+    return dataset(variables, coordinates, title=f"{config.title}: few sensors", seed=config.monte_carlo.seed)
+
+
+def _fits(config, model, clean, s, c):
+    """The results of `sensors` for one set of sensors and case, by name, as far as the fits go."""
+    theta_true = model.theta[model.position(config.unknowns)]
+    true, seed = true_values(config, model), config.monte_carlo.seed
+    scale = np.where(is_phase(config, reported_names(config)), 1, np.abs(true))
+    std = noise_std(clean, NOISE, "white in time", config.record.samples)
+    spectrum = replace(clean, covariance=independent_covariance(std**2))
+    problem = Problem(model, spectrum, tuple(config.unknowns))
+    try:
+        covariance = cramer_rao_bound(problem, theta_true)
+    except UnidentifiableError:
+        return {}
+    _, _, covariance = magnitude_and_phase(config.unknowns, theta_true, covariance)
+    found = {"bound": np.sqrt(np.diag(covariance)) / scale}
+    signs = standard_normal(seed, 1000 + s, STARTS, len(theta_true))
+    starts = theta_true * (1 + START_OFF * np.sign(signs))
+    same = spectrum.with_amplitude(np.broadcast_to(clean.amplitude, (STARTS, *clean.amplitude.shape)))
+    try:
+        exact = output_error_fit(replace(problem, spectrum=same), start=starts)
+    except (NoConvergenceError, NoSteadyState, UnidentifiableError):
+        return found
+    converged = np.isfinite(exact.theta).all(axis=-1)
+    first = exact.theta[np.where(converged, exact.misfit, np.inf).argmin()]
+    numbers = standard_normal(seed, 2000 + 100 * s + c, config.monte_carlo.trials, (2, *clean.amplitude.shape))
+    trials = spectrum.with_amplitude(noisy(clean.amplitude, std, numbers, "white in time"))
+    under_noise = output_error_fit(replace(problem, spectrum=trials), start=first)
+    _, theta, _ = magnitude_and_phase(config.unknowns, under_noise.theta, np.eye(len(theta_true)))
+    return found | {
+        "start_error": np.max(np.abs(exact.theta / theta_true - 1), axis=-1),
+        "scatter": np.sqrt(np.nanmean((theta - true) ** 2, axis=0)) / scale,
+        "fitted": np.isfinite(theta).all(axis=-1).mean(),
+    }

@@ -1,6 +1,8 @@
 """Physical limits on the estimates of a replayed experiment, from the other measurements of the same rig."""
 
+import functools
 import re
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,6 +19,7 @@ from rotorstudy.thesis.replay import BOTH_DAMPINGS, DAMPINGS
 from rotorstudy.units import percent
 
 
+@functools.cache
 def largest_participation(n):
     """Largest |p_n| of any breathing function 0 <= s(angle) <= 1, whatever its shape and phase.
 
@@ -83,6 +86,39 @@ def _alike(name):
     return DAMPINGS[0] if name == BOTH_DAMPINGS else name
 
 
+class Limit(NamedTuple):
+    """The largest possible size of an estimate, SI, the verdict beyond it, and the reason."""
+
+    highest: float
+    unit: str
+    beyond: str
+    reason: str
+
+
+def limit_of_estimates(config, bow):
+    """Reported parameter -> Limit of those that have one; bow : m, 1X of the slow roll."""
+    bound, frequencies = limits(config), config.natural_frequency_Hz.values()
+    damping = (
+        f"critical damping is {bound['critical damping']:.0f} N s/m; a free vibration at {max(frequencies):g} Hz, with "
+        f"the undamped frequency known to {percent(config.undamped_frequency_uncertainty)}, allows a damping ratio of "
+        f"at most {bound['damping ratio']:.2f} for both dampings together"
+    )
+    eccentricity = (
+        f"the shaft is bowed by {bow * 1e6:.0f} um and carries the disc with it; an eccentricity beyond the bow would "
+        "need a disc whose own mass centre is off by more than that"
+    )
+    loss = (
+        f"the stiffness loss is at most {bound['stiffness loss']:.0f} N/m by the impact tests ({max(frequencies):g} "
+        f"and {min(frequencies):g} Hz, each within {config.frequency_resolution_Hz:g} Hz), times the largest p_n of "
+        "any breathing function"
+    )
+    found = {name: Limit(bound["damping"], "N s/m", "impossible", damping) for name in (*DAMPINGS, BOTH_DAMPINGS)}
+    found["eccentricity"] = Limit(bow, "m", "implausible", eccentricity)
+    for n, name in config.losses.items():
+        found[name] = Limit(bound["stiffness loss"] * largest_participation(n), "N/m", "impossible", loss)
+    return found
+
+
 def physical_checks(config, estimates, bow):
     """Each estimate with its limit, a verdict and the reason: a DataFrame.
 
@@ -95,40 +131,18 @@ def physical_checks(config, estimates, bow):
     """
     import pandas as pd
 
-    bound, frequencies = limits(config), config.natural_frequency_Hz.values()
-    resolution = config.frequency_resolution_Hz
-    damping = (
-        f"critical damping is {bound['critical damping']:.0f} N s/m; a free vibration at {max(frequencies):g} Hz, with "
-        f"the undamped frequency known to {percent(config.undamped_frequency_uncertainty)}, allows a damping ratio of "
-        f"at most {bound['damping ratio']:.2f} for both dampings together"
-    )
-    eccentricity = (
-        f"the shaft is bowed by {bow * 1e6:.0f} um and carries the disc with it; an eccentricity beyond the bow would "
-        "need a disc whose own mass centre is off by more than that"
-    )
-    loss = (
-        f"the stiffness loss is at most {bound['stiffness loss']:.0f} N/m by the impact tests ({max(frequencies):g} "
-        f"and {min(frequencies):g} Hz, each within {resolution:g} Hz), times the largest p_n of any breathing function"
-    )
-    harmonic, rows = {name: n for n, name in config.losses.items()}, []
-    for row in estimates.itertuples():
-        unit, highest, why, outside = "N s/m", bound["damping"], damping, "impossible"
-        low, high = row.low, row.high
-        if row.parameter == "eccentricity":
-            unit, highest, why, outside = "m", bow, eccentricity, "implausible"
-        elif row.parameter in harmonic:
-            n = harmonic[row.parameter]
-            unit, highest, why = "N/m", bound["stiffness loss"] * largest_participation(n), loss
+    known, judged_by_size, rows = limit_of_estimates(config, bow), set(config.losses.values()), []
+    for row in estimates[estimates.parameter.isin(known)].itertuples():
+        limit, low, high = known[row.parameter], row.low, row.high
+        if row.parameter in judged_by_size:
             ends = sorted((abs(row.low), abs(row.high)))
             low, high = (0.0 if row.low * row.high < 0 else ends[0]), ends[1]
-        elif row.parameter not in (*DAMPINGS, BOTH_DAMPINGS):
-            continue
-        scale = 1e6 if unit == "m" else 1.0
         verdict = "undecided"
-        if low >= 0 and high <= highest:
+        if low >= 0 and high <= limit.highest:
             verdict = "possible"
-        elif low > highest or high < 0:
-            verdict = outside
+        elif low > limit.highest or high < 0:
+            verdict = limit.beyond
+        unit, scale = ("um", 1e6) if limit.unit == "m" else (limit.unit, 1.0)
         rows.append(
             {
                 "source": row.source,
@@ -137,10 +151,10 @@ def physical_checks(config, estimates, bow):
                 "estimate": row.estimate * scale,
                 "low": row.low * scale,
                 "high": row.high * scale,
-                "largest_possible": highest * scale,
-                "unit": "um" if unit == "m" else unit,
+                "largest_possible": limit.highest * scale,
+                "unit": unit,
                 "verdict": verdict,
-                "reason": why,
+                "reason": limit.reason,
             }
         )
     return pd.DataFrame(rows)

@@ -190,17 +190,16 @@ def identify(config, reference, spectra):
             for cases in config.groups.values():
                 problem = replay_problem(config, cases, compensated[d, method], draws)
                 found = estimator(problem)
-                freedom = 2 * problem.spectrum.amplitude.size - len(problem.names)
+                misfits.append(found.misfit / (2 * problem.spectrum.amplitude.size - len(problem.names)))
                 names, theta, covariance = _reported(problem.names, found.theta, found.covariance)
                 if np.isfinite(found.misfit):
-                    half = 1.96 * np.sqrt(np.diag(covariance) * max(1.0, found.misfit / freedom))
-                    low, high = theta - half, theta + half
+                    half = 1.96 * np.sqrt(np.diag(covariance) * max(1.0, misfits[-1]))
+                    estimates.append((theta, theta - half, theta + half))
                 else:
                     drawn = estimator(replay_problem(config, cases, draws, draws))
                     drawn = _reported(problem.names, drawn.theta, drawn.covariance)[1]
-                    low, high = np.percentile(_unwrapped(config, names, drawn, theta), [2.5, 97.5], axis=0)
-                estimates.append((theta, low, high))
-                misfits.append(found.misfit / freedom)
+                    drawn = _unwrapped(config, names, drawn, theta)
+                    estimates.append((theta, *np.percentile(drawn, [2.5, 97.5], axis=0)))
                 simulated.append(measured_response(problem.model, speeds, config.harmonics, found.theta)[..., 0])
     coordinates = {
         "estimator": (config.estimators, "1", "parameter estimator"),

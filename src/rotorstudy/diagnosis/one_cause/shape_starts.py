@@ -14,7 +14,7 @@ from rotorstudy.errors import CannotAct
 from rotorstudy.inference.fit import Fit, fit
 from rotorstudy.inference.prediction import carried_order
 from rotorstudy.inference.prior import Prior
-from rotorstudy.response.near import carried_motion
+from rotorstudy.response.neighbourhood import carried_motion
 
 TRIED = {"position": 20, "angle": 16, "other": 9}  # values of an option
 STARTS = 3  # shapes of each alternative and motion from which steps are made

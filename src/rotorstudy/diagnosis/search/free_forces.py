@@ -8,13 +8,13 @@ from rotorstudy.inference.fit import Fit
 from rotorstudy.inference.prediction import carried_order
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.response.harmonic import positions
-from rotorstudy.response.near import Motion, Near
+from rotorstudy.response.neighbourhood import Motion, Neighbourhood
 
 DEPENDENT = 1e-9  # ratio of a column's part that others do not have to the longest: below it nothing tells it apart
 
 
 def motions_by_free_forces(
-    fitted: Fit, spectrum: Spectrum, rows: Sequence[np.ndarray], near: Near | None = None
+    fitted: Fit, spectrum: Spectrum, rows: Sequence[np.ndarray], near: Neighbourhood | None = None
 ) -> list[Motion]:
     """The Motions of a fitted model with a force on one coordinate, free at every harmonic and speed, fitted best.
 
@@ -24,7 +24,7 @@ def motions_by_free_forces(
     spectrum : Spectrum
     rows : sequence of ndarray (dof,)
         The coordinates, each by a unit of each of the model: a node, or a deformation of the shaft.
-    near : Near, optional
+    near : Neighbourhood, optional
         Of the fitted model at the speeds and harmonics of the spectrum, if it exists already.
 
     Returns
@@ -38,7 +38,9 @@ def motions_by_free_forces(
     """
     if not rows:
         return []
-    near = near or Near(fitted.model, spectrum.speed, spectrum.harmonics, fitted.theta, order=carried_order(spectrum))
+    near = near or Neighbourhood(
+        fitted.model, spectrum.speed, spectrum.harmonics, fitted.theta, order=carried_order(spectrum)
+    )
     speeds, free = len(spectrum.speed), _measured_components(near)
     columns = free_force_columns(near, spectrum, rows)
     force = np.zeros((len(rows), speeds, 2 * len(near.blocks.harmonics)), complex)
@@ -50,12 +52,12 @@ def motions_by_free_forces(
     ]
 
 
-def free_force_columns(near: Near, spectrum: Spectrum, rows: Sequence[np.ndarray]) -> np.ndarray:
+def free_force_columns(near: Neighbourhood, spectrum: Spectrum, rows: Sequence[np.ndarray]) -> np.ndarray:
     """What the sensors show of a force on one coordinate that is free at every measured harmonic and speed.
 
     Parameters
     ----------
-    near : Near
+    near : Neighbourhood
         At the speeds and harmonics of the spectrum.
     spectrum : Spectrum
     rows : sequence of ndarray (dof,)

@@ -8,7 +8,7 @@ from rotorstudy.inference.prediction import carried_order
 from rotorstudy.measurement.findings import Finding
 from rotorstudy.model.registry import registry
 from rotorstudy.response.alternating import affine_error
-from rotorstudy.response.near import carried_motion
+from rotorstudy.response.neighbourhood import carried_motion
 from rotorstudy.response.stability import growth_of_free_motion
 from rotorstudy.units import RAD_PER_S
 

@@ -17,7 +17,7 @@ from rotorstudy.diagnosis.search.odds import log_possible, log_scales
 from rotorstudy.inference.fit import Fit
 from rotorstudy.inference.prediction import carried_order
 from rotorstudy.measurement.spectrum import Spectrum
-from rotorstudy.response.near import Motion, Near
+from rotorstudy.response.neighbourhood import Motion, Neighbourhood
 
 TIE = 6  # decimals of evidence that count: round-off must not rank equal candidates (an open crack has two sides)
 
@@ -117,8 +117,8 @@ class Projection:
 
 @lru_cache(maxsize=1)  # it holds the receptances that all candidates at a fit share
 def _near(fitted, speed, harmonics, order):
-    """The Near of a Fit at the speeds and harmonics of a spectrum."""
-    return Near(fitted.model, speed, harmonics, fitted.theta, order=order)
+    """The Neighbourhood of a Fit at the speeds and harmonics of a spectrum."""
+    return Neighbourhood(fitted.model, speed, harmonics, fitted.theta, order=order)
 
 
 def project(

@@ -4,7 +4,6 @@ import logging
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import brentq
 
 from rotorstudy.diagnosis.search.alternatives import at_the_same_place, with_alternatives
 from rotorstudy.diagnosis.search.candidates import candidates, with_vibration
@@ -227,6 +226,8 @@ def _settled(work, spectrum, missing, best):
 
 def _error_needed(work, spectrum, missing, explanation):
     """The least error of the causes with which an explanation leaves no more than noise; inf if more than assumed."""
+    from scipy.optimize import brentq
+
     off = spectrum.amplitude - predicted(explanation.fit.model, spectrum, explanation.fit.theta)
 
     def excess(error):

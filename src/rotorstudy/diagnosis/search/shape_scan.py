@@ -18,7 +18,7 @@ from rotorstudy.diagnosis.search.shape_fit import ranges_of, reshaped
 from rotorstudy.errors import CannotAct, NoSteadyState
 from rotorstudy.inference.fit import Fit
 from rotorstudy.model.registry import registry
-from rotorstudy.response.near import Motion
+from rotorstudy.response.neighbourhood import Motion
 
 FIRST_SAMPLES = (0, 16, 32, 64, 128)  # shapes over the whole range, by the number of options
 STARTS = 3  # best of these, about which closer ones are tried: a force at one instant has several near-equal shapes
@@ -30,6 +30,8 @@ SAMPLES = 9  # shapes per round and option about the best ones
 REFINED = 2  # places of each effect at which the best shape is refined
 LEAST_SEEN = 0.01  # share of the cost that the best coarse shape of a place explains, if it is refined
 SPREADS = (0.12, 0.05, 0.02, 0.008, 0.003)  # standard deviation of the shapes of each round, as a share of the range
+COARSE = 3  # rounds that are always made
+STILL_GAINS = 0.1  # log odds gained by a round, from which the next one is made: a fit finds the rest
 
 
 class Scanned(NamedTuple):
@@ -199,15 +201,24 @@ class _Scan(NamedTuple):
     def refined(self, starts):
         """List of Scanned, found by rounds of ever closer shapes about fewer and fewer of the best ones."""
         random = np.random.default_rng(0)  # the same numbers for the same records
-        for spread in SPREADS:
+        for number, spread in enumerate(SPREADS):
+            before = starts[0].screened.evidence
             count = SAMPLES * len(self.ranges) * self._more // len(starts)
             about = [one.point + spread * random.standard_normal((count, len(self.ranges))) for one in starts]
             closer = self.judged(np.concatenate(about))
             kept = 1 if spread == SPREADS[-1] else max(len(starts) - 1, 1)
             found = sorted([*starts, *closer], key=lambda one: -one.screened.evidence)
             starts = self._distinct(found)[:kept]
+            gained = found[0].screened.evidence - before
+            if self._is_fitted_closely and number + 1 >= COARSE and gained < STILL_GAINS:
+                break
         best = (*starts, *self._facing(found))
         return [Scanned(reshaped(self.work, self.cause, one.point), one.screened) for one in best]
+
+    @property
+    def _is_fitted_closely(self):
+        """Whether a fit finds the best shape near a good one: several of a crack or a contact are nearly equal."""
+        return bool(self.cause.where) and not any(u.force for u in self.cause.term.unknowns)
 
     def _facing(self, found):
         """The best shape that faces another side than the best one: which side is open decides little at first."""

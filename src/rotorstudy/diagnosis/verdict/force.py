@@ -5,7 +5,7 @@ import numpy as np
 from rotorstudy.inference.prediction import BEYOND
 from rotorstudy.model.entries import Entry
 from rotorstudy.model.terms import Unknown
-from rotorstudy.response.near import Near
+from rotorstudy.response.neighbourhood import Neighbourhood
 
 
 def equivalent_residual_force(model, theta, speed, harmonics, residual):
@@ -27,7 +27,7 @@ def equivalent_residual_force(model, theta, speed, harmonics, residual):
         for node, unit in zip(model.sensors, units, strict=True)
     ]
     order = int(np.abs(harmonics).max()) + BEYOND
-    reply = Near(model, speed, harmonics, theta, order=order).changes_by_forces([(pushes, None)])
+    reply = Neighbourhood(model, speed, harmonics, theta, order=order).changes_by_forces([(pushes, None)])
     reply = reply.reshape(len(speed), -1, len(pushes))
     right = residual.reshape(len(speed), -1)
     found = np.linalg.solve(

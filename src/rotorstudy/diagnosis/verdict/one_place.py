@@ -20,7 +20,7 @@ from rotorstudy.inference.prediction import carried_order
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.entries import Entry
 from rotorstudy.model.terms import Parameter, Term
-from rotorstudy.response.near import Near
+from rotorstudy.response.neighbourhood import Neighbourhood
 
 TRIED = 3  # places, the best by linearised receptances, at which the values of the rig are fitted too
 STEPS, HALVINGS = 8, 4  # of that fit, and of a step that leaves more
@@ -94,7 +94,7 @@ class _Trial(NamedTuple):
 def _trials(work, spectrum, theta, places, force=None):
     """{place: _Trial} at theta (parameter,) of the base model, with a force at the only place or without one."""
     now = _with_force(work, spectrum, theta, places, force)
-    near = Near(now.model, spectrum.speed, spectrum.harmonics, now.theta, order=carried_order(spectrum))
+    near = Neighbourhood(now.model, spectrum.speed, spectrum.harmonics, now.theta, order=carried_order(spectrum))
     speeds, prior = len(spectrum.speed), now.prior
     columns = np.column_stack([now.residual, now.jacobian]).reshape(speeds, -1, 1 + len(now.names))
     known = np.column_stack([prior.whitener @ (prior.mean - now.free), prior.whitener])

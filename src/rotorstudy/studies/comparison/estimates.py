@@ -49,36 +49,14 @@ def estimates(config, name, rotor, by_method, estimator):
     found = {key: np.full((*shape, len(names)), np.nan) for key in BY_PARAMETER}
     found |= {key: np.full(shape, np.nan) for key in BY_CELL}
     bound = _bound(config, rotor, theta_true)
-    asked = without_values(model, unknowns)
+    asked = rotor._replace(model=without_values(model, unknowns))
     for (m, data), (f, fault), (n, level) in product(
         enumerate(by_method.values()), enumerate(faults), enumerate(levels)
     ):
-        if level not in config.levels(fault):
-            continue
-        cell = data.sel(fault=fault, noise=level)
-        amplitude = as_complex(cell.amplitude)
-        amplitude = amplitude[np.isfinite(amplitude[:, 0, 0, 0])]
-        spectrum = Spectrum(amplitude, rotor.speeds, np.array(rotor.measured), model.sensors, cell.covariance.values)
-        spectrum = spectrum.at_harmonics(rotor.harmonics)
-        start = perf_counter()
-        try:
-            result = estimate_by(estimator, Problem(asked, spectrum, unknowns))
-        except PluginError:
-            raise  # a mistake in the estimator is not a failed estimate
-        except (RotorstudyError, np.linalg.LinAlgError):
-            found["failed"][m, f, n] = 1.0
-            continue
-        found["seconds"][m, f, n] = (perf_counter() - start) / len(amplitude)
-        off, std = _errors(unknowns, result, true, is_angle)
-        found["failed"][m, f, n] = 1 - len(off) / len(amplitude)
-        if not len(off):
-            continue
-        found["bias"][m, f, n] = off.mean(axis=0)
-        found["scatter"][m, f, n] = off.std(axis=0)
-        found["rmse"][m, f, n] = np.sqrt(np.mean(off**2, axis=0))
-        found["coverage"][m, f, n] = np.mean(np.abs(off) <= HALF_INTERVAL * std, axis=0)
-        if level:
-            found["efficiency"][m, f, n] = (level * bound / found["rmse"][m, f, n]) ** 2
+        if level in config.levels(fault):
+            cell = data.sel(fault=fault, noise=level)
+            for key, value in _accuracy(asked, cell, estimator, true, is_angle, level * bound).items():
+                found[key][m, f, n] = value
     dims = ("spectrum_method", "fault", "noise", "parameter")
     variables = {key: (dims[: values.ndim], values, *(BY_PARAMETER | BY_CELL)[key]) for key, values in found.items()}
     variables["true"] = (("parameter",), true, "SI", "value assumed")
@@ -89,6 +67,31 @@ def estimates(config, name, rotor, by_method, estimator):
         **parameter_coordinates(names),
     }
     return dataset(variables, coordinates, title=f"{config.title}: {name}, {estimator.name}")
+
+
+def _accuracy(rotor, cell, estimator, true, is_angle, bound):
+    """The results of `estimates` for the spectra of one cell, by name; bound : (parameter,), zero without noise."""
+    amplitude = as_complex(cell.amplitude)
+    amplitude = amplitude[np.isfinite(amplitude[:, 0, 0, 0])]
+    measured = np.array(rotor.measured)
+    spectrum = Spectrum(amplitude, rotor.speeds, measured, rotor.model.sensors, cell.covariance.values)
+    spectrum = spectrum.at_harmonics(rotor.harmonics)
+    start = perf_counter()
+    try:
+        result = estimate_by(estimator, Problem(rotor.model, spectrum, rotor.unknowns))
+    except PluginError:
+        raise  # a mistake in the estimator is not a failed estimate
+    except (RotorstudyError, np.linalg.LinAlgError):
+        return {"failed": 1.0}
+    seconds = (perf_counter() - start) / len(amplitude)
+    off, std = _errors(rotor.unknowns, result, true, is_angle)
+    found = {"seconds": seconds, "failed": 1 - len(off) / len(amplitude)}
+    if not len(off):
+        return found
+    rmse = np.sqrt(np.mean(off**2, axis=0))
+    found |= {"bias": off.mean(axis=0), "scatter": off.std(axis=0), "rmse": rmse}
+    found["coverage"] = np.mean(np.abs(off) <= HALF_INTERVAL * std, axis=0)
+    return found | ({"efficiency": (bound / rmse) ** 2} if np.any(bound) else {})
 
 
 def _errors(unknowns, result, true, is_angle):

@@ -67,20 +67,22 @@ def _of_the_reference(study, machine):
     def bound(chosen):
         return _bounds(machine, columns, percent, chosen, crack)
 
+    by_harmonic = [bound(machine.chosen(harmonics=group)) for group in groups(study).values()]
     by_speed = [bound(machine.chosen(speeds=[w])) for w in machine.speed]
     by_speeds = [bound(machine.chosen(speeds=machine.speed[: i + 1])) for i in range(len(machine.speed))]
     with_others = []
     for other in machine.others.values():
         with_others.append(_bounds(machine, machine.columns(crack, other), percent, everything, crack, other))
     told = "Cramer-Rao bound of the reference crack"
-    return {
-        "bound_of_reference": (("shape",), bound(everything), "SI", told),
-        "bound_by_harmonic": (("harmonic_group", "shape"), np.array([bound(machine.chosen(harmonics=group))
-                              for group in groups(study).values()]), "SI", f"{told}, some harmonics alone"),
-        "bound_by_speed": (("speed", "shape"), np.array(by_speed), "SI", f"{told}, one speed alone"),
-        "bound_by_speeds": (("speed", "shape"), np.array(by_speeds), "SI", f"{told}, all speeds up to that one"),
-        "bound_with": (("confounder", "shape"), np.array(with_others), "SI", f"{told} if another effect is free, too"),
-    }  # fmt: skip
+    found = {
+        "bound_by_harmonic": ("harmonic_group", by_harmonic, ", some harmonics alone"),
+        "bound_by_speed": ("speed", by_speed, ", one speed alone"),
+        "bound_by_speeds": ("speed", by_speeds, ", all speeds up to that one"),
+        "bound_with": ("confounder", with_others, " if another effect is free, too"),
+    }
+    return {"bound_of_reference": (("shape",), bound(everything), "SI", told)} | {
+        name: ((dim, "shape"), np.array(values), "SI", f"{told}{what}") for name, (dim, values, what) in found.items()
+    }
 
 
 def _bounds(machine, columns, percent, chosen, crack, *others):

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.model.table import Columns, Table
+from rotorstudy.model.entry_table import Columns, EntryTable
 from rotorstudy.response.alternating import nonlinear_columns
 from rotorstudy.response.coupling import COUPLED_ORDER, layout
 from rotorstudy.response.harmonic import carried_response, positions, response_inputs
@@ -20,7 +20,7 @@ MOTION_AT_ONCE = 1_000_000  # numbers of the motions that are taken together
 class Motion(NamedTuple):
     """A steady motion.
 
-    amplitude  : (speed, harmonic, dof) complex, about the deflection, m; harmonics as carried by `Near`
+    amplitude  : (speed, harmonic, dof) complex, about the deflection, m; harmonics as carried by `Neighbourhood`
     deflection : (..., dof) static deflection, m
     """
 
@@ -29,7 +29,7 @@ class Motion(NamedTuple):
 
 
 def carried_motion(model, speed, harmonics, theta=None, *, order=COUPLED_ORDER):
-    """The Motion of a model at all harmonics that are carried; arguments as for `Near`."""
+    """The Motion of a model at all harmonics that are carried; arguments as for `Neighbourhood`."""
     model, theta = model.at(model.theta if theta is None else theta)
     speed, harmonics, theta, _ = response_inputs(model, speed, harmonics, theta, order)
     blocks = layout(model, np.union1d(np.arange(-order, order + 1), harmonics), order)
@@ -37,7 +37,7 @@ def carried_motion(model, speed, harmonics, theta=None, *, order=COUPLED_ORDER):
     return Motion(carried_response(model, speed, theta, blocks, False)[0], deflection)
 
 
-class Near:
+class Neighbourhood:
     """The neighbourhood of a model: what forces that it does not contain add to its motion and measured harmonics.
 
     To first order, as the added motion does not act back on these forces.
@@ -140,7 +140,7 @@ class Near:
         own, found = self.theta[: len(self.model.rotor_unknowns)], [self._no_changes]
         for unknowns, motion in (group for group in groups if group[0]):
             true, _ = at_sensors(self.model, self.speed, own, carried, (motion or self.motion).amplitude)
-            found.append(Table(unknowns, true.shape[-1]).dense_columns(true, self.speed, carried)[:, shown])
+            found.append(EntryTable(unknowns, true.shape[-1]).dense_columns(true, self.speed, carried)[:, shown])
         return np.concatenate(found, axis=-1)
 
     @property
@@ -161,7 +161,7 @@ class Near:
         if in_table:
             place, unknowns, at = zip(*in_table, strict=True)
             motions = [motion for _, motion in groups]
-            found = Table(unknowns, motions[0].amplitude.shape[-1], at).columns(
+            found = EntryTable(unknowns, motions[0].amplitude.shape[-1], at).columns(
                 np.concatenate([motion.amplitude for motion in motions], axis=-1), speed, carried,
                 np.concatenate([motion.deflection for motion in motions], axis=-1),
             )  # fmt: skip

@@ -91,7 +91,7 @@ class _Still(NamedTuple):
     to_row: object
 
 
-class Table:
+class EntryTable:
     """The entries of some amplitudes.
 
     Parameters
@@ -248,8 +248,7 @@ class Table:
     @cached_property
     def _factors(self):
         """The _Moving and the _Still at speeds and harmonics, both tuples; kept for the last few."""
-        return lru_cache(maxsize=KEPT)(lambda speed, harmonics: (self._moving(speed, harmonics),
-                                                                 self._still(speed, harmonics)))  # fmt: skip
+        return lru_cache(maxsize=KEPT)(lambda *given: (self._moving(*given), self._still(*given)))
 
     def _moving(self, speed, harmonics):
         (_, kinds), speed, count = self._on_motion, np.array(speed)[:, None], len(harmonics)

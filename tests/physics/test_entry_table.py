@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rotorstudy.model.entries import Entry, apply_entries
-from rotorstudy.model.table import Table
+from rotorstudy.model.entry_table import EntryTable
 from rotorstudy.model.terms import Unknown
 
 ROUND_OFF = 1e-13  # relative to the largest force: sums of at most some ten products
@@ -50,7 +50,7 @@ def test_table_is_equal_to_its_entries_one_after_the_other(unknowns, random, lea
     motion = random.normal(size=(*shape, 2)) @ [1, 1j]
     deflection = {"not": None, "alike": random.normal(size=SIZE) + 0.3j,
                   "by trial": random.normal(size=(*lead, len(SPEED), SIZE)) * 1j}[deflected]  # fmt: skip
-    theta, table = random.normal(size=(*lead, len(unknowns))), Table(unknowns, SIZE)
+    theta, table = random.normal(size=(*lead, len(unknowns))), EntryTable(unknowns, SIZE)
     references = [None if u.carries else deflection for u in unknowns]
     slow = np.stack(
         [apply_entries(u.entries, motion, SPEED, HARMONICS, r) for u, r in zip(unknowns, references, strict=True)], -1
@@ -72,6 +72,6 @@ def test_table_is_equal_to_its_entries_one_after_the_other(unknowns, random, lea
 
 
 def test_constant_forces_can_be_left_out(unknowns, random):
-    theta, table = random.normal(size=len(unknowns)), Table(unknowns, SIZE)
+    theta, table = random.normal(size=len(unknowns)), EntryTable(unknowns, SIZE)
     assert not table.static_force(theta, SPEED, HARMONICS, constant=False).any()
     assert table.static_force(theta, SPEED, HARMONICS).any()
