@@ -70,6 +70,8 @@ def read_netcdf(path, conventions, nodes):
 
 def _check_netcdf(path, data):
     """Raise RotorstudyError for a file without displacement, or of other dimensions."""
+    if "displacement" not in data and "amplitude" in data:
+        raise RotorstudyError(f"{path}: a spectrum, not a record; it is imported already, the other commands take it")
     if "displacement" not in data:
         raise RotorstudyError(f"{path}: no variable 'displacement' (found: {', '.join(map(str, data.data_vars))})")
     wanted, held = ("speed", "node", "direction", "time"), set(data.displacement.dims)

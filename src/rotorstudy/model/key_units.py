@@ -40,7 +40,7 @@ def in_si(given, known, where, aliases=None):
             raise RotorstudyError(f"{source[target]} and {key} in {where} are the same quantity; give one of them")
         is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
         if isinstance(value, str) and factor != 1:
-            raise RotorstudyError(f"{key} = {value!r} in {where}: must be a number{number_hint(value)}")
+            raise RotorstudyError(f"{key} = {value!r} in {where}: must be a finite number{number_hint(value)}")
         found[target] = value * factor if factor != 1 and is_number else value
         source[target] = key
     return found

@@ -26,7 +26,9 @@ def split(spectrum, hold_out):
             near = int(np.abs(spectrum.speed - speed).argmin())
             if abs(spectrum.speed[near] - speed) > 1e-3 * speed:
                 known = ", ".join(f"{w:g}" for w in spectrum.speed)
-                raise RotorstudyError(f"hold-out speed {speed:g} rad/s was not measured (measured: {known})")
+                raise RotorstudyError(
+                    f"hold-out speed {speed:g} rad/s was not measured (measured: {known}; --rpm for rpm)"
+                )
             held.append(near)
     mask = np.isin(np.arange(count), held)
     if mask.all():
