@@ -1,10 +1,12 @@
 """From a wrong explanation by two causes to the true one: parts tried together, exchanges from the best few."""
 
+import numpy as np
 import pytest
 from test_search import TWO_DISCS, hidden, measured
 
+from rotorstudy.diagnosis.search import shapes
 from rotorstudy.diagnosis.search.alternatives import at_the_same_place
-from rotorstudy.diagnosis.search.candidates import candidates
+from rotorstudy.diagnosis.search.candidates import ShapeRange, candidates, with_shape
 from rotorstudy.diagnosis.search.crack_beside import with_others_beside_a_crack
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.odds import Explanation
@@ -63,6 +65,23 @@ def test_beside_a_crack_only_the_other_cause_is_exchanged():
     work = searched(("added_mass", "shaft_damping", "static_preload"), MASS, DAMPING)
     wrong = work.explain(tuple(c for c in work.candidates if c.cause in {"shaft_damping", "static_preload, node 3"}))
     assert with_others_beside_a_crack(work, wrong) == []
+
+
+def test_a_step_of_a_crack_onto_a_disc_ends_its_refinement(monkeypatch):
+    """No crack can be there; the message that says so must not end the search."""
+    work = searched(("transverse_crack",), MASS)
+    crack = next(c for c in work.candidates if c.variant == {"breathing": "none"})
+    shape = {"position_m": 0.1, "depth_ratio": 0.2, "angle_rad": 0.0}
+    first = work.explain((with_shape(MODEL, crack, shape, work.settings.prior_width),))
+    start, onto = (ShapeRange(0.0, 0.6).fraction(x) for x in (0.1, 0.15))  # disc 1 is at a quarter of 0.6 m
+
+    def step_onto_the_disc(work, causes, fitted, cause):
+        count = len(fitted.names)
+        return np.eye(count + 3), np.append(np.zeros(count), [onto - start, 0.0, 0.0])
+
+    monkeypatch.setattr(shapes, "shape_equations", step_onto_the_disc)
+    monkeypatch.setattr(shapes, "SHARES_OF_STEP", (1.0,))
+    assert shapes.refine(work, first, again=False) is first
 
 
 PEDESTAL = {

@@ -62,6 +62,28 @@ def angle_in(name):
     return found[-1] if len(found) == 1 else None
 
 
+def numbered_angles(names):
+    """Planes and angles (degrees, from straight up, positive to the left) of probes named by angles: `DE 45`, `DE 135`.
+
+    The numbers count from the horizontal on the right if none is beyond 180, else from straight up. None unless each
+    name has one number, and the two of a plane are 90 degrees apart.
+    """
+    planes, angles = [], []
+    for name in names:
+        words = words_in(name)
+        numbers = [word for word in words if word[:1].isdigit() and LEAST_ANGLE <= float(word) <= 360]
+        if len(numbers) != 1:
+            return None
+        planes.append(tuple(word for word in words if word != numbers[0]))
+        angles.append(float(numbers[0]))
+    apart = [[a for p, a in zip(planes, angles, strict=True) if p == plane] for plane in dict.fromkeys(planes)]
+    pairs = [one for one in apart if len(one) > 1]
+    if not pairs or any(len(one) > 2 or abs(one[0] - one[1]) % 180 != 90 for one in pairs):
+        return None
+    zero = 90 if max(angles) <= 180 else 0
+    return planes, [(angle - zero + 180) % 360 - 180 for angle in angles]
+
+
 def plane_in(name):
     """The words of a name that say neither direction nor unit, equal for the probes of a node."""
     words = words_in(name)

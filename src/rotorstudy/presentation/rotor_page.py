@@ -66,7 +66,7 @@ def summary(analysis):
     if analysis.threshold is None:
         found.append(f"The rotor is stable up to {last}{_checked(analysis)}.")
     else:
-        found.append(f"The rotor is unstable from {number(analysis.threshold * RPM, 5)} rpm.")
+        found.append(f"The rotor is unstable from {number(analysis.threshold * RPM, 5)}{_until(analysis)} rpm.")
     found.append(f"Unbalance: {analysis.unbalance}.")
     if analysis.left_out:
         found.append(
@@ -84,6 +84,13 @@ def summary(analysis):
     if unbounded:
         found.append(f"No damping acts on the resonance at {', '.join(unbounded)}: its response has no bound.")
     return found
+
+
+def _until(analysis):
+    """' to 5810', where the first range of unstable speeds ends; nothing if none does in the range analysed."""
+    speed, growth = analysis.data.growth_speed.values, analysis.data.growth_rate.values
+    stable = speed[(speed > analysis.threshold) & (growth < 0)]
+    return f" to {number(float(stable[0]) * RPM, 5)}" if len(stable) else ""
 
 
 def _checked(analysis):

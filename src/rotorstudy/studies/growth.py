@@ -1,6 +1,7 @@
 """Growth of the free motion of one rig over speed, and the speed from which it is unstable."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -14,7 +15,7 @@ PUMPED_MODES = 4  # the lowest ones, whose parametric resonances are looked at t
 PUMPS = (1, 2, 3, 4)  # multiples of the speed at which a rotating stiffness varies
 BY_NONLINEAR_FORCES = (1, 2)  # those of the slopes of nonlinear forces
 APART = 1e-3  # relative, of two speeds that are both looked at
-EDGE = 1e-4  # relative error of the speed from which a motion grows
+EDGE = 1e-4  # relative error of the speeds at which a motion begins and ceases to grow
 
 
 def growth_over_speed(model, still, speeds):
@@ -48,9 +49,12 @@ def growth_over_speed(model, still, speeds):
     in_time = replace(model, terms=tuple(t for t in model.terms if t.acts_on_output or is_in_time(t)))
     some = np.linspace(speeds[0], speeds[-1], PERIODIC_SPEEDS)
     some = _apart(np.concatenate([some, parametric_resonances(in_time, speeds)]))
-    growth = np.array([_growth(in_time, speed) for speed in some])
-    unstable = np.flatnonzero(_grows(growth, some))
-    return some, growth, _edge(in_time, some, int(unstable[0])) if len(unstable) else None
+    found = {speed: _growth(in_time, speed) for speed in some}
+    found |= _at_edges(in_time, found)
+    some = np.sort(list(found))
+    growth = np.array([found[speed] for speed in some])
+    unstable = some[_grows(growth, some)]
+    return some, growth, float(unstable[0]) if len(unstable) else None
 
 
 def parametric_resonances(model, speeds):
@@ -110,13 +114,18 @@ def _grows(growth, speed):
     return growth * 2 * np.pi / speed > SLOWEST_GROWTH
 
 
-def _edge(model, speeds, first):
-    """Speed, rad/s, between the first one at which a motion grows and the one before, from which it grows."""
-    high = speeds[first]
-    if first == 0:
-        return float(high)
-    low = speeds[first - 1]
-    while high - low > EDGE * high:
-        middle = (low + high) / 2
-        low, high = (low, middle) if _grows(_growth(model, middle), middle) else (middle, high)
-    return float(high)
+def _at_edges(model, known):
+    """{speed: growth rate} just below and above the speeds, rad/s, at which motions begin or cease to grow.
+
+    known : {speed: growth rate}, ascending
+    """
+    found = {}
+    for low, high in pairwise(known):
+        ends = {low: known[low], high: known[high]}
+        grows_above = _grows(known[high], high)
+        while _grows(ends[low], low) != grows_above and high - low > EDGE * high:
+            middle = (low + high) / 2
+            ends[middle] = _growth(model, middle)
+            low, high = (low, middle) if _grows(ends[middle], middle) == grows_above else (middle, high)
+        found |= {low: ends[low], high: ends[high]}
+    return found

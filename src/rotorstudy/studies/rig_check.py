@@ -53,11 +53,13 @@ def check_rig(path):
     RigCheck
         Whatever is wrong with the file is a finding.
     """
+    rig = None
     try:
         rig = read_rig(path)
         model = rig.model
     except RotorstudyError as error:
-        return RigCheck([Finding("error", "not valid", str(path), str(error))])
+        found = [Finding("error", "not valid", str(path), str(error))]
+        return RigCheck(found + (implausible_numbers(rig.given) if rig else []))
     findings = [
         *_sections(rig, model),
         *implausible_numbers({k: rig.given[k] for k in rig.given if k != "measurement"}),
@@ -157,7 +159,10 @@ def _sections(rig, model):
 
 
 def _probe_nodes(rig, model):
-    probes = read_conventions(rig.given, str(rig.path)).probes if rig.given.get("measurement") else []
+    try:
+        probes = read_conventions(rig.given, str(rig.path)).probes
+    except RotorstudyError:  # is a finding already
+        probes = []
     stated = {probe.node for probe in probes} & set(model.structure.nodes)
     return sorted(stated) or list(model.sensors)
 

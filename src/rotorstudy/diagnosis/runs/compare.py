@@ -114,7 +114,9 @@ def _at_common_speeds(before, after):
         ("single probes", before.single_probes, after.single_probes),
     ):
         if one != other:
-            raise RotorstudyError(f"the states have different {name}: {one} before, {other} after; give the same ones")
+            raise RotorstudyError(
+                f"the states have different {name}: {list(one)} before, {list(other)} after; give records of the same"
+            )
     apart = np.abs(before.speed[:, None] / after.speed - 1)
     nearest = apart.argmin(axis=0)
     common = apart.min(axis=0) <= SAME_SPEED

@@ -8,7 +8,7 @@ from rotorstudy.diagnosis.search.odds import Explanation, odds_of
 from rotorstudy.diagnosis.search.shape_equations import shape_equations
 from rotorstudy.diagnosis.search.shape_fit import ranges_of
 from rotorstudy.diagnosis.search.shape_scan import can_be_scanned, scan
-from rotorstudy.errors import NoSteadyState
+from rotorstudy.errors import CannotAct, NoSteadyState
 from rotorstudy.inference.linear import invert
 
 RESCANS = 4  # of the shape of a cause, each at its last fit
@@ -84,7 +84,10 @@ def _stepped(work, explanation, name):
 
     def explain(point, values):
         shape = {option: ranges[option].value(x) for option, x in zip(ranges, point, strict=True)}
-        moved = (*rest, with_shape(work.rig, own, shape, work.settings.prior_width))
+        try:
+            moved = (*rest, with_shape(work.rig, own, shape, work.settings.prior_width))
+        except CannotAct:  # such as a crack at a disc
+            return None
         return work.explain(moved, [work.start(moved, values)])
 
     best = explanation
