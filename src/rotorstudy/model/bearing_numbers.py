@@ -36,23 +36,10 @@ def is_bearing_number(name: str) -> bool:
 def with_bearing_numbers(model: Model, names: Iterable[str], where: str = "the bearings") -> Model:
     """The model with numbers of its bearings among its parameters, each a relative change of value zero.
 
-    Parameters
-    ----------
-    model : Model
-        Built from a rig.
-    names : iterable of str
-        Names of parameters; only those of numbers of bearings are added.
-    where : str, optional
-        Where the names come from, for error messages.
-
-    Returns
-    -------
-    Model
-
-    Raises
-    ------
-    RotorstudyError
-        If no bearing has such a number.
+    model  : built from a rig
+    names  : names of parameters; only those of numbers of bearings are added
+    where  : where the names come from, for error messages
+    raises : RotorstudyError if no bearing has such a number
     """
     wanted = [name for name in dict.fromkeys(names) if is_bearing_number(name) and name not in model.names]
     if not wanted:
@@ -74,22 +61,10 @@ def with_bearing_numbers(model: Model, names: Iterable[str], where: str = "the b
 def with_bearings_at(structure: Structure, terms: tuple[Term, ...], values: dict[str, float]) -> tuple[Term, ...]:
     """The terms with the bearings that have some numbers, and the derivatives there as the entries of these numbers.
 
-    Parameters
-    ----------
-    structure : Structure
-    terms : tuple of Term
-        Of a model with numbers of its bearings.
-    values : dict
-        Name -> value of the amplitudes of the bearings, and of their numbers, the relative changes.
-
-    Returns
-    -------
-    tuple of Term
-
-    Raises
-    ------
-    NoSteadyState
-        If there is no bearing with these numbers: none is zero or negative, and none outside what its plugin allows.
+    terms  : of a model with numbers of its bearings
+    values : name -> value of the amplitudes of the bearings, and of their numbers, the relative changes
+    raises : NoSteadyState if there is no bearing with these numbers: none is zero or negative, and none outside what
+             its plugin allows
     """
     changes = {name: values[name] for term in terms if term.is_bearing_number for name in term.values}
     built, slopes = {}, {name: [] for name in changes}
@@ -110,18 +85,9 @@ def with_bearings_at(structure: Structure, terms: tuple[Term, ...], values: dict
 def bearings_with_changes(items: list[dict], terms: tuple[Term, ...], changes: dict[str, float]) -> list[dict]:
     """The section `bearings` of a rig with some of the numbers changed.
 
-    Parameters
-    ----------
-    items : list of dict
-        As in the rig.
-    terms : tuple of Term
-        Of its model.
-    changes : dict
-        Name of a number -> relative change.
-
-    Returns
-    -------
-    list of dict
+    items   : as in the rig
+    terms   : of its model
+    changes : name of a number -> relative change
     """
     found = []
     for place, (item, bearing) in enumerate(zip(items, _bearings(terms), strict=True)):
