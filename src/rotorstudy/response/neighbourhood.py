@@ -30,7 +30,7 @@ class Motion(NamedTuple):
 
 def carried_motion(model, speed, harmonics, theta=None, *, order=COUPLED_ORDER):
     """The Motion of a model at all harmonics that are carried; arguments as for `Neighbourhood`."""
-    model, theta = model.at(model.theta if theta is None else theta)
+    model, theta = model.at(theta)
     speed, harmonics, theta, _ = response_inputs(model, speed, harmonics, theta, order)
     blocks = layout(model, np.union1d(np.arange(-order, order + 1), harmonics), order)
     deflection = static_deflection(model, speed, theta[: len(model.rotor_unknowns)]).value
@@ -46,7 +46,7 @@ class Neighbourhood:
     """
 
     def __init__(self, model, speed, harmonics, theta=None, *, order=COUPLED_ORDER):
-        model, theta = model.at(model.theta if theta is None else theta)
+        model, theta = model.at(theta)
         self.model, self.order = model, order
         self.speed, self.harmonics, self.theta, _ = response_inputs(model, speed, harmonics, theta, order)
         self.blocks = layout(model, np.union1d(np.arange(-order, order + 1), self.harmonics), order)
