@@ -50,12 +50,22 @@ def with_bearing_numbers(model: Model, names: Iterable[str], where: str = "the b
             known = [known for one in bearings for known in bearing_numbers(*one)]
             place = f"{where}; an option that the rig does not state has no number"
             raise unknown_name("number of the bearings", name, known, place)
-    numbers = tuple(Term("bearing number", (Parameter(name, "1", (), typical=1.0),), {name: 0.0}, carries=True,
-                         is_bearing_number=True) for name in wanted)  # fmt: skip
+    numbers = tuple(
+        Term(
+            "bearing number",
+            (Parameter(name, "1", (), typical=1.0),),
+            {name: 0.0},
+            carries=True,
+            is_bearing_number=True,
+        )
+        for name in wanted
+    )
     values = {u.name: v for term in model.terms for u, v in zip(term.unknowns, term.theta, strict=True)}
     usual = {u.name: u.typical for term in model.terms for u in term.unknowns if np.isnan(values[u.name])}
-    return replace(model, terms=with_bearings_at(model.structure, (*model.terms, *numbers),
-                                                 values | usual | dict.fromkeys(wanted, 0.0)))  # fmt: skip
+    return replace(
+        model,
+        terms=with_bearings_at(model.structure, (*model.terms, *numbers), values | usual | dict.fromkeys(wanted, 0.0)),
+    )
 
 
 def with_bearings_at(structure: Structure, terms: tuple[Term, ...], values: dict[str, float]) -> tuple[Term, ...]:
@@ -133,10 +143,13 @@ def _rebuilt(structure, bearing, patterns, changes):
         given = check_options(function, options, f"bearing {bearing.kind}", ("structure",))
         parameters = tuple(function(structure=structure, **given))
     guard = cache(_guarded)  # entries of one gain keep one
-    return replace(bearing, parameters=tuple(
-        replace(p, entries=tuple(e if e.gain is None else replace(e, gain=guard(e.gain)) for e in p.entries))
-        for p in parameters
-    ))  # fmt: skip
+    return replace(
+        bearing,
+        parameters=tuple(
+            replace(p, entries=tuple(e if e.gain is None else replace(e, gain=guard(e.gain)) for e in p.entries))
+            for p in parameters
+        ),
+    )
 
 
 def _slopes(above, below, value):

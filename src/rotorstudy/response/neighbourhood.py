@@ -162,8 +162,10 @@ class Neighbourhood:
             place, unknowns, at = zip(*in_table, strict=True)
             motions = [motion for _, motion in groups]
             found = EntryTable(unknowns, motions[0].amplitude.shape[-1], at).columns(
-                np.concatenate([motion.amplitude for motion in motions], axis=-1), speed, carried,
+                np.concatenate([motion.amplitude for motion in motions], axis=-1),
+                speed,
+                carried,
                 np.concatenate([motion.deflection for motion in motions], axis=-1),
-            )  # fmt: skip
+            )
             parts.append(found._replace(unknown=np.array(place)[found.unknown]))
         return Columns(*(np.concatenate(part, axis=-1) for part in zip(*parts, strict=True)))

@@ -72,8 +72,18 @@ def begin(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     whole, prior = base_model(model, settings)
     base = fit(whole, spectrum, prior)
     every, failures = candidates(model, settings)
-    return Search(model, whole, spectrum, spectrum, settings, prior, base, every, failures=failures,
-                  found={frozenset(): Explanation((), base, 0.0)})  # fmt: skip
+    return Search(
+        model,
+        whole,
+        spectrum,
+        spectrum,
+        settings,
+        prior,
+        base,
+        every,
+        failures=failures,
+        found={frozenset(): Explanation((), base, 0.0)},
+    )
 
 
 def unsearched(begun: Search) -> Search:
@@ -98,8 +108,13 @@ def search(begun: Search) -> Search:
     widened = with_cause_error(spectrum, missing, settings.cause_error)
     base = fit(whole, widened, prior, start=base.theta)
     log.info("searching %d candidates", len(begun.candidates))
-    work = replace(begun, spectrum=widened, base=base, found={frozenset(): Explanation((), base, 0.0)},
-                   cause_error=settings.cause_error)  # fmt: skip
+    work = replace(
+        begun,
+        spectrum=widened,
+        base=base,
+        found={frozenset(): Explanation((), base, 0.0)},
+        cause_error=settings.cause_error,
+    )
     work.screened.extend(work.screen(base, work.candidates))
     best = _added(work, work.found[frozenset()], [base, fit(whole, widened, prior, steps=0)] if imitates else None)
     best = with_formulas(work, best)
