@@ -53,7 +53,7 @@ def as_certain_as(value: float, std: float) -> str:
     last = int(np.floor(np.log10(std))) - 1 if std > 0 else -3
     if abs(value) >= LONG or last < -7:
         return f"{value:.2g}" if value == std else f"{value:.4g}"
-    return f"{round(value, -last):.{max(0, -last)}f}"
+    return f"{round(value, -last) + 0.0:.{max(0, -last)}f}"  # zero without a sign
 
 
 def interval(value: float, unit: str, std: float) -> str:

@@ -13,6 +13,7 @@ import pytest
 
 from rotorstudy import harmonic_response, load_rig
 from rotorstudy.commands.line import main
+from rotorstudy.model.registry import registry
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text()
@@ -93,6 +94,11 @@ def test_the_readme_counts_the_printed_values_right():
     printed = [pd.read_csv(ROOT / "workflow" / "reference" / name, dtype={"table": str}).table for name in names]
     count = sum(len(table) for table in printed)
     assert f"each of {count} printed values" in " ".join(README.split())
+
+
+def test_the_readme_counts_the_effects_that_a_diagnosis_tries():
+    tried = [effect for effect in registry().plugins["effect"].values() if effect.candidate]
+    assert f"none of the {len(tried)} effects that are tried" in " ".join(README.split())
 
 
 def test_the_numbers_of_the_independent_simulator_follow_from_its_cases(monkeypatch):
