@@ -28,14 +28,9 @@ def number(value: float, digits: int = 3) -> str:
 def quantity(value: float, unit: str, std: float | None = None, digits: int = 3) -> str:
     """A value with its unit as an engineer writes it.
 
-    Parameters
-    ----------
-    value, unit
-        In SI; lengths are written in µm, angles in degrees, times in ms.
-    std
-        Standard deviation, in SI; it determines the digits of both numbers: 12.00 ± 0.10 µm.
-    digits
-        Significant digits without a standard deviation.
+    value, unit : in SI; lengths are written in µm, angles in degrees, times in ms
+    std         : standard deviation, in SI; it determines the digits of both numbers: 12.00 ± 0.10 µm
+    digits      : significant digits without a standard deviation
     """
     unit, factor = shown_unit(unit)
     if std is None or not np.isfinite(std):

@@ -1,11 +1,14 @@
 """A wrongly stated measuring convention is told before any cause is blamed, and no right one is accused."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import investigate
+from rotorstudy.diagnosis.verdict.wrong_convention import _accepted
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.reading import Reading
 from rotorstudy.model.registry import registry
@@ -177,3 +180,19 @@ def test_causes_are_searched_for_where_one_is_the_same_change_of_the_records(mon
 def test_a_clean_record_is_not_accused():
     verdict = investigate(measured(), MODEL, settings=QUICK).verdict
     assert verdict.measuring_chain is None and verdict.verdict == "nothing"
+
+
+@pytest.mark.parametrize(("beside", "cost", "is_told"), [(0, 5e3, True), (1, 5e3, False), (1, 90.0, True)])
+def test_what_a_convention_leaves_is_excused_by_a_fault_once(beside, cost, is_told):
+    """A twentieth of the excess error, or noise: a fault that was found beside it excuses no more than noise."""
+
+    def fitted(cost):
+        return SimpleNamespace(cost=cost, penalty=1.0, names=["a", "b"], residual=np.zeros(100), evidence=-cost / 2,
+                               model=MODEL)  # fmt: skip
+
+    hypothesis = SimpleNamespace(name="the unit is another", remedy="state it")
+    tested = SimpleNamespace(hypothesis=hypothesis, fit=fitted(cost), log_factor=0.0)
+    cause = SimpleNamespace(effect="unbalance", where={"node": 2})
+    explained = SimpleNamespace(causes=(cause,) * beside, fit=fitted(cost), log_posterior_odds=0.0)
+    work = SimpleNamespace(settings=Settings())
+    assert (_accepted(tested, explained, fitted(2e6), 0.0, work) is not None) == is_told

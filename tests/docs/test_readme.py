@@ -34,7 +34,7 @@ def run(arguments, folder, **environment):
     )
 
 
-def test_the_crack_in_one_file_is_found_and_used(tmp_path):
+def test_the_crack_in_one_file_is_found_and_used(tmp_path, monkeypatch, capsys):
     code = next(block for block in blocks("python") if "rotorstudy_crack" in block)
     (tmp_path / "zoo").mkdir()
     (tmp_path / "zoo" / "jammed.py").write_text(code)
@@ -44,13 +44,13 @@ def test_the_crack_in_one_file_is_found_and_used(tmp_path):
         .replace("kind: switching", "kind: jammed\n    open_share: 0.2")
     )
     (tmp_path / "rig.yaml").write_text(rig)
-    zoo = {"ROTORSTUDY_PLUGINS": str(tmp_path / "zoo")}
-    tool = [sys.executable, "-m", "rotorstudy"]
-    assert "jammed" in run([*tool, "plugins"], tmp_path, **zoo).stdout
-    found = run([*tool, "simulate", "rig.yaml", "--speeds", "88", "--out", "r.nc"], tmp_path, **zoo)
-    assert found.returncode == 0, found.stderr
-    without = run([*tool, "simulate", "rig.yaml", "--speeds", "88", "--out", "s.nc"], tmp_path)
-    assert without.returncode == 1 and "unknown crack" in without.stderr
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("ROTORSTUDY_PLUGINS", str(tmp_path / "zoo"))
+    assert main(["plugins"]) == 0 and "jammed" in capsys.readouterr().out
+    assert main(["simulate", "rig.yaml", "--speeds", "88", "--out", "r.nc"]) == 0
+    monkeypatch.delenv("ROTORSTUDY_PLUGINS")
+    assert main(["simulate", "rig.yaml", "--speeds", "88", "--out", "s.nc"]) == 1
+    assert "unknown crack" in capsys.readouterr().err
 
 
 def test_the_python_example_runs_and_draws(tmp_path):

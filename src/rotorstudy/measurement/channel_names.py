@@ -20,8 +20,17 @@ SHORT = {"m", "s", "g", "v", "a"}  # letters that are a unit only in brackets or
 PEAK = {"pp", "pk", "p", "rms"}
 LEFT, RIGHT = {"l", "left"}, {"r", "right"}
 LEAST_ANGLE = 15  # degrees; a smaller number beside "left" counts probes
-DIRECTIONS = {"x": -45.0, "y": 45.0, "v": 0.0, "vert": 0.0, "vertical": 0.0, "h": -90.0, "hor": -90.0, "horiz": -90.0,
-              "horizontal": -90.0}  # fmt: skip
+DIRECTIONS = {
+    "x": -45.0,
+    "y": 45.0,
+    "v": 0.0,
+    "vert": 0.0,
+    "vertical": 0.0,
+    "h": -90.0,
+    "hor": -90.0,
+    "horiz": -90.0,
+    "horizontal": -90.0,
+}
 
 
 def words_in(name):

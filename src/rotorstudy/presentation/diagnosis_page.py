@@ -131,10 +131,14 @@ def _left(verdict):
 
 def _unexplained(verdict):
     return [
-        {"harmonic": f"{row.harmonic}X", "node": row.node, "share of the residual (%)": 100 * row.share,
-         "standard deviations": row.sigma}
+        {
+            "harmonic": f"{row.harmonic}X",
+            "node": row.node,
+            "share of the residual (%)": 100 * row.share,
+            "standard deviations": row.sigma,
+        }
         for row in verdict.unexplained
-    ]  # fmt: skip
+    ]
 
 
 def _moved(verdict, labels):

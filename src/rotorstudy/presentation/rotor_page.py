@@ -138,10 +138,13 @@ def resonances(analysis, operating=None):
 def loads(analysis):
     """A row for each bearing, and one for what rigid supports carry."""
     rows = [
-        {"bearing": f"node {one.node}" + (f" ({one.label})" if one.label else ""), "downward (N)": one.force.real,
-         "across (N)": one.force.imag if abs(one.force.imag) > ROUND_OFF * analysis.weight else 0.0}
+        {
+            "bearing": f"node {one.node}" + (f" ({one.label})" if one.label else ""),
+            "downward (N)": one.force.real,
+            "across (N)": one.force.imag if abs(one.force.imag) > ROUND_OFF * analysis.weight else 0.0,
+        }
         for one in analysis.loads
-    ]  # fmt: skip
+    ]
     rest = analysis.weight - sum(one.force.real for one in analysis.loads)
     if abs(rest) > RIGID * analysis.weight:
         rows.append({"bearing": "rigid supports", "downward (N)": rest, "across (N)": 0.0})

@@ -57,25 +57,12 @@ def balance_files(
 ) -> tuple[Balancing, Conventions, list[Finding]]:
     """Balance a rotor by its records.
 
-    Parameters
-    ----------
-    paths : list of paths
-        Records, tables of harmonics, or one imported spectrum.
-    rig : path or RigFile
-        As updated by `rotorstudy identify`: its parameters are not fitted again.
-    planes : list of int or str
-        Nodes, or labels of nodes, where a correction mass can be put.
-    holes : Holes, optional
-        And weights, to which the corrections are restricted.
-
-    Returns
-    -------
-    Balancing, Conventions, list of Finding
-
-    Raises
-    ------
-    RotorstudyError
-        For files that cannot be read, records without 1X, and planes that the probes cannot tell apart.
+    paths  : records, tables of harmonics, or one imported spectrum
+    rig    : as updated by `rotorstudy identify`: its parameters are not fitted again
+    planes : nodes, or labels of nodes, where a correction mass can be put
+    holes  : to which, with their weights, the corrections are restricted
+    raises : RotorstudyError for files that cannot be read, records without 1X, and planes that the probes cannot tell
+             apart
     """
     rig = read_rig(rig)
     settings, conventions = read_settings(rig.given, str(rig.path)), read_conventions(rig.given, str(rig.path))
@@ -93,29 +80,13 @@ def balance(
 ) -> Balancing:
     """Unbalances to be added in some planes, so that the least 1X vibration is left.
 
-    Parameters
-    ----------
-    spectrum : Spectrum
-        Of the sensors of the model, in m.
-    model : Model
-        With a value for every parameter.
-    planes : list of int or str
-        Nodes, or labels of nodes.
-    settings : Settings
-        Uncertainty of the parameters, and model error.
-    conventions : Conventions
-        Of the records.
-    holes : Holes, optional
-        And weights, to which the corrections are restricted.
-
-    Returns
-    -------
-    Balancing
-
-    Raises
-    ------
-    RotorstudyError
-        For records without 1X, and planes that the probes cannot tell apart.
+    spectrum    : of the sensors of the model, in m
+    model       : with a value for every parameter
+    planes      : nodes, or labels of nodes
+    settings    : uncertainty of the parameters, and model error
+    conventions : of the records
+    holes       : to which, with their weights, the corrections are restricted
+    raises      : RotorstudyError for records without 1X, and planes that the probes cannot tell apart
     """
     wanted = [n for n in (1, -1) if n in spectrum.harmonics]
     if 1 not in wanted:

@@ -23,21 +23,10 @@ def contradictions(joint: JointFit, shared: Prior, significance: float, width: f
     If all runs agree once the stated masses of one run are free, these are contradicted; if they agree without one run,
     that is of another machine, or of another state of it. Where neither helps, every run not explained is told.
 
-    Parameters
-    ----------
-    joint : JointFit
-    shared : Prior
-        Of the parameters that the runs share.
-    significance : float
-        p-value of a run below which it is not explained.
-    width : float
-        Standard deviation of a mass that is set free, in typical sizes.
-    sense : float
-        1 or -1, of the user's angles.
-
-    Returns
-    -------
-    list of Finding
+    shared       : of the parameters that the runs share
+    significance : p-value of a run below which it is not explained
+    width        : standard deviation of a mass that is set free, in typical sizes
+    sense        : 1 or -1, of the user's angles
     """
     rejected = _unexplained(joint, significance)
     if not rejected:
@@ -61,18 +50,9 @@ def contradictions(joint: JointFit, shared: Prior, significance: float, width: f
 def check_slow_roll(name: str, speed: np.ndarray, model: Model) -> list[Finding]:
     """A finding if a run that is said to be a slow roll passed a critical speed: its vectors are not runout.
 
-    Parameters
-    ----------
-    name : str
-        Of the run.
-    speed : ndarray (speed,)
-        In rad/s.
-    model : Model
-        With a value for every parameter.
-
-    Returns
-    -------
-    list of Finding
+    name  : of the run
+    speed : (speed,) in rad/s
+    model : with a value for every parameter
     """
     try:
         whirl = np.abs(eigenvalues(model, speed).imag)

@@ -83,23 +83,12 @@ def investigate(
 ) -> Diagnosis:
     """What a model lacks to explain a spectrum.
 
-    Parameters
-    ----------
-    spectrum
-        Measured harmonics (speed, harmonic, sensor), m, with their covariance, of the sensors of the model.
-    model
-        A model with values for all its parameters.
-    hold_out
-        Speeds held out of every fit, rad/s; by default about a quarter, from the middle.
-    settings
-        Settings, or a dict of some of them.
-    findings
-        Findings on the records, to be included in the verdict.
-
-    Raises
-    ------
-    RotorstudyError
-        For sensors that do not match, speeds that were not measured, a model without values.
+    spectrum : measured harmonics (speed, harmonic, sensor), m, with their covariance, of the sensors of the model
+    model    : with values for all its parameters
+    hold_out : speeds held out of every fit, rad/s; by default about a quarter, from the middle
+    settings : or a dict of some of them
+    findings : on the records, to be included in the verdict
+    raises   : RotorstudyError for sensors that do not match, speeds that were not measured, a model without values
     """
     settings = Settings(**settings) if isinstance(settings, dict) else settings or Settings()
     if tuple(spectrum.sensors) != tuple(model.sensors):

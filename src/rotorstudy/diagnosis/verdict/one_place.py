@@ -31,20 +31,12 @@ INTERNAL = 2  # independent loads of an element at rest: a constant and a linear
 def explaining_places(work: Search, spectrum: Spectrum, noise: float = 1.0) -> list[OnePlace]:
     """The places at which a force alone leaves no more than noise and the stated model error, the simplest first.
 
-    Parameters
-    ----------
-    work : Search
-        Its base model and the prior of that.
-    spectrum : Spectrum
-        With the model error, without an error of causes.
-    noise : float
-        Mean square of what causes leave, in variances of the spectrum, if that is less than one: a force must not
-        leave more than they do.
-
-    Returns
-    -------
-    list of OnePlace
-        None where the force takes more than half of the data (a force and a single orbit): too little is left to test.
+    work     : its base model and the prior of that
+    spectrum : with the model error, without an error of causes
+    noise    : mean square of what causes leave, in variances of the spectrum, if that is less than one: a force must
+               not leave more than they do
+    returns  : none where the force takes more than half of the data (a force and a single orbit): too little is
+               left to test
     """
     from scipy.special import fdtrc
 

@@ -20,7 +20,7 @@ PRIOR_ODDS = 0.02  # that some convention is stated wrongly, divided among the h
 LEAST_MARGIN = 5.0  # of log odds over the stated conventions, and over the best causes under them
 FITTED = 3  # number of hypotheses that are fitted, those best when linearised
 CLEAR = 10.0  # times the cost of a hypothesis, which every cause alone must leave so that no search is needed
-SMALL_SHARE = 0.1  # of the excess error (rms), which a right hypothesis may leave, as there may be a fault as well
+SMALL_SHARE = 0.1  # of the excess error (rms), which a right hypothesis may leave alone, as there may be a fault too
 
 
 @dataclass(frozen=True)
@@ -105,10 +105,11 @@ def chain_hypothesis(found, base, tested):
     rejected = all(one.is_rejected(settings.significance) for one in (as_stated, tested.fit))
     if rejected and _gain(tested, base) > LEAST_MARGIN:
         tried += _with_one_cause(found, tested)
-    explained = max(tried, key=odds_of)
-    if odds_of(explained) + _gain(tested, base) - odds_as_stated < LEAST_MARGIN:
-        return None
-    return _accepted(tested, explained, base, best.log_posterior_odds, found)
+    near = [one for one in tried if odds_of(one) + _gain(tested, base) - odds_as_stated >= LEAST_MARGIN]
+    accepted = (
+        _accepted(tested, one, base, best.log_posterior_odds, found) for one in sorted(near, key=odds_of, reverse=True)
+    )
+    return next(filter(None, accepted), None)
 
 
 def _contradicted(base, settings):
@@ -123,9 +124,10 @@ def _gain(tested, base):
 
 
 def _accepted(tested, explained, base, odds_of_best, work):
-    """The ChainHypothesis if it meets the standards of a cause, or leaves only a small share of the excess error.
+    """The ChainHypothesis if it meets the standards of a cause, or alone leaves only a small share of the excess error.
 
-    The base parameters must move no more than expected, or than under the stated conventions.
+    With a cause beside it, no further fault excuses what is left. The base parameters must move no more than expected,
+    or than under the stated conventions.
 
     explained : Explanation of the corrected records;  odds_of_best : log odds of the best causes under the stated ones
     """
@@ -134,7 +136,7 @@ def _accepted(tested, explained, base, odds_of_best, work):
     p_after, p_parameters = chi_square_p_value(after.cost, rows), chi_square_p_value(after.penalty, len(after.names))
     if (
         odds - max(0.0, odds_of_best) < LEAST_MARGIN
-        or (min(p_after, p_parameters) < significance and left > SMALL_SHARE)
+        or (min(p_after, p_parameters) < significance and (explained.causes or left > SMALL_SHARE))
         or after.penalty > max(base.penalty, len(after.names))  # as many as names are expected
     ):
         return None
