@@ -125,7 +125,7 @@ def investigate(
         kind = "cause" if is_sure and not stated else "ambiguous"
     alone = []
     if chain is None and model.before is None and (kind == "unknown" or len(best.faults) > 1):
-        alone = explaining_places(found, fitted, best.fit.cost / rows if kind != "unknown" else 1.0)
+        alone = explaining_places(found, fitted, None if kind == "unknown" else best.fit.cost / rows)
         kind = "unknown" if alone else kind
     labels = parameter_labels(best.fit.model, best.causes)
     moved = moved_parameters(best.fit, found.prior.by_name)
