@@ -10,6 +10,9 @@ PYTHON ?= python3
 CORES ?= all
 SNAKEMAKE = .venv/bin/snakemake --cores $(CORES)
 
+# else each of the hundred processes of the workflow and of the tests compiles the package again
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: all results report test check bench foreign outside cracks ross peers docs clean
 
 all: report

@@ -1,5 +1,10 @@
-"""The order of the tests: files that take longest start first, so that the workers end together."""
+"""The order of the tests, and what those of all folders share."""
 
+from pathlib import Path
+
+import pytest
+
+# files that take longest start first, so that the workers end together
 LONGEST = (
     "workflow/test_workflow.py",
     "foreign/test_package_against_foreign_verdicts.py",
@@ -20,3 +25,15 @@ def pytest_collection_modifyitems(items):
         return next((i for i, name in enumerate(LONGEST) if f"tests/{name}" in item.nodeid), len(LONGEST))
 
     items.sort(key=rank)
+
+
+@pytest.fixture
+def unrendered(monkeypatch):
+    """Pictures are composed, but neither laid out nor drawn: that takes seconds, and only some tests look at them."""
+
+    def save_nothing(figure, place, **options):
+        if isinstance(place, Path):  # else a stream in memory, for a picture inside a page
+            place.write_bytes(b"")
+
+    monkeypatch.setattr("matplotlib.figure.Figure.savefig", save_nothing)
+    monkeypatch.setattr("rotorstudy.presentation.plots._lay_out", lambda picture, dpi: None)

@@ -3,7 +3,18 @@
 import numpy as np
 import pytest
 
-from rotorstudy.units import METRES, RAD_PER_S, interval, number, p_value, percent, probability, quantity, um
+from rotorstudy.units import (
+    METRES,
+    RAD_PER_S,
+    interval,
+    number,
+    p_value,
+    percent,
+    probability,
+    quantity,
+    um,
+    with_interval,
+)
 
 
 def test_numbers_are_written_with_the_digits_that_are_known():
@@ -35,6 +46,13 @@ def test_an_interval_holds_95_percent():
     assert interval(1.2e-5, "m", 1e-7) == "11.80 to 12.20 µm"
     low, high = (float(end) for end in interval(10.0, "1", 1.0).split(" to "))
     assert (low, high) == pytest.approx((10 - 1.96, 10 + 1.96), abs=0.05)
+
+
+def test_an_estimate_is_written_with_the_digits_that_are_known():
+    assert with_interval(100.23, 4.0, "N/m").strip() == "100.2 ± 4.0 N/m (95 %: 92.4 to 108.1)"
+    assert with_interval(4.512e-6, 1.4e-6, "1").strip() == "4.5e-06 ± 1.4e-06 (95 %: 1.8e-06 to 7.3e-06)"
+    assert with_interval(23.3, 12.0, "1").strip() == "23 ± 12 (95 %: 0 to 47)"  # -0.2 rounds to zero, without a sign
+    assert with_interval(1e7, 2e5, "N/m").strip() == "1e+07 ± 2e+05 N/m (95 %: 9.61e+06 to 1.039e+07)"
 
 
 def test_factors_are_those_of_their_units():

@@ -9,6 +9,7 @@ METRES = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "mil": 2.54e-5}
 RAD_PER_S = {"rad/s": 1.0, "Hz": 2 * np.pi, "rpm": np.pi / 30}
 SECONDS = {"s": 1.0, "ms": 1e-3}
 SHOWN = {"m": ("µm", 1e6), "kg m": ("g mm", 1e6), "rad": ("°", 180 / np.pi), "s": ("ms", 1e3), "1": ("", 1.0)}
+TINY = 1e-4  # estimates with a smaller standard deviation are written with an exponent
 HALF_INTERVAL = 1.959964  # standard deviations: a half of a 95 % interval
 LONG = 1e7  # numbers from this size are written with an exponent
 
@@ -27,14 +28,9 @@ def number(value: float, digits: int = 3) -> str:
 def quantity(value: float, unit: str, std: float | None = None, digits: int = 3) -> str:
     """A value with its unit as an engineer writes it.
 
-    Parameters
-    ----------
-    value, unit
-        In SI; lengths are written in µm, angles in degrees, times in ms.
-    std
-        Standard deviation, in SI; it determines the digits of both numbers: 12.00 ± 0.10 µm.
-    digits
-        Significant digits without a standard deviation.
+    value, unit : in SI; lengths are written in µm, angles in degrees, times in ms
+    std         : standard deviation, in SI; it determines the digits of both numbers: 12.00 ± 0.10 µm
+    digits      : significant digits without a standard deviation
     """
     unit, factor = shown_unit(unit)
     if std is None or not np.isfinite(std):
@@ -47,12 +43,17 @@ def um(metres: float, digits: int = 2) -> str:
     return quantity(metres, "m", digits=digits)
 
 
+def spin(speed: float, digits: int = 4) -> str:
+    """A speed in rad/s, and in rpm: 377 rad/s (3600 rpm)."""
+    return f"{speed:.{digits}g} rad/s ({number(speed / RAD_PER_S['rpm'], digits)} rpm)"
+
+
 def as_certain_as(value: float, std: float) -> str:
     """A number rounded to two significant digits of its standard deviation."""
     last = int(np.floor(np.log10(std))) - 1 if std > 0 else -3
     if abs(value) >= LONG or last < -7:
         return f"{value:.2g}" if value == std else f"{value:.4g}"
-    return f"{round(value, -last):.{max(0, -last)}f}"
+    return f"{round(value, -last) + 0.0:.{max(0, -last)}f}"  # zero without a sign
 
 
 def interval(value: float, unit: str, std: float) -> str:
@@ -68,9 +69,12 @@ def with_interval(value: float, std: float, unit: str) -> str:
     """A value in its unit with its standard deviation and its 95 % interval: 100.2 ± 4.0 mm (95 %: 92.4 to 108.0)."""
 
     def shown(one):
-        return as_certain_as(one, std) if std > 0 else f"{one:.6g}"
+        if std >= TINY and abs(value) < LONG:
+            return as_certain_as(one, std)
+        digits = 2 + np.floor(np.log10(abs(one))) - np.floor(np.log10(std)) if std > 0 and one else 6
+        return f"{one:.{max(int(digits), 1)}g}"
 
-    half, own = 1.96 * std, "" if unit == "1" else f" {unit}"
+    half, own = HALF_INTERVAL * std, "" if unit == "1" else f" {unit}"
     return f"{shown(value):>9} ± {shown(std)}{own} (95 %: {shown(value - half)} to {shown(value + half)})"
 
 

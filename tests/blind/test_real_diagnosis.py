@@ -14,7 +14,7 @@ from rotorstudy.diagnosis.verdict.result import Cause
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.registry import registry
 
-FIXED_SEED, CLEAN, LARGE = 4, 3, 4  # the first seed from 2 on with enough effects that the base cannot take over
+FIXED_SEED, CLEAN, LARGE = 4, 3, 3  # the first seed from 2 on with enough effects that the base cannot take over
 KINDS = {
     "verdict": str,
     "causes": list,

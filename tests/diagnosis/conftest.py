@@ -1,23 +1,10 @@
 """What tests of the diagnosis share."""
 
-from pathlib import Path
-
 import pytest
 import yaml
 from refusals import RIG
 
 from rotorstudy.commands.line import main
-
-
-@pytest.fixture
-def unrendered(monkeypatch):
-    """Pictures are composed, but saved as empty files: rendering takes seconds, and only some tests look at it."""
-
-    def save_nothing(figure, place, **options):
-        if isinstance(place, Path):  # else a stream in memory, for a picture inside a page
-            place.write_bytes(b"")
-
-    monkeypatch.setattr("matplotlib.figure.Figure.savefig", save_nothing)
 
 
 @pytest.fixture

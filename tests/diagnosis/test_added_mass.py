@@ -92,7 +92,7 @@ def diagnosed(built, uncertainty):
     draws = np.random.default_rng(3).normal(0, NOISE / np.sqrt(2), (2, *amplitude.shape))
     covariance = independent_covariance(np.full(amplitude.shape, NOISE**2 / 2))
     record = Spectrum(amplitude + draws[0] + 1j * draws[1], SPEEDS, HARMONICS, nominal.sensors, covariance)
-    settings = {"most_causes": 1, "uncertainty": uncertainty, "leave_out": SLOW}
+    settings = {"most_causes": 1, "candidates_per_round": 3, "uncertainty": uncertainty, "leave_out": SLOW}
     return investigate(record, nominal, settings=settings).verdict
 
 

@@ -162,7 +162,7 @@ def test_a_speed_before_is_compared_with_one_speed_after():
 
 def test_the_command_writes_a_page_that_says_what_changed(tmp_path, capsys):
     rig = {**RIG, "measurement": {"harmonics": [1, -1, 2], "table_noise_m": NOISE},
-           "diagnosis": {"nuisance": CHAIN, "hold_out_rad_s": []}}  # fmt: skip
+           "diagnosis": {"nuisance": CHAIN, "hold_out_rad_s": [], "leave_out": SLOW, "most_causes": 1}}  # fmt: skip
     (tmp_path / "rig.yaml").write_text(yaml.safe_dump(rig))
     for name, one in (("before", state(1, None, SMALL)), ("after", state(2, CHANGE, SMALL))):
         rows = ["speed_rad_per_s,node,harmonic,amplitude_m,phase_rad"]

@@ -25,7 +25,7 @@ BLAMED = (  # causes that wrong conventions look like
 )
 QUICK = {
     "most_causes": 1,
-    "candidates_per_round": 2,
+    "candidates_per_round": 1,
     "leave_out": [name for name in registry().plugins["effect"] if name not in BLAMED],
 }
 RIG = {
@@ -128,7 +128,7 @@ def test_a_wrong_unit_beside_a_fault_is_told(factor):
     spectrum = read_wrongly(measured(FAULTS[:1]), lambda z: z * factor)
     settings = {
         "most_causes": 2,
-        "candidates_per_round": 2,
+        "candidates_per_round": 1,
         "leave_out": [name for name in registry().plugins["effect"] if name not in ("unbalance", "probe_gain")],
     }
     verdict = investigate(spectrum, MODEL, settings=settings).verdict

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
+from slow_effects import SLOW
 
 from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.search.search import base_model
@@ -81,7 +82,7 @@ def test_a_posterior_taken_as_a_prior_gives_the_joint_fit():
 def test_an_identified_rig_is_what_a_diagnosis_starts_from():
     found = output_error_fit(Problem(MODEL, noisy(MODEL, [300.0, 590.0], 3), KNOWN))
     model = from_file(rig_with_estimate(RIG, MODEL, KNOWN, found.theta, found.covariance))
-    settings = Settings(uncertainty={"default": 0.05})
+    settings = Settings(uncertainty={"default": 0.05}, leave_out=SLOW, most_causes=1)
     verdict = investigate(noisy(MODEL, [200.0, 400.0, 500.0], 4), model, settings=settings)
     prior = verdict.search.prior
     place = [prior.names.index(name) for name in KNOWN]
@@ -99,7 +100,7 @@ def test_an_extended_rig_carries_the_covariance_of_the_fit_and_is_identified_aga
     item = {"kind": "support_anisotropy", "support_anisotropy_N_per_m": 3e4, "support_anisotropy_phase_rad": 0.7}
     truth = build_model({**RIG, "effects": [*RIG["effects"], {**item, "label": "found 1"}]})
     speeds = [150.0, 250.0, 350.0, 450.0, 560.0]
-    settings = {"uncertainty": {"default": 0.05, "rotor": 0}}
+    settings = {"uncertainty": {"default": 0.05, "rotor": 0}, "leave_out": SLOW, "most_causes": 1}
     diagnosis = investigate(noisy(truth, speeds, 5), MODEL, settings=settings)
     rig = extended_rig(RIG, diagnosis)
     model = from_file(rig)

@@ -158,13 +158,14 @@ def findings_of(folder, name, runs):
     return identify_runs(folder / f"{name}.yaml", folder / "rig.yaml").findings
 
 
-def test_a_mass_on_the_wrong_side_of_the_disc_is_told(folder):
-    """With what the records show instead; as it was, nothing is told."""
+@pytest.mark.parametrize("scale", [{}, {"std_g_mm": 0.5}])
+def test_a_mass_on_the_wrong_side_of_the_disc_is_told(folder, scale):
+    """With what the records show instead; as it was, nothing is told. A mass that was weighed may be wrong too."""
     runs = yaml.safe_load((folder / "runs.yaml").read_text())["runs"][:2]
     assert not {"known mass contradicted", "not explained"} & {
         one.name for one in findings_of(folder, "agreeing", runs)
     }
-    runs[1]["unbalances"][0]["angle_deg"] = 270.0
+    runs[1]["unbalances"][0] |= {"angle_deg": 270.0} | scale
     (told,) = [one for one in findings_of(folder, "contradicting", runs) if one.name == "known mass contradicted"]
     assert told.where == "run 'trial'" and "60 g mm at 270 ° is stated" in told.text
     shown = told.text.split("show ")[1]

@@ -28,7 +28,7 @@ MODEL = build_model({
     "effects": [{"kind": "unbalance", "node": 2, "mass_kg": 1.0, "eccentricity_m": UNBALANCE}],
     "sensors": list(NODES),
 })  # fmt: skip
-SETTINGS = {"uncertainty": {"default": 0.02}, "leave_out": SLOW, "most_causes": 1, "candidates_per_round": 4}
+SETTINGS = {"uncertainty": {"default": 0.02}, "leave_out": SLOW, "most_causes": 1, "candidates_per_round": 2}
 
 
 def planar(matrix):

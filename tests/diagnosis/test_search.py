@@ -24,7 +24,7 @@ from rotorstudy.response.measured import measured_response
 HARMONICS = np.array([0, 1, -1, 2, -2, 3])
 SPEEDS = np.array([120.0, 200.0, 280.0, 360.0, 440.0, 520.0])
 KNOWN = Settings(uncertainty={"default": 0.02}, model_error=0.0, model_floor=0.0, leave_out=SLOW)
-ONE = KNOWN.model_copy(update={"most_causes": 1, "candidates_per_round": 4})
+ONE = KNOWN.model_copy(update={"most_causes": 1, "candidates_per_round": 2})
 JEFFCOTT = {
     "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
     "effects": [

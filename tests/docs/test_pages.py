@@ -8,6 +8,7 @@ import yaml
 
 from rotorstudy import build_model, harmonic_response
 from rotorstudy.model.rig import OTHER, SECTIONS
+from rotorstudy.studies.rig_check import check_rig
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted((ROOT / "docs").glob("*.md"))
@@ -43,9 +44,11 @@ def test_the_keys_of_a_rig_file_are_those_of_the_plugins(monkeypatch):
         assert key in text
 
 
-def test_the_page_on_the_rig_file_explains_every_section():
+def test_the_page_on_the_rig_file_explains_every_section(tmp_path):
     text = (ROOT / "docs" / "your_rig.md").read_text(encoding="utf-8")
     assert set(re.findall(r"^\| `(\w+)` \|", text, re.MULTILINE)) == {*SECTIONS, *OTHER}
     (example,) = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
     rig = yaml.safe_load(example.replace("2e7", "2.0e+7").replace("1e-5", "1.0e-5"))
     assert abs(harmonic_response(build_model(rig), [100.0], [1])[0, 0, 12]) > 1e-7  # its unbalance moves the disc
+    (tmp_path / "rig.yaml").write_text(example, encoding="utf-8")
+    assert {finding.name for finding in check_rig(tmp_path / "rig.yaml").findings} == {"measurement"}  # it has none

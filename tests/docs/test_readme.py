@@ -13,6 +13,7 @@ import pytest
 
 from rotorstudy import harmonic_response, load_rig
 from rotorstudy.commands.line import main
+from rotorstudy.model.registry import registry
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text()
@@ -33,7 +34,7 @@ def run(arguments, folder, **environment):
     )
 
 
-def test_the_crack_in_one_file_is_found_and_used(tmp_path):
+def test_the_crack_in_one_file_is_found_and_used(tmp_path, monkeypatch, capsys):
     code = next(block for block in blocks("python") if "rotorstudy_crack" in block)
     (tmp_path / "zoo").mkdir()
     (tmp_path / "zoo" / "jammed.py").write_text(code)
@@ -43,13 +44,13 @@ def test_the_crack_in_one_file_is_found_and_used(tmp_path):
         .replace("kind: switching", "kind: jammed\n    open_share: 0.2")
     )
     (tmp_path / "rig.yaml").write_text(rig)
-    zoo = {"ROTORSTUDY_PLUGINS": str(tmp_path / "zoo")}
-    tool = [sys.executable, "-m", "rotorstudy"]
-    assert "jammed" in run([*tool, "plugins"], tmp_path, **zoo).stdout
-    found = run([*tool, "simulate", "rig.yaml", "--speeds", "88", "--out", "r.nc"], tmp_path, **zoo)
-    assert found.returncode == 0, found.stderr
-    without = run([*tool, "simulate", "rig.yaml", "--speeds", "88", "--out", "s.nc"], tmp_path)
-    assert without.returncode == 1 and "unknown crack" in without.stderr
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("ROTORSTUDY_PLUGINS", str(tmp_path / "zoo"))
+    assert main(["plugins"]) == 0 and "jammed" in capsys.readouterr().out
+    assert main(["simulate", "rig.yaml", "--speeds", "88", "--out", "r.nc"]) == 0
+    monkeypatch.delenv("ROTORSTUDY_PLUGINS")
+    assert main(["simulate", "rig.yaml", "--speeds", "88", "--out", "s.nc"]) == 1
+    assert "unknown crack" in capsys.readouterr().err
 
 
 def test_the_python_example_runs_and_draws(tmp_path):
@@ -59,6 +60,7 @@ def test_the_python_example_runs_and_draws(tmp_path):
     assert (tmp_path / "full_spectrum.png").stat().st_size > 5000
 
 
+@pytest.mark.usefixtures("unrendered")  # the pictures of these commands are drawn in tests of each
 def test_the_shell_examples_run(tmp_path, monkeypatch):
     """In this process: as commands of their own, each would spend more than a second on imports."""
     monkeypatch.chdir(tmp_path)
@@ -92,6 +94,11 @@ def test_the_readme_counts_the_printed_values_right():
     printed = [pd.read_csv(ROOT / "workflow" / "reference" / name, dtype={"table": str}).table for name in names]
     count = sum(len(table) for table in printed)
     assert f"each of {count} printed values" in " ".join(README.split())
+
+
+def test_the_readme_counts_the_effects_that_a_diagnosis_tries():
+    tried = [effect for effect in registry().plugins["effect"].values() if effect.candidate]
+    assert f"none of the {len(tried)} effects that are tried" in " ".join(README.split())
 
 
 def test_the_numbers_of_the_independent_simulator_follow_from_its_cases(monkeypatch):

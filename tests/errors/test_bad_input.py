@@ -4,8 +4,9 @@ import copy
 
 import numpy as np
 import pytest
+from one_line_errors import refused
 
-from rotorstudy import Record, RotorstudyError, build_model, full_spectrum, load_rig, measured_response, registry
+from rotorstudy import Record, build_model, full_spectrum, load_rig, measured_response, registry
 from rotorstudy.measurement.records import keyphasor_signal, reference_signal
 from rotorstudy.response.series import synthesize
 from rotorstudy.studies.config import load_study
@@ -19,15 +20,6 @@ RIG = {
         {"kind": "unbalance", "eccentricity_m": 5e-6, "eccentricity_phase_rad": 0.5},
     ],
 }
-
-
-def refused(function, *words):
-    with pytest.raises(RotorstudyError) as caught:
-        function()
-    message = str(caught.value)
-    assert "\n" not in message
-    for word in words:
-        assert word in message, message
 
 
 def changed(*path, to=None, drop=False):
@@ -222,6 +214,13 @@ def test_files_that_are_not_there_or_not_yaml_are_named(tmp_path):
     refused(lambda: load_rig(tmp_path / "list.yaml"), "list.yaml", "expected keys and values")
     (tmp_path / "bad.yaml").write_text("rotor: {kind: jeffcott\n")
     refused(lambda: load_rig(tmp_path / "bad.yaml"), "bad.yaml", "not valid YAML")
+
+
+def test_a_parameter_without_its_label_is_that_of_all_labels():
+    unbalances = [{"kind": "unbalance", "label": label, "eccentricity_m": 1e-6} for label in "ab"]
+    model = build_model({"rotor": RIG["rotor"], "effects": unbalances})
+    assert model.unknown_names(["eccentricity"]) == model.names
+    assert model.unknown_names(["eccentricity[b]"]) == model.names[2:]
 
 
 def test_parameters_asked_for_by_a_wrong_name_are_refused():

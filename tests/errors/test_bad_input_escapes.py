@@ -5,11 +5,11 @@ import copy
 import numpy as np
 import pytest
 import yaml
+from one_line_errors import refused
 
 from rotorstudy import (
     Problem,
     Record,
-    RotorstudyError,
     Spectrum,
     build_model,
     full_spectrum,
@@ -36,16 +36,6 @@ TURN = 2 * np.pi / W
 TIME = np.arange(4000) * 10 * TURN / 4000  # ten whole turns
 METHODS = list(registry().plugins["spectrum"].values())
 ESTIMATORS = list(registry().plugins["estimator"].values())
-
-
-def refused(function, *words):
-    with pytest.raises(RotorstudyError) as caught:
-        function()
-    message = str(caught.value)
-    assert "\n" not in message
-    for word in words:
-        assert word in message, message
-    return message
 
 
 def rig(*path, to):

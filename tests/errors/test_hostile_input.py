@@ -221,6 +221,7 @@ TABLE = "speed_rad_per_s,node,harmonic,amplitude_m,phase_rad\n" + "".join(
 )
 
 
+@pytest.mark.usefixtures("unrendered")
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
 def test_a_mutated_table_gives_one_line_or_a_finite_estimate(tmp_path, capsys):
     """Characters of a table of harmonics are replaced, removed or repeated."""

@@ -4,8 +4,8 @@ import copy
 
 import pytest
 import yaml
+from one_line_errors import refused
 
-from rotorstudy import RotorstudyError
 from rotorstudy.studies.config import load_study
 from rotorstudy.thesis.config import check_replay, load_replay
 
@@ -31,15 +31,6 @@ def check(root, folder, source, path=(), to=None):
         study = load_study(folder / "given.yaml")
         study.check_rigs()
         study.check_shown(2)
-
-
-def refused(function, *words):
-    with pytest.raises(RotorstudyError) as caught:
-        function()
-    message = str(caught.value)
-    assert "\n" not in message
-    for word in words:
-        assert word in message, message
 
 
 @pytest.mark.parametrize("source", ["chapter_2", "chapter_3", "chapter_4", "chapter_5"])

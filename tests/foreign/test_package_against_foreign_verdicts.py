@@ -42,7 +42,7 @@ def read(case, folder, rig_error=1.0, modulus=1.0, zero="at_rest"):
 
 def verdict_on(case, folder, rig_error=1.0, modulus=1.0, zero="at_rest", leave_out=(), most_causes=1):
     spectrum, rig, model, findings = read(case, folder, rig_error, modulus, zero)
-    quick = {"candidates_per_round": 5, "leave_out": list(leave_out), "most_causes": most_causes}
+    quick = {"candidates_per_round": 3, "leave_out": list(leave_out), "most_causes": most_causes}
     settings = read_settings(rig.given, "rig.yaml").model_copy(update=quick)
     return investigate(spectrum, model, settings=settings, findings=findings).verdict
 

@@ -93,9 +93,7 @@ def write(kind, folder, record, name=None, **changes):
     name = name or f"run_{record.speed:g}"
     path = folder / f"{name}.{kind}"
     if kind == "csv":
-        import pandas as pd
-
-        pd.DataFrame(found).to_csv(path, index=False)
+        np.savetxt(path, np.column_stack(list(found.values())), "%.15f", ",", header=",".join(found), comments="")
     elif kind == "mat":
         from scipy.io import savemat
 

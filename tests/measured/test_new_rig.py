@@ -70,6 +70,21 @@ def test_a_semicolon_table_with_a_row_of_units_is_read_as_guessed(signals, tmp_p
         assert measured == pytest.approx(-one, rel=0.02)  # the mark's sensor is at the top, half a revolution from x
 
 
+@pytest.mark.parametrize(
+    ("names", "found"),
+    [
+        (["DE 45", "DE 135", "NDE 135"], {"DE 45": (3, -45), "DE 135": (3, 45), "NDE 135": (9, 45)}),  # from the right
+        (["45 deg brg", "315 deg brg"], {"45 deg brg": (3, 45), "315 deg brg": (3, -45)}),  # from the top
+        (["ch 17", "ch 18"], {"ch 17": (3, -45), "ch 18": (3, 45)}),  # no angles: by the order
+    ],
+)
+def test_angles_in_the_names_of_probes_are_used(names, found, tmp_path):
+    rows = [f"{rpm},{name},1.5,20" for rpm in (1000, 1200, 1400) for name in names]
+    (tmp_path / "run.csv").write_text("\n".join(["speed_rpm,probe,amplitude_mil,phase_deg", *rows]))
+    section, _ = guess_measurement(tmp_path / "run.csv", PLANES)
+    assert {p["channel"]: (p["node"], p["angle_deg"]) for p in section["probes"]} == found
+
+
 def test_a_shaft_that_turns_the_other_way_is_noticed(signals, tmp_path):
     """Mirrored left and right, the same signals are those of a shaft that turns to the right."""
     probes, pulses = signals

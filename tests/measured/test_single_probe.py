@@ -6,12 +6,17 @@ import yaml
 from machine import PROBES, TIME, channels, records, section, write, write_rig
 
 from rotorstudy.commands.line import main
+from rotorstudy.diagnosis.verdict.dataset import verdict_dataset
+from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.errors import RotorstudyError, UnidentifiableError
 from rotorstudy.inference.output_error import output_error_fit
+from rotorstudy.inference.prediction import predicted
 from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.harmonics import estimate
 from rotorstudy.measurement.measurement import measured_spectrum, read_measurement
 from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.model.registry import registry
+from rotorstudy.store import as_complex
 
 UNKNOWNS = ("eccentricity[1]_real", "eccentricity[1]_imag", "internal_damping")
 PAIRED = [0, 1, -1, 2, -2, 3, -3, 5, -5]
@@ -158,6 +163,19 @@ def test_the_imported_spectrum_of_a_single_probe_is_the_same(machine):
     assert np.array_equal(again.directions, plain.directions)
     assert np.array_equal(again.whitened(again.amplitude), plain.whitened(plain.amplitude))
     assert model.structure.reading.axis(2) == pytest.approx(np.exp(1j * plain.directions[0]))
+
+
+def test_a_verdict_shows_of_the_model_what_the_probe_shows(machine):
+    """Of the machine's own rig noise is left; its whole orbit differs from the motion along the probe far more."""
+    spectrum, model, _ = read(machine, "disc 1 left", "disc 2 left", "disc 2 right", harmonics=[1, -1])
+    found = investigate(
+        spectrum, model, settings={"leave_out": sorted(registry().plugins["effect"].keys() - {"delay"})}
+    )
+    data = verdict_dataset(found, spectrum)
+    measured, base = as_complex(data.measured), as_complex(data.base)
+    assert np.abs(measured - base).max() < 0.05 * np.abs(measured).max()
+    orbit = predicted(found.best.model, spectrum, found.best.theta)
+    assert np.abs(measured - orbit)[..., 0].max() > 0.3 * np.abs(measured[..., 0]).max()
 
 
 def test_what_a_single_probe_does_not_allow_is_named(machine):

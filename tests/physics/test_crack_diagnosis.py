@@ -12,7 +12,7 @@ from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.response.measured import measured_response
 
 NOISE = 4e-3  # of the rms vibration at 1X
-STATED = {"uncertainty": {"default": 0.02}, "most_causes": 1, "candidates_per_round": 4}
+STATED = {"uncertainty": {"default": 0.02}, "most_causes": 1, "candidates_per_round": 2}
 SLOW = ["rub", "looseness", "cubic_stiffness", "pedestal_resonance"]  # whose fits take most of the time
 
 

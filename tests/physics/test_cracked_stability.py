@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from test_transverse_crack import MASS, crack, rotor
+from shaft_with_a_crack import MASS, crack, rotor
 
 from rotorstudy import simulate_records
 from rotorstudy.errors import NoSteadyState

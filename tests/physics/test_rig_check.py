@@ -43,6 +43,9 @@ def few_speeds(monkeypatch):
     monkeypatch.setattr(rotor_analysis, "SPEEDS", 30)
 
 
+MISSPELT = {("radial_clearance_mm" if key == "radial_clearance_m" else key): FILM[key] for key in FILM} | {"node": 1}
+
+
 def films(**first):
     return [{**FILM, "node": 1, "label": "a", **first}, {**FILM, "node": 5, "label": "b"}]
 
@@ -105,6 +108,29 @@ ODD = [
 def test_each_oddity_is_found(path, value, name, words, tmp_path):
     found = check(changed(path, value), tmp_path)[1].findings
     assert any(f.name == name and words in f.text and f.severity == "warning" for f in found), found
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "words"),
+    [
+        (["bearings", 1, "node"], 21, "unknown node '21' in"),
+        (["effects", 0, "unbalance_gmm"], 30, "did you mean 'unbalance_g_mm'"),
+        (["effects", 0, "eccentricity_phase_deg"], "30 deg", "eccentricity_phase_deg = '30 deg'"),
+        (["bearings", 0], MISSPELT, "'radial_clearance_mm' is none of its keys"),
+        (["measurement", "gravity_angle"], 180, "did you mean 'gravity_angle_deg'"),
+    ],
+)
+def test_a_mistake_is_one_error_in_the_words_of_the_file(path, value, words, tmp_path):
+    rig, found = check(changed(path, value), tmp_path)
+    assert main(["check", str(rig)]) == 1
+    (error,) = found.errors
+    assert words in error.text
+
+
+def test_a_rig_that_is_not_valid_is_told_its_implausible_numbers_too(tmp_path):
+    broken = changed(["bearings", 1, "node"], 21)
+    broken["rotor"]["outer_diameter_m"] = 30.0
+    assert {one.name for one in check(broken, tmp_path)[1].findings} == {"not valid", "units"}
 
 
 def test_a_film_in_order_is_only_told_its_load(tmp_path):

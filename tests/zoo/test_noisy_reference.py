@@ -14,11 +14,8 @@ TIME = np.arange(SAMPLES) * 4 * 2 * np.pi / SPEED / SAMPLES  # four whole turns
 METHODS = [m for m in registry().plugins["spectrum"].values() if not (m.tolerates_wrong_speed or m.tolerates_outliers)]
 
 
-def deviation(method, harmonics, reference_noise, scale=1.0):
-    """Seen over stated variance minus one, mean over components; worst entry of the whitened covariance minus one.
-
-    scale : the stated covariance times this, to make it wrong
-    """
+def trials(method, harmonics, reference_noise):
+    """Errors (trial, component) and their stated covariance, the mean of all trials."""
     random = np.random.default_rng(5)
     true = 0.5 + random.random(len(harmonics)) + 1j * random.random(len(harmonics))
     late = 0.7 / SPEED
@@ -30,8 +27,13 @@ def deviation(method, harmonics, reference_noise, scale=1.0):
         record = Record(TIME, noisy[None], SPEED, (1,), reference + reference_noise * r)
         found = full_spectrum([record], harmonics, method, "reference")
         errors.append(components(found.amplitude[0] - true[:, None])[:, 0])
-        stated.append(scale * found.covariance[0, 0])
-    whitened = np.linalg.solve(np.linalg.cholesky(np.mean(stated, axis=0)), np.transpose(errors))
+        stated.append(found.covariance[0, 0])
+    return np.array(errors), np.mean(stated, axis=0)
+
+
+def deviation(errors, stated):
+    """Seen over stated variance minus one, mean over components; worst entry of the whitened covariance minus one."""
+    whitened = np.linalg.solve(np.linalg.cholesky(stated), errors.T)
     seen = whitened @ whitened.T / TRIALS
     return np.trace(seen) / len(seen) - 1, np.abs(seen - np.eye(len(seen))).max()
 
@@ -43,18 +45,19 @@ ENTRY = 6 * np.sqrt(2 / TRIALS) + 0.03
 @pytest.mark.parametrize("method", METHODS, ids=lambda m: m.name)
 @pytest.mark.parametrize("reference_noise", [0.0, 0.3])
 def test_stated_covariance_of_forward_harmonics_is_the_scatter(method, reference_noise):
-    mean, worst = deviation(method, [1, 2, 3, 5], reference_noise)
+    errors, stated = trials(method, [1, 2, 3, 5], reference_noise)
+    mean, worst = deviation(errors, stated)
     assert abs(mean) < ENTRY / 2 and worst < ENTRY
-    assert deviation(method, [1, 2, 3, 5], reference_noise, scale=0.4)[1] > ENTRY  # negative control
+    assert deviation(errors, 0.4 * stated)[1] > ENTRY  # negative control
 
 
 @pytest.mark.parametrize("method", METHODS, ids=lambda m: m.name)
 def test_stated_covariance_knows_that_the_reference_gives_n_and_minus_n_opposite_phases(method):
     """The reference is real, so psi_-n = -psi_n whatever the noise: the errors of nX and -nX are not independent."""
-    assert deviation(method, [1, 3, -1, -3], 0.0)[1] < ENTRY  # a clean reference
-    assert deviation(method, [1, 3, -1, -3], 0.3)[1] < ENTRY
+    assert deviation(*trials(method, [1, 3, -1, -3], 0.0))[1] < ENTRY  # a clean reference
+    assert deviation(*trials(method, [1, 3, -1, -3], 0.3))[1] < ENTRY
 
 
 @pytest.mark.parametrize("method", METHODS, ids=lambda m: m.name)
 def test_stated_covariance_knows_that_the_mean_of_a_real_reference_has_no_phase(method):
-    assert deviation(method, [0, 1, 2], 0.3)[1] < ENTRY
+    assert deviation(*trials(method, [0, 1, 2], 0.3))[1] < ENTRY

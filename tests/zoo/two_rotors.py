@@ -17,7 +17,7 @@ TILTING = {
 }
 PLAIN = {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5}
 ROTORS = {"plain": build_model({"rotor": PLAIN}).structure, "tilting": build_model({"rotor": TILTING}).structure}
-# forces in time: tests/physics/test_alternating.py and test_transverse_crack.py
+# forces in time: tests/physics/test_alternating.py and test_breathing_by_the_moment.py
 LOCAL = {"rub", "looseness", "cubic_stiffness", "transverse_crack"}
 CRACKS = list(registry().plugins["crack"].values())
 

@@ -68,7 +68,7 @@ def check_file(path):
         wrong = "is a folder; give a file in it" if path.is_dir() else "does not exist; `rotorstudy new` writes one"
         raise RotorstudyError(f"file '{path}' {wrong}")
     if path.suffix != ".py":
-        raise RotorstudyError(f"file '{path}' is not a Python file (.py)")
+        raise RotorstudyError(f"file '{path}' is neither a rig file (.yaml) nor a plugin file (.py)")
     zoo = Registry(plugin_folders(), files=[path])
     mine = [(kind, plugin) for kind, plugin in zoo if Path(plugin.file).resolve() == path.resolve()]
     if not mine:

@@ -11,12 +11,14 @@ if TYPE_CHECKING:
 OWN, INDEPENDENT = "these blind tests", "the independent simulator"
 ANSWERS = {  # key -> the answer in the words of the figure, and as a sentence with its count
     "clean": ("clean called clean", "A record with nothing hidden was called clean in {count}."),
-    "alone": ("named alone", "A hidden effect of three times the noise or more was named alone, at the right place, in "
-              "{count}."),
+    "alone": (
+        "named alone",
+        "A hidden effect of three times the noise or more was named alone, at the right place, in {count}.",
+    ),
     "in_set": ("in the stated set", "It was named, or among the causes that the answer does not rule out, in {count}."),
     "wrong": ("wrong name", "Another effect was named alone in {count}."),
     "unknown": ("called unknown", "The answer was that no known effect explains the record in {count}."),
-}  # fmt: skip
+}
 
 
 def own_answers(rows: "DataFrame") -> "DataFrame":
@@ -57,8 +59,9 @@ def counted(source: str, clean, single) -> "DataFrame":
         found, cases = int(right.sum()), len(right)
         low, high = share_bounds(found, cases)
         share = found / cases if cases else float("nan")
-        rows.append({"answer": key, "source": source, "found": found, "cases": cases, "share": share, "low": low,
-                     "high": high})  # fmt: skip
+        rows.append(
+            {"answer": key, "source": source, "found": found, "cases": cases, "share": share, "low": low, "high": high}
+        )
     return pd.DataFrame(rows)
 
 

@@ -125,8 +125,11 @@ def internal_damping(plant, values, where):
 def stiffness_of(plant, where):
     """(dof, dof) stiffness of an element or a stretch of the rig file; each element is several of this mesh."""
     stretch = range(where["element"], where.get("last_element", where["element"]) + 1)
-    return sum(plant.structure.stiffness_loss_at(None, e)["stiffness_loss"][0]
-               for element in stretch for e in plant.place(element, element=True))  # fmt: skip
+    return sum(
+        plant.structure.stiffness_loss_at(None, e)["stiffness_loss"][0]
+        for element in stretch
+        for e in plant.place(element, element=True)
+    )
 
 
 def shaft_damping(plant, values, where):

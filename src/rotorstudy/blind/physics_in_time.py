@@ -26,8 +26,11 @@ def _lost_stiffness(plant, values, where):
     """(dof, dof) stiffness lost while the crack is open; a nominal element is several elements of this mesh."""
     element = where.get("element")
     places = [{}] if element is None else [{"element": e} for e in plant.place(element, element=True)]
-    return sum(values[name] * pattern for p in places
-               for name, (pattern, _, _) in plant.structure.stiffness_loss_at(**p).items())  # fmt: skip
+    return sum(
+        values[name] * pattern
+        for p in places
+        for name, (pattern, _, _) in plant.structure.stiffness_loss_at(**p).items()
+    )
 
 
 OPENINGS = {

@@ -91,7 +91,7 @@ def score_case(truth, answer):
         "gain": after / before if before > 0 else np.nan,
         "seconds": float(answer.get("seconds", np.nan)),
         "covered": _covered(true, named) if exact else [],
-    }  # fmt: skip
+    }
 
 
 def _held_out_errors(truth, held_out):

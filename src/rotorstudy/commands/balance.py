@@ -34,7 +34,7 @@ def run(given):
     from rotorstudy.diagnosis.runs.balance_holes import equal_holes
     from rotorstudy.measurement.conventions import read_conventions
     from rotorstudy.model.rig import read_rig
-    from rotorstudy.units import RAD_PER_S, um
+    from rotorstudy.units import spin, um
 
     if (given.holes is None) != (given.weights is None):
         raise RotorstudyError("balance: --holes and --weights belong together; give both, or neither")
@@ -53,10 +53,9 @@ def run(given):
         _print_corrections(found, planes, conventions)
     print("1X vibration, semi-major axis of the orbit: before, and predicted (95 %)")
     for i, speed in enumerate(found.spectrum.speed):
-        shown = f"{speed / RAD_PER_S['rpm']:8.4g} rpm ({speed:.4g} rad/s)"
         for j, node in enumerate(found.spectrum.sensors):
             low, middle, high = (um(size[i, j]) for size in found.after)
-            print(f"  {shown}, node {node}: {um(found.before[i, j])}, {middle} ({low} to {high})")
+            print(f"  {spin(speed)}, node {node}: {um(found.before[i, j])}, {middle} ({low} to {high})")
     if given.out:
         _save(given, rig, found, planes)
     return 0

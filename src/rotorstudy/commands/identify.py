@@ -159,8 +159,9 @@ def _place(cause):
 
 def _print_estimates(names, values, std, units):
     """Print each estimate with its standard deviation and its 95 % interval."""
+    width = max(24, *map(len, names))
     for name, value, one, unit in zip(names, values, std, units, strict=True):
-        print(f"{name:24} {with_interval(value, one, unit)}")
+        print(f"{name:{width}} {with_interval(value, one, unit)}")
 
 
 def _save(given, rig, plugins, names, values, std, units):

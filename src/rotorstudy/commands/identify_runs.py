@@ -38,13 +38,14 @@ def _print_estimates(found, names):
     joint, done = found.joint, set()
     units = {run.joint_name(n): u for run in joint.runs for n, u in zip(run.model.names, run.model.units, strict=True)}
     unbalances = _unbalances(joint)
+    width = max(40, *map(len, names)) if names else 40
     for name in names:
         stem = name.replace("_real", "").replace("_imag", "")
         if stem not in unbalances:
-            print(f"  {name:40} {with_interval(*found.of(name), units[name])}")
+            print(f"  {name:{width}} {with_interval(*found.of(name), units[name])}")
         elif stem not in done:
             done.add(stem)
-            print(f"  {stem.replace('eccentricity', 'unbalance'):40} {_unbalance(found, stem, unbalances[stem])}")
+            print(f"  {stem.replace('eccentricity', 'unbalance'):{width}} {_unbalance(found, stem, unbalances[stem])}")
 
 
 def _unbalances(joint):

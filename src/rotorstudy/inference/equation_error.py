@@ -63,27 +63,13 @@ def regression(
 ) -> Regression:
     """Equations for unknown amplitudes from a spectrum.
 
-    Parameters
-    ----------
-    model : Model
-        Gives the values of all amplitudes that are not in `names`.
-    spectrum : Spectrum
-        Of the model's sensors.
-    names : sequence of str
-        The unknowns.
-    order : int
-        Highest harmonic carried where the model couples harmonics.
-    deflection : ndarray (..., speed, dof), optional
-        Static deflection, m; by default that of the values given and of typical ones of the unknowns.
-
-    Returns
-    -------
-    Regression
-
-    Raises
-    ------
-    RotorstudyError
-        If an unknown acts on coordinates or harmonics that were not measured, or on the output.
+    model      : gives the values of all amplitudes that are not in `names`
+    spectrum   : of the model's sensors
+    names      : the unknowns
+    order      : highest harmonic carried where the model couples harmonics
+    deflection : (..., speed, dof) static deflection, m; by default that of the values given and of typical ones of the
+                 unknowns
+    raises     : RotorstudyError if an unknown acts on coordinates or harmonics that were not measured, or on the output
     """
     if tuple(spectrum.sensors) != tuple(model.sensors):
         raise RotorstudyError(f"the spectrum is of sensors {spectrum.sensors}, the model of {model.sensors}")
@@ -204,17 +190,10 @@ def residual_sensitivity(
 ) -> np.ndarray:
     """Derivative of the residual columns @ theta - right_side by the spectrum; its covariance follows from it.
 
-    Parameters
-    ----------
-    model, spectrum, names, order
-        See `regression`.
-    theta : ndarray (..., parameter)
-        Values of `names`.
-
-    Returns
-    -------
-    ndarray (..., speed, row, component)
-        Real, rows as in `Regression.real_system`, components of all sensors together.
+    model, spectrum, names, order : see `regression`
+    theta                         : (..., parameter) values of `names`
+    returns                       : (..., speed, row, component) real, rows as in `Regression.real_system`, components
+                                    of all sensors together
     """
     columns, right_side = equation_sensitivity(model, spectrum, names, order=order)
     return np.einsum("srcp,...p->...src", columns, theta) - right_side

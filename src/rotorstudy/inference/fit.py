@@ -87,16 +87,8 @@ class Fit:
 def chi_square_p_value(cost: float, freedom: int) -> float:
     """Probability of a cost this large by noise alone.
 
-    Parameters
-    ----------
-    cost : float
-    freedom : int
-        1 is returned if nothing is free.
-
-    Returns
-    -------
-    float
-        Positive, also where it underflows.
+    freedom : 1 is returned if nothing is free
+    returns : positive, also where it underflows
     """
     from scipy.special import chdtrc
 
@@ -167,27 +159,12 @@ def fit_within(
 ) -> Posterior:
     """Fit whitened data within a prior, whether or not the steps allowed suffice to converge.
 
-    Parameters
-    ----------
-    predict : callable
-        As for `levenberg_marquardt`.
-    measured : ndarray (component,)
-        Whitened data.
-    prior : Prior
-        Of all parameters.
-    start : ndarray (free,), optional
-        The prior mean by default.
-    steps : int
-        Largest number of steps; 0 evaluates the start.
-
-    Returns
-    -------
-    Posterior
-
-    Raises
-    ------
-    NoSteadyState
-        If the model has none at the start.
+    predict  : as for `levenberg_marquardt`
+    measured : (component,) whitened data
+    prior    : of all parameters
+    start    : (free,) the prior mean by default
+    steps    : largest number of steps; 0 evaluates the start
+    raises   : NoSteadyState if the model has none at the start
     """
     found = levenberg_marquardt(
         predict,
@@ -208,15 +185,7 @@ def fit_within(
 def residual_share(before: float, after: float, rows: int) -> float:
     """Remaining share of the excess error (rms): 0 if all is explained, 1 if nothing.
 
-    Parameters
-    ----------
-    before, after : float
-        Costs.
-    rows : int
-        Number of residuals, the cost expected by noise alone.
-
-    Returns
-    -------
-    float
+    before, after : costs
+    rows          : number of residuals, the cost expected by noise alone
     """
     return float(np.sqrt(max(after - rows, 0) / max(before - rows, 1e-300))) if before > rows else 0.0

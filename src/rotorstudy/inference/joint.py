@@ -63,15 +63,7 @@ class JointFit(NamedTuple):
 def joint_prior(shared: Prior, runs: Sequence[Run]) -> Prior:
     """The Prior of the parameters of all runs: those of the machine, then each run's own, independent of the others.
 
-    Parameters
-    ----------
-    shared : Prior
-        Of the machine's parameters; left out are those that every run has for itself.
-    runs : sequence of Run
-
-    Returns
-    -------
-    Prior
+    shared : of the machine's parameters; left out are those that every run has for itself
     """
     found = shared.part([name for name in shared.names if not all(name in run.own.names for run in runs)])
     for run in runs:
@@ -84,22 +76,9 @@ def fit_runs(runs: Sequence[Run], shared: Prior, start: np.ndarray | None = None
 
     The noise of different runs is independent, so that their whitened residuals are stacked.
 
-    Parameters
-    ----------
-    runs : sequence of Run
-    shared : Prior
-        Of the parameters that the runs share.
-    start : ndarray (parameter,), optional
-        Of the parameters of `joint_prior`; its mean by default.
-
-    Returns
-    -------
-    JointFit
-
-    Raises
-    ------
-    NoSteadyState
-        If the model of a run has none at the start.
+    shared : of the parameters that the runs share
+    start  : (parameter,) of the parameters of `joint_prior`; its mean by default
+    raises : NoSteadyState if the model of a run has none at the start
     """
     prior = joint_prior(shared, runs)
     column = {name: i for i, name in enumerate(prior.names)}

@@ -15,8 +15,10 @@ def rotor_unknown(model, name):
             raise RotorstudyError(f"{name!r} is a number of the rig; use the estimator 'maximum_likelihood'")
         if unknown.name == name:
             return unknown
-    raise RotorstudyError(f"{name!r} acts on the sensors, not on the rotor: the equations of motion do not contain it; "
-                          "use the estimator 'maximum_likelihood'")  # fmt: skip
+    raise RotorstudyError(
+        f"{name!r} acts on the sensors, not on the rotor: the equations of motion do not contain it; "
+        "use the estimator 'maximum_likelihood'"
+    )
 
 
 def known_amplitudes(model, names):
@@ -24,8 +26,10 @@ def known_amplitudes(model, names):
     values = model.stated[: len(model.rotor_unknowns)].copy()
     for p, unknown in enumerate(model.rotor_unknowns):
         if unknown.force and (unknown.name in names or values[p]):
-            raise RotorstudyError(f"{unknown.name!r} multiplies a nonlinear force, which depends on the whole motion; "
-                                  "use the estimator 'maximum_likelihood'")  # fmt: skip
+            raise RotorstudyError(
+                f"{unknown.name!r} multiplies a nonlinear force, which depends on the whole motion; "
+                "use the estimator 'maximum_likelihood'"
+            )
         if unknown.name in names:
             values[p] = 0
         elif np.isnan(values[p]):
@@ -49,8 +53,10 @@ def check_reads_measured(model, unknown, harmonics, involved):
         lost = sorted(unmeasured.intersection(source))
         if hidden or lost:
             what = f"coordinates {hidden}" if hidden else f"harmonics {lost}"
-            raise RotorstudyError(f"{unknown.name!r} acts on {what}, which were not measured, so the equations are not "
-                                  "linear in it; use the estimator 'maximum_likelihood'")  # fmt: skip
+            raise RotorstudyError(
+                f"{unknown.name!r} acts on {what}, which were not measured, so the equations are not "
+                "linear in it; use the estimator 'maximum_likelihood'"
+            )
 
 
 def about_rest(model, amplitude, speed, harmonics, deflection):
@@ -58,8 +64,10 @@ def about_rest(model, amplitude, speed, harmonics, deflection):
     values = model.stated[len(model.rotor_unknowns) :]
     for value, unknown in zip(values, model.output_unknowns, strict=True):
         if np.isnan(value) or (value and any(e.reads_motion for e in unknown.entries)):
-            raise RotorstudyError(f"the sensor term {unknown.name!r} cannot be subtracted from the spectrum; "
-                                  "give it a value, or use the estimator 'maximum_likelihood'")  # fmt: skip
+            raise RotorstudyError(
+                f"the sensor term {unknown.name!r} cannot be subtracted from the spectrum; "
+                "give it a value, or use the estimator 'maximum_likelihood'"
+            )
         if value:
             zeros = np.zeros(amplitude.shape, complex)
             amplitude = amplitude - value * apply_entries(unknown.entries, zeros, speed, harmonics)

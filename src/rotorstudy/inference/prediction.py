@@ -25,21 +25,9 @@ def carried_order(spectrum: Spectrum, model: Model | None = None) -> int:
 def predicted(model: Model, spectrum: Spectrum, theta: np.ndarray) -> np.ndarray:
     """Predicted displacement at the sensors, at the speeds and harmonics of a spectrum.
 
-    Parameters
-    ----------
-    model : Model
-    spectrum : Spectrum
-    theta : ndarray (..., parameter)
-        Amplitudes in the order of `model.names`.
-
-    Returns
-    -------
-    ndarray (..., speed, harmonic, sensor)
-        Complex displacement, m.
-
-    Raises
-    ------
-    NoSteadyState
+    theta   : (..., parameter) amplitudes in the order of `model.names`
+    returns : (..., speed, harmonic, sensor) complex displacement, m
+    raises  : NoSteadyState
     """
     return measured_response(model, spectrum.speed, spectrum.harmonics, theta, order=carried_order(spectrum, model))
 
@@ -47,20 +35,8 @@ def predicted(model: Model, spectrum: Spectrum, theta: np.ndarray) -> np.ndarray
 def misfit(model: Model, spectrum: Spectrum, theta: np.ndarray) -> float:
     """Weighted sum of squares of what a model leaves of a spectrum.
 
-    Parameters
-    ----------
-    model : Model
-    spectrum : Spectrum
-    theta : ndarray (parameter,)
-        Amplitudes in the order of `model.names`.
-
-    Returns
-    -------
-    float
-
-    Raises
-    ------
-    NoSteadyState
+    theta  : (parameter,) amplitudes in the order of `model.names`
+    raises : NoSteadyState
     """
     off = spectrum.whitened(spectrum.amplitude - predicted(model, spectrum, theta))
     return float(off @ off)
@@ -71,27 +47,12 @@ def whitened_prediction(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Prediction and its derivatives, in standard deviations of the spectrum.
 
-    Parameters
-    ----------
-    model : Model
-        Gives the values of all amplitudes that are not in `names`.
-    spectrum : Spectrum
-    names : sequence of str
-        The free amplitudes.
-    theta : ndarray (..., parameter)
-        Their values.
-    order : int, optional
-        Highest harmonic carried where the model couples harmonics; `carried_order` by default.
-
-    Returns
-    -------
-    ndarray (..., component), ndarray (..., component, parameter)
-
-    Raises
-    ------
-    RotorstudyError
-        If an amplitude is neither free nor given a value.
-    NoSteadyState
+    model   : gives the values of all amplitudes that are not in `names`
+    names   : the free amplitudes
+    theta   : (..., parameter) their values
+    order   : highest harmonic carried where the model couples harmonics; `carried_order` by default
+    returns : (..., component), (..., component, parameter)
+    raises  : RotorstudyError if an amplitude is neither free nor given a value; NoSteadyState
     """
     position = model.position(names)
     full = np.broadcast_to(model.stated, (*theta.shape[:-1], len(model.stated))).copy()
@@ -136,18 +97,9 @@ def with_cause_error(spectrum: Spectrum, missing: np.ndarray, share: float) -> S
 
     A cause is a model too: linear in its amplitude, at one place, of an ideal shape.
 
-    Parameters
-    ----------
-    spectrum : Spectrum
-    missing : ndarray (speed, harmonic, sensor)
-        Measured less predicted by the base model, m.
-    share : float
-        Standard deviation of the error as a fraction of what is missing at each harmonic, and a tenth of that of the
-        rms over the harmonics.
-
-    Returns
-    -------
-    Spectrum
+    missing : (speed, harmonic, sensor) measured less predicted by the base model, m
+    share   : standard deviation of the error as a fraction of what is missing at each harmonic, and a tenth of that of
+              the rms over the harmonics
     """
     size = np.abs(spectrum.shown(missing))
     whole = np.sqrt(np.sum(size**2, axis=-2, keepdims=True))

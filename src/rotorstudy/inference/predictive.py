@@ -9,7 +9,6 @@ standard deviations of their noise they have the mean m and the covariance
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import solve_triangular
 
 from rotorstudy.inference.fit import Fit
 from rotorstudy.inference.prediction import whitened_prediction
@@ -34,20 +33,9 @@ class Predictive(NamedTuple):
 def predictive(fits: list[Fit], spectrum: Spectrum) -> list[Predictive]:
     """What fitted models predict at each speed of a spectrum.
 
-    Parameters
-    ----------
-    fits : list of Fit
-    spectrum : Spectrum
-        Gives speeds, harmonics, sensors and the covariance of the noise.
-
-    Returns
-    -------
-    list of Predictive
-        (speed,)
-
-    Raises
-    ------
-    NoSteadyState
+    spectrum : gives speeds, harmonics, sensors and the covariance of the noise
+    returns  : one for each speed
+    raises   : NoSteadyState
     """
     means, covariances, speeds = [], [], len(spectrum.speed)
     for fitted in fits:
@@ -61,20 +49,15 @@ def predictive(fits: list[Fit], spectrum: Spectrum) -> list[Predictive]:
 def log_densities(run: Predictive, measured: np.ndarray) -> np.ndarray:
     """Logarithm of the predictive density of data, less a constant.
 
-    Parameters
-    ----------
-    run : Predictive
-    measured : ndarray (..., component)
-        In standard deviations of the noise.
-
-    Returns
-    -------
-    ndarray (..., model)
+    measured : (..., component) in standard deviations of the noise
+    returns  : (..., model)
     """
     return np.stack([_log_density(measured, *one) for one in zip(*run, strict=True)], axis=-1)
 
 
 def _log_density(measured, mean, covariance):
+    from scipy.linalg import solve_triangular
+
     factor = np.linalg.cholesky(covariance)
     off = solve_triangular(factor, (measured - mean).reshape(-1, len(mean)).T, lower=True)
     square = np.sum(off**2, axis=0).reshape(measured.shape[:-1])
@@ -86,14 +69,7 @@ def divergence(run: Predictive) -> np.ndarray:
 
     It is (tr(S_j^-1 S_i) - n + (m_j - m_i)^T S_j^-1 (m_j - m_i) + ln(det S_j / det S_i)) / 2 for n components.
 
-    Parameters
-    ----------
-    run : Predictive
-
-    Returns
-    -------
-    ndarray (model, model)
-        Of the true one (first) from another one.
+    returns : (model, model) of the true one (first) from another one
     """
     inverse = np.linalg.inv(run.covariance)
     volume = np.linalg.slogdet(run.covariance)[1]
@@ -106,17 +82,9 @@ def divergence(run: Predictive) -> np.ndarray:
 def posterior_after(run: Predictive, weights: np.ndarray, measured: np.ndarray) -> np.ndarray:
     """Posterior probabilities of the models.
 
-    Parameters
-    ----------
-    run : Predictive
-    weights : ndarray (model,)
-        Their probabilities before.
-    measured : ndarray (..., component)
-        In standard deviations of the noise.
-
-    Returns
-    -------
-    ndarray (..., model)
+    weights  : (model,) their probabilities before
+    measured : (..., component) in standard deviations of the noise
+    returns  : (..., model)
     """
     log_odds = np.log(weights) + log_densities(run, measured)
     return np.exp(log_odds - np.logaddexp.reduce(log_odds, axis=-1, keepdims=True))
@@ -127,15 +95,7 @@ def expected_log_odds(run: Predictive, weights: np.ndarray) -> float:
 
     Else the odds of one improbable model, which can be enormous, would count most.
 
-    Parameters
-    ----------
-    run : Predictive
-    weights : ndarray (model,)
-        Their probabilities before.
-
-    Returns
-    -------
-    float
+    weights : (model,) their probabilities before
     """
     odds = np.log(weights)[:, None] - np.log(weights)[None, :] + divergence(run)
     np.fill_diagonal(odds, np.inf)
@@ -145,17 +105,8 @@ def expected_log_odds(run: Predictive, weights: np.ndarray) -> float:
 def decision_probability(run: Predictive, weights: np.ndarray, decided: float) -> float:
     """Probability that data decide between the models.
 
-    Parameters
-    ----------
-    run : Predictive
-    weights : ndarray (model,)
-        Their probabilities before.
-    decided : float
-        Posterior probability of one of them from which on it does.
-
-    Returns
-    -------
-    float
+    weights : (model,) their probabilities before
+    decided : posterior probability of one of them from which on it does
     """
     draws, share = np.random.default_rng(SEED), []
     for mean, covariance in zip(*run, strict=True):

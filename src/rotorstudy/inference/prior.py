@@ -79,17 +79,9 @@ class Prior:
 def with_rotor(uncertainty: dict[str, float], structure: Structure) -> dict[str, float]:
     """Relative standard deviations with those of the numbers of the rotor that its plugin states.
 
-    Parameters
-    ----------
-    uncertainty : dict
-        As stated. A number that is named keeps its value, `rotor` gives another one to all that are not, and
-        `default: 0` holds them.
-    structure : Structure
-        Of the rotor.
-
-    Returns
-    -------
-    dict
+    uncertainty : as stated. A number that is named keeps its value, `rotor` gives another one to all that are not, and
+                  `default: 0` holds them.
+    structure   : of the rotor
     """
     if not uncertainty.get("rotor", uncertainty.get("default", True)):
         return uncertainty
@@ -103,22 +95,10 @@ def prior_of(model: Model, uncertainty: dict[str, float]) -> Prior:
     Amplitudes in the section `prior` of the rig have the covariance stated there; every other amplitude is independent,
     with a standard deviation relative to its value.
 
-    Parameters
-    ----------
-    model : Model
-        With a value for every amplitude.
-    uncertainty : dict
-        Standard deviation relative to the value (to the typical size where that is zero), by the name of the amplitude
-        with its label, without it, or "default"; 0 holds an amplitude fixed.
-
-    Returns
-    -------
-    Prior
-
-    Raises
-    ------
-    RotorstudyError
-        If an amplitude has no value.
+    model       : with a value for every amplitude
+    uncertainty : standard deviation relative to the value (to the typical size where that is zero), by the name of the
+                  amplitude with its label, without it, or "default"; 0 holds an amplitude fixed
+    raises      : RotorstudyError if an amplitude has no value
     """
     stated = model.uncertainty
     known = {}
@@ -146,16 +126,8 @@ def prior_of(model: Model, uncertainty: dict[str, float]) -> Prior:
 def log_narrowing(jacobian: np.ndarray, factor: np.ndarray) -> float:
     """ln det (posterior precision / prior precision), the Occam factor of Laplace's approximation.
 
-    Parameters
-    ----------
-    jacobian : ndarray (component, parameter)
-        Derivatives of the whitened prediction.
-    factor : ndarray (parameter, parameter)
-        Cholesky factor of the prior covariance.
-
-    Returns
-    -------
-    float
+    jacobian : (component, parameter) derivatives of the whitened prediction
+    factor   : (parameter, parameter) Cholesky factor of the prior covariance
     """
     scaled = jacobian @ factor
     return float(np.linalg.slogdet(np.eye(len(factor)) + scaled.T @ scaled)[1])

@@ -21,22 +21,9 @@ def estimate_rig(estimator: Estimator, problem: Problem, rig: dict) -> Estimate:
     Effects that take a matrix of the rotor into their tables (the mass of an unbalance, shaft damping) have that of the
     rig. Where numbers of the rotor are estimated, it is therefore built with the new numbers and the estimate repeated.
 
-    Parameters
-    ----------
-    estimator : Estimator
-    problem : Problem
-    rig : dict
-        From which the model of the problem was built.
-
-    Returns
-    -------
-    Estimate
-        Numbers of the rotor as changes relative to the rig.
-
-    Raises
-    ------
-    RotorstudyError
-        As the estimator, and `build_model` for numbers that no rotor can have.
+    rig     : from which the model of the problem was built
+    returns : its numbers of the rotor are changes relative to the rig
+    raises  : RotorstudyError as the estimator does, and `build_model` for numbers that no rotor can have
     """
     found = estimate_by(estimator, problem)
     own = np.array([is_number(name) for name in problem.names])

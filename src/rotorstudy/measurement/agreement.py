@@ -55,7 +55,9 @@ def measured_model(rig, sensors, stated, directions):
     """
     zeros = {one.displacement_zero for one in stated}
     if len(zeros) > 1:
-        raise RotorstudyError("displacements of some records count from the unloaded line, of others from the shaft at "
-                              "rest, as in simulated records; read them separately")  # fmt: skip
+        raise RotorstudyError(
+            "displacements of some records count from the unloaded line, of others from the shaft at "
+            "rest, as in simulated records; read them separately"
+        )
     model = rig.measured_at(sensors, stated[0].reading(sensors, directions))
     return replace(model, from_unloaded_line=zeros == {"unloaded_line"})

@@ -20,8 +20,17 @@ SHORT = {"m", "s", "g", "v", "a"}  # letters that are a unit only in brackets or
 PEAK = {"pp", "pk", "p", "rms"}
 LEFT, RIGHT = {"l", "left"}, {"r", "right"}
 LEAST_ANGLE = 15  # degrees; a smaller number beside "left" counts probes
-DIRECTIONS = {"x": -45.0, "y": 45.0, "v": 0.0, "vert": 0.0, "vertical": 0.0, "h": -90.0, "hor": -90.0, "horiz": -90.0,
-              "horizontal": -90.0}  # fmt: skip
+DIRECTIONS = {
+    "x": -45.0,
+    "y": 45.0,
+    "v": 0.0,
+    "vert": 0.0,
+    "vertical": 0.0,
+    "h": -90.0,
+    "hor": -90.0,
+    "horiz": -90.0,
+    "horizontal": -90.0,
+}
 
 
 def words_in(name):
@@ -60,6 +69,28 @@ def angle_in(name):
             return size if word in LEFT else -size
     found = [DIRECTIONS[word] for word in words if word in DIRECTIONS]
     return found[-1] if len(found) == 1 else None
+
+
+def numbered_angles(names):
+    """Planes and angles (degrees, from straight up, positive to the left) of probes named by angles: `DE 45`, `DE 135`.
+
+    The numbers count from the horizontal on the right if none is beyond 180, else from straight up. None unless each
+    name has one number, and the two of a plane are 90 degrees apart.
+    """
+    planes, angles = [], []
+    for name in names:
+        words = words_in(name)
+        numbers = [word for word in words if word[:1].isdigit() and LEAST_ANGLE <= float(word) <= 360]
+        if len(numbers) != 1:
+            return None
+        planes.append(tuple(word for word in words if word != numbers[0]))
+        angles.append(float(numbers[0]))
+    apart = [[a for p, a in zip(planes, angles, strict=True) if p == plane] for plane in dict.fromkeys(planes)]
+    pairs = [one for one in apart if len(one) > 1]
+    if not pairs or any(len(one) > 2 or abs(one[0] - one[1]) % 180 != 90 for one in pairs):
+        return None
+    zero = 90 if max(angles) <= 180 else 0
+    return planes, [(angle - zero + 180) % 360 - 180 for angle in angles]
 
 
 def plane_in(name):

@@ -57,7 +57,8 @@ def guess_layout(path):
     )
     if len(rows) < ROWS or rows[0] == 0:
         raise RotorstudyError(
-            f"{path}: no table of numbers below a row of names in its first {LINES} lines; add a header"
+            f"{path}: no table of numbers below a row of names in its first {LINES} lines; it needs a header and "
+            f"{ROWS} rows"
         )
     cells = [[cell.strip().strip('"') for cell in line.split(separator)] for line in lines[: rows[0]]]
     width = len(lines[rows[0]].split(separator))

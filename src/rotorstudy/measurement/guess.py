@@ -1,17 +1,16 @@
 """A first section `measurement:` for a record file, guessed from names, units and signals; a person must confirm it."""
 
 import re
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.measurement.channel_names import angle_in, plane_in, unit_in
+from rotorstudy.measurement.channel_names import angle_in, numbered_angles, plane_in, unit_in
 from rotorstudy.measurement.conventions import Conventions
 from rotorstudy.measurement.csv_layout import guess_layout
 from rotorstudy.measurement.files import kind_of, open_channels
-from rotorstudy.measurement.netcdf_files import netcdf
+from rotorstudy.measurement.netcdf_files import existing, netcdf
 from rotorstudy.measurement.probe_tables import is_probe_table
 from rotorstudy.measurement.tables import open_table, whole_numbers
 from rotorstudy.units import um
@@ -61,7 +60,7 @@ def guess_measurement(path, nodes):
     RotorstudyError
         If the file cannot be read, or has no channel that may be a probe.
     """
-    path = Path(path)
+    path = existing(path)
     kind = kind_of(path)
     if kind == "netcdf":
         return _of_netcdf(path, nodes)
@@ -186,14 +185,14 @@ def _nodes_of(labels, path, nodes):
 
 def _probes(names, units, nodes):
     """Items of `probes:` for names of channels and their keys of units, and sentences on them."""
-    planes, angles = [plane_in(name) for name in names], [angle_in(name) for name in names]
+    planes, angles, origin = [plane_in(name) for name in names], [angle_in(name) for name in names], "its name"
+    if all(angle is None for angle in angles) and (numbered := numbered_angles(names)):
+        (planes, angles), origin = numbered, "the angle in its name"
     pairs = {plane: [i for i, one in enumerate(planes) if one == plane] for plane in planes}
     if any(angle is None for angle in angles) or any(len(pair) > 2 for pair in pairs.values()):
         pairs = {i // 2: [j for j in (i, i + 1) if j < len(names)] for i in range(0, len(names), 2)}
         angles = [PAIR[i % 2] for i in range(len(names))]
         origin = "the order of the columns"
-    else:
-        origin = "its name"
     if len(pairs) > len(nodes):
         raise RotorstudyError(f"{len(pairs)} pairs of probes; the rig has only {len(nodes)} nodes")
     items, said = [None] * len(names), []

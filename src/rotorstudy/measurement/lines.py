@@ -97,11 +97,9 @@ def _above_noise(power, cycles, lines):
     lines = lines[np.argsort(-power[lines], kind="stable")]
     for first in range(0, len(lines), LINES_AT_ONCE):
         some = lines[first : first + LINES_AT_ONCE]
-        around = [
-            np.median(power[(some[:, None] + np.arange(-width, width + 1)) % len(power)], axis=1) / np.log(2)
-            for width in (NARROW, WIDE)
-        ]
-        noise = np.where(np.abs(cycles[some]) < 2 * WIDE, *around)
+        around = [power[(some[:, None] + np.arange(-width, width + 1)) % len(power)] for width in (NARROW, WIDE)]
+        medians = [np.partition(beside, beside.shape[1] // 2)[:, beside.shape[1] // 2] for beside in around]
+        noise = np.where(np.abs(cycles[some]) < 2 * WIDE, *medians) / np.log(2)
         above = np.flatnonzero(power[some] / np.maximum(noise, np.finfo(float).tiny) > LEAST_POWER)
         if len(above):
             return some[above[0]]

@@ -195,22 +195,18 @@ def read_measurement(
     columns = {path: table_columns(path, conventions) for path in paths}
     conventions = with_harmonics_of_tables(conventions, [path for path in paths if is_probe_table(columns[path])])
     nodes = rig.model.structure.nodes
-    found, findings, stated, in_time = [], [], [], []
+    found, findings, in_time = [], [], []
     for path in paths:
-        if is_probe_table(columns[path]):
-            spectra, notes = read_probe_table(path, conventions, nodes)
-            found += [_of_table(path, speed, of_node, conventions, single) for speed, of_node, single in spectra]
-            stated += [conventions] * len(spectra)
-            findings += notes
-        elif "harmonic" in columns[path]:
-            spectra, notes = read_table(path, conventions, nodes)
-            found += [_of_table(path, speed, harmonics, conventions) for speed, harmonics in spectra]
-            stated += [conventions] * len(spectra)
+        if is_probe_table(columns[path]) or "harmonic" in columns[path]:
+            read = read_probe_table if is_probe_table(columns[path]) else read_table
+            spectra, notes = read(path, conventions, nodes)
+            found += [_of_table(path, conventions, *one) for one in spectra]
             findings += notes
         else:
             in_time.append(path)
     analysed, read_by, notes = _analysed_records(in_time, conventions, nodes, with_signals)
-    found, stated, findings = found + analysed, stated + read_by, findings + notes
+    stated = [conventions] * len(found) + read_by
+    found, findings = found + analysed, findings + notes
     facts = [one.facts for one in found]
     findings += [finding for one in found for finding in one.findings]
     findings += [*check_lines(facts), *check_probe_angles(conventions.probes, rig.path.name)]
@@ -220,15 +216,7 @@ def read_measurement(
     usable = sorted((one for one in found if one.harmonics is not None), key=lambda one: one.speed)
     if not usable:
         return Measurement(None, [], facts, worst_first(findings), model)
-    parts = [np.array([[one.harmonics[s][part] for s in model.sensors] for one in usable]) for part in (0, 1)]
-    spectrum = Spectrum(
-        np.swapaxes(parts[0], 1, 2),
-        np.array([one.speed for one in usable]),
-        np.array(conventions.harmonics),
-        tuple(model.sensors),
-        parts[1],
-        directions,
-    )
+    spectrum = _spectrum_of(usable, conventions.harmonics, model.sensors, directions)
     named = ", ".join(path.name for path in paths)
     check_numbers(spectrum, named)
     records = [_with_sensors(one.record, model.sensors) for one in usable if one.record is not None]
@@ -269,11 +257,21 @@ def _raw_records(paths, conventions, nodes):
         yield from read_file(path, conventions, nodes)
 
 
-def _of_table(path, speed, of_node, conventions, single=None):
+def _of_table(path, conventions, speed, of_node, single=None):
     """Analysed of one speed of a table; single : {node: rad} of single probes."""
     nodes = {node: node_facts(amplitude, conventions.harmonics) for node, (amplitude, _) in of_node.items()}
     facts = RecordFacts(f"{path}, {speed:.6g} rad/s", nodes, speed)
     return Analysed(facts, [], speed, of_node, None, single or {})
+
+
+def _spectrum_of(analysed, harmonics, sensors, directions):
+    """The Spectrum of several Analysed."""
+    amplitude, covariance = (
+        np.array([[one.harmonics[node][part] for node in sensors] for one in analysed]) for part in (0, 1)
+    )
+    speed = np.array([one.speed for one in analysed])
+    amplitude = np.swapaxes(amplitude, 1, 2)
+    return Spectrum(amplitude, speed, np.array(harmonics), tuple(sensors), covariance, directions)
 
 
 def _with_sensors(record, sensors):

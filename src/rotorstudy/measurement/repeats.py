@@ -20,23 +20,10 @@ def averaged(spectrum: Spectrum, where: str) -> tuple[Spectrum, list[Finding]]:
     harmonic at each sensor, is pooled over the speeds and added to the covariance of every speed, divided by the number
     of its repeats: a speed measured once scatters too.
 
-    Parameters
-    ----------
-    spectrum : Spectrum
-        One amplitude for each record.
-    where : str
-        Its records, for messages.
-
-    Returns
-    -------
-    Spectrum
-        As given if no speed was repeated.
-    list of Finding
-
-    Raises
-    ------
-    RotorstudyError
-        If two records are the same.
+    spectrum : one amplitude for each record
+    where    : its records, for messages
+    returns  : as given if no speed was repeated
+    raises   : RotorstudyError if two records are the same
     """
     groups = _groups(spectrum.speed)
     if len(groups) == len(spectrum.speed):

@@ -89,7 +89,8 @@ class Amplitudes:
     def unknown_names(self, wanted: Iterable[str] | None = None) -> tuple[str, ...]:
         """Names of the real amplitudes to estimate.
 
-        The name of a complex amplitude, such as eccentricity, stands for its real and its imaginary part.
+        The name of a complex amplitude, such as eccentricity, stands for its real and its imaginary part, a name
+        without a label for all labels.
 
         Parameters
         ----------
@@ -115,8 +116,7 @@ class Amplitudes:
             return self.unstated
         found = []
         for name in wanted:
-            parts = [f"{name}_real", f"{name}_imag"]
-            found += parts if parts[0] in self.names else [name]
+            found += self.amplitudes_of(name) or [name]
         self.position(found)
         if len(set(found)) < len(found):
             raise RotorstudyError(f"unknowns {list(wanted)}: a parameter is named twice")

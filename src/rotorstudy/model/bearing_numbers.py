@@ -36,23 +36,10 @@ def is_bearing_number(name: str) -> bool:
 def with_bearing_numbers(model: Model, names: Iterable[str], where: str = "the bearings") -> Model:
     """The model with numbers of its bearings among its parameters, each a relative change of value zero.
 
-    Parameters
-    ----------
-    model : Model
-        Built from a rig.
-    names : iterable of str
-        Names of parameters; only those of numbers of bearings are added.
-    where : str, optional
-        Where the names come from, for error messages.
-
-    Returns
-    -------
-    Model
-
-    Raises
-    ------
-    RotorstudyError
-        If no bearing has such a number.
+    model  : built from a rig
+    names  : names of parameters; only those of numbers of bearings are added
+    where  : where the names come from, for error messages
+    raises : RotorstudyError if no bearing has such a number
     """
     wanted = [name for name in dict.fromkeys(names) if is_bearing_number(name) and name not in model.names]
     if not wanted:
@@ -63,33 +50,31 @@ def with_bearing_numbers(model: Model, names: Iterable[str], where: str = "the b
             known = [known for one in bearings for known in bearing_numbers(*one)]
             place = f"{where}; an option that the rig does not state has no number"
             raise unknown_name("number of the bearings", name, known, place)
-    numbers = tuple(Term("bearing number", (Parameter(name, "1", (), typical=1.0),), {name: 0.0}, carries=True,
-                         is_bearing_number=True) for name in wanted)  # fmt: skip
+    numbers = tuple(
+        Term(
+            "bearing number",
+            (Parameter(name, "1", (), typical=1.0),),
+            {name: 0.0},
+            carries=True,
+            is_bearing_number=True,
+        )
+        for name in wanted
+    )
     values = {u.name: v for term in model.terms for u, v in zip(term.unknowns, term.theta, strict=True)}
     usual = {u.name: u.typical for term in model.terms for u in term.unknowns if np.isnan(values[u.name])}
-    return replace(model, terms=with_bearings_at(model.structure, (*model.terms, *numbers),
-                                                 values | usual | dict.fromkeys(wanted, 0.0)))  # fmt: skip
+    return replace(
+        model,
+        terms=with_bearings_at(model.structure, (*model.terms, *numbers), values | usual | dict.fromkeys(wanted, 0.0)),
+    )
 
 
 def with_bearings_at(structure: Structure, terms: tuple[Term, ...], values: dict[str, float]) -> tuple[Term, ...]:
     """The terms with the bearings that have some numbers, and the derivatives there as the entries of these numbers.
 
-    Parameters
-    ----------
-    structure : Structure
-    terms : tuple of Term
-        Of a model with numbers of its bearings.
-    values : dict
-        Name -> value of the amplitudes of the bearings, and of their numbers, the relative changes.
-
-    Returns
-    -------
-    tuple of Term
-
-    Raises
-    ------
-    NoSteadyState
-        If there is no bearing with these numbers: none is zero or negative, and none outside what its plugin allows.
+    terms  : of a model with numbers of its bearings
+    values : name -> value of the amplitudes of the bearings, and of their numbers, the relative changes
+    raises : NoSteadyState if there is no bearing with these numbers: none is zero or negative, and none outside what
+             its plugin allows
     """
     changes = {name: values[name] for term in terms if term.is_bearing_number for name in term.values}
     built, slopes = {}, {name: [] for name in changes}
@@ -110,18 +95,9 @@ def with_bearings_at(structure: Structure, terms: tuple[Term, ...], values: dict
 def bearings_with_changes(items: list[dict], terms: tuple[Term, ...], changes: dict[str, float]) -> list[dict]:
     """The section `bearings` of a rig with some of the numbers changed.
 
-    Parameters
-    ----------
-    items : list of dict
-        As in the rig.
-    terms : tuple of Term
-        Of its model.
-    changes : dict
-        Name of a number -> relative change.
-
-    Returns
-    -------
-    list of dict
+    items   : as in the rig
+    terms   : of its model
+    changes : name of a number -> relative change
     """
     found = []
     for place, (item, bearing) in enumerate(zip(items, _bearings(terms), strict=True)):
@@ -167,10 +143,13 @@ def _rebuilt(structure, bearing, patterns, changes):
         given = check_options(function, options, f"bearing {bearing.kind}", ("structure",))
         parameters = tuple(function(structure=structure, **given))
     guard = cache(_guarded)  # entries of one gain keep one
-    return replace(bearing, parameters=tuple(
-        replace(p, entries=tuple(e if e.gain is None else replace(e, gain=guard(e.gain)) for e in p.entries))
-        for p in parameters
-    ))  # fmt: skip
+    return replace(
+        bearing,
+        parameters=tuple(
+            replace(p, entries=tuple(e if e.gain is None else replace(e, gain=guard(e.gain)) for e in p.entries))
+            for p in parameters
+        ),
+    )
 
 
 def _slopes(above, below, value):

@@ -26,22 +26,11 @@ def rig_with_estimate(rig: dict, model: Model, names: Sequence[str], theta: np.n
     Parameters that were not estimated keep their values and their stated covariance. An amplitude that the data do not
     determine (NaN, or infinite variance) is treated as not estimated.
 
-    Parameters
-    ----------
-    rig : dict
-        As read from its file.
-    model : Model
-        Of that rig.
-    names : sequence of str
-        Estimated amplitudes, as in `model.names`.
-    theta : ndarray (parameter,)
-        Estimates, in the units of `model.units`.
-    covariance : ndarray (parameter, parameter)
-        Of `theta`, in the same units.
-
-    Returns
-    -------
-    dict
+    rig        : as read from its file
+    model      : of that rig
+    names      : estimated amplitudes, as in `model.names`
+    theta      : (parameter,) estimates, in the units of `model.units`
+    covariance : (parameter, parameter) of `theta`, in the same units
     """
     theta = np.asarray(theta)
     relative = np.array([1 + value if is_number(name) else 1.0 for name, value in zip(names, theta, strict=True)])
@@ -62,18 +51,9 @@ def rig_with_estimate(rig: dict, model: Model, names: Sequence[str], theta: np.n
 def rig_with_values(rig: dict, model: Model, values: dict[str, float]) -> dict:
     """A rig dict with new values of some amplitudes.
 
-    Parameters
-    ----------
-    rig : dict
-        As read from its file.
-    model : Model
-        Of that rig.
-    values : dict
-        Name as in `model.names` -> value.
-
-    Returns
-    -------
-    dict
+    rig    : as read from its file
+    model  : of that rig
+    values : name as in `model.names` -> value
     """
     result = dict(rig)
     changes = {name: value for name, value in values.items() if is_rotor_number(name)}
@@ -112,12 +92,7 @@ def _item(section, item, model, values):
 def write_rig(rig: dict, path: str | Path, comment: str) -> None:
     """Write a rig as YAML, atomically.
 
-    Parameters
-    ----------
-    rig : dict
-    path : path-like
-    comment : str
-        First lines of the file.
+    comment : first lines of the file
     """
     import yaml
 

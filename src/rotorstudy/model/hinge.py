@@ -85,16 +85,9 @@ class Hinge:
     def force(self, closing_moment: float = 0.0) -> NonlinearForce:
         """The crack opened by the instantaneous moment.
 
-        Parameters
-        ----------
-        closing_moment : float, optional
-            Of a residual stress, N m: it acts along xi on the faces of the crack, like a bending moment of that size
-            that closes it.
-
-        Returns
-        -------
-        NonlinearForce
-            Of a flexibility factor of 1: the moment, N m, by which the kink acts along `row`.
+        closing_moment : of a residual stress, N m: it acts along xi on the faces of the crack, like a bending moment of
+                         that size that closes it
+        returns        : of a flexibility factor of 1: the moment, N m, by which the kink acts along `row`
         """
         kink, stiffness = self._kink_by_rotation(), self.section.stiffness
         own_rotation, closing = self.section.own_moment / stiffness, closing_moment / stiffness
@@ -133,15 +126,8 @@ class Hinge:
         A share of what the open crack takes from the stiffness of the element is missing: (1 + cos) / 2, or all of it
         while the cosine is positive. Unlike the other laws, the first one depends on the length of the element.
 
-        Parameters
-        ----------
-        switching : bool, optional
-            Whether it opens and closes as a whole.
-
-        Returns
-        -------
-        tuple of Entry
-            Of a flexibility factor of 1.
+        switching : whether it opens and closes as a whole
+        returns   : of a flexibility factor of 1
         """
         cosine = self.side * np.cos(_pull())
         share = np.where(np.abs(cosine) > ROUND_OFF, cosine > 0, 0.5) if switching else (1 + cosine) / 2

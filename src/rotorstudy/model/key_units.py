@@ -3,6 +3,7 @@
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.model.options import number_hint
 from rotorstudy.model.terms import unit_suffix
 
 SUFFIXES = {"_deg": ("_rad", np.pi / 180), "_g_mm": ("_kg_m", 1e-6)}
@@ -30,7 +31,7 @@ def in_si(given, known, where, aliases=None):
     Raises
     ------
     RotorstudyError
-        If a quantity is given by two keys.
+        If a quantity is given by two keys, or one by a text.
     """
     known, aliases, found, source = set(known), aliases or {}, {}, {}
     for key, value in given.items():
@@ -38,6 +39,8 @@ def in_si(given, known, where, aliases=None):
         if target in source:
             raise RotorstudyError(f"{source[target]} and {key} in {where} are the same quantity; give one of them")
         is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        if isinstance(value, str) and factor != 1:
+            raise RotorstudyError(f"{key} = {value!r} in {where}: must be a number{number_hint(value)}")
         found[target] = value * factor if factor != 1 and is_number else value
         source[target] = key
     return found
@@ -51,6 +54,12 @@ def aliases_of(parameters):
             found[f"{name}_{unit_suffix(unit)}"] = (parameter.key, factor)
             found[f"{name}_phase_rad"] = (parameter.phase_key, 1.0)
     return found
+
+
+def spellings(keys):
+    """Some keys in SI, and those in other units that stand for them."""
+    others = [key.removesuffix(si) + own for key in keys for own, (si, _) in SUFFIXES.items() if key.endswith(si)]
+    return [*keys, *others]
 
 
 def without_aliases(item, keys, aliases):

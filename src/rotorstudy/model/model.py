@@ -6,6 +6,7 @@ from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.amplitudes import Amplitudes
@@ -106,7 +107,7 @@ class Model(Amplitudes):
             return self.structure.matrices
         return self.varied.variation.at(theta[..., self.varied.positions])
 
-    def at(self, theta: np.ndarray) -> tuple["Model", np.ndarray]:
+    def at(self, theta: ArrayLike | None = None) -> tuple["Model", np.ndarray]:
         """The model with the bearings that it has where their numbers are parameters, and its amplitudes.
 
         Bearings are not linear in their numbers. There they are built anew; the amplitudes of the numbers are then
@@ -114,8 +115,9 @@ class Model(Amplitudes):
 
         Parameters
         ----------
-        theta : array (parameter,)
-            Amplitudes in the units of `units`, in the order of `names`; of the rotor at least.
+        theta : array (parameter,), optional
+            Amplitudes in the units of `units`, in the order of `names`, of the rotor at least; by default those that
+            the model has.
 
         Returns
         -------
@@ -128,9 +130,10 @@ class Model(Amplitudes):
         NoSteadyState
             If there is no bearing with these numbers.
         """
+        theta = np.asarray(self.theta if theta is None else theta, float)
         if not self.bearing_numbers:
             return self, theta
-        theta = np.array(theta, float)
+        theta = theta.copy()
         carrying = [p for p, unknown in enumerate(self.rotor_unknowns) if unknown.carries]
         placed = self._placed(tuple((self.names[p], float(theta[p])) for p in carrying))
         theta[list(self.bearing_numbers)] = 0.0

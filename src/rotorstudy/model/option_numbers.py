@@ -6,16 +6,8 @@ import re
 def number_paths(options: object, path: str = "") -> list[str]:
     """Paths of the numbers other than zero among options; whole ones are counts and nodes.
 
-    Parameters
-    ----------
-    options : dict, list, tuple or value
-        As a plugin takes them.
-    path : str, optional
-        Of the options themselves.
-
-    Returns
-    -------
-    list of str
+    options : as a plugin takes them
+    path    : of the options themselves
     """
     if isinstance(options, dict):
         inside = [(f"{path}.{key}" if path else key, value) for key, value in options.items()]
@@ -35,17 +27,7 @@ def path_pattern(name: str) -> re.Pattern:
 def scaled(options: object, pattern: re.Pattern, factor: float, path: str = "") -> object:
     """The options with the numbers whose path matches a pattern multiplied by a factor.
 
-    Parameters
-    ----------
-    options : dict, list, tuple or value
-    pattern : Pattern
-    factor : float
-    path : str, optional
-        Of the options themselves.
-
-    Returns
-    -------
-    dict, list or value
+    path : of the options themselves
     """
     if isinstance(options, dict):
         return {k: scaled(v, pattern, factor, f"{path}.{k}" if path else k) for k, v in options.items()}

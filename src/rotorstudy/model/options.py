@@ -1,5 +1,6 @@
 """Check the options of a configuration against the annotated arguments of a plugin function."""
 
+from difflib import get_close_matches
 from functools import lru_cache
 from typing import Annotated, TypeVar, get_args, get_origin
 
@@ -32,8 +33,11 @@ def _arguments(function):
     return tuple(inspect.signature(function).parameters)
 
 
-def check_options(function, given, where, given_by_engine=()):
-    """Validated options of a function, or an error with the key, its value, the place and what is allowed."""
+def check_options(function, given, where, given_by_engine=(), left=()):
+    """Validated options of a function, or an error with the key, its value, the place and what is allowed.
+
+    left : other keys given, one of which may be a missing option misspelt
+    """
     from pydantic import ValidationError
 
     fields, model = _options_model(function, tuple(given_by_engine))
@@ -43,7 +47,10 @@ def check_options(function, given, where, given_by_engine=()):
     try:
         return dict(model(**given))
     except ValidationError as error:
-        raise RotorstudyError(validation_message(error, where, lambda loc: named_keys(model, loc))) from None
+        message = validation_message(error, where, lambda loc: named_keys(model, loc))
+        near = [get_close_matches(name, left, n=1) for name in fields if name not in given and name in message]
+        hint = "".join(f"; '{one}' is none of its keys" for found in near for one in found)
+        raise RotorstudyError(message + hint) from None
 
 
 @lru_cache(maxsize=1024)

@@ -129,9 +129,13 @@ def build_model(rig: dict, where: str = "the rig", reading: Reading | None = Non
     structure = plugin.function(**options)
     check_structure(structure, plugin, place)
     origin = Origin(plugin.function, options, plugin.uncertain)
+    bearing_nodes = tuple(item["node"] for item in _at_nodes(rig.get("bearings")))
+    for node in bearing_nodes:
+        if node not in structure.nodes:
+            raise unknown_name("node", node, structure.nodes, f"{where}, bearings")
     structure = replace(
         structure,
-        bearing_nodes=tuple(item["node"] for item in _at_nodes(rig.get("bearings"))),
+        bearing_nodes=bearing_nodes,
         labels=_labels(rig),
         origin=origin,
         reading=reading or Reading(),

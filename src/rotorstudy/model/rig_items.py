@@ -5,7 +5,7 @@ import numpy as np
 from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
 from rotorstudy.model.cracks import SERIES_ORDER, crack_parameters
 from rotorstudy.model.depth import keys_from_depth
-from rotorstudy.model.key_units import aliases_of, in_si
+from rotorstudy.model.key_units import aliases_of, in_si, spellings
 from rotorstudy.model.options import Whole, check_options, number_hint, option_names
 from rotorstudy.model.plugin_results import check_parameters, check_shapes
 from rotorstudy.model.registry import registry
@@ -65,7 +65,8 @@ def make_term(
             fixed["structure"] = structure
         names = option_names(function, fixed)
         given = in_si(given, names, where)
-        options = check_options(function, {k: v for k, v in given.items() if k in names}, where, fixed)
+        left = [key for key in given if key not in names]
+        options = check_options(function, {k: v for k, v in given.items() if k in names}, where, fixed, left)
     try:
         if section == "bearing":  # stated, so that it is a number of the bearing like others
             missing = {name: value for name, value in plugin.defaults.items() if options[name] is None}
@@ -76,9 +77,10 @@ def make_term(
     parameters = check_parameters(found, plugin, where)
     check_shapes(parameters, len(sensors) if acts_on == "output" else len(structure.dofs), plugin, where)
     keys = [key for p in parameters for key in ((p.key, p.phase_key) if p.is_complex else (p.key,))]
-    given = in_si(given, [*keys, *options], where, aliases_of(parameters))
+    aliases = aliases_of(parameters)
+    given = in_si(given, [*keys, *options], where, aliases)
     values = {key: value for key, value in given.items() if key not in options}
-    values = _read_values(parameters, values, options, where)
+    values = _read_values(parameters, values, spellings([*keys, *options, *aliases]), where)
     if section == "crack":
         _check_losses(
             values, structure.stiffness_loss_at(options.get("node"), options.get("element")), structure, where
@@ -108,11 +110,11 @@ def _crack_options(plugin, given, where):
     return options
 
 
-def _read_values(parameters, given, options, where):
+def _read_values(parameters, given, known, where):
     allowed = {p.key for p in parameters} | {p.phase_key for p in parameters if p.is_complex}
     for key, value in given.items():
         if key not in allowed:
-            raise unknown_name("key", key, [*allowed, *options, "label"], where)
+            raise unknown_name("key", key, [*known, "label"], where)
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not np.isfinite(value):
             raise RotorstudyError(f"{key} = {value!r} in {where}: must be a finite number{number_hint(value)}")
     values = {}

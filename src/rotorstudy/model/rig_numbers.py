@@ -15,23 +15,10 @@ def is_number(name: str) -> bool:
 def with_numbers(model: Model, names: Iterable[str], where: str = "the rig") -> Model:
     """The model with numbers of its rotor and of its bearings among its parameters.
 
-    Parameters
-    ----------
-    model : Model
-        Built from a rig.
-    names : iterable of str
-        Names of parameters; only those of numbers are added.
-    where : str, optional
-        Where the names come from, for error messages.
-
-    Returns
-    -------
-    Model
-
-    Raises
-    ------
-    RotorstudyError
-        If the rotor or the bearings have no such number, or the rotor does not depend on it.
+    model  : built from a rig
+    names  : names of parameters; only those of numbers are added
+    where  : where the names come from, for error messages
+    raises : RotorstudyError if the rotor or the bearings have no such number, or the rotor does not depend on it
     """
     names = list(names)
     return with_bearing_numbers(with_rotor_numbers(model, names, where), names, where)

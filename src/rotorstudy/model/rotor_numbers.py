@@ -29,23 +29,10 @@ def is_rotor_number(name: str) -> bool:
 def with_rotor_numbers(model: Model, names: Iterable[str], where: str = "the rotor") -> Model:
     """The model with numbers of its rotor among its parameters, each a relative change of value zero.
 
-    Parameters
-    ----------
-    model : Model
-        Built from a rig.
-    names : iterable of str
-        Names of parameters; only those of numbers of the rotor are added.
-    where : str, optional
-        Where the names come from, for error messages.
-
-    Returns
-    -------
-    Model
-
-    Raises
-    ------
-    RotorstudyError
-        If the rotor has no such number, or its matrices do not depend on it.
+    model  : built from a rig
+    names  : names of parameters; only those of numbers of the rotor are added
+    where  : where the names come from, for error messages
+    raises : RotorstudyError if the rotor has no such number, or its matrices do not depend on it
     """
     known = [p.name for term in model.terms if term.variation for p in term.parameters]
     wanted = list(dict.fromkeys([*known, *filter(is_rotor_number, names)]))
@@ -58,22 +45,9 @@ def with_rotor_numbers(model: Model, names: Iterable[str], where: str = "the rot
 def rotor_term(structure: Structure, names: list[str], where: str = "the rotor") -> Term:
     """The Term whose amplitudes are relative changes of numbers of the rotor.
 
-    Parameters
-    ----------
-    structure : Structure
-        Built by a rotor plugin.
-    names : list of str
-    where : str, optional
-        Where the names come from, for error messages.
-
-    Returns
-    -------
-    Term
-
-    Raises
-    ------
-    RotorstudyError
-        As `with_rotor_numbers`.
+    structure : built by a rotor plugin
+    where     : where the names come from, for error messages
+    raises    : RotorstudyError as `with_rotor_numbers`
     """
     variation = _variation(structure, names, where)
     slopes = variation.slopes_at(np.zeros(len(names)))
@@ -95,14 +69,7 @@ def rotor_term(structure: Structure, names: list[str], where: str = "the rotor")
 def uncertain_numbers(structure: Structure) -> dict[str, float]:
     """Numbers of a rotor that its plugin states to be uncertain, and on which its matrices depend.
 
-    Parameters
-    ----------
-    structure : Structure
-
-    Returns
-    -------
-    dict
-        Name -> relative standard deviation; empty for a structure without a plugin.
+    returns : name -> relative standard deviation; empty for a structure without a plugin
     """
     found = {}
     for path, share in structure.origin.uncertain.items() if structure.origin else ():
@@ -145,18 +112,9 @@ def rotor_numbers(structure: Structure) -> list[str]:
 def rotor_with_changes(rotor: dict, structure: Structure, changes: dict[str, float]) -> dict:
     """The section `rotor` of a rig with some of its numbers changed.
 
-    Parameters
-    ----------
-    rotor : dict
-        As in the rig.
-    structure : Structure
-        Of that rotor.
-    changes : dict
-        Name of a number -> relative change.
-
-    Returns
-    -------
-    dict
+    rotor     : as in the rig
+    structure : of that rotor
+    changes   : name of a number -> relative change
     """
     given = options = structure.origin.options
     for name, change in changes.items():

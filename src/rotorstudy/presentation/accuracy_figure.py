@@ -31,8 +31,9 @@ def accuracy(whole, trials):
     order = np.argsort(mean.fillna(np.inf).values)
     drawn, over = drawn.isel(estimator=order), over.isel(estimator=order)
     names = [str(name).replace("_", " ") for name in drawn.estimator.values]
-    picture, axes = figure(drawn.sizes["rotor"], 2, height=0.19 * len(names) + 0.25, width=PAGE_WIDTH / 2,
-                           sharex="col", sharey=True)  # fmt: skip
+    picture, axes = figure(
+        drawn.sizes["rotor"], 2, height=0.19 * len(names) + 0.25, width=PAGE_WIDTH / 2, sharex="col", sharey=True
+    )
     for row, rotor in zip(axes, drawn.rotor.values, strict=True):
         here, worst = drawn.sel(rotor=rotor), []
         for i in range(len(names)):

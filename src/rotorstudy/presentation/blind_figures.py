@@ -171,8 +171,9 @@ def gain(data):
     axes = axes[0, 0]
     states = np.isfinite(data.case_posterior_probability.values)
     large = (data.case_known.values == 1) & (data.case_size.values >= LARGE) & states
-    for i, (name, label) in enumerate((("gain", "against the signal without noise"),
-                                       ("gain_measured", "against the measurement"))):  # fmt: skip
+    for i, (name, label) in enumerate(
+        (("gain", "against the signal without noise"), ("gain_measured", "against the measurement"))
+    ):
         values = np.sort(data[f"case_{name}"].values[large])
         values = values[np.isfinite(values)]
         share = (np.arange(len(values)) + 0.5) / max(len(values), 1)

@@ -105,5 +105,10 @@ def _write_cases(cases, source, folder):
     by_rig = cases.groupby("rig").seconds.agg(["count", "mean", "max"]).reset_index()
     note = f"{len(shown)} of {len(cases)} cases have a wrong answer, the largest effects first. Size is the change of "
     note += "the harmonics over their noise; an effect below 1 can hardly be detected."
-    write_html(folder / "cases.html", "Blind tests: cases with a wrong answer", [note, source],
-               {"Cases": shown, "Duration of a diagnosis (s)": by_rig}, 3)  # fmt: skip
+    write_html(
+        folder / "cases.html",
+        "Blind tests: cases with a wrong answer",
+        [note, source],
+        {"Cases": shown, "Duration of a diagnosis (s)": by_rig},
+        3,
+    )

@@ -4,6 +4,7 @@ import numpy as np
 
 from rotorstudy.presentation.plots import COLOURS, figure, plot_orbit
 from rotorstudy.response.series import synthesize
+from rotorstudy.units import spin
 
 MOST_NODES = 3
 REACH = 2.45  # standard deviations of a 95 % circle of a complex number, each of its parts with one
@@ -36,7 +37,7 @@ def two_states(before, after, difference):
             vector = 1e6 * one.amplitude[:, first, node]
             vectors.plot(vector.real, vector.imag, "o" if index else "s", color=COLOURS[index], label=name)
         _changes(vectors, before, difference, first, node, reach[:, node])
-        orbit.set_title(f"node {after.sensors[node]}: orbits at {w:.4g} rad/s")
+        orbit.set_title(f"node {after.sensors[node]}: orbits at {spin(w)}")
         vectors.set_title("1X at all speeds, arrow: its change")
         vectors.set_aspect("equal", adjustable="datalim")
         vectors.set_xlabel("real part of 1X (µm)")

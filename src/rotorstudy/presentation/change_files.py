@@ -19,20 +19,11 @@ from rotorstudy.store import provenance
 def compare_files(before: list[str | Path], after: list[str | Path], rig_path: str | Path, out: str | Path) -> Verdict:
     """Compare the records of two states and write everything into the folder `out`.
 
-    Parameters
-    ----------
-    before, after
-        Paths of record files and tables of harmonics, or of one spectrum that `rotorstudy import` wrote.
-    rig_path
-        The rig file.
-    out
-        Folder for verdict.json, verdict.nc, extended_rig.yaml, index.html and figures.
-
-    Raises
-    ------
-    RotorstudyError
-        For files that cannot be read, findings that are errors, and states that cannot be compared; nothing is written
-        then.
+    before, after : paths of record files and tables of harmonics, or of one spectrum that `rotorstudy import` wrote
+    rig_path      : the rig file
+    out           : folder for verdict.json, verdict.nc, extended_rig.yaml, index.html and figures
+    raises        : RotorstudyError for files that cannot be read, findings that are errors, and states that cannot be
+                    compared; nothing is written then
     """
     rig_file = read_rig(rig_path)
     settings = read_settings(rig_file.given, str(rig_path))

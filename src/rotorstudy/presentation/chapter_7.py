@@ -6,8 +6,11 @@ from rotorstudy.presentation.chapter_7_passage import passage_figure
 from rotorstudy.presentation.plots import COLOURS, MARKERS, figure
 from rotorstudy.studies.crack_study.limits import detection_probability
 
-QUANTITIES = (("depth_ratio", "depth (% of diameter)", 100.0), ("position_m", "position (% of length)", 100.0),
-              ("angle_rad", "angle (degrees)", 180 / np.pi))  # fmt: skip
+QUANTITIES = (
+    ("depth_ratio", "depth (% of diameter)", 100.0),
+    ("position_m", "position (% of length)", 100.0),
+    ("angle_rad", "angle (degrees)", 180 / np.pi),
+)
 STYLES = {"none": ":", "healthy record": "-"}
 BASELINE_TEXT = {"none": "rig file only", "healthy record": "with a healthy record"}
 SHOWN_DEPTH = 0.12  # of the diameter, up to which the completeness is drawn
@@ -163,8 +166,9 @@ def information(study, accuracy):
     without = float(
         accuracy.bound_by_harmonic.sel(harmonic_group="without 1X", shape="depth_ratio") / best.sel(shape="depth_ratio")
     )
-    picture.suptitle(f"The crack shows in all harmonics: without 1X its depth is {without:.1f} times less accurate",
-                     fontsize=9)  # fmt: skip
+    picture.suptitle(
+        f"The crack shows in all harmonics: without 1X its depth is {without:.1f} times less accurate", fontsize=9
+    )
     return picture
 
 

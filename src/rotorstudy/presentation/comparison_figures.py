@@ -100,8 +100,9 @@ def bias_of_known_quantities(biased):
             a.plot(data.percent, error, **_style(i, len(own)), label=estimator)
             lost = data.percent[np.isnan(error)]
             place = 0.97 - 0.05 * i  # of the height of the panel, a row an estimator
-            a.plot(lost, np.full(len(lost), place), "x", color=COLOURS[i % len(COLOURS)],
-                   transform=a.get_xaxis_transform())  # fmt: skip
+            a.plot(
+                lost, np.full(len(lost), place), "x", color=COLOURS[i % len(COLOURS)], transform=a.get_xaxis_transform()
+            )
             costs.append(error.where(abs(data.percent) == 1, drop=True))
         a.set_yscale("symlog", linthresh=1)
         a.yaxis.set_major_formatter("{x:g}")
@@ -175,8 +176,9 @@ def _by_fault(values, norm, label, told):
         a.tick_params(labelbottom=i + ROW > len(axes), labelleft=i % ROW == 0)
     spare.set_xlim(axes[0].get_xlim())
     for j, method in enumerate(values.spectrum_method.values):  # the columns of the panel above the spare one
-        spare.text(j, 1.0, method, rotation=90, ha="center", va="top", fontsize=6.5,
-                   transform=spare.get_xaxis_transform())  # fmt: skip
+        spare.text(
+            j, 1.0, method, rotation=90, ha="center", va="top", fontsize=6.5, transform=spare.get_xaxis_transform()
+        )
     scale = spare.inset_axes([0.0, 0.1, 1.0, 0.08])
     picture.colorbar(image, cax=scale, label=label, orientation="horizontal", format="{x:g}")
     scale.minorticks_off()

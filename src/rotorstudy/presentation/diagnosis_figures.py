@@ -7,6 +7,7 @@ import numpy as np
 from rotorstudy.presentation.plots import COLOURS, figure, harmonic_axis, plot_orbit
 from rotorstudy.response.series import synthesize
 from rotorstudy.store import as_complex
+from rotorstudy.units import spin
 
 MOST_NODES = 6  # rows of the map
 MOST_COMPARED = 3  # nodes of the spectra
@@ -157,7 +158,7 @@ def before_and_after(data):
             plot_orbit(signal, orbit, index=index, label=name, linestyle=line)
         if row == 0:
             seen = "held out of every fit" if data.held_out.values[speed] else "fitted"
-            ax.set_title(f"{w:.4g} rad/s, {seen}")
+            ax.set_title(f"{spin(w)}, {seen}")
             orbit.set_title("orbits, each about its mean")
             ax.legend(loc="best")
     return picture

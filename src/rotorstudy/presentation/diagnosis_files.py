@@ -25,21 +25,11 @@ def diagnose_files(
 ) -> Verdict:
     """Diagnose records and write everything into the folder `out`.
 
-    Parameters
-    ----------
-    records
-        Paths of record files and tables of harmonics, or of one spectrum that `rotorstudy import` wrote.
-    rig_path
-        The rig file.
-    out
-        Folder for verdict.json, verdict.nc, extended_rig.yaml, index.html and figures.
-    hold_out
-        Speeds held out of every fit, rad/s; by default those of the rig file, else about a quarter.
-
-    Raises
-    ------
-    RotorstudyError
-        For files that cannot be read and for findings that are errors; nothing is written then.
+    records  : paths of record files and tables of harmonics, or of one spectrum that `rotorstudy import` wrote
+    rig_path : the rig file
+    out      : folder for verdict.json, verdict.nc, extended_rig.yaml, index.html and figures
+    hold_out : speeds held out of every fit, rad/s; by default those of the rig file, else about a quarter
+    raises   : RotorstudyError for files that cannot be read and for findings that are errors; nothing is written then
     """
     rig_file = read_rig(rig_path)
     rig = rig_file.given

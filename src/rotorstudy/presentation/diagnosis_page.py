@@ -14,7 +14,7 @@ from rotorstudy.presentation.captions import CHANGE_FIGURES, DIAGNOSIS_FIGURES
 from rotorstudy.presentation.pages import inline_png, render
 from rotorstudy.presentation.speed_view import speed_view
 from rotorstudy.presentation.tables import cells
-from rotorstudy.units import p_value, percent, probability, quantity
+from rotorstudy.units import p_value, percent, probability, quantity, spin
 
 MOST_LIMITS = 12  # detection limits on the page, the lowest first; all are in verdict.json
 CHANGED = {
@@ -114,10 +114,10 @@ def _glance(verdict, of_change):
     if gain is None:
         rows.append(("Gain", "not known; no speed was held out"))
     elif verdict.causes:
-        speeds = ", ".join(f"{w:.4g}" for w in gain.speeds)
+        speeds = ", ".join(map(spin, gain.speeds))
         lengths = f"{quantity(gain.before_m, 'm')} to {quantity(gain.after_m, 'm')} rms"
         sigmas = f"{gain.before_sigma:.3g} to {gain.after_sigma:.3g} standard deviations"
-        rows.append(("Error at held-out speeds", f"{lengths}, {sigmas} ({speeds} rad/s)"))
+        rows.append(("Error at held-out speeds", f"{lengths}, {sigmas}, at {speeds}"))
     return rows
 
 
@@ -131,10 +131,14 @@ def _left(verdict):
 
 def _unexplained(verdict):
     return [
-        {"harmonic": f"{row.harmonic}X", "node": row.node, "share of the residual (%)": 100 * row.share,
-         "standard deviations": row.sigma}
+        {
+            "harmonic": f"{row.harmonic}X",
+            "node": row.node,
+            "share of the residual (%)": 100 * row.share,
+            "standard deviations": row.sigma,
+        }
         for row in verdict.unexplained
-    ]  # fmt: skip
+    ]
 
 
 def _moved(verdict, labels):

@@ -61,8 +61,13 @@ def _error_over_bound(noisy, columns, title):
         rms = np.sqrt(((data.estimate - data.true) ** 2).mean("trial"))
         over = (rms / data.cramer_rao).transpose("estimator", "parameter", "noise")
         for i, estimator in enumerate(data.estimator.values):
-            _dumbbells(panel, over.isel(estimator=i).values[:, [0, -1]], i, over.sizes["estimator"],
-                       str(estimator).replace("_", " "))  # fmt: skip
+            _dumbbells(
+                panel,
+                over.isel(estimator=i).values[:, [0, -1]],
+                i,
+                over.sizes["estimator"],
+                str(estimator).replace("_", " "),
+            )
         panel.set_xscale("log")
         panel.xaxis.set_major_formatter("{x:g}")
         panel.axvline(1, color="k", linewidth=0.8, linestyle=":")
@@ -84,8 +89,9 @@ def bias(bias_data, cases, units, title):
     parameters, known = bias_data.parameter.values, bias_data.known.values
     size = np.abs(bias_data.percent)
     ends = [1.0, float(size.max())]
-    picture, axes = figure(1, len(known), height=0.3 * len(parameters) + 1.3, width=max(7.0 / len(known), 2.2),
-                           sharey=True)  # fmt: skip
+    picture, axes = figure(
+        1, len(known), height=0.3 * len(parameters) + 1.3, width=max(7.0 / len(known), 2.2), sharey=True
+    )
     rows = [(c, e) for c in range(len(cases)) for e in range(bias_data.sizes["estimator"])]
     for panel, quantity in zip(axes[0], known, strict=True):
         for i, (c, e) in enumerate(rows):

@@ -16,13 +16,9 @@ def _environment():
 def render(template: str, **data) -> str:
     """A page from a template of `presentation/templates`; every value is escaped.
 
-    Parameters
-    ----------
-    template
-        Name of the file. It extends `base.html`, which needs `title` and offers the blocks `style` and `content` and,
-        as `show`, the macros of `macros.html`.
-    data
-        Values by the names that the template uses; a missing one raises `jinja2.UndefinedError`.
+    template : name of the file. It extends `base.html`, which needs `title` and offers the blocks `style` and `content`
+               and, as `show`, the macros of `macros.html`.
+    data     : values by the names that the template uses; a missing one raises `jinja2.UndefinedError`
     """
     return _environment().get_template(template).render(**data)
 

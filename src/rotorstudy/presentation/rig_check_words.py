@@ -40,4 +40,5 @@ def check_words(check):
         lines.append(f"all bearings are defined from {low} to {high} rpm")
     lines += [str(finding) for finding in check.findings]
     counts = [sum(f.severity == kind for f in check.findings) for kind in ("error", "warning", "note")]
-    return [*lines, f"{counts[0]} errors, {counts[1]} warnings, {counts[2]} notes"]
+    told = [f"{n} {kind}{'s' * (n != 1)}" for n, kind in zip(counts, ("error", "warning", "note"), strict=True)]
+    return [*lines, ", ".join(told)]

@@ -139,7 +139,7 @@ def bode(analysis, measured=None):
             if measured:
                 points, shown = measured[1][:, position], measured[0] * RPM
                 style = {"color": COLOURS[i], "marker": MARKERS[i], "linestyle": "", "fillstyle": "none"}
-                axes[0, column].plot(shown, 2e6 * np.abs(points), **style, label=f"{name}, measured")
+                axes[0, column].plot(shown, 2e6 * np.abs(points), **style)
                 axes[1, column].plot(shown, _near(phase_lag(points), np.interp(shown, speed, lag)), **style)
         axes[0, column].set_title(f"node {node}")
         axes[0, column].legend()
@@ -164,7 +164,9 @@ def polar(analysis, measured=None):
                 panel.plot(-np.angle(points), 2e6 * np.abs(points), MARKERS[i], color=COLOURS[i], fillstyle="none")
         panel.set_title(f"node {node}")
         panel.set_rlabel_position(200)
-    picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    handles = max((panel.get_legend_handles_labels()[0] for panel in axes[0]), key=len)
+    named = [dict.fromkeys(one[i][1] for one in nodes.values() if i < len(one)) for i in range(len(handles))]
+    picture.legend(handles, [" / ".join(names) for names in named], loc="outside lower center", ncols=4)
     picture.suptitle("1X (µm peak to peak) over phase lag", fontsize=9)
     return picture
 

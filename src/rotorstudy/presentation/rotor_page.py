@@ -12,6 +12,7 @@ from rotorstudy.units import number, percent
 
 MOST_EFFECTS = 8  # on the least stable mode, the largest
 RIGID = 1e-3  # of the weight: what the bearings do not carry beyond that is carried by rigid supports
+ROUND_OFF = 1e-9  # of the weight
 
 
 def rotor_page(analysis, figures, title, operating=None):
@@ -137,10 +138,13 @@ def resonances(analysis, operating=None):
 def loads(analysis):
     """A row for each bearing, and one for what rigid supports carry."""
     rows = [
-        {"bearing": f"node {one.node}" + (f" ({one.label})" if one.label else ""), "downward (N)": one.force.real,
-         "across (N)": one.force.imag + 0.0}
+        {
+            "bearing": f"node {one.node}" + (f" ({one.label})" if one.label else ""),
+            "downward (N)": one.force.real,
+            "across (N)": one.force.imag if abs(one.force.imag) > ROUND_OFF * analysis.weight else 0.0,
+        }
         for one in analysis.loads
-    ]  # fmt: skip
+    ]
     rest = analysis.weight - sum(one.force.real for one in analysis.loads)
     if abs(rest) > RIGID * analysis.weight:
         rows.append({"bearing": "rigid supports", "downward (N)": rest, "across (N)": 0.0})

@@ -58,7 +58,7 @@ def periodic_growth_rate(model: Model, speed: ArrayLike, theta: ArrayLike | None
     ----------
     Bank et al., IEEE Trans. Electron Devices 32 (1985) 1992; Hosea and Shampine, Appl. Numer. Math. 20 (1996) 21.
     """
-    model, theta = model.at(np.asarray(model.theta if theta is None else theta, float))
+    model, theta = model.at(theta)
     return np.array([_growth_of_one_turn(model, float(w), theta) for w in check_speed(speed)])
 
 

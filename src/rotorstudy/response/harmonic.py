@@ -121,10 +121,12 @@ def with_its_bearings(response, model, theta):
     if not model.bearing_numbers:
         return response(model, theta)
     found = [response(*model.at(one)) for one in theta.reshape(-1, theta.shape[-1])]
-    return Linearised(*(
-        None if parts[0] is None else np.reshape(parts, (*theta.shape[:-1], *parts[0].shape))
-        for parts in zip(*found, strict=True)
-    ))  # fmt: skip
+    return Linearised(
+        *(
+            None if parts[0] is None else np.reshape(parts, (*theta.shape[:-1], *parts[0].shape))
+            for parts in zip(*found, strict=True)
+        )
+    )
 
 
 def response_inputs(model, speed, harmonics, theta, order):

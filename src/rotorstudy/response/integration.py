@@ -84,7 +84,7 @@ def time_response(
     from scipy.integrate import solve_ivp
 
     speed = check_speed(speed)[0]
-    model, theta = model.at(np.asarray(model.theta if theta is None else theta, float))
+    model, theta = model.at(theta)
     dof = len(model.structure.dofs)
     if model.held_deflection is not None:
         raise RotorstudyError("a prescribed static deflection is no equilibrium: it cannot be integrated in time")

@@ -30,7 +30,7 @@ class Motion(NamedTuple):
 
 def carried_motion(model, speed, harmonics, theta=None, *, order=COUPLED_ORDER):
     """The Motion of a model at all harmonics that are carried; arguments as for `Neighbourhood`."""
-    model, theta = model.at(model.theta if theta is None else theta)
+    model, theta = model.at(theta)
     speed, harmonics, theta, _ = response_inputs(model, speed, harmonics, theta, order)
     blocks = layout(model, np.union1d(np.arange(-order, order + 1), harmonics), order)
     deflection = static_deflection(model, speed, theta[: len(model.rotor_unknowns)]).value
@@ -46,7 +46,7 @@ class Neighbourhood:
     """
 
     def __init__(self, model, speed, harmonics, theta=None, *, order=COUPLED_ORDER):
-        model, theta = model.at(model.theta if theta is None else theta)
+        model, theta = model.at(theta)
         self.model, self.order = model, order
         self.speed, self.harmonics, self.theta, _ = response_inputs(model, speed, harmonics, theta, order)
         self.blocks = layout(model, np.union1d(np.arange(-order, order + 1), self.harmonics), order)
@@ -162,8 +162,10 @@ class Neighbourhood:
             place, unknowns, at = zip(*in_table, strict=True)
             motions = [motion for _, motion in groups]
             found = EntryTable(unknowns, motions[0].amplitude.shape[-1], at).columns(
-                np.concatenate([motion.amplitude for motion in motions], axis=-1), speed, carried,
+                np.concatenate([motion.amplitude for motion in motions], axis=-1),
+                speed,
+                carried,
                 np.concatenate([motion.deflection for motion in motions], axis=-1),
-            )  # fmt: skip
+            )
             parts.append(found._replace(unknown=np.array(place)[found.unknown]))
         return Columns(*(np.concatenate(part, axis=-1) for part in zip(*parts, strict=True)))

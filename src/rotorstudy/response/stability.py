@@ -22,7 +22,7 @@ def state_matrix(model, speed, theta=None):
     raises  : RotorstudyError if the model is time-varying at constant speed (an open or breathing crack) or nonlinear
     """
     speed = check_speed(speed)
-    model, theta = model.at(np.asarray(model.theta if theta is None else theta, float))
+    model, theta = model.at(theta)
     own, dof = model.matrices(theta), len(model.structure.dofs)
     shape = (len(speed), dof, dof)
     on_z = {order: np.zeros(shape, complex) for order in range(3)}

@@ -93,8 +93,12 @@ def _force_weights(table, speed, harmonics):
         row, column = (n + order)[:, None] * count + i, (seen + order)[:, None] * count + j  # (harmonic, element)
         found = factor[..., None] * value  # (speed, harmonic, element)
         sign = -1 if entry.is_conjugate else 1  # of the imaginary part of the motion
-        for down, right, part in ((0, 0, found.real), (1, 0, found.imag), (0, 1, -sign * found.imag),
-                                  (1, 1, sign * found.real)):  # fmt: skip
+        for down, right, part in (
+            (0, 0, found.real),
+            (1, 0, found.imag),
+            (0, 1, -sign * found.imag),
+            (1, 1, sign * found.real),
+        ):
             place = (row + down * size) * 2 * size + column + right * size
             place = np.arange(len(speed))[:, None, None] * (2 * size) ** 2 + place
             parts.append((place.ravel(), np.broadcast_to(unknown, part.shape).ravel(), part.ravel()))

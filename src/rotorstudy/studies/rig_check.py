@@ -18,6 +18,7 @@ TRIED = np.geomspace(0.1, 1e5, 121)  # rad/s, at which it is tried whether the b
 HALVINGS = 30  # of the interval about an end of that range
 BLIND = 0.05  # of the largest motion in a mode: a probe that sees less is at a node of it
 UNDAMPED = 1e-4  # damping ratio below which a resonance is sharper than in any machine
+NO_SIZES = ("measurement", "diagnosis", "prior")  # sections
 SAG = 1e-3  # m, static deflection of a shaft in its bearings beyond which they are too soft
 
 
@@ -53,14 +54,16 @@ def check_rig(path):
     RigCheck
         Whatever is wrong with the file is a finding.
     """
+    rig = None
     try:
         rig = read_rig(path)
         model = rig.model
     except RotorstudyError as error:
-        return RigCheck([Finding("error", "not valid", str(path), str(error))])
+        found = [Finding("error", "not valid", str(path), str(error))]
+        return RigCheck(found + (_implausible(rig) if rig else []))
     findings = [
         *_sections(rig, model),
-        *implausible_numbers({k: rig.given[k] for k in rig.given if k != "measurement"}),
+        *_implausible(rig),
     ]
     findings += odd_discs(model.structure)
     bearings = [item for item in rig.given.get("bearings") or [] if isinstance(item, dict)]
@@ -130,6 +133,11 @@ def _analysed(model, valid):
     return analyse_rotor(model, low, valid[1])
 
 
+def _implausible(rig):
+    """Findings on the numbers of the machine; those of the other sections are shares, angles and rates."""
+    return implausible_numbers({key: given for key, given in rig.given.items() if key not in NO_SIZES})
+
+
 def _sections(rig, model):
     """Findings on the sections that other commands read."""
     found, path = [], str(rig.path)
@@ -157,7 +165,10 @@ def _sections(rig, model):
 
 
 def _probe_nodes(rig, model):
-    probes = read_conventions(rig.given, str(rig.path)).probes if rig.given.get("measurement") else []
+    try:
+        probes = read_conventions(rig.given, str(rig.path)).probes
+    except RotorstudyError:  # is a finding already
+        probes = []
     stated = {probe.node for probe in probes} & set(model.structure.nodes)
     return sorted(stated) or list(model.sensors)
 

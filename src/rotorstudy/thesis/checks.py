@@ -1,5 +1,6 @@
 """Physical limits on the estimates of a replayed experiment, from the other measurements of the same rig."""
 
+import functools
 import re
 from typing import NamedTuple
 
@@ -18,6 +19,7 @@ from rotorstudy.thesis.replay import BOTH_DAMPINGS, DAMPINGS
 from rotorstudy.units import percent
 
 
+@functools.cache
 def largest_participation(n):
     """Largest |p_n| of any breathing function 0 <= s(angle) <= 1, whatever its shape and phase.
 

@@ -57,8 +57,10 @@ def _require_honest(found, stated, tolerance):
     ratio = np.trace(stated) / np.trace(scatter)
     require(abs(ratio - 1) < tolerance, f"stated variance is {ratio:.3g} times the scatter of {len(found)} trials")
     off = np.abs(stated - scatter).max() / np.diag(scatter).mean()
-    require(off < 0.45 * max(1, np.diag(scatter).max() / np.diag(scatter).mean()),
-          f"an element of the stated covariance is off by {off:.2g} of the mean variance")  # fmt: skip
+    require(
+        off < 0.45 * max(1, np.diag(scatter).max() / np.diag(scatter).mean()),
+        f"an element of the stated covariance is off by {off:.2g} of the mean variance",
+    )
 
 
 @claimed("any_length")

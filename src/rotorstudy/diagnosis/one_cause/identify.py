@@ -41,25 +41,10 @@ def identify_cause(
 ) -> Identified:
     """The shape and the amplitudes of an effect that is known to be the only cause.
 
-    Parameters
-    ----------
-    spectrum : Spectrum
-    model : Model
-        With a value for every amplitude, without the effect.
-    effect : str
-        Name of a plugin with options that enter nonlinearly, such as `transverse_crack`.
-    settings : Settings, optional
-    count : int, optional
-        How many of them there are.
-
-    Returns
-    -------
-    Identified
-
-    Raises
-    ------
-    RotorstudyError
-        For an unknown effect, one without such options, or one that cannot act on this rotor.
+    model  : with a value for every amplitude, without the effect
+    effect : name of a plugin with options that enter nonlinearly, such as `transverse_crack`
+    count  : how many of them there are
+    raises : RotorstudyError for an unknown effect, one without such options, or one that cannot act on this rotor
     """
     settings = settings or Settings()
     spectrum = with_model_error(spectrum, settings)

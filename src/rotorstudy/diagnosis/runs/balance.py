@@ -57,25 +57,12 @@ def balance_files(
 ) -> tuple[Balancing, Conventions, list[Finding]]:
     """Balance a rotor by its records.
 
-    Parameters
-    ----------
-    paths : list of paths
-        Records, tables of harmonics, or one imported spectrum.
-    rig : path or RigFile
-        As updated by `rotorstudy identify`: its parameters are not fitted again.
-    planes : list of int or str
-        Nodes, or labels of nodes, where a correction mass can be put.
-    holes : Holes, optional
-        And weights, to which the corrections are restricted.
-
-    Returns
-    -------
-    Balancing, Conventions, list of Finding
-
-    Raises
-    ------
-    RotorstudyError
-        For files that cannot be read, records without 1X, and planes that the probes cannot tell apart.
+    paths  : records, tables of harmonics, or one imported spectrum
+    rig    : as updated by `rotorstudy identify`: its parameters are not fitted again
+    planes : nodes, or labels of nodes, where a correction mass can be put
+    holes  : to which, with their weights, the corrections are restricted
+    raises : RotorstudyError for files that cannot be read, records without 1X, and planes that the probes cannot tell
+             apart
     """
     rig = read_rig(rig)
     settings, conventions = read_settings(rig.given, str(rig.path)), read_conventions(rig.given, str(rig.path))
@@ -93,56 +80,25 @@ def balance(
 ) -> Balancing:
     """Unbalances to be added in some planes, so that the least 1X vibration is left.
 
-    Parameters
-    ----------
-    spectrum : Spectrum
-        Of the sensors of the model, in m.
-    model : Model
-        With a value for every parameter.
-    planes : list of int or str
-        Nodes, or labels of nodes.
-    settings : Settings
-        Uncertainty of the parameters, and model error.
-    conventions : Conventions
-        Of the records.
-    holes : Holes, optional
-        And weights, to which the corrections are restricted.
-
-    Returns
-    -------
-    Balancing
-
-    Raises
-    ------
-    RotorstudyError
-        For records without 1X, and planes that the probes cannot tell apart.
+    spectrum    : of the sensors of the model, in m
+    model       : with a value for every parameter
+    planes      : nodes, or labels of nodes
+    settings    : uncertainty of the parameters, and model error
+    conventions : of the records
+    holes       : to which, with their weights, the corrections are restricted
+    raises      : RotorstudyError for records without 1X, and planes that the probes cannot tell apart
     """
     wanted = [n for n in (1, -1) if n in spectrum.harmonics]
     if 1 not in wanted:
         raise RotorstudyError("the records have no harmonic 1, which balancing needs; add it to 'harmonics:'")
     spectrum = with_model_error(spectrum.at_harmonics(wanted), settings)
     whole, prior = base_model(model, settings)
-    terms = [
-        unbalance_term(
-            AddedUnbalance(node=node, unbalance_g_mm=0.0), whole.structure, whole.sensors, conventions, f"plane {i}",
-            f"plane {node}",
-        )
-        for i, node in enumerate(planes, 1)
-    ]  # fmt: skip
+    terms = _unbalances(whole, planes, conventions)
     names = [unknown.name for term in terms for unknown in term.unknowns]
     whole = whole.plus(*terms)
     values = dict(zip(whole.names, whole.stated, strict=True))
-    values |= dict(zip(prior.names, prior.mean, strict=True))
-
-    def changes(of, corrections):
-        """Derivatives (parameter, speed, harmonic, sensor) by some parameters, at corrections."""
-        theta = np.array([(values | dict(zip(names, corrections, strict=True)))[name] for name in whole.names])
-        order = carried_order(spectrum)
-        _, found = measured_response_and_jacobian(whole, spectrum.speed, spectrum.harmonics, theta, order=order)
-        return spectrum.shown(np.moveaxis(found[..., whole.position(of)], -1, 0))
-
-    none = np.zeros(len(names))
-    influence = changes(names, none)
+    values |= dict(zip(prior.names, prior.mean, strict=True)) | dict.fromkeys(names, 0.0)
+    influence = _changes(whole, spectrum, values, names)
     columns = spectrum.whitened(influence).T
     check_identifiable(columns, names)
     normal = columns.T @ columns
@@ -151,7 +107,8 @@ def balance(
     if holes:
         choices = chosen(holes, GRAM * corrections, normal / GRAM**2)
         corrections = np.concatenate([choice.total for choice in choices]) / GRAM
-    moved = changes(prior.names, corrections) - changes(prior.names, none)  # by the parameters, through the influence
+    corrected = values | dict(zip(names, corrections, strict=True))
+    moved = _changes(whole, spectrum, corrected, prior.names) - _changes(whole, spectrum, values, prior.names)
     spread = np.eye(len(columns))
     if len(moved):
         whitened = spectrum.whitened(moved).T
@@ -168,6 +125,23 @@ def balance(
         _axis(spectrum.amplitude),
         np.percentile(_axis(left + noise + np.tensordot(parameters, moved, 1)), INTERVAL, axis=0),
     )
+
+
+def _unbalances(model, planes, conventions):
+    """Terms of an unbalance in each plane, zero."""
+    zero = [AddedUnbalance(node=node, unbalance_g_mm=0.0) for node in planes]
+    return [
+        unbalance_term(one, model.structure, model.sensors, conventions, f"plane {i}", f"plane {one.node}")
+        for i, one in enumerate(zero, 1)
+    ]
+
+
+def _changes(model, spectrum, values, names):
+    """Derivatives (parameter, speed, harmonic, sensor) by some parameters at values of all, as the probes show them."""
+    theta = np.array([values[name] for name in model.names])
+    order = carried_order(spectrum)
+    _, found = measured_response_and_jacobian(model, spectrum.speed, spectrum.harmonics, theta, order=order)
+    return spectrum.shown(np.moveaxis(found[..., model.position(names)], -1, 0))
 
 
 def _noise(spectrum, draws):

@@ -36,22 +36,10 @@ class Choice(NamedTuple):
 def equal_holes(count: int, unbalances_g_mm: list[float], sense: float = 1.0) -> Holes:
     """Holes at equal angles from the reference line on.
 
-    Parameters
-    ----------
-    count : int
-    unbalances_g_mm : list of float
-        Of one weight in a hole.
-    sense : float
-        1 or -1, of the user's angles.
-
-    Returns
-    -------
-    Holes
-
-    Raises
-    ------
-    RotorstudyError
-        Without a hole or a weight, for weights that are not positive, and for too many of both.
+    unbalances_g_mm : of one weight in a hole
+    sense           : 1 or -1, of the user's angles
+    raises          : RotorstudyError without a hole or a weight, for weights that are not positive, and for too many of
+                      both
     """
     if count < 1 or not unbalances_g_mm or min(unbalances_g_mm) <= 0:
         raise RotorstudyError(
@@ -70,18 +58,9 @@ def equal_holes(count: int, unbalances_g_mm: list[float], sense: float = 1.0) ->
 def chosen(holes: Holes, best: np.ndarray, normal: np.ndarray) -> list[Choice]:
     """The choice in each plane that leaves the least vibration.
 
-    Parameters
-    ----------
-    holes : Holes
-    best : ndarray (plane * part,)
-        The best correction, kg m.
-    normal : ndarray (plane * part, plane * part)
-        Of its fit, per (kg m)².
-
-    Returns
-    -------
-    list of Choice
-        (plane,)
+    best    : (plane * part,) the best correction, kg m
+    normal  : (plane * part, plane * part) of its fit, per (kg m)²
+    returns : one for each plane
     """
     choices = _choices(holes)
     totals = np.array([choice.total for choice in choices])

@@ -64,26 +64,13 @@ def compare(
 ) -> Comparison:
     """What changed in a machine between two states.
 
-    Parameters
-    ----------
-    before, after : Spectrum
-        Of the sensors of the model, (speed, harmonic, sensor) in m.
-    model : Model
-        Of the machine, with a value for every parameter. One whose uncertainty is stated (a section `prior:`) is taken
-        to be known that well; another one is first fitted to the state before.
-    settings : Settings or dict, optional
-        Of the diagnosis.
-    findings : tuple of Finding
-        On the records.
-
-    Returns
-    -------
-    Comparison
-
-    Raises
-    ------
-    RotorstudyError
-        For states without a common speed, of different sensors or harmonics, or with the same records.
+    before, after : of the sensors of the model, (speed, harmonic, sensor) in m
+    model         : of the machine, with a value for every parameter. One whose uncertainty is stated (a section
+                    `prior:`) is taken to be known that well; another one is first fitted to the state before.
+    settings      : of the diagnosis
+    findings      : on the records
+    raises        : RotorstudyError for states without a common speed, of different sensors or harmonics, or with the
+                    same records
     """
     settings = of_changes(Settings(**settings) if isinstance(settings, dict) else settings or Settings())
     before, after, notes = _at_common_speeds(before, after)
@@ -114,7 +101,9 @@ def _at_common_speeds(before, after):
         ("single probes", before.single_probes, after.single_probes),
     ):
         if one != other:
-            raise RotorstudyError(f"the states have different {name}: {one} before, {other} after; give the same ones")
+            raise RotorstudyError(
+                f"the states have different {name}: {list(one)} before, {list(other)} after; give records of the same"
+            )
     apart = np.abs(before.speed[:, None] / after.speed - 1)
     nearest = apart.argmin(axis=0)
     common = apart.min(axis=0) <= SAME_SPEED
@@ -183,18 +172,8 @@ def known_as_before(model: Model, spectrum: Spectrum, settings: Settings) -> tup
     The offset is a constant at each harmonic and sensor, as large as the vibration. The error of the model is raised
     until the fit leaves no more than noise: what the model cannot explain cancels in the comparison.
 
-    Parameters
-    ----------
-    model : Model
-    spectrum : Spectrum
-        Of the state before.
-    settings : Settings
-
-    Returns
-    -------
-    Model
-    list of Finding
-        A note if the error of the model had to be raised.
+    spectrum : of the state before
+    returns  : the model, and a note if the error of the model had to be raised
     """
     whole, prior = base_model(model, settings)
     offset, known = _offset(spectrum)

@@ -23,21 +23,10 @@ def contradictions(joint: JointFit, shared: Prior, significance: float, width: f
     If all runs agree once the stated masses of one run are free, these are contradicted; if they agree without one run,
     that is of another machine, or of another state of it. Where neither helps, every run not explained is told.
 
-    Parameters
-    ----------
-    joint : JointFit
-    shared : Prior
-        Of the parameters that the runs share.
-    significance : float
-        p-value of a run below which it is not explained.
-    width : float
-        Standard deviation of a mass that is set free, in typical sizes.
-    sense : float
-        1 or -1, of the user's angles.
-
-    Returns
-    -------
-    list of Finding
+    shared       : of the parameters that the runs share
+    significance : p-value of a run below which it is not explained
+    width        : standard deviation of a mass that is set free, in typical sizes
+    sense        : 1 or -1, of the user's angles
     """
     rejected = _unexplained(joint, significance)
     if not rejected:
@@ -61,18 +50,9 @@ def contradictions(joint: JointFit, shared: Prior, significance: float, width: f
 def check_slow_roll(name: str, speed: np.ndarray, model: Model) -> list[Finding]:
     """A finding if a run that is said to be a slow roll passed a critical speed: its vectors are not runout.
 
-    Parameters
-    ----------
-    name : str
-        Of the run.
-    speed : ndarray (speed,)
-        In rad/s.
-    model : Model
-        With a value for every parameter.
-
-    Returns
-    -------
-    list of Finding
+    name  : of the run
+    speed : (speed,) in rad/s
+    model : with a value for every parameter
     """
     try:
         whirl = np.abs(eigenvalues(model, speed).imag)
@@ -104,21 +84,27 @@ def _refitted(runs: Sequence[Run], shared: Prior) -> JointFit | None:
 
 def _with_free_masses(run, width):
     """The run with its stated unbalances free; None if it states none."""
-    known = [
-        unknown
-        for term in run.model.terms
-        if term.kind == "unbalance" and term.label.startswith(ADDED)
-        for unknown in term.unknowns
-        if unknown.name not in run.own.names
-    ]
+    known = _stated_masses(run)
     if not known:
         return None
-    return run._replace(own=run.own.plus(Prior.independent({u.name: (0.0, width * u.typical) for u in known})))
+    kept = run.own.part([name for name in run.own.names if name not in known])
+    return run._replace(own=kept.plus(Prior.independent({name: (0.0, width * u.typical) for name, u in known.items()})))
+
+
+def _stated_masses(run):
+    """Name -> unknown of the unbalances that a run adds with a stated size, exact or with a standard deviation."""
+    added = [t for t in run.model.terms if t.kind == "unbalance" and t.label.startswith(ADDED)]
+    return {
+        unknown.name: unknown
+        for term in added
+        for unknown, value in zip(term.unknowns, term.theta, strict=True)
+        if np.isfinite(value)
+    }
 
 
 def _contradicted(joint, run, freed, sense):
     """The Finding on stated masses that the records contradict, with those that they show."""
-    names = [name for name in freed.own.names if name not in run.own.names]
+    names = list(_stated_masses(run))
     theta, covariance = joint.of([freed.joint_name(name) for name in names])
     stated = dict(zip(run.model.names, run.model.stated, strict=True))
     factor = {
@@ -137,7 +123,7 @@ def _contradicted(joint, run, freed, sense):
         std = float(np.sqrt(covariance[i, i])) / factor[names[i]]
         given = [stated[name] for name in names[i : i + 2]]
         texts.append(f"{told(given, names[i])} is stated, and the records show {told(theta[i : i + 2], names[i], std)}")
-    text = f"{'; '.join(texts)}: correct it, or give it a 'std_g_mm:'"
+    text = f"{'; '.join(texts)}: correct it, or give it a (larger) 'std_g_mm:'"
     return Finding("warning", "known mass contradicted", f"run '{run.name}'", text)
 
 

@@ -94,22 +94,11 @@ class IdentifiedRig(NamedTuple):
 def identify_runs(runs_path: str | Path, rig: str | Path | RigFile) -> IdentifiedRig:
     """Update a rig by several runs.
 
-    Parameters
-    ----------
-    runs_path : path
-        YAML file of runs.
-    rig : path or RigFile
-        With a value for every parameter.
-
-    Returns
-    -------
-    IdentifiedRig
-        A run's own parameters keep their value and uncertainty in its rig: the next run has its own again.
-
-    Raises
-    ------
-    RotorstudyError
-        For files that cannot be read, runs of different probes or with the same records, and unknown names.
+    runs_path : YAML file of runs
+    rig       : with a value for every parameter
+    returns   : a run's own parameters keep their value and uncertainty in its rig: the next run has its own again
+    raises    : RotorstudyError for files that cannot be read, runs of different probes or with the same records, and
+                unknown names
     """
     rig = read_rig(rig)
     settings = read_settings(rig.given, str(rig.path))

@@ -83,28 +83,12 @@ def candidate(
 ) -> Candidate:
     """An effect at a place, with the prior of its amplitudes.
 
-    Parameters
-    ----------
-    model : Model
-    effect : str
-        Name of the plugin.
-    where, shape : dict
-        Options of the place, and of the shape.
-    label : str
-        Of its term.
-    prior_width : float
-        Standard deviation of its amplitude, in typical sizes.
-    variant : dict
-        Options that have alternatives.
-
-    Returns
-    -------
-    Candidate
-
-    Raises
-    ------
-    CannotAct
-        If the effect cannot act there.
+    effect       : name of the plugin
+    where, shape : options of the place, and of the shape
+    label        : of its term
+    prior_width  : standard deviation of its amplitude, in typical sizes
+    variant      : options that have alternatives
+    raises       : CannotAct if the effect cannot act there
     """
     plugin = registry().get("effect", effect, "diagnosis")
     options = {**plugin.example, **plugin.hypothesis}
@@ -197,16 +181,7 @@ def with_vibration(model: Model, spectrum: Spectrum) -> Model:
 def candidates(model: Model, settings: Settings) -> tuple[list[Candidate], dict[str, str]]:
     """Every effect at every place it offers on this rotor, as `settings` allow.
 
-    Parameters
-    ----------
-    model : Model
-    settings : Settings
-
-    Returns
-    -------
-    list of Candidate
-    dict of str
-        Effect -> one line with file and place, for those whose plugin is broken.
+    returns : the candidates, and {effect: one line with file and place} of those whose plugin is broken
     """
     found, broken = [], {}
     for name, plugin in sorted(registry().plugins["effect"].items()):

@@ -28,14 +28,7 @@ def is_contained(cause: Candidate, other: Candidate) -> bool:
     A stiffness lost along one direction is among the four stiffnesses of a bearing, a constant force among those of a
     coupling. The two cannot be told apart, and where both are named, one only takes a share of the other.
 
-    Parameters
-    ----------
-    cause, other : Candidate
-
-    Returns
-    -------
-    bool
-        False for forces in time, and for gains that depend on the speed, which are not compared.
+    returns : False for forces in time, and for gains that depend on the speed, which are not compared
     """
     if cause.where != other.where or cause.effect == other.effect:
         return False

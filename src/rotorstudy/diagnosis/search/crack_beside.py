@@ -55,15 +55,7 @@ def with_a_crack(work: Search, current: Explanation) -> list[Explanation]:
 def with_others_beside_a_crack(work: Search, current: Explanation) -> list[Explanation]:
     """Explanations by the crack of one, in another shape, with other causes instead of the one beside it.
 
-    Parameters
-    ----------
-    work : Search
-    current : Explanation
-
-    Returns
-    -------
-    list of Explanation
-        None for an explanation without a crack or without a second cause.
+    returns : none for an explanation without a crack or without a second cause
     """
     cracks = tuple(c for c in current.causes if is_sought_everywhere(c))
     beside = tuple(c for c in current.causes if c not in cracks)

@@ -17,16 +17,8 @@ STARTS = 3  # shapes in which the laws explain most, each with another law or fa
 def with_formulas(work: Search, best: Explanation) -> Explanation:
     """The best explanation after the formulas of causes that explain much alone were fitted in place of their laws.
 
-    Parameters
-    ----------
-    work : Search
-    best : Explanation
-        Of the search without them.
-
-    Returns
-    -------
-    Explanation
-        The same one if it is a single cause, and noise and the stated model error explain what it leaves.
+    best    : of the search without them
+    returns : the same one if it is a single cause, and noise and the stated model error explain what it leaves
     """
     alone = [e for e in work.explanations if len(e.causes) == 1 and formulas_of(e.causes[0].effect)]
     alone = best_of_each_shape(e for e in alone if explains_much(e.fit.cost, best.fit.cost, work.base.cost))

@@ -18,23 +18,10 @@ def motions_by_free_forces(
 ) -> list[Motion]:
     """The Motions of a fitted model with a force on one coordinate, free at every harmonic and speed, fitted best.
 
-    Parameters
-    ----------
-    fitted : Fit
-    spectrum : Spectrum
-    rows : sequence of ndarray (dof,)
-        The coordinates, each by a unit of each of the model: a node, or a deformation of the shaft.
-    near : Neighbourhood, optional
-        Of the fitted model at the speeds and harmonics of the spectrum, if it exists already.
-
-    Returns
-    -------
-    list of Motion
-        One for each row.
-
-    Raises
-    ------
-    NoSteadyState
+    rows    : (dof,) each, the coordinates by a unit of each of the model: a node, or a deformation of the shaft
+    near    : of the fitted model at the speeds and harmonics of the spectrum, if it exists already
+    returns : one for each row
+    raises  : NoSteadyState
     """
     if not rows:
         return []
@@ -55,18 +42,10 @@ def motions_by_free_forces(
 def free_force_columns(near: Neighbourhood, spectrum: Spectrum, rows: Sequence[np.ndarray]) -> np.ndarray:
     """What the sensors show of a force on one coordinate that is free at every measured harmonic and speed.
 
-    Parameters
-    ----------
-    near : Neighbourhood
-        At the speeds and harmonics of the spectrum.
-    spectrum : Spectrum
-    rows : sequence of ndarray (dof,)
-        The coordinates.
-
-    Returns
-    -------
-    ndarray (row, speed, component, force)
-        In standard deviations per newton; the real and imaginary parts of the force at each harmonic.
+    near    : at the speeds and harmonics of the spectrum
+    rows    : (dof,) each, the coordinates
+    returns : (row, speed, component, force) in standard deviations per newton; the real and imaginary parts of the
+              force at each harmonic
     """
     speeds, free = len(spectrum.speed), _measured_components(near)
     seen = np.array([sum(row[i] * near.shown_replies(int(i)) for i in np.flatnonzero(row)) for row in rows])

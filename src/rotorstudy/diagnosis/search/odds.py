@@ -71,16 +71,10 @@ def log_scales(mean: np.ndarray, covariance: np.ndarray, parameter: np.ndarray) 
     half: of the many harmonics of a coupling few may be present. The sum over all combinations is approximated about
     the most probable one, one width varied at a time, which is exact where the data do not correlate the parameters.
 
-    Parameters
-    ----------
-    mean, covariance : ndarray (..., unknown), (..., unknown, unknown)
-        Of the posterior under the widest prior, in standard deviations of that prior.
-    parameter : ndarray (unknown,)
-        Position of the parameter of each amplitude.
-
-    Returns
-    -------
-    ndarray (...)
+    mean, covariance : (..., unknown), (..., unknown, unknown) of the posterior under the widest prior, in standard
+                       deviations of that prior
+    parameter        : (unknown,) position of the parameter of each amplitude
+    returns          : (...)
     """
     narrow, vectors = np.linalg.eigh(covariance)
     narrow = np.clip(narrow, np.maximum(1e-30, ROUND_OFF * narrow[..., -1:]), 1)
@@ -124,16 +118,9 @@ def log_possible(mean: np.ndarray, std: np.ndarray, prior: np.ndarray = 0.0) -> 
 
     The limit raises the prior density above zero, and keeps the posterior probability of a positive amplitude.
 
-    Parameters
-    ----------
-    mean, std : array_like (...)
-        Of the posterior without the limit.
-    prior : array_like (...)
-        Mean of the prior without the limit, in its standard deviations.
-
-    Returns
-    -------
-    ndarray (...)
+    mean, std : (...) of the posterior without the limit
+    prior     : (...) mean of the prior without the limit, in its standard deviations
+    returns   : (...)
     """
     from scipy.special import log_ndtr
 

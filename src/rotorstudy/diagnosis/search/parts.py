@@ -14,18 +14,9 @@ def faults_of_several_parts(
 ) -> list[tuple[tuple[Candidate, ...], dict[str, float]]]:
     """The parts of each fault that explain most together, added one by one as long as that increases their odds.
 
-    Parameters
-    ----------
-    work : Search
-    fitted : Fit
-        At whose motion the candidates are judged.
-    chosen : list of Candidate
-        The candidates allowed.
-
-    Returns
-    -------
-    list of (tuple of Candidate, dict of str)
-        Two parts or more of a fault, and the values by name of all parameters from which to start a fit.
+    fitted  : at whose motion the candidates are judged
+    chosen  : the candidates that are allowed
+    returns : of each fault two parts or more, and the values by name of all parameters from which to start a fit
     """
     faults = {}
     for cause in chosen:

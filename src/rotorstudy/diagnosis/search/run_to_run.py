@@ -18,18 +18,8 @@ def of_change(whole: Model, prior: Prior, settings: Settings) -> tuple[Model, Pr
     twice its variance. Where the motion is linear in it, the earlier state can be taken to be without it. One that
     multiplies the motion (the stiffness of a bearing) keeps its value in both; its change is a term of its own.
 
-    Parameters
-    ----------
-    whole : Model
-        With `before`, and the nuisance terms.
-    prior : Prior
-        Of its uncertain parameters.
-    settings : Settings
-
-    Returns
-    -------
-    Model
-    Prior
+    whole : with `before`, and the nuisance terms
+    prior : of its uncertain parameters
     """
     moving = {name for parameter in settings.run_to_run for name in whole.amplitudes_of(parameter)}
     stds, changes, known = dict(zip(prior.names, prior.std, strict=True)), [], {}

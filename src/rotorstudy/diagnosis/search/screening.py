@@ -83,19 +83,8 @@ class Projection:
     def of(self, chosen: list[Candidate], motion: Motion | None = None) -> Projected:
         """The columns of candidates at a motion, projected.
 
-        Parameters
-        ----------
-        chosen : list of Candidate
-        motion : Motion, optional
-            On which the candidates act; by default that of the fit.
-
-        Returns
-        -------
-        Projected
-
-        Raises
-        ------
-        NoSteadyState
+        motion : on which the candidates act; by default that of the fit
+        raises : NoSteadyState
         """
         return self.of_groups([(chosen, motion)])
 
@@ -126,23 +115,9 @@ def project(
 ) -> Projected:
     """Columns of candidates at the motion of a fit; see `Projection`.
 
-    Parameters
-    ----------
-    fitted : Fit
-    spectrum : Spectrum
-    chosen : list of Candidate
-    without : tuple of str
-        Amplitudes of the fit that are taken out.
-    free : sequence of ndarray (component,)
-        As of `Projection`.
-
-    Returns
-    -------
-    Projected
-
-    Raises
-    ------
-    NoSteadyState
+    without : amplitudes of the fit that are taken out
+    free    : (component,) each, as of `Projection`
+    raises  : NoSteadyState
     """
     return Projection(fitted, spectrum, without, free).of(chosen)
 
@@ -222,16 +197,8 @@ def screen_pairs(projected: Projected, first: list[Candidate], second: list[Cand
     From the products of all columns, with the priors as a ridge: the columns of the first are eliminated, and each of
     the second is then judged by a small system of its own.
 
-    Parameters
-    ----------
-    projected : Projected
-    first, second : list of Candidate
-        Of which the second must not be of fixed size.
-
-    Returns
-    -------
-    ndarray (first, second)
-        -inf for a candidate paired with its own cause.
+    first, second : of which the second must not be of fixed size
+    returns       : (first, second) -inf for a candidate paired with its own cause
     """
     found = np.full((len(first), len(second)), -np.inf)
     every = {c.label: c for c in (*first, *second)}.values()

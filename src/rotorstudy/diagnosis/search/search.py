@@ -4,7 +4,6 @@ import logging
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import brentq
 
 from rotorstudy.diagnosis.search.alternatives import at_the_same_place, with_alternatives
 from rotorstudy.diagnosis.search.candidates import candidates, with_vibration
@@ -45,21 +44,8 @@ STEPPED = 6  # explanations by a crack whose shape is refined by steps, the best
 def base_model(model: Model, settings: Settings) -> tuple[Model, Prior]:
     """The model with its nuisance terms, and the Prior of the parameters that are free in every fit.
 
-    Parameters
-    ----------
-    model : Model
-        With a value for every amplitude.
-    settings : Settings
-
-    Returns
-    -------
-    Model
-    Prior
-
-    Raises
-    ------
-    RotorstudyError
-        If an amplitude has no value.
+    model  : with a value for every amplitude
+    raises : RotorstudyError if an amplitude has no value
     """
     terms = []
     for kind in settings.nuisance:
@@ -77,30 +63,27 @@ def base_model(model: Model, settings: Settings) -> tuple[Model, Prior]:
 def begin(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     """The fit without causes, and the candidates of a search.
 
-    Parameters
-    ----------
-    model : Model
-        With a value for every amplitude.
-    spectrum : Spectrum
-        Its covariance with the model error.
-    settings : Settings
-
-    Returns
-    -------
-    Search
-        In which nothing was searched yet.
-
-    Raises
-    ------
-    RotorstudyError
-        If the base model cannot be fitted.
+    model    : with a value for every amplitude
+    spectrum : its covariance with the model error
+    returns  : Search in which nothing was searched yet
+    raises   : RotorstudyError if the base model cannot be fitted
     """
     model = with_vibration(model, spectrum) if model.before is None else model
     whole, prior = base_model(model, settings)
     base = fit(whole, spectrum, prior)
     every, failures = candidates(model, settings)
-    return Search(model, whole, spectrum, spectrum, settings, prior, base, every, failures=failures,
-                  found={frozenset(): Explanation((), base, 0.0)})  # fmt: skip
+    return Search(
+        model,
+        whole,
+        spectrum,
+        spectrum,
+        settings,
+        prior,
+        base,
+        every,
+        failures=failures,
+        found={frozenset(): Explanation((), base, 0.0)},
+    )
 
 
 def unsearched(begun: Search) -> Search:
@@ -113,20 +96,10 @@ def unsearched(begun: Search) -> Search:
 def search(begun: Search) -> Search:
     """Explanations of a spectrum by up to `most_causes` faults, found by adding, swapping and dropping causes.
 
-    Parameters
-    ----------
-    begun : Search
-        As `begin` returns it.
-
-    Returns
-    -------
-    Search
-        Its spectrum has the error of the causes too.
-
-    Raises
-    ------
-    RotorstudyError
-        If the base model cannot be fitted. A broken plugin of the library raises nothing: see `Search.broken`.
+    begun   : as `begin` returns it
+    returns : Search whose spectrum has the error of the causes too
+    raises  : RotorstudyError if the base model cannot be fitted. A broken plugin of the library raises nothing: see
+              `Search.broken`.
     """
     whole, prior, spectrum, settings, base = begun.model, begun.prior, begun.spectrum, begun.settings, begun.base
     stated = fit(whole, spectrum, prior, steps=0)
@@ -135,8 +108,13 @@ def search(begun: Search) -> Search:
     widened = with_cause_error(spectrum, missing, settings.cause_error)
     base = fit(whole, widened, prior, start=base.theta)
     log.info("searching %d candidates", len(begun.candidates))
-    work = replace(begun, spectrum=widened, base=base, found={frozenset(): Explanation((), base, 0.0)},
-                   cause_error=settings.cause_error)  # fmt: skip
+    work = replace(
+        begun,
+        spectrum=widened,
+        base=base,
+        found={frozenset(): Explanation((), base, 0.0)},
+        cause_error=settings.cause_error,
+    )
     work.screened.extend(work.screen(base, work.candidates))
     best = _added(work, work.found[frozenset()], [base, fit(whole, widened, prior, steps=0)] if imitates else None)
     best = with_formulas(work, best)
@@ -227,6 +205,8 @@ def _settled(work, spectrum, missing, best):
 
 def _error_needed(work, spectrum, missing, explanation):
     """The least error of the causes with which an explanation leaves no more than noise; inf if more than assumed."""
+    from scipy.optimize import brentq
+
     off = spectrum.amplitude - predicted(explanation.fit.model, spectrum, explanation.fit.theta)
 
     def excess(error):

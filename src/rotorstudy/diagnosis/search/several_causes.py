@@ -31,15 +31,8 @@ COMPARED = 4  # most explanations that are compared without an error, and as man
 def without_error(settled: Search) -> Search:
     """The search without an error of causes, where only that error makes its best explanation fit.
 
-    Parameters
-    ----------
-    settled : Search
-        With the error that its best explanation needs.
-
-    Returns
-    -------
-    Search
-        That given, where several causes without an error do not explain the records either.
+    settled : with the error that its best explanation needs
+    returns : the one given, where several causes without an error do not explain the records either
     """
     best, error = settled.best, settled.cause_error
     is_allowed = error < settled.settings.cause_error if len(best.faults) == 1 else error == 0

@@ -67,23 +67,12 @@ def scan(
 ) -> list[Scanned]:
     """The shapes of causes at which their columns explain most, at the best places of each effect.
 
-    Parameters
-    ----------
-    work : Search
-    fitted : Fit
-        Without the causes.
-    chosen : list of Candidate
-        One for each effect, place and alternative; those that `can_be_scanned` are considered.
-    refined : int
-        Most places of each effect, those where coarse shapes explain most.
-    least : float
-        What a coarse shape must explain (decrease of the cost), for its place to be refined.
-
-    Returns
-    -------
-    list of Scanned
-        The best shape of each place, for a crack also the best that faces the other side. Without those whose plugin
-        fails, which is recorded as broken.
+    fitted  : without the causes
+    chosen  : one for each effect, place and alternative; those that `can_be_scanned` are considered
+    refined : most places of each effect, those where coarse shapes explain most
+    least   : what a coarse shape must explain (decrease of the cost), for its place to be refined
+    returns : the best shape of each place, for a crack also the best that faces the other side; without those whose
+              plugin fails, which is recorded as broken
     """
     projection, motions, coarse = Projection(fitted, work.spectrum), {}, {}
     for cause in filter(can_be_scanned, chosen):

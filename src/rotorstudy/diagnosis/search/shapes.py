@@ -20,18 +20,8 @@ SHARES_OF_STEP = (1.0, 0.3, 0.1)
 def refine(work: Search, explanation: Explanation, name: str | None = None, again: bool = True) -> Explanation:
     """The explanation with the best shape of one of its causes; unchanged if that shape cannot be varied.
 
-    Parameters
-    ----------
-    work : Search
-    explanation : Explanation
-    name : str, optional
-        Of the cause (`Candidate.cause`); by default the last one.
-    again : bool
-        Whether all shapes are tried again where more than noise is left.
-
-    Returns
-    -------
-    Explanation
+    name  : of the cause (`Candidate.cause`); by default the last one
+    again : whether all shapes are tried again where more than noise is left
     """
     name = name or explanation.causes[-1].cause
     try:
@@ -50,16 +40,7 @@ def refine(work: Search, explanation: Explanation, name: str | None = None, agai
 def refine_in_turn(work: Search, explanation: Explanation, again: bool = True) -> Explanation:
     """The explanation with the shape of each of its causes refined, once more if that of another has changed since.
 
-    Parameters
-    ----------
-    work : Search
-    explanation : Explanation
-    again : bool
-        As for `refine`.
-
-    Returns
-    -------
-    Explanation
+    again : as for `refine`
     """
     shaped = [cause.cause for cause in explanation.causes if cause.shape]
     due = shaped

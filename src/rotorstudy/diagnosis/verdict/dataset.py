@@ -39,12 +39,12 @@ def verdict_dataset(diagnosis, spectrum):
         ),
     }
     for when, name, fitted in (("before", "base", base), ("after", "extended", best)):
-        shown = predicted(fitted.model, whole, fitted.theta)
-        off = spectrum.amplitude - spectrum.shown(shown)
+        shown = spectrum.shown(predicted(fitted.model, whole, fitted.theta))
+        off = spectrum.amplitude - shown
         sigma = whole.by_harmonic(whole.whitened(off))
         force = equivalent_residual_force(fitted.model, fitted.theta, spectrum.speed, spectrum.harmonics, off)
         variables |= {
-            name: (grid, shown, "m", f"harmonics of the {name} model"),
+            name: (grid, shown, "m", f"harmonics of the {name} model, as the probes show them"),
             f"residual_{when}": (grid, sigma, "1", f"measured minus {name} model, in standard deviations"),
             f"equivalent_residual_force_{when}": (grid, force, "N", f"equivalent residual force of the {name} model"),
         }

@@ -13,18 +13,9 @@ WORSE = 4.0  # mean square (standard deviations) beyond that of the verdict, by 
 def excluded(found: Search, best: Explanation, stated: list[str]) -> list[Excluded]:
     """The most probable explanations by other effects than those named, one for each effect.
 
-    Parameters
-    ----------
-    found : Search
-    best : Explanation
-        The one that is named.
-    stated : list of str
-        Effects that cannot be ruled out beside it.
-
-    Returns
-    -------
-    list of Excluded
-        The most probable one first.
+    best    : the one that is named
+    stated  : effects that cannot be ruled out beside it
+    returns : the most probable one first
     """
     known, rows = {*stated, *(cause.effect for cause in best.causes)}, {}
     for one in sorted(found.explanations, key=odds_of, reverse=True):

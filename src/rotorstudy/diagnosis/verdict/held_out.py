@@ -59,16 +59,8 @@ def rise_probability(base: Fit, best: Fit, held: Spectrum) -> float:
     With the error e of its prediction, by noise and uncertain parameters, and what the causes change, d, it rises if
     |e| > |e + d|, that is if d.e < -|d|^2 / 2. This is linear in e, which is normally distributed.
 
-    Parameters
-    ----------
-    base, best : Fit
-        Of the model without and with the causes.
-    held : Spectrum
-
-    Returns
-    -------
-    float
-        One half where the causes change nothing there.
+    base, best : of the model without and with the causes
+    returns    : one half where the causes change nothing there
     """
     from scipy.special import ndtr
 

@@ -83,23 +83,12 @@ def investigate(
 ) -> Diagnosis:
     """What a model lacks to explain a spectrum.
 
-    Parameters
-    ----------
-    spectrum
-        Measured harmonics (speed, harmonic, sensor), m, with their covariance, of the sensors of the model.
-    model
-        A model with values for all its parameters.
-    hold_out
-        Speeds held out of every fit, rad/s; by default about a quarter, from the middle.
-    settings
-        Settings, or a dict of some of them.
-    findings
-        Findings on the records, to be included in the verdict.
-
-    Raises
-    ------
-    RotorstudyError
-        For sensors that do not match, speeds that were not measured, a model without values.
+    spectrum : measured harmonics (speed, harmonic, sensor), m, with their covariance, of the sensors of the model
+    model    : with values for all its parameters
+    hold_out : speeds held out of every fit, rad/s; by default about a quarter, from the middle
+    settings : or a dict of some of them
+    findings : on the records, to be included in the verdict
+    raises   : RotorstudyError for sensors that do not match, speeds that were not measured, a model without values
     """
     settings = Settings(**settings) if isinstance(settings, dict) else settings or Settings()
     if tuple(spectrum.sensors) != tuple(model.sensors):
@@ -116,17 +105,10 @@ def investigate(
     weights = found.posterior()
     probability = _probability(weights)
     stated, gain = _stated(weights, best), gain_of(base, best.fit, held, expected)
-    if not best.causes:
-        kind = "nothing" if min(p_values.before, p_parameters) >= settings.significance else "unknown"
-    elif _is_rejected(found, p_values.after, p_parameters) or is_worse(base, best.fit, expected, settings, gain):
-        kind = "unknown"
-    else:
-        is_sure = min(probability[fault] for fault in best.faults) >= settings.naming_probability
-        kind = "cause" if is_sure and not stated else "ambiguous"
-    alone = []
-    if chain is None and model.before is None and (kind == "unknown" or len(best.faults) > 1):
-        alone = explaining_places(found, fitted, None if kind == "unknown" else best.fit.cost / rows)
-        kind = "unknown" if alone else kind
+    worse = is_worse(base, best.fit, expected, settings, gain)
+    kind = _kind(found, p_values, p_parameters, probability, is_alone=not stated, is_worse=worse)
+    places = [] if chain else _places_of_one_force(found, fitted, kind)
+    kind = "unknown" if places else kind
     labels = parameter_labels(best.fit.model, best.causes)
     moved = moved_parameters(best.fit, found.prior.by_name)
     if chain is not None:
@@ -148,7 +130,7 @@ def investigate(
         unexplained=unexplained(best.fit, fitted, settings) if kind == "unknown" or best.causes else [],
         residual_p_value=p_values,
         cause_error=found.cause_error if best.causes else 0.0,
-        one_place=alone,
+        one_place=places,
         corrects_model=corrects_model(best, found.candidates),
         residual_share=left,
         log_posterior_odds=max(odds, default=None),
@@ -185,6 +167,29 @@ def _searched(model, measured, fitted, held, settings):
     if tested and not chain:
         chain = chain_hypothesis(found, begun.base, tested)
     return replace(found, upheld=chain is None and is_upheld(found, expected)), chain, expected
+
+
+def _kind(found, p_values, p_parameters, probability, *, is_alone, is_worse):
+    """The kind of verdict: "nothing", "cause", "ambiguous" or "unknown".
+
+    probability : fault -> posterior probability;  is_alone : whether no other causes have to be stated
+    is_worse    : whether the causes predict the held-out speeds worse
+    """
+    settings, best = found.settings, found.best
+    if not best.causes:
+        return "nothing" if min(p_values.before, p_parameters) >= settings.significance else "unknown"
+    if is_worse or _is_rejected(found, p_values.after, p_parameters):
+        return "unknown"
+    is_sure = min(probability[fault] for fault in best.faults) >= settings.naming_probability
+    return "cause" if is_sure and is_alone else "ambiguous"
+
+
+def _places_of_one_force(found, fitted, kind):
+    """The OnePlace of each place at which one force explains the records, where no cause or several do."""
+    best = found.best
+    if found.rig.before is not None or not (kind == "unknown" or len(best.faults) > 1):
+        return []
+    return explaining_places(found, fitted, None if kind == "unknown" else best.fit.cost / fitted.data_count)
 
 
 def _is_rejected(found, p_residual, p_parameters):

@@ -93,15 +93,7 @@ def one_probe(reading, node, name):
 def hypotheses(spectrum: Spectrum, model: Model) -> list[Hypothesis]:
     """Every hypothesis that a spectrum allows; with single probes none that turns or mirrors what they show.
 
-    Parameters
-    ----------
-    spectrum : Spectrum
-    model : Model
-        Its structure has the Reading of the records.
-
-    Returns
-    -------
-    list of Hypothesis
+    model : its structure has the Reading of the records
     """
     records = _Records(spectrum.harmonics, spectrum.sensors, model.structure.reading)
     of_orbits = [] if spectrum.single_probes else [*_angles(records), *_phases_and_sense(records)]

@@ -35,20 +35,10 @@ def next_runs(found: Search, measured: Spectrum, known: tuple[float, ...], decid
     They are the best one up to the highest speed measured and the best one beyond, without and with a trial unbalance
     at each disc.
 
-    Parameters
-    ----------
-    found : Search
-    measured : Spectrum
-        Without the model error. A further run has its mean covariance.
-    known : tuple of float
-        Speeds measured but held out of the fits, rad/s. They are not proposed.
-    decided : float
-        Posterior probability of an explanation from which on it is taken to be decided.
-
-    Returns
-    -------
-    list of NextRun
-        None if there is only one explanation.
+    measured : without the model error. A further run has its mean covariance.
+    known    : speeds measured but held out of the fits, rad/s. They are not proposed.
+    decided  : posterior probability of an explanation from which on it is taken to be decided
+    returns  : none if there is only one explanation
     """
     fits, weights = explanations_in_question(found, decided)
     if len(fits) < 2:
@@ -71,18 +61,8 @@ def next_runs(found: Search, measured: Spectrum, known: tuple[float, ...], decid
 def explanations_in_question(found: Search, decided: float) -> tuple[list[Fit], np.ndarray]:
     """The explanations of a credible set, at most `MOST`. Those that add to the best one are no alternatives to it.
 
-    Parameters
-    ----------
-    found : Search
-    decided : float
-        Posterior probability of the set.
-
-    Returns
-    -------
-    list of Fit
-        (explanation,)
-    ndarray (explanation,)
-        Their posterior probabilities, scaled to a sum of one.
+    decided : posterior probability of the set
+    returns : the fits, and (explanation,) their posterior probabilities, scaled to a sum of one
     """
     best, total, chosen = found.best, 0.0, []
     for explanation, weight in found.posterior():
@@ -146,15 +126,7 @@ def _best_run(found, measured, fits, weights, speeds, trial, decided):
 def with_term(fitted: Fit, term: Term) -> Fit:
     """A fit with a term added to its model.
 
-    Parameters
-    ----------
-    fitted : Fit
-    term : Term
-        With a value for every parameter.
-
-    Returns
-    -------
-    Fit
+    term : with a value for every parameter
     """
     model = fitted.model.plus(term)  # whose amplitudes of the measuring chain remain the last ones
     values = fitted.values | dict(zip((unknown.name for unknown in term.unknowns), term.theta, strict=True))
@@ -177,26 +149,13 @@ def further_run(
 
     Its covariance is the mean one of the speeds measured so far, with the error of the model and of a cause.
 
-    Parameters
-    ----------
-    found : Search
-    measured : Spectrum
-        Without the model error.
-    base : Fit
-        Without causes, in that run.
-    fits : list of Fit
-        The explanations, in that run.
-    weights : ndarray (explanation,)
-        Their probabilities.
-    speeds : ndarray (speed,)
-        In rad/s.
-
-    Returns
-    -------
-    Spectrum
-        Its amplitude is the mean of those of the explanations.
-    ndarray (explanation, speed, harmonic, sensor)
-        The amplitude of each explanation, complex, m.
+    measured : without the model error
+    base     : without causes, in that run
+    fits     : the explanations, in that run
+    weights  : (explanation,) their probabilities
+    speeds   : (speed,) in rad/s
+    returns  : the Spectrum, whose amplitude is the mean of those of the explanations, and the amplitude of each of them
+               (explanation, speed, harmonic, sensor), complex, m
     """
     covariance = np.broadcast_to(measured.covariance.mean(axis=0), (len(speeds), *measured.covariance.shape[1:]))
     blank = np.zeros((len(speeds), *measured.amplitude.shape[1:]), complex)

@@ -32,20 +32,12 @@ INTERNAL = 2  # independent loads of an element at rest: a constant and a linear
 def explaining_places(work: Search, spectrum: Spectrum, left: float | None = None) -> list[OnePlace]:
     """The places at which a force alone leaves no more than noise and the stated model error, the simplest first.
 
-    Parameters
-    ----------
-    work : Search
-        Its base model and the prior of that.
-    spectrum : Spectrum
-        With the model error, without an error of causes.
-    left : float, optional
-        Mean square of what several causes leave, in variances of the spectrum. A force at a node must then leave less
-        for each datum that it does not take: two faults that are mostly seen at different harmonics come near to it.
-
-    Returns
-    -------
-    list of OnePlace
-        None where the force takes more than half of the data (a force and a single orbit): too little is left to test.
+    work     : its base model and the prior of that
+    spectrum : with the model error, without an error of causes
+    left     : mean square of what several causes leave, in variances of the spectrum: a force at a node must leave less
+               for each datum that it does not take, as pairs that are seen at different harmonics come near to it
+    returns  : none where the force takes more than half of the data (a force and a single orbit): too little is
+               left to test
     """
     from scipy.special import fdtrc
 

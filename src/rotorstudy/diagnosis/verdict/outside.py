@@ -52,14 +52,8 @@ FEATURES = {
 def features(verdict: Verdict) -> np.ndarray:
     """What a verdict shows, in the order of `FEATURES`; larger values speak against its causes.
 
-    Parameters
-    ----------
-    verdict : Verdict
-        With causes.
-
-    Returns
-    -------
-    ndarray (feature,)
+    verdict : with causes
+    returns : (feature,)
     """
     return np.array([float(of(verdict)) for of in FEATURES.values()])
 
@@ -67,14 +61,7 @@ def features(verdict: Verdict) -> np.ndarray:
 def outside_probability(verdict: Verdict) -> float:
     """The probability that the true cause is none of those that a verdict states.
 
-    Parameters
-    ----------
-    verdict : Verdict
-        With causes.
-
-    Returns
-    -------
-    float
+    verdict : with causes
     """
     from scipy.special import expit
 
@@ -86,15 +73,8 @@ def outside_probability(verdict: Verdict) -> float:
 def with_outside(verdict: Verdict) -> Verdict:
     """The verdict with the probability that the true cause is none of those stated: unknown, where that is likely.
 
-    Parameters
-    ----------
-    verdict : Verdict
-        Without that probability.
-
-    Returns
-    -------
-    Verdict
-        Unchanged unless it states causes.
+    verdict : without that probability
+    returns : unchanged unless it states causes
     """
     if verdict.verdict not in ("cause", "ambiguous"):
         return verdict

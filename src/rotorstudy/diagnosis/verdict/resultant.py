@@ -24,16 +24,8 @@ NEGLIGIBLE = 0.1  # of the resultant: a split known as well as that is known
 def resultant_of(found: Search, best: Explanation) -> Resultant | None:
     """What the unbalances of all discs are together, where their split is not known.
 
-    Parameters
-    ----------
-    found : Search
-    best : Explanation
-        The best one.
-
-    Returns
-    -------
-    Resultant or None
-        None if the causes are not unbalances, the rotor has a single disc, or the split is known.
+    best    : the best one
+    returns : None if the causes are not unbalances, the rotor has a single disc, or the split is known
     """
     structure = found.rig.structure
     nodes = sorted({disc.node for disc in structure.discs})

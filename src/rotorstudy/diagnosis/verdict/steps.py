@@ -4,7 +4,7 @@ import numpy as np
 
 from rotorstudy.diagnosis.verdict.words import FEW, doubts, is_too_many, place, readable, where_it_acts
 from rotorstudy.model.registry import registry
-from rotorstudy.units import RAD_PER_S, number, p_value, percent, quantity
+from rotorstudy.units import number, p_value, percent, quantity, spin
 
 LIKELY = 0.1  # probability of a decision below which a run is not worth its trouble
 HARDLY = 3.0  # standard deviations (rms) below which a longer record helps to separate causes
@@ -54,14 +54,11 @@ def separated(verdict):
 
 
 def _run(run):
-    """'258 rad/s (41.1 Hz) with a trial unbalance at node 3 of 30 g mm: expected odds 12 to 1, decided with ...'."""
+    """'258 rad/s (2464 rpm) with a trial unbalance at node 3 of 30 g mm: expected odds 12 to 1, decided with ...'."""
     trial = f" with a trial {place(run.trial)} of {quantity(run.trial_unbalance, 'kg m')}" if run.trial else ""
     odds = number(np.exp(run.expected_log_odds), 2)
     likely = percent(run.decision_probability, 2)
-    return (
-        f"{run.speed:.4g} rad/s ({run.speed / RAD_PER_S['Hz']:.3g} Hz){trial}: expected odds {odds} to 1, "
-        f"decided with a probability of {likely}"
-    )
+    return f"{spin(run.speed)}{trial}: expected odds {odds} to 1, decided with a probability of {likely}"
 
 
 def runs_in_words(verdict):

@@ -163,8 +163,10 @@ def _odds(log_odds):
 
 def resultant_in_words(found):
     """A sentence on what the unbalances of several discs are together, and that their split is not known."""
-    parts = [f"{number(w, 2)} × " * (abs(w - 1) > SAME_WEIGHT) + (one.label or f"node {one.where['node']}")
-             for w, one in zip(found.weights, found.discs, strict=True)]  # fmt: skip
+    parts = [
+        f"{number(w, 2)} × " * (abs(w - 1) > SAME_WEIGHT) + (one.label or f"node {one.where['node']}")
+        for w, one in zip(found.weights, found.discs, strict=True)
+    ]
     size, angle = (quantity(one.value, one.unit, one.std) for one in (found.size, found.angle))
     each = ", ".join(quantity(std, "kg m", digits=2) for std in found.std_of_each)
     return (

@@ -54,11 +54,12 @@ def limits(study):
     returns : for each rotor r: visibility_r (planes, noise, baseline, position, depth_ratio), smallest_depth_r
               (planes, noise, baseline, position) over the diameter, diameter_r (position) m
     """
-    variables, coordinates = {}, {
+    coordinates = {
         "noise": (np.array(study.noise_percent), "percent", "white noise on each sample, of the rms vibration"),
         "baseline": (list(BASELINES), "1", "what is known of the healthy machine beyond the rig file"),
         "depth_ratio": (np.array(study.map.depth_ratios), "1", "depth over diameter"),
-    }  # fmt: skip
+    }
+    variables = {}
     needed = needed_visibility(study.false_alarm, study.power)
     for name, rotor in study.rotors.items():
         machine = Machine(study, rotor)
@@ -68,10 +69,14 @@ def limits(study):
         section = [machine.model.structure.section_at(s).outer_diameter_m for s in position]
         variables |= {
             f"visibility_{name}": ((*dims, "depth_ratio"), seen, "1", "change that nothing else explains, in sigma"),
-            f"smallest_depth_{name}": (dims, smallest(study.map.depth_ratios, seen, needed), "1",
-                                       "smallest depth detected, over the diameter"),
+            f"smallest_depth_{name}": (
+                dims,
+                smallest(study.map.depth_ratios, seen, needed),
+                "1",
+                "smallest depth detected, over the diameter",
+            ),
             f"diameter_{name}": (dims[-1:], np.array(section), "m", "diameter of the shaft"),
-        }  # fmt: skip
+        }
         coordinates |= {
             f"planes_{name}": (list(rotor.planes), "1", f"probes of {name}"),
             f"position_{name}": (position, "m", f"position on the shaft of {name}, from node 1"),

@@ -1,0 +1,48 @@
+"""A shaft with a disc in the middle, and a transverse crack in it."""
+
+import numpy as np
+
+from rotorstudy import build_model, harmonic_response
+
+LENGTH, DIAMETER, YOUNG, POISSON, MASS = 0.6, 0.02, 2.1e11, 0.3, 2.0
+HARMONICS = np.arange(-6, 7)
+
+
+def rotor(count, *effects, density=7850.0, bearings=True, **options):
+    """A disc in the middle of a shaft of equal elements, on pins or on two bearings."""
+    disc = {"node": count // 2 + 1, "mass_kg": MASS, "polar_moment_kg_m2": 0.0, "diametral_moment_kg_m2": 0.0}
+    ends = (1, count + 1)
+    return build_model(
+        {
+            "rotor": {
+                "kind": "finite_element",
+                "elements": [{"length_m": LENGTH, "count": count}],
+                "outer_diameter_m": DIAMETER,
+                "density_kg_per_m3": density,
+                "discs": [disc],
+                "pinned_nodes": [] if bearings else list(ends),
+                **options,
+            },
+            "bearings": [
+                {"kind": "linear", "label": str(n), "node": n, "bearing_stiffness_N_per_m": 1e7,
+                 "bearing_damping_N_s_per_m": 500.0}
+                for n in (ends if bearings else ())
+            ],
+            "effects": [
+                {"kind": "unbalance", "node": disc["node"], "eccentricity_m": 2e-5, "mass_kg": MASS,
+                 "eccentricity_phase_rad": 0.7},
+                *effects,
+            ],
+        }
+    )  # fmt: skip
+
+
+def crack(position=0.23, depth=0.25, **options):
+    return {
+        "kind": "transverse_crack", "position_m": position, "depth_ratio": depth, "flexibility_factor": 1.0, **options
+    }  # fmt: skip
+
+
+def at_disc(count, speeds, *effects, **options):
+    model = rotor(count, *effects, **options)
+    return harmonic_response(model, speeds, HARMONICS)[..., model.structure.index(count // 2 + 1)]
