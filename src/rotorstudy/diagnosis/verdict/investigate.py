@@ -189,7 +189,7 @@ def _places_of_one_force(found, fitted, kind):
     best = found.best
     if found.rig.before is not None or not (kind == "unknown" or len(best.faults) > 1):
         return []
-    return explaining_places(found, fitted, 1.0 if kind == "unknown" else best.fit.cost / fitted.data_count)
+    return explaining_places(found, fitted, None if kind == "unknown" else best.fit.cost / fitted.data_count)
 
 
 def _is_rejected(found, p_residual, p_parameters):

@@ -25,33 +25,36 @@ from rotorstudy.response.neighbourhood import Neighbourhood
 TRIED = 3  # places, the best by linearised receptances, at which the values of the rig are fitted too
 STEPS, HALVINGS = 8, 4  # of that fit, and of a step that leaves more
 CONVERGED = 1e-3  # relative decrease of the cost
+EVEN = 0.5  # p-value of a force that leaves as much as causes do
 INTERNAL = 2  # independent loads of an element at rest: a constant and a linear bending moment
 
 
-def explaining_places(work: Search, spectrum: Spectrum, noise: float = 1.0) -> list[OnePlace]:
+def explaining_places(work: Search, spectrum: Spectrum, left: float | None = None) -> list[OnePlace]:
     """The places at which a force alone leaves no more than noise and the stated model error, the simplest first.
 
     work     : its base model and the prior of that
     spectrum : with the model error, without an error of causes
-    noise    : mean square of what causes leave, in variances of the spectrum, if that is less than one: a force must
-               not leave more than they do
+    left     : mean square of what several causes leave, in variances of the spectrum: a force at a node must leave less
+               for each datum that it does not take, as pairs that are seen at different harmonics come near to it
     returns  : none where the force takes more than half of the data (a force and a single orbit): too little is
                left to test
     """
     from scipy.special import fdtrc
 
     most = spectrum.data_count / (4 * len(spectrum.speed) * len(spectrum.harmonics))  # orbits are two data a harmonic
+    most = most if left is None else min(most, 1)
     known = {one: rows for one, rows in _places(work.rig.structure) if len(rows) <= most}
     found = []
     try:
         starts = _trials(work, spectrum, work.base.stated_theta, known) if known else {}
     except NoSteadyState:
         return []
+    least = work.settings.significance if left is None else EVEN
     for one in sorted(known, key=lambda place: starts[place].expected)[:TRIED]:
         best = _fitted(work, spectrum, one, known[one], starts[one])
-        ratio = best.cost / best.freedom / min(noise, 1.0)
+        ratio = best.cost / best.freedom / min(1.0, 1.0 if left is None else left)
         p_value = float(fdtrc(best.freedom, spectrum.data_count, ratio))
-        if p_value >= work.settings.significance:
+        if p_value >= least:
             found.append(OnePlace(where={one[0]: one[1]}, motion=one[2], p_value=p_value))
     return sorted(found, key=lambda one: ("element" in one.where, -one.p_value))
 
