@@ -51,6 +51,13 @@ def records(*cracks):
     return Spectrum(shown + draws[0] + 1j * draws[1], SPEEDS, HARMONICS, (2, 4), covariance)
 
 
+@pytest.fixture
+def few_starts(monkeypatch):
+    """Shapes on a coarser grid, and steps from the best of each law and formula alone."""
+    monkeypatch.setattr(shape_starts, "STARTS", 1)
+    monkeypatch.setattr(shape_starts, "TRIED", {"position": 6, "angle": 8, "other": 5})
+
+
 @pytest.mark.parametrize("breathing", ["gradual", "none"])
 def test_a_crack_is_identified(breathing):
     found = identify_cause(records(crack(breathing)), build_model(rig()), "transverse_crack", SETTINGS)
@@ -71,6 +78,7 @@ def test_a_crack_is_identified(breathing):
     assert rows["depth_m"] == (pytest.approx(0.02 * found.cause.shape["depth_ratio"]), "m")
 
 
+@pytest.mark.usefixtures("few_starts")
 def test_a_crack_by_a_published_formula_is_identified():
     """Which opens by its angle; the laws that open by the moment are tried first, and rejected."""
     found = identify_cause(records(crack("switching")), build_model(rig()), "transverse_crack", SETTINGS)
@@ -89,6 +97,7 @@ def test_formulas_are_not_tried_where_the_physics_explains_the_records():
     assert found.cause.variant == {"breathing": "gradual"}
 
 
+@pytest.mark.usefixtures("few_starts")
 def test_two_cracks_are_identified():
     second = {"position_m": 0.08, "depth_ratio": 0.3, "angle_rad": -0.6}
     both = records(crack(label="a"), crack(label="b", **second))
@@ -113,10 +122,9 @@ def test_places_that_explain_as_well_are_stated():
     assert any(held)
 
 
-def test_what_is_no_crack_is_not_explained_by_one(monkeypatch):
-    """By no law and formula, from the best start of each: of more starts none comes near either, but for far longer."""
-    monkeypatch.setattr(shape_starts, "STARTS", 1)
-    monkeypatch.setattr(shape_starts, "TRIED", {"position": 6, "angle": 8, "other": 5})
+@pytest.mark.usefixtures("few_starts")
+def test_what_is_no_crack_is_not_explained_by_one():
+    """By no law and formula: of more starts none comes near either, but for far longer."""
     preload = {"kind": "static_preload", "node": 2, "static_preload_N": 30.0, "static_preload_phase_rad": 1.0}
     speeds = SPEEDS[::2]
     shown = measured_response(build_model(rig(preload)), speeds, HARMONICS)
