@@ -11,6 +11,7 @@ JUDGED = {"rotorstudy", "plugins"}
 USES_THE_PACKAGE = {
     "test_package_against_foreign.py",
     "test_package_against_foreign_films.py",
+    "test_package_against_foreign_places.py",
     "test_package_against_foreign_verdicts.py",
 }
 

@@ -13,7 +13,13 @@ from rotorstudy.response.coefficients import time_matrices
 from rotorstudy.response.coupling import COUPLED_ORDER, check_speed
 from rotorstudy.response.neighbourhood import carried_motion
 
-TURN_STEPS = 256  # a mode at n times the speed loses 4e-4 n^2 of its frequency, and no more than 2e-6 n^3 to damping
+# steps of a revolution: a mode at n times the speed loses 4e-4 n^2 of its frequency, and no more than 2e-6 n^3 to
+# damping; from n = SLOW of the lowest mode on, there are twice as many for every doubling of n
+TURN_STEPS = 256
+SLOW = 4
+MOST_STEPS = 8192
+MEAN_STEPS = 16  # instants of a revolution over which the coefficients are averaged, to find the lowest mode
+OSCILLATING = 0.3  # imaginary part over modulus of an eigenvalue whose motion swings through
 DIFFERENCE = 1e-6  # step of the central differences of a force, relative to the motion
 SMALLEST = 1e-12  # m, of the motion, for that step
 ALL_KEPT = 24  # coordinates; with more of them the motion consists of the lowest modes and the static shapes of forces
@@ -63,30 +69,55 @@ def periodic_growth_rate(model: Model, speed: ArrayLike, theta: ArrayLike | None
 
 
 def _growth_of_one_turn(model, speed, theta):
-    duration = 2 * np.pi / speed
-    step, shapes = duration / TURN_STEPS, _shapes(model, theta)
-    gamma = 2 - np.sqrt(2)
+    duration, shapes = 2 * np.pi / speed, _shapes(model, theta)
+    turn = np.eye(4 * shapes.shape[1])  # of displacements and velocities in x and y
     along = _steady_state(model, theta, speed) if model.nonlinear_forces else None
-    starts = _accelerations(model, theta, speed, np.arange(TURN_STEPS + 1) / TURN_STEPS, shapes, along)
-    between = _accelerations(model, theta, speed, (np.arange(TURN_STEPS) + gamma) / TURN_STEPS, shapes, along)
-    size, weight = 2 * shapes.shape[1], gamma / 2 * step
-    identity = np.eye(2 * size)
+
+    def accelerations(turned):
+        return _accelerations(model, theta, speed, turned, shapes, along)
+
+    steps = _steps(accelerations, speed)
     try:
-        upper = np.broadcast_to(identity[:size] + weight * identity[size:], starts[:-1].shape)
-        explicit = np.concatenate([upper, identity[size:] + weight * starts[:-1]], axis=-2)
-        middle = _implicit(between, weight, explicit)
-        ahead = (middle - (1 - gamma) ** 2 * identity) / (gamma * (2 - gamma))
-        turns = _implicit(starts[1:], weight, ahead)
+        for first in range(0, steps, TURN_STEPS):
+            turn = _turned(accelerations, (first + np.arange(TURN_STEPS + 1)) / steps, duration) @ turn
     except np.linalg.LinAlgError:
         raise RotorstudyError(
             f"the stability at {speed:g} rad/s cannot be computed: masses or stiffnesses of the rotor differ beyond "
             "the digits of a number; check lengths, diameters and masses"
         ) from None
-    while len(turns) > 1:  # TURN_STEPS is a power of two
-        turns = turns[1::2] @ turns[::2]
-    if not np.isfinite(turns).all():  # of a motion that grows beyond all numbers within a revolution
+    if not np.isfinite(turn).all():  # of a motion that grows beyond all numbers within a revolution
         return np.inf
-    return np.log(np.abs(np.linalg.eigvals(turns[0])).max()) / duration
+    return np.log(np.abs(np.linalg.eigvals(turn)).max()) / duration
+
+
+def _steps(accelerations, speed):
+    """Number of steps of a revolution, a power of two."""
+    mean = accelerations(np.arange(MEAN_STEPS) / MEAN_STEPS).mean(axis=0)
+    values = np.linalg.eigvals(np.concatenate([np.eye(len(mean), 2 * len(mean), len(mean)), mean]))
+    frequencies = np.abs(values.imag[np.abs(values.imag) > OSCILLATING * np.abs(values)])
+    lowest = frequencies.min(initial=np.inf) / speed
+    doubled = np.ceil(np.log2(lowest / SLOW)) if SLOW < lowest < np.inf else 0
+    return int(min(TURN_STEPS * 2**doubled, MOST_STEPS))
+
+
+def _turned(accelerations, turned, duration):
+    """States (state, state) after a part of a revolution, of each unit before it.
+
+    turned : (1 + step,) fractions of the revolution, of a power of two steps;  duration : of the revolution, s
+    """
+    gamma, step = 2 - np.sqrt(2), (turned[1] - turned[0]) * duration
+    starts = accelerations(turned)
+    between = accelerations(turned[:-1] + gamma * (turned[1] - turned[0]))
+    size, weight = starts.shape[-2], gamma / 2 * step
+    identity = np.eye(2 * size)
+    upper = np.broadcast_to(identity[:size] + weight * identity[size:], starts[:-1].shape)
+    explicit = np.concatenate([upper, identity[size:] + weight * starts[:-1]], axis=-2)
+    middle = _implicit(between, weight, explicit)
+    ahead = (middle - (1 - gamma) ** 2 * identity) / (gamma * (2 - gamma))
+    turns = _implicit(starts[1:], weight, ahead)
+    while len(turns) > 1:
+        turns = turns[1::2] @ turns[::2]
+    return turns[0]
 
 
 def _implicit(accelerations, step, right):
