@@ -45,7 +45,7 @@ def what_is_wrong(data):
 
     order = np.argsort(data.harmonic.values)
     nodes = worst_nodes(data, MOST_NODES)
-    picture, axes = figure(len(nodes), 4, height=max(1.6, 0.17 * len(data.speed) + 0.8), width=2.3)
+    picture, axes = figure(len(nodes), 4, height=max(2.0, 0.17 * len(data.speed) + 0.8), width=2.3)
     sigma = {when: data[f"residual_{when}"].values for when in ("before", "after")}
     force = {when: np.abs(as_complex(data[f"equivalent_residual_force_{when}"])) for when in ("before", "after")}
     largest = max(force["before"].max(), 1e-12)
@@ -65,7 +65,7 @@ def what_is_wrong(data):
                 ax.set_xticklabels([])
             ax.set_title(("residual" if column < 2 else "force") + f", {when}" if row == 0 else "")
         if when == "after":
-            label = "standard deviations" if column < 2 else "equivalent residual force (N)"
+            label = "standard deviations" if column < 2 else "equivalent\nresidual force (N)"
             picture.colorbar(image, ax=axes[:, column - 1 : column + 1], label=label, pad=0.02)
     held = " (* held out)" if data.held_out.values.any() else ""
     picture.supxlabel(f"harmonic (backward < 0 < forward){held}", fontsize=8)
