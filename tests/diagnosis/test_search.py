@@ -16,6 +16,7 @@ from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prior import Prior, log_narrowing
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
+from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
 from rotorstudy.model.rig_items import make_term
 from rotorstudy.model.terms import share_of
@@ -86,6 +87,15 @@ def test_a_fit_that_is_rejected_is_no_cause_however_little_it_leaves(size, is_re
     assert found.causes[0].effect in ("unbalance", "base_motion")  # equal on a rotor of one mass
     assert found.residual_share < 0.1
     assert ("closest explanation" in found.summary) == is_rejected
+
+
+def test_without_any_effect_to_try_what_is_missing_is_unknown():
+    model = build_model(JEFFCOTT)
+    none = ONE.model_copy(update={"leave_out": sorted(registry().plugins["effect"])})
+    more = hidden(model, "unbalance", eccentricity_m=2e-5)
+    found = [investigate(measured(model, *terms), model, settings=none).verdict for terms in ((), (more,))]
+    assert [one.verdict for one in found] == ["nothing", "unknown"]
+    assert not found[1].causes and found[1].candidates == 0
 
 
 def test_the_error_of_a_cause_widens_its_intervals_as_far_as_it_is_needed():

@@ -168,7 +168,8 @@ class Spectrum:
         seen = self._seen[0]
         if not seen.all():
             found = found[..., seen]
-        return found.reshape(*found.shape[: np.ndim(amplitude) - 3], -1)
+        lead = found.shape[: np.ndim(amplitude) - 3]  # may be of no columns at all
+        return found.reshape(*lead, int(np.prod(found.shape[len(lead) :])))
 
     def by_harmonic(self, whitened: ArrayLike) -> np.ndarray:
         """Rms of the whitened real and imaginary parts of each harmonic.
