@@ -111,11 +111,12 @@ def causes(data, naming_probability, verdict):
     ax.set_yticks(place, [fill(shorten(label, 84, placeholder=" ..."), 44) for label in labels], fontsize=6.5)
     ax.invert_yaxis()
     ax.set_xlabel("rms residual (standard deviations)\ndotted: noise alone")
+    each = "\n(at the bars: posterior probability of each explanation)"
     titles = {
         "unknown": "No explanation is accepted",
         "nothing": "Nothing is missing",
-        "cause": f"One explanation has a posterior probability (at the bars) of {naming_probability:.0%} or more",
-        "ambiguous": "Several explanations cannot be told apart\n(at the bars: posterior probability)",
+        "cause": f"A cause that has {naming_probability:.0%} or more over all explanations is named{each}",
+        "ambiguous": f"Several causes cannot be told apart{each}",
     }
     ax.set_title(titles[verdict])
     picture.legend(loc="outside upper center", ncols=3)
