@@ -38,9 +38,9 @@ def periodic_growth_rate(model: Model, speed: ArrayLike, theta: ArrayLike | None
     The logarithm of the largest multiplier of one revolution, over its duration. The motion is integrated in real x and
     y by the trapezoidal rule with a second-order backward difference (TR-BDF2): stiff modes, of which the shaft has
     many, are damped and need no small steps.
-    The steps are chosen for the lowest mode. Far below a higher mode they damp it: in the sound rotor of Chapter 6, whose
-    least damped motion decays by 2.1 1/s, the result is -2.9 1/s at 300 rad/s and -10.4 1/s at 40 rad/s. So slow growth of
-    a higher mode at a low speed is not seen.
+    The steps are chosen for the lowest mode. Far below a higher mode they damp it: in the sound rotor of Chapter 6,
+    whose least damped motion decays by 2.1 1/s, the result is -2.9 1/s at 300 rad/s and -10.4 1/s at 40 rad/s. So slow
+    growth of a higher mode at a low speed is not seen.
 
     Parameters
     ----------
