@@ -34,7 +34,7 @@ def _message(passage):
     twice = deepest.amplitude.sel(order=2).dropna("speed")
     peak, grows = float(twice.speed[int(np.argmax(twice.values))]), bool((deepest.growth_rate > 0).any())
     critical = passage.critical_speed.values[np.argmin(np.abs(passage.critical_speed.values / 2 - peak))]
-    motion = "grows at some speeds" if grows else "is not found to grow"
+    motion = "grows at some speeds" if grows else "decays at all speeds"
     return (
         f"2X of a crack of {100 * float(deepest.depth_ratio):g} % peaks at {peak:.0f} rad/s, {peak / critical:.2f} of "
         f"a critical speed;\nits free motion {motion} (dotted: critical speeds over the order)"

@@ -13,13 +13,9 @@ from rotorstudy.response.coefficients import time_matrices
 from rotorstudy.response.coupling import COUPLED_ORDER, check_speed
 from rotorstudy.response.neighbourhood import carried_motion
 
-# steps of a revolution: a mode at n times the speed loses 4e-4 n^2 of its frequency, and no more than 2e-6 n^3 to
-# damping; from n = SLOW of the lowest mode on, there are twice as many for every doubling of n
-TURN_STEPS = 256
-SLOW = 4
-MOST_STEPS = 8192
-MEAN_STEPS = 16  # instants of a revolution over which the coefficients are averaged, to find the lowest mode
-OSCILLATING = 0.3  # imaginary part over modulus of an eigenvalue whose motion swings through
+TURN_STEPS = 256  # of a revolution, a power of two
+FAST = 100  # times the speed: the sum of two faster modes is above all harmonics of the coefficients
+ROUND_OFF = 1e-9  # of an eigenvalue: real part of an undamped mode due to the slopes of nonlinear forces
 DIFFERENCE = 1e-6  # step of the central differences of a force, relative to the motion
 SMALLEST = 1e-12  # m, of the motion, for that step
 ALL_KEPT = 24  # coordinates; with more of them the motion consists of the lowest modes and the static shapes of forces
@@ -36,11 +32,9 @@ def periodic_growth_rate(model: Model, speed: ArrayLike, theta: ArrayLike | None
     """Growth rate of the fastest growing free motion of a model whose coefficients vary over a revolution.
 
     The logarithm of the largest multiplier of one revolution, over its duration. The motion is integrated in real x and
-    y by the trapezoidal rule with a second-order backward difference (TR-BDF2): stiff modes, of which the shaft has
-    many, are damped and need no small steps.
-    The steps are chosen for the lowest mode. Far below a higher mode they damp it: in the sound rotor of Chapter 6,
-    whose least damped motion decays by 2.1 1/s, the result is -2.9 1/s at 300 rad/s and -10.4 1/s at 40 rad/s. So slow
-    growth of a higher mode at a low speed is not seen.
+    y by the exponential midpoint rule: the exact motion with the coefficients at the middle of each step. Modes far
+    above the speed, of which the shaft has many, grow as with the mean coefficients, and follow the other modes
+    statically. Constant coefficients leave no error at all.
 
     Parameters
     ----------
@@ -65,88 +59,78 @@ def periodic_growth_rate(model: Model, speed: ArrayLike, theta: ArrayLike | None
 
     References
     ----------
-    Bank et al., IEEE Trans. Electron Devices 32 (1985) 1992; Hosea and Shampine, Appl. Numer. Math. 20 (1996) 21.
+    Hochbruck and Ostermann, Acta Numerica 19 (2010) 209, sec. 3 (Magnus integrators).
     """
     model, theta = model.at(theta)
     return np.array([_growth_of_one_turn(model, float(w), theta) for w in check_speed(speed)])
 
 
 def _growth_of_one_turn(model, speed, theta):
+    from scipy.linalg import expm
+
     duration, shapes = 2 * np.pi / speed, _shapes(model, theta)
-    turn = np.eye(4 * shapes.shape[1])  # of displacements and velocities in x and y
     along = _steady_state(model, theta, speed) if model.nonlinear_forces else None
-
-    def accelerations(turned):
-        return _accelerations(model, theta, speed, turned, shapes, along)
-
-    steps = _steps(accelerations, speed)
-    try:
-        for first in range(0, steps, TURN_STEPS):
-            turn = _turned(accelerations, (first + np.arange(TURN_STEPS + 1)) / steps, duration) @ turn
-    except np.linalg.LinAlgError:
+    middles = (np.arange(TURN_STEPS) + 0.5) / TURN_STEPS
+    rates = _rates(_accelerations(model, theta, speed, middles, shapes, along), speed)
+    if not np.finfo(float).eps * np.abs(rates).max() < speed:
         raise RotorstudyError(
             f"the stability at {speed:g} rad/s cannot be computed: masses or stiffnesses of the rotor differ beyond "
             "the digits of a number; check lengths, diameters and masses"
-        ) from None
-    if not np.isfinite(turn).all():  # of a motion that grows beyond all numbers within a revolution
+        )
+    slow, fast = _slow_and_fast(rates, FAST * speed)
+    with np.errstate(over="ignore", invalid="ignore"):
+        turns = expm(duration / TURN_STEPS * slow)
+        while len(turns) > 1:
+            turns = turns[1::2] @ turns[::2]
+    if not np.isfinite(turns).all():  # of a motion that grows beyond all numbers within a revolution
         return np.inf
-    return np.log(np.abs(np.linalg.eigvals(turn)).max()) / duration
+    growth = np.log(np.abs(np.linalg.eigvals(turns[0]))) / duration
+    return max(growth.max(initial=-np.inf), (fast.real - ROUND_OFF * np.abs(fast)).max(initial=-np.inf))
 
 
-def _steps(accelerations, speed):
-    """Number of steps of a revolution, a power of two."""
-    mean = accelerations(np.arange(MEAN_STEPS) / MEAN_STEPS).mean(axis=0)
-    values = np.linalg.eigvals(np.concatenate([np.eye(len(mean), 2 * len(mean), len(mean)), mean]))
-    frequencies = np.abs(values.imag[np.abs(values.imag) > OSCILLATING * np.abs(values)])
-    lowest = frequencies.min(initial=np.inf) / speed
-    doubled = np.ceil(np.log2(lowest / SLOW)) if SLOW < lowest < np.inf else 0
-    return int(min(TURN_STEPS * 2**doubled, MOST_STEPS))
+def _slow_and_fast(rates, frequency):
+    """Matrices (instant, slow, slow) of the states below a frequency, rad/s, which the others follow statically, and
+    the eigenvalues (fast,) of the others with mean coefficients, 1/s.
 
-
-def _turned(accelerations, turned, duration):
-    """States (state, state) after a part of a revolution, of each unit before it.
-
-    turned : (1 + step,) fractions of the revolution, of a power of two steps;  duration : of the revolution, s
+    rates : (instant, state, state)
     """
-    gamma, step = 2 - np.sqrt(2), (turned[1] - turned[0]) * duration
-    starts = accelerations(turned)
-    between = accelerations(turned[:-1] + gamma * (turned[1] - turned[0]))
-    size, weight = starts.shape[-2], gamma / 2 * step
-    identity = np.eye(2 * size)
-    upper = np.broadcast_to(identity[:size] + weight * identity[size:], starts[:-1].shape)
-    explicit = np.concatenate([upper, identity[size:] + weight * starts[:-1]], axis=-2)
-    middle = _implicit(between, weight, explicit)
-    ahead = (middle - (1 - gamma) ** 2 * identity) / (gamma * (2 - gamma))
-    turns = _implicit(starts[1:], weight, ahead)
-    while len(turns) > 1:
-        turns = turns[1::2] @ turns[::2]
-    return turns[0]
+    from scipy.linalg import schur, solve_sylvester
+
+    mean = rates.mean(axis=0)
+    triangular, basis, count = schur(mean, sort=lambda real, imaginary: np.hypot(real, imaginary) < frequency)
+    if count == len(mean):
+        return rates, np.empty(0)
+    slow, fast = triangular[:count, :count], triangular[count:, count:]
+    basis[:, count:] += basis[:, :count] @ solve_sylvester(slow, -fast, -triangular[:count, count:])
+    apart = np.linalg.solve(basis, rates @ basis)
+    followed = apart[:, :count, count:] @ np.linalg.solve(apart[:, count:, count:], apart[:, count:, :count])
+    return apart[:, :count, :count] - followed, np.linalg.eigvals(fast)
 
 
-def _implicit(accelerations, step, right):
-    """Solutions (instant, state, state) of (1 - step A) x = right; the rate of a displacement is a velocity.
+def _rates(accelerations, speed):
+    """Matrices A (instant, state, state) of s' = A s, for displacements times their natural frequency and velocities.
 
-    accelerations : (instant, state / 2, state) lower half of A, whose upper half is (0, 1)
+    accelerations : (instant, state / 2, state) by displacements and velocities
     """
     size = accelerations.shape[-2]
-    by_displacement, by_velocity = accelerations[..., :size], accelerations[..., size:]
-    matrix = np.eye(size) - step * (by_velocity + step * by_displacement)
-    upper, lower = right[..., :size, :], right[..., size:, :]
-    velocity = np.linalg.solve(matrix, lower + step * by_displacement @ upper)
-    return np.concatenate([upper + step * velocity, velocity], axis=-2)
+    square = np.abs(np.diagonal(accelerations[..., :size].mean(axis=0)))
+    frequency = np.sqrt(np.maximum(square, speed**2))
+    lower = np.concatenate([accelerations[..., :size] / frequency, accelerations[..., size:]], axis=-1)
+    upper = np.concatenate([np.zeros((size, size)), np.diag(frequency)], axis=-1)
+    return np.concatenate([np.broadcast_to(upper, lower.shape), lower], axis=-2)
 
 
 def _shapes(model, theta):
-    """Shapes (dof, shape) of which the free motion consists: all coordinates, on a fine mesh the lowest modes and the
-    deflections by a unit of each load that effects and bearings exert.
+    """Shapes (dof, shape) of which the free motion consists, at right angles and of unit mass: the modes of the shaft,
+    on a fine mesh the lowest ones and the deflections by a unit of each load that effects and bearings exert.
     """
     from scipy.linalg import eigh, orth
 
     count, own = len(model.structure.dofs), model.matrices(theta)
-    if count <= ALL_KEPT:
-        return np.eye(count)
     held = model.structure.support if model.structure.support is not None else 0
     stiffness = np.real(own.stiffness + held)
+    if count <= ALL_KEPT:
+        return eigh(stiffness, own.mass)[1]
     scale = np.sqrt(np.diag(own.mass))  # translations and tilts have different units
     modes = eigh(stiffness, own.mass, subset_by_index=(0, MODES - 1))[1]
     acting = [np.asarray(e.matrix) for _, u in model.acting for e in u.entries if e.reads_motion]
@@ -155,7 +139,8 @@ def _shapes(model, theta):
     loads = np.column_stack([np.eye(count)[:, touched], *(force.matrix.T for _, force in model.nonlinear_forces)])
     static = np.linalg.lstsq(stiffness / np.outer(scale, scale), loads / scale[:, None], rcond=1e-12)[0]
     found = np.column_stack([modes * scale[:, None], static / np.linalg.norm(static, axis=0)])
-    return orth(found / np.linalg.norm(found, axis=0), rcond=1e-9) / scale[:, None]
+    kept = orth(found / np.linalg.norm(found, axis=0), rcond=1e-9) / scale[:, None]
+    return kept @ eigh(kept.T @ stiffness @ kept, kept.T @ own.mass @ kept)[1]
 
 
 def _steady_state(model, theta, speed):
