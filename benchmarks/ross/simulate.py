@@ -27,6 +27,7 @@ GRAVITY = 9.8065  # of ROSS, where it counts weight at all
 PROBES = (0, 2, 4, 6)
 SPEEDS = (150.0, 190.0, 230.0, 270.0, 310.0, 350.0, 400.0, 450.0)  # rad/s; critical speeds at 361 and 373
 CRACKED, ANGLE = 2, 0.7  # element; angle from the shaft's reference line to the middle of the crack edge, rad
+CRACKS = ((CRACKED, ANGLE, (0.1, 0.25)), (3, -1.9, (0.15, 0.3)), (1, 2.6, (0.2,)))  # with depths over the diameter
 SHARES = {  # of the crack that is open where the middle of its edge is at this angle from the downward direction
     "mayes": lambda angle: (1 + np.cos(angle)) / 2,
     "gasch": lambda angle: float(np.cos(angle) > 0),
@@ -67,7 +68,7 @@ def faulty(method, **fault):
     return lambda speed, time: getattr(rotor(), method)(**fault, **UNBALANCE, speed=speed, t=time)
 
 
-def cracked(law, depth):
+def cracked(law, depth, element=CRACKED, angle=ANGLE):
     """Run of the healthy machine with a crack at the end of an element, opened by the weight.
 
     ROSS lets the crack change the translational stiffness of its element alone. Here its whole stiffness varies,
@@ -77,14 +78,14 @@ def cracked(law, depth):
     """
     machine = rotor()
     coordinates = [6 * node + motion for node in range(SHAFT["count"] + 1) for motion in (0, 1, 3, 4)]
-    there = slice(4 * CRACKED, 4 * CRACKED + 8)
-    closed, opened = (_by_tip(machine.shaft_elements[CRACKED], d) for d in (0.0, depth))
+    there = slice(4 * element, 4 * element + 8)
+    closed, opened = (_by_tip(machine.shaft_elements[element], d) for d in (0.0, depth))
     tip = _tip(SHAFT["length"])
 
-    def stiffness(angle):
-        c, s = np.cos(angle), np.sin(angle)
+    def stiffness(turned_by):
+        c, s = np.cos(turned_by), np.sin(turned_by)
         turned = np.kron(np.eye(2), [[c, s], [-s, c]]) @ tip
-        return turned.T @ (SHARES[law](angle + np.pi / 2) * (opened - closed)) @ turned
+        return turned.T @ (SHARES[law](turned_by + np.pi / 2) * (opened - closed)) @ turned
 
     def run(speed, time):
         m, k, c, g = (part[np.ix_(coordinates, coordinates)] for part in
@@ -94,9 +95,9 @@ def cracked(law, depth):
         force = machine.unbalance_force_over_time(node, size, phase, speed, middle / speed).T[:, coordinates]
         force = force - m @ np.tile([0, GRAVITY, 0, 0], SHAFT["count"] + 1)
         rest, softened = np.hstack([np.zeros_like(m), np.eye(len(m))]), []
-        for angle in middle + ANGLE:
+        for turned_by in middle + angle:
             here = k.copy()
-            here[there, there] += stiffness(angle)
+            here[there, there] += stiffness(turned_by)
             softened.append(np.vstack([rest, -np.linalg.solve(m, np.hstack([here, c + speed * g]))]))
         pushed = np.hstack([np.zeros_like(force), np.linalg.solve(m, force.T).T])
         motion = _periodic(np.array(softened), pushed, 2 * np.pi / speed / STEPS)
@@ -190,13 +191,15 @@ def cases():
     yield "rub", {"family": "rub", "node": 3}, faulty("run_rubbing", friction_coeff=0.0, **rub)
     yield "rub_friction", {"family": "rub", "node": 3}, faulty("run_rubbing", friction_coeff=0.2, **rub)
     # ROSS has two more laws, which at depth zero are not the intact element
-    for model in ("Mayes", "Gasch"):
-        for depth in (0.1, 0.25):
-            run = faulty("run_crack", n=CRACKED, depth_ratio=depth, crack_model=model)
-            truth = {"family": "crack", "element": CRACKED, "weight": True}
-            yield f"{model.lower()}_{depth:g}", truth, run
-            truth |= {"position_m": (CRACKED + 1) * SHAFT["length"], "depth_ratio": depth, "angle_rad": ANGLE}
-            yield f"{model.lower()}_{depth:g}_all_terms", truth, cracked(model.lower(), depth)
+    for law in SHARES:
+        for depth in CRACKS[0][-1]:
+            run = faulty("run_crack", n=CRACKED, depth_ratio=depth, crack_model=law.capitalize())
+            yield f"{law}_{depth:g}", {"family": "crack", "element": CRACKED, "weight": True}, run
+        for element, angle, depths in CRACKS:
+            for depth in depths:
+                true = {"position_m": (element + 1) * SHAFT["length"], "depth_ratio": depth, "angle_rad": angle}
+                true |= {"family": "crack", "element": element, "weight": True}
+                yield f"{law}_{depth:g}_all_terms", true, cracked(law, depth, element, angle)
 
 
 def record(run, speed, random):
