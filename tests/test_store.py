@@ -1,5 +1,8 @@
 """Files are whole or not there, bring back what was put in, and come out the same twice."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -32,6 +35,16 @@ def test_an_interrupted_write_leaves_the_old_file_and_nothing_else(tmp_path):
         raise RuntimeError
     assert path.read_text() == "old"
     assert [p.name for p in tmp_path.iterdir()] == ["a.txt"]
+
+
+def test_what_a_killed_process_left_is_removed_and_what_another_one_writes_is_not(tmp_path):
+    ended = subprocess.Popen([sys.executable, "-c", ""])
+    ended.wait()
+    names = [f".{stem}.{process}.partial.txt" for process in (ended.pid, 1) for stem in ("a", "b")]
+    for name in names:
+        (tmp_path / name).write_text("half")
+    write_text(tmp_path / "a.txt", "whole")
+    assert sorted(p.name for p in tmp_path.iterdir()) == sorted([*names[1:], "a.txt"])
 
 
 def test_two_saves_are_the_same_bytes(tmp_path):

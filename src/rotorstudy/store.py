@@ -2,7 +2,9 @@
 
 import os
 from contextlib import contextmanager
+from glob import escape
 from pathlib import Path
+from shutil import rmtree
 
 import numpy as np
 
@@ -16,12 +18,35 @@ def atomic(path):
     """A temporary path beside `path`, moved over it only when the block ends without an error."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.stem}.{os.getpid()}.partial{path.suffix}")
+    temporary = partial_path(path)
     try:
         yield temporary
         os.replace(temporary, path)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def partial_path(path):
+    """A hidden path beside `path` for this process alone. Those that killed processes left there are removed."""
+    stem, suffix = f".{path.stem}.", f".partial{path.suffix}"
+    for left in path.parent.glob(f"{escape(stem)}*{escape(suffix)}"):
+        process = left.name.removeprefix(stem).removesuffix(suffix)
+        if process.isdecimal() and not _runs(int(process)):
+            rmtree(left) if left.is_dir() else left.unlink(missing_ok=True)
+    return path.with_name(f"{stem}{os.getpid()}{suffix}")
+
+
+def _runs(process):
+    """Whether a process of that number runs; where this cannot be asked, it may."""
+    if os.name != "posix":
+        return True
+    try:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except PermissionError:
+        pass
+    return True
 
 
 def write_text(path, text):

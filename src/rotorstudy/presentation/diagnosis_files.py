@@ -17,7 +17,7 @@ from rotorstudy.model.rig import named_plugins, read_rig
 from rotorstudy.presentation.diagnosis_figures import diagnosis_figures
 from rotorstudy.presentation.diagnosis_page import diagnosis_page
 from rotorstudy.presentation.plots import save_figures
-from rotorstudy.store import provenance, save, write_text
+from rotorstudy.store import partial_path, provenance, save, write_text
 
 
 def diagnose_files(
@@ -76,7 +76,7 @@ def write_diagnosis(verdict, data, rig, out, first=None):
 def whole_folder(path):
     """A temporary folder whose files are moved to the folder `path` when the block ends without an error."""
     path = Path(path)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.partial")
+    temporary = partial_path(path)
     temporary.mkdir(parents=True)
     try:
         yield temporary
