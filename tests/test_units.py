@@ -12,6 +12,7 @@ from rotorstudy.units import (
     percent,
     probability,
     quantity,
+    spins,
     um,
     with_interval,
 )
@@ -34,6 +35,11 @@ def test_numbers_have_no_exponent_unless_they_are_very_large():
         "inf",
     ]
     assert [um(5.55e-5), um(0.0123), quantity(1.23456e-4, "m", digits=4)] == ["56 µm", "12000 µm", "123.5 µm"]
+
+
+def test_speeds_are_written_in_both_units():
+    assert spins([300.0]) == "300 rad/s (2865 rpm)"
+    assert spins([300.0, 350.0, 377.0]) == "300, 350 and 377 rad/s (2865, 3342 and 3600 rpm)"
 
 
 def test_probabilities_and_p_values_say_what_they_do_not_resolve():

@@ -48,6 +48,13 @@ def spin(speed: float, digits: int = 4) -> str:
     return f"{speed:.{digits}g} rad/s ({number(speed / RAD_PER_S['rpm'], digits)} rpm)"
 
 
+def spins(speeds, digits: int = 4) -> str:
+    """Speeds in rad/s, and in rpm: 300, 350 and 377 rad/s (2865, 3342 and 3600 rpm)."""
+    both = [[number(w / RAD_PER_S[unit], digits) for w in speeds] for unit in ("rad/s", "rpm")]
+    rad_per_s, rpm = (" and ".join(filter(None, [", ".join(one[:-1]), one[-1]])) for one in both)
+    return f"{rad_per_s} rad/s ({rpm} rpm)"
+
+
 def as_certain_as(value: float, std: float) -> str:
     """A number rounded to two significant digits of its standard deviation."""
     last = int(np.floor(np.log10(std))) - 1 if std > 0 else -3
@@ -56,12 +63,12 @@ def as_certain_as(value: float, std: float) -> str:
     return f"{round(value, -last) + 0.0:.{max(0, -last)}f}"  # zero without a sign
 
 
-def interval(value: float, unit: str, std: float) -> str:
-    """The 95 % interval of a normally distributed value: 11.80 to 12.20 µm."""
+def interval(value: float, unit: str, std: float, least: float = -np.inf) -> str:
+    """The 95 % interval of a normally distributed value: 11.80 to 12.20 µm; least : that is possible, in SI."""
     from scipy.special import ndtri
 
     unit, factor = shown_unit(unit)
-    ends = factor * (value + std * ndtri([0.025, 0.975]))
+    ends = factor * np.maximum(value + std * ndtri([0.025, 0.975]), least)
     return f"{' to '.join(as_certain_as(end, std * factor) for end in ends)} {unit}".strip()
 
 

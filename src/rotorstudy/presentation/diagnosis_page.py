@@ -14,7 +14,7 @@ from rotorstudy.presentation.captions import CHANGE_FIGURES, DIAGNOSIS_FIGURES
 from rotorstudy.presentation.pages import inline_png, render
 from rotorstudy.presentation.speed_view import speed_view
 from rotorstudy.presentation.tables import cells
-from rotorstudy.units import p_value, percent, probability, quantity, spin
+from rotorstudy.units import p_value, percent, probability, quantity, spins
 
 MOST_LIMITS = 12  # detection limits on the page, the lowest first; all are in verdict.json
 CHANGED = {
@@ -114,10 +114,9 @@ def _glance(verdict, of_change):
     if gain is None:
         rows.append(("Gain", "not known; no speed was held out"))
     elif verdict.causes:
-        speeds = ", ".join(map(spin, gain.speeds))
         lengths = f"{quantity(gain.before_m, 'm')} to {quantity(gain.after_m, 'm')} rms"
         sigmas = f"{gain.before_sigma:.3g} to {gain.after_sigma:.3g} standard deviations"
-        rows.append(("Error at held-out speeds", f"{lengths}, {sigmas}, at {speeds}"))
+        rows.append(("Error at held-out speeds", f"{lengths}, {sigmas}, at {spins(gain.speeds)}"))
     return rows
 
 
