@@ -175,8 +175,8 @@ def _setting(value):
 
 def _origin(verdict, data):
     origin = verdict.provenance
-    return (
-        f"{len(data.speed)} speeds, {len(data.harmonic)} harmonics, {len(data.node)} nodes; {verdict.candidates} "
-        f"candidates. rotorstudy {origin['rotorstudy_version']}, commit {origin['git_commit']}; records: "
-        f"{origin['records']}; rig: {origin['rig']}."
-    )
+    counts = {"speed": len(data.speed), "harmonic": len(data.harmonic), "node": len(data.node)}
+    said = ", ".join(f"{count} {name}{'s' * (count != 1)}" for name, count in counts.items())
+    made = f"rotorstudy {origin['rotorstudy_version']}, commit {origin['git_commit']}"
+    files = f"records: {origin['records']}; rig: {origin['rig']}"
+    return f"{said}; {verdict.candidates} candidates. {made}; {files}."

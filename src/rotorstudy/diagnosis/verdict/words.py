@@ -14,6 +14,7 @@ SMALL = 1e-3  # m; lengths below are said in µm
 ABSENT = 3.0  # standard deviations; of a cause with many amplitudes, a sentence names those above
 ANY_ANGLE = np.deg2rad(90.0)  # standard deviation from which on the records leave a phase open
 WORTH_SAYING = 0.05  # probability that the true cause is not among those stated
+MOST_ODDS = 100  # power of ten; what is left out of account is far more probable than that
 LARGE_LOG_ODDS = 7.0  # from which on odds are said as a power of ten
 
 
@@ -169,8 +170,11 @@ def excluded_in_words(verdict):
 
 
 def _odds(log_odds):
-    """'85', or '10^12' where it is large."""
-    return f"{np.exp(log_odds):.2g}" if log_odds < LARGE_LOG_ODDS else f"10^{log_odds / np.log(10):.0f}"
+    """'85', or '10^12' where it is large, up to a largest power."""
+    power = log_odds / np.log(10)
+    if power > MOST_ODDS:
+        return f"more than 10^{MOST_ODDS}"
+    return f"{np.exp(log_odds):.2g}" if log_odds < LARGE_LOG_ODDS else f"10^{power:.0f}"
 
 
 def resultant_in_words(found):
