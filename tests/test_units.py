@@ -58,6 +58,10 @@ def test_an_estimate_is_written_with_the_digits_that_are_known():
     assert with_interval(100.23, 4.0, "N/m").strip() == "100.2 ± 4.0 N/m (95 %: 92.4 to 108.1)"
     assert with_interval(4.512e-6, 1.4e-6, "1").strip() == "4.5e-06 ± 1.4e-06 (95 %: 1.8e-06 to 7.3e-06)"
     assert with_interval(23.3, 12.0, "1").strip() == "23 ± 12 (95 %: 0 to 47)"  # -0.2 rounds to zero, without a sign
+    assert with_interval(0.5, 0.1, "rad").strip() == "28.6 ± 5.7 ° (95 %: 17.4 to 39.9)"
+    assert with_interval(-7.9e-7, 1.9e-7, "m").strip() == "-0.79 ± 0.19 µm (95 %: -1.16 to -0.42)"
+    assert with_interval(0.21, 0.0004, "m").strip().startswith("0.21000 ± 0.00040 m")
+    assert with_interval(0.5, 1.4, "g mm", least=0.0).strip() == "0.5 ± 1.4 g mm (95 %: 0.0 to 3.2)"
     assert with_interval(1e7, 2e5, "N/m").strip() == "1e+07 ± 2e+05 N/m (95 %: 9.61e+06 to 1.039e+07)"
 
 

@@ -9,6 +9,7 @@ METRES = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "mil": 2.54e-5}
 RAD_PER_S = {"rad/s": 1.0, "Hz": 2 * np.pi, "rpm": np.pi / 30}
 SECONDS = {"s": 1.0, "ms": 1e-3}
 SHOWN = {"m": ("µm", 1e6), "kg m": ("g mm", 1e6), "rad": ("°", 180 / np.pi), "s": ("ms", 1e3), "1": ("", 1.0)}
+SMALL_LENGTH = 1e-3  # m
 TINY = 1e-4  # estimates with a smaller standard deviation are written with an exponent
 HALF_INTERVAL = 1.959964  # standard deviations: a half of a 95 % interval
 LONG = 1e7  # numbers from this size are written with an exponent
@@ -72,8 +73,14 @@ def interval(value: float, unit: str, std: float, least: float = -np.inf) -> str
     return f"{' to '.join(as_certain_as(end, std * factor) for end in ends)} {unit}".strip()
 
 
-def with_interval(value: float, std: float, unit: str) -> str:
-    """A value in its unit with its standard deviation and its 95 % interval: 100.2 ± 4.0 mm (95 %: 92.4 to 108.0)."""
+def with_interval(value: float, std: float, unit: str, least: float = -np.inf) -> str:
+    """A value in its unit with its standard deviation and its 95 % interval: 100.2 ± 4.0 mm (95 %: 92.4 to 108.0).
+
+    Angles in rad are written in degrees, lengths below 1 mm in µm. least : that is possible, in the given unit
+    """
+    if unit == "rad" or (unit == "m" and abs(value) < SMALL_LENGTH):
+        unit, factor = shown_unit(unit)
+        value, std, least = factor * value, factor * std, factor * least
 
     def shown(one):
         if std >= TINY and abs(value) < LONG:
@@ -82,7 +89,7 @@ def with_interval(value: float, std: float, unit: str) -> str:
         return f"{one:.{max(int(digits), 1)}g}"
 
     half, own = HALF_INTERVAL * std, "" if unit == "1" else f" {unit}"
-    return f"{shown(value):>9} ± {shown(std)}{own} (95 %: {shown(value - half)} to {shown(value + half)})"
+    return f"{shown(value):>9} ± {shown(std)}{own} (95 %: {shown(max(value - half, least))} to {shown(value + half)})"
 
 
 def percent(share: float, digits: int = 3) -> str:

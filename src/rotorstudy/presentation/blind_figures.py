@@ -149,7 +149,7 @@ def coverage(data):
     axes.set_ylim(-0.6, len(value) - 0.4)
     axes.set_xlabel("share, 95 % bounds (dotted: 0.95)")
     below = int((part.criterion_high.values < NOMINAL).sum())
-    picture.suptitle(f"Coverage is surely below 95 % in {below} of {len(value)} rows", fontsize=8)
+    picture.suptitle(f"Coverage is below 95 % in {below} of {len(value)} rows, by their 95 % bounds", fontsize=8)
     return picture
 
 
