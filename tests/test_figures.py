@@ -62,3 +62,22 @@ def test_labels_of_probes_that_are_close_do_not_cover_each_other():
     assert np.diff([*found, found[0] + 2 * np.pi]).min() >= APART
     assert spread(given)[3] == -0.8  # one that stands alone stays
     assert np.array_equal(spread([0.0, 2.0]), [0.0, 2.0]) and np.array_equal(spread([1.0]), [1.0])
+
+
+def test_options_of_an_explanation_are_labelled_with_their_units():
+    from rotorstudy.presentation.diagnosis_figures import in_words
+
+    keys = "pedestal_resonance, node 1, natural_frequency_rad_per_s 3772, frequency_ratio 2.5, bearing_time_s 5.74e-04"
+    assert (
+        in_words(keys)
+        == "pedestal resonance, node 1, natural frequency 3770 rad/s, frequency ratio 2.5, bearing time 0.574 ms"
+    )
+    assert (
+        in_words("rub, clearance_m 5e-05 + support_loss, direction_rad -1.327")
+        == "rub, clearance 50 µm + support loss, direction -76 °"
+    )
+    assert (
+        in_words("transverse_crack, position_m 0.21, closing_moment_N_m 3")
+        == "transverse crack, position 210 mm, closing moment 3 N m"
+    )
+    assert in_words("runout, harmonic -1") == "runout, harmonic -1"

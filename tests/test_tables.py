@@ -21,7 +21,7 @@ def test_tables_stand_in_the_order_people_count():
 def test_lengths_are_shown_in_micrometres_and_nothing_else_is():
     both = pd.concat([scored(), scored(case="phase", unit="rad", published=1.0, computed=2.0)], ignore_index=True)
     shown = side_by_side(both, ["item"], ["case"])
-    assert shown["15 Hz (um): thesis"].item() == 10.0 and shown["15 Hz (um): here"].item() == 20.0
+    assert shown["15 Hz (µm): thesis"].item() == 10.0 and shown["15 Hz (µm): here"].item() == 20.0
     assert shown["phase (rad): here"].item() == 2.0
     assert both.computed[0] == 2e-5
 

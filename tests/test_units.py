@@ -12,6 +12,7 @@ from rotorstudy.units import (
     percent,
     probability,
     quantity,
+    spins,
     um,
     with_interval,
 )
@@ -36,6 +37,11 @@ def test_numbers_have_no_exponent_unless_they_are_very_large():
     assert [um(5.55e-5), um(0.0123), quantity(1.23456e-4, "m", digits=4)] == ["56 µm", "12000 µm", "123.5 µm"]
 
 
+def test_speeds_are_written_in_both_units():
+    assert spins([300.0]) == "300 rad/s (2865 rpm)"
+    assert spins([300.0, 350.0, 377.0]) == "300, 350 and 377 rad/s (2865, 3342 and 3600 rpm)"
+
+
 def test_probabilities_and_p_values_say_what_they_do_not_resolve():
     assert [p_value(p) for p in (1.0, 0.4, 0.0123, 1e-9)] == ["p = 1", "p = 0.4", "p = 0.012", "p < 1e-6"]
     assert [probability(p) for p in (0.5, 0.9989, 0.9999)] == ["50 %", "99.9 %", "above 99.9 %"]
@@ -52,6 +58,10 @@ def test_an_estimate_is_written_with_the_digits_that_are_known():
     assert with_interval(100.23, 4.0, "N/m").strip() == "100.2 ± 4.0 N/m (95 %: 92.4 to 108.1)"
     assert with_interval(4.512e-6, 1.4e-6, "1").strip() == "4.5e-06 ± 1.4e-06 (95 %: 1.8e-06 to 7.3e-06)"
     assert with_interval(23.3, 12.0, "1").strip() == "23 ± 12 (95 %: 0 to 47)"  # -0.2 rounds to zero, without a sign
+    assert with_interval(0.5, 0.1, "rad").strip() == "28.6 ± 5.7 ° (95 %: 17.4 to 39.9)"
+    assert with_interval(-7.9e-7, 1.9e-7, "m").strip() == "-0.79 ± 0.19 µm (95 %: -1.16 to -0.42)"
+    assert with_interval(0.21, 0.0004, "m").strip().startswith("0.21000 ± 0.00040 m")
+    assert with_interval(0.5, 1.4, "g mm", least=0.0).strip() == "0.5 ± 1.4 g mm (95 %: 0.0 to 3.2)"
     assert with_interval(1e7, 2e5, "N/m").strip() == "1e+07 ± 2e+05 N/m (95 %: 9.61e+06 to 1.039e+07)"
 
 

@@ -9,6 +9,7 @@ METRES = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "mil": 2.54e-5}
 RAD_PER_S = {"rad/s": 1.0, "Hz": 2 * np.pi, "rpm": np.pi / 30}
 SECONDS = {"s": 1.0, "ms": 1e-3}
 SHOWN = {"m": ("µm", 1e6), "kg m": ("g mm", 1e6), "rad": ("°", 180 / np.pi), "s": ("ms", 1e3), "1": ("", 1.0)}
+SMALL_LENGTH = 1e-3  # m
 TINY = 1e-4  # estimates with a smaller standard deviation are written with an exponent
 HALF_INTERVAL = 1.959964  # standard deviations: a half of a 95 % interval
 LONG = 1e7  # numbers from this size are written with an exponent
@@ -48,6 +49,13 @@ def spin(speed: float, digits: int = 4) -> str:
     return f"{speed:.{digits}g} rad/s ({number(speed / RAD_PER_S['rpm'], digits)} rpm)"
 
 
+def spins(speeds, digits: int = 4) -> str:
+    """Speeds in rad/s, and in rpm: 300, 350 and 377 rad/s (2865, 3342 and 3600 rpm)."""
+    both = [[number(w / RAD_PER_S[unit], digits) for w in speeds] for unit in ("rad/s", "rpm")]
+    rad_per_s, rpm = (" and ".join(filter(None, [", ".join(one[:-1]), one[-1]])) for one in both)
+    return f"{rad_per_s} rad/s ({rpm} rpm)"
+
+
 def as_certain_as(value: float, std: float) -> str:
     """A number rounded to two significant digits of its standard deviation."""
     last = int(np.floor(np.log10(std))) - 1 if std > 0 else -3
@@ -56,17 +64,23 @@ def as_certain_as(value: float, std: float) -> str:
     return f"{round(value, -last) + 0.0:.{max(0, -last)}f}"  # zero without a sign
 
 
-def interval(value: float, unit: str, std: float) -> str:
-    """The 95 % interval of a normally distributed value: 11.80 to 12.20 µm."""
+def interval(value: float, unit: str, std: float, least: float = -np.inf) -> str:
+    """The 95 % interval of a normally distributed value: 11.80 to 12.20 µm; least : that is possible, in SI."""
     from scipy.special import ndtri
 
     unit, factor = shown_unit(unit)
-    ends = factor * (value + std * ndtri([0.025, 0.975]))
+    ends = factor * np.maximum(value + std * ndtri([0.025, 0.975]), least)
     return f"{' to '.join(as_certain_as(end, std * factor) for end in ends)} {unit}".strip()
 
 
-def with_interval(value: float, std: float, unit: str) -> str:
-    """A value in its unit with its standard deviation and its 95 % interval: 100.2 ± 4.0 mm (95 %: 92.4 to 108.0)."""
+def with_interval(value: float, std: float, unit: str, least: float = -np.inf) -> str:
+    """A value in its unit with its standard deviation and its 95 % interval: 100.2 ± 4.0 mm (95 %: 92.4 to 108.0).
+
+    Angles in rad are written in degrees, lengths below 1 mm in µm. least : that is possible, in the given unit
+    """
+    if unit == "rad" or (unit == "m" and abs(value) < SMALL_LENGTH):
+        unit, factor = shown_unit(unit)
+        value, std, least = factor * value, factor * std, factor * least
 
     def shown(one):
         if std >= TINY and abs(value) < LONG:
@@ -75,7 +89,7 @@ def with_interval(value: float, std: float, unit: str) -> str:
         return f"{one:.{max(int(digits), 1)}g}"
 
     half, own = HALF_INTERVAL * std, "" if unit == "1" else f" {unit}"
-    return f"{shown(value):>9} ± {shown(std)}{own} (95 %: {shown(value - half)} to {shown(value + half)})"
+    return f"{shown(value):>9} ± {shown(std)}{own} (95 %: {shown(max(value - half, least))} to {shown(value + half)})"
 
 
 def percent(share: float, digits: int = 3) -> str:

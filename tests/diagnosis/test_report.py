@@ -14,7 +14,7 @@ from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.verdict import result
 from rotorstudy.diagnosis.verdict.force import equivalent_residual_force
 from rotorstudy.diagnosis.verdict.result import Cause, Verdict
-from rotorstudy.diagnosis.verdict.words import cause_in_words, summary
+from rotorstudy.diagnosis.verdict.words import cause_in_words, sizes, summary
 from rotorstudy.measurement.measurement import read_measurement
 from rotorstudy.model.rig import build_model
 from rotorstudy.presentation.captions import DIAGNOSIS_FIGURES
@@ -87,7 +87,7 @@ def test_a_hidden_effect_is_found_with_its_size(asymmetric):
         assert abs(found[name]["value"] - true) < 5 * found[name]["std"]
     assert verdict["gain"]["ratio"] < 0.1
     assert verdict["summary"].startswith("Something is missing, and it is most likely shaft asymmetry (0.0")
-    assert "250 rad/s, held out of every fit" in verdict["summary"]
+    assert "250 rad/s (2387 rpm), held out of every fit" in verdict["summary"]
 
 
 def test_everything_is_written_and_the_page_needs_no_other_file(asymmetric, tmp_path):
@@ -321,3 +321,20 @@ def test_records_simulated_by_an_extended_rig_are_read_in_their_own_axes(tmp_pat
     found = read_measurement([tmp_path / "records.nc"], rig).spectrum
     expected = measured_response(build_model(RIG), [100.0, 200.0], found.harmonics)
     assert np.abs(found.amplitude - expected).max() < 1e-3 * np.abs(expected).max()
+
+
+def test_a_phase_that_the_records_leave_open_is_not_written_as_a_number():
+    said = {}
+    for name, std in (("known", 0.1), ("open", 5000.0)):
+        parameters = {
+            "unbalance": {"value": 2e-6, "std": 1.5e-6, "unit": "kg m", "part": "magnitude"},
+            "unbalance_phase": {"value": 0.5, "std": std, "unit": "rad", "part": "phase"},
+        }
+        where = {"effect": "unbalance", "where": {"node": 1}, "posterior_probability": 1.0}
+        cause = Cause.model_validate({**where, "parameters": parameters})
+        said[name] = sizes(cause), cause_in_words(cause)
+    assert said["known"][0] == {
+        "size": "2.0 ± 1.5 g mm (95 %: 0.0 to 4.9 g mm)",
+        "phase": "28.6 ± 5.7 ° (95 %: 17.4 to 39.9 °)",
+    }
+    assert said["open"][0]["phase"] == "not known" and said["open"][1].endswith("at any angle)")

@@ -91,4 +91,4 @@ def test_scored_tables_are_named_as_their_files():
     found = scored_tables(pd.DataFrame([row]), {"2.10": ("Title", "Note.", ["item"], ["case"])})
     assert list(found) == [table_name("2.10")] == ["table_2_10"]
     assert found["table_2_10"].title == "Table 2.10: Title"
-    assert found["table_2_10"].rows["a (um): here"].item() == 2.0
+    assert found["table_2_10"].rows["a (µm): here"].item() == 2.0

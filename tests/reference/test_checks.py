@@ -48,7 +48,7 @@ def test_two_possible_dampings_can_be_impossible_together(replay):
     table = pd.DataFrame({"source": "a", "group": "b", "parameter": names, "estimate": sizes})
     checks = physical_checks(config, table.assign(low=sizes * 0.99, high=sizes * 1.01), bow=5e-4)
     assert list(checks.verdict) == ["possible", "possible", "impossible", "possible"]
-    assert list(checks.unit) == ["N s/m", "N s/m", "N s/m", "um"] and checks.estimate[3] == pytest.approx(100.0)
+    assert list(checks.unit) == ["N s/m", "N s/m", "N s/m", "µm"] and checks.estimate[3] == pytest.approx(100.0)
 
 
 def test_estimates_are_shown_in_um_and_degrees_under_short_names(replay):
@@ -58,5 +58,5 @@ def test_estimates_are_shown_in_um_and_degrees_under_short_names(replay):
     table = pd.DataFrame({"parameter": names, "estimate": [1.0, 1e-6, np.pi, 2.0], "low": 0.0, "high": 0.0})
     shown = shown_estimates(config, table)
     assert list(shown.parameter) == ["both dampings", "eccentricity", "eccentricity phase", "dk p_-1"]
-    assert list(shown.unit) == ["N s/m", "um", "deg", "N/m"]
+    assert list(shown.unit) == ["N s/m", "µm", "deg", "N/m"]
     assert list(shown.estimate) == pytest.approx([1.0, 1.0, 180.0, 2.0])

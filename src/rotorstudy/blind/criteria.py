@@ -141,7 +141,8 @@ def _judged(key, what, kind, needed, reached, bounds, found, cases, reasons: Cal
         status = "not reached" if high < needed[0] or low > needed[1] else "undecided"
     said = tuple(reasons()) if status in ("undecided", "not reached") else ()
     if status == "undecided" and needed[0] <= reached <= needed[1]:
-        said = (f"the value is accepted, but {cases} cases are too few to prove it", *said)
+        few = "1 case is" if cases == 1 else f"{cases} cases are"
+        said = (f"the value is accepted, but {few} too few to prove it", *said)
     return Criterion(key, what, kind, needed, float(reached), low, high, int(found), int(cases), status, said)
 
 

@@ -6,6 +6,8 @@ from rotorstudy.commands.outputs import YAML, check_file
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.units import with_interval
 
+ANY_ANGLE = 90.0  # degrees, standard deviation from which on the records leave an angle open
+
 NOT_WITH_RUNS = ("unknowns", "cause", "harmonics", "spectrum", "out")
 
 
@@ -72,6 +74,6 @@ def _unbalance(found, stem, factor):
     _, (size, angle), spread = magnitude_and_phase(parts, theta, covariance)
     unit, shown = shown_unit("kg m")
     std = np.sqrt(np.diag(spread))
-    degrees, uncertain = np.degrees(found.conventions.sense * angle) % 360, min(np.degrees(std[1]), 90)
-    weight = with_interval(size / factor * shown, std[0] / factor * shown, unit)
-    return f"{weight} at {with_interval(degrees, uncertain, '°').strip()}"
+    degrees, uncertain = np.degrees(found.conventions.sense * angle) % 360, np.degrees(std[1])
+    weight = with_interval(size / factor * shown, std[0] / factor * shown, unit, least=0.0)
+    return f"{weight} at {with_interval(degrees, uncertain, '°').strip() if uncertain < ANY_ANGLE else 'any angle'}"

@@ -6,6 +6,8 @@ from rotorstudy.blind.criteria import LARGE
 from rotorstudy.blind.glance import ANSWERS
 from rotorstudy.presentation.plots import COLOURS, MARKERS, figure
 
+NOMINAL = 0.95  # coverage of an interval
+
 
 def blind_figures(data):
     """The figures of a blind test.
@@ -72,7 +74,7 @@ def curves(data):
     axes.axvline(LARGE, color="0.5", linewidth=0.8, linestyle=":")
     axes.set(xscale="log", ylim=(-0.03, 1.03), ylabel="share of cases, 95 % bounds")
     axes.set_xticks([0.3, 1, 3, 10, 30], ["0.3", "1", "3", "10", "30"])
-    axes.set_xlabel("change by the effect over noise, rms")
+    axes.set_xlabel("change by the effect over noise, rms (1)")
     found = data.sel(criterion="right_large")
     low, high = (100 * float(found[f"criterion_{end}"]) for end in ("low", "high"))
     said = f"{_percent(float(found.criterion_reached))} ({low:.0f} to {high:.0f}, {int(found.criterion_cases)} cases)"
@@ -100,8 +102,8 @@ def confusion(data):
         right = data.accepted.values[i, j] == 1
         style = {"edgecolor": "w", "linewidth": 1.4} if right else {"edgecolor": "#E69F00", "linewidth": 0.9}
         axes.add_patch(Rectangle((j - 0.5, i - 0.5), 1, 1, fill=False, linestyle="-" if right else "--", **style))
-    axes.set_xticks(range(len(answers)), [str(a).replace("_", " ") for a in answers], rotation=90)
-    axes.set_yticks(range(len(truths)), [str(t).replace("_", " ") for t in truths])
+    axes.set_xticks(range(len(answers)), list(map(_called, answers)), rotation=90)
+    axes.set_yticks(range(len(truths)), list(map(_called, truths)))
     axes.set(xlabel="first answer", ylabel="hidden")
     share = counts[data.accepted.values == 1].sum() / max(counts.sum(), 1)
     axes.set_title(
@@ -109,6 +111,11 @@ def confusion(data):
     )
     picture.colorbar(image, ax=axes, label="share of the hidden effect", shrink=0.6)
     return picture
+
+
+def _called(effect):
+    """ac_coupling -> AC coupling."""
+    return str(effect).replace("_", " ").replace("ac coupling", "AC coupling")
 
 
 def calibration(data):
@@ -124,7 +131,7 @@ def calibration(data):
         axes.annotate(int(n), (x, y), textcoords="offset points", xytext=(-4, -9), fontsize=6, ha="right")
     axes.set(xlim=(0, 1.03), ylim=(0, 1.03), ylabel="share that is true")
     axes.set_xlabel("stated posterior probability of the first cause")
-    axes.set_title(f"Expected calibration error {float(data.calibration_error):.3f}")
+    axes.set_title(f"Stated probabilities are off by {float(data.calibration_error):.2f} on average")
     axes.legend()
     return picture
 
@@ -137,11 +144,12 @@ def coverage(data):
     value = part.criterion_reached.values
     error = np.abs([value - part.criterion_low.values, part.criterion_high.values - value])
     axes.errorbar(value, np.arange(len(value)), xerr=error, fmt="o", color=COLOURS[0], capsize=2)
-    axes.axvline(0.95, color="0.5", linewidth=0.8, linestyle=":")
+    axes.axvline(NOMINAL, color="0.5", linewidth=0.8, linestyle=":")
     axes.set_yticks(range(len(value)), [str(what) for what in part.criterion_what.values])
     axes.set_ylim(-0.6, len(value) - 0.4)
     axes.set_xlabel("share, 95 % bounds (dotted: 0.95)")
-    picture.suptitle("Coverage of the stated sets of causes and of the 95 % intervals", fontsize=8)
+    below = int((part.criterion_high.values < NOMINAL).sum())
+    picture.suptitle(f"Coverage is below 95 % in {below} of {len(value)} rows, by their 95 % bounds", fontsize=8)
     return picture
 
 
@@ -156,9 +164,9 @@ def detection_limits(data):
     seen = (half > low) & (half < high)  # all found, or none: a bound and no estimate
     axes.plot(half[seen], np.flatnonzero(seen), "o", color=COLOURS[0])
     axes.axvline(LARGE, color="0.5", linewidth=0.8, linestyle=":")
-    axes.set_yticks(range(len(half)), [str(f).replace("_", " ") for f in families[order]])
+    axes.set_yticks(range(len(half)), list(map(_called, families[order])))
     axes.set_xscale("log")
-    axes.set_xlabel("change over noise at which half are found, 95 % bounds")
+    axes.set_xlabel("change over noise at which half are found (1), 95 % bounds")
     sure = int((high <= LARGE).sum())
     told = f"{sure} of {len(half)} effects are found below\nthree times the noise (95 % bounds)"
     picture.suptitle(told, fontsize=8)
@@ -180,7 +188,9 @@ def gain(data):
         axes.plot(values, share, color=COLOURS[i], linestyle=("-", "--")[i], label=label)
     axes.axvline(0.1, color="0.5", linewidth=0.8, linestyle=":")
     axes.axvline(1, color="0.5", linewidth=0.8)
-    axes.set(xscale="log", ylim=(0, 1), xlabel="error on held-out speeds, after over before", ylabel="share of cases")
+    axes.set(
+        xscale="log", ylim=(0, 1), xlabel="error on held-out speeds, after over before (1)", ylabel="share of cases"
+    )
     axes.legend(loc="lower right", fontsize=6)
     found = data.sel(criterion="gain")
     left = f"median ratio {float(found.criterion_reached):.2g}" if found.criterion_cases else "no case"

@@ -7,6 +7,7 @@ from rotorstudy.presentation.plots import COLOURS, figure, phase_lag, png_bytes
 from rotorstudy.units import RAD_PER_S
 
 FEWEST_SPEEDS = 8
+SHARP = 110  # dpi; these pictures are few
 LABELLED = 6  # speeds marked in a polar plot
 
 
@@ -22,7 +23,7 @@ def bode_pictures(spectrum):
 
 def _bode(rpm, vectors):
     """Amplitude and phase (lag, against the shaft's reference line) over speed."""
-    picture, axes = figure(2, 1, height=2.0, sharex=True)
+    picture, axes = figure(2, 1, height=2.0, width=5.0, sharex=True)
     size, phase = np.ravel(axes)
     for i, (name, vector) in enumerate(vectors.items()):
         size.plot(rpm, np.abs(vector), color=COLOURS[i % len(COLOURS)], label=name)
@@ -31,12 +32,12 @@ def _bode(rpm, vectors):
     size.legend()
     phase.set_ylabel("lag from reference line (°)")
     phase.set_xlabel("speed (rpm)")
-    return png_bytes(picture)
+    return png_bytes(picture, SHARP)
 
 
 def _polar(rpm, vectors):
     """Vectors in the complex plane, with some speeds marked."""
-    picture, axes = figure(1, 1, height=4.5)
+    picture, axes = figure(1, 1, height=4.5, width=5.0)
     axes = np.ravel(axes)[0]
     for i, (name, vector) in enumerate(vectors.items()):
         axes.plot(vector.real, vector.imag, color=COLOURS[i % len(COLOURS)], label=name)
@@ -53,4 +54,4 @@ def _polar(rpm, vectors):
     axes.set_xlabel("1X, real part (µm)")
     axes.set_ylabel("1X, imaginary part (µm)")
     axes.legend()
-    return png_bytes(picture)
+    return png_bytes(picture, SHARP)

@@ -51,7 +51,7 @@ ROTOR_FIGURES = {
     "rotor": (
         "The rotor to scale",
         "Grey: shaft; blue: discs, drawn as solid cylinders of their mass and moments of inertia; green: bearings; "
-        "arrows: probe planes; red: cracks.",
+        "arrows: probe planes; orange: cracks.",
     ),
     "probes": (
         "Probes and phase mark",

@@ -22,6 +22,7 @@ from rotorstudy.store import as_complex
 from rotorstudy.studies.config import file_name
 from rotorstudy.thesis.chapter_6 import NODES, spectrum_table
 from rotorstudy.thesis.scoreboard import published
+from rotorstudy.units import percent
 
 PLACES = {1: "left bearing", 2: "disc 1", 3: "crack", 4: "disc 2", 5: "right bearing"}
 DIRECTIONS = {"figure_6_6": (np.real, "vertical x"), "figure_6_7": (np.imag, "horizontal y")}
@@ -50,7 +51,9 @@ def static_line(model, position, speed):
     axes[0, 1].plot(at, [deflection[structure.index(n, "tilt")] * 1e6 for n in structure.nodes], "ko")
     axes[0, 1].set(xlabel="position along the shaft (m)", ylabel="slope (µrad)", title="Slope")
     bearings = deflection[structure.index(1)] / deflection[structure.index(3)]
-    picture.suptitle(f"Static line: the bearings contribute {bearings:.0%} of the deflection at the crack", fontsize=9)
+    picture.suptitle(
+        f"Static line: the bearings contribute {percent(bearings, 2)} of the deflection at the crack", fontsize=9
+    )
     return picture
 
 
@@ -128,14 +131,16 @@ def modes_and_unbalance(model, position, speed):
         main, way = (vertical, "x") if vertical.max() > horizontal.max() else (horizontal, "y")
         frequency = values[mode].imag / (2 * np.pi)
         axes[0, 0].plot(position, main / main.max(), color=COLOURS[i], label=f"{frequency:.1f} Hz, mostly {way}")
-    axes[0, 0].set(xlabel="position along the shaft (m)", ylabel="size (1)", title="Lowest whirl modes")
+    axes[0, 0].set(
+        xlabel="position along the shaft (m)", ylabel="size over its largest (1)", title="Lowest whirl modes"
+    )
     axes[0, 0].legend(fontsize=6)
     sweep = np.linspace(20.0, 600.0, 400)
     response = np.abs(measured_response(uncracked, sweep, [1])[:, 0]) * 1e6
     for i, n in enumerate(model.sensors):
         axes[0, 1].semilogy(sweep, response[:, i], color=COLOURS[i], label=f"node {n}")
     axes[0, 1].set(xlabel="spin speed (rad/s)", ylabel="1X forward (µm)", title="Response to unbalance")
-    axes[0, 1].legend(fontsize=6)
+    axes[0, 1].legend(fontsize=6, loc="lower right")
     first = np.sort(np.abs(values[lowest].imag))[:2]
     picture.suptitle(f"First whirl at {first[0]:.0f} and {first[1]:.0f} rad/s; the thesis prints 415.99", fontsize=9)
     return picture
@@ -163,7 +168,7 @@ def sensors_figure(config, few):
             scatter = few.scatter.sel(sensors=name, case=case) * 100
             panel.plot(scatter, place, MARKERS[i], fillstyle="none", **style)
         panel.set_xscale("log")
-        panel.set(xlabel="error at 1 % noise (%, phases 0.01 rad)", title=case)
+        panel.set(xlabel="error at 1 % noise (%; phases: % of 1 rad)", title=case)
     axes[0, 0].invert_yaxis()
     picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     picture.suptitle("Two sensors are enough for all parameters (dashes: Cramér-Rao bound)", fontsize=9)
@@ -179,7 +184,7 @@ def variants_figure(config, variants):
             error = np.maximum(np.abs(variants.relative_error.sel(variant=name, case=case)) * 100, 1e-12)
             panel.plot(error, place, MARKERS[i], color=COLOURS[i], fillstyle="none", label=str(name))
         panel.set_xscale("log")
-        panel.set(xlabel="error without noise (%, phases 0.01 rad)", title=case)
+        panel.set(xlabel="error without noise (%; phases: % of 1 rad)", title=case)
     axes[0, 0].invert_yaxis()
     picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     picture.suptitle("Errors of eccentricity stem from the gyroscopic sign, not from condensation", fontsize=9)

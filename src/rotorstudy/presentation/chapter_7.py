@@ -5,11 +5,12 @@ import numpy as np
 from rotorstudy.presentation.chapter_7_passage import passage_figure
 from rotorstudy.presentation.plots import COLOURS, MARKERS, figure
 from rotorstudy.studies.crack_study.limits import detection_probability
+from rotorstudy.units import percent
 
 QUANTITIES = (
     ("depth_ratio", "depth (% of diameter)", 100.0),
     ("position_m", "position (% of length)", 100.0),
-    ("angle_rad", "angle (degrees)", 180 / np.pi),
+    ("angle_rad", "angle (°)", 180 / np.pi),
 )
 STYLES = {"none": ":", "healthy record": "-"}
 BASELINE_TEXT = {"none": "rig file only", "healthy record": "with a healthy record"}
@@ -31,6 +32,11 @@ def _outline(panel, rotor, title):
         panel.plot(at[bearing["node"] - 1], -2.2 * size, "^", color="k", markersize=6)
     panel.set(yticks=[], xlabel=f"position on the shaft (m), {title}", ylim=(-3.2 * size, 3.2 * size))
     panel.grid(visible=False)
+
+
+def _called(name):
+    """chapter_6 -> Chapter 6."""
+    return name.replace("_", " ").capitalize()
 
 
 def _node_positions(rotor):
@@ -55,15 +61,19 @@ def smallest_crack(study, limits):
                 values = found.sel({f"planes_{name}": planes, "baseline": baseline})
                 label = planes if baseline == "healthy record" else None
                 panel.plot(position, values, line, color=COLOURS[i], label=label, marker=MARKERS[i], markersize=2.5)
-        panel.set(yscale="log", ylim=(1, 60), title=f"{name}: solid {BASELINE_TEXT['healthy record']}, dotted without")
+        panel.set(
+            yscale="log",
+            ylim=(1, 60),
+            title=f"{_called(name)}: solid {BASELINE_TEXT['healthy record']}, dotted without",
+        )
         panel.set_yticks([1, 2, 5, 10, 20, 50], ["1", "2", "5", "10", "20", "50"])
         panel.legend(title="probes", fontsize=5.5, title_fontsize=6, ncols=2, loc="upper center")
-        _outline(axes[1, column], rotor, name)
+        _outline(axes[1, column], rotor, _called(name))
     axes[0, 0].set_ylabel("smallest crack detected (% of diameter)")
     middle = _smallest_in_the_middle(study, limits)
     picture.suptitle(
         f"At {study.usual_noise_percent:g} % noise a crack of {middle:.1f} % in the best place is detected "
-        f"({study.power:.0%} of the time)",
+        f"({percent(study.power)} of the time)",
         fontsize=9,
     )
     return picture
@@ -92,15 +102,15 @@ def completeness(study, limits):
             text = planes if line == "-" else None
             axes[0, 0].plot(depths * 100, share[i, usual, b], line, color=COLOURS[i], label=text)
     last = list(rotor.planes)[-1]
-    for n, percent in enumerate(study.noise_percent):
+    for n, level in enumerate(study.noise_percent):
         for b, line in enumerate(STYLES.values()):
-            text = f"{percent:g} % noise" if line == "-" else None
+            text = f"{level:g} % noise" if line == "-" else None
             axes[0, 1].plot(depths * 100, share[-1, n, b], line, color=COLOURS[n], label=text)
     axes[0, 0].set(ylabel="detected share of places", title=f"By probes, {study.usual_noise_percent:g} % noise")
     axes[0, 1].set(title=f"By noise, probes at {last}")
     for panel in axes[0]:
         panel.set(xlabel="depth (% of diameter)", ylim=(0, 1.02))
-        panel.legend(fontsize=6)
+        panel.legend(fontsize=6, ncols=3, loc="upper center", bbox_to_anchor=(0.5, -0.22))
     picture.suptitle("A healthy record (solid) makes far smaller cracks visible than the rig file alone", fontsize=9)
     return picture
 
@@ -139,7 +149,8 @@ def noise_and_probes(study, accuracy):
         panel.set(xlabel="noise (% of the rms vibration)", title=text)
         panel.set_xticks(accuracy.noise.values, [f"{x:g}" for x in accuracy.noise.values])
     axes[0, 0].set_ylabel("standard deviation (Cramér-Rao)")
-    axes[0, 0].legend(fontsize=6)
+    lines = axes[0, 0].get_legend_handles_labels()
+    picture.legend(*lines, loc="outside lower center", ncols=5, fontsize=6, title="probes", title_fontsize=6)
     picture.suptitle(
         f"Crack of {100 * depth:g} % at {middle * 1e3:.0f} mm: more planes help more than less noise", fontsize=9
     )
@@ -159,7 +170,7 @@ def information(study, accuracy):
         for variable, line in (("bound_by_speed", "o"), ("bound_by_speeds", "-")):
             over = accuracy[variable].sel(shape=name) / best.sel(shape=name)
             axes[0, 1].plot(accuracy.speed, over, line, color=COLOURS[i])
-    axes[0, 0].set(yscale="log", ylabel="standard deviation over that of all", title="Some harmonics alone")
+    axes[0, 0].set(yscale="log", ylabel="standard deviation over that of all (1)", title="Some harmonics alone")
     axes[0, 0].set_xticks(range(len(names)), names, rotation=45)
     axes[0, 0].legend(fontsize=6)
     axes[0, 1].set(yscale="log", xlabel="speed (rad/s)", title="One speed alone (dots), all up to it (lines)")
@@ -206,7 +217,7 @@ def noisy_records(study, trials):
     axes[0, 0].set_ylabel("error over the bound (bar: rms)")
     count = trials.error.size
     picture.suptitle(
-        f"{held:.0%} of {count} stated 95 % intervals hold the truth (grey: 95 % by the bound)", fontsize=9
+        f"{percent(held, 2)} of {count} stated 95 % intervals hold the truth (grey: 95 % by the bound)", fontsize=9
     )
     return picture
 

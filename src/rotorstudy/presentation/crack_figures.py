@@ -8,6 +8,7 @@ from rotorstudy.store import as_complex
 from rotorstudy.studies.cracks import DIRECTIONS
 
 STYLES = ("-", "--", "-.", ":")
+GREEK = {"xi": "ξ", "eta": "η"}
 LEAST = 1e-11  # m, smallest amplitude shown; below any probe's resolution
 
 
@@ -22,7 +23,7 @@ def _name(plugin):
 def stiffness_figure(data):
     """Stiffness over the shaft angle in four directions."""
     picture, axes = figure(2, 2, height=2.1, sharex=True)
-    titles = ("Rotating: weak direction xi", "Rotating: across it, eta", "Fixed: vertical", "Fixed: horizontal")
+    titles = ("Rotating: weak direction ξ", "Rotating: across it, η", "Fixed: vertical", "Fixed: horizontal")
     for panel, direction, title in zip(axes.flat, DIRECTIONS, titles, strict=True):
         for i, crack in enumerate(data.crack.values):
             values = data.stiffness.sel(crack=crack, direction=direction)
@@ -85,13 +86,13 @@ def depth_figure(data, shaft):
     for i, depth in enumerate(data.depth.values):
         for turning, style in (("xi", "-"), ("eta", "--")):
             loss = data.depth_loss.sel(depth=depth, turning=turning) / shaft.stiffness * 100
-            text = f"{_name(depth)}, {turning}"
+            text = f"{_name(depth)}, {GREEK[turning]}"
             axes[0, 0].plot(data.depth_ratio, loss, style, color=COLOURS[i % len(COLOURS)], label=text)
     axes[0, 0].set(
         xlabel="crack depth over diameter (1)",
         ylabel="stiffness loss of the shaft (%)",
         xlim=(0, 0.02 + max(plugin.valid[1] for plugin in registry().plugins["depth"].values())),
-        title=f"Crack and disc at mid-span, {shaft.diameter_m * 1e3:g} mm thick, {shaft.span_m * 1e3:g} mm long",
+        title=f"Crack and disc at mid-span; diameter {shaft.diameter_m * 1e3:g} mm, span {shaft.span_m * 1e3:g} mm",
     )
     axes[0, 0].legend()
     picture.suptitle("Only a deep crack reduces the stiffness noticeably", fontsize=9)

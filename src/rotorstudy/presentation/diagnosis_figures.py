@@ -1,5 +1,6 @@
 """Figures of a diagnosis: residual maps, ranked causes, spectra before and after, error on held-out speeds."""
 
+import re
 from textwrap import fill, shorten
 
 import numpy as np
@@ -7,12 +8,15 @@ import numpy as np
 from rotorstudy.presentation.plots import COLOURS, figure, harmonic_axis, plot_orbit
 from rotorstudy.response.series import synthesize
 from rotorstudy.store import as_complex
-from rotorstudy.units import spin
+from rotorstudy.units import RAD_PER_S, number, percent, quantity, spin
 
 MOST_NODES = 6  # rows of the map
 MOST_COMPARED = 3  # nodes of the spectra
 MOST_CAUSES = 15
+SMALL = 1e-3  # m; shorter lengths are written in µm
 MOST_TICKS = 12
+ROW, LINE = 0.25, 0.125  # inches: least height of a row of `causes`, height of a line of its text
+SHAPE = re.compile(r"(\w+?)_(rad_per_s|N_m|rad|m|s) (-?\d[\w.+-]*)")  # an option of a cause with its value in SI
 BASE, EXTENDED, MEASURED = COLOURS[1], COLOURS[0], COLOURS[6]
 
 
@@ -60,7 +64,7 @@ def what_is_wrong(data):
             if column:
                 ax.set_yticklabels([])
             else:
-                ax.set_ylabel(f"node {data.node.values[node]}\nspeed (rad/s)")
+                ax.set_ylabel(f"node {data.node.values[node]}\nspeed: rad/s (rpm)")
             if row < len(nodes) - 1:
                 ax.set_xticklabels([])
             ax.set_title(("residual" if column < 2 else "force") + f", {when}" if row == 0 else "")
@@ -76,8 +80,14 @@ def _map_axes(ax, data, order):
     harmonics, speeds = data.harmonic.values[order], data.speed.values
     ax.set_xticks(np.arange(len(harmonics)) + 0.5, [f"{n}X" for n in harmonics], rotation=90)
     step = int(np.ceil(len(speeds) / MOST_TICKS))
-    labels = [f"{w:.4g}" + ("*" if held else "") for w, held in zip(speeds, data.held_out.values, strict=True)]
+    held_out = data.held_out.values
+    labels = [both_units(w) + ("*" if held else "") for w, held in zip(speeds, held_out, strict=True)]
     ax.set_yticks(np.arange(len(speeds))[::step] + 0.5, labels[::step])
+
+
+def both_units(speed):
+    """300 (2865), a speed in rad/s and in rpm."""
+    return f"{number(speed, 4)} ({number(speed / RAD_PER_S['rpm'], 4)})"
 
 
 def causes(data, naming_probability, verdict):
@@ -88,7 +98,9 @@ def causes(data, naming_probability, verdict):
     count = min(MOST_CAUSES, data.sizes["explanation"])
     part = data.isel(explanation=slice(0, count))
     components = 2 * int((data.held_out == 0).sum()) * data.sizes["harmonic"] * data.sizes["node"]
-    picture, axes = figure(height=1.4 + 0.25 * count, width=6.5)
+    labels = [fill(shorten(in_words(text), 126, placeholder=" ..."), 44) for text in part.explanation_label.values]
+    tallest = max(ROW, LINE * max(text.count("\n") + 1 for text in labels))
+    picture, axes = figure(height=1.4 + tallest * count, width=6.5)
     ax, place = axes[0, 0], np.arange(count)
     left = np.sqrt(part.cost.values / components)
     start = 0.8 * min(1.0, left.min())
@@ -103,24 +115,36 @@ def causes(data, naming_probability, verdict):
             ax.barh(place[chosen], left[chosen] - start, 0.7, start, color=colour, label=label, hatch=hatch)
     for y, value, probability in zip(place, left, part.posterior_probability.values, strict=True):
         if probability >= 0.001 and verdict != "unknown":
-            ax.text(value, y, f" {probability:.1%}", va="center", fontsize=7)
+            ax.text(value, y, f" {100 * probability:.1f} %", va="center", fontsize=7)
     ax.axvline(1, color="k", linewidth=0.8, linestyle=":")
     ax.set_xscale("log")
     ax.set_xlim(start, max(3 * left.max(), 3.0))
-    labels = [str(label).replace("_", " ") for label in part.explanation_label.values]
-    ax.set_yticks(place, [fill(shorten(label, 84, placeholder=" ..."), 44) for label in labels], fontsize=6.5)
+    ax.set_yticks(place, labels, fontsize=6.5)
     ax.invert_yaxis()
     ax.set_xlabel("rms residual (standard deviations)\ndotted: noise alone")
     each = "\n(at the bars: posterior probability of each explanation)"
     titles = {
         "unknown": "No explanation is accepted",
         "nothing": "Nothing is missing",
-        "cause": f"A cause that has {naming_probability:.0%} or more over all explanations is named{each}",
+        "cause": f"A cause that has {percent(naming_probability)} or more over all explanations is named{each}",
         "ambiguous": f"Several causes cannot be told apart{each}",
     }
     ax.set_title(titles[verdict])
     picture.legend(loc="outside upper center", ncols=3)
     return picture
+
+
+def in_words(label):
+    """The label of an explanation with units instead of keys: direction_rad 0.1725 is 'direction 9.88 °'."""
+
+    def shown(found):
+        name, unit, value = found.groups()
+        unit, value = unit.replace("_per_", "/").replace("_", " "), float(value)
+        if unit == "m" and abs(value) >= SMALL:
+            return f"{name} {number(1e3 * value)} mm"
+        return f"{name} {quantity(value, unit)}"
+
+    return SHAPE.sub(shown, str(label)).replace("_", " ")
 
 
 def shown_speed(data):
@@ -167,7 +191,7 @@ def before_and_after(data):
             seen = "held out of every fit" if data.held_out.values[speed] else "fitted"
             ax.set_title(f"{spin(w)}, {seen}")
             orbit.set_title("orbits, each about its mean")
-            ax.legend(loc="best")
+    picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return picture
 
 
@@ -178,7 +202,7 @@ def gain(data):
     held = data.held_out.values.astype(bool)
     chosen = data.isel(speed=np.flatnonzero(held)) if held.any() else data
     picture, axes = figure(1, 2, height=3.1)
-    labels = [f"{w:.4g}, node {node}" for w in chosen.speed.values for node in chosen.node.values]
+    labels = [f"{both_units(w)}, node {node}" for w in chosen.speed.values for node in chosen.node.values]
     labels = labels if len(labels) <= 24 else [""] * len(labels)
     measured = as_complex(chosen.measured)
     for k, (when, name, colour) in enumerate((("before", "base", BASE), ("after", "extended", EXTENDED))):
@@ -193,7 +217,7 @@ def gain(data):
         ax.set_ylim(bottom=0.5 * min(bar.get_height() for bar in ax.patches) or None)
         ax.set_xticks(np.arange(len(labels)), labels, rotation=90)
         ax.set_ylabel(label)
-        ax.set_xlabel("speed (rad/s), node")
+        ax.set_xlabel("speed: rad/s (rpm), node")
         ax.set_xlim(-0.6, max(len(labels), 4) - 0.4)
         ax.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
         ax.yaxis.set_major_formatter("{x:g}")

@@ -14,7 +14,7 @@ from rotorstudy.presentation.captions import CHANGE_FIGURES, DIAGNOSIS_FIGURES
 from rotorstudy.presentation.pages import inline_png, render
 from rotorstudy.presentation.speed_view import speed_view
 from rotorstudy.presentation.tables import cells
-from rotorstudy.units import p_value, percent, probability, quantity, spin
+from rotorstudy.units import p_value, percent, probability, quantity, spins
 
 MOST_LIMITS = 12  # detection limits on the page, the lowest first; all are in verdict.json
 CHANGED = {
@@ -114,10 +114,9 @@ def _glance(verdict, of_change):
     if gain is None:
         rows.append(("Gain", "not known; no speed was held out"))
     elif verdict.causes:
-        speeds = ", ".join(map(spin, gain.speeds))
         lengths = f"{quantity(gain.before_m, 'm')} to {quantity(gain.after_m, 'm')} rms"
         sigmas = f"{gain.before_sigma:.3g} to {gain.after_sigma:.3g} standard deviations"
-        rows.append(("Error at held-out speeds", f"{lengths}, {sigmas}, at {speeds}"))
+        rows.append(("Error at held-out speeds", f"{lengths}, {sigmas}, at {spins(gain.speeds)}"))
     return rows
 
 
@@ -176,8 +175,8 @@ def _setting(value):
 
 def _origin(verdict, data):
     origin = verdict.provenance
-    return (
-        f"{len(data.speed)} speeds, {len(data.harmonic)} harmonics, {len(data.node)} nodes; {verdict.candidates} "
-        f"candidates. rotorstudy {origin['rotorstudy_version']}, commit {origin['git_commit']}; records: "
-        f"{origin['records']}; rig: {origin['rig']}."
-    )
+    counts = {"speed": len(data.speed), "harmonic": len(data.harmonic), "node": len(data.node)}
+    said = ", ".join(f"{count} {name}{'s' * (count != 1)}" for name, count in counts.items())
+    made = f"rotorstudy {origin['rotorstudy_version']}, commit {origin['git_commit']}"
+    files = f"records: {origin['records']}; rig: {origin['rig']}"
+    return f"{said}; {verdict.candidates} candidates. {made}; {files}."

@@ -103,10 +103,11 @@ def bias(bias_data, cases, units, title):
             _dumbbells(panel, np.maximum(worst * scale[:, None], LEAST), i, len(rows), text)
         panel.set_xscale("log")
         panel.set_title(f"{known_name(str(quantity))} wrong")
-    names = [label(p) + (" (rad)" if error_unit(units[p]) == "rad" else "") for p in parameters]
+    names = [label(p) + (" (°)" if error_unit(units[p]) == "°" else "") for p in parameters]
     axes[0, 0].set_yticks(range(len(names)), names)
     axes[0, 0].set_ylim(len(names) - 0.5, -0.5)
-    axes[0, 0].set_xlabel("largest error of the estimate (%)")
+    clipped = f"\nsmaller ones at {LEAST:g}" if axes[0, 0].get_xlim()[0] < LEAST else ""
+    axes[0, 0].set_xlabel(f"largest error of the estimate (%; phases: °){clipped}")
     picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     picture.suptitle(f"{title}\n(filled: known quantity {ends[0]:g} % wrong, open: {ends[1]:g} %)", fontsize=9)
     return picture
@@ -123,8 +124,8 @@ def _dumbbells(panel, values, i, count, text):
 
 
 def known_name(key):
-    """mass_kg -> mass, youngs_modulus_Pa -> youngs modulus: the unit left out."""
+    """mass_kg -> mass, youngs_modulus_Pa -> Young's modulus: the unit left out."""
     *inside, name = key.split(".")
     name = name.split("_per_")[0]
-    name = name.rsplit("_", 2 if name.endswith("kg_m2") else 1)[0].replace("_", " ")
+    name = name.rsplit("_", 2 if name.endswith("kg_m2") else 1)[0].replace("_", " ").replace("youngs", "Young's")
     return f"{name} of {inside[0].removesuffix('s')} {int(inside[1]) + 1}" if inside else name

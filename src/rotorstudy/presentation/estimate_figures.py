@@ -1,6 +1,6 @@
 """Figures of the accuracy of estimates. Each function takes results and returns a matplotlib figure.
 
-units : reported name of a parameter -> its unit; phases are shown in rad, all others in per cent of their value
+units : reported name of a parameter -> its unit; phases are shown in degrees, all others in per cent of their value
 """
 
 import numpy as np
@@ -32,12 +32,12 @@ def label(parameter):
 
 def error_unit(unit):
     """The unit in which errors of a parameter of some unit are shown."""
-    return "rad" if unit == "rad" else "%"
+    return "°" if unit == "rad" else "%"
 
 
 def in_units(unit, error, true):
     """An error (SI) in the unit in which it is shown; true : value it is relative to."""
-    return error if unit == "rad" else error * 100 / abs(true)
+    return np.rad2deg(error) if unit == "rad" else error * 100 / abs(true)
 
 
 def speed_name(speed):
@@ -131,7 +131,9 @@ def collinearity(data, case, title):
     axes[0, 1].set_yticks(range(len(names)), names)
     axes[0, 1].invert_yaxis()
     axes[0, 1].set_xscale("log")
-    axes[0, 1].set(xlabel="bound / bound with all others known (1)", title="Loss of accuracy by correlation")
+    axes[0, 1].xaxis.set_major_formatter("{x:g}")
+    axes[0, 1].xaxis.set_minor_formatter("{x:g}" if here.inflation.max() < 10 else "")
+    axes[0, 1].set(xlabel="bound over bound with\nall others known (1)", title="Loss of accuracy by correlation")
     picture.suptitle(title, fontsize=9)
     return picture
 

@@ -51,6 +51,7 @@ def write_index(path, files, report=None):
         write_text(report, _report(groups))
 
 
+CALLED = {"zoo": "plugin library (zoo)"}
 PLAIN = {ord(mark): f"\\{mark}" for mark in "\\`_|"} | {ord("{"): "(", ord("}"): ")"}
 
 
@@ -89,9 +90,9 @@ def _group(root, folder, files):
 
 
 def _name(file):
-    """A file as a reader calls it: chapter_2/tables/table_2_1.html is 'table 2 1', an index its folder."""
+    """A file as a reader calls it: chapter_2/tables/table_2_1.html is 'table 2.1', an index its folder."""
     stem = file.parent.name if file.stem == "index" else file.stem
-    shown = stem.replace("_", " ")
+    shown = re.sub(r"^(figure|table) (\d+) (\d+)$", r"\1 \2.\3", CALLED.get(stem, stem.replace("_", " ")))
     return f"{file.parts[1].replace('_', ' ')}: {shown}" if len(file.parts) > 3 else shown
 
 

@@ -25,6 +25,7 @@ STYLE = {
     "xtick.labelsize": 7,
     "ytick.labelsize": 7,
     "axes.grid": True,
+    "axes.axisbelow": True,
     "grid.alpha": 0.3,
     "lines.linewidth": 1.2,
     "lines.markersize": 4,
@@ -108,11 +109,11 @@ def harmonic_axis(axes, harmonics):
 
 def plain_log(axes, ticks):
     """Logarithmic axes with the given ticks along x and powers of ten along y."""
-    from matplotlib.ticker import LogFormatter, NullLocator
+    from matplotlib.ticker import NullLocator
 
     axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
     axes.xaxis.set_minor_locator(NullLocator())
-    axes.yaxis.set_major_formatter(LogFormatter())
+    axes.yaxis.set_major_formatter("{x:g}")
     low, high = axes.get_ylim()
     axes.set_ylim(10 ** np.floor(np.log10(low)), 10 ** np.ceil(np.log10(high)))
     axes.yaxis.set_minor_locator(NullLocator())
@@ -184,7 +185,7 @@ def plot_phase(harmonics, amplitude, axes, *, label=None, index=0, near=None):
     phase = phase if near is None else phases_near(phase, np.angle(near, deg=True))
     style = {"color": COLOURS[index], "fillstyle": "none", "markersize": max(8 - 2 * index, 3), "clip_on": False}
     axes.plot(np.asarray(harmonics), phase, MARKERS[index], label=label, **style)
-    axes.set_ylim(-MOST_DEGREES, MOST_DEGREES)
+    axes.set_ylim(-MOST_DEGREES - 15, MOST_DEGREES + 15)  # with room for a mark
     axes.set_yticks(range(-180, 181, 90))
     axes.set_ylabel("phase (°)")
     harmonic_axis(axes, harmonics)

@@ -23,8 +23,8 @@ def write_plugin_library(html, csv):
     write_html(
         html,
         "Plugin library (zoo)",
-        f"{count} models, each in one file in plugins/. Every claim is checked by the tests and by `rotorstudy check`. "
-        "An option marked (needed) has no default. zoo.csv has a separate column for each fact.",
+        f"{count} models, each in one file in plugins/. Every claim is checked by the tests and by 'rotorstudy check'. "
+        "An option marked '(needed)' has no default. zoo.csv has a separate column for each fact.",
         {f"{kind} ({len(table)})": shown(table) for kind, table in found.items()},
     )
 

@@ -9,7 +9,7 @@ from rotorstudy.measurement.findings import SEVERITIES
 from rotorstudy.presentation.pages import inline_png, render
 from rotorstudy.presentation.tables import cells
 from rotorstudy.store import write_text
-from rotorstudy.units import shown_unit
+from rotorstudy.units import RAD_PER_S, shown_unit, spin
 
 log = logging.getLogger(__name__)
 
@@ -22,8 +22,6 @@ MOST_NAMED = 5  # nodes in one column of a legend
 
 def write_page(measurement, path, title):
     """Write the quality page of a Measurement to a file; title : heading of the page."""
-    import pandas as pd
-
     records = [{"record": one.where, **_named(one, RecordFacts)} for one in measurement.facts]
     nodes = [
         {"record": one.where, "node": node, **_named(facts, NodeFacts)}
@@ -35,8 +33,8 @@ def write_page(measurement, path, title):
         title=title,
         findings=measurement.findings,
         counts={kind: sum(f.severity == kind for f in measurement.findings) for kind in SEVERITIES},
-        records=cells(pd.DataFrame(records), 4),
-        nodes=cells(pd.DataFrame(nodes), 4),
+        records=cells(_known(records), 4),
+        nodes=cells(_known(nodes), 4),
         speeds=len(measurement.spectrum.speed) if measurement.spectrum else 0,
         bode=_bode(measurement.spectrum) if measurement.spectrum else {},
         pictures=_pictures(measurement) if measurement.spectrum else {},
@@ -45,12 +43,21 @@ def write_page(measurement, path, title):
 
 
 def _named(facts, kind):
-    """Facts under their long names with unit."""
+    """Facts under their long names with unit; a speed in rpm too."""
     found = {}
     for name, unit, long in facts_of(kind):
-        unit, factor = shown_unit(unit)
-        found[f"{long} ({unit})" if unit else long] = factor * float(getattr(facts, name))
+        value, (unit, factor) = float(getattr(facts, name)), shown_unit(unit)
+        found[f"{long} ({unit})" if unit else long] = factor * value
+        if unit == "rad/s":
+            found[f"{long} (rpm)"] = value / RAD_PER_S["rpm"]
     return found
+
+
+def _known(rows):
+    """A DataFrame of rows without the columns of facts that none has; those of a table of harmonics are few."""
+    import pandas as pd
+
+    return pd.DataFrame(rows).dropna(axis="columns", how="all")
 
 
 def _bode(spectrum):
@@ -68,7 +75,7 @@ def _pictures(measurement):
     frames = {}
     for i in np.unique(np.linspace(0, count - 1, min(count, MOST_PICTURES)).astype(int)):
         record = next((r for r in measurement.records if r.speed == spectrum.speed[i]), None)
-        where = f"{spectrum.speed[i]:.6g} rad/s" + (f" ({record.where})" if record else "")
+        where = spin(spectrum.speed[i]) + (f" ({record.where})" if record else "")
         found[where] = inline_png(_picture(spectrum, i, record, frames))
     return found
 

@@ -1,5 +1,6 @@
 """Figures of a replayed experiment."""
 
+import re
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +23,16 @@ from rotorstudy.thesis.config import ReplayConfig
 from rotorstudy.thesis.replay import COLUMN, thesis_estimates
 from rotorstudy.thesis.replay_tables import estimate_checks
 from rotorstudy.units import percent
+
+OUTSIDE = ("impossible", "implausible")  # verdicts on an estimate
+SYMBOLS = {"c_E": "external damping $c_E$", "c_H": "internal damping $c_H$", "e": "eccentricity $e$"}
+METHODS = {"fft": "FFT"}  # columns of the thesis
+
+
+def symbol(name):
+    """A printed name as a formula: dk p_-1 is the stiffness loss times the participation factor of -1X."""
+    order = re.fullmatch(r"dk p_(-?\d+)", name)
+    return rf"$\Delta k\,p_{{{order[1]}}}$" if order else SYMBOLS.get(name, name)
 
 
 class Replayed(NamedTuple):
@@ -80,9 +91,9 @@ def spectra_figure(replayed, case, group):
         part = replayed.here.sel(data_set=data_set, spectrum_method=data_set, case=case)
         both = as_complex(part.displacement), np.exp(1j * part.reference_phase.values)
         first = first or both
-        plot_full_spectrum(harmonics, both[0], axes[0, 0], label=data_set, index=i, count=2)
+        plot_full_spectrum(harmonics, both[0], axes[0, 0], label=METHODS.get(data_set, data_set), index=i, count=2)
         for panel, values, near in zip(axes[1:, 0], both, first, strict=True):
-            plot_phase(harmonics, values, panel, label=data_set, index=i, near=near)
+            plot_phase(harmonics, values, panel, label=METHODS.get(data_set, data_set), index=i, near=near)
     for panel, title in enumerate(
         ("Amplitude of the displacement", "Phase of the displacement", "Phase of the reference signal")
     ):
@@ -151,6 +162,7 @@ def crack_force_figure(replayed, case, group):
     free = [config.thesis_names[f"dk p_{n}"][0] for n in config.harmonics]
     models = [p for p in config.figures.values() if p.kind == "model"]
     shown = {p.group: [q.case for q in models if q.group == p.group] for p in models}
+    differing = []
     picture, axes = figure(1, len(shown), width=2.8 if len(shown) > 1 else 4.0, sharey=True)
     for panel, (of_group, of_cases) in zip(axes[0], shown.items(), strict=True):
         estimate = replayed.estimates_for(of_group).estimate
@@ -159,12 +171,19 @@ def crack_force_figure(replayed, case, group):
         for i, (label, force) in enumerate((("here", ours), ("thesis", theirs))):
             at = np.array(config.harmonics) + (i - 0.5) * 0.4
             panel.bar(at, np.abs(force), 0.4, color=COLOURS[i], label=label)
+        sizes = np.abs(theirs), np.abs(ours)
+        differing += [(abs(a - b), n, a, b) for n, a, b in zip(config.harmonics, *sizes, strict=True)]
         harmonic_axis(panel, config.harmonics)
         panel.set_xlabel("harmonic")
         panel.set_title(f"{' and '.join(of_cases)} (estimates of {of_group})", fontsize=7)
     axes[0, 0].set_ylabel("crack force (N)")
     axes[0, 0].legend()
-    picture.suptitle("Crack force from the estimated stiffness losses", fontsize=8)
+    n, theirs, ours = max(differing)[1:]
+    picture.suptitle(
+        f"Crack forces from the estimated stiffness losses differ most at {n}X: {theirs:.1f} N in the thesis, "
+        f"{ours:.1f} N here",
+        fontsize=8,
+    )
     return picture
 
 
@@ -179,7 +198,7 @@ def bow_magnification_figure(replayed, case, group):
         if data_set == COLUMN:
             share = 1 - np.abs(change - magnified) / np.abs(change)
             axes[0, 0].plot(frequency, np.abs(magnified) * 1e6, "k--", label="predicted for a bow")
-        style = {"color": COLOURS[i], "fillstyle": "none", "label": f"measured, {data_set}"}
+        style = {"color": COLOURS[i], "fillstyle": "none", "label": f"measured, {METHODS.get(data_set, data_set)}"}
         axes[0, 0].plot(frequency, np.abs(change) * 1e6, MARKERS[i], **style)
     axes[0, 0].set(xlabel="spin speed (Hz)", ylabel="change of 1X from slow roll (µm)")
     if share.min() > 0.5:
@@ -207,7 +226,7 @@ def checks_figure(replayed, case, group):
                 xerr=[[at - low], [high - at]],
                 fmt=MARKERS[s],
                 color=COLOURS[s],
-                fillstyle="full" if row.verdict in ("impossible", "implausible") else "none",
+                fillstyle="full" if row.verdict in OUTSIDE else "none",
                 capsize=2,
                 label=source if row.parameter == names[0] else None,
             )
@@ -215,11 +234,13 @@ def checks_figure(replayed, case, group):
     place = np.arange(len(names))
     axes[0, 0].barh(place, sides, 1.0, color=COLOURS[2], alpha=0.12, linewidth=0, label="possible in size")
     axes[0, 0].axvspan(0, 1, color=COLOURS[2], alpha=0.25, label="possible")
-    axes[0, 0].set_yticks(range(len(names)), names)
+    axes[0, 0].set_yticks(range(len(names)), [symbol(name) for name in names])
     axes[0, 0].set_xscale("symlog", linthresh=1)
+    printed = checks[checks.source == "thesis"]
+    outside = int(printed.verdict.isin(OUTSIDE).sum())
     axes[0, 0].set(
         xlabel="estimate / largest possible value (1)",
-        title=f"Filled: outside the limits by the rig's own data ({group})",
+        title=f"The thesis's estimates exceed {outside} of {len(printed)} limits by the rig's data (filled; {group})",
     )
     picture.legend(loc="outside lower center", ncols=2)
     return picture

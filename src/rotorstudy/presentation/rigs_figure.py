@@ -3,6 +3,7 @@
 import numpy as np
 
 from rotorstudy.presentation.plots import COLOURS, MARKERS, figure
+from rotorstudy.presentation.replay_figures import symbol
 from rotorstudy.thesis.checks import names_of_either_sign
 from rotorstudy.thesis.replay import COLUMN
 from rotorstudy.thesis.rigs import slow_roll_parts
@@ -44,7 +45,8 @@ def rigs_figure(replays, table):
             )
     axes[0, 0].axvline(0, color="k", linewidth=0.8)
     axes[0, 0].set_xscale("symlog", linthresh=0.1)
-    axes[0, 0].set_yticks(range(len(parameters)), parameters)
+    axes[0, 0].margins(x=0.08)
+    axes[0, 0].set_yticks(range(len(parameters)), [symbol(name) for name in parameters])
     axes[0, 0].invert_yaxis()
     if min(slow_roll_parts(config, spectra)[-1].min() for config, _, spectra in replays) > MOSTLY:
         title = "Both rigs: -1X of the slow roll is attributed to a crack"

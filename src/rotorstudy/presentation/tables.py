@@ -1,5 +1,7 @@
 """Tables for readers: CSV for programs, one self-contained HTML page for people."""
 
+import re
+
 from rotorstudy.presentation.named_files import files_by_name
 from rotorstudy.presentation.pages import render
 from rotorstudy.store import atomic, write_text
@@ -54,7 +56,12 @@ def cells(table, digits=6):
         [(kind, _cell(value, digits)) for kind, value in zip(kinds, row, strict=True)]
         for row in zip(*(column for _, column in table.items()), strict=True)
     ]
-    return {"columns": [str(name) for name in table.columns], "rows": rows}
+    return {"columns": [_heading(str(name)) for name in table.columns], "rows": rows}
+
+
+def _heading(name):
+    """noise_percent -> noise (%), last_digit -> last digit."""
+    return re.sub(r"_percent$", " (%)", name).replace("_", " ")
 
 
 def _kind(column):

@@ -17,7 +17,7 @@ def stability(stable, closed_form=None):
     natural = float(stable.natural_frequency)
     for i, damping in enumerate(stable.damping_ratio.values):
         growth = stable.growth_rate.sel(damping_ratio=damping)
-        axes[0, 0].plot(stable.relative_speed, growth, color=COLOURS[i], label=f"c_E / c_H = {damping:g}")
+        axes[0, 0].plot(stable.relative_speed, growth, color=COLOURS[i], label=f"$c_E / c_H = {damping:g}$")
     axes[0, 0].axhline(0, color="k", linewidth=0.8)
     axes[0, 0].set(xlabel="speed / natural frequency (1)", ylabel="growth rate (1/s)", title="Unstable above zero")
     axes[0, 0].legend()

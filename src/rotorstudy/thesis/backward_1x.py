@@ -127,8 +127,8 @@ def backward_1x_table(replays):
         "-1X of both rigs: probes, runout or a coupling?",
         [
             "-1X divided by the conjugate of +1X is nearly the same at all published speeds, slow roll included, and "
-            "on both rigs, which had the same probes. Two probes sigma from a right angle would give exactly that: a "
-            "share sigma / 2 at 90 degrees.",
+            "on both rigs, which had the same probes. Probes whose angle is σ off a right angle would give exactly "
+            "that: a share σ / 2 at 90 degrees.",
             "A small p-value rejects a hypothesis. Neither the probes alone nor runout alone explains both rigs; "
             "together they do. Each rig by itself cannot separate them, because 1X of the slow roll, which is runout "
             "or bow, dominates +1X at every speed.",
@@ -137,7 +137,7 @@ def backward_1x_table(replays):
             "therefore name a coupling; shared probes explain why the shares of both rigs agree.",
             "The share is determined by the changes of +1X between the speeds, which are small. An anisotropic "
             "support would add a backward vibration of its own; these speeds cannot exclude it.",
-            f"Assumed standard deviation of a reading: {READING_M * 1e6:g} um and {METHOD * 100:g} %; it is not "
+            f"Assumed standard deviation of a reading: {READING_M * 1e6:g} µm and {METHOD * 100:g} %; it is not "
             "published.",
         ],
         digits=3,

@@ -50,7 +50,7 @@ def assumed_parameters(config, true):
     rows = [(name, float(true.sel(parameter=ours)) * factor) for name, (ours, factor) in PARAMETERS.items()]
     deflection = static_deflection(model, [100.0], model.theta[: len(model.rotor_unknowns)]).value[0]
     for node in model.structure.nodes:
-        rows.append((f"u_x0 at node {node} (um)", deflection[model.structure.index(node)].real * 1e6))
+        rows.append((f"u_x0 at node {node} (µm)", deflection[model.structure.index(node)].real * 1e6))
         rows.append((f"phi_y0 at node {node} (urad)", deflection[model.structure.index(node, "tilt")].real * 1e6))
     return Table(
         pd.DataFrame(rows, columns=["parameter", "here"]),

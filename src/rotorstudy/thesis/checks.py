@@ -69,12 +69,12 @@ def names_of_either_sign(config):
 
 
 def shown_estimates(config, estimates):
-    """Estimates as pages show them: names, units, lengths in um, phases in degrees.
+    """Estimates as pages show them: names, units, lengths in µm, phases in degrees.
 
     estimates : DataFrame with parameter, estimate, low, high, SI
     """
     units = {name: unit for name in estimates.parameter for unit in config.model.reported_units([_alike(name)])}
-    shown = {"m": ("um", 1e6), "rad": ("deg", 180 / np.pi)}
+    shown = {"m": ("µm", 1e6), "rad": ("deg", 180 / np.pi)}
     unit, factor = zip(*(shown.get(units[name], (units[name], 1.0)) for name in estimates.parameter), strict=True)
     values = {key: estimates[key] * np.array(factor) for key in ("estimate", "low", "high")}
     found = estimates.assign(**values, parameter=estimates.parameter.map(shown_name))
@@ -104,7 +104,7 @@ def limit_of_estimates(config, bow):
         f"at most {bound['damping ratio']:.2f} for both dampings together"
     )
     eccentricity = (
-        f"the shaft is bowed by {bow * 1e6:.0f} um and carries the disc with it; an eccentricity beyond the bow would "
+        f"the shaft is bowed by {bow * 1e6:.0f} µm and carries the disc with it; an eccentricity beyond the bow would "
         "need a disc whose own mass centre is off by more than that"
     )
     loss = (
@@ -142,7 +142,7 @@ def physical_checks(config, estimates, bow):
             verdict = "possible"
         elif low > limit.highest or high < 0:
             verdict = limit.beyond
-        unit, scale = ("um", 1e6) if limit.unit == "m" else (limit.unit, 1.0)
+        unit, scale = ("µm", 1e6) if limit.unit == "m" else (limit.unit, 1.0)
         rows.append(
             {
                 "source": row.source,
@@ -232,8 +232,8 @@ def bow_text(config, compensated):
     """Predicted effect of a bow of the slow roll's size on 1X beside the measured one, in words."""
     change, magnified = bow_magnification(config, compensated)
     names = [list(config.cases)[c] for c in higher_cases(config)]
-    expected = ", ".join(f"{abs(m) * 1e6:.0f} um at {name}" for name, m in zip(names, magnified, strict=True))
-    measured = ", ".join(f"{abs(c) * 1e6:.0f} um" for c in change)
+    expected = ", ".join(f"{abs(m) * 1e6:.0f} µm at {name}" for name, m in zip(names, magnified, strict=True))
+    measured = ", ".join(f"{abs(c) * 1e6:.0f} µm" for c in change)
     share = 1 - np.abs(change - magnified) / np.abs(change)
     text = f"A bow of the slow roll's size would change 1X by {expected}; the measured change is {measured}"
     if share.min() > 0:
@@ -261,5 +261,5 @@ def weight_text(config, compensated):
     verdict = "does not hold here" if ratio > 0.5 else "is doubtful"
     return (
         f"Weight dominance, which all estimates assume, {verdict}: 1X without slow roll reaches {percent(ratio)} of "
-        f"the static deflection ({np.abs(change).max() * 1e6:.0f} of {static * 1e6:.0f} um)."
+        f"the static deflection ({np.abs(change).max() * 1e6:.0f} of {static * 1e6:.0f} µm)."
     )

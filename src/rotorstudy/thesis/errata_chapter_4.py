@@ -116,7 +116,7 @@ def _stiffness_losses(config, noisy):
 
 
 def _weight_dominance(dominance):
-    """What the weight-dominant force of the crack leaves out; harmonics above 1 um are compared."""
+    """What the weight-dominant force of the crack leaves out; harmonics above 1 µm are compared."""
     errors = dominance.error.isel(case=0).sel(parameter="stiffness_loss_22")
     dominant, full = np.abs(as_complex(dominance.displacement.sel(crack_scale=1.0).isel(speed=0)))
     growth = (full / dominant - 1)[dominant > 1e-6] * 100

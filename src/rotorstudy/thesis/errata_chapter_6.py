@@ -17,7 +17,7 @@ def deviations(model, printed):
 
     printed : rows of `published`, Tables 6.2 to 6.7
     returns : DataFrame with table, item, computed (m or rad) and deviation (amplitudes relative, phases in rad) of the
-              harmonics above 0.1 um
+              harmonics above 0.1 µm
     """
     harmonics = sorted({int(n) for n in printed.item})
     response = measured_response(model, [100.0], harmonics)[0]

@@ -196,20 +196,20 @@ def response_table(config, spectra, identification, thesis_response):
             row = {
                 "case": list(config.cases)[c],
                 "harmonic": n,
-                "slow roll (um)": np.abs(compensated[slow, h]) * 1e6,
-                "as measured (um)": np.abs(compensated[c, h]) * 1e6,
-                "change from slow roll (um)": np.abs(compensated[c, h] - compensated[slow, h]) * 1e6,
-                "compared (um)": np.abs(corrected[c, h]) * 1e6,
+                "slow roll (µm)": np.abs(compensated[slow, h]) * 1e6,
+                "as measured (µm)": np.abs(compensated[c, h]) * 1e6,
+                "change from slow roll (µm)": np.abs(compensated[c, h] - compensated[slow, h]) * 1e6,
+                "compared (µm)": np.abs(corrected[c, h]) * 1e6,
             }
             for name, values in responses.items():
                 row |= {
-                    f"{name} (um)": np.abs(values[i, h]) * 1e6,
-                    f"{name}, off (um)": np.abs(values[i, h] - corrected[c, h]) * 1e6,
+                    f"{name} (µm)": np.abs(values[i, h]) * 1e6,
+                    f"{name}, off (µm)": np.abs(values[i, h] - corrected[c, h]) * 1e6,
                 }
             rows.append(row)
     table = pd.DataFrame(rows)
-    off = {name: np.sqrt((table[f"{name}, off (um)"] ** 2).sum()) for name in responses}
-    whole = np.sqrt((table["compared (um)"] ** 2).sum())
+    off = {name: np.sqrt((table[f"{name}, off (µm)"] ** 2).sum()) for name in responses}
+    whole = np.sqrt((table["compared (µm)"] ** 2).sum())
     distances = ", ".join(f"{name} {percent(value / whole)} of the measured" for name, value in off.items())
     largest = {n: largest_crack_response(config, n) * 1e6 for n in (-1, 2)}
     already = already_there(config, compensated)
@@ -223,7 +223,7 @@ def response_table(config, spectra, identification, thesis_response):
             f"Over all speeds and harmonics: {distances}, estimates of {config.all_speeds}.",
             f"{already[-1]}; {already[2]}.",
             "At low speed weight can cause, by a crack within the limits of the impact tests, at most "
-            f"{largest[-1]:.1f} um at -1X and {largest[2]:.1f} um at 2X. More than that at slow roll is runout or "
+            f"{largest[-1]:.1f} µm at -1X and {largest[2]:.1f} µm at 2X. More than that at slow roll is runout or "
             "unequal probes, and remains in what is compared.",
         ],
         digits=4,

@@ -56,7 +56,7 @@ def relative_estimates(config, reference, identification, spectra):
             row |= {f"{estimator.replace('_', ' ')}, {key}": float(here[key]) / scale for key in here.data_vars}
         here = best.sel(estimator="least_squares", parameter=[ours]).to_dataframe().reset_index()
         (check,) = physical_checks(config, here.assign(source="least squares"), bow).itertuples()
-        row["largest possible"] = check.largest_possible / (scale * (1e6 if check.unit == "um" else 1.0))
+        row["largest possible"] = check.largest_possible / (scale * (1e6 if check.unit == "µm" else 1.0))
         row["verdict on least squares"] = check.verdict
         rows.append(row)
     return rows
@@ -80,8 +80,8 @@ def slow_roll_note(config, spectra):
     most = largest_crack_response(config, -1) * 1e6
     rig = config.name.replace("_", " ").capitalize()
     return (
-        f"{rig}: already present at slow roll, as vectors, are {there}; -1X is {slow:.0f} um there, of which weight "
-        f"can cause at most {most:.1f} um by a crack within the limits of the impact tests."
+        f"{rig}: already present at slow roll, as vectors, are {there}; -1X is {slow:.0f} µm there, of which weight "
+        f"can cause at most {most:.1f} µm by a crack within the limits of the impact tests."
     )
 
 

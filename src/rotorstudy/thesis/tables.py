@@ -24,14 +24,14 @@ def in_table_order(scored):
 
 
 def in_micrometres(scored):
-    """Lengths in um instead of m, for display."""
+    """Lengths in µm instead of m, for display."""
     small = scored.unit == "m"
     lengths = {key: (scored[key] * 1e6).round(9).where(small, scored[key]) for key in ("published", "computed")}
-    return scored.assign(**lengths, unit=scored.unit.where(~small, "um"))
+    return scored.assign(**lengths, unit=scored.unit.where(~small, "µm"))
 
 
 def side_by_side(scored, rows, columns):
-    """A scored table for readers: published and ours next to each other, lengths in um.
+    """A scored table for readers: published and ours next to each other, lengths in µm.
 
     scored : rows of a scoreboard;  rows, columns : key columns of the rows and of the columns
     """

@@ -5,14 +5,16 @@ import numpy as np
 from rotorstudy.diagnosis.verdict.far_from_the_rig import moved_far
 from rotorstudy.diagnosis.verdict.result import Place
 from rotorstudy.model.registry import registry
-from rotorstudy.units import interval, number, p_value, percent, probability, quantity
+from rotorstudy.units import interval, number, p_value, percent, probability, quantity, spins
 
 FEW = 3  # detection limits, or unexplained harmonics, in a sentence
 SEVERAL = 6  # other possible causes in a sentence
 SAME_WEIGHT = 0.05  # difference of the weights of two discs in a sum that is not worth saying
 SMALL = 1e-3  # m; lengths below are said in µm
 ABSENT = 3.0  # standard deviations; of a cause with many amplitudes, a sentence names those above
+ANY_ANGLE = np.deg2rad(90.0)  # standard deviation from which on the records leave a phase open
 WORTH_SAYING = 0.05  # probability that the true cause is not among those stated
+MOST_ODDS = 100  # power of ten; what is left out of account is far more probable than that
 LARGE_LOG_ODDS = 7.0  # from which on odds are said as a power of ten
 
 
@@ -48,6 +50,11 @@ def _direction(cause):
     return ("at" if fold == 1 else "along"), fold
 
 
+def _is_open(phase):
+    """Whether the records leave the phase of an amplitude open."""
+    return phase.std is not None and not phase.std < ANY_ANGLE
+
+
 def _angle(phase, fold):
     """Value and standard deviation of the direction of a phase, rad."""
     return phase.value / fold, None if phase.std is None else phase.std / fold
@@ -75,7 +82,7 @@ def cause_in_words(cause):
     for name, one in _present(cause).items():
         if one.part == "phase":
             value, std = _angle(one, fold)
-            texts[-1] += f" {word} {quantity(value, one.unit, std)}"
+            texts[-1] += f" {word} any angle" if _is_open(one) else f" {word} {quantity(value, one.unit, std)}"
         else:
             label = "" if name == cause.effect else f"{_without_unit(name, one)} "
             texts.append(label + quantity(*_in_its_unit(name, one)))
@@ -113,7 +120,13 @@ def sizes(cause):
             label = f"{readable(stem)}, {label}" if one.part == "phase" else _without_unit(stem, one)
         text = quantity(value, unit, std)
         known = std is not None and np.isfinite(std) and std > 0
-        found[label] = f"{text} (95 %: {interval(value, unit, std)})" if known else text
+        if one.part == "phase" and _is_open(one):
+            found[label] = "not known"
+        elif known:
+            least = 0.0 if one.part == "magnitude" else -np.inf
+            found[label] = f"{text} (95 %: {interval(value, unit, std, least)})"
+        else:
+            found[label] = text
     return found | _variants(cause)
 
 
@@ -157,8 +170,11 @@ def excluded_in_words(verdict):
 
 
 def _odds(log_odds):
-    """'85', or '10^12' where it is large."""
-    return f"{np.exp(log_odds):.2g}" if log_odds < LARGE_LOG_ODDS else f"10^{log_odds / np.log(10):.0f}"
+    """'85', or '10^12' where it is large, up to a largest power."""
+    power = log_odds / np.log(10)
+    if power > MOST_ODDS:
+        return f"more than 10^{MOST_ODDS}"
+    return f"{np.exp(log_odds):.2g}" if log_odds < LARGE_LOG_ODDS else f"10^{power:.0f}"
 
 
 def resultant_in_words(found):
@@ -274,11 +290,11 @@ def gain_in_words(verdict):
     gain, it = verdict.gain, "it" if len(verdict.causes) == 1 else "them"
     if gain is None:
         return f"No speed was held out, so the gain from adding {it} is not known."
-    speeds = " and ".join(f"{w:.4g}" for w in gain.speeds)
     change = "lowers" if gain.ratio < 1 else "raises"
     told = (
-        f"Adding {it} {change} the error at {speeds} rad/s, held out of every fit, from {quantity(gain.before_m, 'm')} "
-        f"to {quantity(gain.after_m, 'm')} rms ({gain.before_sigma:.3g} to {gain.after_sigma:.3g} standard deviations)."
+        f"Adding {it} {change} the error at {spins(gain.speeds)}, held out of every fit, from "
+        f"{quantity(gain.before_m, 'm')} to {quantity(gain.after_m, 'm')} rms ({gain.before_sigma:.3g} to "
+        f"{gain.after_sigma:.3g} standard deviations)."
     )
     if gain.ratio < 1:
         return told
