@@ -194,3 +194,14 @@ def test_labels_that_are_numbers_and_texts_have_one_provenance():
 def test_one_record_given_as_both_states_is_refused():
     with pytest.raises(RotorstudyError, match="same harmonics at every speed"):
         compare(state(1), state(1), build_model(RIG), settings=SETTINGS)
+
+
+def test_a_rig_that_misses_the_state_before_misses_as_much_of_the_change():
+    """The error of the rig is that of its prediction of the change too; a rig that fits keeps the stated one."""
+    before = state(1, sizes=SMALL)
+    _, notes, error = known_as_before(build_model(RIG), before, SETTINGS)
+    assert notes == [] and error == SETTINGS.model_error  # negative control
+    bent = replace(before, amplitude=before.amplitude * (1 + 0.2 * np.cos(5 * SPEEDS))[:, None, None])
+    _, (note,), error = known_as_before(build_model(RIG), bent, SETTINGS)
+    assert note.name == "state before not explained" and error > 10 * SETTINGS.model_error
+    assert f"error of {100 * error:.3g} %" in note.text

@@ -5,12 +5,15 @@ import pytest
 import yaml
 
 from rotorstudy.commands.line import main
-from rotorstudy.diagnosis.runs.contradicting import check_slow_roll
+from rotorstudy.diagnosis.runs import joint as diagnosis_joint
+from rotorstudy.diagnosis.runs.contradicting import _moved_far, check_slow_roll
 from rotorstudy.diagnosis.runs.joint import identify_runs, shared_names
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import read_settings
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.inference import joint
 from rotorstudy.inference.fit import fit
+from rotorstudy.inference.joint import fit_runs
 from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.model.rig import build_model, read_rig
@@ -170,6 +173,40 @@ def test_a_mass_on_the_wrong_side_of_the_disc_is_told(folder, scale):
     assert told.where == "run 'trial'" and "60 g mm at 270 ° is stated" in told.text
     shown = told.text.split("show ")[1]
     assert abs(float(shown.split()[0]) - 60) < 2 and abs(float(shown.split(" at ")[1].split()[0]) - 90) < 2
+
+
+def test_parameters_that_run_away_are_fitted_again_and_named(folder, monkeypatch):
+    """A trial mass stated in the wrong unit, and an unbalance that is said to be known."""
+    rig = yaml.safe_load(yaml.safe_dump(RIG))
+    rig["diagnosis"]["uncertainty"]["eccentricity"] = 0.1
+    (folder / "narrow.yaml").write_text(yaml.safe_dump(rig))
+    runs = yaml.safe_load((folder / "runs.yaml").read_text())["runs"][:2]
+    runs[1]["unbalances"][0]["unbalance_g_mm"] = 6e4
+    (folder / "wrong_unit.yaml").write_text(yaml.safe_dump({"runs": runs}))
+    found = identify_runs(folder / "wrong_unit.yaml", folder / "narrow.yaml")
+    monkeypatch.setattr(joint, "IMPLAUSIBLE", 0.0)  # negative control: the fit that runs away
+    direct = identify_runs(folder / "wrong_unit.yaml", folder / "narrow.yaml")
+    gentle, rough = (one.joint.posterior.misfit + one.joint.posterior.penalty for one in (found, direct))
+    assert gentle < 0.99 * rough
+    (told,) = _moved_far(found.joint)
+    assert told.name == "far from the rig" and "eccentricity[disc" in told.text
+    assert _moved_far(identify_runs(folder / "runs.yaml", folder / "rig.yaml").joint) == []  # negative control
+
+
+def test_a_number_of_the_rotor_keeps_its_sign_while_it_is_fitted(folder, monkeypatch):
+    """A first step that would make the modulus negative does not stop the fit."""
+    steps = []
+
+    def overshooting(runs, shared, start=None):
+        found = fit_runs(runs, shared, start)
+        if not steps:
+            found.posterior.free[found.prior.names.index("rotor.youngs_modulus_Pa")] = -3.0
+        steps.append(found)
+        return found
+
+    monkeypatch.setattr(diagnosis_joint, "fit_runs", overshooting)
+    found = identify_runs(folder / "runs.yaml", folder / "rig.yaml")
+    assert len(steps) > 1 and abs(found.of("rotor.youngs_modulus_Pa")[0] - TRUE["rotor.youngs_modulus_Pa"]) < 0.01
 
 
 def test_a_slow_roll_above_the_first_critical_speed_is_told(folder):

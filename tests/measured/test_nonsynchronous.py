@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from machine import TIME, records, write, write_rig
+from machine import HARMONICS, TIME, records, write, write_rig
 
 from rotorstudy.measurement.lines import orders_of_lines
 from rotorstudy.measurement.measurement import read_measurement
-from rotorstudy.measurement.nonsynchronous import Seen, likely_kind
+from rotorstudy.measurement.nonsynchronous import Seen, _finding, likely_kind
 
 SPEEDS = [85.0, 100.0]
 SIZE = 3e-6
@@ -33,7 +33,7 @@ def read(folder, kind, speeds=SPEEDS):
 
 KINDS = {
     "whirl": ("fluid whirl", "forward"),
-    "backward": ("not clear", "backward"),
+    "backward": ("follows the speed, 0.47 times it", "backward"),
     "half": ("nonlinearity: 1/2", "without a clear sense"),
     "third": ("nonlinearity: 1/3", "forward"),
     "hum": ("hum of the mains: 1 x 50 Hz", "without a clear sense"),
@@ -64,6 +64,39 @@ def test_a_short_record_does_not_tell_a_whirl_near_one_half_from_a_subharmonic(o
     said = likely_kind(np.array([100.0]), np.array([order]), seen)
     assert "nonlinearity: 1/2 of the speed to 0.02" in said
     assert ("fluid whirl" in said) == whirl
+
+
+@pytest.mark.parametrize(
+    ("orders", "said"),
+    [([0.81, 0.81], "follows the speed, 0.81 times it"), ([0.81, 0.83], "neither"), ([0.81], "another speed tells")],
+)
+def test_a_line_of_no_known_kind_says_what_is_known_of_it(orders, said):
+    speeds = np.array([80.0, 100.0])[: len(orders)]
+    assert said in likely_kind(speeds, np.array(orders), Seen("here", 80.0, 40.0, 0.81, SIZE, 0.0, 1))
+
+
+def test_records_are_counted_and_not_lines():
+    seen = [Seen(name, 80.0, 40.0, order, SIZE, 0.0, 1) for name, order in [("a", 0.81), ("a", 0.812), ("b", 0.81)]]
+    assert "in 2 records" in _finding(seen).text
+    assert "records, " not in _finding(seen[:2]).text  # negative control
+
+
+def test_the_gap_of_the_probes_does_not_leak_into_harmonics_and_lines(tmp_path):
+    """Without 0 among the harmonics the mean, hundreds of times the vibration, is no part of the fit."""
+    made, read = records(2, SPEEDS[:1]), []
+    made[0].displacement[:] += line("hum", made[0].speed)
+    for gap, wanted in [(0.0, HARMONICS[1:]), (1.2e-3 * (1 - 0.4j), HARMONICS[1:]), (1.2e-3, HARMONICS)]:
+        folder = tmp_path / f"{len(read)}"
+        folder.mkdir()
+        made[0].displacement[:] += gap - np.mean(made[0].displacement, axis=-1, keepdims=True)
+        rig = write_rig(folder / "rig.yaml", harmonics=wanted)
+        read.append(read_measurement([write("csv", folder, made[0])], rig))
+    without, with_gap, of_mean = (one.spectrum for one in read)
+    np.testing.assert_allclose(with_gap.amplitude, without.amplitude, atol=1e-3 * SIZE)
+    np.testing.assert_allclose(with_gap.covariance, without.covariance, rtol=1e-6, atol=1e-6 * without.covariance.max())
+    both = [one.facts[0].nodes[2].lines[0] for one in read[:2]]
+    assert both[1].forward == pytest.approx(both[0].forward, rel=1e-6)
+    assert np.abs(of_mean.amplitude[0, 0]).min() > 1e-3  # negative control: a mean that is wanted is kept
 
 
 def test_the_line_is_measured(tmp_path):

@@ -7,6 +7,7 @@ import yaml
 from rotorstudy.commands.line import main
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.measurement import read_measurement
+from rotorstudy.measurement.wide_tables import wide_table
 
 SPEEDS = np.array([90.0, 150.0, 210.0])  # rad/s
 FORWARD, BACKWARD = np.array([3e-6, 8e-6j, -5e-6 + 1e-6j]), np.array([1e-6j, -2e-6, 1e-6])
@@ -203,3 +204,48 @@ def test_a_table_of_a_probe_is_identified(tmp_path, capsys):
     printed = capsys.readouterr().out.splitlines()
     assert float(printed[0].split()[1]) == pytest.approx(1.5e-5, rel=1e-3)
     assert float(printed[2].split()[1]) == pytest.approx(20.0, rel=2e-3)
+
+
+def wide(name="peak-to-peak, mil, lag", unit="mil pp", turn="deg lag"):
+    """The table with a column for each probe, below two lines of the monitoring system."""
+    _, _, _, written = WAYS[name]
+    rows = ["Machine,fan", "Date,today"]
+    rows.append("Speed (rpm)," + ",".join(f"{p} 1X Amp ({unit}),{p} 1X Phase ({turn})" for p in PROBES))
+    for speed in SPEEDS:
+        cells = [f"{cell:.7f}" for probe in PROBES for cell in written(vector(probe, speed), speed)]
+        rows.append(",".join([f"{speed * 30 / np.pi:.9f}", *cells]))
+    return "\n".join(rows)
+
+
+def test_a_table_with_a_column_for_each_probe_is_read(tmp_path, capsys):
+    (tmp_path / "table.csv").write_text(wide())
+    path = rig(tmp_path, "peak-to-peak, mil, lag", csv={"skip_rows": 2})
+    found = read_measurement([tmp_path / "table.csv"], path).spectrum
+    assert found.harmonics.tolist() == [1, -1]
+    np.testing.assert_allclose(found.amplitude[:, 0, 0], FORWARD, atol=2e-11)
+    np.testing.assert_allclose(found.amplitude[:, 1, 0], BACKWARD, atol=2e-11)
+    assert main(["new", "rig", "guessed", "--records", str(tmp_path / "table.csv"), "--folder", str(tmp_path)]) == 0
+    section = yaml.safe_load((tmp_path / "guessed.yaml").read_text())["measurement"]
+    assert [probe["channel"] for probe in section["probes"]] == list(PROBES)
+    assert (section["table_amplitude"], section["table_phase"]) == ("peak_to_peak", "lag")
+
+
+def test_the_header_of_a_wide_table_may_not_contradict_the_rig(tmp_path):
+    (tmp_path / "table.csv").write_text(wide(turn="deg lead"))
+    path = rig(tmp_path, "peak-to-peak, mil, lag", csv={"skip_rows": 2})
+    with pytest.raises(RotorstudyError, match=r"its header says lead, and 'measurement: table_phase:'.* is lag"):
+        read_measurement([tmp_path / "table.csv"], path)
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ["time", "DE 1X", "DE 1Y", "keyphasor"],
+        ["speed_rpm", "probe", "harmonic", "amplitude_mil", "phase_deg"],
+        ["Speed (rpm)", "DE X 1X Amp (mil pp)"],  # without a phase
+        ["DE X 1X Amp (mil pp)", "DE X 1X Phase (deg)"],  # without a speed
+        ["Speed (rpm)", "DE X 1X Amp (mil pp)", "DE X 1X Phase", "DE Y 1X Amp (um)", "DE Y 1X Phase"],
+    ],
+)
+def test_other_files_are_no_wide_tables(names):
+    assert wide_table(names) is None

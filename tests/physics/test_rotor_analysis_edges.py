@@ -6,9 +6,11 @@ import yaml
 
 from rotorstudy import build_model
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.presentation.rig_check_words import check_words
 from rotorstudy.presentation.rotor_files import analyse_files
 from rotorstudy.presentation.rotor_page import resonances, summary
 from rotorstudy.response.whirl import critical_speeds
+from rotorstudy.studies.rig_check import check_rig
 from rotorstudy.studies.rotor_analysis import analyse_rotor
 
 MASS, STIFFNESS = 2.0, 3.2e5
@@ -138,3 +140,18 @@ def test_critical_speeds_on_a_bearing_that_is_isotropic_at_some_speeds_only():
     [isotropic], [mixed] = (critical_speeds(model(last), 800.0, speeds=speeds) for last in (1e6, 1.2e6))
     assert len(mixed) == 2  # backward and forward
     assert mixed[1] == pytest.approx(isotropic[0], rel=1e-9)
+
+
+def test_a_slender_shaft_is_drawn_and_a_vertical_one_names_its_bearings(tmp_path):
+    """A shaft of 30 diameters is not drawn to scale; without weight each bearing still has its own node."""
+    thick = {"kind": "finite_element", "outer_diameter_m": 0.02, "elements": [{"length_m": 0.6, "count": 4}]}
+    rig = {"rotor": thick, "bearings": [linear(1), linear(5)], "effects": []}
+    rig["rotor"]["gravity_m_per_s2"] = 0.0
+    path = tmp_path / "rig.yaml"
+    path.write_text(yaml.safe_dump(rig))
+    found = analyse_files(path, tmp_path / "out", [10.0, 300.0])
+    assert [(load.node, load.force) for load in found.loads] == [(1, 0), (5, 0)]
+    assert "-0 N" not in " ".join(check_words(check_rig(path)))
+    rig["rotor"]["gravity_m_per_s2"] = 9.81  # negative control
+    path.write_text(yaml.safe_dump(rig))
+    assert [(one.node, one.force.real > 1) for one in analyse_rotor(build_model(rig)).loads] == [(1, True), (5, True)]

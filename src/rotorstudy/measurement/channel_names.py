@@ -17,6 +17,7 @@ UNITS = {
 }
 UNIT_OF = {word: unit for unit, words in UNITS.items() for word in words}
 SHORT = {"m", "s", "g", "v", "a"}  # letters that are a unit only in brackets or in a row of units
+SPEED_WORDS = {"rpm", "speed", "drehzahl", "rev", "cpm"}
 PEAK = {"pp", "pk", "p", "rms"}
 LEFT, RIGHT = {"l", "left"}, {"r", "right"}
 LEAST_ANGLE = 15  # degrees; a smaller number beside "left" counts probes

@@ -9,6 +9,7 @@ from rotorstudy.measurement.channels import open_csv, open_matlab, open_uff
 from rotorstudy.measurement.csv_layout import layout_hint
 from rotorstudy.measurement.netcdf_files import existing, read_netcdf
 from rotorstudy.measurement.raw_record import assemble
+from rotorstudy.measurement.wide_tables import check_stated, wide_table
 from rotorstudy.units import RAD_PER_S, SECONDS
 
 SUFFIXES = {
@@ -56,7 +57,12 @@ def table_columns(path, conventions):
     with Path(path).open(encoding="utf-8-sig", errors="replace") as lines:
         for _ in range(layout.skip_rows):
             next(lines, "")
-        return [name.strip().strip('"') for name in next(lines, "").split(layout.separator)]
+        names = [name.strip().strip('"') for name in next(lines, "").split(layout.separator)]
+    wide = wide_table(names)
+    if wide is None:
+        return names
+    check_stated(wide, conventions, path)
+    return wide.columns
 
 
 def _from_channels(path, conventions, nodes, names, channel):

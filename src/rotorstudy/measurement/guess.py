@@ -13,6 +13,7 @@ from rotorstudy.measurement.files import kind_of, open_channels
 from rotorstudy.measurement.netcdf_files import existing, netcdf
 from rotorstudy.measurement.probe_tables import is_probe_table
 from rotorstudy.measurement.tables import open_table, whole_numbers
+from rotorstudy.measurement.wide_tables import wide_table
 from rotorstudy.units import um
 
 VIEW = {"rotation": "with_angles", "gravity_angle_deg": 180}  # angles from straight up, counter-clockwise
@@ -71,8 +72,9 @@ def guess_measurement(path, nodes):
         changed = layout.csv.model_dump(exclude_defaults=True)
         section |= {"csv": changed} if changed else {}
         said.append(f"layout: {_layout_words(layout)}")
-        if is_probe_table(layout.names):
-            return _of_table(path, conventions, section, said, nodes)
+        wide = wide_table(layout.names)
+        if is_probe_table(wide.columns if wide else layout.names):
+            return _of_table(path, conventions, section, said, nodes, wide)
         if "harmonic" in layout.names:
             return _of_harmonics(path, conventions, section, said, nodes)
     columns, said_of_text = _columns(path, conventions, units)
@@ -128,18 +130,19 @@ def _of_signals(columns, section, said, nodes):
     return Guess(section, said + more)
 
 
-def _of_table(path, conventions, section, said, nodes):
-    """Guess of a table of a probe's amplitude and phase."""
+def _of_table(path, conventions, section, said, nodes, wide):
+    """Guess of a table of a probe's amplitude and phase; wide : its WideTable, or None."""
     text = open_table(path, conventions.csv)
     names = list(dict.fromkeys(text["probe"])) if "probe" in text else ["probe"]
     section["probes"], more = _probes(names, [{}] * len(names), nodes)
     section |= {
         "keyphasor": {"sensor_angle_deg": 0, "mark_angle_deg": 0},
-        "table_amplitude": "peak_to_peak",
-        "table_phase": "lag",
+        "table_amplitude": (wide and wide.size) or "peak_to_peak",
+        "table_phase": (wide and wide.turn) or "lag",
         "table_noise_m": INSTRUMENT_NOISE,
     }
-    said += [*more, "amplitudes: peak to peak (or state peak, rms); phases: lags (or state lead)"]
+    size, turn = section["table_amplitude"].replace("_", " "), section["table_phase"]
+    said += [*more, f"amplitudes: {size} (or state peak, peak_to_peak, rms); phases: {turn} (or state lead, lag)"]
     said.append(f"noise: {um(INSTRUMENT_NOISE)} besides the rounding, usual for eddy-current probes (a table has none)")
     said.append("phase mark: its sensor is taken to be at the top (NOT known)")
     return Guess(section, said)

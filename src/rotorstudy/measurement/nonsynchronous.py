@@ -75,7 +75,8 @@ def _groups(every):
 def _finding(group):
     first = max(group, key=lambda seen: max(seen.forward, seen.backward))
     speeds, hertz, orders = (np.array([getattr(seen, name) for seen in group]) for name in ("speed", "hertz", "order"))
-    across = f" (in {len(group)} records, {np.min(hertz):.5g} to {np.max(hertz):.5g} Hz)" if len(group) > 1 else ""
+    records = len({seen.where for seen in group})
+    across = f" (in {records} records, {np.min(hertz):.5g} to {np.max(hertz):.5g} Hz)" if records > 1 else ""
     text = (
         f"a line at {first.hertz:.5g} Hz, {first.order:.4f} times the speed{across}: forward {um(first.forward)}, "
         f"backward {um(first.backward)} at node {first.node}, {_sense(first)}. {likely_kind(speeds, orders, first)}. "
@@ -97,7 +98,8 @@ def likely_kind(speeds, orders, seen):
     """
     steady = np.ptp(orders * speeds) < SAME * np.mean(orders * speeds)
     tracks = np.ptp(orders) < SAME * np.mean(orders)
-    if np.ptp(speeds) < APART * np.mean(speeds):
+    one_speed = np.ptp(speeds) < APART * np.mean(speeds)
+    if one_speed:
         steady = tracks = True  # one speed does not tell
     kinds = []
     if steady:
@@ -114,9 +116,16 @@ def likely_kind(speeds, orders, seen):
             kinds.append(f"a subharmonic of looseness, rub or another nonlinearity: {name} of the speed to {off:.1g}")
         if WHIRL[0] < seen.order < WHIRL[1] and _sense(seen) == "forward":
             kinds.append(f"fluid whirl of a bearing or seal: forward, {seen.order:.2f} times the speed")
-    if not kinds:
+    if kinds:
+        return f"Likely {'; or '.join(kinds)}"
+    if one_speed:
         return "Its kind is not clear; a record at another speed tells whether its frequency follows the speed"
-    return f"Likely {'; or '.join(kinds)}"
+    if tracks:
+        return (
+            f"Its frequency follows the speed, {np.mean(orders):.4g} times it: something that turns at another speed, "
+            "as in a rolling bearing, behind a belt or gear, or the field of an induction motor on an inverter"
+        )
+    return "Its kind is not clear: neither its frequency nor its ratio to the speed is the same in all records"
 
 
 def _mains(hertz, mains):

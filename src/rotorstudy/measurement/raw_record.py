@@ -44,11 +44,15 @@ class RawRecord:
 
     @cached_property
     def displacement(self):
-        """(node, time) complex x + j y in the project's axes, m; NaN where a sample is missing."""
+        """(node, time) complex x + j y in the project's axes, m; NaN where a sample is missing.
+
+        Without its mean if 0X is not wanted: the gap of a probe is hundreds of times its vibration, and no record is a
+        whole number of revolutions to the sample, so that it would leak into the harmonics and their covariance.
+        """
         found = []
         for node in self.nodes:
             found.append(combine([c.direction for c in self.at(node)], [c.readings for c in self.at(node)]))
-        return np.array(found)
+        return np.array(found) if 0 in self.conventions.harmonics else np.array([_without_mean(z) for z in found])
 
     @property
     def directions(self):
@@ -95,6 +99,12 @@ def assemble(readings, conventions, nodes, time, label, keyphasor, marks, refere
     if label is not None and not 0 < label < np.inf:
         raise RotorstudyError(f"{where}: the stated speed is {label:g} rad/s; it must be positive and finite")
     return RawRecord(time, channels, label, keyphasor, marks, reference, where, conventions)
+
+
+def _without_mean(signal):
+    """(time,) a signal minus the mean of its finite samples."""
+    finite = np.isfinite(signal)
+    return signal - signal[finite].mean() if finite.any() else signal
 
 
 def _within_reach(values):

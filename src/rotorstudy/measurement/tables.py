@@ -6,6 +6,7 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.measurement.findings import Finding
+from rotorstudy.measurement.wide_tables import in_rows, wide_table
 from rotorstudy.units import METRES, RAD_PER_S
 
 SPEEDS = {"speed_rad_per_s": "rad/s", "speed_Hz": "Hz", "speed_rpm": "rpm"}
@@ -50,7 +51,7 @@ def read_table(path, conventions, nodes):
 
 
 def open_table(path, layout):
-    """The cells of a table as text, without the spaces around them."""
+    """The cells of a table as text, without the spaces around them; of a wide one in rows (`wide_tables`)."""
     import pandas as pd
 
     try:
@@ -62,7 +63,9 @@ def open_table(path, layout):
     if not len(text):
         raise RotorstudyError(f"{path}: a table without rows below its header; leave the file out")
     text.columns = [name.strip() for name in text.columns]
-    return text.apply(lambda column: column.str.strip().str.replace(layout.decimal, "."))
+    text = text.apply(lambda column: column.str.strip().str.replace(layout.decimal, "."))
+    wide = wide_table(text.columns)
+    return text if wide is None else in_rows(text, wide)
 
 
 def _nodes(text, conventions, nodes, path):

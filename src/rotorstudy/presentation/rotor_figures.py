@@ -81,7 +81,7 @@ def rotor(rig):
         xlabel="position along the shaft (m); node numbers below the rotor",
         ylabel="radius (m)",
     )
-    panel.set_aspect("equal", adjustable="box" if structure.length < 12 * thickest else "auto")
+    panel.set_aspect("equal" if structure.length < 12 * thickest else "auto")
     panel.grid(False)
     return picture
 

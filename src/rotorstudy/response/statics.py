@@ -59,10 +59,14 @@ def static_loads(model, deflection, speed):
     found = []
     for term in (term for term in model.terms if term.carries and not term.is_bearing_number):
         springs = [_springs(unknown, [speed]) for unknown in term.unknowns]
-        pairs = ((value, spring) for value, own in zip(term.theta, springs, strict=True) for spring in own)
-        force = sum(value * spring.force(deflection[None])[0] for value, spring in pairs)
-        loaded = moves[np.argmax(np.abs(force[moves]))]
-        found.append(Load(dofs[loaded][0], term.label, -complex(force[moves].sum())))
+        pairs = [(value, spring) for value, own in zip(term.theta, springs, strict=True) for spring in own]
+        # a shift of the whole rotor shows where the bearing acts, also where it carries nothing (vertical shafts)
+        force, shifted = (
+            sum(value * spring.force(motion[None])[0] for value, spring in pairs)
+            for motion in (deflection, model.structure.along.astype(complex))
+        )
+        loaded = moves[np.argmax(np.abs(shifted[moves]))]
+        found.append(Load(dofs[loaded][0], term.label, 0.0 - complex(force[moves].sum())))
     return found
 
 

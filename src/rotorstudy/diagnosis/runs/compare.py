@@ -76,7 +76,10 @@ def compare(
     before, after, notes = _at_common_speeds(before, after)
     if np.array_equal(before.amplitude, after.amplitude):
         raise RotorstudyError("both states have the same harmonics at every speed: give the records of two states")
-    model, more = known_as_before(model, before, settings) if model.uncertainty is None else (model, [])
+    more = []
+    if model.uncertainty is None:
+        model, more, share = known_as_before(model, before, settings)
+        settings = settings.model_copy(update={"model_error": share})
     model = replace(with_vibration(model, after), before=frozenset(model.names))
     difference = _difference(before, after, model.earlier, settings)
     if settings.repeatability:
@@ -173,7 +176,8 @@ def known_as_before(model: Model, spectrum: Spectrum, settings: Settings) -> tup
     until the fit leaves no more than noise: what the model cannot explain cancels in the comparison.
 
     spectrum : of the state before
-    returns  : the model, and a note if the error of the model had to be raised
+    returns  : the model; a note if the error of the model had to be raised far; the error of the model, which its
+               prediction of the change has too: the stated one unless there is a note
     """
     whole, prior = base_model(model, settings)
     offset, known = _offset(spectrum)
@@ -184,11 +188,13 @@ def known_as_before(model: Model, spectrum: Spectrum, settings: Settings) -> tup
         if found.excess == 0 or share >= LARGEST_MODEL_ERROR:
             break
         share = min(2 * share, LARGEST_MODEL_ERROR)
-    notes = []
+    notes, error = [], settings.model_error
     if share > 10 * settings.model_error:
+        error = share
         text = (
             f"the rig explains the state before only with an error of {percent(share)} of each harmonic; what changed "
-            "is still found, but the sizes of causes are less certain. Identify the rig first ('rotorstudy identify')"
+            "is predicted with that error too, and named less certainly. State how well more numbers of the rig are "
+            "known, such as those of its bearings and pedestals, or identify the rig first ('rotorstudy identify')"
         )
         notes = [Finding("warning", "state before not explained", "state before", text)]
     model = with_numbers(model, prior.names)  # without the calibration of the probes
@@ -200,7 +206,7 @@ def known_as_before(model: Model, spectrum: Spectrum, settings: Settings) -> tup
             covariance[i], covariance[:, i] = 0.0, 0.0
             covariance[i, i] = prior.std[prior.names.index(name)] ** 2
     terms = tuple(_with_values(term, found.values) for term in model.terms)
-    return replace(model, terms=terms, uncertainty=Uncertainty(names, covariance)), notes
+    return replace(model, terms=terms, uncertainty=Uncertainty(names, covariance)), notes, error
 
 
 def _offset(spectrum):

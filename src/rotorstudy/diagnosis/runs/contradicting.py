@@ -14,6 +14,8 @@ from rotorstudy.response.whirl import eigenvalues
 from rotorstudy.units import number, p_value, quantity
 
 ROUND_OFF = 1e-6  # of the speed: a whirl frequency below it is that of a rigid rotation
+FAR = 5.0  # standard deviations of the prior
+MOST_NAMED = 3
 ADDED = "added "  # label of a term that a run adds
 
 
@@ -44,7 +46,7 @@ def contradictions(joint: JointFit, shared: Prior, significance: float, width: f
                 "else was changed; leave it out, or state what was under 'effects:' or 'own:'"
             )
             return [Finding("warning", "another machine", f"run '{run.name}'", text)]
-    return [_not_explained(joint, name, p) for name, p in rejected.items()]
+    return [_not_explained(joint, name, p) for name, p in rejected.items()] + _moved_far(joint)
 
 
 def check_slow_roll(name: str, speed: np.ndarray, model: Model) -> list[Finding]:
@@ -125,6 +127,22 @@ def _contradicted(joint, run, freed, sense):
         texts.append(f"{told(given, names[i])} is stated, and the records show {told(theta[i : i + 2], names[i], std)}")
     text = f"{'; '.join(texts)}: correct it, or give it a (larger) 'std_g_mm:'"
     return Finding("warning", "known mass contradicted", f"run '{run.name}'", text)
+
+
+def _moved_far(joint):
+    """A Finding on the parameters that the fit had to move farthest, if any is implausibly far from the rig."""
+    off = (joint.posterior.free - joint.prior.mean) / joint.prior.std
+    far = [i for i in np.argsort(-np.abs(off)) if np.abs(off[i]) > FAR]
+    if not far:
+        return []
+    named = ", ".join(f"{joint.prior.names[i]} by {number(float(abs(off[i])), 2)}" for i in far[:MOST_NAMED])
+    more = f" and {len(far) - MOST_NAMED} more" if len(far) > MOST_NAMED else ""
+    text = (
+        f"the fit moves {named}{more} times the stated standard deviation: these values only imitate what the rig "
+        "lacks. List the residual unbalance and the runout as effects with realistic uncertainties, correct the "
+        "numbers of the rig, or state a larger 'diagnosis: model_error:'"
+    )
+    return [Finding("warning", "far from the rig", "all runs", text)]
 
 
 def _not_explained(joint, name, p):

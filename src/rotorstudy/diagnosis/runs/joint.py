@@ -42,6 +42,7 @@ from rotorstudy.yaml_file import read_yaml
 GRAM, GRAM_MM = 1e-3, 1e-6  # kg, kg m
 SETTLED = 1e-2  # standard deviations by which a number of the rotor still changes when it is built again
 REBUILDS = 5
+LARGEST_CHANGE = (-0.5, 1.0)  # of a number of the rotor before it is built again: it keeps its sign
 FEWEST_VECTORS = 4  # of a run that do not equal those of another one by the rounding of the instrument
 
 
@@ -178,7 +179,8 @@ def _updated(rig, model, measured, settings, conventions, findings):
         moved = np.array([is_number(name) for name in shared_names(joint)])
         if np.all(np.abs(theta[moved]) <= SETTLED * np.sqrt(np.diag(covariance)[moved])):
             break
-        numbers = {n: v for n, v in zip(shared_names(joint), theta, strict=True) if is_number(n)}
+        named = zip(shared_names(joint), theta, strict=True)
+        numbers = {name: float(np.clip(value, *LARGEST_CHANGE)) for name, value in named if is_number(name)}
         ratio = ratio * np.array([1 + numbers.get(name, 0.0) for name in prior.names])
         given = rig_with_values(given, bare, numbers)
         start = joint.posterior.free.copy()
