@@ -80,13 +80,19 @@ class Neighbourhood:
             self.by_shown[coordinate] = np.ascontiguousarray(np.swapaxes(seen, 1, 2))
         return self.by_shown[coordinate]
 
-    def moved_by(self, row, force):
-        """Motion (speed, carried harmonic, dof), m, by the components (speed, component) of a force, N, along a row."""
-        found = 0.0
-        for i in np.flatnonzero(row):
-            reply = self.replies(int(i))
-            found = found + row[i] * (reply.reshape(len(force), -1, reply.shape[-1]) @ force[..., None])
-        return found.reshape(len(force), len(self.blocks.harmonics), -1)
+    def moved_by(self, rows, components, force):
+        """Motions (row, speed, carried harmonic, dof), m, by a force along each row (row, dof).
+
+        components : (component,) positions of those of `replies` that the force has
+        force      : (row, speed, component) real, N
+        """
+        speeds = len(self.speed)
+        moved = np.zeros((speeds, self.motion.amplitude[0].size, len(rows)), complex)
+        for i in np.flatnonzero(rows.any(axis=0)):
+            reply = self.replies(int(i))[..., components].reshape(speeds, -1, len(components))
+            here = np.flatnonzero(rows[:, i])
+            moved[..., here] += reply @ np.moveaxis(rows[here, i, None, None] * force[here], 0, -1)
+        return np.moveaxis(moved, -1, 0).reshape(len(rows), *self.motion.amplitude.shape)
 
     def _solve_for(self, coordinates):
         """Keep the replies of some coordinates, several by one factorisation."""

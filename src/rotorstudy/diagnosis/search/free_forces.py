@@ -30,13 +30,9 @@ def motions_by_free_forces(
     )
     speeds, free = len(spectrum.speed), _measured_components(near)
     columns = free_force_columns(near, spectrum, rows)
-    force = np.zeros((len(rows), speeds, 2 * len(near.blocks.harmonics)), complex)
-    force[..., free] = least_squares(columns, fitted.residual.reshape(speeds, -1))
-    still = near.motion
-    return [
-        Motion(still.amplitude + near.moved_by(row, one), still.deflection)
-        for row, one in zip(rows, force, strict=True)
-    ]
+    force = least_squares(columns, fitted.residual.reshape(speeds, -1))
+    still, moved = near.motion, near.moved_by(np.array(rows), free, force)
+    return [Motion(still.amplitude + one, still.deflection) for one in moved]
 
 
 def free_force_columns(near: Neighbourhood, spectrum: Spectrum, rows: Sequence[np.ndarray]) -> np.ndarray:
@@ -48,10 +44,12 @@ def free_force_columns(near: Neighbourhood, spectrum: Spectrum, rows: Sequence[n
               force at each harmonic
     """
     speeds, free = len(spectrum.speed), _measured_components(near)
-    seen = np.array([sum(row[i] * near.shown_replies(int(i)) for i in np.flatnonzero(row)) for row in rows])
-    seen = seen[:, :, free].reshape(len(rows), speeds, len(free), len(spectrum.harmonics), -1)
-    columns = spectrum.whitened(np.moveaxis(seen, 1, 2)).reshape(len(rows), len(free), speeds, -1)
-    return np.moveaxis(columns, 1, -1)
+    rows = np.array(rows)
+    acted = np.flatnonzero(rows.any(axis=0))
+    seen = np.array([near.shown_replies(int(i))[:, free] for i in acted])
+    seen = seen.reshape(len(acted), speeds, len(free), len(spectrum.harmonics), -1)
+    columns = spectrum.whitened(np.moveaxis(seen, 1, 2)).reshape(len(acted), len(free), speeds, -1)
+    return np.tensordot(rows[:, acted], np.moveaxis(columns, 1, -1), 1)
 
 
 def _measured_components(near):
