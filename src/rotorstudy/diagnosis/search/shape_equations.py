@@ -75,8 +75,8 @@ def shape_columns(work: "Search", causes, fitted: Fit, cause: Candidate):
 def _by_forces(work, causes, fitted, cause, beside):
     """Changes (component,) of the prediction with a cause in other shapes, to first order in the change of its force.
 
-    The response is linear in a small force: all follow from the columns of the cause in these shapes, with amplitudes of
-    zero, at the motion of the fit.
+    The response is linear in a small force: all follow from the columns of the cause in these shapes, with amplitudes
+    of zero, at the motion of the fit.
     """
     beside = [one._replace(term=replace(one.term, label=f"beside {i}")) for i, one in enumerate(beside)]
     model = work.model.plus(*(c.term for c in (*causes, *beside)))
