@@ -62,13 +62,13 @@ def least_squares(matrices: np.ndarray, right: np.ndarray) -> np.ndarray:
 
     Of least length where a column depends on others.
     """
-    q, r = np.linalg.qr(matrices)
-    right = np.broadcast_to(right, matrices.shape[:-1])
+    unknowns, right = matrices.shape[-1], np.broadcast_to(right, matrices.shape[:-1])
+    both = np.linalg.qr(np.concatenate([matrices, right[..., None]], axis=-1), mode="r")  # without forming Q
+    r, turned = both[..., :unknowns, :unknowns], both[..., :unknowns, unknowns:]
     size = np.abs(np.diagonal(r, axis1=-2, axis2=-1))
     found = np.empty(size.shape)
     independent = size.min(axis=-1) > DEPENDENT * size.max(axis=-1)
-    q, r = q[independent], r[independent]
-    found[independent] = np.linalg.solve(r, np.swapaxes(q, -1, -2) @ right[independent][..., None])[..., 0]
+    found[independent] = np.linalg.solve(r[independent], turned[independent])[..., 0]
     for at in zip(*np.nonzero(~independent), strict=True):
         found[at] = np.linalg.lstsq(matrices[at], right[at], rcond=DEPENDENT)[0]
     return found
