@@ -1,6 +1,6 @@
 """The neighbourhood of a model: what forces and output terms that it does not contain add to what the sensors show."""
 
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +14,14 @@ from rotorstudy.response.solving import solver
 from rotorstudy.response.statics import static_deflection
 
 SOLVED_AT_ONCE = 8  # coordinates whose receptances are solved together: more take more memory, not less time
+TABLES_KEPT, FACTORS_KEPT = 48, 250_000  # tables of unknowns, and numbers of the factors of each of them, 4 MB
 MOTION_AT_ONCE = 1_000_000  # numbers of the motions that are taken together
+
+
+@lru_cache(maxsize=TABLES_KEPT)
+def _kept_table(unknowns, size, motion):
+    """The EntryTable of some unknowns: a search judges the same candidates at one fit after another."""
+    return EntryTable(unknowns, size, motion)
 
 
 class Motion(NamedTuple):
@@ -167,7 +174,8 @@ class Neighbourhood:
         if in_table:
             place, unknowns, at = zip(*in_table, strict=True)
             motions = [motion for _, motion in groups]
-            found = EntryTable(unknowns, motions[0].amplitude.shape[-1], at).columns(
+            table = _kept_table if len(speed) * len(carried) * len(unknowns) <= FACTORS_KEPT else EntryTable
+            found = table(unknowns, motions[0].amplitude.shape[-1], at).columns(
                 np.concatenate([motion.amplitude for motion in motions], axis=-1),
                 speed,
                 carried,
