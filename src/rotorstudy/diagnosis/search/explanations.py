@@ -38,7 +38,7 @@ class Search:
     shapes          : cause, alternatives and label -> the shapes with which each scan of it begins
     found           : labels of the causes -> Explanation, for every one fitted
     equations       : labels of the causes, label of one of them -> what `shape_equations` returns
-    models          : terms of the causes -> Model with them, the last few
+    models          : Model without causes, terms of the causes -> Model with them, the last few
     failures        : effect -> one line with file and line number, for plugins that failed; the rest was searched
     cause_error     : standard deviation of the error of a cause, which the spectrum has
     unstable        : (speed,) bool, where a free motion of the rig without causes grows; None during the search
@@ -176,7 +176,7 @@ class Search:
 
     def _extended(self, causes):
         """The model with some causes; the last few are kept, as their tables take as long to form as a response."""
-        key = tuple(id(c.term) for c in causes)  # of objects that the model keeps
+        key = self.model, *(id(c.term) for c in causes)  # of objects that the kept model holds
         if key not in self.models:
             if len(self.models) == MODELS_KEPT:
                 del self.models[next(iter(self.models))]
