@@ -13,15 +13,16 @@ def section_geometry(angle, depth_ratio: DepthRatio = 0.25):
     radius is 1, the crack depth 2 * depth_ratio.
     """
     angle = np.asarray(angle, float)
-    turned = np.abs(np.angle(np.exp(1j * angle)))  # 0 crack down, pi crack up; the other half revolution mirrors eta
+    turned = np.asarray(np.abs(np.angle(np.exp(1j * angle))))  # 0 crack down, pi up; the other half mirrors eta
     half = np.arccos(1 - 2 * depth_ratio)  # the crack extends over the angles -half to half about xi
-    neutral = np.zeros_like(turned)
+    neutral, left = np.zeros_like(turned), np.ones(turned.shape, bool)
     for _ in range(30):  # Newton: zero first moment of the uncracked area about the neutral axis
-        area, first, _ = _open_part(turned, neutral, half)
-        down = first[0] * np.cos(turned) - first[1] * np.sin(turned)
-        step = (np.pi * neutral + down - area * neutral) / (np.pi - area)
-        neutral = neutral - step
-        if np.abs(step).max() < 1e-13:
+        area, first, _ = _open_part(turned[left], neutral[left], half)
+        down = first[0] * np.cos(turned[left]) - first[1] * np.sin(turned[left])
+        step = (np.pi * neutral[left] + down - area * neutral[left]) / (np.pi - area)
+        neutral[left] -= step
+        left[left] = np.abs(step) >= 1e-13
+        if not left.any():
             break
     loss = _loss(*_open_part(turned, neutral, half))
     loss[2] *= np.where(np.sin(angle) < 0, -1, 1)

@@ -35,6 +35,8 @@ class Fit:
         Derivatives of the whitened prediction.
     evidence : float
         Logarithm of the marginal likelihood less a constant, by Laplace's approximation.
+    converged : bool
+        Whether more steps would change nothing.
     """
 
     model: Model
@@ -46,6 +48,7 @@ class Fit:
     residual: np.ndarray
     jacobian: np.ndarray
     evidence: float
+    converged: bool
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -148,6 +151,7 @@ class Posterior(NamedTuple):
     residual: np.ndarray
     jacobian: np.ndarray
     evidence: float
+    converged: bool
 
 
 def fit_within(
@@ -179,7 +183,8 @@ def fit_within(
     misfit, penalty = float(residual @ residual), float(np.sum(found.residual[0, rows:] ** 2))
     covariance = invert(found.jacobian[0].T @ found.jacobian[0])
     evidence = -0.5 * (misfit + penalty + log_narrowing(jacobian, prior.factor))
-    return Posterior(found.theta[0], covariance, misfit, penalty, residual, jacobian, evidence)
+    whole = bool(found.converged[0])
+    return Posterior(found.theta[0], covariance, misfit, penalty, residual, jacobian, evidence, whole)
 
 
 def residual_share(before: float, after: float, rows: int) -> float:

@@ -253,13 +253,14 @@ class EntryTable:
     def _moving(self, speed, harmonics):
         (_, kinds), speed, count = self._on_motion, np.array(speed)[:, None], len(harmonics)
         factor, source = np.zeros((len(speed), count, len(kinds)), complex), np.zeros((count, len(kinds)), int)
-        alike, every = {}, np.arange(count)  # many kinds differ in their gain alone
+        alike, every, known = {}, np.arange(count), {}  # many kinds differ in their gain alone
         for k, entry in enumerate(kinds):
             alike.setdefault((entry.shift, entry.is_conjugate, entry.order), []).append(k)
         for (shift, is_conjugate, order), some in alike.items():
             here, seen, n = harmonics_seen(shift, is_conjugate, harmonics)
             some, force = np.array(some), np.broadcast_to(n + shift, (len(speed), len(n)))
-            gains = _gains([kinds[k] for k in some], np.broadcast_to(speed, force.shape), force)
+            same = known.setdefault(tuple((n + shift).tolist()), {})
+            gains = _gains([kinds[k] for k in some], np.broadcast_to(speed, force.shape), force, same)
             source[np.ix_(every[here], some)] = every[seen][:, None]
             factor[:, every[here][:, None], some] = gains * ((1j * n * speed) ** order)[..., None]
         return _Moving(factor, source)
@@ -291,11 +292,16 @@ class EntryTable:
         return np.concatenate([deflection, deflection.conj(), one], axis=-1)[..., still.seen] * still.value
 
 
-def _gains(entries, speed, harmonic):
-    """Gains (..., entry) of entries at speeds (...), rad/s, and harmonics (...) of the force."""
-    of = [(entry.gain, entry.frequency_only) for entry in entries]
-    found = {one: entry.gain_at(speed, harmonic) for one, entry in dict(zip(of, entries, strict=True)).items()}
-    return np.stack([found[one] for one in of], axis=-1)
+def _gains(entries, speed, harmonic, known=None):
+    """Gains (..., entry) of entries at speeds (...), rad/s, and harmonics (...) of the force.
+
+    known : gains there by function, to which those computed are added
+    """
+    of, known = [(entry.gain, entry.frequency_only) for entry in entries], {} if known is None else known
+    for one, entry in zip(of, entries, strict=True):
+        if one not in known:
+            known[one] = entry.gain_at(speed, harmonic)
+    return np.stack([known[one] for one in of], axis=-1)
 
 
 def _key(speed, harmonics):

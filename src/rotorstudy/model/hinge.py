@@ -37,6 +37,7 @@ from rotorstudy.model.terms import NonlinearForce
 DIRECTIONS = 128  # of the moment, over 360 degrees; interpolation between them is wrong by 2e-4 of the kink
 ACROSS = 0.5  # of the flexibility across, in the formulas by the angle: they count only the half in tension
 ROUND_OFF = 1e-9  # of a cosine, and of the coefficients of a share of the order of one
+KEPT = 2048  # depths: a search tries the same one at many angles, and every search on a shaft begins with the same ones
 ORDER = 15  # highest k of h_k, which decrease with the cube of k; those left out are less than 1e-3 of the kink
 
 
@@ -72,7 +73,7 @@ class Hinge:
 
     @property
     def _open_compliance(self):
-        return compliance(self.depth, self.depth_ratio, "the transverse crack", **_shaft(self.section))
+        return _open_compliance(self.depth.name, float(self.depth_ratio), tuple(_shaft(self.section).items()))
 
     @cached_property
     def _kink(self):
@@ -251,7 +252,14 @@ def _pull():
     return 2 * np.pi / DIRECTIONS * np.arange(DIRECTIONS)
 
 
-@lru_cache(maxsize=64)  # a search tries the same crack at many angles and positions
+@lru_cache(maxsize=KEPT)
+def _open_compliance(name, depth_ratio, shaft):
+    """Compliance (2,) of the open crack along xi and eta, rad/(N m); not to be changed."""
+    depth = registry().get("depth", name, "the transverse crack")
+    return compliance(depth, depth_ratio, "the transverse crack", **dict(shaft))
+
+
+@lru_cache(maxsize=KEPT)
 def _partly_open(name, depth_ratio, shaft):
     """Kink c (direction,) by a unit moment in all directions, rad/(N m)."""
     half = _pull()[: DIRECTIONS // 2]
@@ -259,7 +267,7 @@ def _partly_open(name, depth_ratio, shaft):
     return np.concatenate([found, [0], found[:0:-1].conj()])  # closed in pure compression, and symmetric
 
 
-@lru_cache(maxsize=256)
+@lru_cache(maxsize=KEPT)
 def _series_of(name, depth_ratio, shaft, stiffness):
     """h_k (k,), k = -ORDER..ORDER, of a crack at any angle."""
     kink = stiffness * _partly_open(name, depth_ratio, shaft)

@@ -1,5 +1,8 @@
 """Terms of a rig: the items of its sections, with their options and values."""
 
+from contextlib import contextmanager
+from dataclasses import replace
+
 import numpy as np
 
 from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
@@ -50,9 +53,8 @@ def make_term(
     label = given.pop("label", "")
     if not isinstance(label, (str, int)):
         raise RotorstudyError(f"label = {label!r} in {where}: must be a text")
-    function, fixed, acts_on = plugin.function, {}, getattr(plugin, "acts_on", "rotor")
+    fixed, acts_on = _fixed(plugin, section, structure, sensors), getattr(plugin, "acts_on", "rotor")
     if section == "crack":
-        function, fixed = crack_parameters, {"crack": plugin, "structure": structure}
         if "depth" in given:
             depth = given.pop("depth")
             given = {**keys_from_depth(depth, plugin, structure, given, where), **given}
@@ -60,22 +62,15 @@ def make_term(
         given = in_si(given, names, where)
         options = _crack_options(plugin, given, where)
     else:
-        fixed = {"sensors": sensors} if acts_on == "output" else {}
-        if acts_on != "output" or "structure" in option_names(function):
-            fixed["structure"] = structure
-        names = option_names(function, fixed)
+        names = option_names(plugin.function, fixed)
         given = in_si(given, names, where)
         left = [key for key in given if key not in names]
-        options = check_options(function, {k: v for k, v in given.items() if k in names}, where, fixed, left)
-    try:
-        if section == "bearing":  # stated, so that it is a number of the bearing like others
-            missing = {name: value for name, value in plugin.defaults.items() if options[name] is None}
+        options = check_options(plugin.function, {k: v for k, v in given.items() if k in names}, where, fixed, left)
+    if section == "bearing":  # stated, so that it is a number of the bearing like others
+        missing = {name: value for name, value in plugin.defaults.items() if options[name] is None}
+        with _named(where):
             options |= {name: value(structure, options.get("node")) for name, value in missing.items()}
-        found = function(**fixed, **options)
-    except RotorstudyError as error:
-        raise type(error)(f"{where}: {error}") from None
-    parameters = check_parameters(found, plugin, where)
-    check_shapes(parameters, len(sensors) if acts_on == "output" else len(structure.dofs), plugin, where)
+    parameters = _parameters(plugin, crack_parameters if section == "crack" else plugin.function, fixed, options, where)
     keys = [key for p in parameters for key in ((p.key, p.phase_key) if p.is_complex else (p.key,))]
     aliases = aliases_of(parameters)
     given = in_si(given, [*keys, *options], where, aliases)
@@ -86,6 +81,65 @@ def make_term(
             values, structure.stiffness_loss_at(options.get("node"), options.get("element")), structure, where
         )
     return Term(plugin.name, parameters, values, acts_on, label, carries=section == "bearing", options=options)
+
+
+def with_options(term: Term, options: dict, structure: Structure, sensors: tuple[int, ...]) -> Term:
+    """The Term of an effect without stated values with other options, of which only what the plugin gives is checked.
+
+    Parameters
+    ----------
+    term : Term
+        Of an effect, as `make_term` gives it.
+    options : dict
+        Those that change, within the limits that the plugin states; by name, in SI.
+    structure : Structure
+        The rotor it acts on.
+    sensors : ints (sensor,)
+        Nodes with a sensor.
+
+    Returns
+    -------
+    Term
+
+    Raises
+    ------
+    RotorstudyError, PluginError
+        As `make_term`.
+    """
+    plugin, options, where = registry().get("effect", term.kind), {**term.options, **options}, f"effect {term.kind}"
+    fixed = _fixed(plugin, "effect", structure, sensors)
+    parameters = _parameters(plugin, plugin.function, fixed, options, where)
+    values = {p.name: p.default for p in parameters if p.default is not None}
+    return replace(term, parameters=parameters, values=values, options=options)
+
+
+def _fixed(plugin, section, structure, sensors):
+    """Arguments of the function of a plugin that are no options."""
+    if section == "crack":
+        return {"crack": plugin, "structure": structure}
+    on_output = getattr(plugin, "acts_on", "rotor") == "output"
+    fixed = {"sensors": sensors} if on_output else {}
+    if not on_output or "structure" in option_names(plugin.function):
+        fixed["structure"] = structure
+    return fixed
+
+
+def _parameters(plugin, function, fixed, options, where):
+    """The parameters that a plugin gives, checked."""
+    with _named(where):
+        found = function(**fixed, **options)
+    parameters, on_output = check_parameters(found, plugin, where), getattr(plugin, "acts_on", "rotor") == "output"
+    check_shapes(parameters, len(fixed["sensors"]) if on_output else len(fixed["structure"].dofs), plugin, where)
+    return parameters
+
+
+@contextmanager
+def _named(where):
+    """Context in which an error of the package is raised with the place it is about."""
+    try:
+        yield
+    except RotorstudyError as error:
+        raise type(error)(f"{where}: {error}") from None
 
 
 def _every_crack(

@@ -128,6 +128,11 @@ class Unknown:
     exact: Callable | None = None
     jumps: bool = False
 
+    @cached_property
+    def kinds(self) -> frozenset[tuple]:
+        """What its entries act on, their order and shift."""
+        return frozenset(entry.kind[:3] for entry in self.entries)
+
 
 @dataclass(frozen=True)
 class Term:
@@ -204,7 +209,7 @@ def share_of(unknown: Unknown, other: Unknown) -> float:
     """
     if unknown.force or other.force or not unknown.entries:
         return 0.0
-    if not {entry.kind[:3] for entry in unknown.entries} <= {entry.kind[:3] for entry in other.entries}:
+    if not unknown.kinds <= other.kinds:
         return 0.0  # before any matrices are compared
     return min(sum(_entry_share(mine, its) for its in other.entries) for mine in unknown.entries)
 

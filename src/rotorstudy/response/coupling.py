@@ -65,6 +65,21 @@ def layout_without_turning(model, blocks):
     return _layout(rotor, frozenset(), False, tuple(blocks.harmonics.tolist()), 0)
 
 
+def layout_of_forced(model, blocks):
+    """The Layout of the harmonics on which a force can act; the motion at the others is zero.
+
+    It is that of all, if coefficients turn with the shaft or forces are nonlinear, which couple all harmonics.
+    """
+    moving = frozenset((e.is_conjugate, e.shift) for u in model.rotor_unknowns for e in u.entries if e.reads_motion)
+    if model.nonlinear_forces or any(shift for _, shift in moving):
+        return blocks
+    forced = {0}.union(e.shift for _, u in model.acting for e in u.entries)
+    if any(mirrored for mirrored, _ in moving):
+        forced |= {-n for n in forced}
+    forced = tuple(n for n in blocks.harmonics.tolist() if n in forced)
+    return _layout(moving, frozenset(), False, forced, 0) if 0 < len(forced) < len(blocks.harmonics) else blocks
+
+
 @lru_cache(maxsize=256)
 def _layout(rotor, output, has_local_forces, harmonics, order):
     """The Layout for the entries of the rotor and of the output, each given as (conjugate, shift)."""

@@ -68,9 +68,10 @@ def periodic_growth_rate(model: Model, speed: ArrayLike, theta: ArrayLike | None
 def _growth_of_one_turn(model, speed, theta):
     from scipy.linalg import expm
 
-    duration, shapes = 2 * np.pi / speed, _shapes(model, theta)
+    folds, shapes = _folds(model), _shapes(model, theta)
+    steps, duration = TURN_STEPS // folds, 2 * np.pi / speed / folds
     along = _steady_state(model, theta, speed) if model.nonlinear_forces else None
-    middles = (np.arange(TURN_STEPS) + 0.5) / TURN_STEPS
+    middles = (np.arange(steps) + 0.5) / TURN_STEPS
     rates = _rates(_accelerations(model, theta, speed, middles, shapes, along), speed)
     if not np.finfo(float).eps * np.abs(rates).max() < speed:
         raise RotorstudyError(
@@ -79,13 +80,20 @@ def _growth_of_one_turn(model, speed, theta):
         )
     slow, fast = _slow_and_fast(rates, FAST * speed)
     with np.errstate(over="ignore", invalid="ignore"):
-        turns = expm(duration / TURN_STEPS * slow)
+        turns = expm(duration / steps * slow)
         while len(turns) > 1:
             turns = turns[1::2] @ turns[::2]
     if not np.isfinite(turns).all():  # of a motion that grows beyond all numbers within a revolution
         return np.inf
     growth = np.log(np.abs(np.linalg.eigvals(turns[0]))) / duration
     return max(growth.max(initial=-np.inf), (fast.real - ROUND_OFF * np.abs(fast)).max(initial=-np.inf))
+
+
+def _folds(model):
+    """How often the coefficients repeat in a revolution, a power of two: twice for a shaft that is stiffer one way."""
+    shifts = [abs(e.shift) for unknown in model.rotor_unknowns for e in unknown.entries if e.reads_motion]
+    common = 0 if model.nonlinear_forces else int(np.gcd.reduce(shifts, initial=0))
+    return max(min(common & -common, TURN_STEPS), 1)
 
 
 def _slow_and_fast(rates, frequency):

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from rotorstudy.model.model import Model
 from rotorstudy.response.alternating import nonlinear_columns, seen_coordinates, steady_states
-from rotorstudy.response.coupling import COUPLED_ORDER, check_harmonics, check_speed, layout
+from rotorstudy.response.coupling import COUPLED_ORDER, check_harmonics, check_speed, layout, layout_of_forced
 from rotorstudy.response.solving import solver, uncoupled
 from rotorstudy.response.statics import Deflection, static_deflection
 
@@ -160,7 +160,16 @@ def carried_response(model, speed, theta, blocks, jacobian, kept=None):
     still = Deflection(np.zeros(len(model.structure.dofs)), {})  # read by no force, unless it is solved
     if model.nonlinear_forces or model.table.reads_deflection(blocks.harmonics):
         still = static_deflection(model, speed, theta[..., : len(model.rotor_unknowns)], jacobian=jacobian)
-    return _carried_about(still, model, speed, theta, blocks, jacobian, kept)
+    forced = layout_of_forced(model, blocks)
+    found, derivatives = _carried_about(still, model, speed, theta, forced, jacobian, kept)
+    if forced is not blocks:
+        at = positions(forced.harmonics, blocks)
+        found, part = np.zeros((*found.shape[:-2], len(blocks.harmonics), found.shape[-1]), complex), found
+        found[..., at, :] = part
+        if jacobian:
+            derivatives, part = np.zeros((*found.shape, theta.shape[-1]), complex), derivatives
+            derivatives[..., at, :, :] = part
+    return found, derivatives
 
 
 def _carried_about(still, model, speed, theta, blocks, jacobian, kept):

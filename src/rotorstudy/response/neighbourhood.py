@@ -1,6 +1,6 @@
 """The neighbourhood of a model: what forces and output terms that it does not contain add to what the sensors show."""
 
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +14,14 @@ from rotorstudy.response.solving import solver
 from rotorstudy.response.statics import static_deflection
 
 SOLVED_AT_ONCE = 8  # coordinates whose receptances are solved together: more take more memory, not less time
+TABLES_KEPT, FACTORS_KEPT = 48, 250_000  # tables of unknowns, and numbers of the factors of each of them, 4 MB
 MOTION_AT_ONCE = 1_000_000  # numbers of the motions that are taken together
+
+
+@lru_cache(maxsize=TABLES_KEPT)
+def _kept_table(unknowns, size, motion):
+    """The EntryTable of some unknowns: a search judges the same candidates at one fit after another."""
+    return EntryTable(unknowns, size, motion)
 
 
 class Motion(NamedTuple):
@@ -80,13 +87,19 @@ class Neighbourhood:
             self.by_shown[coordinate] = np.ascontiguousarray(np.swapaxes(seen, 1, 2))
         return self.by_shown[coordinate]
 
-    def moved_by(self, row, force):
-        """Motion (speed, carried harmonic, dof), m, by the components (speed, component) of a force, N, along a row."""
-        found = 0.0
-        for i in np.flatnonzero(row):
-            reply = self.replies(int(i))
-            found = found + row[i] * (reply.reshape(len(force), -1, reply.shape[-1]) @ force[..., None])
-        return found.reshape(len(force), len(self.blocks.harmonics), -1)
+    def moved_by(self, rows, components, force):
+        """Motions (row, speed, carried harmonic, dof), m, by a force along each row (row, dof).
+
+        components : (component,) positions of those of `replies` that the force has
+        force      : (row, speed, component) real, N
+        """
+        speeds = len(self.speed)
+        moved = np.zeros((speeds, self.motion.amplitude[0].size, len(rows)), complex)
+        for i in np.flatnonzero(rows.any(axis=0)):
+            reply = self.replies(int(i))[..., components].reshape(speeds, -1, len(components))
+            here = np.flatnonzero(rows[:, i])
+            moved[..., here] += reply @ np.moveaxis(rows[here, i, None, None] * force[here], 0, -1)
+        return np.moveaxis(moved, -1, 0).reshape(len(rows), *self.motion.amplitude.shape)
 
     def _solve_for(self, coordinates):
         """Keep the replies of some coordinates, several by one factorisation."""
@@ -161,7 +174,8 @@ class Neighbourhood:
         if in_table:
             place, unknowns, at = zip(*in_table, strict=True)
             motions = [motion for _, motion in groups]
-            found = EntryTable(unknowns, motions[0].amplitude.shape[-1], at).columns(
+            table = _kept_table if len(speed) * len(carried) * len(unknowns) <= FACTORS_KEPT else EntryTable
+            found = table(unknowns, motions[0].amplitude.shape[-1], at).columns(
                 np.concatenate([motion.amplitude for motion in motions], axis=-1),
                 speed,
                 carried,

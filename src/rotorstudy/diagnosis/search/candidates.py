@@ -11,7 +11,7 @@ from rotorstudy.errors import CannotAct
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import blamed, registry
-from rotorstudy.model.rig_items import make_term
+from rotorstudy.model.rig_items import make_term, with_options
 from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import Term, share_of
 
@@ -94,12 +94,18 @@ def candidate(
     options = {**plugin.example, **plugin.hypothesis}
     item = {"kind": effect, **options, **where, **(shape or {}), **(variant or {}), "label": label}
     term = make_term("effect", item, model.structure, model.sensors, f"candidate {effect}")
-    mean, std = (1.0, FIXED) if plugin.fixed else (0.0, prior_width)
+    known = Candidate(effect, where, term, {}, {}, plugin.fixed, dict(shape or {}), dict(variant or {}), {}, options)
+    return _with_prior(model, known, prior_width)
+
+
+def _with_prior(model, cause, width):
+    """A candidate with the prior of the amplitudes of its term."""
+    term, plugin = cause.term, registry().get("effect", cause.effect)
+    mean, std = (1.0, FIXED) if plugin.fixed else (0.0, width)
     prior = {unknown.name: (mean * unknown.typical, std * unknown.typical) for unknown in term.unknowns}
     limited = {term.full_name(p) for p in term.parameters if plugin.is_positive(p.name)}
     positive = {unknown.name: _same(unknown, term, model) for unknown in term.unknowns if unknown.name in limited}
-    chosen = dict(shape or {}), dict(variant or {})
-    return Candidate(effect, where, term, prior, positive, plugin.fixed, *chosen, options=options)
+    return cause._replace(prior=prior, positive=positive)
 
 
 def _same(unknown, term, model):
@@ -110,8 +116,9 @@ def _same(unknown, term, model):
 
 
 def with_shape(model: Model, cause: Candidate, shape: dict, prior_width: float) -> Candidate:
-    """The same cause with another shape; see `candidate`."""
-    return candidate(model, cause.effect, cause.where, shape, cause.term.label, prior_width, cause.variant)
+    """The same cause with another shape, within its ranges; see `candidate`."""
+    term = with_options(cause.term, shape, model.structure, model.sensors)
+    return _with_prior(model, cause._replace(term=term, shape=dict(shape), shape_std={}), prior_width)
 
 
 class ShapeRange(NamedTuple):

@@ -21,6 +21,7 @@ from rotorstudy.model.model import Model
 from rotorstudy.model.registry import blamed, registry
 
 LEAST_LOG_ODDS = 2.0  # log posterior odds that an explanation needs: seven to one that something is missing
+MODELS_KEPT = 32  # with causes
 TRIAL_STEPS = 5  # of a fit, after which it is decided whether to finish it
 
 
@@ -37,6 +38,7 @@ class Search:
     shapes          : cause, alternatives and label -> the shapes with which each scan of it begins
     found           : labels of the causes -> Explanation, for every one fitted
     equations       : labels of the causes, label of one of them -> what `shape_equations` returns
+    models          : Model without causes, terms of the causes -> Model with them, the last few
     failures        : effect -> one line with file and line number, for plugins that failed; the rest was searched
     cause_error     : standard deviation of the error of a cause, which the spectrum has
     unstable        : (speed,) bool, where a free motion of the rig without causes grows; None during the search
@@ -56,6 +58,7 @@ class Search:
     shapes: dict = field(default_factory=dict)
     found: dict = field(default_factory=dict)
     equations: dict = field(default_factory=dict)
+    models: dict = field(default_factory=dict)
     failures: dict = field(default_factory=dict)
     cause_error: float = 0.0
     unstable: np.ndarray | None = None
@@ -172,7 +175,13 @@ class Search:
         return np.array([stated.get(name, 0.0) for name in extended.names])
 
     def _extended(self, causes):
-        return self.model.plus(*(c.term for c in causes))
+        """The model with some causes; the last few are kept, as their tables take as long to form as a response."""
+        key = self.model, *(id(c.term) for c in causes)  # of objects that the kept model holds
+        if key not in self.models:
+            if len(self.models) == MODELS_KEPT:
+                del self.models[next(iter(self.models))]
+            self.models[key] = self.model.plus(*(c.term for c in causes))
+        return self.models[key]
 
     def _extension(self, causes):
         """Extended model, Prior of its free parameters, and a start at the stated values."""

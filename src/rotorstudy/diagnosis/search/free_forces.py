@@ -30,13 +30,9 @@ def motions_by_free_forces(
     )
     speeds, free = len(spectrum.speed), _measured_components(near)
     columns = free_force_columns(near, spectrum, rows)
-    force = np.zeros((len(rows), speeds, 2 * len(near.blocks.harmonics)), complex)
-    force[..., free] = least_squares(columns, fitted.residual.reshape(speeds, -1))
-    still = near.motion
-    return [
-        Motion(still.amplitude + near.moved_by(row, one), still.deflection)
-        for row, one in zip(rows, force, strict=True)
-    ]
+    force = least_squares(columns, fitted.residual.reshape(speeds, -1))
+    still, moved = near.motion, near.moved_by(np.array(rows), free, force)
+    return [Motion(still.amplitude + one, still.deflection) for one in moved]
 
 
 def free_force_columns(near: Neighbourhood, spectrum: Spectrum, rows: Sequence[np.ndarray]) -> np.ndarray:
@@ -48,10 +44,12 @@ def free_force_columns(near: Neighbourhood, spectrum: Spectrum, rows: Sequence[n
               force at each harmonic
     """
     speeds, free = len(spectrum.speed), _measured_components(near)
-    seen = np.array([sum(row[i] * near.shown_replies(int(i)) for i in np.flatnonzero(row)) for row in rows])
-    seen = seen[:, :, free].reshape(len(rows), speeds, len(free), len(spectrum.harmonics), -1)
-    columns = spectrum.whitened(np.moveaxis(seen, 1, 2)).reshape(len(rows), len(free), speeds, -1)
-    return np.moveaxis(columns, 1, -1)
+    rows = np.array(rows)
+    acted = np.flatnonzero(rows.any(axis=0))
+    seen = np.array([near.shown_replies(int(i))[:, free] for i in acted])
+    seen = seen.reshape(len(acted), speeds, len(free), len(spectrum.harmonics), -1)
+    columns = spectrum.whitened(np.moveaxis(seen, 1, 2)).reshape(len(acted), len(free), speeds, -1)
+    return np.tensordot(rows[:, acted], np.moveaxis(columns, 1, -1), 1)
 
 
 def _measured_components(near):
@@ -64,13 +62,13 @@ def least_squares(matrices: np.ndarray, right: np.ndarray) -> np.ndarray:
 
     Of least length where a column depends on others.
     """
-    q, r = np.linalg.qr(matrices)
-    right = np.broadcast_to(right, matrices.shape[:-1])
+    unknowns, right = matrices.shape[-1], np.broadcast_to(right, matrices.shape[:-1])
+    both = np.linalg.qr(np.concatenate([matrices, right[..., None]], axis=-1), mode="r")  # without forming Q
+    r, turned = both[..., :unknowns, :unknowns], both[..., :unknowns, unknowns:]
     size = np.abs(np.diagonal(r, axis1=-2, axis2=-1))
     found = np.empty(size.shape)
     independent = size.min(axis=-1) > DEPENDENT * size.max(axis=-1)
-    q, r = q[independent], r[independent]
-    found[independent] = np.linalg.solve(r, np.swapaxes(q, -1, -2) @ right[independent][..., None])[..., 0]
+    found[independent] = np.linalg.solve(r[independent], turned[independent])[..., 0]
     for at in zip(*np.nonzero(~independent), strict=True):
         found[at] = np.linalg.lstsq(matrices[at], right[at], rcond=DEPENDENT)[0]
     return found

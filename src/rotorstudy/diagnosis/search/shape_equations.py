@@ -1,5 +1,6 @@
 """The shape options of a cause as parameters: derivatives by them, and the equations of a step with all amplitudes."""
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -7,7 +8,8 @@ import numpy as np
 from rotorstudy.diagnosis.search.candidates import Candidate, with_shape
 from rotorstudy.diagnosis.search.shape_fit import DIFFERENCE, ranges_of
 from rotorstudy.inference.fit import Fit
-from rotorstudy.inference.prediction import predicted
+from rotorstudy.inference.prediction import carried_order, predicted
+from rotorstudy.response.measured import measured_response_and_jacobian
 
 if TYPE_CHECKING:
     from rotorstudy.diagnosis.search.explanations import Search
@@ -61,16 +63,39 @@ def shape_columns(work: "Search", causes, fitted: Fit, cause: Candidate):
     NoSteadyState
     """
     ranges = {name: ends for name, ends in ranges_of(work, cause).items() if name in cause.shape}
-    columns = []
+    offs, beside = [], []
     for name, ends in ranges.items():
-        off = DIFFERENCE if ends.fraction(cause.shape[name]) < 0.5 else -DIFFERENCE
-        there = {**cause.shape, name: ends.value(ends.fraction(cause.shape[name]) + off)}
-        moved = with_shape(work.rig, cause, there, work.settings.prior_width)
+        offs.append(DIFFERENCE if ends.fraction(cause.shape[name]) < 0.5 else -DIFFERENCE)
+        there = {**cause.shape, name: ends.value(ends.fraction(cause.shape[name]) + offs[-1])}
+        beside.append(with_shape(work.rig, cause, there, work.settings.prior_width))
+    of = _by_new_responses if any(u.exact for u in cause.term.unknowns) else _by_forces
+    return ranges, [column / off for column, off in zip(of(work, causes, fitted, cause, beside), offs, strict=True)]
+
+
+def _by_forces(work, causes, fitted, cause, beside):
+    """Changes (component,) of the prediction with a cause in other shapes, to first order in the change of its force.
+
+    The response is linear in a small force: all follow from the columns of the cause in these shapes, with amplitudes
+    of zero, at the motion of the fit.
+    """
+    beside = [one._replace(term=replace(one.term, label=f"beside {i}")) for i, one in enumerate(beside)]
+    model = work.model.plus(*(c.term for c in (*causes, *beside)))
+    theta = np.array([fitted.values.get(name, 0.0) for name in model.names])
+    order, spectrum = carried_order(work.spectrum, model), work.spectrum
+    change = measured_response_and_jacobian(model, spectrum.speed, spectrum.harmonics, theta, order=order).jacobian
+    amplitudes = theta[model.position(cause.names)]
+    own, *others = (change[..., model.position(one.names)] @ amplitudes for one in (cause, *beside))
+    return list(spectrum.whitened(np.stack([other - own for other in others]))) if others else []
+
+
+def _by_new_responses(work, causes, fitted, cause, beside):
+    """The same of a cause whose amplitude does not multiply columns."""
+    changes = []
+    for moved in beside:
         extended = work.model.plus(*((moved if c is cause else c).term for c in causes))
-        shown = predicted(extended, work.spectrum, fitted.theta)
-        left = work.spectrum.whitened(work.spectrum.amplitude - shown)
-        columns.append((fitted.residual - left) / off)
-    return ranges, columns
+        left = work.spectrum.whitened(work.spectrum.amplitude - predicted(extended, work.spectrum, fitted.theta))
+        changes.append(fitted.residual - left)
+    return changes
 
 
 def _shape_equations(work, causes, fitted, cause):

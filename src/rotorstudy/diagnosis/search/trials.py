@@ -30,8 +30,11 @@ def fit_closest(work, options, from_stated=False, before=0.0):
     looked = []
     for causes, start in options:
         start = work.start(causes, start)
-        fitted = work.trial_fit(causes, None if from_stated and not can_be_scanned(causes[-1]) else start)
-        looked += [(fitted.cost, len(looked), causes, [fitted.theta, start])] if fitted else []
+        is_stated = from_stated and not can_be_scanned(causes[-1])
+        fitted = work.trial_fit(causes, None if is_stated else start)
+        if fitted:  # from the start of a trial that has converged a fit would end where the trial did
+            starts = [fitted.theta] if fitted.converged and not is_stated else [fitted.theta, start]
+            looked.append((fitted.cost, len(looked), causes, starts))
     tried = []
     for rank, (cost, _, causes, starts) in enumerate(sorted(looked, key=lambda one: one[:2])):
         is_crack = is_sought_everywhere(causes[-1]) and explains_much(cost, min(looked)[0], before)

@@ -40,7 +40,7 @@ from rotorstudy.inference.prior import with_rotor
 from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
-from rotorstudy.model.registry import registry
+from rotorstudy.model.registry import registry, using
 
 log = logging.getLogger(__name__)
 
@@ -96,7 +96,8 @@ def investigate(
     measured, held = split(spectrum, settings.hold_out_rad_s if hold_out is None else hold_out)
     fitted = with_model_error(measured, settings)
     held = None if held is None else with_model_error(held, settings)
-    found, chain, expected = _searched(model, measured, fitted, held, settings)
+    with using(registry()):  # which is asked for at every shape
+        found, chain, expected = _searched(model, measured, fitted, held, settings)
     base, best = found.base, found.best
     rows = fitted.data_count
     p_values = PValues(before=chi_square_p_value(base.cost, rows), after=chi_square_p_value(best.fit.cost, rows))
