@@ -64,6 +64,18 @@ def test_labels_of_probes_that_are_close_do_not_cover_each_other():
     assert np.array_equal(spread([0.0, 2.0]), [0.0, 2.0]) and np.array_equal(spread([1.0]), [1.0])
 
 
+def test_the_title_above_the_probes_of_one_node_fits():
+    from rotorstudy.measurement.conventions import Conventions
+    from rotorstudy.presentation.probe_figures import probe_picture
+
+    given = {"probes": [{"channel": "probe", "node": 1, "angle_deg": 45}], "rotation": "against_angles"}
+    picture = probe_picture(Conventions.model_validate(given), [1])
+    picture.draw_without_rendering()
+    title, whole = picture._suptitle.get_window_extent(), picture.bbox
+    assert title.x0 >= whole.x0 and title.x1 <= whole.x1
+    plt.close(picture)
+
+
 def test_options_of_an_explanation_are_labelled_with_their_units():
     from rotorstudy.presentation.diagnosis_figures import in_words
 

@@ -193,10 +193,10 @@ def variants_figure(config, variants):
 
 TITLES = {
     "error_against_noise": "Maximum likelihood attains the bound; least squares does not",
-    "collinearity": "Correlated parameters at a single speed",
+    "collinearity": "Even at a single speed, correlation costs about a factor of three at most",
     "campbell": "Whirl on anisotropic bearings",
-    "bias": "Errors by a wrong modulus or disc mass",
-    "weight_dominance": "Errors by weight dominance on this rotor",
+    "bias": "A wrong disc mass affects the bearings of maximum likelihood, not of least squares",
+    "weight_dominance": "Weight dominance falsifies the internal damping and the crack stiffness",
 }
 
 

@@ -106,7 +106,7 @@ def bias(bias_data, cases, units, title):
     names = [label(p) + (" (°)" if error_unit(units[p]) == "°" else "") for p in parameters]
     axes[0, 0].set_yticks(range(len(names)), names)
     axes[0, 0].set_ylim(len(names) - 0.5, -0.5)
-    clipped = f"\nsmaller ones at {LEAST:g}" if axes[0, 0].get_xlim()[0] < LEAST else ""
+    clipped = f"\nsmaller ones at {LEAST:g}" if min(panel.get_xlim()[0] for panel in axes[0]) < LEAST else ""
     axes[0, 0].set_xlabel(f"largest error of the estimate (%; phases: °){clipped}")
     picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     picture.suptitle(f"{title}\n(filled: known quantity {ends[0]:g} % wrong, open: {ends[1]:g} %)", fontsize=9)

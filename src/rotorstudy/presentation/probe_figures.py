@@ -1,5 +1,7 @@
 """The probes of a rig file as a picture: where they are, the phase mark, gravity and the sense of rotation."""
 
+from textwrap import fill
+
 import numpy as np
 
 from rotorstudy.presentation.plots import COLOURS, figure
@@ -8,6 +10,7 @@ PROBE, LABEL = 1.45, 1.95  # radii at which a probe ends and its name stands, th
 APART = 0.42  # rad between two labels, the width of one at that radius
 SPREADS, TINY = 100, 1e-3  # rounds in which labels are moved apart, and how far beyond what is needed (rad)
 MOST = 6  # nodes drawn
+CHARACTERS = 36  # of a title above one node
 BLANK = {"facecolor": "w", "edgecolor": "none", "pad": 0.5}  # behind a text
 
 
@@ -40,7 +43,8 @@ def probe_picture(conventions, nodes, labels=None):
         panel.set_title(f"node {node}" + (f" ({label})" if label else ""))
     sense = "counter-clockwise" if conventions.sense > 0 else "clockwise"
     left = f"; {len(at) - MOST} more nodes" if len(at) > MOST else ""
-    picture.suptitle(f"Seen as in the rig file: the shaft turns {sense}{left}", fontsize=9)
+    told = f"Seen as in the rig file: the shaft turns {sense}{left}"
+    picture.suptitle(fill(told, CHARACTERS * len(shown)), fontsize=9)
     return picture
 
 

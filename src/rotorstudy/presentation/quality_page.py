@@ -111,6 +111,7 @@ def _picture(spectrum, i, record, frames):
             for drawn in list(getattr(panel, kind)):
                 drawn.remove()
         panel.relim()
+        panel.autoscale()
     axes = list(axes)
     if record:
         shown = record.time < record.time[0] + SHOWN_REVOLUTIONS * 2 * np.pi / record.speed
@@ -125,7 +126,10 @@ def _picture(spectrum, i, record, frames):
         signals.set_xlabel("revolutions")
         signals.set_ylabel("displacement minus mean (µm)")
         if len(record.sensors) <= MOST_NAMED:
-            signals.legend()
+            columns = min(4, 2 * len(record.sensors))
+            low, high = signals.get_ylim()  # with room for the legend above the curves
+            signals.set_ylim(low, high + 0.13 * np.ceil(2 * len(record.sensors) / columns) * (high - low))
+            signals.legend(loc="upper center", ncols=columns, columnspacing=0.8, handlelength=1.5)
     count = len(spectrum.harmonics)
     for s, node in enumerate(spectrum.sensors):
         variance = np.diag(spectrum.covariance[i, s])

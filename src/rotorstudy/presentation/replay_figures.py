@@ -99,6 +99,9 @@ def spectra_figure(replayed, case, group):
     ):
         axes[panel, 0].set_title(f"{title}, {case}")
     axes[0, 0].legend(title="column of the thesis")
+    apart = np.abs(both[0] - first[0]) / np.abs(first[0])
+    told = f"differ by {percent(apart.max(), 2)} at most, as vectors ({harmonics[apart.argmax()]}X)"
+    picture.suptitle(f"{case}: the columns of the thesis {told}", fontsize=8)
     return picture
 
 

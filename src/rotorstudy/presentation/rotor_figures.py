@@ -69,8 +69,9 @@ def rotor(rig):
         corners = [(x, -shaft), (x - wide, -shaft - 0.25 * thickest), (x + wide, -shaft - 0.25 * thickest)]
         panel.add_patch(Polygon(corners, facecolor=COLOURS[2], edgecolor="k"))
     for node in model.sensors:
-        arrow = {"arrowstyle": "->", "color": COLOURS[0]}
-        panel.annotate("", (places[node], shaft), (places[node], shaft + 0.35 * thickest), arrowprops=arrow)
+        top = max([shaft, *(disc.radius for disc in structure.discs if disc.node == node)])
+        arrow = {"arrowstyle": "->", "color": "k"}
+        panel.annotate("", (places[node], top), (places[node], top + 0.35 * thickest), arrowprops=arrow)
     for position in crack_positions(given, places):
         panel.plot([position] * 2, [-1.3 * shaft, 1.3 * shaft], color=COLOURS[1], linewidth=2)
     for node in nodes:

@@ -134,7 +134,7 @@ def compared_parameters(config, data, folder):
         for p in term.parameters:
             full = term.full_name(p)
             for name, unit in ((full, p.unit), (f"{full}_phase", "rad")) if p.is_complex else ((full, p.unit),):
-                unit, factor = shown_unit(unit) if unit == "m" else (unit, 1.0)
+                unit, factor = shown_unit(unit) if unit in ("m", "rad") else (unit, 1.0)
                 (value, _), *fitted = (found[source][name] for source in fits)
                 base, extended = ((one * factor, std * factor) for one, std in fitted)
                 kind = {
