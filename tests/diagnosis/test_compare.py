@@ -10,6 +10,7 @@ from slow_effects import SLOW
 
 from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.runs.compare import _with_scatter, compare, known_as_before
+from rotorstudy.diagnosis.runs.turned_mark import without_turn
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import investigate
@@ -205,3 +206,23 @@ def test_a_rig_that_misses_the_state_before_misses_as_much_of_the_change():
     _, (note,), error = known_as_before(build_model(RIG), bent, SETTINGS)
     assert note.name == "state before not explained" and error > 10 * SETTINGS.model_error
     assert f"error of {100 * error:.3g} %" in note.text
+
+
+@pytest.mark.parametrize("turn", [0.5, -0.06, 3.0])
+def test_a_phase_mark_that_was_moved_is_told(turn):
+    """Runout and vibration turned alike; a change of the rotor or of nothing is no turn."""
+    before, after = state(1), state(2)
+    turned = replace(after, amplitude=after.amplitude * np.exp(1j * turn * HARMONICS)[:, None])
+    back, (found,) = without_turn(before, turned, SETTINGS)
+    assert found.name == "phase mark moved" and found.severity == "warning"
+    np.testing.assert_allclose(back.amplitude, after.amplitude, atol=5e-3 * np.abs(after.amplitude).max())
+    large = {**CHANGE, "eccentricity_m": 2e-6}
+    for other in (after, state(2, CHANGE), state(2, large)):  # negative controls
+        assert without_turn(before, other, SETTINGS) == (other, [])
+
+
+def test_a_moved_phase_mark_is_no_change_of_the_rotor():
+    before, after = state(1), state(2)
+    turned = replace(after, amplitude=after.amplitude * np.exp(0.5j * HARMONICS)[:, None])
+    verdict = compare(before, turned, build_model(RIG), settings=SETTINGS).diagnosis.verdict
+    assert verdict.verdict == "nothing" and "phase mark moved" in " ".join(map(str, verdict.findings))

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import block_diag
 
+from rotorstudy.diagnosis.runs.turned_mark import without_turn
 from rotorstudy.diagnosis.search.candidates import with_vibration
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
@@ -76,7 +77,8 @@ def compare(
     before, after, notes = _at_common_speeds(before, after)
     if np.array_equal(before.amplitude, after.amplitude):
         raise RotorstudyError("both states have the same harmonics at every speed: give the records of two states")
-    more = []
+    after, more = without_turn(before, after, settings)
+    notes, more = [*notes, *more], []
     if model.uncertainty is None:
         model, more, share = known_as_before(model, before, settings)
         settings = settings.model_copy(update={"model_error": share})
