@@ -64,8 +64,10 @@ def least_squares(matrices: np.ndarray, right: np.ndarray) -> np.ndarray:
 
     Of least length where a column depends on others.
     """
-    q, r = np.linalg.qr(matrices)
     right = np.broadcast_to(right, matrices.shape[:-1])
+    if matrices.shape[-2] < matrices.shape[-1]:  # of a single probe, which shows half of an orbit
+        return (np.linalg.pinv(matrices, rcond=DEPENDENT) @ right[..., None])[..., 0]
+    q, r = np.linalg.qr(matrices)
     size = np.abs(np.diagonal(r, axis1=-2, axis2=-1))
     found = np.empty(size.shape)
     independent = size.min(axis=-1) > DEPENDENT * size.max(axis=-1)
