@@ -9,12 +9,15 @@ from page_checks import problems
 from slow_effects import SLOW
 
 from rotorstudy.commands.line import main
-from rotorstudy.diagnosis.runs.compare import _with_scatter, compare, known_as_before
+from rotorstudy.diagnosis.runs.compare import _with_common_probes, _with_scatter, compare, known_as_before
+from rotorstudy.diagnosis.runs.turned_mark import without_turn
+from rotorstudy.diagnosis.search.free_forces import least_squares
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import investigate
 from rotorstudy.diagnosis.verdict.words import summary
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.measurement.single_probe import along_probes
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.rig import build_model
 from rotorstudy.model.rig_items import make_term
@@ -205,3 +208,50 @@ def test_a_rig_that_misses_the_state_before_misses_as_much_of_the_change():
     _, (note,), error = known_as_before(build_model(RIG), bent, SETTINGS)
     assert note.name == "state before not explained" and error > 10 * SETTINGS.model_error
     assert f"error of {100 * error:.3g} %" in note.text
+
+
+@pytest.mark.parametrize("turn", [0.5, -0.06, 3.0])
+def test_a_phase_mark_that_was_moved_is_told(turn):
+    """Runout and vibration turned alike; a change of the rotor or of nothing is no turn."""
+    before, after = state(1), state(2)
+    turned = replace(after, amplitude=after.amplitude * np.exp(1j * turn * HARMONICS)[:, None])
+    back, (found,) = without_turn(before, turned, SETTINGS)
+    assert found.name == "phase mark moved" and found.severity == "warning"
+    np.testing.assert_allclose(back.amplitude, after.amplitude, atol=5e-3 * np.abs(after.amplitude).max())
+    large = {**CHANGE, "eccentricity_m": 2e-6}
+    for other in (after, state(2, CHANGE), state(2, large)):  # negative controls
+        assert without_turn(before, other, SETTINGS) == (other, [])
+
+
+def test_a_moved_phase_mark_is_no_change_of_the_rotor():
+    before, after = state(1), state(2)
+    turned = replace(after, amplitude=after.amplitude * np.exp(0.5j * HARMONICS)[:, None])
+    verdict = compare(before, turned, build_model(RIG), settings=SETTINGS).diagnosis.verdict
+    assert verdict.verdict == "nothing" and "phase mark moved" in " ".join(map(str, verdict.findings))
+
+
+def test_a_probe_that_died_between_the_states_leaves_the_motion_along_the_other():
+    both = [one.at_harmonics([1, -1]) for one in (state(1), state(2, {**CHANGE, "eccentricity_m": 2e-6}))]
+    single = both[1].along([0.7])
+    before, after, (told,) = _with_common_probes(both[0], single)
+    assert told.name == "probe of one state" and before.single_probes == after.single_probes == [1]
+    assert before.data_count == both[0].data_count / 2
+    expected = along_probes(both[0].amplitude, both[0].harmonics, np.array([0.7]))
+    np.testing.assert_allclose(before.amplitude, expected)
+    assert _with_common_probes(*both) == (*both, [])  # negative control
+    settings = SETTINGS.model_copy(update={"leave_out": [*SLOW, "transverse_crack"]})
+    verdict = compare(both[0], single, build_model(RIG), settings=settings).diagnosis.verdict
+    assert verdict.verdict in ("cause", "ambiguous")
+    assert "unbalance" in [one.effect for one in [*verdict.causes, *verdict.ambiguous_with]]
+
+
+def test_free_forces_of_fewer_data_than_parts_are_those_of_least_length():
+    generator = np.random.default_rng(3)
+    matrices, right = generator.normal(size=(5, 2, 4)), generator.normal(size=(5, 2))
+    found = least_squares(matrices, right)
+    np.testing.assert_allclose((matrices @ found[..., None])[..., 0], right, atol=1e-12)
+    np.testing.assert_allclose(
+        found, [np.linalg.lstsq(m, r, rcond=None)[0] for m, r in zip(matrices, right, strict=True)]
+    )
+    tall = np.swapaxes(matrices, -1, -2)  # negative control: more data than parts
+    assert least_squares(tall, generator.normal(size=(5, 4))).shape == (5, 2)

@@ -1,10 +1,13 @@
 """Several runs of one machine, fitted together: shared parameters, known trial masses, and what is each run's own."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import yaml
 
 from rotorstudy.commands.line import main
+from rotorstudy.diagnosis.runs import contradicting
 from rotorstudy.diagnosis.runs import joint as diagnosis_joint
 from rotorstudy.diagnosis.runs.contradicting import _moved_far, check_slow_roll
 from rotorstudy.diagnosis.runs.joint import identify_runs, shared_names
@@ -233,6 +236,18 @@ def test_a_run_of_another_machine_is_told(folder):
     (told,) = [one for one in findings_of(folder, "machines", runs) if one.name == "another machine"]
     assert told.where == "run 'other'"
     assert "not explained" in [one.name for one in findings_of(folder, "two_machines", runs[:2])]
+
+
+@pytest.mark.parametrize(("agree", "where"), [("ab", "run 'c'"), ("c", "run 'a', run 'b'")])
+def test_runs_of_which_any_may_be_of_another_machine_are_all_named(agree, where, monkeypatch):
+    """agree : the runs without which the others do not agree."""
+    runs = [SimpleNamespace(name=name) for name in "abc"]
+    monkeypatch.setattr(contradicting, "_refitted", lambda rest, _: rest)
+    monkeypatch.setattr(contradicting, "_unexplained", lambda rest, _: not set(agree) <= {one.name for one in rest})
+    found = contradicting._other_machines(SimpleNamespace(runs=runs), None, 1e-3)
+    assert found.where == where and ("do not tell" in found.text) == (agree == "c")
+    monkeypatch.setattr(contradicting, "_unexplained", lambda rest, _: True)
+    assert contradicting._other_machines(SimpleNamespace(runs=runs), None, 1e-3) is None  # negative control
 
 
 def test_a_label_of_a_node_that_no_rig_lists_is_named(folder):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import yaml
+from scipy.linalg import eigvals
 
 from rotorstudy import build_model
 from rotorstudy.errors import RotorstudyError
@@ -105,17 +106,38 @@ def test_the_film_of_a_damper_acts_on_the_response_and_its_damping_on_the_whirl(
     assert peak.amplitude == pytest.approx(response.max(), rel=1e-3)
 
 
-def test_bearings_stated_in_frequency_only_are_named():
+def test_a_rotor_on_pedestals_alone_has_the_critical_speeds_of_the_whole_structure():
+    """Those of a structure with the masses of the pedestals, built here; isotropic, so that they are circles."""
     pedestal = {
         "kind": "flexible_pedestal",
         "bearing_stiffness_N_per_m": {"xx": 1e6},
         "pedestal_stiffness_N_per_m": {"xx": 1e7},
         "pedestal_mass_kg": {"xx": 1.0},
+        "bearing_damping_N_s_per_m": {"xx": 20.0},
         "bearing_scale": 1.0,
     }
     rig = {"rotor": SHAFT, "bearings": [{**pedestal, "node": n, "label": str(n)} for n in (1, 5)], "sensors": [3]}
-    with pytest.raises(RotorstudyError, match="flexible_pedestal: stated in the frequency domain only"):
-        analyse_rotor(build_model(rig))
+    found = analyse_rotor(build_model(rig), 10.0, 1500.0)
+    structure = build_model(rig).structure
+    ends = [structure.index(node) for node in (1, 5)]
+    size = len(structure.dofs)
+    stiffness, mass = np.zeros((2, size + 2, size + 2))
+    stiffness[:size, :size], mass[:size, :size] = structure.stiffness, structure.mass
+    for i, end in enumerate(ends):
+        both = np.ix_([end, size + i], [end, size + i])
+        stiffness[both] += 1e6 * np.array([[1, -1], [-1, 1]])
+        stiffness[size + i, size + i] += 1e7
+        mass[size + i, size + i] += 1.0
+    mass[:size, :size] -= structure.gyroscopic  # of a forward circle at the spin speed
+    true = np.sqrt(np.abs(eigvals(np.linalg.solve(mass, stiffness)).real))
+    first = found.criticals[0]
+    assert np.abs(true / first.speed - 1).min() < 1e-4 and 0 < first.damping_ratio < 0.05
+    assert "approximate for whirl at other frequencies" in " ".join(summary(found)) and found.threshold is None
+    held = [load.force.real for load in found.loads]
+    assert sum(held) == pytest.approx(found.weight, rel=1e-9) and min(held) > 0
+    stiff = {**rig, "bearings": [{**b, "pedestal_stiffness_N_per_m": {"xx": 1e12}} for b in rig["bearings"]]}
+    other = analyse_rotor(build_model(stiff), 10.0, 1500.0).criticals[0]  # negative control
+    assert np.abs(true / other.speed - 1).min() > 0.005
 
 
 def test_growth_with_a_crack_leaves_out_hysteretic_damping():

@@ -7,7 +7,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rotorstudy.measurement.single_probe import along_probes, check_pairs, is_orbit, seen_components, seen_rows
+from rotorstudy.measurement.single_probe import (
+    along_probe,
+    along_probes,
+    check_pairs,
+    is_orbit,
+    seen_components,
+    seen_rows,
+)
 
 RELATIVE_FLOOR = 1e-13  # of the largest harmonic: round-off, so that exact data have a finite weight
 CORRELATION_FLOOR = 1e-9  # keeps a covariance of fully correlated harmonics (one phase mark for all) invertible
@@ -71,6 +78,19 @@ class Spectrum:
             Complex, m.
         """
         return along_probes(amplitude, self.harmonics, self.directions)
+
+    def along(self, directions: ArrayLike) -> "Spectrum":
+        """The spectrum as single probes would show it at the nodes where this one has an orbit.
+
+        directions : (sensor,) rad, NaN where nothing changes
+        """
+        single = np.where(is_orbit(self.directions), directions, np.nan)
+        covariance = np.array(self.covariance)
+        for sensor in np.flatnonzero(~is_orbit(single)):
+            covariance[:, sensor] = along_probe(covariance[:, sensor], self.harmonics, single[sensor])
+        amplitude = along_probes(self.amplitude, self.harmonics, single)
+        both = np.where(is_orbit(single), self.directions, single)
+        return replace(self, amplitude=amplitude, covariance=covariance, directions=both)
 
     def with_error(self, variance: ArrayLike) -> "Spectrum":
         """The spectrum with an independent error of each harmonic added to its covariance.

@@ -28,7 +28,8 @@ def compare_files(before: list[str | Path], after: list[str | Path], rig_path: s
     rig_file = read_rig(rig_path)
     settings = read_settings(rig_file.given, str(rig_path))
     first, model, findings = measured_spectrum(before, rig_file)
-    second, _, more = measured_spectrum(after, rig_file)
+    second, other, more = measured_spectrum(after, rig_file)
+    model = other if len(second.single_probes) > len(first.single_probes) else model  # it has the probes of both states
     check_names(settings, model, f"{rig_path}, diagnosis")
     found = compare(first, second, model, settings=settings, findings=(*findings, *more))
     diagnosis = found.diagnosis

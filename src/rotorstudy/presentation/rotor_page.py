@@ -74,7 +74,12 @@ def summary(analysis):
             f"Whirl and unbalance response leave out {', '.join(analysis.left_out)}: they are nonlinear or rotate with "
             "the shaft. The growth rate includes them; that of a nonlinear force is about its own steady state."
         )
-    if analysis.timeless:
+    if analysis.at_spin_speed:
+        found.append(
+            f"Stiffness and damping of {', '.join(analysis.timeless)} are those at the spin speed: exact for critical "
+            "speeds and unbalance response, approximate for whirl at other frequencies and for stability."
+        )
+    elif analysis.timeless:
         found.append(
             f"Whirl and stability leave out what has no time-domain form of {', '.join(analysis.timeless)}; the "
             "unbalance response includes it."

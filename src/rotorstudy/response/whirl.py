@@ -13,10 +13,53 @@ OVERDAMPED = 1e-6  # imaginary part over modulus of an eigenvalue; a smaller one
 
 
 def time_invariant(model):
-    """The model without what is nonlinear, varies with the rotation (a crack) or is stated in frequency only."""
+    """The model without what is nonlinear, varies with the rotation (a crack) or is stated in frequency only.
+
+    If nothing else holds the rotor, what is stated in frequency only is kept as it acts at the spin speed.
+    """
     steady = without_rotation(model)
+    if is_held_in_frequency(steady):
+        return synchronous(steady)
     terms = tuple(term if is_in_time(term) else _in_time(term) for term in steady.terms)
     return replace(steady, terms=tuple(term for term in terms if any(u.entries for u in term.unknowns)))
+
+
+def is_held_in_frequency(model):
+    """Whether the rotor is held by bearings that are all stated in frequency only, such as flexible pedestals."""
+    held = [term for term in model.terms if any(unknown.carries for unknown in term.unknowns)]
+    in_time = any(any(u.carries and u.entries for u in _in_time(term).unknowns) for term in held)
+    return bool(held) and not in_time and not model.structure.is_supported
+
+
+def synchronous(model):
+    """The model with what is stated in frequency only as stiffness and damping at the spin speed.
+
+    That is exact for a motion at the spin speed, and so for the critical speeds of unbalance; a whirl at another
+    frequency is approximate.
+    """
+
+    def split(parameter):
+        entries = [part for entry in parameter.entries for part in _stiffness_and_damping(entry)]
+        return replace(parameter, entries=tuple(entries))
+
+    return replace(model, terms=tuple(replace(t, parameters=tuple(map(split, t.parameters))) for t in model.terms))
+
+
+def _stiffness_and_damping(entry):
+    """An entry stated in frequency only as two with a form in time, g = k + j w c at the spin speed w; else itself."""
+    if not (entry.reads_motion and entry.frequency_only):
+        return [entry]
+
+    def stiffness(speed):
+        return entry.gain(speed, np.ones_like(speed, int)).real
+
+    def damping(speed):
+        return entry.gain(speed, np.ones_like(speed, int)).imag / speed
+
+    return [
+        replace(entry, gain=stiffness, frequency_only=False),
+        replace(entry, gain=damping, frequency_only=False, order=entry.order + 1),
+    ]
 
 
 def without_rotation(model):

@@ -16,7 +16,9 @@ from rotorstudy.response.whirl import (
     OVERDAMPED,
     critical_speeds,
     damped_modes,
+    is_held_in_frequency,
     is_in_time,
+    synchronous,
     time_invariant,
     without_rotation,
 )
@@ -70,6 +72,7 @@ class RotorAnalysis(NamedTuple):
                 speed; empty if the stiffness rotates with the shaft
     left_out  : kinds of effects that whirl and response leave out: they rotate with the shaft or are nonlinear
     timeless  : kinds of effects that whirl and stability leave out: they are stated in frequency only
+    at_spin_speed : whether whirl and stability take the timeless ones as they act at the spin speed instead
     unbalance : how the rotor is unbalanced, in words
     """
 
@@ -82,6 +85,7 @@ class RotorAnalysis(NamedTuple):
     damping: dict
     left_out: list
     timeless: list
+    at_spin_speed: bool
     unbalance: str
 
     @property
@@ -115,11 +119,8 @@ def analyse_rotor(model, lowest=None, highest=None, reading=None):
     model.require_values()
     still, steady = time_invariant(model), without_rotation(model)
     timeless = sorted({term.kind for term in steady.terms if not term.acts_on_output and not is_in_time(term)})
-    if not (still.is_carried or still.structure.is_supported) and steady.is_carried:
-        raise RotorstudyError(
-            f"{', '.join(timeless)}: stated in the frequency domain only, so that the whirl of a rotor that nothing "
-            "else supports is not known; use bearings with stiffness and damping, such as 'linear' or 'speed_tabulated'"
-        )
+    at_spin_speed = is_held_in_frequency(steady)
+    at_rest, moving = (steady, synchronous(model)) if at_spin_speed else (still, model)
     _check_held(still, highest or lowest or still.structure.scales.frequency)
     highest = _default_highest(still, lowest) if highest is None else highest
     lowest = LOWEST_SHARE * highest if lowest is None else lowest
@@ -134,9 +135,9 @@ def analyse_rotor(model, lowest=None, highest=None, reading=None):
     response = harmonic_response(unbalanced, fine, (1, -1))
     of_node = {node: response[..., model.structure.index(node)].T for node in model.sensors}
     probes, read = probe_vectors(of_node, reading or model.structure.reading)
-    deflection = static_deflection(still, [highest], still.theta).value.reshape(-1)
+    deflection = static_deflection(at_rest, [highest], at_rest.theta).value.reshape(-1)
     log.info("stability")
-    growing, growth, threshold = growth_over_speed(model, still, speeds)
+    growing, growth, threshold = growth_over_speed(moving, still, speeds)
     return RotorAnalysis(
         data=_dataset(
             model, speeds, fine, damped_modes(still, speeds, MODES), probes, read, (growing, growth), deflection
@@ -147,12 +148,13 @@ def analyse_rotor(model, lowest=None, highest=None, reading=None):
             for probe, one in zip(probes, np.abs(read.T), strict=True)
             for peak in peaks(fine, one)
         ],
-        loads=static_loads(still, deflection, highest),
+        loads=static_loads(at_rest, deflection, highest),
         weight=float(np.abs(model.structure.static_load @ model.structure.along)),
         threshold=threshold,
         damping={} if varies_in_time(model) else damping_of_effects(still, threshold or highest),
         left_out=sorted({term.kind for term in model.terms} - {term.kind for term in steady.terms}),
         timeless=timeless,
+        at_spin_speed=at_spin_speed,
         unbalance=unbalance,
     )
 

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import block_diag
 
+from rotorstudy.diagnosis.runs.turned_mark import without_turn
 from rotorstudy.diagnosis.search.candidates import with_vibration
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
@@ -73,10 +74,13 @@ def compare(
                     same records
     """
     settings = of_changes(Settings(**settings) if isinstance(settings, dict) else settings or Settings())
+    before, after, lost = _with_common_probes(before, after)
     before, after, notes = _at_common_speeds(before, after)
+    notes = [*lost, *notes]
     if np.array_equal(before.amplitude, after.amplitude):
         raise RotorstudyError("both states have the same harmonics at every speed: give the records of two states")
-    more = []
+    after, more = without_turn(before, after, settings)
+    notes, more = [*notes, *more], []
     if model.uncertainty is None:
         model, more, share = known_as_before(model, before, settings)
         settings = settings.model_copy(update={"model_error": share})
@@ -86,6 +90,19 @@ def compare(
         model, settings = _with_scatter(model, difference.speed, after, settings)
     found = investigate(difference, model, settings=settings, findings=(*findings, *notes, *more))
     return Comparison(found, before, after, difference)
+
+
+def _with_common_probes(before, after):
+    """Both spectra as the probes that work in both states show them, and a list of Finding on the others."""
+    if before.sensors != after.sensors or np.array_equal(before.directions, after.directions, equal_nan=True):
+        return before, after, []
+    lost = sorted(set(before.single_probes) ^ set(after.single_probes))
+    before, after = before.along(after.directions), after.along(before.directions)
+    text = (
+        f"node {', '.join(map(str, lost))} has two probes in one state and one in the other: only the motion along the "
+        "probe that works in both is compared"
+    )
+    return before, after, [Finding("warning", "probe of one state", "both states", text)] if lost else []
 
 
 def of_changes(settings: Settings) -> Settings:

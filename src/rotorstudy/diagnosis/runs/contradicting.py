@@ -38,14 +38,9 @@ def contradictions(joint: JointFit, shared: Prior, significance: float, width: f
         other = freed and _refitted([freed if one is run else one for one in joint.runs], shared)
         if other and not _unexplained(other, significance):
             return [_contradicted(other, run, freed, sense)]
-    for run in joint.runs if len(joint.runs) > 2 else ():
-        other = _refitted([one for one in joint.runs if one is not run], shared)
-        if other and not _unexplained(other, significance):
-            text = (
-                "the other runs agree with one machine, and not with this one: it is of another machine, or something "
-                "else was changed; leave it out, or state what was under 'effects:' or 'own:'"
-            )
-            return [Finding("warning", "another machine", f"run '{run.name}'", text)]
+    other = _other_machines(joint, shared, significance)
+    if other:
+        return [other]
     return [_not_explained(joint, name, p) for name, p in rejected.items()] + _moved_far(joint)
 
 
@@ -127,6 +122,27 @@ def _contradicted(joint, run, freed, sense):
         texts.append(f"{told(given, names[i])} is stated, and the records show {told(theta[i : i + 2], names[i], std)}")
     text = f"{'; '.join(texts)}: correct it, or give it a (larger) 'std_g_mm:'"
     return Finding("warning", "known mass contradicted", f"run '{run.name}'", text)
+
+
+def _other_machines(joint, shared, significance):
+    """A Finding on the run without which the others agree, or on all such runs if it may be any of several; or None."""
+    odd = []
+    for run in joint.runs if len(joint.runs) > 2 else ():
+        rest = _refitted([one for one in joint.runs if one is not run], shared)
+        if rest and not _unexplained(rest, significance):
+            odd.append(run.name)
+    if not odd:
+        return None
+    text = (
+        "the other runs agree with one machine, and not with this one: it is of another machine, or something else was"
+    )
+    if len(odd) > 1:
+        text = (
+            "without one of these runs the others agree with one machine; the records do not tell which of them is of "
+            "another machine, or in which something else was"
+        )
+    text += " changed; leave it out, or state what was under 'effects:' or 'own:'"
+    return Finding("warning", "another machine", ", ".join(f"run '{name}'" for name in odd), text)
 
 
 def _moved_far(joint):

@@ -63,6 +63,8 @@ def least_squares(matrices: np.ndarray, right: np.ndarray) -> np.ndarray:
     Of least length where a column depends on others.
     """
     unknowns, right = matrices.shape[-1], np.broadcast_to(right, matrices.shape[:-1])
+    if matrices.shape[-2] < unknowns:  # of a single probe, which shows half of an orbit
+        return (np.linalg.pinv(matrices, rcond=DEPENDENT) @ right[..., None])[..., 0]
     both = np.linalg.qr(np.concatenate([matrices, right[..., None]], axis=-1), mode="r")  # without forming Q
     r, turned = both[..., :unknowns, :unknowns], both[..., :unknowns, unknowns:]
     size = np.abs(np.diagonal(r, axis1=-2, axis2=-1))
