@@ -1,18 +1,21 @@
 """From a wrong explanation by two causes to the true one: parts tried together, exchanges from the best few."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from test_search import TWO_DISCS, hidden, measured
 
 from rotorstudy.diagnosis.search import shapes
 from rotorstudy.diagnosis.search.alternatives import at_the_same_place
-from rotorstudy.diagnosis.search.candidates import ShapeRange, candidates, with_shape
+from rotorstudy.diagnosis.search.candidates import ShapeRange, candidates, shape_ranges, with_shape
 from rotorstudy.diagnosis.search.crack_beside import with_others_beside_a_crack
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.odds import Explanation
 from rotorstudy.diagnosis.search.parts import faults_with_what_they_bring
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.search.several_causes import _exchanged_at_motion
+from rotorstudy.diagnosis.search.shape_equations import _by_forces, _by_new_responses
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.inference.fit import fit
 from rotorstudy.model.registry import registry
@@ -107,3 +110,17 @@ def test_two_causes_at_a_support_are_exchanged_for_a_pedestal_only_if_it_is_one(
     named = {"support_stiffness, node 1", "external_damping, node 1"}
     first = work.explain(tuple(c for c in work.candidates if c.cause in named))
     assert at_the_same_place(work, first).named == found
+
+
+def test_derivatives_by_a_clearance_from_forces_are_those_of_responses():
+    """Negative control: with another amplitude than the fitted one they are others."""
+    work = searched(("rub",), hidden(MODEL, "rub", node=3, rub_stiffness_N_per_m=2e4, clearance_m=5e-6))
+    found = work.explain((next(c for c in work.candidates if c.where["node"] == 3),))
+    (cause,), fitted, ends = found.causes, found.fit, shape_ranges("rub", MODEL.structure, 3)["clearance_m"]
+    shape = {"clearance_m": ends.value(ends.fraction(cause.shape["clearance_m"]) + 1e-4)}
+    beside = [with_shape(work.rig, cause, shape, work.settings.prior_width)]
+    (by_responses,) = _by_new_responses(work, (cause,), fitted, cause, beside)
+    larger = replace(fitted, theta=np.where(np.isin(fitted.model.names, cause.names), 1.1, 1.0) * fitted.theta)
+    for used, is_close in ((fitted, True), (larger, False)):
+        (by_forces,) = _by_forces(work, (cause,), used, cause, beside)
+        assert (np.linalg.norm(by_forces - by_responses) < 0.01 * np.linalg.norm(by_responses)) == is_close

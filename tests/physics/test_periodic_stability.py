@@ -139,3 +139,21 @@ def test_without_a_turning_stiffness_it_is_the_growth_of_the_eigenvalues():
     assert periodic_growth_rate(model, speeds) == pytest.approx(growth_rate(model, speeds), rel=1e-3)
     with pytest.raises(NoSteadyState, match=r"grows by [\d.]+ 1/s"):
         check_stable(model, speeds)
+
+
+def cracked(crack):
+    effect = {"kind": "breathing_crack", "crack": crack, "stiffness_loss_N_per_m": 0.2 * STIFFNESS}
+    return jeffcott(effect, damping=20.0)
+
+
+@pytest.mark.parametrize(("model", "folds"), [(asymmetric(0.1, 20.0), 2), (cracked("switching"), 1)])
+def test_coefficients_that_repeat_twice_in_a_revolution_are_integrated_over_half_of_it(monkeypatch, model, folds):
+    """Over the half of a revolution in which they do not repeat the growth would be another one."""
+    speeds = NATURAL * np.array([0.3, 0.95])
+    found = periodic_growth_rate(model, speeds)
+    assert floquet._folds(model) == folds
+    monkeypatch.setattr(floquet, "_folds", lambda _: 1)
+    assert periodic_growth_rate(model, speeds) == pytest.approx(found, rel=1e-9)
+    monkeypatch.setattr(floquet, "_folds", lambda _: 2)
+    differs = periodic_growth_rate(model, speeds) != pytest.approx(found, rel=1e-3)
+    assert differs == (folds == 1)

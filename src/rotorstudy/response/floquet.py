@@ -85,7 +85,8 @@ def _growth_of_one_turn(model, speed, theta):
             turns = turns[1::2] @ turns[::2]
     if not np.isfinite(turns).all():  # of a motion that grows beyond all numbers within a revolution
         return np.inf
-    growth = np.log(np.abs(np.linalg.eigvals(turns[0]))) / duration
+    with np.errstate(divide="ignore"):  # of a motion that decays below all numbers
+        growth = np.log(np.abs(np.linalg.eigvals(turns[0]))) / duration
     return max(growth.max(initial=-np.inf), (fast.real - ROUND_OFF * np.abs(fast)).max(initial=-np.inf))
 
 
