@@ -115,7 +115,7 @@ def _scanned_instead(work, current, causes, may_be):
     }
     if not chosen:
         return []
-    found = scan(work, work.held(rest, current.fit), list(chosen.values()), refined=len(chosen))
+    found = scan(work, work.held(rest, current.fit.values), list(chosen.values()), refined=len(chosen))
     theta = current.fit.values
     least = max((s.evidence - LEFT_BY_SHAPE * s.explained for _, s in found), default=0.0) - REACH
     options = [

@@ -30,8 +30,7 @@ EXCHANGED = 3  # causes beside a crack that are fitted instead of another one
 
 def with_a_crack(work: Search, current: Explanation) -> list[Explanation]:
     """Explanations by a crack and one other cause, the pairs that explain most at the motion of an explanation."""
-    laws = {tuple(c.variant.values()): c for c in work.candidates if is_sought_everywhere(c)}
-    cracks = [shape for law in laws.values() for shape in _over_its_ranges(work, law)]
+    cracks = cracks_over_their_ranges(work)
     others = [c for c in work.candidates if not c.shape and not c.fixed]
     if not cracks or not others or not is_allowed(work, (cracks[0], others[0])):
         return []
@@ -81,6 +80,12 @@ def with_others_beside_a_crack(work: Search, current: Explanation) -> list[Expla
         fitted = work.explain(causes, [work.start(causes, start)])
         found += [refine_in_turn(work, fitted, again=False)] if fitted else []
     return found
+
+
+def cracks_over_their_ranges(work: Search) -> list[Candidate]:
+    """Cracks of every opening law in many shapes."""
+    laws = {tuple(c.variant.values()): c for c in work.candidates if is_sought_everywhere(c)}
+    return [shape for law in laws.values() for shape in _over_its_ranges(work, law)]
 
 
 def _over_its_ranges(work, crack):

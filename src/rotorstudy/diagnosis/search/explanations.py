@@ -156,10 +156,10 @@ class Search:
         extended, known, fresh = self._extension(causes)
         return self._fit(causes, extended, known, fresh if start is None else start, steps=TRIAL_STEPS)
 
-    def held(self, causes, fitted: Fit) -> Fit:
-        """The model with some causes at the values of a fit, those of the base parameters included."""
+    def held(self, causes, values: dict) -> Fit:
+        """The model with some causes at given values by name, those of the base parameters included."""
         extended, known, _ = self._extension(causes)
-        return fit(extended, self.spectrum, known, start=self.start(causes, fitted.values), steps=0)
+        return fit(extended, self.spectrum, known, start=self.start(causes, values), steps=0)
 
     def is_rejected_as_stated(self, explanation: Explanation) -> bool:
         """Whether noise and the stated model error, without an error of the causes, do not explain what is left."""

@@ -42,14 +42,18 @@ def faults_with_what_they_bring(
 
     Beside a second fault neither part alone may explain enough to be found. See `faults_of_several_parts`.
     """
+    return _together(work, fitted, causes_with_what_they_bring(chosen))[:PLACES_OF_BROUGHT]
+
+
+def causes_with_what_they_bring(chosen: list[Candidate]) -> list[tuple[Candidate, ...]]:
+    """Each cause that brings effects of its place, with these, where all are among the chosen ones."""
     effects, known = registry().plugins["effect"], {(c.effect, *c.where.items()): c for c in chosen}
-    every = [
-        [cause, *(known[name, *cause.where.items()] for name in effects[cause.effect].brings)]
+    return [
+        (cause, *(known[name, *cause.where.items()] for name in effects[cause.effect].brings))
         for cause in chosen
         if effects[cause.effect].brings
         and all((name, *cause.where.items()) in known for name in effects[cause.effect].brings)
     ]
-    return _together(work, fitted, every)[:PLACES_OF_BROUGHT]
 
 
 def _together(work, fitted, faults):

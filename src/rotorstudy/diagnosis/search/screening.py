@@ -77,6 +77,10 @@ class Projection:
         self.residual = self._left(np.concatenate([residual, whitener @ (fitted.prior.mean - fitted.free)[kept]]))
         self.theta = {n: v for n, v in zip(fitted.model.names, fitted.theta, strict=True) if n not in without}
 
+    def left(self, columns: np.ndarray) -> np.ndarray:
+        """What is left of columns (component, column) of the data."""
+        return self._left(np.vstack([columns, np.zeros((self.rows, columns.shape[1]))]))
+
     def _left(self, columns):
         return columns - self.basis @ (self.basis.T @ columns)
 
@@ -100,8 +104,7 @@ class Projection:
         columns = [self.near.changes_by_forces(on_rotor), self.near.changes_by_output(on_output)]
         names = [u.name for unknowns, _ in (*on_rotor, *on_output) for u in unknowns]
         columns = self.spectrum.whitened(np.moveaxis(np.concatenate(columns, axis=-1), -1, 0)).T  # (component, unknown)
-        columns = self._left(np.vstack([columns, np.zeros((self.rows, columns.shape[1]))]))
-        return Projected(self.residual, dict(zip(names, columns.T, strict=True)), self.theta)
+        return Projected(self.residual, dict(zip(names, self.left(columns).T, strict=True)), self.theta)
 
 
 @lru_cache(maxsize=1)  # it holds the receptances that all candidates at a fit share

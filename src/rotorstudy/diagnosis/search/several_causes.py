@@ -12,6 +12,7 @@ import logging
 from dataclasses import replace
 
 from rotorstudy.diagnosis.search.alternatives import exchanged, with_alternatives
+from rotorstudy.diagnosis.search.beside_a_force import with_causes_beside_a_force
 from rotorstudy.diagnosis.search.crack_beside import with_a_crack, with_others_beside_a_crack
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.odds import Explanation, odds_of
@@ -35,10 +36,13 @@ def without_error(settled: Search) -> Search:
     returns : the one given, where several causes without an error do not explain the records either
     """
     best, error = settled.best, settled.cause_error
-    is_allowed = error < settled.settings.cause_error if len(best.faults) == 1 else error == 0
+    is_one = len(best.faults) == 1
+    is_allowed = error < settled.settings.cause_error if is_one else error == 0 and not _is_rejected(settled, best)
     is_comparison = settled.rig.before is not None  # whose few data two causes without an error explain too easily
-    if not best.causes or is_allowed or is_comparison:
+    if not best.causes or is_comparison:
         return settled
+    if is_allowed:
+        return settled if is_one else _exchanged_once(settled, best)
     log.info("comparing several causes without an error of their form")
     base = fit(settled.model, settled.stated, settled.prior, start=settled.base.theta)
     exact = replace(settled, spectrum=settled.stated, base=base, found={}, equations={}, cause_error=0.0)
@@ -52,6 +56,9 @@ def without_error(settled: Search) -> Search:
         return settled
     current = max(found, key=odds_of)
     if _is_rejected(exact, current):
+        beside = best_of_each_shape(with_causes_beside_a_force(exact, current))[:REFINED]
+        current = max([current, *(refine_in_turn(exact, e, again=False) for e in beside)], key=odds_of)
+    if _is_rejected(exact, current):
         current = max([current, *with_others_beside_a_crack(exact, current)], key=odds_of)
     if _is_rejected(exact, current) and not _is_rejected(settled, best):  # else its motion is wrong
         current = _exchanged_at_motion(exact, [current, *_taken_out(exact, current)])
@@ -59,6 +66,14 @@ def without_error(settled: Search) -> Search:
         return settled
     with_alternatives(exact, refine_in_turn(exact, current))
     return exact
+
+
+def _exchanged_once(work, best):
+    """The search with exchanges of each cause of one that explains the records, found under a larger error."""
+    better = max(exchanged(work, best), key=odds_of, default=best)
+    if odds_of(better) > odds_of(best):
+        with_alternatives(work, better)
+    return work
 
 
 def _is_rejected(work, explanation):
@@ -90,7 +105,7 @@ def _taken_out(work, current):
         rest = tuple(c for c in current.causes if c is not cause)
         without = work.explain(rest)
         if without:
-            held = work.held(rest, current.fit)
+            held = work.held(rest, current.fit.values)
             tried += with_one_more(work, without, [held, without.fit], values=held)
     return _refined(work, tried)
 

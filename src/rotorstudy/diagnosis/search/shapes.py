@@ -119,7 +119,7 @@ def _rescanned(work, explanation, name):
     """The explanation with the shape of a cause scanned at its own fit, as long as that improves it."""
     for _ in range(RESCANS):
         rest, own = _apart(explanation, name)
-        scanned = scan(work, work.held(rest, explanation.fit), [own])
+        scanned = scan(work, work.held(rest, explanation.fit.values), [own])
         if not scanned:
             break
         cause, screened = scanned[0]
