@@ -8,10 +8,11 @@ from test_search import TWO_DISCS, hidden, measured
 
 from rotorstudy.diagnosis.search import shapes
 from rotorstudy.diagnosis.search.alternatives import at_the_same_place
+from rotorstudy.diagnosis.search.beside_a_force import _beside_forces, with_causes_beside_a_force
 from rotorstudy.diagnosis.search.candidates import ShapeRange, candidates, shape_ranges, with_shape
 from rotorstudy.diagnosis.search.crack_beside import with_others_beside_a_crack
 from rotorstudy.diagnosis.search.explanations import Search
-from rotorstudy.diagnosis.search.odds import Explanation
+from rotorstudy.diagnosis.search.odds import Explanation, odds_of
 from rotorstudy.diagnosis.search.parts import faults_with_what_they_bring
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.search.several_causes import _exchanged_at_motion
@@ -124,3 +125,26 @@ def test_derivatives_by_a_clearance_from_forces_are_those_of_responses():
     for used, is_close in ((fitted, True), (larger, False)):
         (by_forces,) = _by_forces(work, (cause,), used, cause, beside)
         assert (np.linalg.norm(by_forces - by_responses) < 0.01 * np.linalg.norm(by_responses)) == is_close
+
+
+EXCHANGED = ("added_mass", "unbalance", "pedestal_resonance", "support_stiffness", "external_damping")
+
+
+def test_a_mass_with_its_unbalance_is_found_beside_a_force_at_the_node_of_another_fault():
+    """Two wrong causes explain most of the records; the true shape of the pedestal and the mass are found together."""
+    work = searched(EXCHANGED, MASS, UNBALANCE, hidden(MODEL, "pedestal_resonance", **PEDESTAL))
+    named = {"support_stiffness, node 3", "support_stiffness, node 1"}
+    wrong = work.explain(tuple(c for c in work.candidates if c.cause in named))
+    first = max(_beside_forces(work, wrong), key=lambda one: one.odds)
+    assert first.node == 1
+    assert {cause.cause for cause in first.parts} == {"added_mass, node 3", "unbalance, node 3"}
+    best = max(with_causes_beside_a_force(work, wrong), key=odds_of)
+    assert best.named == {"added_mass, node 3", "unbalance, node 3", "pedestal_resonance, node 1"}
+
+
+def test_beside_a_force_no_mass_is_seen_where_there_is_none():
+    work = searched(EXCHANGED, hidden(MODEL, "pedestal_resonance", **PEDESTAL))
+    alone = work.explain(tuple(c for c in work.candidates if c.cause == "support_stiffness, node 1"))
+    mass = next(c for c in work.candidates if c.cause == "added_mass, node 3")
+    (seen,) = [one for one in _beside_forces(work, alone) if one.node == 1 and one.parts == (mass,)]
+    assert abs(seen.values[mass.names[0]]) < 0.01  # kg, of 0.3 kg in the other test
