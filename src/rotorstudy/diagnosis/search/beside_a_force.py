@@ -17,12 +17,13 @@ from rotorstudy.diagnosis.search.crack_beside import cracks_over_their_ranges
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.free_forces import free_force_columns
 from rotorstudy.diagnosis.search.odds import Explanation
-from rotorstudy.diagnosis.search.one_more import with_one_more
 from rotorstudy.diagnosis.search.parts import causes_with_what_they_bring
 from rotorstudy.diagnosis.search.screening import Projected, Projection, screen, screen_each
+from rotorstudy.diagnosis.search.shape_scan import can_be_scanned, scan
+from rotorstudy.diagnosis.search.trials import Option, fit_closest
 
 TRIED = 3  # causes beside a force for which another one is sought
-OF_A_CAUSE = 2  # of these, the same cause beside forces at different nodes
+AT_THE_NODE = 4  # causes at the node of the force that are fitted with each of these
 LEAST_ORBITS = 2  # of a single one a free force leaves nothing
 
 
@@ -46,23 +47,35 @@ def with_causes_beside_a_force(work: Search, current: Explanation) -> list[Expla
     """
     if len(work.spectrum.sensors) < LEAST_ORBITS or work.settings.most_causes < 2:
         return []
-    found = []
-    for one in _most_probable(_beside_forces(work, current)):
-        held = work.held(one.parts, one.values)
-        there = [c for c in work.candidates if c.where.get("node") == one.node and is_allowed(work, (*one.parts, c))]
-        found += with_one_more(work, Explanation(one.parts, held, 0.0), values=held, chosen=there)
-    return found
+    options = [two for one in _most_probable(_beside_forces(work, current)) for two in _at_the_node(work, one)]
+    return fit_closest(work, options)
+
+
+def _at_the_node(work, beside):
+    """Options of a cause with the best few others at the node of the force, each in the best shape of a scan."""
+    held = work.held(beside.parts, beside.values)
+    there = [c for c in work.candidates if c.where.get("node") == beside.node]
+    there = [c for c in there if is_allowed(work, (*beside.parts, c))]
+    scanned = scan(work, held, list({c.cause: c for c in reversed(there)}.values()))
+    others = [c for c in there if not can_be_scanned(c)]
+    judged = [((c,), one) for c, one in [*scanned, *zip(others, work.screen(held, others), strict=True)]]
+    projected, _ = work.project(held, others)
+    judged += [(parts, screen(projected, *parts)) for parts in causes_with_what_they_bring(others)]
+    judged.sort(key=lambda one: -one[1].evidence - work.prior_odds.log_odds(one[0]))
+    best = {}
+    for parts, screened in judged:
+        names = [name for c in parts for name in c.names]
+        start = beside.values | dict(zip(names, screened.start, strict=True))
+        best.setdefault(frozenset(c.cause for c in parts), Option((*beside.parts, *parts), start))
+    return list(best.values())[:AT_THE_NODE]
 
 
 def _most_probable(found):
-    """The few best ones, each cause beside a force at no more than some nodes."""
-    best, taken = [], {}
+    """The best one of each of the few most probable effects: an effect of many amplitudes is as good at many places."""
+    best = {}
     for one in sorted(found, key=lambda one: -one.odds):
-        name = one.parts[0].cause
-        if len(best) < TRIED and (one.node, name) not in taken and taken.get(name, 0) < OF_A_CAUSE:
-            best.append(one)
-            taken[name], taken[one.node, name] = taken.get(name, 0) + 1, 1
-    return best
+        best.setdefault(one.parts[0].effect, one)
+    return list(best.values())[:TRIED]
 
 
 def _beside_forces(work, current):

@@ -89,10 +89,13 @@ def cracks_over_their_ranges(work: Search) -> list[Candidate]:
 
 
 def _over_its_ranges(work, crack):
-    """A crack in many shapes over the ranges of its options, without those in which it cannot act."""
+    """A crack in many shapes over the ranges of its options, without those in which it cannot act; formed once."""
     from scipy.stats import qmc
 
-    found = []
+    name = "over its ranges", crack.cause, *crack.variant.items()
+    if name in work.shapes:
+        return work.shapes[name]
+    found = work.shapes[name] = []
     for number, point in enumerate(qmc.Sobol(len(ranges_of(work, crack)), scramble=False).random(SHAPES)):
         try:
             found.append(reshaped(work, crack, point, f"{crack.term.label} {number}"))

@@ -20,14 +20,13 @@ ORDINARY = 2  # places at which a cause more frequent than usual is fitted, what
 NOT_SCREENED = Screened(0.0, -np.inf, np.zeros(0), np.zeros(0))
 
 
-def with_one_more(work, current, fits=None, values=None, chosen=None):
+def with_one_more(work, current, fits=None, values=None):
     """Explanations with one more cause, of the candidates worth a fit.
 
     fits   : list of Fit of the current explanation at which candidates are screened, by default its own
     values : Fit whose values of the parameters all trials start from, by default the stated ones
-    chosen : the candidates, by default all of the search
     """
-    chosen = [c for c in (work.candidates if chosen is None else chosen) if is_allowed(work, (*current.causes, c))]
+    chosen = [c for c in work.candidates if is_allowed(work, (*current.causes, c))]
     if not chosen:
         return []
     fits = fits or [current.fit]
