@@ -20,10 +20,12 @@ from rotorstudy.diagnosis.search.odds import Explanation
 from rotorstudy.diagnosis.search.parts import causes_with_what_they_bring
 from rotorstudy.diagnosis.search.screening import Projected, Projection, screen, screen_each
 from rotorstudy.diagnosis.search.shape_scan import can_be_scanned, scan
-from rotorstudy.diagnosis.search.trials import Option, fit_closest
+from rotorstudy.diagnosis.search.shapes import refine_in_turn
+from rotorstudy.diagnosis.search.trials import Option, best_of_each_shape, fit_closest
 
 TRIED = 3  # causes beside a force for which another one is sought
 AT_THE_NODE = 4  # causes at the node of the force that are fitted with each of these
+REFINED = 4  # of these fits whose shapes are refined
 LEAST_ORBITS = 2  # of a single one a free force leaves nothing
 
 
@@ -41,14 +43,15 @@ class _Beside(NamedTuple):
 
 
 def with_causes_beside_a_force(work: Search, current: Explanation) -> list[Explanation]:
-    """Explanations by two causes, the first found beside a free force at the node of the second.
+    """Explanations by two causes in their best shapes, the first found beside a free force at the node of the second.
 
     current : whose motion is that of the records, more or less, though its causes may be wrong
     """
     if len(work.spectrum.sensors) < LEAST_ORBITS or work.settings.most_causes < 2:
         return []
     options = [two for one in _most_probable(_beside_forces(work, current)) for two in _at_the_node(work, one)]
-    return fit_closest(work, options)
+    found = best_of_each_shape(fit_closest(work, options))[:REFINED]
+    return [refine_in_turn(work, e, again=False) for e in found]
 
 
 def _at_the_node(work, beside):
