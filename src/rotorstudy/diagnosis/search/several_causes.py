@@ -1,12 +1,12 @@
 """Several causes compared as they are judged: without an error of their form.
 
 The error that is allowed to a single cause hides what a small second one explains. So where the best explanation by
-several causes needs such an error, they are compared without it, and where none explains the records, each in turn is
-taken out, and all others are tried in its place, in every shape. Before that, and where one of them has so many
-amplitudes that it may imitate others, one cause is sought beside a free force at the node of the other. So are then those of the best few explanations, at
-the motion of each: one of its causes may be true, though others that imitate both explain more. Where causes need more
-error than is allowed, they may imitate a crack and another cause, which are sought together; beside a crack that is
-among them, other causes are tried.
+several causes needs such an error, they are compared without it, and where none explains the records, or one has so
+many amplitudes that it may imitate others, one cause is sought beside a free force at the node of another. Then each in
+turn is taken out, and all others are tried in its place, in every shape. So are then those of the best few
+explanations, at the motion of each: one of its causes may be true, though others that imitate both explain more. Where
+causes need more error than is allowed, they may imitate a crack and another cause, which are sought together; beside a
+crack that is among them, other causes are tried.
 """
 
 import logging
