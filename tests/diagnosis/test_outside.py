@@ -56,6 +56,13 @@ def test_what_speaks_against_a_cause_makes_another_one_more_probable():
     assert outside_probability(verdict(**every)) > 2 * least
 
 
+def test_several_causes_are_more_probable_where_one_force_does_not_explain_the_records():
+    """What was tested counts only then."""
+    two = verdict(causes=(*verdict().causes, *verdict().causes))
+    assert outside_probability(two, unlike_one_force=True) < outside_probability(two)
+    assert with_outside(two).outside_probability == outside_probability(two)
+
+
 def test_what_is_not_certain_is_said():
     """Only where it matters: beside a cause that nothing speaks against, the probability of another is small."""
     text = "the true cause is none of these"

@@ -22,7 +22,7 @@ from rotorstudy.diagnosis.verdict.excluded import excluded
 from rotorstudy.diagnosis.verdict.far_from_the_rig import far_from_the_rig
 from rotorstudy.diagnosis.verdict.held_out import gain_of, is_upheld, is_worse, split
 from rotorstudy.diagnosis.verdict.next_run import next_runs
-from rotorstudy.diagnosis.verdict.one_place import explaining_places
+from rotorstudy.diagnosis.verdict.one_place import explaining_places, most_forces
 from rotorstudy.diagnosis.verdict.outside import with_outside
 from rotorstudy.diagnosis.verdict.result import PValues, Verdict
 from rotorstudy.diagnosis.verdict.resultant import resultant_of
@@ -108,7 +108,8 @@ def investigate(
     stated, gain = _stated(weights, best), gain_of(base, best.fit, held, expected)
     worse = is_worse(base, best.fit, expected, settings, gain)
     kind = _kind(found, p_values, p_parameters, probability, is_alone=not stated, is_worse=worse)
-    places = [] if chain else _places_of_one_force(found, fitted, kind)
+    is_tested = not chain and _is_tested_for_one_force(found, fitted, kind)
+    places = _places_of_one_force(found, fitted, kind) if is_tested else []
     kind = "unknown" if places else kind
     labels = parameter_labels(best.fit.model, best.causes)
     moved = moved_parameters(best.fit, found.prior.by_name)
@@ -145,7 +146,7 @@ def investigate(
         measuring_chain=chain,
         findings=worst_first(findings),
     )
-    verdict = with_outside(verdict)
+    verdict = with_outside(verdict, unlike_one_force=is_tested and not places)
     verdict = verdict.model_copy(update={"summary": summary(verdict)})
     alternatives = frozenset(c.cause for _, parts, _ in stated for c in parts)
     return Diagnosis(verdict, fitted, held, found, best.fit, settings, alternatives, labels)
@@ -185,12 +186,15 @@ def _kind(found, p_values, p_parameters, probability, *, is_alone, is_worse):
     return "cause" if is_sure and is_alone else "ambiguous"
 
 
+def _is_tested_for_one_force(found, fitted, kind):
+    """Whether it is tested that one force explains the records: where no cause or several do, and it leaves enough."""
+    is_of_interest = kind == "unknown" or len(found.best.faults) > 1
+    return is_of_interest and found.rig.before is None and most_forces(fitted) >= 1
+
+
 def _places_of_one_force(found, fitted, kind):
-    """The OnePlace of each place at which one force explains the records, where no cause or several do."""
-    best = found.best
-    if found.rig.before is not None or not (kind == "unknown" or len(best.faults) > 1):
-        return []
-    return explaining_places(found, fitted, None if kind == "unknown" else best.fit.cost / fitted.data_count)
+    """The OnePlace of each place at which one force explains the records."""
+    return explaining_places(found, fitted, None if kind == "unknown" else found.best.fit.cost / fitted.data_count)
 
 
 def _is_rejected(found, p_residual, p_parameters):

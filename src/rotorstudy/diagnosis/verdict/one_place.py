@@ -41,7 +41,7 @@ def explaining_places(work: Search, spectrum: Spectrum, left: float | None = Non
     """
     from scipy.special import fdtrc
 
-    most = spectrum.data_count / (4 * len(spectrum.speed) * len(spectrum.harmonics))  # orbits are two data a harmonic
+    most = most_forces(spectrum)
     most = most if left is None else min(most, 1)
     known = {one: rows for one, rows in _places(work.rig.structure) if len(rows) <= most}
     found = []
@@ -57,6 +57,11 @@ def explaining_places(work: Search, spectrum: Spectrum, left: float | None = Non
         if p_value >= least:
             found.append(OnePlace(where={one[0]: one[1]}, motion=one[2], p_value=p_value))
     return sorted(found, key=lambda one: ("element" in one.where, -one.p_value))
+
+
+def most_forces(spectrum: Spectrum) -> float:
+    """How many free forces take half of the data, of which enough is left to test them; of one orbit, half a force."""
+    return spectrum.data_count / (4 * len(spectrum.speed) * len(spectrum.harmonics))  # orbits are two data a harmonic
 
 
 def _places(structure):
