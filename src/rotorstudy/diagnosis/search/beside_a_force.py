@@ -19,13 +19,13 @@ from rotorstudy.diagnosis.search.free_forces import free_force_columns
 from rotorstudy.diagnosis.search.odds import Explanation
 from rotorstudy.diagnosis.search.parts import causes_with_what_they_bring
 from rotorstudy.diagnosis.search.screening import Projected, Projection, screen, screen_each
-from rotorstudy.diagnosis.search.shape_scan import can_be_scanned, scan
+from rotorstudy.diagnosis.search.shape_scan import can_be_scanned, is_sought_everywhere, scan
 from rotorstudy.diagnosis.search.shapes import refine_in_turn
 from rotorstudy.diagnosis.search.trials import Option, best_of_each_shape, fit_closest
 
-TRIED = 3  # causes beside a force for which another one is sought
+TRIED = 2  # causes beside a force for which another one is sought
 AT_THE_NODE = 4  # causes at the node of the force that are fitted with each of these
-REFINED = 4  # of these fits whose shapes are refined
+REFINED = 3  # of these fits whose shapes are refined
 LEAST_ORBITS = 2  # of a single one a free force leaves nothing
 
 
@@ -74,11 +74,16 @@ def _at_the_node(work, beside):
 
 
 def _most_probable(found):
-    """The best one of each of the few most probable effects: an effect of many amplitudes is as good at many places."""
+    """The best one of each of the few most probable effects, and the best crack.
+
+    An effect of many amplitudes is as good at many places. A crack is judged too low, as none of its shapes is the true
+    one.
+    """
     best = {}
     for one in sorted(found, key=lambda one: -one.odds):
         best.setdefault(one.parts[0].effect, one)
-    return list(best.values())[:TRIED]
+    few, others = list(best.values())[:TRIED], list(best.values())[TRIED:]
+    return few + [one for one in others if is_sought_everywhere(one.parts[0])][:1]
 
 
 def _beside_forces(work, current):

@@ -57,7 +57,7 @@ def without_error(settled: Search) -> Search:
     if not found:
         return settled
     current = max(found, key=odds_of)
-    if _is_rejected(exact, current) or _may_imitate(current):
+    if _is_rejected(exact, current):
         current = max([current, *with_causes_beside_a_force(exact, current)], key=odds_of)
     if _is_rejected(exact, current):
         current = max([current, *with_others_beside_a_crack(exact, current)], key=odds_of)
@@ -65,12 +65,14 @@ def without_error(settled: Search) -> Search:
         current = _exchanged_at_motion(exact, [current, *_taken_out(exact, current)])
     if _is_rejected(exact, current):
         return settled
-    with_alternatives(exact, refine_in_turn(exact, current))
-    return exact
+    return _tried_further(exact, with_alternatives(exact, refine_in_turn(exact, current)))
 
 
 def _tried_further(work, best):
-    """The search with others tried instead of several causes that explain the records, found under a larger error."""
+    """The search with others tried instead of several causes that explain the records, at their motion.
+
+    They were found under a larger error or at another motion.
+    """
     tried = exchanged(work, best)
     if _may_imitate(best):
         tried += with_causes_beside_a_force(work, best)

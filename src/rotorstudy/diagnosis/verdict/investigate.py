@@ -106,7 +106,7 @@ def investigate(
     weights = found.posterior()
     probability = _probability(weights)
     stated, gain = _stated(weights, best), gain_of(base, best.fit, held, expected)
-    worse = is_worse(base, best.fit, expected, settings, gain)
+    worse = is_worse(base, best.fit, expected, settings, gain, is_several=len(best.faults) > 1)
     kind = _kind(found, p_values, p_parameters, probability, is_alone=not stated, is_worse=worse)
     is_tested = not chain and _is_tested_for_one_force(found, fitted, kind)
     places = _places_of_one_force(found, fitted, kind) if is_tested else []
