@@ -1,12 +1,11 @@
 """Several causes compared as they are judged: without an error of their form.
 
 The error that is allowed to a single cause hides what a small second one explains. So where the best explanation by
-several causes needs such an error, they are compared without it, and where none explains the records, or one has so
-many amplitudes that it may imitate others, one cause is sought beside a free force at the node of another. Then each in
-turn is taken out, and all others are tried in its place, in every shape. So are then those of the best few
-explanations, at the motion of each: one of its causes may be true, though others that imitate both explain more. Where
-causes need more error than is allowed, they may imitate a crack and another cause, which are sought together; beside a
-crack that is among them, other causes are tried.
+several causes needs such an error, they are compared without it, and where none explains the records, one cause is
+sought beside a free force at the node of another. Then each in turn is taken out, and all others are tried in its
+place, in every shape. So are then those of the best few explanations, at the motion of each: one of its causes may be
+true, though others that imitate both explain more. Where causes need more error than is allowed, they may imitate a
+crack and another cause, which are sought together; beside a crack that is among them, other causes are tried.
 """
 
 import logging
@@ -27,7 +26,6 @@ log = logging.getLogger(__name__)
 REFINED = 2  # explanations whose shape is refined
 ROUNDS = 3  # of exchanges at the motion of the best few explanations
 FEW = 3  # of these
-MANY = 8  # amplitudes of a cause, with which it imitates others: a coupling, all coefficients of a bearing
 COMPARED = 4  # most explanations that are compared without an error, and as many by a crack and another cause
 
 
@@ -44,7 +42,7 @@ def without_error(settled: Search) -> Search:
     if not best.causes or is_comparison:
         return settled
     if is_allowed:
-        return settled if is_one else _tried_further(settled, best)
+        return settled if is_one else _exchanged_once(settled, best)
     log.info("comparing several causes without an error of their form")
     base = fit(settled.model, settled.stated, settled.prior, start=settled.base.theta)
     exact = replace(settled, spectrum=settled.stated, base=base, found={}, equations={}, cause_error=0.0)
@@ -65,26 +63,16 @@ def without_error(settled: Search) -> Search:
         current = _exchanged_at_motion(exact, [current, *_taken_out(exact, current)])
     if _is_rejected(exact, current):
         return settled
-    return _tried_further(exact, with_alternatives(exact, refine_in_turn(exact, current)))
+    with_alternatives(exact, refine_in_turn(exact, current))
+    return exact
 
 
-def _tried_further(work, best):
-    """The search with others tried instead of several causes that explain the records, at their motion.
-
-    They were found under a larger error or at another motion.
-    """
-    tried = exchanged(work, best)
-    if _may_imitate(best):
-        tried += with_causes_beside_a_force(work, best)
-    better = max(tried, key=odds_of, default=best)
+def _exchanged_once(work, best):
+    """The search with exchanges of each of several causes that explain the records, found under a larger error."""
+    better = max(exchanged(work, best), key=odds_of, default=best)
     if odds_of(better) > odds_of(best):
         with_alternatives(work, better)
     return work
-
-
-def _may_imitate(explanation):
-    """Whether one of its causes has so many amplitudes that it may imitate another with what is missing beside it."""
-    return max((len(c.names) for c in explanation.causes), default=0) >= MANY
 
 
 def _is_rejected(work, explanation):
