@@ -113,6 +113,15 @@ def test_two_causes_at_a_support_are_exchanged_for_a_pedestal_only_if_it_is_one(
     assert at_the_same_place(work, first).named == found
 
 
+@pytest.mark.parametrize(
+    ("fraction", "step"), [(0.3, 1e-4), (0.7, -1e-4), (0.49995, -1e-4), (0.50005, 1e-4), (1, -1e-4)]
+)
+def test_a_derivative_by_a_position_is_taken_within_one_element(fraction, step):
+    """Without the node between, it is taken towards the middle of the range."""
+    assert ShapeRange(0.0, 0.6, breaks=(0.0, 0.3, 0.6)).step(fraction) == step
+    assert ShapeRange(0.0, 0.6).step(fraction) == (1e-4 if fraction < 0.5 else -1e-4)
+
+
 def test_derivatives_by_a_clearance_from_forces_are_those_of_responses():
     """Negative control: with another amplitude than the fitted one they are others."""
     work = searched(("rub",), hidden(MODEL, "rub", node=3, rub_stiffness_N_per_m=2e4, clearance_m=5e-6))

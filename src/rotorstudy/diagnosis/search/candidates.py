@@ -17,6 +17,7 @@ from rotorstudy.model.terms import Term, share_of
 
 SHAPES_TRIED = 9  # values of a shape option, before the best is refined
 ANGLES_TRIED = 16  # of the angles of a full turn: 11 degrees off at most, which even a fifth harmonic tells from noise
+DIFFERENCE = 1e-4  # of the range of a shape option, for a derivative by it
 FIXED = 0.02  # standard deviation of an amplitude that is 0 or 1: what the uncertainty of the probe calibration
 
 
@@ -122,11 +123,15 @@ def with_shape(model: Model, cause: Candidate, shape: dict, prior_width: float) 
 
 
 class ShapeRange(NamedTuple):
-    """Search range of a shape option, logarithmic if it begins above zero; goes_around : if both ends are alike."""
+    """Search range of a shape option, logarithmic if it begins above zero.
+
+    goes_around : whether both ends are alike;  breaks : values, ascending, at which the effect may jump (the nodes)
+    """
 
     low: float
     high: float
     goes_around: bool = False
+    breaks: tuple[float, ...] = ()
 
     def fraction(self, value: float) -> float:
         """Where a value lies in the range, 0 to 1."""
@@ -145,6 +150,12 @@ class ShapeRange(NamedTuple):
         """Change of the value per change of the fraction."""
         return float(value * np.log(self.high / self.low)) if self.low > 0 else self.high - self.low
 
+    def step(self, fraction: float) -> float:
+        """Small change of the fraction for a derivative, within the range and beyond no break."""
+        step = DIFFERENCE if fraction < 0.5 else -DIFFERENCE
+        here, there = np.searchsorted(self.breaks, [self.value(fraction), self.value(fraction + step)], side="right")
+        return -step if here != there and 0 <= fraction - step <= 1 else step
+
     def tried(self) -> list[float]:
         """Values over the range, of which the best is refined."""
         if self.goes_around:
@@ -155,8 +166,11 @@ class ShapeRange(NamedTuple):
 
 def shape_ranges(effect: str, structure: Structure, node: int | None = None) -> dict[str, ShapeRange]:
     """Shape options of an effect on a rotor, or at a node, -> ShapeRange; angles go around."""
-    ranges = registry().get("effect", effect, "diagnosis").ranges(structure, node)
-    return {name: ShapeRange(*ends, name.endswith("_rad")) for name, ends in ranges.items()}
+    plugin = registry().get("effect", effect, "diagnosis")
+    ranges = plugin.ranges(structure, node)
+    nodes = tuple(sorted(structure.node_positions.values()))
+    along = {name for name, (_, _, *scale) in plugin.shape.items() if scale == ["shaft"]}
+    return {n: ShapeRange(*ends, n.endswith("_rad"), nodes if n in along else ()) for n, ends in ranges.items()}
 
 
 def _shapes(plugin, structure, place):

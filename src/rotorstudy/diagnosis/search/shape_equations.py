@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rotorstudy.diagnosis.search.candidates import Candidate, with_shape
-from rotorstudy.diagnosis.search.shape_fit import DIFFERENCE, ranges_of
+from rotorstudy.diagnosis.search.shape_fit import ranges_of
 from rotorstudy.inference.fit import Fit
 from rotorstudy.inference.prediction import carried_order, predicted
 from rotorstudy.response.measured import measured_response_and_jacobian
@@ -65,8 +65,9 @@ def shape_columns(work: "Search", causes, fitted: Fit, cause: Candidate):
     ranges = {name: ends for name, ends in ranges_of(work, cause).items() if name in cause.shape}
     offs, beside = [], []
     for name, ends in ranges.items():
-        offs.append(DIFFERENCE if ends.fraction(cause.shape[name]) < 0.5 else -DIFFERENCE)
-        there = {**cause.shape, name: ends.value(ends.fraction(cause.shape[name]) + offs[-1])}
+        point = ends.fraction(cause.shape[name])
+        offs.append(ends.step(point))
+        there = {**cause.shape, name: ends.value(point + offs[-1])}
         beside.append(with_shape(work.rig, cause, there, work.settings.prior_width))
     of = _by_new_responses if any(u.exact for u in cause.term.unknowns) else _by_forces
     return ranges, [column / off for column, off in zip(of(work, causes, fitted, cause, beside), offs, strict=True)]

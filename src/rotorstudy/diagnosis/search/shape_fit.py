@@ -18,7 +18,6 @@ from rotorstudy.model.registry import registry
 
 CLOSELY = replace(HYPOTHESIS, steps=ESTIMATE.steps)
 FAILURES = 1  # steps of a fit without a steady state, which take long to find out
-DIFFERENCE = 1e-4  # of the range of an option, for its derivative
 
 
 class Work(NamedTuple):
@@ -140,7 +139,7 @@ def predicted_with_shape(
     names = [*work.prior.names, *(name for cause in here for name in cause.names)]
     beside, model = [], work.whole.plus(*(cause.term for cause in here))
     for number, (cause, point) in enumerate(zip(causes, points, strict=True)):
-        offs = np.where(point < 0.5, DIFFERENCE, -DIFFERENCE)
+        offs = [ends.step(x) for ends, x in zip(ranges_of(work, cause).values(), point, strict=True)]
         for i, (at, off) in enumerate(zip(point + np.diag(offs), offs, strict=True)):
             beside.append((number, off, reshaped(work, cause, at, f"beside {number} {i}")))
     model = model.plus(*(one.term for *_, one in beside))
