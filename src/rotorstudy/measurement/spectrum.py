@@ -82,7 +82,14 @@ class Spectrum:
     def along(self, directions: ArrayLike) -> "Spectrum":
         """The spectrum as single probes would show it at the nodes where this one has an orbit.
 
-        directions : (sensor,) rad, NaN where nothing changes
+        Parameters
+        ----------
+        directions : array (sensor,)
+            In rad, NaN where nothing changes.
+
+        Returns
+        -------
+        Spectrum
         """
         single = np.where(is_orbit(self.directions), directions, np.nan)
         covariance = np.array(self.covariance)
