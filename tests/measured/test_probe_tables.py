@@ -202,7 +202,7 @@ def test_a_table_of_a_probe_is_identified(tmp_path, capsys):
     arguments = ["identify", str(tmp_path / "run.csv"), "--rig", str(path), "--unknowns", "eccentricity"]
     assert main([*arguments, "external_damping"]) == 0
     printed = capsys.readouterr().out.splitlines()
-    assert float(printed[0].split()[1]) == pytest.approx(1.5e-5, rel=1e-3)
+    assert float(printed[0].split()[1]) == pytest.approx(15.0, rel=1e-3)  # µm
     assert float(printed[2].split()[1]) == pytest.approx(20.0, rel=2e-3)
 
 

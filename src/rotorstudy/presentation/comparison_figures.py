@@ -133,7 +133,7 @@ def best_by_worst(values):
 
 def _name(plugin):
     """windowed_fft -> windowed FFT."""
-    return str(plugin).replace("_", " ").replace("fft", "FFT")
+    return str(plugin).replace("_fft", " FFT").replace("_", " ")
 
 
 def _geometric_mean(values, dims="parameter"):
