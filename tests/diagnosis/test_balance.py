@@ -24,13 +24,20 @@ SPEEDS, HARMONICS = np.array([200.0, 300.0]), np.array([1, -1])
 EXACT = {"model_error": 0.0, "model_floor": 0.0, "covariance_error": 0.0, "nuisance": {}}
 
 
-def jeffcott(uncertainty=0.0):
-    """Balancing of an undamped rotor of one mass, with an uncertain support that adds nothing to its stiffness."""
+RUNOUT = 8e-6 * np.exp(-1.1j)
+
+
+def jeffcott(uncertainty=0.0, read=0.0, stated=0.0):
+    """Balancing of an undamped rotor of one mass, with an uncertain support that adds nothing to its stiffness.
+
+    read, stated : runout in the readings and in the rig, m
+    """
     support = {"kind": "support_stiffness", "support_stiffness_N_per_m": 1e4}
     rotor = {"kind": "jeffcott", "mass_kg": MASS, "stiffness_N_per_m": STIFFNESS - 1e4}
-    model = build_model({"rotor": rotor, "effects": [support]})
+    runout = {"kind": "runout", "runout_1X_m": abs(stated), "runout_1X_phase_rad": np.angle(stated)}
+    model = build_model({"rotor": rotor, "effects": [support, runout]})
     shown = np.zeros((2, 2, 1), complex)
-    shown[:, 0, 0] = ECCENTRICITY * MASS * SPEEDS**2 / (STIFFNESS - MASS * SPEEDS**2)
+    shown[:, 0, 0] = ECCENTRICITY * MASS * SPEEDS**2 / (STIFFNESS - MASS * SPEEDS**2) + read
     covariance = independent_covariance(np.full(shown.shape, NOISE**2 / 2))
     spectrum = Spectrum(shown, SPEEDS, HARMONICS, tuple(model.sensors), covariance)
     settings = Settings(**EXACT, uncertainty={"default": uncertainty, "rotor": 0.0})
@@ -44,6 +51,22 @@ def test_a_rotor_of_one_mass_is_corrected_opposite_its_unbalance():
     assert np.sqrt(found.covariance[0, 0]) == pytest.approx(NOISE / np.sqrt(2) / np.linalg.norm(gain), rel=1e-9)
     assert found.before == pytest.approx(np.abs(shown).sum(axis=1), rel=1e-12)
     assert found.after.max() < 5 * NOISE
+
+
+def test_a_runout_that_the_rig_states_is_not_balanced():
+    """Negative control: one that it does not state is."""
+    found, _ = jeffcott(read=RUNOUT, stated=RUNOUT)
+    assert found.corrections @ [1, 1j] == pytest.approx(-MASS * ECCENTRICITY, rel=1e-9)
+    _, vibration = jeffcott()
+    assert found.before == pytest.approx(np.abs(vibration).sum(axis=1), rel=1e-12)
+    other, _ = jeffcott(read=RUNOUT)
+    assert abs(other.corrections @ [1, 1j] + MASS * ECCENTRICITY)[0] > 0.5 * MASS * abs(ECCENTRICITY)
+
+
+def test_an_uncertain_runout_leaves_vibration_within_the_stated_interval():
+    found, _ = jeffcott(uncertainty=0.1, read=RUNOUT, stated=RUNOUT)
+    exact, _ = jeffcott(read=RUNOUT, stated=RUNOUT)
+    assert found.after[2].min() > 0.1 * abs(RUNOUT) > 10 * exact.after[2].max()
 
 
 def test_an_uncertain_stiffness_leaves_vibration_within_the_stated_interval():

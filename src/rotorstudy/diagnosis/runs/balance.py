@@ -4,11 +4,13 @@ The vibration y at 1X is linear in the unbalances w of the correction planes. Th
 
     y + J(p) w,
 
-J the influence by the model with the parameters p, weighted by the noise of y. The vibration that is left is known as
-well as y and J(p): to first order p changes it by D = d(J w) / dp.
+J the influence by the model with the parameters p, weighted by the noise of y. A runout r(p) that the rig states is no
+vibration: y is the reading less r. The vibration that is left is known as well as y and J(p): to first order p changes
+it by D = d(J w - r) / dp.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -39,7 +41,7 @@ class Balancing(NamedTuple):
     corrections : ndarray (plane, part), real and imaginary part from the shaft's reference line, kg m
     covariance  : ndarray (plane * part, plane * part), of the best ones, kg^2 m^2
     choices     : list of Choice (plane,), what is put into given holes; None if any correction can be made
-    spectrum    : Spectrum balanced, at 1X and -1X
+    spectrum    : Spectrum balanced, at 1X and -1X, without the runout that the rig states
     before      : ndarray (speed, sensor), semi-major axis of the orbit, m
     after       : ndarray (percentile, speed, sensor), its 2.5, 50 and 97.5 % points, m
     """
@@ -99,6 +101,10 @@ def balance(
     values = dict(zip(whole.names, whole.stated, strict=True))
     values |= dict(zip(prior.names, prior.mean, strict=True)) | dict.fromkeys(names, 0.0)
     influence = _changes(whole, spectrum, values, names)
+    shown = [name for name in _readings_without_motion(model) if values[name]]
+    runout = _changes(whole, spectrum, values, shown)
+    still = np.tensordot([values[name] for name in shown], runout, 1)
+    spectrum = replace(spectrum, amplitude=spectrum.amplitude - still)
     columns = spectrum.whitened(influence).T
     check_identifiable(columns, names)
     normal = columns.T @ columns
@@ -109,6 +115,9 @@ def balance(
         corrections = np.concatenate([choice.total for choice in choices]) / GRAM
     corrected = values | dict(zip(names, corrections, strict=True))
     moved = _changes(whole, spectrum, corrected, prior.names) - _changes(whole, spectrum, values, prior.names)
+    for name, change in zip(shown, runout, strict=True):
+        if name in prior.names:
+            moved[prior.names.index(name)] -= change
     spread = np.eye(len(columns))
     if len(moved):
         whitened = spectrum.whitened(moved).T
@@ -134,6 +143,12 @@ def _unbalances(model, planes, conventions):
         unbalance_term(one, model.structure, model.sensors, conventions, f"plane {i}", f"plane {one.node}")
         for i, one in enumerate(zero, 1)
     ]
+
+
+def _readings_without_motion(model):
+    """Names of the amplitudes that the probes show without a motion of the shaft: runout."""
+    output = [u for term in model.terms if term.acts_on_output for u in term.unknowns]
+    return [u.name for u in output if not any(entry.reads_motion for entry in u.entries)]
 
 
 def _changes(model, spectrum, values, names):
