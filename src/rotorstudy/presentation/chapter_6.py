@@ -171,7 +171,12 @@ def sensors_figure(config, few):
         panel.set(xlabel="error at 1 % noise (%; phases: % of 1 rad)", title=case)
     axes[0, 0].invert_yaxis()
     picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
-    picture.suptitle("Two sensors are enough for all parameters (dashes: Cramér-Rao bound)", fontsize=9)
+    smallest = min(config.sensor_sets, key=lambda name: len(config.sensor_sets[name]))
+    times = float((few.bound.sel(sensors=smallest) / few.bound.sel(sensors=next(iter(config.sensor_sets)))).max())
+    nodes = ", ".join(map(str, config.sensor_sets[smallest]))
+    picture.suptitle(
+        f"By node {nodes} alone bounds (dashes) are up to {times:.0f} times those of all sensors", fontsize=9
+    )
     return picture
 
 
@@ -187,7 +192,9 @@ def variants_figure(config, variants):
         panel.set(xlabel="error without noise (%; phases: % of 1 rad)", title=case)
     axes[0, 0].invert_yaxis()
     picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
-    picture.suptitle("Errors of eccentricity stem from the gyroscopic sign, not from condensation", fontsize=9)
+    largest = np.abs(variants.relative_error).max(("case", "parameter"))
+    worst = str(largest.variant.values[np.argmax(largest.values)])
+    picture.suptitle(f"Largest error: {percent(float(largest.max()), 2)}, by '{worst}'", fontsize=9)
     return picture
 
 

@@ -111,7 +111,13 @@ def completeness(study, limits):
     for panel in axes[0]:
         panel.set(xlabel="depth (% of diameter)", ylim=(0, 1.02))
         panel.legend(fontsize=6, ncols=3, loc="upper center", bbox_to_anchor=(0.5, -0.22))
-    picture.suptitle("A healthy record (solid) makes far smaller cracks visible than the rig file alone", fontsize=9)
+    half = np.where((share[-1, usual] >= 0.5).any(axis=-1), depths[(share[-1, usual] >= 0.5).argmax(axis=-1)], np.nan)
+    alone, healthy = (f"{100 * x:.2g} %" if np.isfinite(x) else "none shown" for x in half)
+    picture.suptitle(
+        f"Depth detected at half of the places, probes at {last}: {healthy} with a healthy record (solid), "
+        f"{alone} by the rig file alone",
+        fontsize=8,
+    )
     return picture
 
 
@@ -129,8 +135,12 @@ def accuracy_over_the_shaft(study, accuracy):
         panel.set(yscale="log", xlabel="position on the shaft (m)", title=text)
     axes[0, 0].set_ylabel("standard deviation (Cramér-Rao)")
     axes[0, 0].legend(title="depth", fontsize=6, title_fontsize=6)
+    place = found.sel(shape="position_m", depth_ratio=float(accuracy.depth_ratio[-1]))
+    times, worst = float(place.max() / place.min()), float(accuracy.position[np.argmax(place.values)])
     picture.suptitle(
-        f"Near the bearings nothing bends the crack and its place is lost (probes at {planes})", fontsize=9
+        f"At {worst * 1e3:.0f} mm the place of a crack of {100 * float(place.depth_ratio):g} % is {times:.0f} times "
+        f"less certain than at best (probes at {planes})",
+        fontsize=9,
     )
     return picture
 
@@ -151,8 +161,14 @@ def noise_and_probes(study, accuracy):
     axes[0, 0].set_ylabel("standard deviation (Cramér-Rao)")
     lines = axes[0, 0].get_legend_handles_labels()
     picture.legend(*lines, loc="outside lower center", ncols=5, fontsize=6, title="probes", title_fontsize=6)
+    planes = list(study.main.planes)
+    there = accuracy.bound.sel(shape="depth_ratio", depth_ratio=depth).sel(
+        position=middle, noise=study.usual_noise_percent
+    )
     picture.suptitle(
-        f"Crack of {100 * depth:g} % at {middle * 1e3:.0f} mm: more planes help more than less noise", fontsize=9
+        f"Crack of {100 * depth:g} % at {middle * 1e3:.0f} mm, {study.usual_noise_percent:g} % noise: the depth is "
+        f"{float(there[0] / there[-1]):.1f} times more certain by {planes[-1]} than by {planes[0]}",
+        fontsize=8,
     )
     return picture
 
