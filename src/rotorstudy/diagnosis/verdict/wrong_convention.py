@@ -136,7 +136,8 @@ def _accepted(tested, explained, base, odds_of_best, work):
     p_after, p_parameters = chi_square_p_value(after.cost, rows), chi_square_p_value(after.penalty, len(after.names))
     if (
         odds - max(0.0, odds_of_best) < LEAST_MARGIN
-        or (min(p_after, p_parameters) < significance and (explained.causes or left > SMALL_SHARE))
+        or p_parameters < significance  # moved that far, they imitate what the convention does not explain
+        or (p_after < significance and (explained.causes or left > SMALL_SHARE))
         or after.penalty > max(base.penalty, len(after.names))  # as many as names are expected
     ):
         return None
