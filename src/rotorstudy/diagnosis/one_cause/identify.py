@@ -65,12 +65,12 @@ def _explains(work, one):
     return chi_square_p_value(one.cost, 2 * work.spectrum.amplitude.size) >= EXPLAINED
 
 
-def _fitted(work, starts, least=np.inf, known=()):
-    """Fits from (causes, amplitudes), the best first: all by a few steps, the best to convergence if they are new.
+def _fitted(work, starts, least=np.inf):
+    """Fits from (causes, amplitudes), the best first: all by a few steps, the best to convergence.
 
     At the stated values of the rig its parameters do not imitate the cause.
 
-    least : misfit of a fit that is known;  known : fits that need not be found again
+    least : misfit of a fit that is known
     """
     looked = _tried(work, starts, LOOK)
     if not looked and not np.isfinite(least):
@@ -78,15 +78,12 @@ def _fitted(work, starts, least=np.inf, known=()):
     least = min([least, *(one.cost for one in looked)])
     begun = _tried(work, [_start(one) for one in looked[: PROMISING[0]] if one.cost <= PROMISING[1] * least], FAR)
     least, found = min([least, *(one.cost for one in begun)]), []
-    for start in begun[: NEAR[0]]:
-        if start.cost <= NEAR[1] * least:
-            further = _tried(work, [_start(start)], FURTHER)
-            least = min([least, *(end.cost for end in further)])
-            for end in further:
-                close = end.cost <= least + WITHIN and not any(is_same(work, end, one) for one in (*known, *found))
-                if close and not end.minimum.converged[0]:
-                    found += _tried(work, [_start(end)], CLOSELY)
-            found += further
+    for one in begun[: NEAR[0]]:
+        if one.cost <= NEAR[1] * least:
+            found += _tried(work, [_start(one)], FURTHER)
+            least = min([least, *(known.cost for known in found)])
+            if found and found[-1].cost <= least + WITHIN and not found[-1].minimum.converged[0]:
+                found += _tried(work, [_start(found[-1])], CLOSELY)
     return _sorted([*found, *begun, *looked])
 
 
@@ -148,7 +145,7 @@ def _also_elsewhere(work, kinds, found):
             if kind.variant in close
             for start in further_starts(work, best, gone, kind, known)
         ]
-        found = _sorted([*found, *_fitted(work, starts, best.cost, known)])
+        found = _sorted([*found, *_fitted(work, starts, best.cost)])
         if found[0] is best or is_same(work, found[0], best):
             return found
     return found
