@@ -34,8 +34,8 @@ def periodic_growth_rate(model: Model, speed: ArrayLike, theta: ArrayLike | None
     The logarithm of the largest multiplier of one revolution, over its duration. The motion is integrated in real x and
     y by the exponential midpoint rule: the exact motion with the coefficients at the middle of each step. Modes far
     above the speed, of which the shaft has many, grow as with the mean coefficients, and follow the other modes
-    statically. Constant coefficients leave no error at all; of the rotor of Chapter 6 with a crack of 40 % the result is
-    within 2 % of that with all modes integrated.
+    statically. Constant coefficients leave no error at all; of the rotor of Chapter 6 with a crack of 40 % the result
+    is within 2 % of that with all modes integrated.
 
     Parameters
     ----------
