@@ -10,6 +10,7 @@ RAD_PER_S = {"rad/s": 1.0, "Hz": 2 * np.pi, "rpm": np.pi / 30}
 SECONDS = {"s": 1.0, "ms": 1e-3}
 SHOWN = {"m": ("µm", 1e6), "kg m": ("g mm", 1e6), "rad": ("°", 180 / np.pi), "s": ("ms", 1e3), "1": ("", 1.0)}
 SMALL_LENGTH = 1e-3  # m
+ANY_ANGLE = np.deg2rad(90.0)  # standard deviation of an angle from which on it may be any
 TINY = 1e-4  # estimates with a smaller standard deviation are written with an exponent
 HALF_INTERVAL = 1.959964  # standard deviations: a half of a 95 % interval
 LONG = 1e7  # numbers from this size are written with an exponent

@@ -4,9 +4,7 @@ import sys
 
 from rotorstudy.commands.outputs import YAML, check_file
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.units import with_interval
-
-ANY_ANGLE = 90.0  # degrees, standard deviation from which on the records leave an angle open
+from rotorstudy.units import ANY_ANGLE, with_interval
 
 NOT_WITH_RUNS = ("unknowns", "cause", "harmonics", "spectrum", "out")
 
@@ -74,6 +72,7 @@ def _unbalance(found, stem, factor):
     _, (size, angle), spread = magnitude_and_phase(parts, theta, covariance)
     unit, shown = shown_unit("kg m")
     std = np.sqrt(np.diag(spread))
-    degrees, uncertain = np.degrees(found.conventions.sense * angle) % 360, np.degrees(std[1])
+    degrees = np.degrees(found.conventions.sense * angle) % 360
     weight = with_interval(size / factor * shown, std[0] / factor * shown, unit, least=0.0)
-    return f"{weight} at {with_interval(degrees, uncertain, '°').strip() if uncertain < ANY_ANGLE else 'any angle'}"
+    known = with_interval(degrees, np.degrees(std[1]), "°").strip()
+    return f"{weight} at {known if std[1] < ANY_ANGLE else 'any angle'}"

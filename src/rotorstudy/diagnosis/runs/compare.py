@@ -75,20 +75,20 @@ def compare(
     """
     settings = of_changes(Settings(**settings) if isinstance(settings, dict) else settings or Settings())
     before, after, lost = _with_common_probes(before, after)
-    before, after, notes = _at_common_speeds(before, after)
-    notes = [*lost, *notes]
+    before, after, left = _at_common_speeds(before, after)
     if np.array_equal(before.amplitude, after.amplitude):
         raise RotorstudyError("both states have the same harmonics at every speed: give the records of two states")
-    after, more = without_turn(before, after, settings)
-    notes, more = [*notes, *more], []
+    after, turned = without_turn(before, after, settings)
+    notes = [*findings, *lost, *left, *turned]
     if model.uncertainty is None:
-        model, more, share = known_as_before(model, before, settings)
+        model, not_explained, share = known_as_before(model, before, settings)
+        notes += not_explained
         settings = settings.model_copy(update={"model_error": share})
     model = replace(with_vibration(model, after), before=frozenset(model.names))
     difference = _difference(before, after, model.earlier, settings)
     if settings.repeatability:
         model, settings = _with_scatter(model, difference.speed, after, settings)
-    found = investigate(difference, model, settings=settings, findings=(*findings, *notes, *more))
+    found = investigate(difference, model, settings=settings, findings=tuple(notes))
     return Comparison(found, before, after, difference)
 
 

@@ -5,14 +5,13 @@ import numpy as np
 from rotorstudy.diagnosis.verdict.far_from_the_rig import moved_far
 from rotorstudy.diagnosis.verdict.result import Place
 from rotorstudy.model.registry import registry
-from rotorstudy.units import interval, number, p_value, percent, probability, quantity, spins
+from rotorstudy.units import ANY_ANGLE, interval, number, p_value, percent, probability, quantity, spins
 
 FEW = 3  # detection limits, or unexplained harmonics, in a sentence
 SEVERAL = 6  # other possible causes in a sentence
 SAME_WEIGHT = 0.05  # difference of the weights of two discs in a sum that is not worth saying
 SMALL = 1e-3  # m; lengths below are said in µm
 ABSENT = 3.0  # standard deviations; of a cause with many amplitudes, a sentence names those above
-ANY_ANGLE = np.deg2rad(90.0)  # standard deviation from which on the records leave a phase open
 WORTH_SAYING = 0.05  # probability that the true cause is not among those stated
 MOST_ODDS = 100  # power of ten; what is left out of account is far more probable than that
 LARGE_LOG_ODDS = 7.0  # from which on odds are said as a power of ten
