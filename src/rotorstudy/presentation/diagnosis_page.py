@@ -31,7 +31,7 @@ HEADINGS = {
 }
 
 
-def diagnosis_page(verdict, data, figures, title):
+def diagnosis_page(verdict, data, figures, title, links=None):
     """The page as HTML.
 
     Parameters
@@ -44,6 +44,8 @@ def diagnosis_page(verdict, data, figures, title):
         `CHANGE_FIGURES` too.
     title : str
         What was diagnosed.
+    links : dict, optional
+        Text -> address of pages to go to from the top.
     """
     import pandas as pd
 
@@ -59,6 +61,7 @@ def diagnosis_page(verdict, data, figures, title):
     return render(
         "diagnosis.html",
         title=_title(title, verdict.verdict, of_change),
+        links=links or {},
         verdict=verdict,
         glance=_glance(verdict, of_change),
         next_steps=next_steps(verdict, of_change),

@@ -6,6 +6,7 @@ VALID = (0.90, 0.99)  # mean coverage of valid 95 % intervals; 100 trials determ
 SELDOM = 0.02  # largest share of failed trials of a recommended pair: a failure is noticed, another pair can be used
 AS_GOOD = 1.05  # errors within this factor count as equal: 100 trials determine the mean of two or more to 5 %
 ANY_FAULT = "not known which"
+WRITTEN = {"fft": "FFT", "huber": "Huber"}  # words of a plugin's name that have capitals
 
 
 def ranking(whole):
@@ -132,4 +133,4 @@ def in_short(told):
 
 def named(plugin):
     """A plugin or parameter as a reader calls it."""
-    return str(plugin).replace("_", " ")
+    return " ".join(WRITTEN.get(word, word) for word in str(plugin).split("_"))
