@@ -10,7 +10,7 @@ from rotorstudy.diagnosis.search.parts import (
 )
 from rotorstudy.diagnosis.search.screening import Screened
 from rotorstudy.diagnosis.search.shape_scan import can_be_scanned, is_sought_everywhere, scan
-from rotorstudy.diagnosis.search.trials import Option, fit_closest
+from rotorstudy.diagnosis.search.trials import LEFT_BY_SHAPE, Option, closest, fit_closest, labels, may_be_left, trials
 from rotorstudy.diagnosis.settings import base_rate
 from rotorstudy.model.registry import registry
 
@@ -31,15 +31,28 @@ def with_one_more(work, current, fits=None, values=None):
         return []
     fits = fits or [current.fit]
     screenings = [work.screened if f is work.base else work.screen(f, chosen) for f in fits]
-    if _is_worth_scanning(work, current.fit, chosen):
-        chosen, screenings = _with_scanned(work, chosen, screenings, fits)
-    promising = _promising(work, chosen, screenings, work.settings.candidates_per_round)
     known = values or current.fit
-    theta = known.values
-    options = [
-        Option((*current.causes, chosen[i]), theta | dict(zip(chosen[i].names, one.start, strict=True)))
-        for i, one in promising.items()
-    ]
+
+    def tried(done=()):
+        """Trials of the candidates worth a fit that are not among those done."""
+        promising = _promising(work, chosen, screenings, work.settings.candidates_per_round)
+        options = [_option(current.causes, known, chosen[i], one) for i, one in promising.items()]
+        done = {labels(one.causes) for one in done}
+        return trials(work, [one for one in options if labels(one.causes) not in done], from_stated=values is None)
+
+    looked, best, due = [], None, fits if _is_worth_scanning(work, current.fit, chosen) else []
+    if due and not current.causes and _may_explain(screenings, fits):
+        looked = tried()
+        best = _explaining(work, closest(work, looked))
+    while due and not best:
+        (fitted, *due), number = due, len(fits) - len(due)
+        chosen, screenings = _with_scanned(work, chosen, screenings, fitted, number)
+        if due and not current.causes:
+            looked += tried(looked)
+            best = _explaining(work, closest(work, looked))
+    looked += tried(looked)
+    if due:
+        looked += _scanned_at(work, best, chosen)
     several = [
         Option((*current.causes, *parts), start)
         for fitted in fits
@@ -54,7 +67,7 @@ def with_one_more(work, current, fits=None, values=None):
         for parts, start in _ordinary(work, fitted, chosen, screened)
     ]
     return [
-        *fit_closest(work, options, from_stated=values is None, before=current.fit.cost),
+        *closest(work, looked, before=current.fit.cost),
         *fit_closest(work, several),
         *fit_closest(work, ordinary),
     ]
@@ -89,19 +102,50 @@ def _ordinary(work, fitted, chosen, screened):
     return found
 
 
-def _with_scanned(work, chosen, screenings, fits):
+def _with_scanned(work, chosen, screenings, fitted, number):
     """Candidates and their screenings, each with those added whose shape a scan at one of the fits has found."""
-    first = list({(c.cause, *c.variant.values()): c for c in reversed(chosen)}.values())
-    for number, fitted in enumerate(fits):
-        best = max((one.explained for one in screenings[number]), default=0.0)
-        scanned = scan(work, fitted, first, least=WORTH_REFINING * best)
-        work.scanned.extend(one.cause for one in scanned)
-        chosen = [*chosen, *(one.cause for one in scanned)]
-        screenings = [
-            [*rows, *(one.screened if i == number else NOT_SCREENED for one in scanned)]
-            for i, rows in enumerate(screenings)
-        ]
-    return chosen, screenings
+    best = max((one.explained for one in screenings[number]), default=0.0)
+    scanned = scan(work, fitted, _one_shape_of_each(chosen), least=WORTH_REFINING * best)
+    work.scanned.extend(one.cause for one in scanned)
+    screenings = [
+        [*rows, *(one.screened if i == number else NOT_SCREENED for one in scanned)]
+        for i, rows in enumerate(screenings)
+    ]
+    return [*chosen, *(one.cause for one in scanned)], screenings
+
+
+def _one_shape_of_each(chosen):
+    """The first shape of each cause and alternative among candidates."""
+    return list({(c.cause, *c.variant.values()): c for c in reversed(chosen)}.values())
+
+
+def _may_explain(screenings, fits):
+    """Whether a candidate leaves about as much as noise at one of the fits, to first order."""
+    best = [max((one.explained for one in rows), default=0.0) for rows in screenings]
+    return any(f.excess - gain <= LEFT_BY_SHAPE * f.excess for f, gain in zip(fits, best, strict=True))
+
+
+def _explaining(work, found):
+    """The explanation of least cost, if it leaves no more than noise and the stated model error; else None."""
+    best = min(found, key=lambda e: e.fit.cost, default=None)
+    return None if best is None or work.is_rejected_as_stated(best) else best
+
+
+def _scanned_at(work, best, chosen):
+    """Trials of causes in the shapes that a scan finds at the motion of a cause that explains the records.
+
+    Only shapes are tried that may explain as much.
+    """
+    held = work.held((), best.fit.values)
+    most_left = may_be_left(best, held.cost)
+    scanned = scan(work, held, _one_shape_of_each(chosen), most_left=most_left)
+    work.scanned.extend(one.cause for one in scanned)
+    return trials(work, [_option((), best.fit, *one) for one in scanned])
+
+
+def _option(causes, known, cause, screened):
+    """Causes and one more, with the amplitudes of its Screened and all others as in a known fit."""
+    return Option((*causes, cause), known.values | dict(zip(cause.names, screened.start, strict=True)))
 
 
 def _promising(work, chosen, screenings, most):
