@@ -89,6 +89,15 @@ def at_the_same_place(work, current):
     return refine(work, best, again=False) if odds_of(best) >= odds_of(current) - REACH else current
 
 
+def one_instead_of_all(work, current, node):
+    """Explanations by one cause that acts at a node, in its best shape, instead of all causes of an explanation.
+
+    At the motion of that explanation, whose causes may imitate the one that made it.
+    """
+    tried = _scanned_instead(work, current, list(current.causes), lambda _, other: other.where.get("node") == node)
+    return [refine(work, e) for e in sorted(tried, key=odds_of, reverse=True)[:REFINED]]
+
+
 def _may_be_there(cause, other):
     """Whether another cause may be taken for one by its place alone."""
     if any(u.force for u in other.term.unknowns):

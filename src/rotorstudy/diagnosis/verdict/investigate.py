@@ -20,9 +20,12 @@ from rotorstudy.diagnosis.verdict.evidence import (
 )
 from rotorstudy.diagnosis.verdict.excluded import excluded
 from rotorstudy.diagnosis.verdict.far_from_the_rig import far_from_the_rig
+from rotorstudy.diagnosis.verdict.form_error import with_form_error
 from rotorstudy.diagnosis.verdict.held_out import gain_of, is_upheld, is_worse, split
 from rotorstudy.diagnosis.verdict.next_run import next_runs
-from rotorstudy.diagnosis.verdict.one_place import explaining_places, most_forces
+from rotorstudy.diagnosis.verdict.one_direction import log_odds_of_one_direction
+from rotorstudy.diagnosis.verdict.one_fault import act_at, with_one_fault
+from rotorstudy.diagnosis.verdict.one_place import explaining_places, most_forces, replacing_places
 from rotorstudy.diagnosis.verdict.outside import with_outside
 from rotorstudy.diagnosis.verdict.result import PValues, Verdict
 from rotorstudy.diagnosis.verdict.resultant import resultant_of
@@ -121,8 +124,8 @@ def investigate(
     odds, others = [e.log_posterior_odds for e in found.explanations if e.causes], [parts[0] for _, parts, _ in stated]
     verdict = Verdict(
         verdict=kind,
-        causes=causes_of(best, probability, found.explanations, STATED_SET),
-        ambiguous_with=[cause_of(parts, e.fit, probability[fault]) for fault, parts, e in stated],
+        causes=causes_of(with_form_error(found, best), probability, found.explanations, STATED_SET),
+        ambiguous_with=[_cause_of(found, fault, e, probability) for fault, _, e in stated],
         resultant=resultant_of(found, best),
         separating_measurement=separating_measurements(best.causes, others, model.structure),
         next_runs=_next_runs(kind, found, measured, held),
@@ -146,7 +149,7 @@ def investigate(
         measuring_chain=chain,
         findings=worst_first(findings),
     )
-    verdict = with_outside(verdict, unlike_one_force=is_tested and not places)
+    verdict = with_outside(verdict, is_tested and not places, log_odds_of_one_direction(best))
     verdict = verdict.model_copy(update={"summary": summary(verdict)})
     alternatives = frozenset(c.cause for _, parts, _ in stated for c in parts)
     return Diagnosis(verdict, fitted, held, found, best.fit, settings, alternatives, labels)
@@ -162,6 +165,9 @@ def _searched(model, measured, fitted, held, settings):
     tested = tested_convention(begun, measured) if model.before is None else None  # shared by both states
     chain = clear_convention(begun, tested) if tested else None
     found = unsearched(begun) if chain else search(begun)
+    if _are_several(found, fitted):
+        nodes = [one.where["node"] for one, _ in replacing_places(found, fitted)]
+        found = with_one_fault(found, nodes) if nodes else found
     expected = None
     if held is not None:
         missing = held.amplitude - predicted(found.base.model, held, found.base.theta)
@@ -188,13 +194,24 @@ def _kind(found, p_values, p_parameters, probability, *, is_alone, is_worse):
 
 def _is_tested_for_one_force(found, fitted, kind):
     """Whether it is tested that one force explains the records: where no cause or several do, and it leaves enough."""
-    is_of_interest = kind == "unknown" or len(found.best.faults) > 1
-    return is_of_interest and found.rig.before is None and most_forces(fitted) >= 1
+    return _are_several(found, fitted) or (kind == "unknown" and found.rig.before is None and most_forces(fitted) >= 1)
+
+
+def _are_several(found, fitted):
+    """Whether the best explanation has several causes, and one force instead leaves enough data to be tested."""
+    return len(found.best.faults) > 1 and found.rig.before is None and most_forces(fitted) >= 1
 
 
 def _places_of_one_force(found, fitted, kind):
-    """The OnePlace of each place at which one force explains the records."""
-    return explaining_places(found, fitted, None if kind == "unknown" else found.best.fit.cost / fitted.data_count)
+    """The OnePlace of each place at which one force explains the records, of several causes that fit better than they.
+
+    Where all of them act at that place, only if it explains more than chance lets its many amplitudes.
+    """
+    if kind == "unknown":
+        return explaining_places(found, fitted)
+    at, structure = found.best.causes, found.rig.structure
+    known = replacing_places(found, fitted)
+    return [one for one, is_sure in known if is_sure or not act_at(at, one.where["node"], structure)]
 
 
 def _is_rejected(found, p_residual, p_parameters):
@@ -225,6 +242,12 @@ def _stated(weights, best):
                 seen.add(fault)
                 found.append((fault, parts, explanation))
     return found
+
+
+def _cause_of(found, fault, explanation, probability):
+    """The Cause of a fault of an explanation, with intervals that allow for an error of the form of several."""
+    explanation = with_form_error(found, explanation)
+    return cause_of(faults_of(explanation.causes)[fault], explanation.fit, probability[fault])
 
 
 def _probability(weights):
