@@ -12,9 +12,10 @@ from slow_effects import SLOW
 
 from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.verdict import result
+from rotorstudy.diagnosis.verdict.cause_words import cause_in_words, sizes
 from rotorstudy.diagnosis.verdict.force import equivalent_residual_force
 from rotorstudy.diagnosis.verdict.result import Cause, Verdict
-from rotorstudy.diagnosis.verdict.words import cause_in_words, sizes, summary
+from rotorstudy.diagnosis.verdict.words import summary
 from rotorstudy.measurement.measurement import read_measurement
 from rotorstudy.model.rig import build_model
 from rotorstudy.presentation.captions import DIAGNOSIS_FIGURES
