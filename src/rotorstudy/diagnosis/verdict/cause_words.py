@@ -8,6 +8,7 @@ from rotorstudy.units import ANY_ANGLE, interval, quantity
 
 FEW = 3  # amplitudes of a cause that are all said
 SMALL = 1e-3  # m; lengths below are said in µm
+ENDINGS = {"_rad_per_s": "rad/s", "_N_m": "N m", "_rad": "rad", "_m": "m", "_s": "s"}  # of options, in SI
 ABSENT = 3.0  # standard deviations; of a cause with many amplitudes, a sentence names those above
 
 
@@ -92,18 +93,22 @@ def cause_in_words(cause):
 
 
 def _without_unit(name, estimate):
-    """Readable name of a parameter; the unit of an angle or a length is said with its value."""
-    unit = _in_its_unit(name, estimate)[1]
-    return readable(name.removesuffix("_rad") if unit == "rad" else name.removesuffix("_m") if unit else name)
+    """Readable name of a parameter; its unit is said with its value."""
+    ending, unit = _ending(name)
+    return readable(name.removesuffix(ending) if unit == (estimate.unit or unit) else name)
+
+
+def _ending(name):
+    """The ending of a name that states a unit, and that unit: ("_rad_per_s", "rad/s"); empty without one."""
+    return next(((ending, unit) for ending, unit in ENDINGS.items() if name.endswith(ending)), ("", ""))
 
 
 def _in_its_unit(name, estimate):
     """Value, unit and standard deviation of a parameter; of a length in its shape in mm, or in m where it is small."""
     value, std = estimate.value, estimate.std
-    if estimate.part != "shape" or not name.endswith("_m"):
-        return value, estimate.unit, std
-    if abs(value) < SMALL:
-        return value, "m", std
+    unit = estimate.unit or (_ending(name)[1] if estimate.part == "shape" else "")
+    if estimate.part != "shape" or unit != "m" or abs(value) < SMALL:
+        return value, unit, std
     return 1e3 * value, "mm", None if std is None else 1e3 * std
 
 
