@@ -1,15 +1,8 @@
 """The page of a diagnosis: verdict in words, evidence and assumptions."""
 
+from rotorstudy.diagnosis.verdict.cause_words import cause_in_words, place, readable, sizes
 from rotorstudy.diagnosis.verdict.steps import known_and_not, next_steps, separated
-from rotorstudy.diagnosis.verdict.words import (
-    cause_in_words,
-    detection_limits,
-    excluded_in_words,
-    place,
-    readable,
-    sizes,
-    smallest_detected,
-)
+from rotorstudy.diagnosis.verdict.words import detection_limits, excluded_in_words, smallest_detected
 from rotorstudy.presentation.captions import CHANGE_FIGURES, DIAGNOSIS_FIGURES
 from rotorstudy.presentation.pages import inline_png, render
 from rotorstudy.presentation.speed_view import speed_view
