@@ -16,6 +16,7 @@ from rotorstudy.model.registry import registry
 
 WORTH_FITTING = 0.1  # of what the best candidate explains when linearised, which is inaccurate for large effects
 WORTH_REFINING = 0.05  # of the same, by the best of some hundred shapes; refined, it explains up to a few times as much
+INEXACT, EXACT = 0.5, 0.8  # of the gain that gives even odds, from which on a cause may reach it when it is fitted
 ORDINARY = 2  # places at which a cause more frequent than usual is fitted, whatever else explains
 NOT_SCREENED = Screened(0.0, -np.inf, np.zeros(0), np.zeros(0))
 
@@ -35,7 +36,8 @@ def with_one_more(work, current, fits=None, values=None):
 
     def tried(done=()):
         """Trials of the candidates worth a fit that are not among those done."""
-        promising = _promising(work, chosen, screenings, work.settings.candidates_per_round)
+        is_exact = bool(current.causes) and not current.fit.excess
+        promising = _promising(work, chosen, screenings, work.settings.candidates_per_round, is_exact)
         options = [_option(current.causes, known, chosen[i], one) for i, one in promising.items()]
         done = {labels(one.causes) for one in done}
         return trials(work, [one for one in options if labels(one.causes) not in done], from_stated=values is None)
@@ -148,10 +150,13 @@ def _option(causes, known, cause, screened):
     return Option((*causes, cause), known.values | dict(zip(cause.names, screened.start, strict=True)))
 
 
-def _promising(work, chosen, screenings, most):
+def _promising(work, chosen, screenings, most, is_exact=False):
     """Candidates worth a fit, {index: Screened}: the best of the screenings in turn, each cause in its best shape.
 
     A crack that was scanned counts in each alternative, as its columns say little about how it opens.
+
+    is_exact : whether columns are taken at the motion of causes that leave no more than noise, so that they tell to a
+               few per cent what another cause explains
     """
     lists, of_scans = [], {id(cause): cause.cause for cause in work.scanned if is_sought_everywhere(cause)}
     names = [c.label if c.cause in of_scans.values() else c.cause for c in chosen]
@@ -161,7 +166,9 @@ def _promising(work, chosen, screenings, most):
         order, seen = sorted(set(range(len(chosen))) - coarse, key=lambda i: -odds[i]), set()
         order = [i for i in order if not (names[i] in seen or seen.add(names[i]))]
         best = max((one.explained for one in screened), default=0.0)
-        worth = [max(WORTH_FITTING * best, 0.5 * work.prior_odds.even_odds_gain(chosen[i])) for i in order]
+        share = [EXACT if is_exact and not chosen[i].shape else INEXACT for i in order]
+        needed = [part * work.prior_odds.even_odds_gain(chosen[i]) for i, part in zip(order, share, strict=True)]
+        worth = [max(WORTH_FITTING * best, gain) for gain in needed]
         lists.append([(i, screened[i]) for i, low in zip(order, worth, strict=True) if screened[i].explained >= low])
     found = {}
     for rank in range(max(map(len, lists), default=0)):

@@ -149,10 +149,14 @@ class _Scan(NamedTuple):
         kept : whether the shapes and motions are kept, as all scans and alternatives of the cause begin at these
                points; of these only those are judged that are at a place where a force may explain enough
         """
+        if kept and self.cause.where and not self._are_possible([acts_on(self.cause, self.work.rig.structure)])[0]:
+            return []
         groups = self._over_the_range(points) if kept else self._grouped(points)
         if not groups:
             raise NoSteadyState(f"{self.cause.effect} cannot act with any of {len(points)} shapes")
-        groups = self._at_possible_places(groups) if kept else groups
+        if kept:
+            possible = self._are_possible([row for row, _, _ in groups.values()])
+            groups = {key: group for (key, group), here in zip(groups.items(), possible, strict=True) if here}
         if not groups:
             return []
         motions = self._motions([row for row, _, _ in groups.values()], kept)
@@ -171,10 +175,10 @@ class _Scan(NamedTuple):
 
     def _grouped(self, points):
         """{coordinate in bytes: (coordinate, points, causes in the shapes there)} of those that can act."""
-        groups = {}
+        groups, ranges = {}, self.ranges
         for i, point in enumerate(points):
             try:
-                cause = reshaped(self.work, self.cause, point, f"{self.cause.term.label} {i}")
+                cause = reshaped(self.work, self.cause, point, f"{self.cause.term.label} {i}", ranges)
             except CannotAct:  # such as a crack in a hollow part of the shaft
                 continue
             row = acts_on(cause, self.work.rig.structure)
@@ -183,19 +187,17 @@ class _Scan(NamedTuple):
             groups[row.tobytes()][2].append(cause)
         return groups
 
-    def _at_possible_places(self, groups):
-        """The groups of `_grouped` at the places where the best of all forces leaves no more than `most_left`."""
+    def _are_possible(self, rows):
+        """Whether the best of all forces at the place of each coordinate leaves no more than `most_left`."""
         if self.most_left == np.inf:
-            return groups
+            return [True] * len(rows)
         places = {}
-        for row, _, _ in groups.values():
+        for row in rows:
             places.setdefault(tuple(np.flatnonzero(row)), []).append(row)
-        known = {place: _independent(rows) for place, rows in places.items() if place not in self.left}
+        known = {place: _independent(some) for place, some in places.items() if place not in self.left}
         left = left_by_free_forces(self.fitted, self.work.spectrum, list(known.values()), self.projection.near)
         self.left.update(zip(known, left, strict=True))
-        return {
-            key: group for key, group in groups.items() if self.left[tuple(np.flatnonzero(group[0]))] <= self.most_left
-        }
+        return [self.left[tuple(np.flatnonzero(row))] <= self.most_left for row in rows]
 
     def _motions(self, rows, kept):
         """The Motions with a free force on coordinates; that of a node is kept, as all shapes there share it."""
