@@ -2,15 +2,17 @@
 
 Published formulas of one crack, beam or bearing differ by a percent or more. What a wrong form leaves can be too small
 to be rejected and yet shift parameters by many of their standard deviations, as other parameters take most of it:
-beside a large crack an added mass. So each harmonic of what a cause changes gets a complex factor 1 + e, one for all
-speeds and nodes, as a law of opening has one for each harmonic. e is unknown, with the standard deviation FORM_ERROR.
-The values that were found stay; their covariance is that with these factors as further parameters.
+beside a large crack an added mass. So each harmonic of what a cause with a law changes gets a complex factor 1 + e, one
+for all speeds and nodes, as a law of opening has one for each harmonic. e is unknown, with the standard deviation
+FORM_ERROR. The values that were found stay; their covariance is that with these factors as further parameters.
 """
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
 
+from rotorstudy.diagnosis.search.candidates import Candidate
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.odds import Explanation, faults_of
 from rotorstudy.diagnosis.search.shape_equations import shape_columns
@@ -21,13 +23,18 @@ from rotorstudy.inference.prediction import predicted
 FORM_ERROR = 0.01  # standard deviation of each factor
 
 
+def have_a_law(causes: Iterable[Candidate]) -> bool:
+    """Whether all causes follow a law that may be off: of a contact, a crack or a beam, not of a mass or a force."""
+    return all(cause.shape or "element" in cause.where for cause in causes)
+
+
 def with_form_error(work: Search, explanation: Explanation) -> Explanation:
     """An explanation by several causes, whose covariance and deviations of shapes allow for an error of their form.
 
     work        : Search, of the spectrum that the explanation was fitted to
-    explanation : returned as it is, where it has a single fault, whose `cause_error` is estimated
+    explanation : returned as it is, where it has a single fault, whose `cause_error` is estimated, or none has a law
     """
-    if len(explanation.faults) < 2:
+    if len(explanation.faults) < 2 or not any(map(have_a_law, faults_of(explanation.causes).values())):
         return explanation
     fitted, shaped = explanation.fit, [cause for cause in explanation.causes if cause.shape]
     try:
@@ -47,10 +54,10 @@ def with_form_error(work: Search, explanation: Explanation) -> Explanation:
 
 
 def _factor_columns(work, explanation):
-    """Changes (component, factor) of the whitened prediction by factors on each harmonic of what a fault changes."""
+    """Changes (component, factor) of the whitened prediction by factors on each harmonic of what a law changes."""
     fitted, spectrum, columns = explanation.fit, work.spectrum, []
     whole = predicted(fitted.model, spectrum, fitted.theta)
-    for parts in faults_of(explanation.causes).values():
+    for parts in filter(have_a_law, faults_of(explanation.causes).values()):
         rest = work.held([cause for cause in explanation.causes if cause not in parts], fitted.values)
         change = whole - predicted(rest.model, spectrum, rest.theta)
         for here in np.eye(len(spectrum.harmonics))[:, :, None]:

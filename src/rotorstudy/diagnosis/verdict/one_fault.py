@@ -14,7 +14,7 @@ from rotorstudy.diagnosis.search.odds import Explanation, faults_of
 from rotorstudy.diagnosis.search.search import drop_impossible, settled_with_least_error
 from rotorstudy.diagnosis.search.shapes import refine_in_turn
 from rotorstudy.diagnosis.search.trials import best_of_each_shape
-from rotorstudy.diagnosis.verdict.form_error import FORM_ERROR
+from rotorstudy.diagnosis.verdict.form_error import FORM_ERROR, have_a_law
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import predicted, with_cause_error
 from rotorstudy.model.structure import Structure
@@ -35,7 +35,7 @@ def with_one_fault(work: Search, nodes: list[int]) -> Search:
     if len(work.best.faults) == 1:
         return work
     for parts in faults_of(best.causes).values():
-        if _has_a_law(parts) and any(act_at(parts, node, work.rig.structure) for node in nodes):
+        if have_a_law(parts) and any(act_at(parts, node, work.rig.structure) for node in nodes):
             found = _alone(work, best, tuple(parts))
             if found:
                 return found
@@ -45,11 +45,6 @@ def with_one_fault(work: Search, nodes: list[int]) -> Search:
 def act_at(causes: list[Candidate], node: int, structure: Structure) -> bool:
     """Whether all causes act at a node, or on an element that ends there."""
     return all(_acts_at(cause, node, structure.node_positions) for cause in causes)
-
-
-def _has_a_law(causes):
-    """Whether causes follow a law that may be off: of a contact, a crack or a beam, not of a mass or a force."""
-    return all(cause.shape or "element" in cause.where for cause in causes)
 
 
 def _acts_at(cause, node, positions):
