@@ -93,7 +93,7 @@ def criteria_page(answers, criteria, source, figures, links=None):
         source=source,
         criteria=statement(criteria),
         open={status: found[status] for status in ("not reached", "undecided")},
-        table=cells(shown, 3),
+        table=cells(shown, 3, "reasons"),
         marks=MARKS,
         notes=notes,
         figures=figures,
@@ -109,6 +109,7 @@ def _write_cases(cases, source, folder, links):
     shown = shown[
         ["case", "kind", "rig", "noise_percent", "size", "truth", "verdict", "answer", "posterior_probability"]
     ]
+    shown = shown.assign(**{key: shown[key].str.replace("_", " ") for key in ("truth", "answer")})
     by_rig = cases.groupby("rig").seconds.agg(["count", "mean", "max"]).reset_index()
     note = f"{len(shown)} of {len(cases)} cases have a wrong answer, the largest effects first. Size is the change of "
     note += "the harmonics over their noise; an effect below 1 can hardly be detected."
