@@ -200,11 +200,7 @@ def test_parameters_that_run_away_are_fitted_again_and_named(folder, monkeypatch
 def test_a_rig_with_a_larger_error_than_stated_says_so_and_widens_the_intervals(folder, monkeypatch):
     """The modulus is 8 % too high and held. Negative controls: the rig without that error, and no larger one."""
     rig = yaml.safe_load(yaml.safe_dump(RIG))
-    rig["diagnosis"]["uncertainty"] |= {
-        "rotor.youngs_modulus_Pa": 0,
-        "bearing_stiffness": 0.02,
-        "bearing_damping": 0.02,
-    }
+    rig["diagnosis"]["uncertainty"] |= {"default": 0.02, "rotor.youngs_modulus_Pa": 0}
     (folder / "stiff.yaml").write_text(yaml.safe_dump(rig))
 
     def found(path):

@@ -72,13 +72,8 @@ def independent_share(joint: JointFit) -> float:
     (1 - r) / (1 + r) of a residual with the correlation r between neighbours, as of an autoregressive process.
     """
     rows = [part.reshape(len(run.spectrum.speed), -1) for run, part in zip(joint.runs, joint.residuals, strict=True)]
-    whole, beside = (
-        sum(float(np.sum(part)) for part in parts)
-        for parts in (
-            [one**2 for one in rows],
-            [one[1:] * one[:-1] for one in rows],
-        )
-    )
+    whole = sum(float(np.sum(one**2)) for one in rows)
+    beside = sum(float(np.sum(one[1:] * one[:-1])) for one in rows)
     alike = max(beside, 0.0) / max(whole, 1e-300)
     return (1 - alike) / (1 + alike)
 

@@ -15,10 +15,9 @@ import logging
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from annotated_types import Ge, MinLen
 
 from rotorstudy.diagnosis.runs.contradicting import (
     TOLD_APART,
@@ -29,6 +28,7 @@ from rotorstudy.diagnosis.runs.contradicting import (
     larger_error,
     not_plausible,
 )
+from rotorstudy.diagnosis.runs.run_file import AddedUnbalance, RunItem, read_runs
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import check_names, read_settings
 from rotorstudy.errors import RotorstudyError, unknown_name
@@ -39,7 +39,6 @@ from rotorstudy.measurement.conventions import Conventions, read_conventions
 from rotorstudy.measurement.findings import Finding
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.measurement.spectrum import Spectrum
-from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.estimated_rig import rig_with_estimate, rig_with_values
 from rotorstudy.model.rig import RigFile, read_rig
 from rotorstudy.model.rig_items import make_term
@@ -47,7 +46,6 @@ from rotorstudy.model.rig_numbers import is_number
 from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import Term
 from rotorstudy.units import percent
-from rotorstudy.yaml_file import read_yaml
 
 log = logging.getLogger(__name__)
 
@@ -57,26 +55,6 @@ REBUILDS = 5
 LARGEST_CHANGE = (-0.5, 1.0)  # of a number of the rotor before it is built again: it keeps its sign
 LEAST_ERROR, LARGEST_ERROR = 1e-3, 0.5  # of the model, fraction of each harmonic
 FEWEST_VECTORS = 4  # of a run that do not equal those of another one by the rounding of the instrument
-
-
-class AddedUnbalance(Strict):
-    """An unbalance in a run: g mm at an angle of the user's picture from the shaft's reference line, degrees."""
-
-    node: int | str
-    unbalance_g_mm: Annotated[float, Ge(0)] | None = None
-    angle_deg: float = 0.0
-    std_g_mm: Annotated[float, Ge(0)] = 0.0
-
-
-class RunItem(Strict):
-    """A run in a file of runs."""
-
-    name: str
-    records: Annotated[list[str], MinLen(1)]
-    unbalances: list[AddedUnbalance] = []
-    effects: list[dict] = []
-    own: list[str] = []
-    slow_roll: bool = False
 
 
 class MeasuredRun(NamedTuple):
@@ -89,6 +67,10 @@ class MeasuredRun(NamedTuple):
     def with_error(self, settings):
         """The run with the model error of some Settings."""
         return self._replace(spectrum=with_model_error(self.measured, settings))
+
+    def with_variance(self, factor):
+        """The run with so many times the variance."""
+        return self._replace(spectrum=replace(self.spectrum, covariance=factor * self.spectrum.covariance))
 
 
 class IdentifiedRig(NamedTuple):
@@ -150,37 +132,6 @@ def _check_distinct(item, spectrum, others):
             )
 
 
-def read_runs(path: str | Path) -> list[RunItem]:
-    """The runs listed in a file.
-
-    Raises
-    ------
-    RotorstudyError
-        If there is none, two have the same name, or a key is unknown.
-    """
-    given = read_yaml(path)
-    for key in given:
-        if key != "runs":
-            raise unknown_name("section", key, ["runs"], str(path))
-    if not isinstance(given.get("runs"), list) or not given["runs"]:
-        raise RotorstudyError(f"{path}: 'runs:' must be a list of runs, each starting with '- name:'")
-    items = []
-    for i, one in enumerate(given["runs"]):
-        where = f"{path}, runs[{i}]"
-        if not isinstance(one, dict):
-            raise RotorstudyError(f"{where}: expected keys and values, found {type(one).__name__}")
-        added = one.get("unbalances") or []
-        if not isinstance(added, list) or not all(isinstance(part, dict) for part in added):
-            raise RotorstudyError(f"{where}, unbalances: must be a list, each starting with '- node:'")
-        added = [check_config(AddedUnbalance, part, f"{where}, unbalances[{k}]") for k, part in enumerate(added)]
-        items.append(check_config(RunItem, {**one, "unbalances": added}, where))
-    names = [item.name for item in items]
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise RotorstudyError(f"{path}: two runs are named '{twice[0]}'; give each its own name")
-    return items
-
-
 def _updated(rig, model, measured, settings, conventions, findings):
     """The IdentifiedRig, whose intervals include the error of the model that the runs show."""
     found, shared = _settled(rig, model, measured, settings, conventions)
@@ -207,10 +158,7 @@ def _with_larger_error(rig, model, measured, settings, conventions):
         found, _ = _settled(rig, model, widened, settings, conventions)
         if not exceeds_noise(found.joint):
             weight = independent_share(found.joint)
-            fewer = [
-                one._replace(spectrum=replace(one.spectrum, covariance=one.spectrum.covariance / weight))
-                for one in widened
-            ]
+            fewer = [one.with_variance(1 / weight) for one in widened]
             return _settled(rig, model, fewer, settings, conventions)[0], share
     return None, share
 
