@@ -4,6 +4,7 @@ import os
 import re
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -290,7 +291,7 @@ def test_progress_is_shown_in_a_terminal_alone(tmp_path, capsys):
     import io
     import logging
 
-    from rotorstudy.commands.line import show_progress
+    from rotorstudy.commands.line import QUIET_S, show_progress
 
     stream = io.StringIO()
     handler = show_progress(stream)
@@ -300,6 +301,11 @@ def test_progress_is_shown_in_a_terminal_alone(tmp_path, capsys):
         logging.getLogger("rotorstudy").removeHandler(handler)
         logging.getLogger("rotorstudy").setLevel(logging.NOTSET)
     assert re.fullmatch(r" +0\.\d s  searching 3 candidates\n", stream.getvalue())
+    late = logging.makeLogRecord({"msg": "fitting", "levelno": logging.DEBUG, "created": time.time() + QUIET_S + 1})
+    early = logging.makeLogRecord({"msg": "fitting more", "levelno": logging.DEBUG, "created": late.created + 1})
+    for record in (late, early):  # a detail is shown after some seconds without another message
+        handler.handle(record)
+    assert stream.getvalue().splitlines()[1:] == [f"  {QUIET_S + 1:.1f} s  fitting"]
     assert main(["simulate", RIG, "--speeds", "88", "--duration", "0.1", "--out", str(tmp_path / "r.nc")]) == 0
     assert main(["import", str(tmp_path / "r.nc"), "--rig", RIG, "--out", str(tmp_path / "s.nc")]) in (0, 1)
     assert "reading" not in capsys.readouterr().err

@@ -90,6 +90,7 @@ def rotorstudy_bearing():
             "pedestal_mass_kg": {"xx": 20.0},
         },
         checked="an explicit model with the pedestal as a further mass, at harmonics of both signs",
+        uncertain={"pedestal_stiffness_N_per_m.xx": 0.1, "pedestal_stiffness_N_per_m.yy": 0.1, "pedestal_mass_kg": 0.1},
         positive_damping=True,
         symmetric=True,
     )

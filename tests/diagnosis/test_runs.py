@@ -125,6 +125,7 @@ def test_one_run_is_the_fit_of_its_spectrum(folder):
     (folder / "one.yaml").write_text(yaml.safe_dump(runs))
     rig = yaml.safe_load(yaml.safe_dump(RIG))
     rig["diagnosis"]["uncertainty"]["rotor.youngs_modulus_Pa"] = 0
+    rig["diagnosis"]["model_error"] = 0.1  # that of the modulus, so that none is added
     (folder / "held.yaml").write_text(yaml.safe_dump(rig))
     found = identify_runs(folder / "one.yaml", folder / "held.yaml").joint
     settings, held = read_settings(rig, "held"), read_rig(folder / "held.yaml")
@@ -194,6 +195,26 @@ def test_parameters_that_run_away_are_fitted_again_and_named(folder, monkeypatch
     (told,) = _moved_far(found.joint)
     assert told.name == "far from the rig" and "eccentricity[disc" in told.text
     assert _moved_far(identify_runs(folder / "runs.yaml", folder / "rig.yaml").joint) == []  # negative control
+
+
+def test_a_rig_with_a_larger_error_than_stated_says_so_and_widens_the_intervals(folder, monkeypatch):
+    """The modulus is 8 % too high and held. Negative controls: the rig without that error, and no larger one."""
+    rig = yaml.safe_load(yaml.safe_dump(RIG))
+    rig["diagnosis"]["uncertainty"] |= {"default": 0.02, "rotor.youngs_modulus_Pa": 0}
+    (folder / "stiff.yaml").write_text(yaml.safe_dump(rig))
+
+    def found(path):
+        """Names of the findings, and how far the unknown mass is off in standard deviations."""
+        result = identify_runs(folder / "runs.yaml", path)
+        theta, covariance = result.joint.of([f"eccentricity[added 1]_{part} @ unknown" for part in ("real", "imag")])
+        off = theta - 0.025 * np.array([np.cos(np.deg2rad(-40)), np.sin(np.deg2rad(-40))])
+        return {one.name for one in result.findings}, np.sqrt(off @ np.linalg.solve(covariance, off))
+
+    names, off = found(folder / "stiff.yaml")
+    assert {"not explained", "larger model error"} <= names and off < 3
+    assert "larger model error" not in found(folder / "rig.yaml")[0]
+    monkeypatch.setattr(diagnosis_joint, "is_implausible", lambda *_: False)
+    assert found(folder / "stiff.yaml")[1] > 5
 
 
 def test_a_number_of_the_rotor_keeps_its_sign_while_it_is_fitted(folder, monkeypatch):

@@ -7,6 +7,7 @@ import pytest
 
 from rotorstudy import RotorstudyError, registry
 from rotorstudy.commands.line import main
+from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings, check_names
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.prior import prior_of
@@ -181,3 +182,28 @@ def test_an_estimator_of_the_equations_refuses_them(tmp_path, capsys):
     assert "bearings.viscosity_Pa_s" in capsys.readouterr().out
     assert main([*given, "--estimator", "least_squares"]) == 1
     assert "maximum_likelihood" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("uncertainty", "held", "stated"),
+    [
+        ({}, (), {"xx": 0.1, "yy": 0.1}),
+        ({"bearings": 0.3}, (), {"xx": 0.3, "yy": 0.3}),
+        ({"bearings": 0}, ("xx", "yy", "mass"), {}),
+        ({"default": 0}, ("xx", "yy", "mass"), {}),
+        ({"bearings[left].pedestal_stiffness_N_per_m.xx": 0.2}, (), {"xx": 0.2, "yy": 0.1}),
+        ({"bearings.pedestal_stiffness_N_per_m": 0.2}, ("xx", "yy"), {}),  # both together, by the name that is given
+    ],
+)
+def test_a_pedestal_is_uncertain_unless_the_rig_says_otherwise(uncertainty, held, stated):
+    rig = rig_on({"kind": "flexible_pedestal", **registry().plugins["bearing"]["flexible_pedestal"].example})
+    settings, model = Settings(uncertainty=uncertainty), build_model(rig)
+    check_names(settings, model, "rig, diagnosis")
+    _, prior = base_model(model, settings)
+    of = {key: f"bearings[left].pedestal_stiffness_N_per_m.{key}" for key in ("xx", "yy")}
+    of["mass"] = "bearings[left].pedestal_mass_kg"
+    assert [name for name in of.values() if name in prior.names] == [of[key] for key in of if key not in held]
+    for key, std in stated.items():
+        assert prior.by_name[of[key]] == (0.0, std)
+    _, film = base_model(build_model(film_rig()), Settings())  # negative control: its plugin states none
+    assert not any(name.startswith("bearings") for name in film.names)

@@ -26,7 +26,7 @@ def facts(kind, plugin):
     found["options"] = _options(kind, plugin)
     if kind in ("bearing", "effect"):
         found["parameters"] = _parameters(kind, plugin)
-    if kind == "rotor":
+    if kind in ("rotor", "bearing"):
         found["uncertain by"] = ", ".join(f"{path} {percent(share)}" for path, share in plugin.uncertain.items())
     found["claims"] = ", ".join(name.replace("_", " ") for name in _claims(plugin))
     found["confounders"] = "; ".join(

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from rotorstudy.inference.prior import prior_of, with_rotor
+from rotorstudy.inference.prior import prior_of, with_usual
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig_items import make_term
 from rotorstudy.model.rig_numbers import with_numbers
@@ -24,7 +24,7 @@ def left_by_base(change, spectrum, model, stated):
         for kind in stated["nuisance"]
         for i, place in enumerate(registry().get("effect", kind).places(model.structure, model.sensors))
     ]
-    uncertainty = with_rotor(stated["uncertainty"], model.structure)
+    uncertainty = with_usual(stated["uncertainty"], model)
     model = with_numbers(model, uncertainty)
     prior = prior_of(model, uncertainty)
     std = dict(zip(prior.names, prior.std, strict=True))

@@ -25,6 +25,7 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.registry import blamed, registry
 
 COMMANDS = (demo, analyse, simulate, import_records, identify, diagnose, compare, balance, plugins, new, check, blind)
+QUIET_S = 5.0  # seconds after which a detail is shown
 EPILOG = """examples:
   rotorstudy demo
   rotorstudy analyse rig.yaml --out analysis
@@ -68,14 +69,26 @@ def complete(commands):
 
 
 def show_progress(stream):
-    """Write what the package is doing, with the seconds since the start, to a stream."""
-    handler = logging.StreamHandler(stream)
-    start = time.time()
+    """Write what the package is doing, with the seconds since the start, to a stream.
+
+    Details are written if nothing else was for a while.
+    """
+    handler, start = logging.StreamHandler(stream), time.time()
+    latest = start
+
+    def is_shown(record):
+        nonlocal latest
+        record.seconds = record.created - start
+        if record.levelno < logging.INFO and record.created < latest + QUIET_S:
+            return False
+        latest = record.created
+        return True
+
     handler.setFormatter(logging.Formatter("%(seconds)5.1f s  %(message)s"))
-    handler.addFilter(lambda record: setattr(record, "seconds", record.created - start) or True)
+    handler.addFilter(is_shown)
     logger = logging.getLogger("rotorstudy")
     logger.addHandler(handler)
-    logger.setLevel(logging.INFO)
+    logger.setLevel(logging.DEBUG)
     return handler
 
 

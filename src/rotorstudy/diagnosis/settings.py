@@ -77,10 +77,13 @@ def read_settings(rig, where):
     return check_config(Settings, given, f"{where}, diagnosis")
 
 
+GROUPS = {"default", "rotor", "bearings"}  # of uncertainties, that are no names of parameters
+
+
 def check_names(settings, model, where):
     """Raise RotorstudyError unless every parameter and effect that the settings name exists."""
     model = with_numbers(model, settings.uncertainty, f"{where}.uncertainty")
-    known = {"default", "rotor"}
+    known = {*GROUPS}
     for term in model.terms:
         known |= {name for p in term.parameters for name in (p.name, term.full_name(p))}
     for name, share in settings.uncertainty.items():
@@ -96,8 +99,8 @@ def check_names(settings, model, where):
         if not std > 0:
             raise RotorstudyError(f"nuisance {name} = {std:g} in {where}: must be positive; leave it out to have none")
     for name in settings.run_to_run:
-        if name not in known - {"default", "rotor"}:
-            raise unknown_name("parameter", name, known - {"default", "rotor"}, f"{where}.run_to_run")
+        if name not in known - GROUPS:
+            raise unknown_name("parameter", name, known - GROUPS, f"{where}.run_to_run")
     for key in ("leave_out", "base_rates", "at_discs"):
         for name in getattr(settings, key):
             registry().get("effect", name, f"{where}.{key}")

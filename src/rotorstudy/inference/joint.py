@@ -57,11 +57,25 @@ class JointFit(NamedTuple):
     @property
     def misfits(self) -> dict[str, tuple[float, int]]:
         """Name of each run -> its misfit, and the number of its data."""
-        sizes = [2 * run.spectrum.amplitude.size for run in self.runs]
-        parts = np.split(self.posterior.residual, np.cumsum(sizes)[:-1])
-        return {
-            run.name: (float(part @ part), run.spectrum.data_count) for run, part in zip(self.runs, parts, strict=True)
-        }
+        return {run.name: (float(part @ part), part.size) for run, part in zip(self.runs, self.residuals, strict=True)}
+
+    @property
+    def residuals(self) -> list[np.ndarray]:
+        """Whitened residual (component,) of each run."""
+        sizes = [run.spectrum.data_count for run in self.runs]
+        return np.split(self.posterior.residual, np.cumsum(sizes)[:-1])
+
+
+def independent_share(joint: JointFit) -> float:
+    """Share of the speeds that say something of their own, by the correlation of the residual from speed to speed.
+
+    (1 - r) / (1 + r) of a residual with the correlation r between neighbours, as of an autoregressive process.
+    """
+    rows = [part.reshape(len(run.spectrum.speed), -1) for run, part in zip(joint.runs, joint.residuals, strict=True)]
+    whole = sum(float(np.sum(one**2)) for one in rows)
+    beside = sum(float(np.sum(one[1:] * one[:-1])) for one in rows)
+    alike = max(beside, 0.0) / max(whole, 1e-300)
+    return (1 - alike) / (1 + alike)
 
 
 def joint_prior(shared: Prior, runs: Sequence[Run]) -> Prior:

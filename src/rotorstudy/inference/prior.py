@@ -7,9 +7,9 @@ from functools import cached_property
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.model.bearing_numbers import uncertain_bearing_numbers
 from rotorstudy.model.model import Model
 from rotorstudy.model.rotor_numbers import uncertain_numbers
-from rotorstudy.model.structure import Structure
 
 
 @dataclass(frozen=True)
@@ -76,17 +76,21 @@ class Prior:
         )
 
 
-def with_rotor(uncertainty: dict[str, float], structure: Structure) -> dict[str, float]:
-    """Relative standard deviations with those of the numbers of the rotor that its plugin states.
+def with_usual(uncertainty: dict[str, float], model: Model) -> dict[str, float]:
+    """Relative standard deviations with those of the numbers of rotor and bearings that their plugins state.
 
-    uncertainty : as stated. A number that is named keeps its value, `rotor` gives another one to all that are not, and
-                  `default: 0` holds them.
-    structure   : of the rotor
+    uncertainty : as stated. A number that is named keeps its value, `rotor` and `bearings` give another one to all that
+                  are not, and `default: 0` holds them.
+    model       : of the machine
     """
-    if not uncertainty.get("rotor", uncertainty.get("default", True)):
-        return uncertainty
-    usual = uncertain_numbers(structure)
-    return {name: uncertainty.get("rotor", share) for name, share in usual.items()} | uncertainty
+    found, terms = {}, model.terms
+    for key, usual in (
+        ("rotor", lambda: uncertain_numbers(model.structure)),
+        ("bearings", lambda: uncertain_bearing_numbers(terms, uncertainty)),
+    ):
+        if uncertainty.get(key, uncertainty.get("default", True)):
+            found |= {name: uncertainty.get(key, share) for name, share in usual().items()}
+    return found | uncertainty
 
 
 def prior_of(model: Model, uncertainty: dict[str, float]) -> Prior:

@@ -113,6 +113,24 @@ def bearing_numbers(place: int, bearing: Term) -> list[str]:
     return [f"bearings[{which}].{path}" for path in number_paths(bearing.options)]
 
 
+def uncertain_bearing_numbers(terms: tuple[Term, ...], stated: Iterable[str] = ()) -> dict[str, float]:
+    """Numbers of bearings that their plugins state to be uncertain.
+
+    terms   : of a model
+    stated  : names of numbers; those that they mean are left out
+    returns : name -> relative standard deviation
+    """
+    found, stated = {}, [name for name in stated if is_bearing_number(name)]
+    for place, bearing in enumerate(_bearings(terms)):
+        which = bearing.label if bearing.label != "" else place
+        said = [pattern for name in stated if (pattern := _pattern(name, place, bearing))]
+        free = [p for p in number_paths(bearing.options) if not any(pattern.fullmatch(p) for pattern in said)]
+        for path, share in registry().get("bearing", bearing.kind).uncertain.items():
+            if any(map(path_pattern(path).fullmatch, free)):
+                found[f"bearings[{which}].{path}"] = share
+    return found
+
+
 def _bearings(terms):
     """The terms of bearings in the order of the rig."""
     return [term for term in terms if term.carries and not term.is_bearing_number]

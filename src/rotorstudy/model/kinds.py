@@ -92,6 +92,8 @@ class Bearing(Plugin):
     """function(structure, node, **options) -> list of Parameter
 
     defaults : option -> function(structure, node) -> its value, a number, where the rig states none
+    uncertain : path of a number among its options -> relative standard deviation where a rig states none, see
+                `rotorstudy.model.bearing_numbers`
 
     Claims about its example with every parameter at its typical size, each checked both ways:
     positive_damping : the symmetric part of its damping dissipates energy in every motion
@@ -99,6 +101,7 @@ class Bearing(Plugin):
     """
 
     defaults: dict = field(default_factory=dict)
+    uncertain: dict = field(default_factory=dict, compare=False)
     positive_damping: bool = False
     symmetric: bool = False
 

@@ -17,7 +17,8 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.diagnosis.runs.balance_holes import Choice, Holes, chosen
-from rotorstudy.diagnosis.runs.joint import GRAM, AddedUnbalance, unbalance_term
+from rotorstudy.diagnosis.runs.joint import GRAM, unbalance_term
+from rotorstudy.diagnosis.runs.run_file import AddedUnbalance
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings, read_settings
 from rotorstudy.errors import RotorstudyError

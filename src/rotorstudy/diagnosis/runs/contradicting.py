@@ -11,11 +11,12 @@ from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.findings import Finding
 from rotorstudy.model.model import Model
 from rotorstudy.response.whirl import eigenvalues
-from rotorstudy.units import number, p_value, quantity
+from rotorstudy.units import number, p_value, percent, quantity
 
 ROUND_OFF = 1e-6  # of the speed: a whirl frequency below it is that of a rigid rotation
 FAR = 5.0  # standard deviations of the prior
 MOST_NAMED = 3
+TOLD_APART = ("known mass contradicted", "another machine")  # findings that say what is wrong
 ADDED = "added "  # label of a term that a run adds
 
 
@@ -44,6 +45,39 @@ def contradictions(joint: JointFit, shared: Prior, significance: float, width: f
     return [_not_explained(joint, name, p) for name, p in rejected.items()] + _moved_far(joint)
 
 
+def is_implausible(joint: JointFit, significance: float) -> bool:
+    """Whether a run is not explained, or only with values of the parameters less likely than `significance`."""
+    return bool(_unexplained(joint, significance)) or _p_value_of_parameters(joint) < significance
+
+
+def exceeds_noise(joint: JointFit) -> bool:
+    """Whether a run leaves more than noise does on average, or the parameters are farther off than their priors say."""
+    over = any(cost > rows for cost, rows in joint.misfits.values())
+    return over or joint.posterior.penalty > len(joint.prior.names)
+
+
+def not_plausible(joint: JointFit) -> Finding:
+    """The Finding that the runs are explained only with values that are implausibly far from those stated."""
+    off = np.abs(joint.posterior.free - joint.prior.mean) / joint.prior.std
+    far = np.argsort(-off)[:MOST_NAMED]
+    named = ", ".join(f"{joint.prior.names[i]} by {number(float(off[i]), 2)}" for i in far)
+    text = (
+        f"the runs are explained only with values far from the stated ones ({p_value(_p_value_of_parameters(joint))}): "
+        f"{named} times the stated standard deviation. They may imitate what the rig lacks; state how well more of its "
+        "numbers are known, such as those of its bearings and pedestals"
+    )
+    return Finding("warning", "far from the rig", "all runs", text)
+
+
+def larger_error(share: float, stated: float) -> Finding:
+    """The Finding that the intervals include a larger error of the model than stated; both are fractions."""
+    text = (
+        f"all runs agree with a model error of {percent(share)} of each harmonic instead of {percent(stated)}; the "
+        "values and intervals are those with it. An error that is alike at many speeds may still exceed them"
+    )
+    return Finding("warning", "larger model error", "all runs", text)
+
+
 def check_slow_roll(name: str, speed: np.ndarray, model: Model) -> list[Finding]:
     """A finding if a run that is said to be a slow roll passed a critical speed: its vectors are not runout.
 
@@ -64,6 +98,10 @@ def check_slow_roll(name: str, speed: np.ndarray, model: Model) -> list[Finding]
         "critical speed, and 1X is vibration and not runout; roll more slowly, or leave out 'slow_roll:'"
     )
     return [Finding("warning", "slow roll above a critical speed", f"run '{name}'", text)]
+
+
+def _p_value_of_parameters(joint):
+    return chi_square_p_value(joint.posterior.penalty, len(joint.prior.names))
 
 
 def _unexplained(joint, significance):

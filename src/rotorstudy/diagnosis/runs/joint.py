@@ -11,66 +11,66 @@
 All other parameters are shared: those of the rig, uncertain as its section `diagnosis:` or `prior:` states.
 """
 
+import logging
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from annotated_types import Ge, MinLen
 
-from rotorstudy.diagnosis.runs.contradicting import check_slow_roll, contradictions
+from rotorstudy.diagnosis.runs.contradicting import (
+    TOLD_APART,
+    check_slow_roll,
+    contradictions,
+    exceeds_noise,
+    is_implausible,
+    larger_error,
+    not_plausible,
+)
+from rotorstudy.diagnosis.runs.run_file import AddedUnbalance, RunItem, read_runs
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import check_names, read_settings
 from rotorstudy.errors import RotorstudyError, unknown_name
-from rotorstudy.inference.joint import JointFit, Run, fit_runs
+from rotorstudy.inference.joint import JointFit, Run, fit_runs, independent_share
 from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.conventions import Conventions, read_conventions
 from rotorstudy.measurement.findings import Finding
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.measurement.spectrum import Spectrum
-from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.estimated_rig import rig_with_estimate, rig_with_values
 from rotorstudy.model.rig import RigFile, read_rig
 from rotorstudy.model.rig_items import make_term
 from rotorstudy.model.rig_numbers import is_number
 from rotorstudy.model.structure import Structure
 from rotorstudy.model.terms import Term
-from rotorstudy.yaml_file import read_yaml
+from rotorstudy.units import percent
+
+log = logging.getLogger(__name__)
 
 GRAM, GRAM_MM = 1e-3, 1e-6  # kg, kg m
 SETTLED = 1e-2  # standard deviations by which a number of the rotor still changes when it is built again
 REBUILDS = 5
 LARGEST_CHANGE = (-0.5, 1.0)  # of a number of the rotor before it is built again: it keeps its sign
+LEAST_ERROR, LARGEST_ERROR = 1e-3, 0.5  # of the model, fraction of each harmonic
 FEWEST_VECTORS = 4  # of a run that do not equal those of another one by the rounding of the instrument
 
 
-class AddedUnbalance(Strict):
-    """An unbalance in a run: g mm at an angle of the user's picture from the shaft's reference line, degrees."""
-
-    node: int | str
-    unbalance_g_mm: Annotated[float, Ge(0)] | None = None
-    angle_deg: float = 0.0
-    std_g_mm: Annotated[float, Ge(0)] = 0.0
-
-
-class RunItem(Strict):
-    """A run in a file of runs."""
-
-    name: str
-    records: Annotated[list[str], MinLen(1)]
-    unbalances: list[AddedUnbalance] = []
-    effects: list[dict] = []
-    own: list[str] = []
-    slow_roll: bool = False
-
-
 class MeasuredRun(NamedTuple):
-    """A run as listed, with its Spectrum (model error included)."""
+    """A run as listed, with its Spectrum, with and without the model error."""
 
     item: RunItem
     spectrum: Spectrum
+    measured: Spectrum
+
+    def with_error(self, settings):
+        """The run with the model error of some Settings."""
+        return self._replace(spectrum=with_model_error(self.measured, settings))
+
+    def with_variance(self, factor):
+        """The run with so many times the variance."""
+        return self._replace(spectrum=replace(self.spectrum, covariance=factor * self.spectrum.covariance))
 
 
 class IdentifiedRig(NamedTuple):
@@ -114,7 +114,7 @@ def identify_runs(runs_path: str | Path, rig: str | Path | RigFile) -> Identifie
                 f"{list(model.sensors)}; the runs of one file need the same probes"
             )
         _check_distinct(item, spectrum, measured)
-        measured.append(MeasuredRun(item, with_model_error(spectrum, settings)))
+        measured.append(MeasuredRun(item, spectrum, spectrum).with_error(settings))
         findings += [replace(one, where=f"run '{item.name}': {one.where}") for one in found]
         findings += check_slow_roll(item.name, spectrum.speed, own_model) if item.slow_roll else []
     check_names(settings, model, f"{rig.path}, diagnosis")
@@ -132,39 +132,42 @@ def _check_distinct(item, spectrum, others):
             )
 
 
-def read_runs(path: str | Path) -> list[RunItem]:
-    """The runs listed in a file.
-
-    Raises
-    ------
-    RotorstudyError
-        If there is none, two have the same name, or a key is unknown.
-    """
-    given = read_yaml(path)
-    for key in given:
-        if key != "runs":
-            raise unknown_name("section", key, ["runs"], str(path))
-    if not isinstance(given.get("runs"), list) or not given["runs"]:
-        raise RotorstudyError(f"{path}: 'runs:' must be a list of runs, each starting with '- name:'")
-    items = []
-    for i, one in enumerate(given["runs"]):
-        where = f"{path}, runs[{i}]"
-        if not isinstance(one, dict):
-            raise RotorstudyError(f"{where}: expected keys and values, found {type(one).__name__}")
-        added = one.get("unbalances") or []
-        if not isinstance(added, list) or not all(isinstance(part, dict) for part in added):
-            raise RotorstudyError(f"{where}, unbalances: must be a list, each starting with '- node:'")
-        added = [check_config(AddedUnbalance, part, f"{where}, unbalances[{k}]") for k, part in enumerate(added)]
-        items.append(check_config(RunItem, {**one, "unbalances": added}, where))
-    names = [item.name for item in items]
-    twice = sorted({name for name in names if names.count(name) > 1})
-    if twice:
-        raise RotorstudyError(f"{path}: two runs are named '{twice[0]}'; give each its own name")
-    return items
-
-
 def _updated(rig, model, measured, settings, conventions, findings):
-    """The IdentifiedRig; numbers of the rotor are estimated again with the rotor that they make."""
+    """The IdentifiedRig, whose intervals include the error of the model that the runs show."""
+    found, shared = _settled(rig, model, measured, settings, conventions)
+    told = contradictions(found.joint, shared, settings.significance, settings.prior_width, conventions.sense)
+    if not any(one.name in TOLD_APART for one in told) and is_implausible(found.joint, settings.significance):
+        wider, share = _with_larger_error(rig, model, measured, settings, conventions)
+        told = told or [not_plausible(found.joint)]
+        if wider:
+            found, told = wider, [*told, larger_error(share, settings.model_error)]
+    return found._replace(findings=[*findings, *told])
+
+
+def _with_larger_error(rig, model, measured, settings, conventions):
+    """The IdentifiedRig with the least error of the model, by steps, with which it explains the runs; and that error.
+
+    None where none does. The error is alike at neighbouring speeds, so that the runs say as much as fewer speeds would.
+    """
+    share = max(settings.model_error, LEAST_ERROR)
+    while share < LARGEST_ERROR:
+        share = min(2 * share, LARGEST_ERROR)
+        raised = settings.model_copy(update={"model_error": share})
+        log.info("fitting the runs with a model error of %s", percent(share))
+        widened = [one.with_error(raised) for one in measured]
+        found, _ = _settled(rig, model, widened, settings, conventions)
+        if not exceeds_noise(found.joint):
+            weight = independent_share(found.joint)
+            fewer = [one.with_variance(1 / weight) for one in widened]
+            return _settled(rig, model, fewer, settings, conventions)[0], share
+    return None, share
+
+
+def _settled(rig, model, measured, settings, conventions):
+    """The IdentifiedRig without findings, and the Prior of the parameters that runs share.
+
+    Numbers of the rotor are estimated again with the rotor that they make.
+    """
     given, start, ratio = rig.given, None, 1.0
     for _ in range(REBUILDS):
         bare = RigFile(rig.path, given).measured_at(model.sensors, model.structure.reading)
@@ -187,9 +190,8 @@ def _updated(rig, model, measured, settings, conventions, findings):
         start[[joint.prior.names.index(name) for name in numbers]] = 0.0
     names = [name for name in shared_names(joint) if name in bare.names or is_number(name)]
     updated = rig_with_estimate(given, bare, names, *joint.of(names))
-    told = contradictions(joint, shared, settings.significance, settings.prior_width, conventions.sense)
     began = {name: float(share) for name, share, mine in zip(prior.names, scale, own, strict=True) if mine}
-    return IdentifiedRig(joint, updated, [*findings, *told], conventions, began)
+    return IdentifiedRig(joint, updated, [], conventions, began), shared
 
 
 def shared_names(joint: JointFit) -> list[str]:

@@ -1,5 +1,6 @@
 """Explanations under trial: sets of causes, their fits and posterior odds, and the plugins that failed on the way."""
 
+import logging
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -19,6 +20,8 @@ from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import blamed, registry
+
+log = logging.getLogger(__name__)
 
 LEAST_LOG_ODDS = 2.0  # log posterior odds that an explanation needs: seven to one that something is missing
 MODELS_KEPT = 32  # with causes
@@ -201,6 +204,7 @@ class Search:
 
     def _fit(self, causes, extended, known, start, steps=HYPOTHESIS.steps):
         """The Fit of an extended model, None if it has no steady state or a plugin fails."""
+        log.debug("fitting %s (%d explanations fitted)", " and ".join(c.cause for c in causes), len(self.found) - 1)
         try:
             return fit(extended, self.spectrum, known, start=start, steps=steps)
         except NoSteadyState:

@@ -6,6 +6,7 @@ first order. As an effect is affine in its amplitude at a given motion, that com
 out is exact where the fit describes the motion, however large they are.
 """
 
+import logging
 from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
@@ -18,6 +19,8 @@ from rotorstudy.inference.fit import Fit
 from rotorstudy.inference.prediction import carried_order
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.response.neighbourhood import Motion, Neighbourhood
+
+log = logging.getLogger(__name__)
 
 TIE = 6  # decimals of evidence that count: round-off must not rank equal candidates (an open crack has two sides)
 
@@ -94,6 +97,7 @@ class Projection:
 
     def of_groups(self, groups: list[tuple[list[Candidate], Motion | None]]) -> Projected:
         """The columns of groups of candidates, each at a motion of its own; see `of`."""
+        log.debug("comparing causes such as %s", groups[0][0][0].cause if groups and groups[0][0] else "none")
         on_rotor, on_output = (
             [
                 ([u for c in chosen if c.term.acts_on_output == output for u in c.term.unknowns], at)

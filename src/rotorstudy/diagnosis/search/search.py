@@ -28,7 +28,7 @@ from rotorstudy.diagnosis.search.trials import (
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import predicted, with_cause_error
-from rotorstudy.inference.prior import Prior, prior_of, with_rotor
+from rotorstudy.inference.prior import Prior, prior_of, with_usual
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
@@ -54,7 +54,7 @@ def base_model(model: Model, settings: Settings) -> tuple[Model, Prior]:
             label = " ".join(["calibration", *(f"{key} {value}" for key, value in place.items())])
             terms.append(make_term("effect", {"kind": kind, **place, "label": label}, model.structure, model.sensors))
     known = {unknown.name: (0.0, settings.nuisance[term.kind]) for term in terms for unknown in term.unknowns}
-    uncertainty = with_rotor(settings.uncertainty, model.structure)
+    uncertainty = with_usual(settings.uncertainty, model)
     model = with_numbers(model, (name for name, share in uncertainty.items() if share))
     whole, prior = model.plus(*terms), prior_of(model, uncertainty).plus(Prior.independent(known))
     return (whole, prior) if model.before is None else of_change(whole, prior, settings)

@@ -39,7 +39,7 @@ from rotorstudy.diagnosis.verdict.wrong_convention import (
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.inference.fit import Fit, chi_square_p_value, residual_share
 from rotorstudy.inference.prediction import misfit, predicted, with_cause_error, with_model_error
-from rotorstudy.inference.prior import with_rotor
+from rotorstudy.inference.prior import with_usual
 from rotorstudy.measurement.findings import Finding, worst_first
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
@@ -145,7 +145,7 @@ def investigate(
         base_parameters=moved,
         identifiability=identifiability(best.fit, found.prior.by_name),
         candidates=len(found.candidates),
-        settings=settings.model_copy(update={"uncertainty": with_rotor(settings.uncertainty, model.structure)}),
+        settings=settings.model_copy(update={"uncertainty": with_usual(settings.uncertainty, model)}),
         measuring_chain=chain,
         findings=worst_first(findings),
     )

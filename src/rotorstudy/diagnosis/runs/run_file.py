@@ -1,0 +1,61 @@
+"""The file of runs: each run with its records, and what was added to the machine in it."""
+
+from pathlib import Path
+from typing import Annotated
+
+from annotated_types import Ge, MinLen
+
+from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.model.configuration import Strict, check_config
+from rotorstudy.yaml_file import read_yaml
+
+
+class AddedUnbalance(Strict):
+    """An unbalance in a run: g mm at an angle of the user's picture from the shaft's reference line, degrees."""
+
+    node: int | str
+    unbalance_g_mm: Annotated[float, Ge(0)] | None = None
+    angle_deg: float = 0.0
+    std_g_mm: Annotated[float, Ge(0)] = 0.0
+
+
+class RunItem(Strict):
+    """A run in a file of runs."""
+
+    name: str
+    records: Annotated[list[str], MinLen(1)]
+    unbalances: list[AddedUnbalance] = []
+    effects: list[dict] = []
+    own: list[str] = []
+    slow_roll: bool = False
+
+
+def read_runs(path: str | Path) -> list[RunItem]:
+    """The runs listed in a file.
+
+    Raises
+    ------
+    RotorstudyError
+        If there is none, two have the same name, or a key is unknown.
+    """
+    given = read_yaml(path)
+    for key in given:
+        if key != "runs":
+            raise unknown_name("section", key, ["runs"], str(path))
+    if not isinstance(given.get("runs"), list) or not given["runs"]:
+        raise RotorstudyError(f"{path}: 'runs:' must be a list of runs, each starting with '- name:'")
+    items = []
+    for i, one in enumerate(given["runs"]):
+        where = f"{path}, runs[{i}]"
+        if not isinstance(one, dict):
+            raise RotorstudyError(f"{where}: expected keys and values, found {type(one).__name__}")
+        added = one.get("unbalances") or []
+        if not isinstance(added, list) or not all(isinstance(part, dict) for part in added):
+            raise RotorstudyError(f"{where}, unbalances: must be a list, each starting with '- node:'")
+        added = [check_config(AddedUnbalance, part, f"{where}, unbalances[{k}]") for k, part in enumerate(added)]
+        items.append(check_config(RunItem, {**one, "unbalances": added}, where))
+    names = [item.name for item in items]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise RotorstudyError(f"{path}: two runs are named '{twice[0]}'; give each its own name")
+    return items
