@@ -281,7 +281,7 @@ def test_a_result_goes_to_a_file_in_a_folder_that_exists_and_never_over_an_input
     refused(run(capsys, *base, rig), "would overwrite an input")
     refused(run(capsys, *base, tmp_path), "is a folder")
     refused(run(capsys, *base, tmp_path / "none" / "x.nc"), "does not exist")
-    refused(run(capsys, *base, tmp_path / "a.csv"), "a.csv: the content is that of a file .nc")
+    refused(run(capsys, *base, tmp_path / "a.csv"), "a.csv: the file is written as NetCDF; give it a name")
     assert rig.read_text() == Path(RIG).read_text()
 
 

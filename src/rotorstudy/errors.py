@@ -43,8 +43,13 @@ def unknown_name(kind, name, known, where="", error=RotorstudyError):
     near = get_close_matches(str(name), [str(k) for k in known], n=1)
     hint = f"; did you mean '{near[0]}'?" if near else ""
     place = f" in {where}" if where else ""
-    allowed = ", ".join(sorted(map(str, known))) or "none"
+    allowed = ", ".join(sorted(map(str, known), key=_in_order)) or "none"
     return error(f"unknown {kind} '{name}'{place}{hint} (known: {allowed})")
+
+
+def _in_order(name):
+    """Key that sorts names, and numbers by their size before them."""
+    return (0, int(name), "") if name.isdecimal() else (1, 0, name)
 
 
 class NoConvergenceError(RotorstudyError):

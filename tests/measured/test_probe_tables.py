@@ -161,10 +161,18 @@ def test_a_negative_amplitude_is_refused(tmp_path):
 
 def test_a_row_that_is_missing_or_doubled_is_named(tmp_path):
     lines = table("rms, um").splitlines()
+    less, more = (lines[:-1], SPEEDS[:2], "1 of 3 speeds"), ([*lines, lines[-1]], SPEEDS, "1 of 4 speeds")
+    for some, speeds, left in (less, more):
+        found = read(tmp_path, "\n".join(some), "rms, um")
+        assert found.spectrum.speed == pytest.approx(speeds)
+        finding = next(one for one in found.findings if one.name == "missing readings")
+        assert left in finding.text and "2005.35 rpm, 1X of 'right'" in finding.text.replace("'left'", "'right'")
+
+
+def test_a_reading_that_is_missing_everywhere_is_an_error(tmp_path):
+    lines = [line for line in table("rms, um").splitlines() if "859" in line or "right" not in line]
     with pytest.raises(RotorstudyError, match="need the same probes"):
-        read(tmp_path, "\n".join(lines[:-1]), "rms, um")
-    with pytest.raises(RotorstudyError, match="need the same probes"):
-        read(tmp_path, "\n".join([*lines, lines[-1]]), "rms, um")
+        read(tmp_path, "\n".join(lines), "rms, um")
 
 
 @pytest.mark.parametrize(("share", "dead"), [(0.0, True), (0.2, False)])
@@ -206,20 +214,24 @@ def test_a_table_of_a_probe_is_identified(tmp_path, capsys):
     assert float(printed[2].split()[1]) == pytest.approx(20.0, rel=2e-3)
 
 
-def wide(name="peak-to-peak, mil, lag", unit="mil pp", turn="deg lag"):
-    """The table with a column for each probe, below two lines of the monitoring system."""
+def wide(name="peak-to-peak, mil, lag", unit="mil pp", turn="deg lag", row=False):
+    """The table with a column for each probe, below two lines of the monitoring system; units in a row of their own."""
     _, _, _, written = WAYS[name]
     rows = ["Machine,fan", "Date,today"]
-    rows.append("Speed (rpm)," + ",".join(f"{p} 1X Amp ({unit}),{p} 1X Phase ({turn})" for p in PROBES))
+    units = ["rpm", *[unit, turn] * len(PROBES)]
+    names = ["Speed", *(f"{p} 1X {what}" for p in PROBES for what in ("Amp", "Phase"))]
+    joined = [f"{one} ({below})" for one, below in zip(names, units, strict=True)]
+    rows += [",".join(names), ",".join(units)] if row else [",".join(joined)]
     for speed in SPEEDS:
         cells = [f"{cell:.7f}" for probe in PROBES for cell in written(vector(probe, speed), speed)]
         rows.append(",".join([f"{speed * 30 / np.pi:.9f}", *cells]))
     return "\n".join(rows)
 
 
-def test_a_table_with_a_column_for_each_probe_is_read(tmp_path, capsys):
-    (tmp_path / "table.csv").write_text(wide())
-    path = rig(tmp_path, "peak-to-peak, mil, lag", csv={"skip_rows": 2})
+@pytest.mark.parametrize("row", [False, True])
+def test_a_table_with_a_column_for_each_probe_is_read(tmp_path, capsys, row):
+    (tmp_path / "table.csv").write_text(wide(row=row))
+    path = rig(tmp_path, "peak-to-peak, mil, lag", csv={"skip_rows": 2, "unit_rows": int(row)})
     found = read_measurement([tmp_path / "table.csv"], path).spectrum
     assert found.harmonics.tolist() == [1, -1]
     np.testing.assert_allclose(found.amplitude[:, 0, 0], FORWARD, atol=2e-11)
@@ -228,6 +240,7 @@ def test_a_table_with_a_column_for_each_probe_is_read(tmp_path, capsys):
     section = yaml.safe_load((tmp_path / "guessed.yaml").read_text())["measurement"]
     assert [probe["channel"] for probe in section["probes"]] == list(PROBES)
     assert (section["table_amplitude"], section["table_phase"]) == ("peak_to_peak", "lag")
+    assert section["csv"] == {"skip_rows": 2} | ({"unit_rows": 1} if row else {})
 
 
 def test_the_header_of_a_wide_table_may_not_contradict_the_rig(tmp_path):
@@ -242,10 +255,48 @@ def test_the_header_of_a_wide_table_may_not_contradict_the_rig(tmp_path):
     [
         ["time", "DE 1X", "DE 1Y", "keyphasor"],
         ["speed_rpm", "probe", "harmonic", "amplitude_mil", "phase_deg"],
-        ["Speed (rpm)", "DE X 1X Amp (mil pp)"],  # without a phase
+        ["Speed (rpm)", "DE X 1X Amp (mil pp)"],  # no phase
         ["DE X 1X Amp (mil pp)", "DE X 1X Phase (deg)"],  # without a speed
-        ["Speed (rpm)", "DE X 1X Amp (mil pp)", "DE X 1X Phase", "DE Y 1X Amp (um)", "DE Y 1X Phase"],
     ],
 )
 def test_other_files_are_no_wide_tables(names):
-    assert wide_table(names) is None
+    assert wide_table(names, [""] * len(names), "run.csv") is None
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        (("mil pp", "furlong"), r"column 'left 1X Amp \(furlong\)' has the unit '\(furlong\)'; known are m, mm"),
+        ((" (mil pp)", ""), r"column 'left 1X Amp' has no unit; .*'csv: \{unit_rows: 1\}'"),
+        (("right 1X Amp (mil", "right 1X Amp (um"), r"'left 1X Amp \(mil pp\)' is in mil, 'right .* in um"),
+        (("right 1X Amp", "up 1X Amp"), r"amplitude of probe 'up' at 1X, and no column is its phase, .*add it"),
+        ((f"{SPEEDS[1] * 30 / np.pi:.9f},", "none at all,"), r"line 5, column 'Speed \(rpm\)': 'none at all' is not"),
+    ],
+)
+def test_a_wide_table_that_cannot_be_read_says_which_column(tmp_path, changed, said):
+    (tmp_path / "table.csv").write_text(wide().replace(*changed))
+    with pytest.raises(RotorstudyError, match=said):
+        read_measurement([tmp_path / "table.csv"], rig(tmp_path, "peak-to-peak, mil, lag", csv={"skip_rows": 2}))
+
+
+@pytest.mark.parametrize("blank", ["", "n.a.", "NaN", "--"])
+def test_a_speed_with_an_empty_cell_is_left_out(tmp_path, blank):
+    lines = wide().splitlines()
+    lines[4] = ",".join([*lines[4].split(",")[:-1], blank])
+    (tmp_path / "table.csv").write_text("\n".join([*lines, ",,,,", ""]))
+    found = read_measurement([tmp_path / "table.csv"], rig(tmp_path, "peak-to-peak, mil, lag", csv={"skip_rows": 2}))
+    assert found.spectrum.speed == pytest.approx(SPEEDS[[0, 2]])
+    (finding,) = (one for one in found.findings if one.name == "missing readings")
+    assert "1 of 3 speeds are left out" in finding.text and "at 1432.39 rpm, 1X of 'right'." in finding.text
+
+
+def test_velocities_of_a_wide_table(tmp_path):
+    speeds = SPEEDS[:, None]
+    read = np.array([[vector(probe, speed) for probe in PROBES] for speed in SPEEDS]) * 1j * speeds  # m/s
+    rows = ["rpm," + ",".join(f"{p} 1X Amp (mm/s pk),{p} 1X Phase (deg)" for p in PROBES)]
+    for speed, of_speed in zip(SPEEDS, read, strict=True):
+        cells = [f"{cell:.7f}" for v in of_speed for cell in (1e3 * abs(v), np.rad2deg(np.angle(v)))]
+        rows.append(",".join([f"{speed * 30 / np.pi:.9f}", *cells]))
+    (tmp_path / "table.csv").write_text("\n".join(rows))
+    found = read_measurement([tmp_path / "table.csv"], rig(tmp_path, "peak, m, lead, rad")).spectrum
+    np.testing.assert_allclose(found.amplitude[:, 0, 0], FORWARD, atol=2e-11)

@@ -1,5 +1,7 @@
 """The forces of many amplitudes at once are those of one amplitude after the other, entry by entry."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -75,3 +77,43 @@ def test_constant_forces_can_be_left_out(unknowns, random):
     theta, table = random.normal(size=len(unknowns)), EntryTable(unknowns, SIZE)
     assert not table.static_force(theta, SPEED, HARMONICS, constant=False).any()
     assert table.static_force(theta, SPEED, HARMONICS).any()
+
+
+def with_other(unknown, change):
+    return replace(unknown, entries=tuple(map(change, unknown.entries)))
+
+
+@pytest.mark.parametrize("what", ["gain", "one gain for two", "two gains for one", "matrix", "shift"])
+def test_a_table_with_other_gains_is_the_one_built_with_them(unknowns, random, what):
+    """Also where more than gains differs, and nothing can be kept."""
+    other = {np.sqrt: np.cbrt, np.square: np.abs}
+    if what == "one gain for two":
+        other = {np.sqrt: np.cbrt, np.square: np.cbrt}
+    changes = {
+        "matrix": lambda e: replace(e, matrix=2 * e.matrix),
+        "shift": lambda e: replace(e, shift=e.shift + 1),
+        "two gains for one": lambda e: replace(e, gain=(lambda speed: 2 * speed) if e.gain is np.square else e.gain),
+    }
+    change = changes.get(what, lambda e: replace(e, gain=other.get(e.gain, e.gain)))
+    if what == "one gain for two":
+        more = Unknown("more", "N", (replace(unknowns[0].entries[0], gain=np.square, on="z", order=1, shift=0),), 1.0)
+        unknowns = (*unknowns, replace_gain(more, np.sqrt), more)
+    changed = [with_other(unknown, change) for unknown in unknowns]
+    table, built = (EntryTable(some, SIZE) for some in (unknowns, changed))
+    kept = table.with_gains_of(changed)
+    assert ("_on_motion" in kept.__dict__) == (what == "gain")
+    motion = random.normal(size=(len(SPEED), len(HARMONICS), SIZE, 2)) @ [1, 1j]
+    theta = random.normal(size=len(unknowns))
+    for name, given in (
+        ("dense_columns", (motion, SPEED, HARMONICS, motion[0, 0])),
+        ("force_of_motion", (theta, motion, SPEED, HARMONICS)),
+        ("static_force", (theta, SPEED, HARMONICS, motion[0, 0])),
+    ):
+        np.testing.assert_array_equal(getattr(kept, name)(*given), getattr(built, name)(*given))
+    for mine, one in zip(kept.patterns + kept.turning_patterns, built.patterns + built.turning_patterns, strict=True):
+        assert mine.entry.kind == one.entry.kind
+        np.testing.assert_array_equal(mine.values(theta), one.values(theta))
+
+
+def replace_gain(unknown, gain):
+    return with_other(unknown, lambda entry: replace(entry, gain=gain))

@@ -5,6 +5,8 @@ from pathlib import Path
 from rotorstudy.errors import RotorstudyError
 
 NETCDF, YAML, HTML = (".nc", ".nc4"), (".yaml", ".yml"), (".html", ".htm")
+FORMAT_OF = {".nc": "NetCDF", ".yaml": "YAML", ".html": "HTML"}
+OF_FILES = {*NETCDF, *YAML, *HTML, ".csv", ".txt", ".json", ".png", ".svg", ".pdf"}
 
 
 def check_file(out, *inputs, option="--out", suffixes=()):
@@ -17,7 +19,10 @@ def check_file(out, *inputs, option="--out", suffixes=()):
         if path.resolve() == Path(given).resolve():
             raise RotorstudyError(f"{option} {out}: would overwrite an input; choose another name")
     if suffixes and path.suffix.lower() not in suffixes:
-        raise RotorstudyError(f"{option} {out}: the content is that of a file {' or '.join(suffixes)}; name it so")
+        raise RotorstudyError(
+            f"{option} {out}: the file is written as {FORMAT_OF[suffixes[0]]}; give it a name that ends in "
+            f"{' or '.join(suffixes)}, such as {path.stem}{suffixes[0]}"
+        )
 
 
 def check_folder(out, *inputs, option="--out"):
@@ -25,6 +30,8 @@ def check_folder(out, *inputs, option="--out"):
     path = Path(out)
     if path.is_file():
         raise RotorstudyError(f"{option} {out}: is a file; give a folder")
+    if path.suffix.lower() in OF_FILES and not path.is_dir():
+        raise RotorstudyError(f"{option} {out}: a folder is written, not one file; name it {path.with_suffix('')}")
     _check_parent(out, option)
     if path.resolve() in [Path(given).resolve().parent for given in inputs]:
         raise RotorstudyError(f"{option} {out}: contains an input; give a separate folder")

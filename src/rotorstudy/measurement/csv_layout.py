@@ -13,7 +13,8 @@ ROWS = 3  # at least of data
 SEPARATORS = (";", "\t", ",")
 DECIMALS = (".", ",")
 UNIT = re.compile(
-    r"\W*(s|sec|ms|us|um|µm|μm|mm|mils?|m|v|mv|rpm|hz|rad/s|deg|°|g|mm/s|in/s|m/s2?|-|1)?\W*(p-?p|pk|rms)?\W*"
+    r"\W*(s|sec|ms|us|um|µm|μm|mm|mils?|m|v|mv|rpm|hz|rad|rad/s|deg|degrees?|°|g|mm/s|in/s|ips|m/s2?|-|1)?"
+    r"\W*(p-?p|pk|pk-?pk|0-pk?|peak|peak.to.peak|rms|lag|lead)?\W*"
 )
 
 
@@ -51,6 +52,8 @@ def guess_layout(path):
         raise RotorstudyError(f"record file '{path}' does not exist")
     with path.open(encoding="utf-8-sig", errors="replace") as file:
         lines = [line.rstrip("\r\n") for line, _ in zip(file, range(LINES), strict=False)]
+    if not any(line.strip() for line in lines):
+        raise RotorstudyError(f"{path}: the file is empty; export it again, or leave it out")
     ways = [(separator, decimal) for separator in SEPARATORS for decimal in DECIMALS if separator != decimal]
     rows, _, separator, decimal = max(
         (_table(lines, *way) + way for way in ways), key=lambda found: len(found[0]) * found[1]
@@ -68,6 +71,16 @@ def guess_layout(path):
     below = rows[0] - header - 1
     layout = CsvLayout(separator=separator, decimal=decimal, skip_rows=header, unit_rows=below)
     return Layout(layout, cells[header], cells[header + 1] if below else [""] * width)
+
+
+def header_of(path, layout):
+    """Names of the columns of a text file, and the text of the row of units below each, as its CsvLayout states."""
+    with Path(path).open(encoding="utf-8-sig", errors="replace") as file:
+        lines = [line.rstrip("\r\n") for line, _ in zip(file, range(layout.skip_rows + 2), strict=False)]
+    rows = [[cell.strip().strip('"').strip() for cell in line.split(layout.separator)] for line in lines]
+    names = rows[layout.skip_rows] if len(rows) > layout.skip_rows else [""]
+    units = rows[-1] if layout.unit_rows and len(rows) == layout.skip_rows + 2 else []
+    return names, [*units, *[""] * len(names)][: len(names)]
 
 
 def layout_hint(path, stated):

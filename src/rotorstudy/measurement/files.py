@@ -6,7 +6,7 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.measurement.channels import open_csv, open_matlab, open_uff
-from rotorstudy.measurement.csv_layout import layout_hint
+from rotorstudy.measurement.csv_layout import header_of, layout_hint
 from rotorstudy.measurement.netcdf_files import existing, read_netcdf
 from rotorstudy.measurement.raw_record import assemble
 from rotorstudy.measurement.wide_tables import check_stated, wide_table
@@ -53,12 +53,8 @@ def table_columns(path, conventions):
     """Columns of a CSV file, of which the reader depends; none of another file."""
     if SUFFIXES.get(Path(path).suffix.lower()) != "csv" or not Path(path).is_file():
         return []
-    layout = conventions.csv
-    with Path(path).open(encoding="utf-8-sig", errors="replace") as lines:
-        for _ in range(layout.skip_rows):
-            next(lines, "")
-        names = [name.strip().strip('"') for name in next(lines, "").split(layout.separator)]
-    wide = wide_table(names)
+    names, units = header_of(path, conventions.csv)
+    wide = wide_table(names, units, path)
     if wide is None:
         return names
     check_stated(wide, conventions, path)

@@ -72,7 +72,7 @@ def guess_measurement(path, nodes):
         changed = layout.csv.model_dump(exclude_defaults=True)
         section |= {"csv": changed} if changed else {}
         said.append(f"layout: {_layout_words(layout)}")
-        wide = wide_table(layout.names)
+        wide = wide_table(layout.names, layout.units, path)
         if is_probe_table(wide.columns if wide else layout.names):
             return _of_table(path, conventions, section, said, nodes, wide)
         if "harmonic" in layout.names:

@@ -107,7 +107,11 @@ def measured_spectrum(
     where = ", ".join(path.name for path in paths)
     check_spectrum(spectrum, where)
     spectrum, notes = averaged(spectrum, where)
-    return spectrum, model, worst_first([*findings, *notes])
+    findings = worst_first([*findings, *notes])
+    for finding in findings:
+        if finding.severity == "warning":  # now: what follows may take minutes
+            log.info("%s", finding)
+    return spectrum, model, findings
 
 
 def check_numbers(spectrum, where):

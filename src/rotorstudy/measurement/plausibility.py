@@ -12,6 +12,7 @@ from rotorstudy.units import METRES, RAD_PER_S, number, um
 BACKWARD = 2.0  # ratio of backward to forward 1X
 HUGE_M, TINY_M = 5e-3, 1e-9  # more than a shaft can vibrate, less than a probe resolves
 SCALE = 20.0  # ratio to the predicted vibration, either way; mil taken as µm gives 25
+NEAR = 5.0  # ratio to the predicted vibration at which a confusion of units is named
 CLOSE_DEG = 10.0  # between the probes of a node, which are mounted further apart; 90 taken as radians gives 1.6
 FAST = 8.0  # times the lowest natural frequency, beyond which few machines run; rpm taken as rad/s gives 9.5
 APART = 3.0  # times the sag plus the rms vibration: a mean further from the predicted one is a probe gap
@@ -70,18 +71,18 @@ def check_units(fluctuating, expected, where):
     if expected and not expected / SCALE < largest < expected * SCALE:
         text = (
             f"vibration of {um(largest, 3)} rms where the rig predicts {um(expected)}; check the units "
-            f"({_fitting(largest, expected)})"
+            f"({_fitting(largest, expected)}), and the unbalance that the rig states"
         )
         return [Finding("warning", "units", where, text)]
     return []
 
 
 def _fitting(size, expected):
-    """The confusion of units that would bring an amplitude (m) nearest to the expected one."""
+    """The confusions of units that would bring an amplitude (m) near the expected one, the nearest first."""
     pairs = {(a, b): METRES[a] / METRES[b] for a in METRES for b in METRES if a != b}
     off = {pair: abs(np.log(size * factor / (expected or 5e-5))) for pair, factor in pairs.items()}
-    nearest = [f"{a} taken as {b}?" for (a, b), one in off.items() if one < min(off.values()) + 1e-6]
-    return " ".join(nearest)
+    near = sorted((one, pair) for pair, one in off.items() if one < max(min(off.values()) + 1e-6, np.log(NEAR)))
+    return " ".join(f"{a} taken as {b}?" for _, (a, b) in near[:3])
 
 
 def check_detected(amplitude, std, expected, nodes, where):
@@ -154,8 +155,9 @@ def check_sense(forward, backward, expected_backward, nodes, where):
     )
     if len(nodes) and reversed_nodes.all():
         text = (
-            f"backward 1X is {ratio.min():.3g} times forward or more at every node: reversed rotation, or the probes "
-            f"of all nodes swapped or of the wrong sign. Correct 'rotation:' or the probes. {remedy}"
+            f"backward 1X is {ratio.min():.3g} times forward or more at every node: reversed rotation, the probes of "
+            "all nodes swapped or of the wrong sign, or phases of a table that are leads instead of lags, or the other "
+            f"way round. Correct 'rotation:', the probes or 'table_phase:'. {remedy}"
         )
         return [Finding("error", "sense of rotation", where, text)]
     return [

@@ -6,6 +6,7 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.measurement.conventions import combine, measured_direction
+from rotorstudy.measurement.findings import Finding
 from rotorstudy.measurement.quality import DEAD, SIGNIFICANT, left_out
 from rotorstudy.measurement.tables import (
     ANGLES,
@@ -18,9 +19,11 @@ from rotorstudy.measurement.tables import (
     quantities_of,
     whole_numbers,
 )
+from rotorstudy.measurement.wide_tables import MISSING
 from rotorstudy.units import METRES, RAD_PER_S
 
 VELOCITIES = {"m_per_s": 1.0, "mm_per_s": 1e-3, "in_per_s": 25.4e-3}
+PARTS = ("amplitude_", "velocity_", "phase_")  # of the columns of a reading
 PEAK = {"peak": 1.0, "peak_to_peak": 0.5, "rms": np.sqrt(2)}  # factor to the peak
 
 
@@ -78,6 +81,10 @@ def read_probe_table(path, conventions, nodes):
     speed = numbers_of(text, speed_column, path) * RAD_PER_S[SPEEDS[speed_column]]
     harmonic = whole_numbers(text, "harmonic", path) if "harmonic" in text else np.ones(len(text), int)
     _check_rows(speed, harmonic, where)
+    probe = _probes(text, conventions, nodes, where)
+    repeat = _repeats([(p.channel, *row) for p, *row in zip(probe, speed.tolist(), harmonic.tolist(), strict=True)])
+    kept, missing = _complete(text, probe, speed, repeat, harmonic, conventions.harmonics, where)
+    text, probe, speed, repeat, harmonic = text[kept], probe[kept], speed[kept], repeat[kept], harmonic[kept]
     values, steps, inferred = quantities_of(text, path, units)
     if (values[size] < 0).any():
         raise RotorstudyError(
@@ -90,8 +97,7 @@ def read_probe_table(path, conventions, nodes):
     noise = 2 * conventions.table_noise_m**2  # of a reading: a harmonic is half the sum of those of two probes
     along = (factor * steps[size]) ** 2 / 12 + noise
     across = np.where(vector == 0, along, np.abs(vector) ** 2 * steps["phase"] ** 2 / 12 + noise)
-    probe, spectra = _probes(text, conventions, nodes, where), []
-    repeat = _repeats([(p.channel, *row) for p, *row in zip(probe, speed.tolist(), harmonic.tolist(), strict=True)])
+    spectra = []
     dead = _dead(probe, np.abs(vector), np.sqrt(along))
     alive = np.array([(p.node, p.channel) not in dead for p in probe])
     for one, again in dict.fromkeys(zip(speed.tolist(), repeat.tolist(), strict=True)):
@@ -104,7 +110,36 @@ def read_probe_table(path, conventions, nodes):
             if np.isfinite(single):
                 directions[node] = single
         spectra.append((float(one), of_node, directions))
-    return spectra, [*left_out(dead, where), *notes_on(noise, inferred, where)]
+    return spectra, [*missing, *left_out(dead, where), *notes_on(noise, inferred, where)]
+
+
+def _complete(text, probe, speed, repeat, harmonic, wanted, where):
+    """(row,) whether each row has its reading and is of a record with all usual readings; findings on the others.
+
+    A record is a speed, or its repeat; readings are usual if more than half of the records have them. If no record has
+    them all, only the rows without a reading are left out.
+    """
+    cells = text[[name for name in text.columns if name.startswith(PARTS)]]
+    there = ~cells.apply(lambda column: column.str.lower().isin(MISSING)).any(axis=1).to_numpy()
+    there = there & np.isin(harmonic, wanted)
+    records, held = list(zip(speed.tolist(), repeat.tolist(), strict=True)), {}
+    for i, record in enumerate(records):
+        held.setdefault(record, set()).update({(probe[i].node, probe[i].channel, int(harmonic[i]))} if there[i] else ())
+    count = Counter(reading for readings in held.values() for reading in readings)
+    usual = {reading for reading, times in count.items() if 2 * times > len(held)}
+    lacks = {record: usual - readings for record, readings in held.items() if not usual <= readings}
+    if not lacks or len(lacks) == len(held):
+        return there, []
+    (one, _), readings = next(iter(lacks.items()))
+    _, channel, n = min(readings)
+    others = ", and others" if len(lacks) > 1 or len(readings) > 1 else ""
+    text = (
+        f"{len(lacks)} of {len(held)} speeds are left out, as readings are missing: at {one * 30 / np.pi:.6g} rpm, "
+        f"{n}X of '{channel}'{others}. A harmonic that is missing at many speeds is better left out of 'measurement: "
+        "harmonics:'"
+    )
+    whole = np.array([record not in lacks for record in records])
+    return there & whole, [Finding("warning", "missing readings", where, text)]
 
 
 def _dead(probe, size, std):
@@ -153,7 +188,7 @@ def _probes(text, conventions, nodes, where):
         probe = known[name]
         node = nodes[0] if probe.node is None and len(nodes) == 1 else probe.node
         if node not in nodes:
-            raise unknown_name("node", node, nodes, f"{where}; the probe '{name}' must sit at a node of the rig")
+            raise unknown_name("node", node, nodes, f"'measurement: probes:' of the rig file, of the probe '{name}'")
         found.append(probe.model_copy(update={"node": node}))
     return np.array(found, object)
 
@@ -171,7 +206,7 @@ def _node(rows, probe, harmonic, vector, along, across, conventions, where):
             if len(found) != 1:
                 raise RotorstudyError(
                     f"{where}: no harmonic {n} of probe '{name}'; every probe needs the same harmonics, at each "
-                    "repeat of a speed too"
+                    f"repeat of a speed too. Add the readings, or leave ±{n} out of 'measurement: harmonics:'"
                 )
         own = np.ravel(own)
         sign = np.array([one.sign for one in chosen.values()])

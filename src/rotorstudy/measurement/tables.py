@@ -1,10 +1,12 @@
 """Tables of harmonics: amplitude, phase and reference phase; their only known noise is the rounding."""
 
 import re
+from pathlib import Path
 
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.measurement.csv_layout import header_of
 from rotorstudy.measurement.findings import Finding
 from rotorstudy.measurement.wide_tables import in_rows, wide_table
 from rotorstudy.units import METRES, RAD_PER_S
@@ -51,21 +53,33 @@ def read_table(path, conventions, nodes):
 
 
 def open_table(path, layout):
-    """The cells of a table as text, without the spaces around them; of a wide one in rows (`wide_tables`)."""
+    """The cells of a table as text, without the spaces around them; of a wide one in rows (`wide_tables`).
+
+    The index has the line of the file of each row.
+    """
     import pandas as pd
 
+    if not Path(path).read_bytes().strip():
+        raise RotorstudyError(f"{path}: the file is empty; export it again, or leave it out")
     try:
         text = pd.read_csv(
-            path, sep=layout.separator, skiprows=layout.skipped, dtype=str, keep_default_na=False, encoding="utf-8-sig"
+            path,
+            sep=layout.separator,
+            skiprows=layout.skipped,
+            skip_blank_lines=False,
+            dtype=str,
+            keep_default_na=False,
+            encoding="utf-8-sig",
         )
     except (ValueError, UnicodeDecodeError) as error:
         raise RotorstudyError(f"{path}: not a readable table ({str(error).splitlines()[0]})") from None
+    text.columns, text.index = [name.strip() for name in text.columns], text.index + len(layout.skipped) + 2
+    text = text.apply(lambda column: column.str.strip().str.replace(layout.decimal, "."))
+    text = text[(text != "").any(axis=1)]
     if not len(text):
         raise RotorstudyError(f"{path}: a table without rows below its header; leave the file out")
-    text.columns = [name.strip() for name in text.columns]
-    text = text.apply(lambda column: column.str.strip().str.replace(layout.decimal, "."))
-    wide = wide_table(text.columns)
-    return text if wide is None else in_rows(text, wide)
+    wide = wide_table(text.columns, header_of(path, layout)[1], path)
+    return text if wide is None else in_rows(text, wide, path)
 
 
 def _nodes(text, conventions, nodes, path):
@@ -185,11 +199,13 @@ def one_of(known, columns, path, optional=False):
 def numbers_of(text, column, path):
     """(row,) numbers of a column."""
     numbers = []
-    for i, cell in enumerate(text[column]):
+    for line, cell in text[column].items():
         try:
             numbers.append(float(cell))
         except ValueError:
-            raise RotorstudyError(f"{path}: '{cell}' in column '{column}', data row {i + 1}, is not a number") from None
+            raise RotorstudyError(
+                f"{path}, line {line}, column '{column}': '{cell}' is not a number; correct it"
+            ) from None
     if not (np.abs(numbers) <= LARGEST_VALUE).all():
         raise RotorstudyError(f"{path}: column '{column}' has values that are not finite, or beyond {LARGEST_VALUE:g}")
     return np.array(numbers)

@@ -101,13 +101,16 @@ class Entry:
         PluginError
             If the gain has another shape than the speeds, or is not finite.
         """
+        shape = np.broadcast_shapes(np.shape(speed), np.shape(harmonic))
         if self.gain is None:
-            return np.ones(np.broadcast_shapes(np.shape(speed), np.shape(harmonic)))
-        speed, harmonic = np.broadcast_arrays(np.asarray(speed, float), np.asarray(harmonic))
+            return np.ones(shape)
+        speed = np.asarray(speed, float)
+        if self.frequency_only:
+            speed, harmonic = np.broadcast_arrays(speed, np.asarray(harmonic))
         found = (self.gain(speed, harmonic) if self.frequency_only else self.gain(speed)) + 0 * speed
         if np.shape(found) != speed.shape or not np.isfinite(found).all():
             self._refuse_gain(found, speed)
-        return found
+        return np.broadcast_to(found, shape)
 
     def _refuse_gain(self, found, speed):
         """Raise for a gain of a wrong shape or that is not finite, with the file and line of its function."""

@@ -109,6 +109,29 @@ class EntryTable:
         self.motion = [0] * len(self.unknowns) if motion is None else list(motion)
         self.seen = size * (max(self.motion, default=0) + 1)  # coordinates of all motions
 
+    def with_gains_of(self, unknowns: Sequence[Unknown]) -> "EntryTable":
+        """The table of other amplitudes; what is arranged here is kept if their entries differ in gains alone.
+
+        Parameters
+        ----------
+        unknowns : sequence of Unknown (unknown,)
+
+        Returns
+        -------
+        EntryTable
+        """
+        other = EntryTable(unknowns, self.size, self.motion)
+        same = _same_but_gains(self.unknowns, other.unknowns)
+        if same is not None:
+            for name in ("_places", "_to_rows", "_seen", "turned"):
+                other.__dict__[name] = getattr(self, name)
+            for name in ("_on_motion", "_at_rest"):
+                elements, kinds = getattr(self, name)
+                other.__dict__[name] = elements, [same[entry.kind] for entry in kinds]
+            for name in ("patterns", "turning_patterns"):
+                other.__dict__[name] = [one._replace(entry=same[one.entry.kind]) for one in getattr(self, name)]
+        return other
+
     def columns(self, amplitudes, speed, harmonics, deflection=None) -> Columns:
         """Force harmonics by one unit of each amplitude at given displacement harmonics.
 
@@ -260,7 +283,7 @@ class EntryTable:
             here, seen, n = harmonics_seen(shift, is_conjugate, harmonics)
             some, force = np.array(some), np.broadcast_to(n + shift, (len(speed), len(n)))
             same = known.setdefault(tuple((n + shift).tolist()), {})
-            gains = _gains([kinds[k] for k in some], np.broadcast_to(speed, force.shape), force, same)
+            gains = _gains([kinds[k] for k in some], speed, force, same)
             source[np.ix_(every[here], some)] = every[seen][:, None]
             factor[:, every[here][:, None], some] = gains * ((1j * n * speed) ** order)[..., None]
         return _Moving(factor, source)
@@ -290,6 +313,24 @@ class EntryTable:
         deflection = np.broadcast_to(deflection, (*np.shape(deflection)[:-2], len(speed), self.seen))
         one = np.full((*deflection.shape[:-1], 1), float(constant))
         return np.concatenate([deflection, deflection.conj(), one], axis=-1)[..., still.seen] * still.value
+
+
+def _same_but_gains(unknowns, others):
+    """{kind: Entry of the other kind}, one to one, if the entries of two lists differ in gains alone, else None."""
+    if [(u.carries, len(u.entries)) for u in unknowns] != [(u.carries, len(u.entries)) for u in others]:
+        return None
+    found = {}
+    for entry, other in zip(
+        (e for u in unknowns for e in u.entries), (e for u in others for e in u.entries), strict=True
+    ):
+        if entry is not other:
+            on, order, shift, _, frequency_only = entry.kind
+            alike = other.kind == (on, order, shift, other.gain, frequency_only)
+            if not alike or not (entry.matrix is other.matrix or np.array_equal(entry.matrix, other.matrix)):
+                return None
+        if found.setdefault(entry.kind, other).kind != other.kind:
+            return None
+    return found if len({other.kind for other in found.values()}) == len(found) else None
 
 
 def _gains(entries, speed, harmonic, known=None):

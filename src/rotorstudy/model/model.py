@@ -150,11 +150,18 @@ class Model(Amplitudes):
         """The Model with its bearings at (name, value) of the amplitudes that carry load, kept for the last few."""
         from rotorstudy.model.bearing_numbers import with_bearings_at
 
+        latest = []
+
         @lru_cache(maxsize=4)
         def placed(values):
             terms = with_bearings_at(self.structure, self.terms, dict(values))
             settled = (replace(t, is_bearing_number=False) if t.is_bearing_number else t for t in terms)
-            return replace(self, terms=tuple(settled))
+            found = replace(self, terms=tuple(settled))
+            found.__dict__["output_table"] = self.output_table  # bearings do not act on the output
+            if latest:
+                found.__dict__["table"] = latest[0].with_gains_of(unknown for _, unknown in found.acting)
+            latest[:] = [found.table]
+            return found
 
         return placed
 

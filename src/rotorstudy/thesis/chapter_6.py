@@ -76,6 +76,7 @@ def variant_errors(config, relative_error):
         "gyroscopic moments causes errors of a few hundredths of a per cent. A static deflection held at that of "
         "bearings 20 % too stiff causes 11 % in crack stiffness and internal damping and none elsewhere. The wrong "
         "gyroscopic sign causes 2 to 12 % in bearings, eccentricities and the crack.",
+        digits=2,
     )
 
 

@@ -7,7 +7,15 @@ from rotorstudy.diagnosis.search.odds import odds_of
 from rotorstudy.diagnosis.search.screening import TIE, screen, screen_each, screen_pairs
 from rotorstudy.diagnosis.search.shape_scan import can_be_scanned, scan
 from rotorstudy.diagnosis.search.shapes import refine
-from rotorstudy.diagnosis.search.trials import CLOSE, LEFT_BY_SHAPE, REACH, Option, best_of_each_shape, fit_closest
+from rotorstudy.diagnosis.search.trials import (
+    CLOSE,
+    LEFT_BY_SHAPE,
+    REACH,
+    Option,
+    best_of_each_shape,
+    fit_closest,
+    may_be_left,
+)
 
 INACCURACY = 0.01  # of what a cause explains: added to REACH, as columns at the best motion are not exact
 OF_CONTACTS = 0.03  # the same of a force that follows from the motion in time, and with it changes more
@@ -124,7 +132,9 @@ def _scanned_instead(work, current, causes, may_be):
     }
     if not chosen:
         return []
-    found = scan(work, work.held(rest, current.fit.values), list(chosen.values()), refined=len(chosen))
+    held = work.held(rest, current.fit.values)
+    most_left = may_be_left(current, held.cost)
+    found = scan(work, held, list(chosen.values()), refined=len(chosen), most_left=most_left)
     theta = current.fit.values
     least = max((s.evidence - LEFT_BY_SHAPE * s.explained for _, s in found), default=0.0) - REACH
     options = [
