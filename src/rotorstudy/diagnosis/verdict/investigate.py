@@ -100,7 +100,7 @@ def investigate(
     fitted = with_model_error(measured, settings)
     held = None if held is None else with_model_error(held, settings)
     with using(registry()):  # which is asked for at every shape
-        found, chain, expected = _searched(model, measured, fitted, held, settings)
+        found, chain, expected, instead = _searched(model, measured, fitted, held, settings)
     base, best = found.base, found.best
     rows = fitted.data_count
     p_values = PValues(before=chi_square_p_value(base.cost, rows), after=chi_square_p_value(best.fit.cost, rows))
@@ -112,7 +112,7 @@ def investigate(
     worse = is_worse(base, best.fit, expected, settings, gain, is_several=len(best.faults) > 1)
     kind = _kind(found, p_values, p_parameters, probability, is_alone=not stated, is_worse=worse)
     is_tested = not chain and _is_tested_for_one_force(found, fitted, kind)
-    places = _places_of_one_force(found, fitted, kind) if is_tested else []
+    places = _places_of_one_force(found, fitted, kind, instead) if is_tested else []
     kind = "unknown" if places else kind
     labels = parameter_labels(best.fit.model, best.causes)
     moved = moved_parameters(best.fit, found.prior.by_name)
@@ -159,22 +159,21 @@ def _searched(model, measured, fitted, held, settings):
     """The Search, the ChainHypothesis that explains the records better or None, and the Spectrum held out or None.
 
     measured : Spectrum;  fitted, held : with the model error;  the one returned has the error of the causes too
+    returns  : also what `replacing_places` says of the best explanation, if it has several causes
     """
     begun = begin(model, fitted, settings)
     log.info("testing whether conventions of the records are wrongly stated")
     tested = tested_convention(begun, measured) if model.before is None else None  # shared by both states
     chain = clear_convention(begun, tested) if tested else None
     found = unsearched(begun) if chain else search(begun)
-    if _are_several(found, fitted):
-        nodes = [one.where["node"] for one, _ in replacing_places(found, fitted)]
-        found = with_one_fault(found, nodes) if nodes else found
+    found, instead = _with_one_fault(found, fitted)
     expected = None
     if held is not None:
         missing = held.amplitude - predicted(found.base.model, held, found.base.theta)
         expected = with_cause_error(held, missing, found.cause_error)
     if tested and not chain:
         chain = chain_hypothesis(found, begun.base, tested)
-    return replace(found, upheld=chain is None and is_upheld(found, expected)), chain, expected
+    return replace(found, upheld=chain is None and is_upheld(found, expected)), chain, expected, instead
 
 
 def _kind(found, p_values, p_parameters, probability, *, is_alone, is_worse):
@@ -202,7 +201,19 @@ def _are_several(found, fitted):
     return len(found.best.faults) > 1 and found.rig.before is None and most_forces(fitted) >= 1
 
 
-def _places_of_one_force(found, fitted, kind):
+def _with_one_fault(found, fitted):
+    """The Search with one cause instead of several where one force says so, and `replacing_places` of its best ones."""
+    if not _are_several(found, fitted):
+        return found, []
+    before, instead = found.best, replacing_places(found, fitted)
+    if instead:
+        found = with_one_fault(found, [one.where["node"] for one, _ in instead])
+    if found.best is not before:
+        instead = replacing_places(found, fitted) if _are_several(found, fitted) else []
+    return found, instead
+
+
+def _places_of_one_force(found, fitted, kind, instead):
     """The OnePlace of each place at which one force explains the records, of several causes that fit better than they.
 
     Where all of them act at that place, only if it explains more than chance lets its many amplitudes.
@@ -210,8 +221,7 @@ def _places_of_one_force(found, fitted, kind):
     if kind == "unknown":
         return explaining_places(found, fitted)
     at, structure = found.best.causes, found.rig.structure
-    known = replacing_places(found, fitted)
-    return [one for one, is_sure in known if is_sure or not act_at(at, one.where["node"], structure)]
+    return [one for one, is_sure in instead if is_sure or not act_at(at, one.where["node"], structure)]
 
 
 def _is_rejected(found, p_residual, p_parameters):
