@@ -107,5 +107,5 @@ def left_by_free_forces(
 def _left_beside(forces, columns):
     """What forces (speed, component, force), free at every speed, leave of columns (speed, component, column)."""
     size = np.linalg.norm(forces, axis=1, keepdims=True)
-    basis, triangle = np.linalg.qr(forces / np.where(size > 0, size, 1))
+    basis, _ = np.linalg.qr(forces / np.where(size > 0, size, 1))
     return columns - basis @ (np.swapaxes(basis, 1, 2) @ columns)
