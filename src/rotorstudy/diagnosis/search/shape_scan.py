@@ -147,7 +147,7 @@ class _Scan(NamedTuple):
         """The shapes at some points (shape, option), the best first, without those in which the cause cannot act.
 
         kept : whether the shapes and motions are kept, as all scans and alternatives of the cause begin at these
-               points; of these only those are judged that are at a place where a force may explain enough
+               points; only those are judged that are at a place where a force may explain enough
         """
         if kept and self.cause.where and not self._are_possible([acts_on(self.cause, self.work.rig.structure)])[0]:
             return []
@@ -218,7 +218,7 @@ class _Scan(NamedTuple):
         return self._distinct(found)[: STARTS * self._more]
 
     def _rounded(self, points, steps):
-        """Points (shape, option) with positions on the shaft in the middle of so many steps, to share a motion."""
+        """Points (shape, option), the positions on the shaft in the middles of so many steps: they share motions."""
         along = [bool(ends.breaks) for ends in self.ranges.values()]
         return np.where(along, (np.floor(points * steps) + 0.5) / steps, points)
 
@@ -249,8 +249,8 @@ class _Scan(NamedTuple):
             found = sorted([*starts, *closer], key=lambda one: -one.screened.evidence)
             starts = self._distinct(found)[:kept]
             gained = found[0].screened.evidence - before
-            is_done = self._is_fitted_closely and gained < STILL_GAINS
-            if number + 1 >= COARSE and (is_done or self._is_hopeless(found)):
+            is_done = (self._is_fitted_closely and gained < STILL_GAINS) or self._is_hopeless(found)
+            if number + 1 >= COARSE and is_done:
                 break
         best = (*starts, *self._facing(found))
         return [Scanned(reshaped(self.work, self.cause, one.point), one.screened) for one in best]
