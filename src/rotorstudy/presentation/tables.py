@@ -125,9 +125,8 @@ def write_tables(tables, paths, index=None):
             if path.suffix == ".csv":
                 write_csv(table.rows, path)
             else:
-                write_html(
-                    path, table.title, table.note, {"": table.rows}, table.digits, links=_links(path, table.rows, index)
-                )
+                links = _links(path, table.rows, index)
+                write_html(path, table.title, table.note, {"": table.rows}, table.digits, links=links)
 
 
 def _links(path, rows, index):
