@@ -52,6 +52,10 @@ def test_a_table_goes_to_the_files_of_its_name_and_a_missing_one_is_named(tmp_pa
     for name in tables:
         assert (tmp_path / f"{name}.csv").read_text() == f"a\n{name}\n"
         assert f"<h1>{name}</h1>" in (tmp_path / f"{name}.html").read_text()
+    scored = Table(pd.DataFrame({"a (µm): thesis": [1.0], "a (µm): status": ["explained"]}), "Scored", "A note.")
+    write_tables({"scored": scored}, [tmp_path / "chapter" / "scored.html"], tmp_path / "index.html")
+    page = (tmp_path / "chapter" / "scored.html").read_text()
+    assert 'href="../index.html"' in page and 'href="../scoreboard.html"' in page
     with pytest.raises(RotorstudyError, match="no table was made for: table_2_2"):
         write_tables(tables, [*paths, tmp_path / "table_2_2.csv"])
 

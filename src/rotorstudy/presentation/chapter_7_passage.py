@@ -8,7 +8,7 @@ from rotorstudy.presentation.plots import COLOURS, figure
 def passage_figure(study, passage):
     """Harmonics over speed, by depth, with the fractions of the critical speeds at which each resonates."""
     orders, depths = passage.order.values, passage.depth_ratio.values
-    picture, axes = figure(1, len(orders) + 1, height=2.6, width=2.4)
+    picture, axes = figure(1, len(orders) + 1, height=2.4, width=2.0)
     speed = passage.speed.values
     for panel, order in zip(axes[0], orders, strict=False):
         for critical in passage.critical_speed.values:

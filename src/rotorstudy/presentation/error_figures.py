@@ -6,6 +6,7 @@ from rotorstudy.presentation.estimate_figures import MANY, error_unit, in_units,
 from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, plain_log
 
 HIGHEST = 8.5  # inches, of all rows of panels: shown at half its size the figure fits in a window
+WIDEST = 8.0  # inches; a wider figure is hard to read in a column of text
 LEAST = 1e-3  # smaller errors by a wrong known quantity are drawn here
 
 
@@ -29,7 +30,8 @@ def error_against_noise(noisy, units, title):
                 panel.loglog(data.noise, rms, MARKERS[i] + "-", color=COLOURS[i], label=text)
             bound = in_units(unit, data.cramer_rao.sel(parameter=parameter), true)
             panel.loglog(data.noise, bound, "k--", label="Cramér-Rao bound")
-            panel.set_ylabel(f"{label(parameter)}\nrms error ({error_unit(unit)})")
+            if len(columns) == 1 or column is panels[0]:
+                panel.set_ylabel(f"{label(parameter)}\nrms error ({error_unit(unit)})")
             plain_log(panel, data.noise.values)
             if len(columns) == 1 or panel is column[-1]:
                 panel.set_xlabel("noise level (%)")
@@ -43,7 +45,9 @@ def _panels(noisy, columns):
     """A figure, and for each column its panels: a column each, or rows of three if there is only one."""
     count = next(iter(noisy.values())).sizes["parameter"]
     if len(columns) > 1:
-        picture, axes = figure(count, len(columns), height=min(1.7, HIGHEST / count), width=2.6)
+        picture, axes = figure(
+            count, len(columns), height=min(1.7, HIGHEST / count), width=min(2.6, WIDEST / len(columns))
+        )
         return picture, list(axes.T)
     picture, axes = figure(-(-count // 3), 3, height=2.0, width=2.4)
     for unused in axes.flat[count:]:

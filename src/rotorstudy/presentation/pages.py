@@ -26,7 +26,12 @@ def render(template: str, **data) -> str:
 
 def to_index(page: str | Path, index: str | Path | None) -> dict[str, str]:
     """Link from a page to the page of all results, as text -> relative address; none without one."""
-    return {"All results": Path(os.path.relpath(index, Path(page).parent)).as_posix()} if index else {}
+    return {"All results": address(page, index)} if index else {}
+
+
+def address(page: str | Path, target: str | Path) -> str:
+    """Address of a file, relative to a page that links to it."""
+    return Path(os.path.relpath(target, Path(page).parent)).as_posix()
 
 
 def inline_png(picture: bytes | str | Path) -> str:

@@ -2,9 +2,10 @@
 
 import re
 from itertools import groupby
+from pathlib import Path
 
 from rotorstudy.presentation.named_files import files_by_name
-from rotorstudy.presentation.pages import render, to_index
+from rotorstudy.presentation.pages import address, render, to_index
 from rotorstudy.store import atomic, write_text
 
 LONG, SHORT = 80, 24  # characters: a longer column is widened, a shorter one is not wrapped
@@ -124,4 +125,13 @@ def write_tables(tables, paths, index=None):
             if path.suffix == ".csv":
                 write_csv(table.rows, path)
             else:
-                write_html(path, table.title, table.note, {"": table.rows}, table.digits, links=to_index(path, index))
+                links = _links(path, table.rows, index)
+                write_html(path, table.title, table.note, {"": table.rows}, table.digits, links=links)
+
+
+def _links(path, rows, index):
+    """To the page of all results and, from printed values beside ours, to the reasons why they differ."""
+    links = to_index(path, index)
+    if links and any(name.endswith(": status") for name in map(str, rows.columns)):
+        links["Reasons for what differs"] = address(path, Path(index).with_name("scoreboard.html"))
+    return links
