@@ -53,7 +53,11 @@ MEANS = {
 # Truth -> further names that have the same forces, in part or as one of two causes. An effect is outside the library
 # only if these are left out too: else the verdict names the same physics in other words.
 ALIKE = {
-    "couple_unbalance": ("unbalance",),  # two opposite ones in two planes
+    # two opposite ones in two planes; and a bend s of the shaft that inclines the disc without moving a node: in the
+    # frame that follows it, z = y + s e^{jwt}, the shaft is straight and every mass has the unbalance of s, which is
+    # the couple (I_d - I_p) s' of that disc, and no probe sees s. Exact but for the mass of the shaft: on a rotor with
+    # its disc between two elements a bend of both is a couple to 0.3 %
+    "couple_unbalance": ("unbalance", "bow"),
     # a notch is an asymmetry of its element, and the other way round; so is a coupling across it that is not isotropic
     "open_crack": ("angular_misalignment", "parallel_misalignment", "shaft_asymmetry"),
     "asymmetry": (*CRACKS, "angular_misalignment", "parallel_misalignment"),
@@ -64,7 +68,8 @@ ALIKE = {
     # a pedestal far below its resonance is a softer support
     "support_loss": ("support_stiffness", "pedestal_resonance"),
     "pedestal": ("bearing_coefficients", "support_anisotropy", "support_loss", "support_stiffness"),
-    "seal": ("cross_coupling", "external_damping", "support_stiffness"),
+    # and the direct stiffness is that of an isotropic coupling
+    "seal": ("cross_coupling", "external_damping", "support_stiffness", "parallel_misalignment"),
     # its eccentricity, its weight, and its inertia (a fluid that does not turn)
     "added_mass": ("unbalance", "static_preload", "seal"),
     # opposite moments at the ends of a bent element, that turn with the shaft

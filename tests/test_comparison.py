@@ -143,7 +143,7 @@ def test_figures_of_a_comparison_carry_their_name_and_say_what_is_in_the_data():
     assert "with good has the smallest error in its worst fault (1 % noise)" in said["faults"]
     assert said["coverage"].startswith("2 of 4 pairs state valid 95 % intervals")
     assert "by 1 % moves the parameters by 2 to 2 %" in said["bias"]
-    assert figures["spectra"].axes[0].get_title().startswith("regression has the smallest error")
+    assert figures["spectra"].axes[0].get_title().startswith("Regression has the smallest error")
 
 
 def test_one_that_fails_somewhere_is_none_of_the_best():

@@ -1,9 +1,11 @@
 """The checks of pages find what is wrong with a bad one."""
 
+import pandas as pd
 import pytest
 from page_checks import BROWSER, problems_in_browser, problems_of_text, seen_in_browser
 
 from rotorstudy.presentation.pages import render
+from rotorstudy.presentation.tables import cells
 
 BAD = """<!doctype html><html><head><title>a</title><link rel="stylesheet" href="https://example.org/a.css"></head>
 <body><table><tr><th>wide</th></tr></table><img src="nowhere.png"><p style="width: 1000px">wide</p>
@@ -11,9 +13,9 @@ BAD = """<!doctype html><html><head><title>a</title><link rel="stylesheet" href=
 
 
 def good():
-    return render(
-        "tables.html", title="a", note=["b"], tables={"": {"columns": ["c"], "rows": [[("text", "d")]]}}, choose=["c"]
-    )
+    table = cells(pd.DataFrame({"c": ["d"], "below": ["of d"]}), below="below")
+    links = {"home": "index.html"}
+    return render("tables.html", title="a", note=["b"], tables={"": table}, choose=["c"], marks={}, links=links)
 
 
 def test_a_bad_page_is_seen_in_its_text():

@@ -3,7 +3,8 @@
 import numpy as np
 import pandas as pd
 
-from rotorstudy.presentation.tables import write_html
+from rotorstudy.presentation.pages import to_index
+from rotorstudy.presentation.tables import cells, write_html
 from rotorstudy.thesis.tables import in_table_order, side_by_side
 
 
@@ -38,3 +39,30 @@ def test_numbers_are_marked_rounded_and_written_out(tmp_path):
 def test_a_note_can_be_a_list_of_points(tmp_path):
     write_html(tmp_path / "page.html", "Title", ["First.", "One.", "Two."], {"": pd.DataFrame({"a": [1]})})
     assert "<p>First.</p>\n<ul>\n<li>One.</li>\n<li>Two.</li>\n</ul>\n" in (tmp_path / "page.html").read_text()
+
+
+def test_columns_of_one_quantity_stand_under_one_heading_and_symbols_keep_their_form(tmp_path):
+    table = pd.DataFrame(
+        {"item": [1], "c_H (N s/m): thesis": [20.5], "c_H (N s/m): here": [20.0], "noise_percent": [1]}
+    )
+    write_html(tmp_path / "page.html", "Title", "Note.", {"": table})
+    page = (tmp_path / "page.html").read_text()
+    assert '<th scope="colgroup" colspan="2">c_H (N s/m)</th>' in page
+    assert '<th scope="col">thesis</th><th scope="col">here</th><th scope="col">noise (%)</th>' in page
+    assert cells(table[["item"]])["groups"] == [] == cells(table.iloc[:, :2])["groups"]  # one column is no group
+
+
+def test_a_long_text_can_stand_below_its_row(tmp_path):
+    table = pd.DataFrame({"value": [1.0, 2.0], "status": ["explained", "reproduced"], "reason": ["round-off", np.nan]})
+    write_html(
+        tmp_path / "page.html", "Title", "Note.", {"": table}, below="reason", links={"All results": "../index.html"}
+    )
+    page = (tmp_path / "page.html").read_text()
+    assert page.count('<td class="below" colspan="2"><div>round-off</div>') == page.count('class="below"') == 1
+    assert '<th scope="col">reason</th>' not in page and '<td class="short doubtful">explained</td>' in page
+    assert '<a href="../index.html">All results</a>' in page
+
+
+def test_a_page_links_to_the_index_from_its_folder():
+    assert to_index("results/chapter_2/tables/a.html", "results/index.html") == {"All results": "../../index.html"}
+    assert to_index("results/zoo.html", None) == {}

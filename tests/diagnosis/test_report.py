@@ -12,9 +12,10 @@ from slow_effects import SLOW
 
 from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.verdict import result
+from rotorstudy.diagnosis.verdict.cause_words import cause_in_words, sizes
 from rotorstudy.diagnosis.verdict.force import equivalent_residual_force
 from rotorstudy.diagnosis.verdict.result import Cause, Verdict
-from rotorstudy.diagnosis.verdict.words import cause_in_words, sizes, summary
+from rotorstudy.diagnosis.verdict.words import summary
 from rotorstudy.measurement.measurement import read_measurement
 from rotorstudy.model.rig import build_model
 from rotorstudy.presentation.captions import DIAGNOSIS_FIGURES
@@ -338,3 +339,20 @@ def test_a_phase_that_the_records_leave_open_is_not_written_as_a_number():
         "phase": "28.6 ± 5.7 ° (95 %: 17.4 to 39.9 °)",
     }
     assert said["open"][0]["phase"] == "not known" and said["open"][1].endswith("at any angle)")
+
+
+def test_a_cause_has_one_pair_of_brackets_and_units_instead_of_endings_of_names():
+    def said(where, label="", **shapes):
+        parameters = {
+            name: {"value": value, "std": None, "unit": "", "part": "shape"} for name, value in shapes.items()
+        }
+        cause = Cause(effect="pedestal_resonance", where=where, label=label, parameters=parameters,
+                      posterior_probability=1.0)  # fmt: skip
+        return cause_in_words(cause)
+
+    shape = {"natural_frequency_rad_per_s": 1400.0, "bearing_time_s": 0.0005, "damping_ratio": 0.03}
+    text = "natural frequency 1400 rad/s, bearing time 0.5 ms, damping ratio 0.03"
+    assert said({"node": 4}, **shape) == f"pedestal resonance at node 4 ({text})"
+    assert said({"node": 4}, "bearing node 4", **shape) == f"pedestal resonance at node 4 (bearing; {text})"
+    two = said({"node": 4, "harmonic": [2, 3]}, "disc A", damping_ratio=0.03)
+    assert two == "pedestal resonance at node 4 (disc A, harmonics 2 and 3; damping ratio 0.03)"

@@ -5,8 +5,8 @@ import pytest
 from slow_effects import SLOW
 
 from rotorstudy.diagnosis.search.odds import SCALES, log_scales
+from rotorstudy.diagnosis.verdict.cause_words import cause_in_words
 from rotorstudy.diagnosis.verdict.investigate import investigate
-from rotorstudy.diagnosis.verdict.words import cause_in_words
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.rig import build_model
 

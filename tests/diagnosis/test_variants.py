@@ -4,9 +4,9 @@ import pytest
 
 from rotorstudy.diagnosis.search.candidates import Candidate
 from rotorstudy.diagnosis.search.odds import Explanation
+from rotorstudy.diagnosis.verdict.cause_words import cause_in_words
 from rotorstudy.diagnosis.verdict.causes import _other_variants
 from rotorstudy.diagnosis.verdict.result import Cause
-from rotorstudy.diagnosis.verdict.words import cause_in_words
 
 
 def cracked(breathing, log_odds):

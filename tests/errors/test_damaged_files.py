@@ -28,7 +28,7 @@ def refused(path, capsys, folder):
         command = ["identify", str(path), "--unknowns", "external_damping"]
     capsys.readouterr()
     assert main([*command, "--rig", RIG]) == 1
-    assert {one.name for one in set(folder.iterdir()) - before} <= {"quality.html"}
+    assert {one.name for one in set(folder.iterdir()) - before} <= {"o_quality.html"}
     *before, last = capsys.readouterr().err.splitlines()
     assert last.startswith("error: ")
     return " ".join([*before, last])

@@ -134,7 +134,7 @@ def test_files_are_utf_8_in_a_locale_without_it(tmp_path):
     call = [sys.executable, "-c", code, str(tmp_path / "rig.yaml"), str(tmp_path)]
     found = subprocess.run(call, capture_output=True, env={**os.environ, **locale}, timeout=100)
     assert found.returncode == 0, found.stderr
-    page = (tmp_path / "quality.html").read_bytes()
+    page = (tmp_path / "s_quality.html").read_bytes()
     assert "utf-8" in page.decode("utf-8") and any(byte > 127 for byte in page)
 
 

@@ -7,8 +7,8 @@ import yaml
 
 from rotorstudy import load_rig
 from rotorstudy.commands.line import main
+from rotorstudy.diagnosis.verdict.cause_words import place
 from rotorstudy.diagnosis.verdict.result import Place
-from rotorstudy.diagnosis.verdict.words import place
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.estimated_rig import rig_with_values
 from rotorstudy.model.rig import build_model

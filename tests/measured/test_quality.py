@@ -264,8 +264,8 @@ def test_import_from_the_command_line(tmp_path, capsys):
     printed = capsys.readouterr()
     assert "3 speed(s)" in printed.out and printed.err == ""
     assert load_spectrum(out).amplitude.shape == (3, len(HARMONICS), 2)
-    page = (tmp_path / "quality.html").read_text()
-    assert problems([tmp_path / "quality.html"], tmp_path) == []
+    page = (tmp_path / "spectrum_quality.html").read_text()
+    assert problems([tmp_path / "spectrum_quality.html"], tmp_path) == []
     assert page.count("data:image/png") == 3 and "No problem was found" in page and len(page) < 500_000
     out.unlink()
 

@@ -165,7 +165,7 @@ def test_a_drifting_record_is_no_sweep():
 
 def test_the_page_of_a_run_up_has_its_bode_and_polar_plots(run_up, tmp_path):
     assert main(["import", str(run_up[0]), "--rig", str(run_up[1]), "--out", str(tmp_path / "spectrum.nc")]) == 0
-    page = (tmp_path / "quality.html").read_text()
+    page = (tmp_path / "spectrum_quality.html").read_text()
     assert "1X over speed (Bode)" in page and "1X over speed (polar)" in page
 
 

@@ -105,6 +105,10 @@ def test_every_page_is_sound(built, tmp_path):
     pages = sorted((built / "results").rglob("*.html"))
     assert {"index.html", "scoreboard.html", "errata.html", "advice.html", "table_4_10.html"} <= {p.name for p in pages}
     assert problems(pages, tmp_path) == []
+    index = built / "results" / "index.html"
+    for page in pages:
+        home = os.path.relpath(index, page.parent)
+        assert page == index or f'<a href="{home}">All results</a>' in page.read_text(), page
 
 
 def test_no_rule_needs_the_number_of_cores():

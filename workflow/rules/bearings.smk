@@ -7,7 +7,7 @@ rule bearings:
         png=in_report(
             f"{RESULTS}/bearings/coefficients.png",
             "bearings_coefficients",
-            "Bearings",
+            "Bearing models",
             "Figures",
         ),
         svg=f"{RESULTS}/bearings/coefficients.svg",

@@ -26,7 +26,10 @@ if CRACK_STUDY:
         output:
             png=[
                 in_report(
-                    f"{RESULTS}/{CRACK_STUDY.name}/figures/{name}.png", f"chapter_7_{name}", "Chapter 7", "Figures"
+                    f"{RESULTS}/{CRACK_STUDY.name}/figures/{name}.png",
+                    f"chapter_7_{name}",
+                    "Transverse cracks",
+                    "Figures",
                 )
                 for name in CRACK_STUDY_FIGURES
             ],

@@ -96,10 +96,14 @@ def in_report(path, caption, category, subcategory):
 
     Items with the same label would hide each other: files of a wildcard are named by it too, and tables beside figures.
     """
-    name = re.sub(r"^(figure|table) (\d+) (\d+)$", r"\1 \2.\3", Path(path).stem.replace("_", " ")).capitalize()
-    kept = [part for part in Path(path).parts if "{" in part]
-    name = ", ".join([*kept, "verdict" if name == "Index" else name.lower()]) if kept else name
-    name += " (table)" * (subcategory == "Tables" and not name.startswith("Table"))
+    name = re.sub(r"^(figure|table) (\d+) (\d+)$", numbered, Path(path).stem.replace("_", " "))
+    name += " (table)" * (subcategory == "Tables" and not name.startswith("table"))
+    kept = [part.strip("{}") for part in Path(path).parts if "{" in part]
+
+    def label(wildcards):
+        named = [*(wildcards[key].replace("_", " ") for key in kept), "verdict" if name == "index" else name]
+        return {"what": sentence(": ".join(named))}
+
     text = ROOT / "workflow" / "report" / f"{caption}.rst"
     if not text.is_file():  # else it is missed when the report is written, after everything has run
         raise WorkflowError(f"no caption for {path}: write {text}")
@@ -108,8 +112,18 @@ def in_report(path, caption, category, subcategory):
         caption=str(text),
         category=category,
         subcategory=subcategory,
-        labels={"what": name},
+        labels=label,
     )
+
+
+def numbered(found):
+    """Figure 5.4, with a hair space before a single digit: the report sorts by letters, and 5.10 follows 5.4."""
+    kind, chapter, number = found.groups()
+    return f"{kind} {chapter}.{number if len(number) > 1 else chr(0x200A) + number}"
+
+
+def sentence(text):
+    return text[:1].upper() + text[1:]
 
 
 def heading(chapter):

@@ -7,9 +7,9 @@ rule diagnose:
         verdict=f"{DIAGNOSIS}/{{diagnosis}}/verdict.json",
         data=f"{DIAGNOSIS}/{{diagnosis}}/verdict.nc",
         rig=f"{DIAGNOSIS}/{{diagnosis}}/extended_rig.yaml",
-        page=in_report(f"{DIAGNOSIS}/{{diagnosis}}/index.html", "diagnosis_index", "Diagnosis", "Pages"),
+        page=in_report(f"{DIAGNOSIS}/{{diagnosis}}/index.html", "diagnosis_index", "Diagnoses", "Pages"),
         png=[
-            in_report(f"{DIAGNOSIS}/{{diagnosis}}/figures/{name}.png", f"diagnosis_{name}", "Diagnosis", "Figures")
+            in_report(f"{DIAGNOSIS}/{{diagnosis}}/figures/{name}.png", f"diagnosis_{name}", "Diagnoses", "Figures")
             for name in DIAGNOSIS_FIGURES
         ],
         svg=[f"{DIAGNOSIS}/{{diagnosis}}/figures/{name}.svg" for name in DIAGNOSIS_FIGURES],
@@ -45,7 +45,7 @@ if REPLAYED:
             published=f"{REFERENCE}/identified_parameters.csv",
         output:
             csv=[f"{DIAGNOSIS}/replays_{sheet}.csv" for sheet in REPLAY_SHEETS],
-            html=in_report(f"{DIAGNOSIS}/replays.html", "diagnosis_replays", "Diagnosis", "Pages"),
+            html=in_report(f"{DIAGNOSIS}/replays.html", "diagnosis_replays", "Diagnoses", "Pages"),
         params:
             code=code("diagnose_replays.py"),
         log:

@@ -4,7 +4,7 @@ rule zoo:
         plugins=sorted({plugin.file for _, plugin in registry()}),
     output:
         csv=f"{RESULTS}/zoo.csv",
-        html=in_report(f"{RESULTS}/zoo.html", "zoo", "Zoo", "All models"),
+        html=in_report(f"{RESULTS}/zoo.html", "zoo", "Plugin library", "All models"),
     params:
         code=code("zoo.py"),
     log:

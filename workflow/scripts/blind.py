@@ -1,4 +1,4 @@
-from rotorstudy.studies.workflow import job
+from rotorstudy.studies.workflow import index_page, job
 
 with job(snakemake):
     from pathlib import Path
@@ -10,5 +10,5 @@ with job(snakemake):
 
     given, folder = snakemake.input, Path(snakemake.output.data).parent
     data, criteria, rows = gather_chunks(load_blind(given.config), folder, given.seals, given.answers)
-    write_pages(data, criteria, rows, folder, *given.independent)
+    write_pages(data, criteria, rows, folder, *given.independent, index=index_page(snakemake))
     print(printed(criteria))

@@ -1,4 +1,4 @@
-from rotorstudy.studies.workflow import job
+from rotorstudy.studies.workflow import index_page, job
 
 with job(snakemake):
     from pathlib import Path
@@ -26,10 +26,10 @@ with job(snakemake):
     whole = comparison(loaded(snakemake.input.estimates))
     save(whole.assign_attrs(provenance(config.model_dump(), [], config.seed), title=config.title), output.comparison)
     ranked = ranking(whole)
-    write_ranking(ranked, config.trials, output.ranking, output.ranking_page)
-    write_advice(
-        ranked, {name: fault.use_if for name, fault in config.faults.items()}, output.advice, output.advice_page
-    )
+    index = index_page(snakemake)
+    write_ranking(ranked, config.trials, output.ranking, output.ranking_page, index)
+    use_if = {name: fault.use_if for name, fault in config.faults.items()}
+    write_advice(ranked, use_if, output.advice, output.advice_page, index)
     errors = {key: data.harmonic_error for key, data in loaded(snakemake.input.spectra).items()}
     biased = [(*key, data) for key, data in loaded(snakemake.input.bias).items()]
     paths = {Path(path).stem: path for path in output.png}

@@ -1,4 +1,4 @@
-from rotorstudy.studies.workflow import job
+from rotorstudy.studies.workflow import index_page, job
 
 with job(snakemake):
     from pathlib import Path
@@ -15,5 +15,5 @@ with job(snakemake):
     replays = [(load_replay(path), load(found), load(seen)) for path, found, seen in given]
     table = rigs_table(replays, Path(snakemake.input.published[0]).parent)
     tables = {"comparison": table, "backward_1X": backward_1x_table(replays)}
-    write_tables(tables, [*snakemake.output.csv, *snakemake.output.html])
+    write_tables(tables, [*snakemake.output.csv, *snakemake.output.html], index_page(snakemake))
     save_figure(rigs_figure(replays, table.rows), snakemake.output.png, snakemake.output.svg)

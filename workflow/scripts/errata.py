@@ -1,10 +1,11 @@
-from rotorstudy.studies.workflow import job
+from rotorstudy.studies.workflow import index_page, job
 
 with job(snakemake):
     from pathlib import Path
 
     import yaml
 
+    from rotorstudy.presentation.pages import to_index
     from rotorstudy.presentation.tables import write_csv, write_html
     from rotorstudy.store import load
     from rotorstudy.studies.config import load_study
@@ -33,4 +34,5 @@ with job(snakemake):
         "Errata of the thesis, Chapters 2 to 6",
         "Each with evidence computed by this workflow: what is reproduced, or changes, if the printed form is used.",
         {"": table},
+        links=to_index(snakemake.output.html, index_page(snakemake)),
     )

@@ -1,8 +1,9 @@
-from rotorstudy.studies.workflow import job
+from rotorstudy.studies.workflow import index_page, job
 
 with job(snakemake):
     import pandas as pd
 
+    from rotorstudy.presentation.pages import to_index
     from rotorstudy.presentation.tables import write_csv, write_html
     from rotorstudy.thesis.scoreboard import COLUMNS, STATUSES
     from rotorstudy.thesis.tables import in_table_order
@@ -26,4 +27,6 @@ with job(snakemake):
         f"{reproduced(measured)} are reproduced, which checks the measuring chain. Every other value has a reason.",
         {"Every value": scored, "Number of values by table": counts},
         choose=("table", "quantity", "method", "origin", "status"),
+        below="reason",
+        links=to_index(snakemake.output.html, index_page(snakemake)),
     )

@@ -1,4 +1,4 @@
-from rotorstudy.studies.workflow import job
+from rotorstudy.studies.workflow import index_page, job
 
 with job(snakemake):
     from rotorstudy.presentation.tables import write_csv, write_tables
@@ -7,4 +7,4 @@ with job(snakemake):
     config = named_function(snakemake.params.load)(snakemake.input.config)
     scored, tables = called(snakemake, config, reasons=snakemake.input.reasons)
     write_csv(scored, snakemake.output.scored)
-    write_tables(tables, [*snakemake.output.csv, *snakemake.output.html])
+    write_tables(tables, [*snakemake.output.csv, *snakemake.output.html], index_page(snakemake))

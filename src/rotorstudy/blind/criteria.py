@@ -158,9 +158,9 @@ def _reasons(wrong):
     if not len(wrong):
         return ()
     pairs = Counter(zip(wrong.truth, wrong.answer, strict=True)).most_common(4)
-    said = ", ".join(f"{count} x {truth} answered {answer}" for (truth, answer), count in pairs)
+    said = ", ".join(f"{count} × {truth} answered {answer}" for (truth, answer), count in pairs)
     rigs = ", ".join(f"{name} {count}" for name, count in Counter(wrong.rig).most_common())
-    return f"{len(wrong)} failed: {said}", f"by rotor: {rigs}"
+    return f"{len(wrong)} failed: {said.replace('_', ' ')}", f"by rotor: {rigs}"
 
 
 def _intervals(rows):
@@ -172,7 +172,7 @@ def _intervals(rows):
 
     def reasons():
         missed = exact[[not all(covered) for covered in exact.covered]]
-        often = ", ".join(f"{count} x {name}" for name, count in Counter(missed.truth).most_common(5))
+        often = ", ".join(f"{count} × {name}" for name, count in Counter(missed.truth).most_common(5)).replace("_", " ")
         return [f"{n} intervals in {cases} cases", *([f"missed most often: {often}"] if often else [])]
 
     return _judged("intervals", "95 % intervals that hold the truth", "coverage", (0.93, 0.97), value, bounds, k, n,

@@ -16,7 +16,9 @@ def add(commands):
     parser.add_argument("records", nargs="+", help="record files (.nc, .csv, .mat, .uff) or tables of harmonics (.csv)")
     parser.add_argument("--rig", required=True, help="rig file; its section 'measurement:' says how to read the files")
     parser.add_argument("--out", required=True, help="NetCDF file to write")
-    parser.add_argument("--quality", help="HTML page to write (default: quality.html beside --out)")
+    parser.add_argument(
+        "--quality", help="HTML page to write (default: beside --out, under its name and _quality.html)"
+    )
     parser.set_defaults(func=run)
 
 
@@ -30,7 +32,7 @@ def run(given):
     from rotorstudy.presentation.quality_page import write_page
     from rotorstudy.store import provenance, save
 
-    page = given.quality or Path(given.out).parent / "quality.html"
+    page = given.quality or Path(given.out).with_name(f"{Path(given.out).stem}_quality.html")
     check_file(given.out, given.rig, *given.records, suffixes=NETCDF)
     check_file(page, given.rig, given.out, *given.records, option="--quality", suffixes=HTML)
     rig = read_rig(given.rig)

@@ -4,6 +4,7 @@ import numpy as np
 
 from rotorstudy.presentation.estimate_figures import label
 from rotorstudy.presentation.plots import figure
+from rotorstudy.studies.comparison.ranking import named
 
 PAGE_WIDTH = 7.0  # inches, two columns of a journal; text keeps its size in print
 PLAIN = "regression"  # the spectrum method that estimators are compared with
@@ -30,7 +31,7 @@ def accuracy(whole, trials):
     mean = np.exp(np.log(over).mean("parameter")).max(["rotor", "noise"])
     order = np.argsort(mean.fillna(np.inf).values)
     drawn, over = drawn.isel(estimator=order), over.isel(estimator=order)
-    names = [str(name).replace("_", " ") for name in drawn.estimator.values]
+    names = list(map(named, drawn.estimator.values))
     picture, axes = figure(
         drawn.sizes["rotor"], 2, height=0.19 * len(names) + 0.25, width=PAGE_WIDTH / 2, sharex="col", sharey=True
     )

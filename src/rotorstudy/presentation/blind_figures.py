@@ -147,7 +147,7 @@ def coverage(data):
     axes.axvline(NOMINAL, color="0.5", linewidth=0.8, linestyle=":")
     axes.set_yticks(range(len(value)), [str(what) for what in part.criterion_what.values])
     axes.set_ylim(-0.6, len(value) - 0.4)
-    axes.set_xlabel("share, 95 % bounds (dotted: 0.95)")
+    axes.set_xlabel("share, 95 % bounds")
     below = int((part.criterion_high.values < NOMINAL).sum())
     picture.suptitle(f"Coverage is below 95 % in {below} of {len(value)} rows, by their 95 % bounds", fontsize=8)
     return picture
@@ -166,7 +166,7 @@ def detection_limits(data):
     axes.axvline(LARGE, color="0.5", linewidth=0.8, linestyle=":")
     axes.set_yticks(range(len(half)), list(map(_called, families[order])))
     axes.set_xscale("log")
-    axes.set_xlabel("change over noise at which half are found (1), 95 % bounds")
+    axes.set_xlabel("change over noise at which half are found (1)")
     sure = int((high <= LARGE).sum())
     told = f"{sure} of {len(half)} effects are found below\nthree times the noise (95 % bounds)"
     picture.suptitle(told, fontsize=8)

@@ -6,7 +6,7 @@ from rotorstudy.blind.criteria import LARGE, statement, table, tally
 from rotorstudy.blind.glance import independent_answers, own_answers, sentences
 from rotorstudy.presentation.blind_figures import answers_figure, blind_figures
 from rotorstudy.presentation.captions import BLIND_FIGURES
-from rotorstudy.presentation.pages import inline_png, render
+from rotorstudy.presentation.pages import inline_png, render, to_index
 from rotorstudy.presentation.plots import save_figure
 from rotorstudy.presentation.tables import cells, write_csv, write_html
 from rotorstudy.store import write_text
@@ -26,7 +26,7 @@ NOTES = (
 )
 
 
-def write_pages(data, criteria, rows, folder, independent=None):
+def write_pages(data, criteria, rows, folder, independent=None, index=None):
     """Write figures (PNG, SVG), criteria and cases (CSV, HTML) to a folder.
 
     Parameters
@@ -39,6 +39,8 @@ def write_pages(data, criteria, rows, folder, independent=None):
     folder : str or Path
     independent : str or Path, optional
         Cases of the independent simulator (CSV), which benchmarks/foreign.py leaves; shown beside these.
+    index : str or Path, optional
+        The page of all results, to link to.
     """
     import pandas as pd
 
@@ -60,11 +62,13 @@ def write_pages(data, criteria, rows, folder, independent=None):
         (name.replace("_", " ").capitalize(), inline_png(folder / "figures" / f"{name}.png"), caption)
         for name, caption in BLIND_FIGURES.items()
     ]
-    write_text(folder / "criteria.html", criteria_page(answers, criteria, source, figures))
-    _write_cases(cases, source, folder)
+    links = to_index(folder / "criteria.html", index)
+    wrong = links | {"Cases with a wrong answer": "cases.html"}
+    write_text(folder / "criteria.html", criteria_page(answers, criteria, source, figures, wrong))
+    _write_cases(cases, source, folder, links | {"How often the diagnosis is right": "criteria.html"})
 
 
-def criteria_page(answers, criteria, source, figures):
+def criteria_page(answers, criteria, source, figures, links=None):
     """The page as HTML.
 
     Parameters
@@ -75,6 +79,8 @@ def criteria_page(answers, criteria, source, figures):
     source : str
         Where the cases come from.
     figures : list of (label, source of the image, caption)
+    links : dict, optional
+        Text -> address of pages to go to from the top.
     """
     shown = table([c for c in criteria if c.cases]).drop(columns=["key", "kind"])
     without = len(criteria) - len(shown)
@@ -87,14 +93,15 @@ def criteria_page(answers, criteria, source, figures):
         source=source,
         criteria=statement(criteria),
         open={status: found[status] for status in ("not reached", "undecided")},
-        table=cells(shown, 3),
+        table=cells(shown, 3, "reasons"),
         marks=MARKS,
         notes=notes,
         figures=figures,
+        links=links or {},
     )
 
 
-def _write_cases(cases, source, folder):
+def _write_cases(cases, source, folder, links):
     """The page of the cases with a wrong answer, the largest effects first."""
     foreign = (cases.kind == "foreign") & (cases["size"] >= LARGE) & (cases.verdict != "unknown") & ~cases.confounder
     wrong = cases.known & ~cases.right | (cases.kind == "clean") & (cases.verdict != "nothing") | foreign
@@ -102,6 +109,7 @@ def _write_cases(cases, source, folder):
     shown = shown[
         ["case", "kind", "rig", "noise_percent", "size", "truth", "verdict", "answer", "posterior_probability"]
     ]
+    shown = shown.assign(**{key: shown[key].str.replace("_", " ") for key in ("truth", "answer")})
     by_rig = cases.groupby("rig").seconds.agg(["count", "mean", "max"]).reset_index()
     note = f"{len(shown)} of {len(cases)} cases have a wrong answer, the largest effects first. Size is the change of "
     note += "the harmonics over their noise; an effect below 1 can hardly be detected."
@@ -111,4 +119,5 @@ def _write_cases(cases, source, folder):
         [note, source],
         {"Cases": shown, "Duration of a diagnosis (s)": by_rig},
         3,
+        links=links,
     )

@@ -129,8 +129,9 @@ def modes_and_unbalance(model, position, speed):
         both = interpolated @ shapes[mode].reshape(2, -1).T  # forward and backward part; vertical is their sum
         vertical, horizontal = np.abs(both.sum(axis=1)), np.abs(both[:, 0] - both[:, 1])
         main, way = (vertical, "x") if vertical.max() > horizontal.max() else (horizontal, "y")
-        frequency = values[mode].imag / (2 * np.pi)
-        axes[0, 0].plot(position, main / main.max(), color=COLOURS[i], label=f"{frequency:.1f} Hz, mostly {way}")
+        axes[0, 0].plot(
+            position, main / main.max(), color=COLOURS[i], label=f"{values[mode].imag:.0f} rad/s, mostly {way}"
+        )
     axes[0, 0].set(
         xlabel="position along the shaft (m)", ylabel="size over its largest (1)", title="Lowest whirl modes"
     )
@@ -142,7 +143,9 @@ def modes_and_unbalance(model, position, speed):
     axes[0, 1].set(xlabel="spin speed (rad/s)", ylabel="1X forward (µm)", title="Response to unbalance")
     axes[0, 1].legend(fontsize=6, loc="lower right")
     first = np.sort(np.abs(values[lowest].imag))[:2]
-    picture.suptitle(f"First whirl at {first[0]:.0f} and {first[1]:.0f} rad/s; the thesis prints 415.99", fontsize=9)
+    picture.suptitle(
+        f"First whirl at {first[0]:.0f} and {first[1]:.0f} rad/s; the thesis prints 415.99 rad/s", fontsize=9
+    )
     return picture
 
 

@@ -5,7 +5,7 @@ import numpy as np
 from rotorstudy.presentation.chapter_7_passage import passage_figure
 from rotorstudy.presentation.plots import COLOURS, MARKERS, figure
 from rotorstudy.studies.crack_study.limits import detection_probability
-from rotorstudy.units import percent
+from rotorstudy.units import number, percent
 
 QUANTITIES = (
     ("depth_ratio", "depth (% of diameter)", 100.0),
@@ -63,7 +63,7 @@ def smallest_crack(study, limits):
                 panel.plot(position, values, line, color=COLOURS[i], label=label, marker=MARKERS[i], markersize=2.5)
         panel.set(
             yscale="log",
-            ylim=(1, 60),
+            ylim=(1, 200),  # with room for the legend
             title=f"{_called(name)}: solid {BASELINE_TEXT['healthy record']}, dotted without",
         )
         panel.set_yticks([1, 2, 5, 10, 20, 50], ["1", "2", "5", "10", "20", "50"])
@@ -136,9 +136,9 @@ def accuracy_over_the_shaft(study, accuracy):
     axes[0, 0].set_ylabel("standard deviation (Cramér-Rao)")
     axes[0, 0].legend(title="depth", fontsize=6, title_fontsize=6)
     place = found.sel(shape="position_m", depth_ratio=float(accuracy.depth_ratio[-1]))
-    times, worst = float(place.max() / place.min()), float(accuracy.position[np.argmax(place.values)])
+    times, worst = number(float(place.max() / place.min()), 2), float(accuracy.position[np.argmax(place.values)])
     picture.suptitle(
-        f"At {worst * 1e3:.0f} mm the place of a crack of {100 * float(place.depth_ratio):g} % is {times:.0f} times "
+        f"At {worst * 1e3:.0f} mm the place of a crack of {100 * float(place.depth_ratio):g} % is {times} times "
         f"less certain than at best (probes at {planes})",
         fontsize=9,
     )

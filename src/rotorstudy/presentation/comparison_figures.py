@@ -6,7 +6,7 @@ import numpy as np
 
 from rotorstudy.presentation.accuracy_figure import PAGE_WIDTH, accuracy
 from rotorstudy.presentation.plots import COLOURS, MARKERS, figure
-from rotorstudy.studies.comparison.ranking import VALID
+from rotorstudy.studies.comparison.ranking import VALID, named
 
 ROW = 3  # panels side by side
 
@@ -52,7 +52,7 @@ def error_of_harmonics(whole, harmonic_errors, level):
     for i, method in enumerate(methods):
         place = groups + 0.7 * (i / (len(methods) - 1 or 1) - 0.5)
         values = cost.sel(spectrum_method=method)
-        axes.semilogy(place, values, MARKERS[i % len(MARKERS)], color=COLOURS[i % len(COLOURS)], label=_name(method))
+        axes.semilogy(place, values, MARKERS[i % len(MARKERS)], color=COLOURS[i % len(COLOURS)], label=named(method))
     axes.set_xticks(groups, [textwrap.fill(str(f), 11) for f in cost.fault.values], fontsize=6)
     axes.set_xticks(groups[1:] - 0.5, minor=True)
     axes.tick_params(axis="x", which="both", length=0)
@@ -60,7 +60,9 @@ def error_of_harmonics(whole, harmonic_errors, level):
     axes.grid(True, axis="x", which="minor")  # lines between the groups
     axes.set_ylabel("error of harmonics / rms of vibration (1)")
     picture.legend(loc="outside lower center", ncols=3, fontsize=6, frameon=False, columnspacing=1, handletextpad=0.2)
-    axes.set_title(f"{_name(best_by_worst(cost)[0])} has the smallest error\nin its worst fault ({level:g} % noise)")
+    axes.set_title(
+        f"{_starting(named(best_by_worst(cost)[0]))} has the smallest error\nin its worst fault ({level:g} % noise)"
+    )
     return picture
 
 
@@ -70,8 +72,8 @@ def error_with_faults(whole, level):
 
     over = _geometric_mean(whole.sel(noise=level).efficiency ** -0.5, ["parameter", "rotor"])
     over = over.transpose("fault", "spectrum_method", "estimator")
-    method, estimator = map(_name, best_by_worst(over))
-    told = f"{method} with {estimator} has the smallest error in its worst fault ({level:g} % noise); dark: small"
+    best = _starting(" with ".join(map(named, best_by_worst(over))))
+    told = f"{best} has the smallest error in its worst fault ({level:g} % noise); dark: small"
     return _by_fault(over, LogNorm(1, 100, clip=True), "error / Cramér-Rao bound\n(mean of all rotors)", told)
 
 
@@ -97,7 +99,7 @@ def bias_of_known_quantities(biased):
             # NaN where the estimator failed for one of the known quantities: a gap, not the error of the others
             error = abs(data.relative_error).isel(case=-1, estimator=0).max("known", skipna=False)
             error = 100 * error.median("parameter", skipna=False)
-            a.plot(data.percent, error, **_style(i, len(own)), label=_name(estimator))
+            a.plot(data.percent, error, **_style(i, len(own)), label=named(estimator))
             lost = data.percent[np.isnan(error)]
             place = 0.97 - 0.05 * i  # of the height of the panel, a row an estimator
             a.plot(
@@ -129,11 +131,6 @@ def best_by_worst(values):
     worst = values.max("fault", skipna=False).fillna(np.inf)
     place = worst.argmin(...)
     return [str(worst[dim][int(index)].values) for dim, index in place.items()]
-
-
-def _name(plugin):
-    """windowed_fft -> windowed FFT."""
-    return str(plugin).replace("_fft", " FFT").replace("_", " ")
 
 
 def _geometric_mean(values, dims="parameter"):
@@ -182,7 +179,7 @@ def _by_fault(values, norm, label, told):
     spare.set_xlim(axes[0].get_xlim())
     low = {"rotation": 90, "ha": "center", "va": "top", "fontsize": 6.5, "transform": spare.get_xaxis_transform()}
     for j, method in enumerate(values.spectrum_method.values):  # the columns of the panel above the spare one
-        spare.text(j, 1.0, _name(method), **low)
+        spare.text(j, 1.0, named(method), **low)
     scale = spare.inset_axes([0.0, 0.1, 1.0, 0.08])
     picture.colorbar(image, cax=scale, label=label, orientation="horizontal", format="{x:g}")
     scale.minorticks_off()
@@ -197,11 +194,16 @@ def _table(values, axes, norm):
         bright = norm(value) > 0.5
         axes.text(j, i, _shown(value), ha="center", va="center", fontsize=5.5, color="black" if bright else "white")
     axes.set_xticks(
-        range(values.sizes["spectrum_method"]), map(_name, values.spectrum_method.values), rotation=90, fontsize=6.5
+        range(values.sizes["spectrum_method"]), map(named, values.spectrum_method.values), rotation=90, fontsize=6.5
     )
-    axes.set_yticks(range(values.sizes["estimator"]), map(_name, values.estimator.values), fontsize=6.5)
+    axes.set_yticks(range(values.sizes["estimator"]), map(named, values.estimator.values), fontsize=6.5)
     axes.grid(False)
     return image
+
+
+def _starting(text):
+    """The text as the start of a sentence."""
+    return text[:1].upper() + text[1:]
 
 
 def _shown(value):

@@ -1,12 +1,13 @@
 """Tables of the comparison of spectrum methods and estimators: ranking and recommendation."""
 
+from rotorstudy.presentation.pages import to_index
 from rotorstudy.presentation.tables import write_csv, write_html
-from rotorstudy.studies.comparison.ranking import AS_GOOD, SELDOM, VALID, advice, in_short, with_words
+from rotorstudy.studies.comparison.ranking import AS_GOOD, SELDOM, VALID, advice, in_short, named, with_words
 
 BEST = 7  # pairs that the page shows of each rotor, fault and noise; the CSV file has all
 
 
-def write_ranking(ranked, trials, csv, html):
+def write_ranking(ranked, trials, csv, html, index=None):
     """Write the ranking: all of it as CSV, the best pairs of each rotor, fault and noise level as a page.
 
     Parameters
@@ -16,9 +17,16 @@ def write_ranking(ranked, trials, csv, html):
     trials : int
         Trials behind each row.
     csv, html : str or Path
+    index : str or Path, optional
+        The page of all results, to link to.
     """
     write_csv(ranked, csv)
-    best = ranked.groupby(["rotor", "fault", "noise"], sort=False).head(BEST).rename(columns={"noise": "noise (%)"})
+    best = (
+        ranked.groupby(["rotor", "fault", "noise"], sort=False)
+        .head(BEST)
+        .rename(columns={"noise": "noise (%)"})
+        .map(_worded)
+    )
     parts = best.groupby(["rotor", "fault"], sort=False)
     write_html(
         html,
@@ -28,10 +36,11 @@ def write_ranking(ranked, trials, csv, html):
         f"{BEST} best pairs of each noise level, for each rotor and fault of the record; ranking.csv has all.",
         {f"{rotor}, {fault}": part.drop(columns=["rotor", "fault"]) for (rotor, fault), part in parts},
         3,
+        links=to_index(html, index),
     )
 
 
-def write_advice(ranked, use_if, csv, html):
+def write_advice(ranked, use_if, csv, html, index=None):
     """Write which spectrum method and estimator to use for which fault: in full as CSV, with a summary as a page.
 
     Parameters
@@ -41,6 +50,8 @@ def write_advice(ranked, use_if, csv, html):
     use_if : dict
         Fault -> when to follow its advice, in words.
     csv, html : str or Path
+    index : str or Path, optional
+        The page of all results, to link to.
     """
     told = with_words(advice(ranked), use_if)
     write_csv(told, csv)
@@ -57,6 +68,11 @@ def write_advice(ranked, use_if, csv, html):
             "stated 95 % intervals hold the truth.",
             "advice.csv has the full table, ranking.csv every pair on every rotor.",
         ],
-        {"In short": in_short(told), "In full": told.drop(columns="use this if")},
+        {"In short": in_short(told), "In full": told.drop(columns="use this if").map(_worded)},
         3,
+        links=to_index(html, index),
     )
+
+
+def _worded(value):
+    return named(value) if isinstance(value, str) else value

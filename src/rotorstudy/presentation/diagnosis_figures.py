@@ -135,7 +135,10 @@ def causes(data, naming_probability, verdict):
 
 
 def in_words(label):
-    """The label of an explanation with units instead of keys: direction_rad 0.1725 is 'direction 9.88 °'."""
+    """The label of an explanation with units instead of keys: direction_rad 0.1725 is 'direction 9.88 °'.
+
+    Harmonics of one effect are written together: 'runout, node 1, harmonics -1 and 2'.
+    """
 
     def shown(found):
         name, unit, value = found.groups()
@@ -144,7 +147,18 @@ def in_words(label):
             return f"{name} {number(1e3 * value)} mm"
         return f"{name} {quantity(value, unit)}"
 
-    return SHAPE.sub(shown, str(label)).replace("_", " ")
+    harmonics = {}
+    for part in SHAPE.sub(shown, str(label)).replace("_", " ").split(" + "):
+        effect, _, harmonic = part.partition(", harmonic ")
+        harmonics.setdefault(effect, []).extend([harmonic] if harmonic else [])
+    return " + ".join(effect + _harmonics(found) for effect, found in harmonics.items())
+
+
+def _harmonics(found):
+    """', harmonic 2', ', harmonics -1, 2 and 3', or nothing."""
+    if len(found) < 2:
+        return "".join(f", harmonic {one}" for one in found)
+    return f", harmonics {', '.join(found[:-1])} and {found[-1]}"
 
 
 def shown_speed(data):
@@ -202,7 +216,8 @@ def gain(data):
     held = data.held_out.values.astype(bool)
     chosen = data.isel(speed=np.flatnonzero(held)) if held.any() else data
     picture, axes = figure(1, 2, height=3.1)
-    labels = [f"{both_units(w)}, node {node}" for w in chosen.speed.values for node in chosen.node.values]
+    nodes = [f", node {node}" if chosen.sizes["node"] > 1 else "" for node in chosen.node.values]
+    labels = [both_units(w) + node for w in chosen.speed.values for node in nodes]
     labels = labels if len(labels) <= 24 else [""] * len(labels)
     measured = as_complex(chosen.measured)
     for k, (when, name, colour) in enumerate((("before", "base", BASE), ("after", "extended", EXTENDED))):
@@ -215,9 +230,9 @@ def gain(data):
     for ax, label in zip(axes[0], ("rms error (µm)", "error (standard deviations)"), strict=True):
         ax.set_yscale("log")
         ax.set_ylim(bottom=0.5 * min(bar.get_height() for bar in ax.patches) or None)
-        ax.set_xticks(np.arange(len(labels)), labels, rotation=90)
+        ax.set_xticks(np.arange(len(labels)), labels, rotation=90 if len(labels) > 4 or len(nodes) > 1 else 0)
         ax.set_ylabel(label)
-        ax.set_xlabel("speed: rad/s (rpm), node")
+        ax.set_xlabel("speed: rad/s (rpm)" + ", node" * (len(nodes) > 1))
         ax.set_xlim(-0.6, max(len(labels), 4) - 0.4)
         ax.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
         ax.yaxis.set_major_formatter("{x:g}")

@@ -21,7 +21,12 @@ from rotorstudy.store import partial_path, provenance, save, write_text
 
 
 def diagnose_files(
-    records: list[str | Path], rig_path: str | Path, out: str | Path, hold_out: list[float] | None = None
+    records: list[str | Path],
+    rig_path: str | Path,
+    out: str | Path,
+    hold_out: list[float] | None = None,
+    name: str | None = None,
+    links: dict[str, str] | None = None,
 ) -> Verdict:
     """Diagnose records and write everything into the folder `out`.
 
@@ -29,6 +34,8 @@ def diagnose_files(
     rig_path : the rig file
     out      : folder for verdict.json, verdict.nc, extended_rig.yaml, index.html and figures
     hold_out : speeds held out of every fit, rad/s; by default those of the rig file, else about a quarter
+    name     : what was diagnosed, for the title of the page; by default the name of the rig file
+    links    : text -> address, relative to index.html, of pages to go to from its top
     raises   : RotorstudyError for files that cannot be read and for findings that are errors; nothing is written then
     """
     rig_file = read_rig(rig_path)
@@ -42,11 +49,11 @@ def diagnose_files(
     origin |= {"records": ", ".join(map(str, records)), "rig": str(rig_path)}
     verdict = diagnosis.verdict.model_copy(update={"provenance": origin})
     data = verdict_dataset(diagnosis, spectrum).assign_attrs(origin)
-    write_diagnosis(verdict, data, extended_rig(rig, diagnosis), out)
+    write_diagnosis(verdict, data, extended_rig(rig, diagnosis), out, name=name, links=links)
     return verdict
 
 
-def write_diagnosis(verdict, data, rig, out, first=None):
+def write_diagnosis(verdict, data, rig, out, first=None, name=None, links=None):
     """Write a diagnosis into the folder `out`, all of it or nothing.
 
     Parameters
@@ -60,6 +67,8 @@ def write_diagnosis(verdict, data, rig, out, first=None):
     out : str or Path
     first : dict, optional
         Name -> figure, those of `CHANGE_FIGURES` in a comparison of two states.
+    name, links : optional
+        As `diagnose_files` takes them.
     """
     given = verdict.provenance["rig"]
     with whole_folder(out) as folder:
@@ -68,7 +77,7 @@ def write_diagnosis(verdict, data, rig, out, first=None):
         save_figures(figures, [*png.values(), *svg.values()])
         save(data, folder / "verdict.nc")
         write_rig(rig, folder / "extended_rig.yaml", f"{given} after a diagnosis of its records\n{verdict.summary}")
-        write_text(folder / "index.html", diagnosis_page(verdict, data, png, Path(given).stem))
+        write_text(folder / "index.html", diagnosis_page(verdict, data, png, name or Path(given).stem, links))
         write_text(folder / "verdict.json", verdict.model_dump_json(indent=1) + "\n")
 
 

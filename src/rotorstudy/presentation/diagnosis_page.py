@@ -1,15 +1,8 @@
 """The page of a diagnosis: verdict in words, evidence and assumptions."""
 
+from rotorstudy.diagnosis.verdict.cause_words import cause_in_words, place, readable, sizes
 from rotorstudy.diagnosis.verdict.steps import known_and_not, next_steps, separated
-from rotorstudy.diagnosis.verdict.words import (
-    cause_in_words,
-    detection_limits,
-    excluded_in_words,
-    place,
-    readable,
-    sizes,
-    smallest_detected,
-)
+from rotorstudy.diagnosis.verdict.words import detection_limits, excluded_in_words, smallest_detected
 from rotorstudy.presentation.captions import CHANGE_FIGURES, DIAGNOSIS_FIGURES
 from rotorstudy.presentation.pages import inline_png, render
 from rotorstudy.presentation.speed_view import speed_view
@@ -31,7 +24,7 @@ HEADINGS = {
 }
 
 
-def diagnosis_page(verdict, data, figures, title):
+def diagnosis_page(verdict, data, figures, title, links=None):
     """The page as HTML.
 
     Parameters
@@ -44,6 +37,8 @@ def diagnosis_page(verdict, data, figures, title):
         `CHANGE_FIGURES` too.
     title : str
         What was diagnosed.
+    links : dict, optional
+        Text -> address of pages to go to from the top.
     """
     import pandas as pd
 
@@ -59,6 +54,7 @@ def diagnosis_page(verdict, data, figures, title):
     return render(
         "diagnosis.html",
         title=_title(title, verdict.verdict, of_change),
+        links=links or {},
         verdict=verdict,
         glance=_glance(verdict, of_change),
         next_steps=next_steps(verdict, of_change),

@@ -1,6 +1,7 @@
 """HTML pages from templates; every page is a single self-contained file."""
 
 import base64
+import os
 from functools import cache
 from pathlib import Path
 
@@ -16,11 +17,16 @@ def _environment():
 def render(template: str, **data) -> str:
     """A page from a template of `presentation/templates`; every value is escaped.
 
-    template : name of the file. It extends `base.html`, which needs `title` and offers the blocks `style` and `content`
-               and, as `show`, the macros of `macros.html`.
+    template : name of the file. It extends `base.html`, which needs `title`, takes `links` (text -> address, shown at
+               the top) and offers the blocks `style` and `content` and, as `show`, the macros of `macros.html`.
     data     : values by the names that the template uses; a missing one raises `jinja2.UndefinedError`
     """
     return _environment().get_template(template).render(**data)
+
+
+def to_index(page: str | Path, index: str | Path | None) -> dict[str, str]:
+    """Link from a page to the page of all results, as text -> relative address; none without one."""
+    return {"All results": Path(os.path.relpath(index, Path(page).parent)).as_posix()} if index else {}
 
 
 def inline_png(picture: bytes | str | Path) -> str:

@@ -1,5 +1,6 @@
 """Figures: one style, and the plots common in rotordynamics."""
 
+import textwrap
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
@@ -26,6 +27,7 @@ STYLE = {
     "ytick.labelsize": 7,
     "axes.grid": True,
     "axes.axisbelow": True,
+    "axes.formatter.min_exponent": 3,  # of a logarithmic axis: 0.2 instead of 2 x 10^-1
     "grid.alpha": 0.3,
     "lines.linewidth": 1.2,
     "lines.markersize": 4,
@@ -53,7 +55,25 @@ def _lay_out(picture, dpi):
     picture.set_dpi(dpi)
     if engine := picture.get_layout_engine():
         engine.execute(picture)
+        if _wrap_what_is_cut(picture):
+            engine.execute(picture)
         picture.set_layout_engine(None)
+
+
+def _wrap_what_is_cut(picture):
+    """Break titles, and labels of axes along x, that reach beyond the figure into lines; whether any did."""
+    whole = picture.get_window_extent()
+    texts = [picture._suptitle, *(text for axes in picture.axes for text in (axes.title, axes.xaxis.label))]
+    cut = False
+    for text in filter(None, texts):
+        seen = text.get_window_extent()
+        if (seen.x0 < whole.x0 or seen.x1 > whole.x1) and "\n" not in text.get_text():
+            middle, said = (seen.x0 + seen.x1) / 2, text.get_text()
+            room = 1.94 * min(middle - whole.x0, whole.x1 - middle)
+            lines = int(np.ceil(seen.width / room))
+            text.set_text(textwrap.fill(said, len(said) // lines + 8))  # of about equal length
+            cut = True
+    return cut
 
 
 def save_figure(picture, *paths):

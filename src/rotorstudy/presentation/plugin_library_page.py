@@ -5,6 +5,7 @@ import re
 import pandas as pd
 
 from rotorstudy.authoring.facts import tables
+from rotorstudy.presentation.pages import to_index
 from rotorstudy.presentation.tables import write_csv, write_html
 
 COLUMNS = {  # of the page, few enough for a screen, and the headings of the facts shown in each
@@ -15,8 +16,8 @@ COLUMNS = {  # of the page, few enough for a screen, and the headings of the fac
 }
 
 
-def write_plugin_library(html, csv):
-    """Write the page and the table of all plugins of the registry to two paths."""
+def write_plugin_library(html, csv, index=None):
+    """Write the page and the table of all plugins of the registry to two paths; index : page of all results, if any."""
     found = tables()
     count = sum(len(table) for table in found.values())
     write_csv(pd.concat([table.assign(kind=kind) for kind, table in found.items()]), csv)
@@ -26,6 +27,7 @@ def write_plugin_library(html, csv):
         f"{count} models, each in one file in plugins/. Every claim is checked by the tests and by 'rotorstudy check'. "
         "An option marked '(needed)' has no default. zoo.csv has a separate column for each fact.",
         {f"{kind} ({len(table)})": shown(table) for kind, table in found.items()},
+        links=to_index(html, index),
     )
 
 

@@ -34,7 +34,7 @@ def rigs_figure(replays, table):
         axes[0, 0].barh(place, sides * narrower, 0.8, color=COLOURS[2], alpha=alpha, label=part)
     for r, rig in enumerate(dict.fromkeys(table.rig)):
         part = table[table.rig == rig].set_index("parameter").loc[parameters]
-        for s, (source, column) in enumerate((("thesis", "thesis"), ("least squares", "least squares, estimate"))):
+        for s, (source, column) in enumerate((("thesis", "thesis"), ("least squares", "least squares: estimate"))):
             axes[0, 0].plot(
                 part[column],
                 np.arange(len(parameters)) + 0.3 * (r - 0.5),

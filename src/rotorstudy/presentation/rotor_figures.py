@@ -164,12 +164,21 @@ def polar(analysis, measured=None):
                 points = measured[1][:, position]
                 panel.plot(-np.angle(points), 2e6 * np.abs(points), MARKERS[i], color=COLOURS[i], fillstyle="none")
         panel.set_title(f"node {node}")
-        panel.set_rlabel_position(200)
+        panel.set_rlabel_position(_emptiest(response[:, [position for position, _ in probes]]))
+        panel.yaxis.get_major_locator().base.set_params(nbins=4)
     handles = max((panel.get_legend_handles_labels()[0] for panel in axes[0]), key=len)
     named = [dict.fromkeys(one[i][1] for one in nodes.values() if i < len(one)) for i in range(len(handles))]
     picture.legend(handles, [" / ".join(names) for names in named], loc="outside lower center", ncols=4)
     picture.suptitle("1X (µm peak to peak) over phase lag", fontsize=9)
     return picture
+
+
+def _emptiest(vectors):
+    """Phase lag, degrees, in the middle of the eighth of a turn that vectors (..., complex) reach into least."""
+    middles = np.arange(22.5, 360, 45)
+    lag = -np.angle(vectors.ravel(), deg=True)
+    away = np.abs((lag - middles[:, None] + 180) % 360 - 180)
+    return middles[np.where(away < 30, np.abs(vectors.ravel()), 0).max(axis=1).argmin()]
 
 
 def mode_shapes(structure, analysis):

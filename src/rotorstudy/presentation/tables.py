@@ -1,12 +1,14 @@
 """Tables for readers: CSV for programs, one self-contained HTML page for people."""
 
 import re
+from itertools import groupby
 
 from rotorstudy.presentation.named_files import files_by_name
-from rotorstudy.presentation.pages import render
+from rotorstudy.presentation.pages import render, to_index
 from rotorstudy.store import atomic, write_text
 
 LONG, SHORT = 80, 24  # characters: a longer column is widened, a shorter one is not wrapped
+MARKS = {"explained": "doubtful", "not reproducible": "bad"}  # cells that a reader looks for
 
 
 def write_csv(table, path):
@@ -15,7 +17,7 @@ def write_csv(table, path):
         table.to_csv(temporary, index=False)
 
 
-def write_html(path, title, note, tables, digits=6, choose=()):
+def write_html(path, title, note, tables, digits=6, choose=(), below=None, links=None):
     """Write a page with a title, a note and DataFrames by heading ({heading: table}).
 
     Parameters
@@ -30,13 +32,20 @@ def write_html(path, title, note, tables, digits=6, choose=()):
         Significant digits of every number.
     choose : sequence of str
         Columns by whose values, and by any text, a reader may select the rows of a table that has them all.
+    below : str, optional
+        Column of long texts, each shown below its row instead of beside it.
+    links : dict, optional
+        Text -> address, relative to the page, of pages to go to from its top.
     """
     note = [note] if isinstance(note, str) else note
-    tables = {heading: cells(table, digits) for heading, table in tables.items()}
-    write_text(path, render("tables.html", title=title, note=note, tables=tables, choose=choose))
+    tables = {heading: cells(table, digits, below) for heading, table in tables.items()}
+    write_text(
+        path,
+        render("tables.html", title=title, note=note, tables=tables, choose=choose, marks=MARKS, links=links or {}),
+    )
 
 
-def cells(table, digits=6):
+def cells(table, digits=6, below=None):
     """A DataFrame as the macro `show.table` takes it.
 
     Parameters
@@ -44,24 +53,39 @@ def cells(table, digits=6):
     table : pandas.DataFrame
     digits : int
         Significant digits of every number.
+    below : str, optional
+        A column of texts to be shown below their rows.
 
     Returns
     -------
     dict
         `columns`, the headings, and `rows`, each a list of (class, text); the class is that of the column: number,
-        short, text or long.
+        short, text or long. `groups`: (heading, number of columns) over the columns whose names are "group: name", or
+        none. `below`: a text for each row, or none.
     """
+    texts = [_cell(value, digits) for value in table.get(below, [])]
+    table = table.drop(columns=below, errors="ignore") if below else table
+    groups, columns = _grouped([_heading(str(name)) for name in table.columns])
     kinds = [_kind(column) for _, column in table.items()]
     rows = [
         [(kind, _cell(value, digits)) for kind, value in zip(kinds, row, strict=True)]
         for row in zip(*(column for _, column in table.items()), strict=True)
     ]
-    return {"columns": [_heading(str(name)) for name in table.columns], "rows": rows}
+    return {"columns": columns, "groups": groups, "rows": rows, "below": texts}
+
+
+def _grouped(names):
+    """Columns "amplitude: thesis", "amplitude: here" as (group, number of columns), and the names within the groups."""
+    parts = [name.rpartition(": ") for name in names]
+    groups = [(group, len(list(run))) for group, run in groupby(group for group, _, _ in parts)]
+    if max((count for group, count in groups if group), default=1) < 2:
+        return [], names
+    return groups, [name for _, _, name in parts]
 
 
 def _heading(name):
-    """noise_percent -> noise (%), last_digit -> last digit."""
-    return re.sub(r"_percent$", " (%)", name).replace("_", " ")
+    """noise_percent -> noise (%), last_digit -> last digit; a symbol such as c_H stays."""
+    return re.sub(r"(?<=\w{3})_", " ", re.sub(r"_percent$", " (%)", name))
 
 
 def _kind(column):
@@ -77,7 +101,7 @@ def _cell(value, digits):
     return "" if value is None else str(value)
 
 
-def write_tables(tables, paths):
+def write_tables(tables, paths, index=None):
     """Write every table to the files of its name: .csv for programs, .html for people.
 
     Parameters
@@ -86,6 +110,8 @@ def write_tables(tables, paths):
         name -> `rotorstudy.thesis.tables.Table`.
     paths : iterable of path
         Files to be written: table_2_1.csv holds the table "table_2_1".
+    index : path, optional
+        The page of all results, which each page links to.
 
     Raises
     ------
@@ -98,4 +124,4 @@ def write_tables(tables, paths):
             if path.suffix == ".csv":
                 write_csv(table.rows, path)
             else:
-                write_html(path, table.title, table.note, {"": table.rows}, table.digits)
+                write_html(path, table.title, table.note, {"": table.rows}, table.digits, links=to_index(path, index))

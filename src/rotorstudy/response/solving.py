@@ -1,16 +1,18 @@
 """The dynamic stiffness of all harmonics that are solved together, and the motion that a force on them gives."""
 
-from functools import partial
+from functools import lru_cache, partial
 
 import numpy as np
 
 from rotorstudy.errors import NoSteadyState
+from rotorstudy.model.entries import Entry
 from rotorstudy.response.coupling import gather, layout_without_turning, linked_members, mirrored_unknown, own_harmonic
 from rotorstudy.response.factorised import factorised, narrow_band, stored_by_band
 from rotorstudy.response.on_bearings import are_few, diagonal_blocks, on_bearings, touched_by
 from rotorstudy.response.turning import turning
 
 FEWER_BY = 2  # harmonics are coupled on the coordinates that turn if that takes less than a half of the operations
+FACTORS_KEPT = 512  # of kinds of entries at some speeds
 CONDENSED_AT_MOST = 1e4  # ratio of the condensed part to the stiffness; above it four of sixteen digits would be lost
 
 
@@ -64,15 +66,24 @@ def _of_entries(patterns, model, theta, speed, blocks, kept):
         value = pattern.values(own)[..., None, None, :]  # (..., speed, link, place)
         if not value.any():
             continue
-        for full, (n, is_w, block, row, column) in zip(
-            result, linked_members(blocks, entry.is_conjugate, entry.shift), strict=True
-        ):
+        linked = linked_members(blocks, entry.is_conjugate, entry.shift)
+        factors = _factors(entry.kind, tuple(speed.tolist()), blocks)
+        for full, (n, is_w, block, row, column), factor in zip(result, linked, factors, strict=True):
             if not len(n):
                 continue
-            factor = entry.gain_at(speed[:, None], n) * (1j * (n - entry.shift) * speed[:, None]) ** entry.order
             both = factor[..., None] * value
             full[..., block, row, at[i], column, at[j]] -= np.where(is_w[:, None], both.conj(), both)
     return [full.reshape(*full.shape[:-4], full.shape[-4] * count, full.shape[-4] * count) for full in result]
+
+
+@lru_cache(maxsize=FACTORS_KEPT)  # most models of a search have the same bearings
+def _factors(kind, speed, blocks):
+    """Factors (speed, link) of the matrix of entries of a kind, for each group; None for a group without links."""
+    entry, speed = Entry(np.zeros(0), *kind), np.array(speed)[:, None]
+    return [
+        entry.gain_at(speed, n) * (1j * (n - entry.shift) * speed) ** entry.order if len(n) else None
+        for n, *_ in linked_members(blocks, entry.is_conjugate, entry.shift)
+    ]
 
 
 def uncoupled(matrices, n, speed):

@@ -69,6 +69,11 @@ class WorkflowConfig(Strict):
     independent_records: str = ""
 
 
+def index_page(snakemake):
+    """Path of the page of all results, which every other page links to."""
+    return Path(snakemake.config["results"], "index.html")
+
+
 @contextmanager
 def job(snakemake):
     """Redirect the output of a script to the rule's log; a user's mistake ends the job with a one-line message."""

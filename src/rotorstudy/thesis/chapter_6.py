@@ -51,7 +51,7 @@ def assumed_parameters(config, true):
     deflection = static_deflection(model, [100.0], model.theta[: len(model.rotor_unknowns)]).value[0]
     for node in model.structure.nodes:
         rows.append((f"u_x0 at node {node} (µm)", deflection[model.structure.index(node)].real * 1e6))
-        rows.append((f"phi_y0 at node {node} (urad)", deflection[model.structure.index(node, "tilt")].real * 1e6))
+        rows.append((f"phi_y0 at node {node} (µrad)", deflection[model.structure.index(node, "tilt")].real * 1e6))
     return Table(
         pd.DataFrame(rows, columns=["parameter", "here"]),
         "Table 6.1: Assumed parameters, and the static deflection that follows",
@@ -67,15 +67,18 @@ def variant_errors(config, relative_error):
     error.loc[:, ~phase] *= 100
     error.loc[:, phase] = np.rad2deg(error.loc[:, phase])
     error.columns = [
-        f"{name} ({'deg' if is_angle else '%'})" for name, is_angle in zip(error.columns, phase, strict=True)
+        f"{name.replace('_', ' ')} ({'°' if is_angle else '%'})"
+        for name, is_angle in zip(error.columns, phase, strict=True)
     ]
+    error.index = [f"{variant}: {case}" for variant, case in error.index]
     return Table(
-        error.reset_index(),
+        error.T.rename_axis("parameter").reset_index(),
         "Variants of least squares from exact spectra",
         "Error of each parameter without noise. The elimination of the tilts is exact. A condensation without "
         "gyroscopic moments causes errors of a few hundredths of a per cent. A static deflection held at that of "
         "bearings 20 % too stiff causes 11 % in crack stiffness and internal damping and none elsewhere. The wrong "
         "gyroscopic sign causes 2 to 12 % in bearings, eccentricities and the crack.",
+        digits=2,
     )
 
 

@@ -6,8 +6,9 @@ import numpy as np
 
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import read_settings
+from rotorstudy.diagnosis.verdict.cause_words import place, readable
 from rotorstudy.diagnosis.verdict.investigate import diagnose
-from rotorstudy.diagnosis.verdict.words import gain_in_words, place, readable
+from rotorstudy.diagnosis.verdict.words import gain_in_words
 from rotorstudy.inference.estimate import magnitude_and_phase
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prediction import predicted, with_model_error

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
+from rotorstudy.diagnosis.verdict.cause_words import place, readable
 from rotorstudy.diagnosis.verdict.result import Verdict
-from rotorstudy.diagnosis.verdict.words import place, readable
 from rotorstudy.store import load
 from rotorstudy.thesis.config import load_replay
 from rotorstudy.thesis.left_out import compared_parameters, harmonic_rows

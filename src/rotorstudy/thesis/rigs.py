@@ -53,7 +53,7 @@ def relative_estimates(config, reference, identification, spectra):
         }
         for estimator in config.estimators:
             here = best.sel(estimator=estimator, parameter=ours)
-            row |= {f"{estimator.replace('_', ' ')}, {key}": float(here[key]) / scale for key in here.data_vars}
+            row |= {f"{estimator.replace('_', ' ')}: {key}": float(here[key]) / scale for key in here.data_vars}
         here = best.sel(estimator="least_squares", parameter=[ours]).to_dataframe().reset_index()
         (check,) = physical_checks(config, here.assign(source="least squares"), bow).itertuples()
         row["largest possible"] = check.largest_possible / (scale * (1e6 if check.unit == "µm" else 1.0))

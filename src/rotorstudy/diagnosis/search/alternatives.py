@@ -7,7 +7,15 @@ from rotorstudy.diagnosis.search.odds import odds_of
 from rotorstudy.diagnosis.search.screening import TIE, screen, screen_each, screen_pairs
 from rotorstudy.diagnosis.search.shape_scan import can_be_scanned, scan
 from rotorstudy.diagnosis.search.shapes import refine
-from rotorstudy.diagnosis.search.trials import CLOSE, LEFT_BY_SHAPE, REACH, Option, best_of_each_shape, fit_closest
+from rotorstudy.diagnosis.search.trials import (
+    CLOSE,
+    LEFT_BY_SHAPE,
+    REACH,
+    Option,
+    best_of_each_shape,
+    fit_closest,
+    may_be_left,
+)
 
 INACCURACY = 0.01  # of what a cause explains: added to REACH, as columns at the best motion are not exact
 OF_CONTACTS = 0.03  # the same of a force that follows from the motion in time, and with it changes more
@@ -89,6 +97,15 @@ def at_the_same_place(work, current):
     return refine(work, best, again=False) if odds_of(best) >= odds_of(current) - REACH else current
 
 
+def one_instead_of_all(work, current, node):
+    """Explanations by one cause that acts at a node, in its best shape, instead of all causes of an explanation.
+
+    At the motion of that explanation, whose causes may imitate the one that made it.
+    """
+    tried = _scanned_instead(work, current, list(current.causes), lambda _, other: other.where.get("node") == node)
+    return [refine(work, e) for e in sorted(tried, key=odds_of, reverse=True)[:REFINED]]
+
+
 def _may_be_there(cause, other):
     """Whether another cause may be taken for one by its place alone."""
     if any(u.force for u in other.term.unknowns):
@@ -115,7 +132,9 @@ def _scanned_instead(work, current, causes, may_be):
     }
     if not chosen:
         return []
-    found = scan(work, work.held(rest, current.fit.values), list(chosen.values()), refined=len(chosen))
+    held = work.held(rest, current.fit.values)
+    most_left = may_be_left(current, held.cost)
+    found = scan(work, held, list(chosen.values()), refined=len(chosen), most_left=most_left)
     theta = current.fit.values
     least = max((s.evidence - LEFT_BY_SHAPE * s.explained for _, s in found), default=0.0) - REACH
     options = [

@@ -111,8 +111,10 @@ def _with_prior(model, cause, width):
 
 def _same(unknown, term, model):
     """{parameter of the model: factor} of those that act as an unknown of a term does, so that the two add up."""
+    if unknown.force or not unknown.entries:
+        return {}
     there = model.output_unknowns if term.acts_on_output else model.rotor_unknowns
-    shares = {known.name: share_of(unknown, known) for known in there}
+    shares = {known.name: share_of(unknown, known) for known in there if unknown.kinds <= known.kinds}
     return {name: share for name, share in shares.items() if share > 0}
 
 

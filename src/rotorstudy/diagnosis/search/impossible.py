@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from rotorstudy.diagnosis.search.contact_evidence import is_unseen
 from rotorstudy.diagnosis.search.odds import total
 from rotorstudy.diagnosis.search.supports import loses_more_than_all
 from rotorstudy.inference.prediction import carried_order
@@ -30,6 +31,7 @@ def is_impossible(work, explanation):
         is_negative(explanation, work.settings.significance)
         or loses_more_than_all(explanation, work.rig.structure, work.spectrum.speed)
         or _never_switches(work, explanation)
+        or is_unseen(work, explanation)
         or bool((grows(explanation.fit, work.spectrum.speed) & ~work.unstable).any())  # the last, as it takes longest
     )
 

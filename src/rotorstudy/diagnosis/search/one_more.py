@@ -10,12 +10,13 @@ from rotorstudy.diagnosis.search.parts import (
 )
 from rotorstudy.diagnosis.search.screening import Screened
 from rotorstudy.diagnosis.search.shape_scan import can_be_scanned, is_sought_everywhere, scan
-from rotorstudy.diagnosis.search.trials import Option, fit_closest
+from rotorstudy.diagnosis.search.trials import LEFT_BY_SHAPE, Option, closest, fit_closest, labels, may_be_left, trials
 from rotorstudy.diagnosis.settings import base_rate
 from rotorstudy.model.registry import registry
 
 WORTH_FITTING = 0.1  # of what the best candidate explains when linearised, which is inaccurate for large effects
 WORTH_REFINING = 0.05  # of the same, by the best of some hundred shapes; refined, it explains up to a few times as much
+INEXACT, EXACT = 0.5, 0.8  # of the gain that gives even odds, from which on a cause may reach it when it is fitted
 ORDINARY = 2  # places at which a cause more frequent than usual is fitted, whatever else explains
 NOT_SCREENED = Screened(0.0, -np.inf, np.zeros(0), np.zeros(0))
 
@@ -31,15 +32,29 @@ def with_one_more(work, current, fits=None, values=None):
         return []
     fits = fits or [current.fit]
     screenings = [work.screened if f is work.base else work.screen(f, chosen) for f in fits]
-    if _is_worth_scanning(work, current.fit, chosen):
-        chosen, screenings = _with_scanned(work, chosen, screenings, fits)
-    promising = _promising(work, chosen, screenings, work.settings.candidates_per_round)
     known = values or current.fit
-    theta = known.values
-    options = [
-        Option((*current.causes, chosen[i]), theta | dict(zip(chosen[i].names, one.start, strict=True)))
-        for i, one in promising.items()
-    ]
+
+    def tried(done=()):
+        """Trials of the candidates worth a fit that are not among those done."""
+        is_exact = bool(current.causes) and not current.fit.excess
+        promising = _promising(work, chosen, screenings, work.settings.candidates_per_round, is_exact)
+        options = [_option(current.causes, known, chosen[i], one) for i, one in promising.items()]
+        done = {labels(one.causes) for one in done}
+        return trials(work, [one for one in options if labels(one.causes) not in done], from_stated=values is None)
+
+    looked, best, due = [], None, fits if _is_worth_scanning(work, current.fit, chosen) else []
+    if due and not current.causes and _may_explain(screenings, fits):
+        looked = tried()
+        best = _explaining(work, closest(work, looked))
+    while due and not best:
+        (fitted, *due), number = due, len(fits) - len(due)
+        chosen, screenings = _with_scanned(work, chosen, screenings, fitted, number)
+        if due and not current.causes:
+            looked += tried(looked)
+            best = _explaining(work, closest(work, looked))
+    looked += tried(looked)
+    if due:
+        looked += _scanned_at(work, best, chosen)
     several = [
         Option((*current.causes, *parts), start)
         for fitted in fits
@@ -54,7 +69,7 @@ def with_one_more(work, current, fits=None, values=None):
         for parts, start in _ordinary(work, fitted, chosen, screened)
     ]
     return [
-        *fit_closest(work, options, from_stated=values is None, before=current.fit.cost),
+        *closest(work, looked, before=current.fit.cost),
         *fit_closest(work, several),
         *fit_closest(work, ordinary),
     ]
@@ -89,25 +104,59 @@ def _ordinary(work, fitted, chosen, screened):
     return found
 
 
-def _with_scanned(work, chosen, screenings, fits):
+def _with_scanned(work, chosen, screenings, fitted, number):
     """Candidates and their screenings, each with those added whose shape a scan at one of the fits has found."""
-    first = list({(c.cause, *c.variant.values()): c for c in reversed(chosen)}.values())
-    for number, fitted in enumerate(fits):
-        best = max((one.explained for one in screenings[number]), default=0.0)
-        scanned = scan(work, fitted, first, least=WORTH_REFINING * best)
-        work.scanned.extend(one.cause for one in scanned)
-        chosen = [*chosen, *(one.cause for one in scanned)]
-        screenings = [
-            [*rows, *(one.screened if i == number else NOT_SCREENED for one in scanned)]
-            for i, rows in enumerate(screenings)
-        ]
-    return chosen, screenings
+    best = max((one.explained for one in screenings[number]), default=0.0)
+    scanned = scan(work, fitted, _one_shape_of_each(chosen), least=WORTH_REFINING * best)
+    work.scanned.extend(one.cause for one in scanned)
+    screenings = [
+        [*rows, *(one.screened if i == number else NOT_SCREENED for one in scanned)]
+        for i, rows in enumerate(screenings)
+    ]
+    return [*chosen, *(one.cause for one in scanned)], screenings
 
 
-def _promising(work, chosen, screenings, most):
+def _one_shape_of_each(chosen):
+    """The first shape of each cause and alternative among candidates."""
+    return list({(c.cause, *c.variant.values()): c for c in reversed(chosen)}.values())
+
+
+def _may_explain(screenings, fits):
+    """Whether a candidate leaves about as much as noise at one of the fits, to first order."""
+    best = [max((one.explained for one in rows), default=0.0) for rows in screenings]
+    return any(f.excess - gain <= LEFT_BY_SHAPE * f.excess for f, gain in zip(fits, best, strict=True))
+
+
+def _explaining(work, found):
+    """The explanation of least cost, if it leaves no more than noise and the stated model error; else None."""
+    best = min(found, key=lambda e: e.fit.cost, default=None)
+    return None if best is None or work.is_rejected_as_stated(best) else best
+
+
+def _scanned_at(work, best, chosen):
+    """Trials of causes in the shapes that a scan finds at the motion of a cause that explains the records.
+
+    Only shapes are tried that may explain as much.
+    """
+    held = work.held((), best.fit.values)
+    most_left = may_be_left(best, held.cost)
+    scanned = scan(work, held, _one_shape_of_each(chosen), most_left=most_left)
+    work.scanned.extend(one.cause for one in scanned)
+    return trials(work, [_option((), best.fit, *one) for one in scanned])
+
+
+def _option(causes, known, cause, screened):
+    """Causes and one more, with the amplitudes of its Screened and all others as in a known fit."""
+    return Option((*causes, cause), known.values | dict(zip(cause.names, screened.start, strict=True)))
+
+
+def _promising(work, chosen, screenings, most, is_exact=False):
     """Candidates worth a fit, {index: Screened}: the best of the screenings in turn, each cause in its best shape.
 
     A crack that was scanned counts in each alternative, as its columns say little about how it opens.
+
+    is_exact : whether columns are taken at the motion of causes that leave no more than noise, so that they tell to a
+               few per cent what another cause explains
     """
     lists, of_scans = [], {id(cause): cause.cause for cause in work.scanned if is_sought_everywhere(cause)}
     names = [c.label if c.cause in of_scans.values() else c.cause for c in chosen]
@@ -117,7 +166,9 @@ def _promising(work, chosen, screenings, most):
         order, seen = sorted(set(range(len(chosen))) - coarse, key=lambda i: -odds[i]), set()
         order = [i for i in order if not (names[i] in seen or seen.add(names[i]))]
         best = max((one.explained for one in screened), default=0.0)
-        worth = [max(WORTH_FITTING * best, 0.5 * work.prior_odds.even_odds_gain(chosen[i])) for i in order]
+        share = [EXACT if is_exact and not chosen[i].shape else INEXACT for i in order]
+        needed = [part * work.prior_odds.even_odds_gain(chosen[i]) for i, part in zip(order, share, strict=True)]
+        worth = [max(WORTH_FITTING * best, gain) for gain in needed]
         lists.append([(i, screened[i]) for i, low in zip(order, worth, strict=True) if screened[i].explained >= low])
     found = {}
     for rank in range(max(map(len, lists), default=0)):

@@ -119,7 +119,7 @@ def search(begun: Search) -> Search:
     best = _added(work, work.found[frozenset()], [base, fit(whole, widened, prior, steps=0)] if imitates else None)
     best = with_formulas(work, best)
     log.info("fitting the best of %d explanations again", len(work.found))
-    settled = _settled(work, spectrum, missing, best)
+    settled = settled_with_least_error(work, spectrum, missing, best)
     first = max(settled.explanations, key=odds_of)
     if not (settled is work and first is best):  # to which nothing was found that could be added
         first = _added(settled, first)
@@ -133,11 +133,11 @@ def search(begun: Search) -> Search:
         settled = exact
         _added(settled, max(settled.explanations, key=odds_of))  # parts of its faults
     settled = replace(settled, unstable=grows(settled.base, spectrum.speed))
-    _drop_impossible(settled)
+    drop_impossible(settled)
     return settled
 
 
-def _drop_impossible(work):
+def drop_impossible(work):
     """Drop explanations that cannot be true, until the best ones can."""
     possible = set()
     while True:
@@ -171,7 +171,7 @@ def _added(work, current, fits=None):
             current = _drop(work, refine_in_turn(work, current))
 
 
-def _settled(work, spectrum, missing, best):
+def settled_with_least_error(work, spectrum, missing, best):
     """The search with the least error of the causes that one of the best explanations turned out to have.
 
     Under a larger one another may seem better. Everything within reach is fitted again with that error, of explanations

@@ -64,9 +64,15 @@ def ranges_of(work: Work, cause: Candidate) -> dict:
     return shape_ranges(cause.effect, work.rig.structure, cause.where.get("node"))
 
 
-def reshaped(work: Work, cause: Candidate, point: np.ndarray, label: str | None = None) -> Candidate:
-    """The cause in the shape at a point (option,) of its ranges, with the label of its own or another one."""
-    shape = {name: ends.value(x) for (name, ends), x in zip(ranges_of(work, cause).items(), point, strict=True)}
+def reshaped(
+    work: Work, cause: Candidate, point: np.ndarray, label: str | None = None, ranges: dict | None = None
+) -> Candidate:
+    """The cause in the shape at a point (option,) of its ranges, with the label of its own or another one.
+
+    ranges : what `ranges_of` returns, if it is known
+    """
+    ranges = ranges or ranges_of(work, cause)
+    shape = {name: ends.value(x) for (name, ends), x in zip(ranges.items(), point.tolist(), strict=True)}
     if label is not None:
         cause = cause._replace(term=replace(cause.term, label=label))
     return with_shape(work.rig, cause, shape, work.settings.prior_width)

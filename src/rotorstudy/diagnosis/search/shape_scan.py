@@ -12,7 +12,7 @@ import numpy as np
 
 from rotorstudy.diagnosis.search.candidates import Candidate
 from rotorstudy.diagnosis.search.explanations import Search
-from rotorstudy.diagnosis.search.free_forces import motions_by_free_forces
+from rotorstudy.diagnosis.search.free_forces import left_by_free_forces, motions_by_free_forces
 from rotorstudy.diagnosis.search.screening import Projection, Screened, screen_each
 from rotorstudy.diagnosis.search.shape_fit import ranges_of, reshaped
 from rotorstudy.errors import CannotAct, NoSteadyState
@@ -23,6 +23,8 @@ from rotorstudy.response.neighbourhood import Motion
 FIRST_SAMPLES = (0, 16, 32, 64, 128)  # shapes over the whole range, by the number of options
 STARTS = 3  # best of these, about which closer ones are tried: a force at one instant has several near-equal shapes
 MORE_ALONG_SHAFT = 4  # times as many shapes and starts where the position on the shaft is one of the options
+POSITIONS = 32  # on the shaft, of the first shapes
+STEPS_OF_SPREAD = 2  # of the positions about a shape, in its standard deviation
 PARTS = 6  # of the range of an option, then; each has a start, as a crack elsewhere may explain nearly as much
 HALVES = 2  # of a full turn, likewise
 ANOTHER_SIDE = 0.25  # of a turn
@@ -30,7 +32,10 @@ SAMPLES = 9  # shapes per round and option about the best ones
 REFINED = 2  # places of each effect at which the best shape is refined
 LEAST_SEEN = 0.01  # share of the cost that the best coarse shape of a place explains, if it is refined
 SPREADS = (0.12, 0.05, 0.02, 0.008, 0.003)  # standard deviation of the shapes of each round, as a share of the range
+REFINES_BY = 3.0  # times as much as coarse shapes a refined one explains, at most
+HOPELESS = 1.5  # times what may be left: what a shape leaves after the coarse rounds, if closer ones cannot help
 COARSE = 3  # rounds that are always made
+DEPENDENT = 1e-6  # ratio of singular values below which coordinates depend on others
 STILL_GAINS = 0.1  # log odds gained by a round, from which the next one is made: a fit finds the rest
 
 
@@ -63,7 +68,12 @@ def acts_on(cause, structure):
 
 
 def scan(
-    work: Search, fitted: Fit, chosen: list[Candidate], refined: int = REFINED, least: float = 0.0
+    work: Search,
+    fitted: Fit,
+    chosen: list[Candidate],
+    refined: int = REFINED,
+    least: float = 0.0,
+    most_left: float = np.inf,
 ) -> list[Scanned]:
     """The shapes of causes at which their columns explain most, at the best places of each effect.
 
@@ -71,25 +81,36 @@ def scan(
     chosen  : one for each effect, place and alternative; those that `can_be_scanned` are considered
     refined : most places of each effect, those where coarse shapes explain most
     least   : what a coarse shape must explain (decrease of the cost), for its place to be refined
+    most_left : cost that the best of all forces at a place may leave, for shapes there to be tried, and that a shape
+                may leave in the end
     returns : the best shape of each place, for a crack also the best that faces the other side; without those whose
               plugin fails, which is recorded as broken
     """
-    projection, motions, coarse = Projection(fitted, work.spectrum), {}, {}
+    projection, motions, coarse, left = Projection(fitted, work.spectrum), {}, {}, {}
     for cause in filter(can_be_scanned, chosen):
         try:
-            one = _Scan(work, fitted, projection, cause, motions)
-            coarse.setdefault(cause.effect, []).append((one, one.first()))
+            one = _Scan(work, fitted, projection, cause, motions, most_left, left)
+            best = one.first()
+            if best:
+                coarse.setdefault(cause.effect, []).append((one, best))
         except NoSteadyState:
             continue
         except Exception as error:
             work.note_broken([cause], error)
-    found = []
+    found, whole = [], float(projection.residual @ projection.residual)
+    least = max(least, LEAST_SEEN * whole, (whole - most_left) / REFINES_BY)
     for places in coarse.values():
         places.sort(key=lambda place: -place[1][0].screened.evidence)
-        least = max(least, LEAST_SEEN * float(projection.residual @ projection.residual))
         for one, best in places[:refined]:
             found += one.refined(best) if best[0].screened.explained > least else []
-    return found
+    return [one for one in found if whole - one.screened.explained <= most_left]
+
+
+def _independent(rows):
+    """Coordinates (row, dof) of which all of some are sums."""
+    rows = np.array(rows)
+    _, size, directions = np.linalg.svd(rows / np.linalg.norm(rows, axis=1, keepdims=True), full_matrices=False)
+    return directions[size > DEPENDENT * size[0]]
 
 
 class _Judged(NamedTuple):
@@ -105,6 +126,8 @@ class _Scan(NamedTuple):
 
     fitted     : Fit without the cause;  projection : of that fit
     motions    : the Motion with a free force, for each coordinate (as bytes) for which it is known
+    most_left  : cost that the best of all forces at a place may leave
+    left       : that cost, for each place (its coordinates) for which it is known
     """
 
     work: Search
@@ -112,6 +135,8 @@ class _Scan(NamedTuple):
     projection: Projection
     cause: Candidate
     motions: dict[bytes, Motion]
+    most_left: float
+    left: dict[tuple, float]
 
     @property
     def ranges(self):
@@ -121,11 +146,19 @@ class _Scan(NamedTuple):
     def judged(self, points, kept=False):
         """The shapes at some points (shape, option), the best first, without those in which the cause cannot act.
 
-        kept : whether the shapes and motions are kept, as all scans and alternatives of the cause begin at these points
+        kept : whether the shapes and motions are kept, as all scans and alternatives of the cause begin at these
+               points; only those are judged that are at a place where a force may explain enough
         """
+        if kept and self.cause.where and not self._are_possible([acts_on(self.cause, self.work.rig.structure)])[0]:
+            return []
         groups = self._over_the_range(points) if kept else self._grouped(points)
         if not groups:
             raise NoSteadyState(f"{self.cause.effect} cannot act with any of {len(points)} shapes")
+        if kept:
+            possible = self._are_possible([row for row, _, _ in groups.values()])
+            groups = {key: group for (key, group), here in zip(groups.items(), possible, strict=True) if here}
+        if not groups:
+            return []
         motions = self._motions([row for row, _, _ in groups.values()], kept)
         causes = [chosen for _, _, chosen in groups.values()]
         projected = self.projection.of_groups(list(zip(causes, motions, strict=True)))
@@ -142,10 +175,10 @@ class _Scan(NamedTuple):
 
     def _grouped(self, points):
         """{coordinate in bytes: (coordinate, points, causes in the shapes there)} of those that can act."""
-        groups = {}
+        groups, ranges = {}, self.ranges
         for i, point in enumerate(points):
             try:
-                cause = reshaped(self.work, self.cause, point, f"{self.cause.term.label} {i}")
+                cause = reshaped(self.work, self.cause, point, f"{self.cause.term.label} {i}", ranges)
             except CannotAct:  # such as a crack in a hollow part of the shaft
                 continue
             row = acts_on(cause, self.work.rig.structure)
@@ -153,6 +186,18 @@ class _Scan(NamedTuple):
             groups[row.tobytes()][1].append(point)
             groups[row.tobytes()][2].append(cause)
         return groups
+
+    def _are_possible(self, rows):
+        """Whether the best of all forces at the place of each coordinate leaves no more than `most_left`."""
+        if self.most_left == np.inf:
+            return [True] * len(rows)
+        places = {}
+        for row in rows:
+            places.setdefault(tuple(np.flatnonzero(row)), []).append(row)
+        known = {place: _independent(some) for place, some in places.items() if place not in self.left}
+        left = left_by_free_forces(self.fitted, self.work.spectrum, list(known.values()), self.projection.near)
+        self.left.update(zip(known, left, strict=True))
+        return [self.left[tuple(np.flatnonzero(row))] <= self.most_left for row in rows]
 
     def _motions(self, rows, kept):
         """The Motions with a free force on coordinates; that of a node is kept, as all shapes there share it."""
@@ -169,8 +214,13 @@ class _Scan(NamedTuple):
 
         options = len(self.ranges)
         count = FIRST_SAMPLES[options] * self._more
-        found = self.judged(qmc.Sobol(options, scramble=False).random(count), kept=True)
+        found = self.judged(self._rounded(qmc.Sobol(options, scramble=False).random(count), POSITIONS), kept=True)
         return self._distinct(found)[: STARTS * self._more]
+
+    def _rounded(self, points, steps):
+        """Points (shape, option), the positions on the shaft in the middles of so many steps: they share motions."""
+        along = [bool(ends.breaks) for ends in self.ranges.values()]
+        return np.where(along, (np.floor(points * steps) + 0.5) / steps, points)
 
     @property
     def _more(self):
@@ -194,12 +244,13 @@ class _Scan(NamedTuple):
             before = starts[0].screened.evidence
             count = SAMPLES * len(self.ranges) * self._more // len(starts)
             about = [one.point + spread * random.standard_normal((count, len(self.ranges))) for one in starts]
-            closer = self.judged(np.concatenate(about))
+            closer = self.judged(self._rounded(np.concatenate(about), STEPS_OF_SPREAD / spread))
             kept = 1 if spread == SPREADS[-1] else max(len(starts) - 1, 1)
             found = sorted([*starts, *closer], key=lambda one: -one.screened.evidence)
             starts = self._distinct(found)[:kept]
             gained = found[0].screened.evidence - before
-            if self._is_fitted_closely and number + 1 >= COARSE and gained < STILL_GAINS:
+            is_done = (self._is_fitted_closely and gained < STILL_GAINS) or self._is_hopeless(found)
+            if number + 1 >= COARSE and is_done:
                 break
         best = (*starts, *self._facing(found))
         return [Scanned(reshaped(self.work, self.cause, one.point), one.screened) for one in best]
@@ -208,6 +259,11 @@ class _Scan(NamedTuple):
     def _is_fitted_closely(self):
         """Whether a fit finds the best shape near a good one: several of a crack or a contact are nearly equal."""
         return bool(self.cause.where) and not any(u.force for u in self.cause.term.unknowns)
+
+    def _is_hopeless(self, found):
+        """Whether the best of some judged shapes leaves much more than may be left."""
+        residual = self.projection.residual
+        return residual @ residual - found[0].screened.explained > HOPELESS * self.most_left
 
     def _facing(self, found):
         """The best shape that faces another side than the best one: which side is open decides little at first."""

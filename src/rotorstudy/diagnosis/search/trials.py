@@ -21,26 +21,58 @@ class Option(NamedTuple):
     start: dict[str, float]
 
 
+class Trial(NamedTuple):
+    """An Option after a few steps of its fit: the cost there, and where to start the fit to convergence."""
+
+    cost: float
+    causes: tuple[Candidate, ...]
+    starts: list[np.ndarray]
+
+
 def fit_closest(work, options, from_stated=False, before=0.0):
     """Explanations by options whose cost after a trial fit is close to the lowest, and by cracks that explain much.
 
     from_stated : whether the trial starts from the stated values, but for causes whose shape was scanned
     before      : cost of the explanation that the options extend
     """
-    looked = []
+    return closest(work, trials(work, options, from_stated), before)
+
+
+def trials(work, options, from_stated=False) -> list[Trial]:
+    """A Trial of each option whose fit succeeds; arguments as for `fit_closest`."""
+    found = []
     for causes, start in options:
         start = work.start(causes, start)
         is_stated = from_stated and not can_be_scanned(causes[-1])
         fitted = work.trial_fit(causes, None if is_stated else start)
         if fitted:  # from the start of a trial that has converged a fit would end where the trial did
             starts = [fitted.theta] if fitted.converged and not is_stated else [fitted.theta, start]
-            looked.append((fitted.cost, len(looked), causes, starts))
-    tried = []
-    for rank, (cost, _, causes, starts) in enumerate(sorted(looked, key=lambda one: one[:2])):
-        is_crack = is_sought_everywhere(causes[-1]) and explains_much(cost, min(looked)[0], before)
-        if rank < FITTED_FULLY or cost <= min(looked)[0] + CLOSE or is_crack:
-            tried.append(work.explain(causes, starts))
-    return [e for e in tried if e]
+            found.append(Trial(fitted.cost, causes, starts))
+    return found
+
+
+def closest(work, tried: list[Trial], before=0.0):
+    """Explanations by the trials of least cost, fitted to convergence; see `fit_closest`."""
+    least = min((one.cost for one in tried), default=0.0)
+    found = []
+    for rank, (cost, causes, starts) in enumerate(sorted(tried, key=lambda one: one.cost)):
+        is_crack = is_sought_everywhere(causes[-1]) and explains_much(cost, least, before)
+        if rank < FITTED_FULLY or cost <= least + CLOSE or is_crack:
+            found.append(work.explain(causes, starts))
+    return [e for e in found if e]
+
+
+def may_be_left(best, before):
+    """Cost that an explanation may leave to first order, if it is to compare with one that explains the records.
+
+    before : cost of the explanation that both extend
+    """
+    return best.fit.cost + max(CLOSE, LEFT_BY_SHAPE * (before - best.fit.cost))
+
+
+def labels(causes):
+    """Labels of causes, in order."""
+    return tuple(cause.label for cause in causes)
 
 
 def explains_much(cost, least, before):

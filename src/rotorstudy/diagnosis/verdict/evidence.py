@@ -3,6 +3,7 @@
 import numpy as np
 
 from rotorstudy.diagnosis.search.explanations import LEAST_LOG_ODDS
+from rotorstudy.diagnosis.verdict.cause_words import place, readable
 from rotorstudy.diagnosis.verdict.result import (
     DetectionLimit,
     Identifiability,
@@ -12,7 +13,6 @@ from rotorstudy.diagnosis.verdict.result import (
     Tradeoff,
     Unexplained,
 )
-from rotorstudy.diagnosis.verdict.words import place, readable
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig_numbers import is_number
 

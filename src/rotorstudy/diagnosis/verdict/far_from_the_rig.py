@@ -45,7 +45,7 @@ def far_from_the_rig(found, moved, labels):
 
 
 def moved_far(moved):
-    """'eccentricity[disc 1] (by 30 stated standard deviations)' of the values of the rig that moved furthest.
+    """'gain mismatch of disc 1 (by 30 stated standard deviations)' of the values of the rig that moved furthest.
 
     moved : list of MovedParameter
     """
@@ -54,4 +54,5 @@ def moved_far(moved):
         name = row.name.removesuffix("_real").removesuffix("_imag")
         furthest[name] = max(furthest.get(name, 0.0), abs(row.moved_sigma))
     far = sorted(((size, name) for name, size in furthest.items() if size > CONTRADICTED), reverse=True)
-    return [f"{name} (by {size:.0f} stated standard deviations)" for size, name in far[:FURTHEST]]
+    said = [(name.replace("_", " ").replace("[", " of ").removesuffix("]"), size) for size, name in far[:FURTHEST]]
+    return [f"{name} (by {size:.0f} stated standard deviations)" for name, size in said]

@@ -20,9 +20,12 @@ from rotorstudy.diagnosis.verdict.evidence import (
 )
 from rotorstudy.diagnosis.verdict.excluded import excluded
 from rotorstudy.diagnosis.verdict.far_from_the_rig import far_from_the_rig
+from rotorstudy.diagnosis.verdict.form_error import with_form_error
 from rotorstudy.diagnosis.verdict.held_out import gain_of, is_upheld, is_worse, split
 from rotorstudy.diagnosis.verdict.next_run import next_runs
-from rotorstudy.diagnosis.verdict.one_place import explaining_places, most_forces
+from rotorstudy.diagnosis.verdict.one_direction import log_odds_of_one_direction
+from rotorstudy.diagnosis.verdict.one_fault import act_at, with_one_fault
+from rotorstudy.diagnosis.verdict.one_place import explaining_places, most_forces, replacing_places
 from rotorstudy.diagnosis.verdict.outside import with_outside
 from rotorstudy.diagnosis.verdict.result import PValues, Verdict
 from rotorstudy.diagnosis.verdict.resultant import resultant_of
@@ -97,7 +100,7 @@ def investigate(
     fitted = with_model_error(measured, settings)
     held = None if held is None else with_model_error(held, settings)
     with using(registry()):  # which is asked for at every shape
-        found, chain, expected = _searched(model, measured, fitted, held, settings)
+        found, chain, expected, instead = _searched(model, measured, fitted, held, settings)
     base, best = found.base, found.best
     rows = fitted.data_count
     p_values = PValues(before=chi_square_p_value(base.cost, rows), after=chi_square_p_value(best.fit.cost, rows))
@@ -109,7 +112,7 @@ def investigate(
     worse = is_worse(base, best.fit, expected, settings, gain, is_several=len(best.faults) > 1)
     kind = _kind(found, p_values, p_parameters, probability, is_alone=not stated, is_worse=worse)
     is_tested = not chain and _is_tested_for_one_force(found, fitted, kind)
-    places = _places_of_one_force(found, fitted, kind) if is_tested else []
+    places = _places_of_one_force(found, fitted, kind, instead) if is_tested else []
     kind = "unknown" if places else kind
     labels = parameter_labels(best.fit.model, best.causes)
     moved = moved_parameters(best.fit, found.prior.by_name)
@@ -121,8 +124,8 @@ def investigate(
     odds, others = [e.log_posterior_odds for e in found.explanations if e.causes], [parts[0] for _, parts, _ in stated]
     verdict = Verdict(
         verdict=kind,
-        causes=causes_of(best, probability, found.explanations, STATED_SET),
-        ambiguous_with=[cause_of(parts, e.fit, probability[fault]) for fault, parts, e in stated],
+        causes=causes_of(with_form_error(found, best), probability, found.explanations, STATED_SET),
+        ambiguous_with=[_cause_of(found, fault, e, probability) for fault, _, e in stated],
         resultant=resultant_of(found, best),
         separating_measurement=separating_measurements(best.causes, others, model.structure),
         next_runs=_next_runs(kind, found, measured, held),
@@ -146,7 +149,7 @@ def investigate(
         measuring_chain=chain,
         findings=worst_first(findings),
     )
-    verdict = with_outside(verdict, unlike_one_force=is_tested and not places)
+    verdict = with_outside(verdict, is_tested and not places, log_odds_of_one_direction(best))
     verdict = verdict.model_copy(update={"summary": summary(verdict)})
     alternatives = frozenset(c.cause for _, parts, _ in stated for c in parts)
     return Diagnosis(verdict, fitted, held, found, best.fit, settings, alternatives, labels)
@@ -156,19 +159,21 @@ def _searched(model, measured, fitted, held, settings):
     """The Search, the ChainHypothesis that explains the records better or None, and the Spectrum held out or None.
 
     measured : Spectrum;  fitted, held : with the model error;  the one returned has the error of the causes too
+    returns  : also what `replacing_places` says of the best explanation, if it has several causes
     """
     begun = begin(model, fitted, settings)
     log.info("testing whether conventions of the records are wrongly stated")
     tested = tested_convention(begun, measured) if model.before is None else None  # shared by both states
     chain = clear_convention(begun, tested) if tested else None
     found = unsearched(begun) if chain else search(begun)
+    found, instead = _with_one_fault(found, fitted)
     expected = None
     if held is not None:
         missing = held.amplitude - predicted(found.base.model, held, found.base.theta)
         expected = with_cause_error(held, missing, found.cause_error)
     if tested and not chain:
         chain = chain_hypothesis(found, begun.base, tested)
-    return replace(found, upheld=chain is None and is_upheld(found, expected)), chain, expected
+    return replace(found, upheld=chain is None and is_upheld(found, expected)), chain, expected, instead
 
 
 def _kind(found, p_values, p_parameters, probability, *, is_alone, is_worse):
@@ -188,13 +193,35 @@ def _kind(found, p_values, p_parameters, probability, *, is_alone, is_worse):
 
 def _is_tested_for_one_force(found, fitted, kind):
     """Whether it is tested that one force explains the records: where no cause or several do, and it leaves enough."""
-    is_of_interest = kind == "unknown" or len(found.best.faults) > 1
-    return is_of_interest and found.rig.before is None and most_forces(fitted) >= 1
+    return _are_several(found, fitted) or (kind == "unknown" and found.rig.before is None and most_forces(fitted) >= 1)
 
 
-def _places_of_one_force(found, fitted, kind):
-    """The OnePlace of each place at which one force explains the records."""
-    return explaining_places(found, fitted, None if kind == "unknown" else found.best.fit.cost / fitted.data_count)
+def _are_several(found, fitted):
+    """Whether the best explanation has several causes, and one force instead leaves enough data to be tested."""
+    return len(found.best.faults) > 1 and found.rig.before is None and most_forces(fitted) >= 1
+
+
+def _with_one_fault(found, fitted):
+    """The Search with one cause instead of several where one force says so, and `replacing_places` of its best ones."""
+    if not _are_several(found, fitted):
+        return found, []
+    before, instead = found.best, replacing_places(found, fitted)
+    if instead:
+        found = with_one_fault(found, [one.where["node"] for one, _ in instead])
+    if found.best is not before:
+        instead = replacing_places(found, fitted) if _are_several(found, fitted) else []
+    return found, instead
+
+
+def _places_of_one_force(found, fitted, kind, instead):
+    """The OnePlace of each place at which one force explains the records, of several causes that fit better than they.
+
+    Where all of them act at that place, only if it explains more than chance lets its many amplitudes.
+    """
+    if kind == "unknown":
+        return explaining_places(found, fitted)
+    at, structure = found.best.causes, found.rig.structure
+    return [one for one, is_sure in instead if is_sure or not act_at(at, one.where["node"], structure)]
 
 
 def _is_rejected(found, p_residual, p_parameters):
@@ -225,6 +252,12 @@ def _stated(weights, best):
                 seen.add(fault)
                 found.append((fault, parts, explanation))
     return found
+
+
+def _cause_of(found, fault, explanation, probability):
+    """The Cause of a fault of an explanation, with intervals that allow for an error of the form of several."""
+    explanation = with_form_error(found, explanation)
+    return cause_of(faults_of(explanation.causes)[fault], explanation.fit, probability[fault])
 
 
 def _probability(weights):

@@ -29,34 +29,59 @@ EVEN = 0.5  # p-value of a force that leaves as much as causes do
 INTERNAL = 2  # independent loads of an element at rest: a constant and a linear bending moment
 
 
-def explaining_places(work: Search, spectrum: Spectrum, left: float | None = None) -> list[OnePlace]:
+def explaining_places(work: Search, spectrum: Spectrum) -> list[OnePlace]:
     """The places at which a force alone leaves no more than noise and the stated model error, the simplest first.
 
     work     : its base model and the prior of that
     spectrum : with the model error, without an error of causes
-    left     : mean square of what several causes leave, in variances of the spectrum: a force at a node must leave less
-               for each datum that it does not take, as pairs that are seen at different harmonics come near to it
     returns  : none where the force takes more than half of the data (a force and a single orbit): too little is
                left to test
     """
     from scipy.special import fdtrc
 
-    most = most_forces(spectrum)
-    most = most if left is None else min(most, 1)
-    known = {one: rows for one, rows in _places(work.rig.structure) if len(rows) <= most}
     found = []
+    for one, best in _fitted_at_places(work, spectrum, most_forces(spectrum)):
+        p_value = float(fdtrc(best.freedom, spectrum.data_count, best.cost / best.freedom))
+        if p_value >= work.settings.significance:
+            found.append(_one_place(one, p_value))
+    return sorted(found, key=lambda one: ("element" in one.where, -one.p_value))
+
+
+def replacing_places(work: Search, spectrum: Spectrum) -> list[tuple[OnePlace, bool]]:
+    """The nodes at which a force leaves less than the best explanation, by several causes, and whether beyond chance.
+
+    It must leave less for each datum that it does not take, as pairs that are seen at different harmonics come near to
+    it. That is beyond chance if the force, with its many amplitudes, explains more of what the causes leave than it
+    would of noise.
+    """
+    from scipy.special import fdtrc
+
+    causes, count = work.best.causes, spectrum.data_count
+    cost, taken = work.best.fit.cost, sum(len(cause.names) + len(cause.shape) for cause in causes)
+    found = []
+    for one, best in _fitted_at_places(work, spectrum, min(most_forces(spectrum), 1)):
+        left = best.cost / best.freedom
+        p_value = float(fdtrc(best.freedom, count, left / min(1.0, cost / count)))
+        if p_value >= EVEN:
+            more = max(count - best.freedom - taken, 1)
+            chance = fdtrc(more, best.freedom, max(cost - best.cost, 0.0) / more / left)
+            found.append((_one_place(one, p_value), bool(chance < work.settings.significance)))
+    return sorted(found, key=lambda one: -one[0].p_value)
+
+
+def _one_place(place, p_value):
+    return OnePlace(where={place[0]: place[1]}, motion=place[2], p_value=p_value)
+
+
+def _fitted_at_places(work, spectrum, most):
+    """(place, _Trial) of the best places of at most so many free forces each, fitted; none without a steady state."""
+    known = {one: rows for one, rows in _places(work.rig.structure) if len(rows) <= most}
     try:
         starts = _trials(work, spectrum, work.base.stated_theta, known) if known else {}
     except NoSteadyState:
         return []
-    least = work.settings.significance if left is None else EVEN
-    for one in sorted(known, key=lambda place: starts[place].expected)[:TRIED]:
-        best = _fitted(work, spectrum, one, known[one], starts[one])
-        ratio = best.cost / best.freedom / min(1.0, 1.0 if left is None else left)
-        p_value = float(fdtrc(best.freedom, spectrum.data_count, ratio))
-        if p_value >= least:
-            found.append(OnePlace(where={one[0]: one[1]}, motion=one[2], p_value=p_value))
-    return sorted(found, key=lambda one: ("element" in one.where, -one.p_value))
+    near = sorted(known, key=lambda place: starts[place].expected)[:TRIED]
+    return [(one, _fitted(work, spectrum, one, known[one], starts[one])) for one in near]
 
 
 def most_forces(spectrum: Spectrum) -> float:

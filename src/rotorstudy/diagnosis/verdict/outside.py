@@ -60,28 +60,30 @@ def features(verdict: Verdict) -> np.ndarray:
     return np.array([float(of(verdict)) for of in FEATURES.values()])
 
 
-def outside_probability(verdict: Verdict, unlike_one_force: bool = False) -> float:
+def outside_probability(verdict: Verdict, unlike_one_force: bool = False, further_log_odds: float = 0.0) -> float:
     """The probability that the true cause is none of those that a verdict states.
 
     verdict          : with causes
     unlike_one_force : whether they are several, and it was tested that no force at one place explains the records
+    further_log_odds : of other evidence for it
     """
     from scipy.special import expit
 
     learned = _learned()
     weights = [learned["coefficients"][name] for name in FEATURES]
-    return float(expit(learned["intercept"] + features(verdict) @ weights + UNLIKE_ONE_FORCE * unlike_one_force))
+    further = UNLIKE_ONE_FORCE * unlike_one_force + further_log_odds
+    return float(expit(learned["intercept"] + features(verdict) @ weights + further))
 
 
-def with_outside(verdict: Verdict, unlike_one_force: bool = False) -> Verdict:
+def with_outside(verdict: Verdict, unlike_one_force: bool = False, further_log_odds: float = 0.0) -> Verdict:
     """The verdict with the probability that the true cause is none of those stated: unknown, where that is likely.
 
-    verdict : without that probability;  unlike_one_force : as of `outside_probability`
+    verdict : without that probability;  the others : as of `outside_probability`
     returns : unchanged unless it states causes
     """
     if verdict.verdict not in ("cause", "ambiguous"):
         return verdict
-    probability = outside_probability(verdict, unlike_one_force)
+    probability = outside_probability(verdict, unlike_one_force, further_log_odds)
     kind = "unknown" if probability > LIKELY else verdict.verdict
     return verdict.model_copy(update={"verdict": kind, "outside_probability": probability})
 

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from rotorstudy.diagnosis.verdict.words import FEW, doubts, is_too_many, place, readable, where_it_acts
+from rotorstudy.diagnosis.verdict.cause_words import place, readable
+from rotorstudy.diagnosis.verdict.words import FEW, doubts, is_too_many, where_it_acts
 from rotorstudy.model.registry import registry
 from rotorstudy.units import number, p_value, percent, quantity, spin
 

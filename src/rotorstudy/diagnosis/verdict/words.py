@@ -2,137 +2,16 @@
 
 import numpy as np
 
+from rotorstudy.diagnosis.verdict.cause_words import cause_in_words, place, readable
 from rotorstudy.diagnosis.verdict.far_from_the_rig import moved_far
-from rotorstudy.diagnosis.verdict.result import Place
-from rotorstudy.model.registry import registry
-from rotorstudy.units import ANY_ANGLE, interval, number, p_value, percent, probability, quantity, spins
+from rotorstudy.units import number, p_value, percent, probability, quantity, spins
 
 FEW = 3  # detection limits, or unexplained harmonics, in a sentence
 SEVERAL = 6  # other possible causes in a sentence
 SAME_WEIGHT = 0.05  # difference of the weights of two discs in a sum that is not worth saying
-SMALL = 1e-3  # m; lengths below are said in µm
-ABSENT = 3.0  # standard deviations; of a cause with many amplitudes, a sentence names those above
 WORTH_SAYING = 0.05  # probability that the true cause is not among those stated
 MOST_ODDS = 100  # power of ten; what is left out of account is far more probable than that
 LARGE_LOG_ODDS = 7.0  # from which on odds are said as a power of ten
-
-
-def readable(name):
-    """A name without underscores."""
-    return name.replace("_", " ")
-
-
-def place(named):
-    """'unbalance at node 2 (disc A)', 'bow in elements 5 to 8' for a Place, Cause or DetectionLimit.
-
-    For a Candidate without the rig's label.
-    """
-    labelled = f" ({named.label})" if isinstance(named, Place) and named.label else ""
-    said = {"node": f"at node {{}}{labelled}", "element": "in element {}"}
-    if "last_element" in named.where:
-        said |= {"element": "in elements {}", "last_element": "to {}"}
-    where = " ".join(
-        said.get(key, f"({readable(key)} {{}})").format(_listed(value)) for key, value in named.where.items()
-    )
-    return f"{readable(named.effect)} {where}".strip()
-
-
-def _listed(value):
-    """'2', or '1, 2 and 3' for a list."""
-    *first, last = map(str, value) if isinstance(value, list) else [str(value)]
-    return f"{', '.join(first)} and {last}" if first else last
-
-
-def _direction(cause):
-    """The preposition of the angle of a cause, and the multiple of that angle that is the phase of its amplitude."""
-    fold = registry().get("effect", cause.effect).fold
-    return ("at" if fold == 1 else "along"), fold
-
-
-def _is_open(phase):
-    """Whether the records leave the phase of an amplitude open."""
-    return phase.std is not None and not phase.std < ANY_ANGLE
-
-
-def _angle(phase, fold):
-    """Value and standard deviation of the direction of a phase, rad."""
-    return phase.value / fold, None if phase.std is None else phase.std / fold
-
-
-def _present(cause):
-    """The parameters of a cause that say something.
-
-    Of more than a few amplitudes those that differ from zero, with their phases; of a cause of fixed size its shape.
-    """
-    amplitudes = {name: one for name, one in cause.parameters.items() if one.part in ("amplitude", "magnitude")}
-    if registry().get("effect", cause.effect).fixed and len(amplitudes) < len(cause.parameters):
-        return {name: one for name, one in cause.parameters.items() if name not in amplitudes}  # its shape says all
-    if len(amplitudes) <= FEW:
-        return cause.parameters
-    deviations = {name: abs(one.value) / one.std if one.std else np.inf for name, one in amplitudes.items()}
-    least = min(ABSENT, max(deviations.values()))
-    absent = {name for name, size in deviations.items() if size < least}
-    return {name: one for name, one in cause.parameters.items() if name.removesuffix("_phase") not in absent}
-
-
-def cause_in_words(cause):
-    """'unbalance at node 2 (eccentricity 12.00 ± 0.10 µm at 30.0 ± 1.0 °)'."""
-    texts, (word, fold) = [], _direction(cause)
-    for name, one in _present(cause).items():
-        if one.part == "phase":
-            value, std = _angle(one, fold)
-            texts[-1] += f" {word} any angle" if _is_open(one) else f" {word} {quantity(value, one.unit, std)}"
-        else:
-            label = "" if name == cause.effect else f"{_without_unit(name, one)} "
-            texts.append(label + quantity(*_in_its_unit(name, one)))
-    texts += [f"{option} {value}" for option, value in _variants(cause).items()]
-    return f"{place(cause)} ({', '.join(texts)})"
-
-
-def _without_unit(name, estimate):
-    """Readable name of a parameter; the unit of an angle or a length is said with its value."""
-    unit = _in_its_unit(name, estimate)[1]
-    return readable(name.removesuffix("_rad") if unit == "rad" else name.removesuffix("_m") if unit else name)
-
-
-def _in_its_unit(name, estimate):
-    """Value, unit and standard deviation of a parameter; of a length in its shape in mm, or in m where it is small."""
-    value, std = estimate.value, estimate.std
-    if estimate.part != "shape" or not name.endswith("_m"):
-        return value, estimate.unit, std
-    if abs(value) < SMALL:
-        return value, "m", std
-    return 1e3 * value, "mm", None if std is None else 1e3 * std
-
-
-def sizes(cause):
-    """{label: text} of the parameters of a cause with their 95 % intervals; angles are those of the direction."""
-    found, stem, (_, fold) = {}, "", _direction(cause)
-    for name, one in cause.parameters.items():
-        (value, unit, std), label = _in_its_unit(name, one), "size"
-        if one.part == "phase":
-            value, std = _angle(one, fold)
-            label = "phase" if fold == 1 else "stiff direction"
-        else:
-            stem = name
-        if stem != cause.effect:
-            label = f"{readable(stem)}, {label}" if one.part == "phase" else _without_unit(stem, one)
-        text = quantity(value, unit, std)
-        known = std is not None and np.isfinite(std) and std > 0
-        if one.part == "phase" and _is_open(one):
-            found[label] = "not known"
-        elif known:
-            least = 0.0 if one.part == "magnitude" else -np.inf
-            found[label] = f"{text} (95 %: {interval(value, unit, std, least)})"
-        else:
-            found[label] = text
-    return found | _variants(cause)
-
-
-def _variants(cause):
-    """{'breathing': 'gradual or sudden'} of the alternatives that the records leave, the most probable first."""
-    left = (cause.variant, *cause.other_variants)
-    return {readable(key): " or ".join(dict.fromkeys(readable(one[key]) for one in left)) for key in cause.variant}
 
 
 def summary(verdict, of_change=False):
@@ -225,19 +104,26 @@ def _said(verdict, of_change):
             what = "what changed" if of_change else "what is missing"
             text += f" Its form is off by {percent(verdict.cause_error)} of {what}; the intervals include that."
     elif verdict.verdict == "ambiguous":
-        text = f"{something}. It may be {named} ({likely})"
-        others = list(dict.fromkeys(map(place, verdict.ambiguous_with)))
-        more = [f"and {len(others) - SEVERAL} more"] if len(others) > SEVERAL else []
-        rest = ", ".join([*others[:SEVERAL], *more])
-        text += f", but these cannot be ruled out: {rest}." if rest else ", but that is not certain."
+        text = f"{something}. The most likely cause ({likely}) is {named}. {_not_ruled_out(verdict)}"
     else:
         text = _said_of_unknown(verdict, something, implausible)
     if verdict.verdict != "unknown" and verdict.outside_probability > WORTH_SAYING:
         text += (
-            " That compares the effects of the library; with a probability of "
+            " That compares effects of the library only: with a probability of "
             f"{percent(verdict.outside_probability, 2)} the true cause is none of these."
         )
     return f"{text} {gain_in_words(verdict)}"
+
+
+def _not_ruled_out(verdict):
+    """A sentence on the other causes of an ambiguous verdict."""
+    others = list(dict.fromkeys(map(place, verdict.ambiguous_with)))
+    if not others:
+        return "It is not certain."
+    if len(others) == 1:
+        return f"But {others[0]} cannot be ruled out."
+    more = [f"and {len(others) - SEVERAL} more"] if len(others) > SEVERAL else []
+    return f"But these cannot be ruled out: {'; '.join([*others[:SEVERAL], *more])}."
 
 
 def _said_of_unknown(verdict, something, implausible):
@@ -298,7 +184,7 @@ def gain_in_words(verdict):
     if gain.ratio < 1:
         return told
     likely = percent(gain.rise_probability, 2)
-    return f"{told} If the model with {it} is right, noise raises it with a probability of {likely}."
+    return f"{told} Even if the model with {it} is right, noise alone raises it with a probability of {likely}."
 
 
 def detection_limits(verdict):

@@ -6,9 +6,9 @@ import numpy as np
 
 from rotorstudy.diagnosis.search.odds import Explanation, log_posterior_odds, odds_of
 from rotorstudy.diagnosis.search.one_more import with_one_more
+from rotorstudy.diagnosis.verdict.cause_words import place
 from rotorstudy.diagnosis.verdict.measuring_chain import Hypothesis, hypotheses
 from rotorstudy.diagnosis.verdict.result import ChainHypothesis, Place, PValues
-from rotorstudy.diagnosis.verdict.words import place
 from rotorstudy.inference.fit import Fit, chi_square_p_value, fit, residual_share
 from rotorstudy.inference.prediction import carried_order, with_model_error
 from rotorstudy.measurement.findings import Finding

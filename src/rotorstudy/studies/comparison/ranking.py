@@ -1,11 +1,14 @@
 """Ranking of the pairs of spectrum method and estimator, and recommendation for each fault of a record."""
 
+import re
+
 import numpy as np
 
 VALID = (0.90, 0.99)  # mean coverage of valid 95 % intervals; 100 trials determine it to 2 % for one parameter
 SELDOM = 0.02  # largest share of failed trials of a recommended pair: a failure is noticed, another pair can be used
 AS_GOOD = 1.05  # errors within this factor count as equal: 100 trials determine the mean of two or more to 5 %
 ANY_FAULT = "not known which"
+ABBREVIATION = re.compile("[b-df-hj-np-tv-xz]{3,}")  # a word without a vowel
 
 
 def ranking(whole):
@@ -131,5 +134,5 @@ def in_short(told):
 
 
 def named(plugin):
-    """A plugin or parameter as a reader calls it."""
-    return str(plugin).replace("_", " ")
+    """A plugin or parameter as a reader calls it, abbreviations in capitals."""
+    return " ".join(word.upper() if ABBREVIATION.fullmatch(word) else word for word in str(plugin).split("_"))
