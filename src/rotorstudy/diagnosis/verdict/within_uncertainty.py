@@ -27,9 +27,9 @@ def within_uncertainty(found):
         std = float(np.sqrt(np.trace(fitted.covariance[np.ix_(where, where)]) / 2))
         off = abs(value - stated)
         if stated and off > max(OTHER * abs(stated), CERTAIN * std):
-            unit, factor = p.also.get("unbalance", (p.unit, 1.0))
+            called, (unit, factor) = next(iter(p.also.items()), (p.name, (p.unit, 1.0)))
             both = [f"{quantity(abs(v) / factor, unit)} at {quantity(np.angle(v), 'rad')}" for v in (value, stated)]
-            said.append(f"{name.replace('eccentricity', 'unbalance')} is {' instead of '.join(both)}")
+            said.append(f"{name.replace(p.name, called)} is {' instead of '.join(both)}")
     if not said:
         return []
     text = (
