@@ -9,6 +9,7 @@ from page_checks import problems
 from slow_effects import SLOW
 
 from rotorstudy.commands.line import main
+from rotorstudy.diagnosis.runs import compare as runs_compare
 from rotorstudy.diagnosis.runs.compare import _with_common_probes, _with_scatter, compare, known_as_before
 from rotorstudy.diagnosis.runs.turned_mark import without_turn
 from rotorstudy.diagnosis.search.free_forces import least_squares
@@ -228,6 +229,30 @@ def test_a_moved_phase_mark_is_no_change_of_the_rotor():
     turned = replace(after, amplitude=after.amplitude * np.exp(0.5j * HARMONICS)[:, None])
     verdict = compare(before, turned, build_model(RIG), settings=SETTINGS).diagnosis.verdict
     assert verdict.verdict == "nothing" and "phase mark moved" in " ".join(map(str, verdict.findings))
+
+
+@pytest.mark.parametrize("turn", [0.5, -0.1, 3.0])
+def test_a_phase_mark_that_was_moved_beside_a_change_of_the_unbalance_is_told(turn, monkeypatch):
+    """The size of the change follows from the state turned back. Negative controls: changes without a turn."""
+    found, large = [], {**CHANGE, "eccentricity_m": 2e-6}
+    monkeypatch.setattr(
+        runs_compare, "investigate", lambda difference, *_, findings, **__: found.append((difference, findings))
+    )
+
+    def compared(after):
+        compare(state(1), after, build_model(RIG), settings=SETTINGS)
+        difference, findings = found[-1]
+        return difference, [one.name for one in findings]
+
+    after = state(2, large)
+    difference, names = compared(replace(after, amplitude=after.amplitude * np.exp(1j * turn * HARMONICS)[:, None]))
+    assert names == ["phase mark moved"]
+    true = after.amplitude - state(1).amplitude
+    assert np.abs(difference.amplitude - true).max() < 0.1 * np.abs(true).max()
+    runout = after.amplitude + 2e-6 * np.exp(0.3j) * (HARMONICS == 1)[:, None]
+    bow = {"kind": "bow", "label": "change", "bow_m": 1e-6}
+    for other in (after, replace(after, amplitude=runout), state(2, bow)):
+        assert compared(other)[1] == []
 
 
 def test_a_probe_that_died_between_the_states_leaves_the_motion_along_the_other():

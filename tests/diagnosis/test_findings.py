@@ -94,3 +94,17 @@ def test_mil_declared_as_mm_is_told(spectrum, tmp_path, capsys):
     assert "mil taken as mm" in capsys.readouterr().err
     verdict = json.loads((tmp_path / "o" / "verdict.json").read_text())
     assert {"units", "far from the rig"} <= {finding["name"] for finding in verdict["findings"]}
+
+
+@pytest.mark.usefixtures("unrendered")
+@pytest.mark.parametrize("share", [4.0, 1.2])
+def test_a_fault_that_the_uncertainty_of_the_rig_takes_over_is_told(tmp_path, capsys, share):
+    """Negative control: a value that differs by less than it has."""
+    unbalance = next(effect for effect in RIG["effects"] if effect["kind"] == "unbalance")
+    rest = [effect for effect in RIG["effects"] if effect is not unbalance]
+    truth = {**RIG, "effects": [*rest, {**unbalance, "eccentricity_m": share * unbalance["eccentricity_m"]}]}
+    wide = {"diagnosis": {**ONE_CAUSE["diagnosis"], "uncertainty": {"eccentricity": 5.0}}}
+    verdict = verdict_on(RIG, truth, tmp_path, capsys, settings=wide)
+    assert verdict["verdict"] == "nothing"
+    told = [finding["text"] for finding in verdict["findings"] if finding["name"] == "explained by the rig"]
+    assert len(told) == (share > 2) and all("instead of" in text for text in told)

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import block_diag
 
+from rotorstudy.diagnosis.runs.turned_beside import without_turn_beside_a_change
 from rotorstudy.diagnosis.runs.turned_mark import without_turn
 from rotorstudy.diagnosis.search.candidates import with_vibration
 from rotorstudy.diagnosis.search.search import base_model
@@ -79,16 +80,24 @@ def compare(
     if np.array_equal(before.amplitude, after.amplitude):
         raise RotorstudyError("both states have the same harmonics at every speed: give the records of two states")
     after, turned = without_turn(before, after, settings)
-    notes = [*findings, *lost, *left, *turned]
+    notes = [*findings, *lost, *left]
     if model.uncertainty is None:
         model, not_explained, share = known_as_before(model, before, settings)
         notes += not_explained
         settings = settings.model_copy(update={"model_error": share})
-    model = replace(with_vibration(model, after), before=frozenset(model.names))
-    difference = _difference(before, after, model.earlier, settings)
-    if settings.repeatability:
-        model, settings = _with_scatter(model, difference.speed, after, settings)
-    found = investigate(difference, model, settings=settings, findings=tuple(notes))
+    machine = replace(with_vibration(model, after), before=frozenset(model.names))
+
+    def prepared(after):
+        """The difference, the model of it and the settings, of a later state."""
+        difference = _difference(before, after, machine.earlier, settings)
+        if not settings.repeatability:
+            return difference, machine, settings
+        return difference, *_with_scatter(machine, difference.speed, after, settings)
+
+    if not turned:
+        after, turned = without_turn_beside_a_change(after, prepared, settings)
+    difference, model, scattered = prepared(after)
+    found = investigate(difference, model, settings=scattered, findings=(*notes, *turned))
     return Comparison(found, before, after, difference)
 
 

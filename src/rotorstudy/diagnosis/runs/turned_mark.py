@@ -26,7 +26,7 @@ def without_turn(before, after, settings):
     difference = replace(before, covariance=covariance)
 
     def misfit(turn):
-        return float(np.sum(np.abs(difference.whitened(_turned(after, -turn) - before.amplitude)) ** 2))
+        return float(np.sum(np.abs(difference.whitened(turned(after, -turn) - before.amplitude)) ** 2))
 
     turn = _best_turn(before, after, misfit)
     if abs(turn) < LEAST_TURN * max(settings.repeatability, 1e-3):
@@ -40,10 +40,11 @@ def without_turn(before, after, settings):
         "that is unbalanced was turned on the shaft. The later state is turned back; correct 'mark_angle_deg' for it"
     )
     finding = Finding("warning", "phase mark moved", "both states", text)
-    return replace(after, amplitude=_turned(after, -turn)), [finding]
+    return replace(after, amplitude=turned(after, -turn)), [finding]
 
 
-def _turned(spectrum, turn):
+def turned(spectrum, turn):
+    """Harmonics (speed, harmonic, sensor) of a spectrum, each turned by n times an angle, rad."""
     return spectrum.amplitude * np.exp(1j * turn * spectrum.harmonics)[:, None]
 
 

@@ -29,6 +29,7 @@ from rotorstudy.diagnosis.verdict.one_place import explaining_places, most_force
 from rotorstudy.diagnosis.verdict.outside import with_outside
 from rotorstudy.diagnosis.verdict.result import PValues, Verdict
 from rotorstudy.diagnosis.verdict.resultant import resultant_of
+from rotorstudy.diagnosis.verdict.within_uncertainty import within_uncertainty
 from rotorstudy.diagnosis.verdict.words import summary
 from rotorstudy.diagnosis.verdict.wrong_convention import (
     chain_hypothesis,
@@ -120,6 +121,8 @@ def investigate(
         findings = [*findings, finding_of(chain)]
     elif kind != "nothing":
         findings = [*findings, *far_from_the_rig(found, moved, labels)]
+    else:
+        findings = [*findings, *within_uncertainty(found)]
     findings = [*findings, *unstable_rig(found.unstable, fitted.speed)]
     odds, others = [e.log_posterior_odds for e in found.explanations if e.causes], [parts[0] for _, parts, _ in stated]
     verdict = Verdict(
