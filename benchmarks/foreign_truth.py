@@ -54,9 +54,9 @@ MEANS = {
 # only if these are left out too: else the verdict names the same physics in other words.
 ALIKE = {
     # two opposite ones in two planes; and a bend s of the shaft that inclines the disc without moving a node: in the
-    # frame that follows it, z = y + s e^{jwt}, the shaft is straight and every mass has the unbalance of s, which is the
-    # couple (I_d - I_p) s' of that disc, and no probe sees s. Exact but for the mass of the shaft: on a rotor with its
-    # disc between two elements a bend of both is a couple to 0.3 %
+    # frame that follows it, z = y + s e^{jwt}, the shaft is straight and every mass has the unbalance of s, which is
+    # the couple (I_d - I_p) s' of that disc, and no probe sees s. Exact but for the mass of the shaft: on a rotor with
+    # its disc between two elements a bend of both is a couple to 0.3 %
     "couple_unbalance": ("unbalance", "bow"),
     # a notch is an asymmetry of its element, and the other way round; so is a coupling across it that is not isotropic
     "open_crack": ("angular_misalignment", "parallel_misalignment", "shaft_asymmetry"),
