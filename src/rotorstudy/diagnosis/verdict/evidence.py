@@ -72,7 +72,7 @@ def parameter_p_value(fitted, prior):
 
     value = fitted.values
     farthest = max((abs(value[name] - mean) / std for name, (mean, std) in prior.items()), default=0.0)
-    of_one = max(2 * len(prior) * ndtr(-farthest), np.finfo(float).tiny)
+    of_one = max(2 * len(prior) * ndtr(-farthest), np.finfo(float).tiny) if prior else 1.0
     return min(chi_square_p_value(fitted.penalty, len(fitted.names)), float(of_one))
 
 
