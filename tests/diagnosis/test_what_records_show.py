@@ -1,5 +1,7 @@
 """What records say about causes that fit: whether a contact opens, two are one fault, and how sure a law is."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from test_loose_stiff_support import HARMONICS, MODEL, SPEEDS, shown, vibration
@@ -9,6 +11,7 @@ from rotorstudy.diagnosis.search.contact_evidence import is_unseen
 from rotorstudy.diagnosis.search.impossible import AFFINE, is_impossible
 from rotorstudy.diagnosis.search.search import begin
 from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.diagnosis.verdict.evidence import parameter_p_value
 from rotorstudy.diagnosis.verdict.form_error import with_form_error
 from rotorstudy.diagnosis.verdict.one_direction import log_odds_of_one_direction
 from rotorstudy.diagnosis.verdict.one_fault import act_at, with_one_fault
@@ -105,3 +108,12 @@ def test_a_cause_acts_at_its_node_and_at_the_ends_of_its_element():
     assert all(act_at([whole], at, MODEL.structure) for at in (1, 2, 3))
     assert not act_at([node, whole], 1, MODEL.structure)
     assert not act_at([cause("base_motion", {"harmonic": 1})], 1, MODEL.structure)
+
+
+@pytest.mark.parametrize(("off", "is_rejected"), [([8.0], True), ([1.5] * 20, False), ([3.0] * 40, True), ([], False)])
+def test_one_parameter_that_is_far_off_counts_among_many(off, is_rejected):
+    """As much as many that are off a little; the sum of squares of 80 is usual with one of them at eight."""
+    names = tuple(f"p {i}" for i in range(80))
+    values = dict.fromkeys(names, 0.0) | dict(zip(names, off, strict=False))
+    fitted = SimpleNamespace(names=names, values=values, penalty=sum(x**2 for x in values.values()))
+    assert (parameter_p_value(fitted, dict.fromkeys(names, (0.0, 1.0))) < Settings().significance) == is_rejected

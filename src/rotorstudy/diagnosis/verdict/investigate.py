@@ -15,6 +15,7 @@ from rotorstudy.diagnosis.verdict.evidence import (
     moved_parameters,
     not_considered,
     parameter_labels,
+    parameter_p_value,
     separating_measurements,
     unexplained,
 )
@@ -105,7 +106,7 @@ def investigate(
     base, best = found.base, found.best
     rows = fitted.data_count
     p_values = PValues(before=chi_square_p_value(base.cost, rows), after=chi_square_p_value(best.fit.cost, rows))
-    p_parameters = chi_square_p_value(best.fit.penalty, len(best.fit.names))
+    p_parameters = parameter_p_value(best.fit, found.prior.by_name)
     left = residual_share(*(misfit(one.model, fitted, one.theta) for one in (base, best.fit)), rows)
     weights = found.posterior()
     probability = _probability(weights)

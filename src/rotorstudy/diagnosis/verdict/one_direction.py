@@ -31,11 +31,11 @@ def _direction(parts, fitted):
     """Angle and its variance of the one amplitude of a fault that turns with the shaft, rad; None without one."""
     found = []
     for part in parts:
-        names = iter(part.names)
-        for p in part.term.parameters:
-            own = [next(names) for _ in range(1 + p.is_complex)]
-            if p.is_complex and p.entries and all(entry.on == "one" and entry.shift == 1 for entry in p.entries):
-                found.append([fitted.names.index(name) for name in own])
+        (first, *others), turning = part.term.parameters, {("one", 1)}
+        if others:  # of a coupling, or of a stretch, whose direction is not that of one of its amplitudes
+            return None
+        if first.is_complex and {(entry.on, entry.shift) for entry in first.entries} == turning:
+            found.append([fitted.names.index(name) for name in part.names])
     if len(found) != 1:
         return None
     real, imaginary = fitted.free[found[0]]
