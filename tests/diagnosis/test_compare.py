@@ -211,6 +211,34 @@ def test_a_rig_that_misses_the_state_before_misses_as_much_of_the_change():
     assert f"error of {100 * error:.3g} %" in note.text
 
 
+def on_pedestals(share):
+    """A rotor on pedestals, the left one stiffer along x and softer along y by a share, the other softer along x."""
+    item = {"kind": "flexible_pedestal", "bearing_stiffness_N_per_m": {"xx": 5e7}, "pedestal_mass_kg": {"xx": 30.0},
+            "bearing_damping_N_s_per_m": {"xx": 4000.0}, "pedestal_damping_N_s_per_m": {"xx": 2000.0}}  # fmt: skip
+    stiffness = {1: {"xx": 2e7 * (1 + share), "yy": 1.2e7 * (1 - share)}, 5: {"xx": 2e7 / (1 + share), "yy": 1.2e7}}
+    return build_model({
+        "rotor": {"kind": "finite_element", "outer_diameter_m": 0.06, "elements": [{"length_m": 1.0, "count": 4}],
+                  "discs": [{"node": 2, "mass_kg": 22.0, "polar_moment_kg_m2": 0.25, "diametral_moment_kg_m2": 0.13}]},
+        "bearings": [
+            {**item, "node": n, "label": str(n), "pedestal_stiffness_N_per_m": k} for n, k in stiffness.items()
+        ],
+        "effects": [{"kind": "shaft_damping", "shaft_damping_s": 1e-5},
+                    {"kind": "unbalance", "node": 2, "unbalance_kg_m": 2e-4}],
+        "sensors": [1, 5],
+    })  # fmt: skip
+
+
+@pytest.mark.parametrize(("uncertainty", "told"), [({}, False), ({"bearings": 0}, True)])
+def test_a_pedestal_that_is_off_is_fitted_to_the_state_before(uncertainty, told):
+    """Negative control: held, its error is that of the prediction of the change."""
+    shown = measured_response(on_pedestals(0.12), SPEEDS, HARMONICS)
+    noise = np.random.default_rng(3).normal(0, 1e-7, (2, *shown.shape))
+    covariance = independent_covariance(np.full(shown.shape, 1e-14))
+    before = Spectrum(shown + noise[0] + 1j * noise[1], SPEEDS, HARMONICS, (1, 5), covariance)
+    _, notes, _ = known_as_before(on_pedestals(0.0), before, Settings(uncertainty=uncertainty))
+    assert [note.name for note in notes] == ["state before not explained"] * told
+
+
 @pytest.mark.parametrize("turn", [0.5, -0.06, 3.0])
 def test_a_phase_mark_that_was_moved_is_told(turn):
     """Runout and vibration turned alike; a change of the rotor or of nothing is no turn."""
