@@ -140,6 +140,8 @@ def _scanned_at(work, best, chosen):
     Only shapes are tried that may explain as much.
     """
     held = work.held((), best.fit.values)
+    if not held:
+        return []
     most_left = may_be_left(best, held.cost)
     scanned = scan(work, held, _one_shape_of_each(chosen), most_left=most_left)
     work.scanned.extend(one.cause for one in scanned)
