@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,7 +17,19 @@ from rotorstudy.measurement.single_probe import (
 )
 
 RELATIVE_FLOOR = 1e-13  # of the largest harmonic: round-off, so that exact data have a finite weight
+WHITENERS_KEPT = 16  # of single sensors
 CORRELATION_FLOOR = 1e-9  # keeps a covariance of fully correlated harmonics (one phase mark for all) invertible
+
+
+@lru_cache(maxsize=WHITENERS_KEPT)  # of many hypotheses on the records each changes what one sensor shows
+def _whitener(covariance, shape, floor):
+    """Root of the inverse of a covariance (speed, component, component), m^2, of which `floor` is round-off."""
+    covariance = np.frombuffer(covariance).reshape(shape)
+    size = np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1) + floor)
+    correlation = covariance / (size[..., :, None] * size[..., None, :])
+    correlation = correlation + CORRELATION_FLOOR * np.eye(size.shape[-1])
+    variance, vectors = np.linalg.eigh(correlation)
+    return (vectors / np.sqrt(variance)[..., None, :]) @ np.swapaxes(vectors, -1, -2) / size[..., None, :]
 
 
 @dataclass(frozen=True)
@@ -141,11 +153,10 @@ class Spectrum:
         _, rows = self._seen
         if single.any():
             covariance = np.where(single[:, None, None], rows @ covariance @ np.swapaxes(rows, -1, -2), covariance)
-        size = np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1) + floor)
-        correlation = covariance / (size[..., :, None] * size[..., None, :])
-        correlation = correlation + CORRELATION_FLOOR * np.eye(size.shape[-1])
-        variance, vectors = np.linalg.eigh(correlation)
-        found = (vectors / np.sqrt(variance)[..., None, :]) @ np.swapaxes(vectors, -1, -2) / size[..., None, :]
+        parts = [
+            _whitener(one.tobytes(), one.shape, floor) for one in np.moveaxis(np.asarray(covariance, float), -3, 0)
+        ]
+        found = np.stack(parts, axis=-3)
         if single.any():
             found[:, single] = found[:, single] @ rows[single]
         return found

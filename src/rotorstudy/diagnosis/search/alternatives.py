@@ -133,6 +133,8 @@ def _scanned_instead(work, current, causes, may_be):
     if not chosen:
         return []
     held = work.held(rest, current.fit.values)
+    if not held:
+        return []
     most_left = may_be_left(current, held.cost)
     found = scan(work, held, list(chosen.values()), refined=len(chosen), most_left=most_left)
     theta = current.fit.values

@@ -57,6 +57,8 @@ def with_causes_beside_a_force(work: Search, current: Explanation) -> list[Expla
 def _at_the_node(work, beside):
     """Options of a cause with the best few others at the node of the force, each in the best shape of a scan."""
     held = work.held(beside.parts, beside.values)
+    if not held:
+        return []
     there = [c for c in work.candidates if c.where.get("node") == beside.node]
     there = [c for c in there if is_allowed(work, (*beside.parts, c))]
     scanned = scan(work, held, list({c.cause: c for c in reversed(there)}.values()))

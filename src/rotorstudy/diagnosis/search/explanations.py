@@ -102,7 +102,7 @@ class Search:
     def note_broken(self, causes, error):
         """Record the plugin that raised an exception; an exception from elsewhere is raised again."""
         line = blamed(error) or (str(error) if isinstance(error, PluginError) else "")
-        if not line:
+        if not line or not causes:
             raise error
         guilty = [c.effect for c in causes if registry().get("effect", c.effect).file in line]
         self.failures.setdefault(guilty[-1] if guilty else causes[-1].effect, line)
@@ -159,10 +159,10 @@ class Search:
         extended, known, fresh = self._extension(causes)
         return self._fit(causes, extended, known, fresh if start is None else start, steps=TRIAL_STEPS)
 
-    def held(self, causes, values: dict) -> Fit:
-        """The model with some causes at given values by name, those of the base parameters included."""
+    def held(self, causes, values: dict) -> Fit | None:
+        """The model with some causes at given values by name, base parameters included; None without a steady state."""
         extended, known, _ = self._extension(causes)
-        return fit(extended, self.spectrum, known, start=self.start(causes, values), steps=0)
+        return self._fit(causes, extended, known, self.start(causes, values), steps=0)
 
     def is_rejected_as_stated(self, explanation: Explanation) -> bool:
         """Whether noise and the stated model error, without an error of the causes, do not explain what is left."""

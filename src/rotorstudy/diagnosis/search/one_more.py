@@ -36,8 +36,9 @@ def with_one_more(work, current, fits=None, values=None):
 
     def tried(done=()):
         """Trials of the candidates worth a fit that are not among those done."""
-        is_exact = bool(current.causes) and not current.fit.excess
-        promising = _promising(work, chosen, screenings, work.settings.candidates_per_round, is_exact)
+        promising = _promising(work, chosen, screenings, work.settings.candidates_per_round)
+        if work.cause_error < work.settings.cause_error and not current.fit.excess:
+            promising = _near_even_odds(work, chosen, promising)
         options = [_option(current.causes, known, chosen[i], one) for i, one in promising.items()]
         done = {labels(one.causes) for one in done}
         return trials(work, [one for one in options if labels(one.causes) not in done], from_stated=values is None)
@@ -139,6 +140,8 @@ def _scanned_at(work, best, chosen):
     Only shapes are tried that may explain as much.
     """
     held = work.held((), best.fit.values)
+    if not held:
+        return []
     most_left = may_be_left(best, held.cost)
     scanned = scan(work, held, _one_shape_of_each(chosen), most_left=most_left)
     work.scanned.extend(one.cause for one in scanned)
@@ -150,13 +153,10 @@ def _option(causes, known, cause, screened):
     return Option((*causes, cause), known.values | dict(zip(cause.names, screened.start, strict=True)))
 
 
-def _promising(work, chosen, screenings, most, is_exact=False):
+def _promising(work, chosen, screenings, most):
     """Candidates worth a fit, {index: Screened}: the best of the screenings in turn, each cause in its best shape.
 
     A crack that was scanned counts in each alternative, as its columns say little about how it opens.
-
-    is_exact : whether columns are taken at the motion of causes that leave no more than noise, so that they tell to a
-               few per cent what another cause explains
     """
     lists, of_scans = [], {id(cause): cause.cause for cause in work.scanned if is_sought_everywhere(cause)}
     names = [c.label if c.cause in of_scans.values() else c.cause for c in chosen]
@@ -166,9 +166,7 @@ def _promising(work, chosen, screenings, most, is_exact=False):
         order, seen = sorted(set(range(len(chosen))) - coarse, key=lambda i: -odds[i]), set()
         order = [i for i in order if not (names[i] in seen or seen.add(names[i]))]
         best = max((one.explained for one in screened), default=0.0)
-        share = [EXACT if is_exact and not chosen[i].shape else INEXACT for i in order]
-        needed = [part * work.prior_odds.even_odds_gain(chosen[i]) for i, part in zip(order, share, strict=True)]
-        worth = [max(WORTH_FITTING * best, gain) for gain in needed]
+        worth = [max(WORTH_FITTING * best, INEXACT * work.prior_odds.even_odds_gain(chosen[i])) for i in order]
         lists.append([(i, screened[i]) for i, low in zip(order, worth, strict=True) if screened[i].explained >= low])
     found = {}
     for rank in range(max(map(len, lists), default=0)):
@@ -176,3 +174,13 @@ def _promising(work, chosen, screenings, most, is_exact=False):
             if rank < len(one) and len(found) < most * len(lists):
                 found.setdefault(*one[rank])
     return found
+
+
+def _near_even_odds(work, chosen, promising):
+    """Those of the candidates that may reach even odds beside causes that leave no more than noise.
+
+    At the motion of these, columns tell to a few per cent what a cause explains, but for its shape. It is for a search
+    with a smaller error of the causes than assumed at first, under which the others were fitted already.
+    """
+    needed = {i: EXACT * work.prior_odds.even_odds_gain(chosen[i]) for i in promising}
+    return {i: one for i, one in promising.items() if chosen[i].shape or one.explained >= needed[i]}

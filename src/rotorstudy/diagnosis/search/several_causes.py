@@ -105,7 +105,7 @@ def _taken_out(work, current):
         without = work.explain(rest)
         if without:
             held = work.held(rest, current.fit.values)
-            tried += with_one_more(work, without, [held, without.fit], values=held)
+            tried += with_one_more(work, without, [held, without.fit], values=held) if held else []
     return _refined(work, tried)
 
 

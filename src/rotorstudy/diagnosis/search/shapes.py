@@ -119,7 +119,8 @@ def _rescanned(work, explanation, name):
     """The explanation with the shape of a cause scanned at its own fit, as long as that improves it."""
     for _ in range(RESCANS):
         rest, own = _apart(explanation, name)
-        scanned = scan(work, work.held(rest, explanation.fit.values), [own])
+        held = work.held(rest, explanation.fit.values)
+        scanned = scan(work, held, [own]) if held else []
         if not scanned:
             break
         cause, screened = scanned[0]
