@@ -149,7 +149,7 @@ def test_layouts(text, separator, decimal, skipped, units, tmp_path):
 def test_a_file_without_a_table_below_names_is_refused(text, tmp_path):
     path = tmp_path / "x.csv"
     path.write_text(text)
-    with pytest.raises(RotorstudyError, match="no table of numbers below a row of names|the file is empty"):
+    with pytest.raises(RotorstudyError, match=r"no table of numbers below a row of names|the file is empty"):
         guess_measurement(path, PLANES)
     with pytest.raises(RotorstudyError):
         new_rig("mine", tmp_path, [path])
