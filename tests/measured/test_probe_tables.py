@@ -300,3 +300,9 @@ def test_velocities_of_a_wide_table(tmp_path):
     (tmp_path / "table.csv").write_text("\n".join(rows))
     found = read_measurement([tmp_path / "table.csv"], rig(tmp_path, "peak, m, lead, rad")).spectrum
     np.testing.assert_allclose(found.amplitude[:, 0, 0], FORWARD, atol=2e-11)
+
+
+def test_an_empty_file_is_named_as_such(tmp_path):
+    (tmp_path / "table.csv").write_text(" \n")
+    with pytest.raises(RotorstudyError, match=r"table.csv: the file is empty; export it again, or leave it out"):
+        read_measurement([tmp_path / "table.csv"], rig(tmp_path, "rms, um"))

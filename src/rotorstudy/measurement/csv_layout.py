@@ -9,6 +9,7 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.conventions import CsvLayout
 
 LINES = 400  # read
+FIRST = 4096  # bytes, of which one at least is no space
 ROWS = 3  # at least of data
 SEPARATORS = (";", "\t", ",")
 DECIMALS = (".", ",")
@@ -50,10 +51,9 @@ def guess_layout(path):
     path = Path(path)
     if not path.is_file():
         raise RotorstudyError(f"record file '{path}' does not exist")
+    _check_not_empty(path)
     with path.open(encoding="utf-8-sig", errors="replace") as file:
         lines = [line.rstrip("\r\n") for line, _ in zip(file, range(LINES), strict=False)]
-    if not any(line.strip() for line in lines):
-        raise RotorstudyError(f"{path}: the file is empty; export it again, or leave it out")
     ways = [(separator, decimal) for separator in SEPARATORS for decimal in DECIMALS if separator != decimal]
     rows, _, separator, decimal = max(
         (_table(lines, *way) + way for way in ways), key=lambda found: len(found[0]) * found[1]
@@ -74,13 +74,23 @@ def guess_layout(path):
 
 
 def header_of(path, layout):
-    """Names of the columns of a text file, and the text of the row of units below each, as its CsvLayout states."""
+    """Names of the columns of a text file, and the text of the row of units below each, as its CsvLayout states.
+
+    raises : RotorstudyError for an empty file
+    """
+    _check_not_empty(path)
     with Path(path).open(encoding="utf-8-sig", errors="replace") as file:
         lines = [line.rstrip("\r\n") for line, _ in zip(file, range(layout.skip_rows + 2), strict=False)]
     rows = [[cell.strip().strip('"').strip() for cell in line.split(layout.separator)] for line in lines]
     names = rows[layout.skip_rows] if len(rows) > layout.skip_rows else [""]
     units = rows[-1] if layout.unit_rows and len(rows) == layout.skip_rows + 2 else []
     return names, [*units, *[""] * len(names)][: len(names)]
+
+
+def _check_not_empty(path):
+    with Path(path).open("rb") as file:
+        if not file.read(FIRST).strip():
+            raise RotorstudyError(f"{path}: the file is empty; export it again, or leave it out")
 
 
 def layout_hint(path, stated):

@@ -1,7 +1,6 @@
 """Tables of harmonics: amplitude, phase and reference phase; their only known noise is the rounding."""
 
 import re
-from pathlib import Path
 
 import numpy as np
 
@@ -59,8 +58,6 @@ def open_table(path, layout):
     """
     import pandas as pd
 
-    if not Path(path).read_bytes().strip():
-        raise RotorstudyError(f"{path}: the file is empty; export it again, or leave it out")
     try:
         text = pd.read_csv(
             path,
