@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.search.candidates import candidate
 from rotorstudy.diagnosis.search.impossible import is_negative
 from rotorstudy.diagnosis.search.odds import Explanation
+from rotorstudy.diagnosis.search.screening import Projected, screen
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.prior import Prior
@@ -54,6 +56,29 @@ def test_an_amplitude_is_negative_only_beyond_its_standard_deviation(sigma, expe
     _, std = explained("parallel_misalignment", 0.0, 1e-6)
     found, _ = explained("parallel_misalignment", sigma * std, 1e-6)
     assert is_negative(found, SIGNIFICANCE) == expected
+
+
+def test_a_screened_amplitude_is_as_uncertain_as_all_amplitudes_of_its_cause_leave_it():
+    """Against the share of draws of the posterior; columns nearly alike leave its sign open, each alone would not."""
+    cause, rng = candidate(MODEL, "parallel_misalignment", {"node": 1}), np.random.default_rng(31)
+    (limited,) = cause.positive
+    std = np.array([cause.prior[name][1] for name in cause.names])
+    alike = rng.normal(size=200)
+    columns = {name: (alike + 0.05 * rng.normal(size=200)) / s for name, s in zip(cause.names, std, strict=True)}
+    true = np.where([name == limited for name in cause.names], -1.0, 1.0) * std
+    residual = np.column_stack(list(columns.values())) @ true + rng.normal(size=200)
+    projected = Projected(residual, columns, dict.fromkeys(MODEL.names, 0.0))
+    scaled = np.column_stack([columns[name] for name in cause.names]) * std
+    covariance = np.linalg.inv(np.eye(len(std)) + scaled.T @ scaled)
+    drawn = rng.multivariate_normal(covariance @ scaled.T @ residual, covariance, 100_000)
+    place = cause.names.index(limited)
+    share = np.mean(drawn[:, place] > 0)
+    judged = screen(projected, cause)
+    found = judged.evidence - screen(projected, cause._replace(positive={})).evidence
+    assert 0.05 < share < 0.95
+    assert found == pytest.approx(np.log(2 * share), abs=0.005)  # of draws; half of the prior is above zero
+    others_known = norm.cdf(judged.start[place] / judged.detection[place])
+    assert abs(np.log(others_known / share)) > 0.05
 
 
 @pytest.mark.parametrize(("change", "expected"), [(-90.0, False), (-110.0, True)])

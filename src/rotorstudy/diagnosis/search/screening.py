@@ -186,7 +186,8 @@ def _screen_alike(projected, sets):
     ]
     if limited:
         s, i, there = (np.array(part) for part in zip(*limited, strict=True))
-        possible = log_possible(start[s, i] + there, detection[s, i], there / std[s, i])
+        spread = std * np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1))
+        possible = log_possible(start[s, i] + there, spread[s, i], there / std[s, i])
         np.add.at(evidence, s, possible)
     first = 0
     for cause in sets[0]:
