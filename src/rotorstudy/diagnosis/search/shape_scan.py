@@ -23,8 +23,6 @@ from rotorstudy.response.neighbourhood import Motion
 FIRST_SAMPLES = (0, 16, 32, 64, 128)  # shapes over the whole range, by the number of options
 STARTS = 3  # best of these, about which closer ones are tried: a force at one instant has several near-equal shapes
 MORE_ALONG_SHAFT = 4  # times as many shapes and starts where the position on the shaft is one of the options
-POSITIONS = 32  # on the shaft, of the first shapes
-STEPS_OF_SPREAD = 2  # of the positions about a shape, in its standard deviation
 PARTS = 6  # of the range of an option, then; each has a start, as a crack elsewhere may explain nearly as much
 HALVES = 2  # of a full turn, likewise
 ANOTHER_SIDE = 0.25  # of a turn
@@ -214,13 +212,8 @@ class _Scan(NamedTuple):
 
         options = len(self.ranges)
         count = FIRST_SAMPLES[options] * self._more
-        found = self.judged(self._rounded(qmc.Sobol(options, scramble=False).random(count), POSITIONS), kept=True)
+        found = self.judged(qmc.Sobol(options, scramble=False).random(count), kept=True)
         return self._distinct(found)[: STARTS * self._more]
-
-    def _rounded(self, points, steps):
-        """Points (shape, option), the positions on the shaft in the middles of so many steps: they share motions."""
-        along = [bool(ends.breaks) for ends in self.ranges.values()]
-        return np.where(along, (np.floor(points * steps) + 0.5) / steps, points)
 
     @property
     def _more(self):
@@ -244,7 +237,7 @@ class _Scan(NamedTuple):
             before = starts[0].screened.evidence
             count = SAMPLES * len(self.ranges) * self._more // len(starts)
             about = [one.point + spread * random.standard_normal((count, len(self.ranges))) for one in starts]
-            closer = self.judged(self._rounded(np.concatenate(about), STEPS_OF_SPREAD / spread))
+            closer = self.judged(np.concatenate(about))
             kept = 1 if spread == SPREADS[-1] else max(len(starts) - 1, 1)
             found = sorted([*starts, *closer], key=lambda one: -one.screened.evidence)
             starts = self._distinct(found)[:kept]
