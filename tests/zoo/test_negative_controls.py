@@ -12,6 +12,7 @@ from rotorstudy.authoring.invariants.bearing import (
     bearing_carries,
     bearing_is_finite,
     bearing_is_symmetric,
+    bearing_numbers_exist,
     bearing_takes_energy,
 )
 from rotorstudy.authoring.invariants.crack import (
@@ -168,6 +169,12 @@ CONTROLS = [
     (bearing_is_finite, term(Bearing, spring(gain=lambda w: np.where(w == 150, np.nan, 1))), "not finite at 150 rad/s"),
     (bearing_carries, term(Bearing, spring(order=1)), "no static stiffness"),
     (bearing_carries, term(Bearing, spring(1e5)), "rises against its weight"),
+    (bearing_numbers_exist, replace(ZOO.get("bearing", "linear"), uncertain={"clearance_m": 0.1}), "no number"),
+    (
+        bearing_numbers_exist,
+        replace(ZOO.get("bearing", "flexible_pedestal"), uncertain={"pedestal_mass_kg": 3}),
+        "10 %",
+    ),
     (bearing_takes_energy, term(Bearing, spring(order=1, stiffness=300.0), positive_damping=True), "gains energy"),
     (bearing_takes_energy, flipped("bearing", "linear", "positive_damping"), "set positive_damping=True"),
     (bearing_is_symmetric, flipped("bearing", "short_journal", "symmetric"), "drive a whirl"),

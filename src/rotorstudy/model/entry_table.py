@@ -10,7 +10,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.model.entries import Entry, harmonics_seen
+from rotorstudy.model.entries import harmonics_seen
+from rotorstudy.model.matrix_elements import (
+    Elements,
+    Pattern,
+    elements_of,
+    patterns_of,
+    product,
+    same_but_gains,
+    sparse,
+    sums,
+)
 from rotorstudy.model.terms import Unknown
 
 KEPT = 4  # sets of speeds and harmonics for which the factors of a table are kept
@@ -32,32 +42,6 @@ class Columns(NamedTuple):
         whole = np.zeros((*self.value.shape[:-1], size, count), complex)
         whole[..., self.row, self.unknown] = self.value
         return whole
-
-
-class Pattern(NamedTuple):
-    """Entries on the motion that differ in their matrix alone, of which `entry` is one.
-
-    row, column : (element,) int, places in the matrix;  weights : sparse (element, amplitude), values there
-    """
-
-    entry: Entry
-    row: np.ndarray
-    column: np.ndarray
-    weights: object
-
-    def values(self, theta: np.ndarray) -> np.ndarray:
-        """Elements (..., element) of the matrix of all these entries at amplitudes (..., amplitude)."""
-        return _product(self.weights, theta)
-
-
-class _Elements(NamedTuple):
-    """Matrix elements of entries, each (element,): amplitude, kind of entry, place in the matrix, value."""
-
-    unknown: np.ndarray
-    kind: np.ndarray
-    row: np.ndarray
-    column: np.ndarray
-    value: np.ndarray
 
 
 class _Moving(NamedTuple):
@@ -121,7 +105,7 @@ class EntryTable:
         EntryTable
         """
         other = EntryTable(unknowns, self.size, self.motion)
-        same = _same_but_gains(self.unknowns, other.unknowns)
+        same = same_but_gains(self.unknowns, other.unknowns)
         if same is not None:
             for name in ("_places", "_to_rows", "_seen", "turned"):
                 other.__dict__[name] = getattr(self, name)
@@ -155,9 +139,9 @@ class EntryTable:
         (row, unknown), (kind, column, weights) = self._places, self._seen
         moving, still = self._factors(*_key(speed, harmonics))
         seen = _with_conjugate(amplitudes)[..., moving.source[:, kind], column] * moving.factor[..., kind]
-        value = _product(weights, seen)
+        value = product(weights, seen)
         if len(still.unknown):
-            there = _product(still.to_place, self._resting(still, speed, deflection))
+            there = product(still.to_place, self._resting(still, speed, deflection))
             value[..., still.harmonic, still.place] += there
         return Columns(row, unknown, value)
 
@@ -171,7 +155,7 @@ class EntryTable:
         moving, _ = self._factors(*_key(speed, harmonics))
         kind, weight = elements.kind, elements.value * theta[..., None, None, elements.unknown]
         seen = _with_conjugate(amplitudes)[..., moving.source[:, kind], elements.column]
-        return _product(self._to_rows, seen * moving.factor[..., kind] * weight)
+        return product(self._to_rows, seen * moving.factor[..., kind] * weight)
 
     def static_force(self, theta, speed, harmonics, deflection=None, *, constant=True) -> np.ndarray:
         """Force harmonics (..., speed, harmonic, coordinate) at rest, at amplitudes theta (..., amplitude).
@@ -181,7 +165,7 @@ class EntryTable:
         _, still = self._factors(*_key(speed, harmonics))
         there = self._resting(still, speed, deflection, constant) * theta[..., None, still.unknown]
         force = np.zeros((*there.shape[:-1], len(harmonics), self.size), complex)
-        force[..., still.at, still.row] = _product(still.to_row, there)
+        force[..., still.at, still.row] = product(still.to_row, there)
         return force
 
     def reads_deflection(self, harmonics) -> bool:
@@ -192,12 +176,12 @@ class EntryTable:
     @cached_property
     def patterns(self) -> list[Pattern]:
         """Pattern of every kind of entry on the motion that does not rotate with the shaft."""
-        return self._patterns(False)
+        return patterns_of(*self._on_motion, self.size, len(self.unknowns), turning=False)
 
     @cached_property
     def turning_patterns(self) -> list[Pattern]:
         """Pattern of every kind of entry on the motion that rotates with the shaft."""
-        return self._patterns(True)
+        return patterns_of(*self._on_motion, self.size, len(self.unknowns), turning=True)
 
     @cached_property
     def turned(self) -> np.ndarray:
@@ -206,44 +190,15 @@ class EntryTable:
         here = np.array([entry.shift != 0 for entry in kinds], bool)[elements.kind]
         return np.unique(np.concatenate([elements.row[here], elements.column[here] % self.size]))
 
-    def _patterns(self, turning):
-        (elements, kinds), found = self._on_motion, []
-        for k, entry in enumerate(kinds):
-            if bool(entry.shift) == turning:
-                here = elements.kind == k
-                place = elements.row[here] * self.size + elements.column[here] % self.size
-                place, index = np.unique(place, return_inverse=True)
-                weights = _sparse(elements.value[here], index, elements.unknown[here], (len(place), len(self.unknowns)))
-                found.append(Pattern(entry, *np.divmod(place, self.size), weights))
-        return found
-
     @cached_property
     def _on_motion(self):
-        """_Elements of the entries on the motion, and an Entry of each kind."""
-        return self._collected(lambda _, e: e.reads_motion)
+        """Elements of the entries on the motion, and an Entry of each kind."""
+        return elements_of(self.unknowns, self.motion, self.size, lambda _, e: e.reads_motion)
 
     @cached_property
     def _at_rest(self):
-        """_Elements of the entries with a part that does not depend on the motion, and an Entry of each kind."""
-        return self._collected(lambda u, e: e.is_constant or (e.order == 0 and not u.carries))
-
-    def _collected(self, chosen):
-        kinds, found = {}, []
-        for u, unknown in enumerate(self.unknowns):
-            first = self.size * self.motion[u]
-            for entry in (e for e in unknown.entries if chosen(unknown, e)):
-                k, _ = kinds.setdefault(entry.kind, (len(kinds), entry))
-                found.append((u, k, 2 * self.seen if entry.is_constant else first + self.seen * entry.is_conjugate))
-                found[-1] += entry.nonzero
-        if not found:
-            none = np.zeros(0, int)
-            return _Elements(none, none, none, none, np.zeros(0, complex)), []
-        unknown, kind, first, row, column, value = zip(*found, strict=True)
-        count = [len(one) for one in row]
-        unknown, kind, first = (np.repeat(part, count) for part in (unknown, kind, first))
-        row, column, value = map(np.concatenate, (row, column, value))
-        elements = _Elements(unknown, kind, row, column + first, value.astype(complex))
-        return elements, [entry for _, entry in kinds.values()]
+        """Elements of the entries with a part that does not depend on the motion, and an Entry of each kind."""
+        return elements_of(self.unknowns, self.motion, self.size, _acts_at_rest)
 
     @cached_property
     def _places(self):
@@ -258,14 +213,14 @@ class EntryTable:
 
     @cached_property
     def _to_rows(self):
-        return _sum(self._on_motion[0].row, self.size)
+        return sums(self._on_motion[0].row, self.size)
 
     @cached_property
     def _seen(self):
         """Kind and column (pair,) of what entries on the motion act on, and sparse weights (place, pair)."""
         elements, _ = self._on_motion
         pair, index = np.unique(elements.kind * 2 * self.seen + elements.column, return_inverse=True)
-        weights = _sparse(elements.value, self._place_of(elements), index, (len(self._places[0]), len(pair)))
+        weights = sparse(elements.value, self._place_of(elements), index, (len(self._places[0]), len(pair)))
         return *np.divmod(pair, 2 * self.seen), weights
 
     @cached_property
@@ -297,12 +252,12 @@ class EntryTable:
             some = [k for k, entry in enumerate(kinds) if entry.shift == shift]
             gain[:, some] = _gains([kinds[k] for k in some], speed, np.full(len(speed), shift))
         kept = at[elements.kind] >= 0
-        place, elements = self._place_of(elements)[kept], _Elements(*(part[kept] for part in elements))
+        place, elements = self._place_of(elements)[kept], Elements(*(part[kept] for part in elements))
         at, count = at[elements.kind], len(self._places[0])
         targets = []
         for inner, size in ((place, count), (elements.row, self.size)):
             target, index = np.unique(at * size + inner, return_inverse=True)
-            targets += [*np.divmod(target, max(size, 1)), _sum(index, len(target))]
+            targets += [*np.divmod(target, max(size, 1)), sums(index, len(target))]
         value = gain[:, elements.kind] * elements.value
         return _Still(elements.unknown, elements.column, value, *targets)
 
@@ -315,22 +270,8 @@ class EntryTable:
         return np.concatenate([deflection, deflection.conj(), one], axis=-1)[..., still.seen] * still.value
 
 
-def _same_but_gains(unknowns, others):
-    """{kind: Entry of the other kind}, one to one, if the entries of two lists differ in gains alone, else None."""
-    if [(u.carries, len(u.entries)) for u in unknowns] != [(u.carries, len(u.entries)) for u in others]:
-        return None
-    found = {}
-    for entry, other in zip(
-        (e for u in unknowns for e in u.entries), (e for u in others for e in u.entries), strict=True
-    ):
-        if entry is not other:
-            on, order, shift, _, frequency_only = entry.kind
-            alike = other.kind == (on, order, shift, other.gain, frequency_only)
-            if not alike or not (entry.matrix is other.matrix or np.array_equal(entry.matrix, other.matrix)):
-                return None
-        if found.setdefault(entry.kind, other).kind != other.kind:
-            return None
-    return found if len({other.kind for other in found.values()}) == len(found) else None
+def _acts_at_rest(unknown, entry):
+    return entry.is_constant or (entry.order == 0 and not unknown.carries)
 
 
 def _gains(entries, speed, harmonic, known=None):
@@ -351,22 +292,3 @@ def _key(speed, harmonics):
 
 def _with_conjugate(amplitudes):
     return np.concatenate([amplitudes, amplitudes.conj()], axis=-1)
-
-
-def _sparse(value, row, column, shape):
-    from scipy.sparse import csr_array
-
-    return csr_array((value, (row, column)), shape)
-
-
-def _sum(index, count):
-    """Sparse (count, element) matrix that adds up the elements of the same index."""
-    from scipy.sparse import csc_array
-
-    return csc_array((np.ones(len(index)), index, np.arange(len(index) + 1)), (count, len(index)))
-
-
-def _product(matrix, vectors):
-    """Sparse matrix (row, column) times vectors (..., column)."""
-    flat = matrix @ vectors.reshape(int(np.prod(vectors.shape[:-1])), vectors.shape[-1]).T
-    return flat.T.reshape(*vectors.shape[:-1], matrix.shape[0])
