@@ -104,7 +104,7 @@ def test_a_shaft_that_turns_the_other_way_is_refused(record, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("kind", "words"),
     [
-        ("csv", "not a readable table"),
+        ("csv", "the file is empty"),
         ("mat", "not a readable MATLAB file"),
         ("uff", "no data set 58"),
         ("nc", "not a readable NetCDF file"),
