@@ -81,11 +81,11 @@ def _fitted(after, prepared) -> Fit | None:
 
 def _linearised(found, after, prepared):
     """Function of angles (angle,), rad -> (angle,) costs with the model linearised about a fit."""
-    spectrum, *_ = prepared(after)
+    difference, _, settings = prepared(after)
     known = np.vstack([found.jacobian, found.prior.whitener])
     basis, _ = np.linalg.qr(known / np.linalg.norm(known, axis=0))
     still = np.concatenate([found.residual, found.prior.whitener @ (found.prior.mean - found.free)])
-    noise = with_model_error(spectrum, prepared(after)[2])
+    noise = with_model_error(difference, settings)
 
     def costs(angles):
         change = np.array([turned(after, -angle) for angle in angles]) - after.amplitude
