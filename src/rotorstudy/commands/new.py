@@ -29,7 +29,7 @@ def run(given):
         raise RotorstudyError(f"new {given.kind}: --records and --ross are for `new rig`")
     path = new_plugin(given.kind, given.name, given.folder)
     print(f"wrote {path}; edit it, then: rotorstudy check {path}")
-    return 0
+    return {"file": str(path)}
 
 
 def _rig(given):
@@ -48,4 +48,4 @@ def _rig(given):
     print(f"wrote {path}" + (f" and the picture of its probes, {picture}" if picture else ""))
     shown = " ".join(map(str, given.records)) or "RECORDS"
     print(f"next: rotorstudy check {path}; rotorstudy import {shown} --rig {path} --out spectrum.nc")
-    return 0
+    return {"file": str(path), "probes": picture and str(picture), "guessed": list(guessed), "different": list(changed)}
