@@ -208,7 +208,11 @@ def test_a_new_plugin_is_written_where_one_stands(tmp_path, capsys, monkeypatch)
 
     monkeypatch.chdir(tmp_path)
     status, out, _ = run(capsys, "new", "crack", "brand_new")
-    assert status == 0 and (tmp_path / "brand_new.py").is_file() and out.startswith("wrote brand_new.py;")
+    assert (
+        status == 0
+        and (tmp_path / "rotorstudy_plugins/brand_new.py").is_file()
+        and out.startswith("wrote rotorstudy_plugins/brand_new.py;")
+    )
     monkeypatch.chdir(Path(__file__).parents[1])
     assert _folder_of("crack").parts[-2:] == ("plugins", "cracks")
 
@@ -260,7 +264,7 @@ def test_every_command_prints_json_alone_on_stdout(records, tmp_path, capsys):
 def test_units_of_a_rig_and_of_the_command_line(tmp_path, capsys):
     rig = tmp_path / "rig.yaml"
     rig.write_text(Path(RIG).read_text() + "units: [mil, oz in, rad/s]\n")
-    analyse = ["analyse", rig, "--out", tmp_path / "analysis", "--speeds", 50, 300, "--json"]
+    analyse = ["analyse", rig, "--out", tmp_path / "analysis", "--speeds", 400, 800, "--json"]
 
     def shown(*more):
         status, out, _ = run(capsys, *analyse, *more)

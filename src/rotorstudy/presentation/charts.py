@@ -44,7 +44,11 @@ def bode_charts(name, speed, curves, points=None, lines=(), bands=(), points_spe
             found = [(speed, one, {"label": probe, "line": True})]
             if points:
                 found.append(
-                    (points_speed, points[node][probe], {"label": f"{probe} measured", "mark": "circle", "open": True})
+                    (
+                        points_speed,
+                        points[node][probe],
+                        {"label": f"{probe} measured", "mark": "circle", "hollow": True},
+                    )
                 )
             for at, values, style in found:
                 kept = _thinned(len(at), MOST_POINTS)
@@ -126,7 +130,7 @@ def campbell_chart(data, kinds, criticals, operating=None):
                 "label": "critical speed",
                 "colour": 6,
                 "mark": "circle",
-                "open": True,
+                "hollow": True,
                 "size": 5,
                 "x": rounded(at * per),
                 "y": rounded(at / (2 * np.pi)),
@@ -223,9 +227,9 @@ def parts(values):
 def rounded(values, digits=DIGITS):
     """Nested lists with `digits` significant digits; JSON has no NaN: what is not known is null."""
     values = np.asarray(values, float)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        power = 10.0 ** (digits - 1 - np.floor(np.log10(np.abs(values))))
-    found = np.where((values != 0) & np.isfinite(power), np.round(values * power) / power, values)
+    known = np.isfinite(values) & (values != 0)
+    power = 10.0 ** (digits - 1 - np.floor(np.log10(np.abs(np.where(known, values, 1.0)))))
+    found = np.round(np.where(known, values, 0.0) * power) / power
     return _without_nan(np.where(np.isfinite(values), found, np.nan).tolist())
 
 

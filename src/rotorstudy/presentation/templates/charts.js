@@ -68,7 +68,7 @@ function chart(place, first, height = 260) {
         if (!s.mark) return;
         c.beginPath();
         if (s.mark === "square") c.rect(a - r, o - r, 2 * r, 2 * r); else if (s.mark === "triangle") { c.moveTo(a, o - r); c.lineTo(a + r, o + r); c.lineTo(a - r, o + r); c.closePath(); } else c.arc(a, o, r, 0, 7);
-        if (s.open) c.stroke(); else c.fill();
+        if (s.hollow) c.stroke(); else c.fill();
       });
       c.font = `${11 * px}px sans-serif`;
       for (const [i, text] of Object.entries(s.texts || {})) c.fillText(text, X(s.x[i]) + 4 * px, Y(s.y[i]) - 4 * px);
@@ -147,7 +147,12 @@ function chart(place, first, height = 260) {
   };
   if (spec.group) (groups[spec.group] ||= []).push(me);
   charts.push(me);
-  new ResizeObserver(() => { if (box.clientWidth > 50) { if (!plot) make(box.clientWidth); else if (plot.width !== box.clientWidth) { plot.setSize({width: box.clientWidth, height}); rescale(); } } }).observe(box);
+  const fit = () => {
+    if (box.clientWidth < 50) return;  // in what is folded
+    if (!plot) make(box.clientWidth);
+    else if (plot.width !== box.clientWidth) { plot.setSize({width: box.clientWidth, height}); rescale(); }
+  };
+  new ResizeObserver(() => requestAnimationFrame(fit)).observe(box);
   return me;
 }
 
