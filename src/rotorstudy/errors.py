@@ -55,6 +55,8 @@ def unknown_name(kind, name, known, where="", error=RotorstudyError):
     """The error for an unknown name, with the closest known one: `unknown crack 'swiching'; did you mean ...`."""
     near = get_close_matches(str(name), [str(k) for k in known], n=1)
     hint = f"; did you mean '{near[0]}'?" if near else ""
+    if str(name) == "0" and "1" in map(str, known):
+        hint = "; they are numbered from 1"
     place = f" in {where}" if where else ""
     allowed = ", ".join(sorted(map(str, known), key=_in_order)) or "none"
     return error(f"unknown {kind} '{name}'{place}{hint} (known: {allowed})")

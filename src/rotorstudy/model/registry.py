@@ -89,6 +89,10 @@ class Registry:
         """The plugin of a kind by name; an unknown name is an error with a suggestion."""
         if name not in self.plugins[kind]:
             error = unknown_name(kind, name, self.plugins[kind], where)
+            words = name.replace("_", " ").lower()
+            mentioned = [one for one, plugin in self.plugins[kind].items() if words in (plugin.summary or "").lower()]
+            if mentioned:
+                error = type(error)(f"{error}; '{words}' is described by {' or '.join(mentioned)}")
             if self.failures:
                 error = type(error)(f"{error}; some plugins did not load: {'; '.join(self.failures)}")
             raise error

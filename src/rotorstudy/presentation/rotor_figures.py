@@ -54,7 +54,7 @@ def rotor(rig):
     radius = {}
     for first, last in pairwise(ends):
         section = structure.section_at((first + last) / 2)
-        radius[first] = section.outer_diameter_m / 2
+        radius[first] = max(section.outer_diameter_m, section.sleeve_diameter_m) / 2
         panel.add_patch(
             Rectangle((first, -radius[first]), last - first, 2 * radius[first], facecolor="0.85", edgecolor="0.5")
         )
