@@ -1,19 +1,24 @@
 """Cases: a random machine with one effect, its records as measured, and the truth about it."""
 
+from collections import ChainMap
 from dataclasses import asdict, dataclass
 
 import numpy as np
 
 from foreign import effects
-from foreign.draw import draw_rotor, draw_speeds, draw_unbalance, first_frequency
+from foreign.draw import MACHINES, draw_rotor, draw_speeds, draw_unbalance, first_frequency
+from foreign.failures import ADDED, ROTORS
 from foreign.faults import FAMILIES, Draw
-from foreign.machine import Rotor, build
+from foreign.film import add_film
+from foreign.forms import FORMS
+from foreign.machine import PointRotor, Rotor, build
 from foreign.measuring import Chain, Probe, record, surface_runout
 from foreign.stepping import NoSteadyState, Steady, steady_state
 
 CHAIN_FAULTS = ("swapped", "reversed", "phase_offset", "delay", "angle_error", "gain", "runout", "unloaded_zero")
 PROBE_FAULTS = ("swapped", "reversed", "angle_error", "gain", "runout")  # at one node
 SHOWN_BY_THE_MEAN = ("preload", "internal_damping")  # the shaft's damping is silent at 1X and shifts the sag sideways
+KNOWN = ChainMap(FAMILIES, FORMS, ADDED)
 RUNOUT = 0.01  # of an ordinary surface over the usual motion
 
 
@@ -24,8 +29,8 @@ class Case:
     Parameters
     ----------
     family : str
-        Of `faults.FAMILIES`; several joined by "+".
-    rotor : Rotor
+        Of `faults.FAMILIES`, `forms.FORMS` or `failures.ADDED`; several joined by "+".
+    rotor : Rotor or PointRotor
         The true one without the effect.
     unbalance : dict
         Node (from 0) to complex moment, kg m.
@@ -51,7 +56,7 @@ class Case:
     """
 
     family: str
-    rotor: Rotor
+    rotor: Rotor | PointRotor
     unbalance: dict
     effects: list
     steady: Steady
@@ -67,16 +72,18 @@ class Case:
     truth: dict
 
 
-def machine_of(rotor, unbalance):
-    """The machine of a rotor with its unbalance and weight."""
+def machine_of(rotor, unbalance, speeds):
+    """The machine of a rotor with its unbalance and weight, at the speeds at which it runs."""
     machine = build(rotor)
+    for film, linear in zip(rotor.films, rotor.bearings, strict=False):
+        add_film(machine, film, linear, speeds)
     for node, value in unbalance.items():
         effects.add_unbalance(machine, node, abs(value), np.angle(value))
     return machine
 
 
 def measured_nodes(rng, rotor):
-    """Two to four nodes with probes, one at a disc."""
+    """Two to four nodes with probes, one at a disc; the only one of a rotor that has no more."""
     discs = [disc.node for disc in rotor.discs]
     count = min(int(rng.integers(2, 5)), rotor.nodes)
     first = int(rng.choice(discs))
@@ -148,7 +155,18 @@ def visibility(case_steady, healthy, nodes, orders=range(-3, 4)):
 
 
 def draw_case(
-    seed, family, speeds=8, steps=256, modes=10, chain_fault=None, mass=None, count=None, visible=0.0, tries=20
+    seed,
+    family,
+    speeds=8,
+    steps=256,
+    modes=10,
+    chain_fault=None,
+    mass=None,
+    count=None,
+    visible=0.0,
+    tries=20,
+    machine="any",
+    severity=1.0,
 ):
     """A random case.
 
@@ -156,7 +174,7 @@ def draw_case(
     ----------
     seed : int or numpy.random.Generator
     family : str
-        Of `faults.FAMILIES`; several on one machine joined by "+".
+        Of `faults.FAMILIES`, `forms.FORMS` or `failures.ADDED`; several on one machine joined by "+".
     speeds : int
         How many.
     steps, modes : int
@@ -170,6 +188,10 @@ def draw_case(
         that the weight holds down, say) is drawn again. Of `SHOWN_BY_THE_MEAN` 0X counts too.
     tries : int
         Machines drawn until one moves steadily and shows its effect; then NoSteadyState.
+    machine : str
+        Of `draw.MACHINES` or `failures.ROTORS`; mass and count are for `any` alone.
+    severity : float
+        Times the usual size, of the effects of `forms.FORMS`.
 
     Returns
     -------
@@ -183,23 +205,24 @@ def draw_case(
         attempt += 1
         if attempt == tries:
             raise NoSteadyState(f"none of {tries} machines of {family} moves steadily and shows it")
-        rotor = draw_rotor(rng, mass, count)
-        frequency = first_frequency(rotor)
-        unbalance = draw_unbalance(rng, rotor, frequency)
-        speed = draw_speeds(rng, frequency, speeds)
         try:
-            sound = machine_of(rotor, unbalance)
+            rotor = draw_rotor(rng, mass, count) if machine == "any" else (MACHINES | ROTORS)[machine](rng)
+            frequency = first_frequency(rotor)
+            unbalance = draw_unbalance(rng, rotor, frequency)
+            speed = draw_speeds(rng, frequency, speeds)
+            sound = machine_of(rotor, unbalance, speed)
             healthy = steady_state(sound, speed, steps, modes)
-            machine, added, alone = machine_of(rotor, unbalance), [], []
+            whole, added, alone = machine_of(rotor, unbalance, speed), [], []
             for name in family.split("+"):
                 state = rng.bit_generator.state
-                added.append({"family": name, **FAMILIES[name](Draw(rng, machine, unbalance, healthy, frequency))})
+                drawn = Draw(rng, whole, unbalance, healthy, frequency, severity)
+                added.append({"family": name, **KNOWN[name](drawn)})
                 if "+" in family:  # the same draw on a machine of its own
-                    apart, again = machine_of(rotor, unbalance), np.random.default_rng()
+                    apart, again = machine_of(rotor, unbalance, speed), np.random.default_rng()
                     again.bit_generator.state = state
-                    FAMILIES[name](Draw(again, apart, unbalance, healthy, frequency))
+                    KNOWN[name](Draw(again, apart, unbalance, healthy, frequency, severity))
                     alone.append(steady_state(apart, speed, steps, modes, most=25))
-            found = steady_state(machine, speed, steps, modes, most=25)
+            found = steady_state(whole, speed, steps, modes, most=25)
         except NoSteadyState:
             continue
         nodes = measured_nodes(rng, rotor)
@@ -223,14 +246,15 @@ def draw_case(
         "attempt": attempt,
         "mass_kg": rotor.mass,
         "first_frequency_rad_per_s": frequency,
-        "length_m": float(rotor.positions[-1]),
+        "machine": machine,
+        "length_m": rotor.length,
         "speeds_rad_per_s": speed.tolist(),
         "floquet": steady.multipliers.tolist(),
         "unbalance": [
             {"node": node + 1, "moment_kg_m": abs(value), "phase_rad": float(np.angle(value))}
             for node, value in unbalance.items()
         ],
-        "youngs_modulus_Pa": rotor.elements[0].youngs_modulus,
+        "youngs_modulus_Pa": rotor.youngs_modulus,
         "bearings": [
             {"node": b.node + 1, "stiffness_N_per_m": b.stiffness.tolist(), "damping_N_s_per_m": b.damping.tolist()}
             for b in rotor.bearings

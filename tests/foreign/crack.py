@@ -103,18 +103,27 @@ def breathing_table(depth_ratio, kind, count=720):
     return moments, kinks
 
 
-class BreathingHinge:
+class TabulatedHinge:
     """Law of the kink in an element: moment if there were no kink, to kink.
 
     The moment is m = y - k kink, k the element's own stiffness against a kink; the kink is the crack's compliance of m.
-    Both laws are of degree one in m, so the direction of y alone decides, and a table by that direction holds the
-    solution.
+    Laws of degree one in m are solved beforehand: the direction of y alone decides, and a table by that direction holds
+    the solution. A residual stress that closes the crack shifts both m and y by its moment.
+
+    Parameters
+    ----------
+    moments, kinks : ndarray, (count, 2)
+        Unit moments (opening, sideways) around the circle, in N m, and their kinks, in rad.
+    angle : float
+        Of the middle of the cracked side from the shaft's reference line, rad.
+    kink_stiffness : float
+        k, N m/rad.
+    closing : float
+        Moment that just opens the crack, N m.
     """
 
-    def __init__(self, radius, youngs_modulus, poissons_ratio, depth_ratio, kind, angle, kink_stiffness, count=1440):
-        self.angle = angle
-        moments, kinks = breathing_table(depth_ratio, kind)
-        kinks = kinks * (1 - poissons_ratio**2) / (np.pi * youngs_modulus * radius**3)
+    def __init__(self, moments, kinks, angle, kink_stiffness, closing=0.0, count=1440):
+        self.angle, self.closing = angle, np.array([closing, 0.0])
         y = moments + kink_stiffness * kinks
         direction = np.unwrap(np.arctan2(y[:, 1], y[:, 0]))
         if np.any(np.diff(direction) <= 0):
@@ -139,7 +148,7 @@ class BreathingHinge:
         """Local law: y are the moments of the slopes in x and y (N m), the result is the kink of the slopes (rad)."""
         cos, sin = np.cos(angle + self.angle), np.sin(angle + self.angle)
         to_crack = -np.array([[cos, sin], [-sin, cos]])  # opening is against `across`
-        kink, slope = self.kink(y @ to_crack.T)
+        kink, slope = self.kink(y @ to_crack.T - self.closing)
         return kink @ to_crack, to_crack.T @ slope @ to_crack, np.zeros_like(slope)
 
 
@@ -165,18 +174,17 @@ def add_crack(machine, element, position, depth_ratio, angle=0.0, kind="gradual"
     part = machine.rotor.elements[element]
     stiffness = plane_matrices(part)[0]
     kink = np.array([0.0, 0.0, (1 - position) * part.length, 1.0])
-    law = BreathingHinge(
-        part.outer_diameter / 2,
-        part.youngs_modulus,
-        part.poissons_ratio,
-        depth_ratio,
-        kind,
-        angle,
-        kink @ stiffness @ kink,
-    )
+    moments, kinks = breathing_table(depth_ratio, kind)
+    kinks = kinks * (1 - part.poissons_ratio**2) / (np.pi * part.youngs_modulus * (part.outer_diameter / 2) ** 3)
+    law = TabulatedHinge(moments, kinks, angle, kink @ stiffness @ kink)
+    machine.local.append(LocalForce(hinge_selection(machine.size, part, element, kink), law, "crack"))
+
+
+def hinge_selection(size, part, element, kink):
+    """Selection (size, 2) of the moments in x and y at a kink, by what it moves the ends of its element (4,)."""
     shape = np.zeros((8, 2))
     shape[[0, 3, 4, 7], 0] = kink
     shape[[1, 2, 5, 6], 1] = kink * [1, -1, 1, -1]
-    selection = np.zeros((machine.size, 2))
-    selection[4 * element : 4 * element + 8] = both_planes(stiffness) @ shape
-    machine.local.append(LocalForce(selection, law, "crack"))
+    selection = np.zeros((size, 2))
+    selection[4 * element : 4 * element + 8] = both_planes(plane_matrices(part)[0]) @ shape
+    return selection

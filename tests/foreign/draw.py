@@ -6,7 +6,9 @@ import numpy as np
 from scipy.linalg import eigh
 
 from foreign.beam import Element
-from foreign.machine import Bearing, Disc, Rotor, build
+from foreign.film import Film, bearing
+from foreign.machine import Bearing, Disc, PointRotor, Rotor, build
+from foreign.stepping import NoSteadyState
 
 
 def between(rng, low, high):
@@ -57,7 +59,7 @@ def draw_bearing(rng, node, stiffness, frequency):
     return Bearing(node, k, damping)
 
 
-def draw_rotor(rng, mass=None, count=None):
+def draw_rotor(rng, mass=None, count=None, overhung=None):
     """A rotor between bearings or overhung.
 
     Parameters
@@ -67,6 +69,8 @@ def draw_rotor(rng, mass=None, count=None):
         In kg; None: 1 g to 10 t.
     count : int or None
         Elements; None: 2 to 20.
+    overhung : bool or None
+        None: three of ten.
 
     Returns
     -------
@@ -77,7 +81,7 @@ def draw_rotor(rng, mass=None, count=None):
     count = int(rng.integers(2, 21)) if count is None else count
     ratio = between(rng, 0.3, 5.0)
     shaft = draw_shaft(rng, count, mass / (1 + ratio))
-    overhung = count >= 4 and rng.random() < 0.3
+    overhung = count >= 4 and rng.random() < 0.3 if overhung is None else overhung
     right = max(2, round(count * rng.uniform(0.6, 0.8))) if overhung else count
     inner = [node for node in range(1, count + 1) if node != right]
     discs = list(rng.choice(inner, min(len(inner), int(rng.integers(1, 4))), replace=False)) if inner else []
@@ -86,15 +90,66 @@ def draw_rotor(rng, mass=None, count=None):
     discs = draw_discs(rng, shaft, sorted(discs), mass * ratio / (1 + ratio))
     span = right * shaft[0].length
     stiffness = between(rng, 1.0, 20.0) * 48 * shaft[0].bending_stiffness / span**3
-    rigid = tuple(Bearing(node, stiffness * np.eye(2), np.zeros((2, 2))) for node in (0, right))
+    return carried(rng, shaft, discs, (0, right), stiffness)
+
+
+def carried(rng, shaft, discs, nodes, stiffness):
+    """The rotor of a shaft with discs on bearings near `stiffness` N/m at two nodes, damped."""
+    rigid = tuple(Bearing(node, stiffness * np.eye(2), np.zeros((2, 2))) for node in nodes)
     frequency = first_frequency(Rotor(shaft, discs, rigid))
-    bearings = tuple(draw_bearing(rng, node, stiffness, frequency) for node in (0, right))
-    external = np.zeros(count + 1)
+    bearings = tuple(draw_bearing(rng, node, stiffness, frequency) for node in nodes)
+    external = np.zeros(len(shaft) + 1)
     for disc in discs:
         external[disc.node] = 2 * rng.uniform(0.003, 0.02) * frequency * disc.mass
     internal = 2 * between(rng, 3e-4, 3e-3) / frequency
     shaft = tuple(replace(element, internal_damping=internal) for element in shaft)
     return Rotor(shaft, discs, bearings, tuple(external))
+
+
+def draw_point_rotor(rng, middle):
+    """One disc on a massless shaft, in the middle or not."""
+    mass, diameter = between(rng, 0.1, 100.0), 1.0
+    slenderness, modulus = between(rng, 20, 45), between(rng, 7e10, 2.1e11)
+    share = 0.5 if middle else float(rng.choice([-1, 1]) * rng.uniform(0.08, 0.25) + 0.5)
+    # a shaft whose own mass would be a fifth of the disc's
+    diameter = (0.2 * mass / (7850 * np.pi / 4 * slenderness)) ** (1 / 3)
+    length, radius = slenderness * diameter, diameter * rng.uniform(2.0, 5.0)
+    disc = Disc(0, mass, mass * radius**2 / 2, mass * radius**2 / 4)
+    rotor = PointRotor(share * length, (1 - share) * length, diameter, modulus, disc, 0.0, 0.0)
+    usual = 2 * mass * first_frequency(rotor)
+    return replace(rotor, external=usual * rng.uniform(0.01, 0.05), internal=usual * between(rng, 3e-4, 3e-3))
+
+
+def draw_rotor_on_films(rng):
+    """A rotor whose two bearings are oil films that run at half their clearance or more."""
+    rotor = draw_rotor(rng, between(rng, 5.0, 5e3), int(rng.integers(5, 11)), False)
+    machine, frequency = build(rotor), first_frequency(rotor)
+    sag, films, linear = machine.sag(), [], []
+    for old in rotor.bearings:
+        load = float(old.stiffness[0] @ sag[4 * old.node : 4 * old.node + 2])
+        diameter = rotor.elements[0].outer_diameter
+        length, clearance = diameter * rng.uniform(0.3, 0.5), diameter / 2 * between(rng, 1e-3, 2.5e-3)
+        eccentricity, speed = rng.uniform(0.5, 0.75), 0.6 * frequency
+        ocvirk = (1 - eccentricity**2) ** 2 / eccentricity
+        ocvirk /= np.sqrt(16 * eccentricity**2 + np.pi**2 * (1 - eccentricity**2))
+        viscosity = ocvirk * 8 * load * clearance**2 / (diameter * length**3 * speed)
+        films.append(Film(old.node, diameter, length, clearance, float(viscosity), load))
+        try:
+            linear.append(bearing(films[-1], speed))
+        except ValueError as problem:
+            raise NoSteadyState(str(problem)) from problem
+    return replace(rotor, bearings=tuple(linear), films=tuple(films))
+
+
+MACHINES = {
+    "any": draw_rotor,
+    "jeffcott": lambda rng: draw_point_rotor(rng, True),
+    "offset_disc": lambda rng: draw_point_rotor(rng, False),
+    "between_bearings": lambda rng: draw_rotor(rng, None, int(rng.integers(5, 13)), False),
+    "overhung": lambda rng: draw_rotor(rng, None, int(rng.integers(5, 13)), True),
+    "many_elements": lambda rng: draw_rotor(rng, None, int(rng.integers(13, 41))),
+    "films": draw_rotor_on_films,
+}
 
 
 def draw_unbalance(rng, rotor, frequency):

@@ -18,13 +18,17 @@ from foreign.stepping import Steady
 
 @dataclass
 class Draw:
-    """What a family draws from: machine, unbalance (node to kg m), motion without the effect, first frequency."""
+    """What a family draws from: machine, unbalance (node to kg m), motion without the effect, first frequency.
+
+    `severity` is a factor of the size that families of `forms` draw.
+    """
 
     rng: np.random.Generator
     machine: Machine
     unbalance: dict
     healthy: Steady
     frequency: float
+    severity: float = 1.0
 
     @property
     def rotor(self):
@@ -45,6 +49,13 @@ class Draw:
         """Any node away from the bearings."""
         held = {bearing.node for bearing in self.rotor.bearings}
         return int(self.rng.choice([node for node in range(self.rotor.nodes) if node not in held]))
+
+    def support(self):
+        """Node of a bearing, or of the disc of a rotor that has only this node, and a stiffness there, N/m."""
+        if not self.rotor.bearings:
+            return 0, self.stiffness
+        bearing = self.bearing()[1]
+        return bearing.node, float(np.mean(np.diag(bearing.stiffness)))
 
     def bearing(self):
         number = int(self.rng.integers(len(self.rotor.bearings)))
@@ -133,7 +144,7 @@ def rub(draw):
             break
     centre = rest - offset * side
     stiffness, friction = draw.stiffness * between(rng, 0.03, 0.5), float(rng.uniform(0.02, 0.2))
-    radius = draw.rotor.elements[0].outer_diameter / 2
+    radius = draw.rotor.diameter / 2
     slip = 0.02 * draw.frequency * radius
     contacts.add_rub(draw.machine, node, stiffness, clearance, friction, radius, centre, slip)
     what = {"node": node + 1, "side_rad": angle, "stiffness_N_per_m": stiffness, "clearance_m": clearance}

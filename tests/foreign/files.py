@@ -9,11 +9,14 @@ import xarray as xr
 from foreign.cases import RUNOUT, swing_of
 from foreign.machine import GRAVITY
 
+FILM = 2.5  # error of clearance and viscosity over that of the coefficients of a bearing: 5 %
+
 
 def text(value):
     """YAML of numbers, strings, lists and dicts on one line; the exponent signed and a point before it."""
     if isinstance(value, dict):
-        return "{" + ", ".join(f"{key}: {text(item)}" for key, item in value.items()) + "}"
+        named = ((json.dumps(key) if "[" in key else key, item) for key, item in value.items())
+        return "{" + ", ".join(f"{key}: {text(item)}" for key, item in named) + "}"
     if isinstance(value, (list, tuple)):
         return "[" + ", ".join(text(item) for item in value) + "]"
     if isinstance(value, (bool, np.bool_)):
@@ -66,8 +69,38 @@ def linear_bearing(rng, bearing, error):
     return where | stiffness | {f"bearing_damping_{'xy'[i]}{'xy'[j]}_N_s_per_m": c[i, j] for i, j in pairs}
 
 
+def film_bearing(rng, film, error):
+    """An oil film as the rig file has it: clearance and viscosity off by the relative `error`."""
+    clearance, viscosity = np.array([film.clearance, film.viscosity]) * (1 + error * rng.normal(size=2))
+    where = {"kind": "short_journal", "node": film.node + 1, "label": f"node {film.node + 1}", "load_N": film.load}
+    where |= {"diameter_m": film.diameter, "length_m": film.length}
+    return where | {"radial_clearance_m": clearance, "viscosity_Pa_s": viscosity}
+
+
+def bearings_section(rng, rotor, error):
+    """The nominal bearings."""
+    if rotor.films:
+        return [film_bearing(rng, film, FILM * error) for film in rotor.films]
+    return [linear_bearing(rng, bearing, error) for bearing in rotor.bearings]
+
+
+def point_rotor_section(rng, rotor, error):
+    """The nominal rotor of one disc on a massless shaft."""
+    stiffer, disc = 1 + error * rng.normal(), rotor.disc
+    if rotor.first == rotor.second:
+        stiffness = rotor.plane_stiffness[0, 0] * stiffer
+        kind = {"kind": "jeffcott", "mass_kg": disc.mass, "stiffness_N_per_m": stiffness}
+    else:
+        kind = {"kind": "offset_disc", "mass_kg": disc.mass, "polar_moment_kg_m2": disc.polar_moment}
+        kind |= {"diametral_moment_kg_m2": disc.diametral_moment, "a_m": rotor.first, "b_m": rotor.second}
+        kind |= {"diameter_m": rotor.diameter, "youngs_modulus_Pa": rotor.youngs_modulus * stiffer}
+    return kind | {"gravity_m_per_s2": GRAVITY}
+
+
 def rotor_section(rng, rotor, error):
     """The nominal rotor; the shear theory is the format's default and is left out."""
+    if not rotor.elements:
+        return point_rotor_section(rng, rotor, error)
     first = rotor.elements[0]
     section = {
         "kind": "finite_element",
@@ -93,11 +126,14 @@ def rotor_section(rng, rotor, error):
 
 def effects_section(rng, case, error):
     """Nominal damping and unbalance; the unbalance is known to `error` in amplitude and phase."""
-    rotor = case.rotor
-    listed = [{"kind": "shaft_damping", "shaft_damping_s": rotor.elements[0].internal_damping}]
+    rotor, point = case.rotor, not case.rotor.elements
+    if point:
+        listed = [{"kind": "internal_damping", "internal_damping_N_s_per_m": rotor.internal}]
+    else:
+        listed = [{"kind": "shaft_damping", "shaft_damping_s": rotor.elements[0].internal_damping}]
     for disc in rotor.discs:
         label = {"label": f"disc {disc.node + 1}"}
-        damping = rotor.external_damping[disc.node]
+        damping = rotor.external if point else rotor.external_damping[disc.node]
         damped = {"kind": "external_damping", "node": disc.node + 1} | label
         listed.append(damped | {"external_damping_N_s_per_m": damping})
         value = case.unbalance[disc.node] * (1 + error * (rng.normal() + 1j * rng.normal()))
@@ -141,11 +177,20 @@ def diagnosis_section(case, modulus_error, bearing_error, unbalance_error):
     A cross coefficient that the rig has as zero is held; a change of it would be an effect of its own.
     """
     chain = case.chain
+    rotor, modulus = case.rotor, "youngs_modulus_Pa"
+    if not rotor.elements and rotor.first == rotor.second:
+        modulus = "stiffness_N_per_m"
     relative = {f"bearing_stiffness_{part}": bearing_error for part in ("xx", "xy", "yx", "yy")}
     relative |= {f"bearing_damping_{part}": bearing_error for part in ("xx", "yy")}
     relative |= {"eccentricity": unbalance_error * 2**0.5, "default": 0.1}
-    relative |= {"rotor": 0.0, "rotor.youngs_modulus_Pa": modulus_error}
-    if any(bearing.stiffness[0, 1] for bearing in case.rotor.bearings):
+    relative |= {"rotor": 0.0, f"rotor.{modulus}": modulus_error}
+    if not rotor.bearings or rotor.films:
+        relative = {name: share for name, share in relative.items() if not name.startswith("bearing_")}
+        for film in rotor.films:
+            parts = ("radial_clearance_m", "viscosity_Pa_s")
+            relative |= {f"bearings[node {film.node + 1}].{part}": FILM * bearing_error for part in parts}
+        relative |= {"bearing_scale": 0.0} if rotor.films else {}
+    elif any(bearing.stiffness[0, 1] for bearing in case.rotor.bearings):
         relative |= {"bearing_damping_xy": 0.0, "bearing_damping_yx": 0.0}
     else:
         relative = {name: share for name, share in relative.items() if not name.endswith(("xy", "yx"))}
@@ -186,7 +231,7 @@ def rig_of(case, modulus_error=0.005, bearing_error=0.02, unbalance_error=0.05, 
     rng = np.random.default_rng(seed)
     return {
         "rotor": rotor_section(rng, case.rotor, modulus_error),
-        "bearings": [linear_bearing(rng, bearing, bearing_error) for bearing in case.rotor.bearings],
+        "bearings": bearings_section(rng, case.rotor, bearing_error),
         "effects": effects_section(rng, case, unbalance_error),
         "sensors": [node + 1 for node in case.nodes],
         "measurement": measurement_section(case, harmonics),

@@ -9,9 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import root
 
-from foreign.machine import Bearing
+from foreign.contacts import at
+from foreign.form_contacts import by_differences
+from foreign.machine import Bearing, LocalForce
 
-ANGLES, WEIGHTS = np.polynomial.legendre.leggauss(200)
+GAUSS = np.polynomial.legendre.leggauss(200)
+FEWER = np.polynomial.legendre.leggauss(24)  # while integrating in time: 1e-4 of the force up to 0.85 of the clearance
 STEP = 1e-4  # of the clearance (times the speed for a velocity), of central differences of fourth order
 
 
@@ -27,15 +30,15 @@ class Film:
     load: float
 
 
-def force(film, speed, position, velocity):
-    """Force (x, y) on the journal at a position (m) from the middle of the bearing and a velocity (m/s)."""
-    (x, y), (vx, vy), mu = position, velocity, film.viscosity
-    push = np.array([6 * mu * speed * y + 12 * mu * vx, -6 * mu * speed * x + 12 * mu * vy])  # of cos and sin
-    angle = np.arctan2(push[1], push[0]) + np.pi / 2 * ANGLES  # where the pressure is positive
-    direction = np.array([np.cos(angle), np.sin(angle)])
-    gap = film.clearance - np.array([x, y]) @ direction
-    pressure = film.length**3 / (12 * gap**3) * (push @ direction)
-    return -np.pi / 4 * film.diameter * direction @ (WEIGHTS * pressure)
+def force(film, speed, position, velocity, gauss=GAUSS):
+    """Force (..., 2) on the journal at positions (..., 2), m from the middle of the bearing, and velocities (m/s)."""
+    (x, y), (vx, vy), mu = np.moveaxis(position, -1, 0), np.moveaxis(velocity, -1, 0), film.viscosity
+    push = np.stack([6 * mu * speed * y + 12 * mu * vx, -6 * mu * speed * x + 12 * mu * vy], axis=-1)  # of cos and sin
+    angle = np.arctan2(push[..., 1], push[..., 0])[..., None] + np.pi / 2 * gauss[0]  # where the pressure is positive
+    direction = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    gap = film.clearance - np.sum(direction * np.asarray(position)[..., None, :], axis=-1)
+    pressure = film.length**3 / (12 * gap**3) * np.sum(direction * push[..., None, :], axis=-1)
+    return -np.pi / 4 * film.diameter * np.sum(direction * (gauss[1] * pressure)[..., None], axis=-2)
 
 
 def running_position(film, speed):
@@ -62,3 +65,22 @@ def bearing(film, speed):
     stiffness = slopes(lambda moved: force(film, speed, at + moved, (0, 0)), step)
     damping = slopes(lambda moving: force(film, speed, at, moving), step * speed)
     return Bearing(film.node, stiffness, damping)
+
+
+def add_film(machine, film, linear, speeds):
+    """The film itself in a machine that has it as the bearing `linear`, about its running position at each speed.
+
+    What the linear one does not do: the force of the film, its weight taken off, less the linear force. Displacements
+    of the journal then count from where it runs at each of the `speeds`.
+    """
+    running = {speed: running_position(film, speed) for speed in np.atleast_1d(speeds)}
+
+    def law(angle, y, v, speed):
+        place = np.array([running[one] for one in np.atleast_1d(speed)])
+        moved = place + y
+        far = np.linalg.norm(moved, axis=1, keepdims=True) / film.clearance
+        moved = moved * np.minimum(1.0, 0.97 / far)  # within an iteration only; NoSteadyState if it stays there
+        return force(film, speed, moved, v, FEWER) + y @ linear.stiffness.T + v @ linear.damping.T
+
+    sizes = film.clearance, film.clearance * float(np.mean(speeds))
+    machine.local.append(LocalForce(at(machine, 4 * film.node), by_differences(law, *sizes), "film"))

@@ -36,12 +36,16 @@ class Bearing:
 
 @dataclass(frozen=True)
 class Rotor:
-    """A shaft of elements in a row, its discs and bearings; external damping (N s/m) of x and y at every node."""
+    """A shaft of elements in a row, its discs and bearings; external damping (N s/m) of x and y at every node.
+
+    `films` (`film.Film`) carry the shaft beyond what the bearings at their nodes do for small motion at one speed.
+    """
 
     elements: tuple
     discs: tuple
     bearings: tuple
     external_damping: tuple = ()
+    films: tuple = ()
 
     @property
     def nodes(self):
@@ -53,9 +57,102 @@ class Rotor:
         return np.concatenate([[0.0], np.cumsum([element.length for element in self.elements])])
 
     @property
+    def length(self):
+        """In m."""
+        return float(self.positions[-1])
+
+    @property
+    def diameter(self):
+        """Of its first element, m."""
+        return self.elements[0].outer_diameter
+
+    @property
+    def youngs_modulus(self):
+        """In Pa."""
+        return self.elements[0].youngs_modulus
+
+    @property
     def mass(self):
         """Of shaft and discs, kg."""
         return sum(element.mass for element in self.elements) + sum(disc.mass for disc in self.discs)
+
+
+@dataclass(frozen=True)
+class PointRotor:
+    """One disc on a massless shaft between rigid bearings, at `first` m from one and `second` m from the other.
+
+    Its one node has x, y, a, b as any other. A disc in the middle does not tilt: the rotor of Jeffcott (1919).
+    External and internal damping (N s/m) act on x and y of the disc, the internal one in the rotating frame.
+    """
+
+    first: float
+    second: float
+    diameter: float
+    youngs_modulus: float
+    disc: Disc
+    external: float
+    internal: float
+    poissons_ratio: float = 0.3
+
+    nodes, elements, bearings, films = 1, (), (), ()
+
+    @property
+    def discs(self):
+        return (self.disc,)
+
+    @property
+    def positions(self):
+        return np.array([self.first])
+
+    @property
+    def length(self):
+        return self.first + self.second
+
+    @property
+    def mass(self):
+        return self.disc.mass
+
+    @property
+    def plane_stiffness(self):
+        """Stiffness 2x2 of deflection and slope in one plane, by the beam of Euler and Bernoulli."""
+        a, b = self.first, self.second
+        rigidity = 3 * self.youngs_modulus * np.pi / 64 * self.diameter**4
+        cross = rigidity * (a**2 - b**2) / (a * b) ** 2
+        return np.array([[rigidity * (a**3 + b**3) / (a * b) ** 3, cross], [cross, rigidity * (a + b) / (a * b)]])
+
+    @property
+    def both_planes(self):
+        """The same 4x4 of x, y, a, b."""
+        k = self.plane_stiffness
+        full = np.zeros((4, 4))
+        full[np.ix_([0, 3], [0, 3])] = k
+        full[np.ix_([1, 2], [1, 2])] = k * [[1, -1], [-1, 1]]
+        return full
+
+    def hinge(self, position):
+        """Selection (4, 2) of the moments at a kink of the shaft at a position (m), and its stiffness, N m/rad."""
+        length, a = self.length, self.first
+        kink = np.array([-(length - position) * a, -(length - position)]) / length
+        if position < a:
+            kink = np.array([-position * (length - a), position]) / length
+        if position == a:  # at the disc, which tilts by the mean of both sides
+            kink = np.array([-a * self.second, (a - self.second) / 2]) / length
+        moment = self.plane_stiffness @ kink
+        selection = np.zeros((4, 2))
+        selection[[0, 3], 0], selection[[1, 2], 1] = moment, moment * [1, -1]
+        return selection, float(kink @ moment)
+
+    def build(self, gravity):
+        """Its machine."""
+        zeros = [np.zeros((4, 4)) for _ in range(5)]
+        machine = Machine(self, *zeros)
+        add_disc(machine, self.disc, gravity)
+        machine.stiffness += self.both_planes
+        machine.at_node(0, (self.external + self.internal) * np.eye(2), "damping")
+        machine.at_node(0, self.internal * np.array([[0.0, 1.0], [-1.0, 0.0]]), "circulatory")
+        tilt = 0.01 * np.sqrt(self.plane_stiffness[1, 1] * self.disc.diametral_moment)  # in the middle it never moves
+        machine.damping[2:, 2:] += tilt * np.eye(2) * (self.first == self.second)
+        return machine
 
 
 @dataclass(frozen=True)
@@ -171,6 +268,8 @@ def add_internal_damping(machine, weights):
 
 def build(rotor, gravity=GRAVITY):
     """The machine of a rotor on its bearings, with internal and external damping and its weight along x."""
+    if isinstance(rotor, PointRotor):
+        return rotor.build(gravity)
     size = 4 * rotor.nodes
     zeros = [np.zeros((size, size)) for _ in range(5)]
     machine = Machine(rotor, *zeros)

@@ -51,7 +51,7 @@ def write_index(path, files, report=None):
         write_text(report, _report(groups))
 
 
-CALLED = {"zoo": "plugin library (zoo)"}
+CALLED = {"zoo": "plugin library (zoo)", "published": "numbers that others printed"}
 PLAIN = {ord(mark): f"\\{mark}" for mark in "\\`_|"} | {ord("{"): "(", ord("}"): ")"}
 
 
@@ -131,4 +131,19 @@ def _of_advice(path):
     ]
 
 
-QUOTED = {"scoreboard.csv": _of_scoreboard, "blind/answers.csv": _of_answers, "compare/advice.csv": _of_advice}
+def _of_published(path):
+    import pandas as pd
+
+    rows = pd.read_csv(path)
+    return [
+        f"Of {len(rows)} numbers that others printed of {rows.model.nunique()} machines, {rows.agrees.sum()} agree "
+        f"with ours, {(rows.agrees & rows.reason.isna()).sum()} of them to the last digit printed."
+    ]
+
+
+QUOTED = {
+    "scoreboard.csv": _of_scoreboard,
+    "published.csv": _of_published,
+    "blind/answers.csv": _of_answers,
+    "compare/advice.csv": _of_advice,
+}

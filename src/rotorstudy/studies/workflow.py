@@ -53,6 +53,7 @@ class WorkflowConfig(Strict):
     crack_study : configuration file of the study of transverse cracks, left out if not given
     chunks : numbers of jobs into which long sweeps are split
     independent_records : cases of the independent simulator (CSV), shown beside the blind tests
+    published : folder of rig files, each beside a table of what others printed of that machine; left out if not given
     """
 
     results: str
@@ -67,6 +68,7 @@ class WorkflowConfig(Strict):
     crack_study: str = ""
     chunks: Chunks = Chunks()
     independent_records: str = ""
+    published: str = ""
 
 
 def index_page(snakemake):
