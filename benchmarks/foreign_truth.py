@@ -28,6 +28,7 @@ MEANS = {
     "looseness": (("looseness",), NODE, ()),
     # a linear loss along one direction is a change of the four stiffnesses, and half isotropic, half anisotropic
     "support_loss": (("support_loss", "bearing_coefficients", "support_anisotropy"), NODE, ("support_stiffness",)),
+    "softer_support": (("support_stiffness", "bearing_coefficients"), NODE, ()),
     # one that gives way to one side of the unloaded position is a looseness there
     "one_sided_loss": (("looseness",), NODE, ()),
     "pedestal": (("pedestal_resonance",), NODE, ()),

@@ -7,6 +7,7 @@ from foreign.cases import draw_case
 from foreign.crack import add_crack, dimensionless_compliance
 from foreign.draw import MACHINES, draw_point_rotor, draw_rotor
 from foreign.effects import add_unbalance
+from foreign.failures import FAILURES
 from foreign.film import Film, add_film, bearing, force
 from foreign.form_contacts import add_elliptic_forces, pushed
 from foreign.form_cracks import Form, add_form, cosine, pieces, smooth_contact, trapezoid
@@ -206,3 +207,18 @@ def test_a_law_without_a_unique_kink_is_refused():
     lagging = Form(100 * compliance(0.6), "whole", smooth_contact(0.01, 1.0))
     with pytest.raises(ValueError, match="no unique solution"):
         add_form(machine, POSITION, lagging, 0.7)
+
+
+@pytest.mark.parametrize("name", ["element_by_curvature", "bench_crack_with_bow"])
+def test_a_named_case_is_its_drawing(name):
+    machine, family = FAILURES[name]
+    case = draw_case(1, family, speeds=2, steps=64, modes=4, machine=machine)
+    assert len(case.rotor.elements) == {"two_discs": 4, "bench": 10}[machine]
+    assert [one["family"] for one in case.effects] == ["crack_form", "bow"][: len(case.effects)]
+    if name == "element_by_curvature":  # 11 % of E I less along the edge, 23 % across it
+        (one,), part = case.effects, case.rotor.elements[1]
+        assert one["softened_m"] == part.length == pytest.approx(0.15)
+        lost = [
+            1 / (1 + part.length / part.bending_stiffness / one[f"{axis}_rad_per_N_m"]) for axis in ("along", "across")
+        ]
+        assert lost == pytest.approx([0.11, 0.23])

@@ -10,6 +10,7 @@ JUDGED = {"rotorstudy", "plugins"}
 # the modules that may compare the two
 USES_THE_PACKAGE = {
     "test_package_against_foreign.py",
+    "test_package_against_foreign_balance.py",
     "test_package_against_foreign_films.py",
     "test_package_against_foreign_places.py",
     "test_package_against_foreign_verdicts.py",

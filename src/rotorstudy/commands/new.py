@@ -14,7 +14,7 @@ def add(commands):
     parser.add_argument("--ross", metavar="MODEL", help="of a rig: a rotor saved by ROSS (.toml or .json)")
     parser.add_argument(
         "--folder",
-        help="output folder (default: of a plugin of a rig the current one; of a plugin that of its kind, or rotorstudy_plugins)",
+        help="output folder (default: for a rig the current one, for a plugin that of its kind or rotorstudy_plugins)",
     )
     parser.set_defaults(func=run)
 
