@@ -9,6 +9,7 @@ speed and probe.
 import argparse
 import json
 import os
+import sys
 import tempfile
 from pathlib import Path
 
