@@ -4,8 +4,8 @@ from dataclasses import replace
 from inspect import signature
 
 import numpy as np
-from foreign.measuring import expected_harmonics
 
+from rotorstudy.blind.machines.measuring import expected_harmonics
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.inference.fit import fit
 from rotorstudy.model.depth import compliance
@@ -28,6 +28,7 @@ MEANS = {
     "looseness": (("looseness",), NODE, ()),
     # a linear loss along one direction is a change of the four stiffnesses, and half isotropic, half anisotropic
     "support_loss": (("support_loss", "bearing_coefficients", "support_anisotropy"), NODE, ("support_stiffness",)),
+    "softer_support": (("support_stiffness", "bearing_coefficients"), NODE, ()),
     # one that gives way to one side of the unloaded position is a looseness there
     "one_sided_loss": (("looseness",), NODE, ()),
     "pedestal": (("pedestal_resonance",), NODE, ()),

@@ -1,5 +1,6 @@
 """Errors that say in one line what is wrong, where, what is allowed, and what to do."""
 
+from contextlib import contextmanager
 from difflib import get_close_matches
 
 LONGEST = 1500  # characters of a message; what it repeats of the input is cut in the middle
@@ -36,6 +37,18 @@ class UnidentifiableError(RotorstudyError):
     def __init__(self, message, parameters=()):
         super().__init__(message)
         self.parameters = tuple(parameters)
+
+
+@contextmanager
+def reading(kind, path):
+    """Context in which another package reads a file; whatever it raises is one line: "not a readable KIND"."""
+    try:
+        yield
+    except RotorstudyError:
+        raise
+    except Exception as error:  # of a damaged file: any
+        said = next(iter(str(error).splitlines()), "") or type(error).__name__
+        raise RotorstudyError(f"{path}: not a readable {kind} ({said})") from None
 
 
 def unknown_name(kind, name, known, where="", error=RotorstudyError):

@@ -3,16 +3,17 @@
 import numpy as np
 import pytest
 
-from foreign.cases import draw_case
-from foreign.crack import add_crack, dimensionless_compliance
-from foreign.draw import MACHINES, draw_point_rotor, draw_rotor
-from foreign.effects import add_unbalance
-from foreign.film import Film, add_film, bearing, force
-from foreign.form_contacts import add_elliptic_forces, pushed
-from foreign.form_cracks import Form, add_form, cosine, pieces, smooth_contact, trapezoid
-from foreign.forms import FORMS
-from foreign.machine import PointRotor, build
-from foreign.stepping import steady_state
+from rotorstudy.blind.machines.cases import draw_case
+from rotorstudy.blind.machines.crack import add_crack, dimensionless_compliance
+from rotorstudy.blind.machines.draw import MACHINES, draw_point_rotor, draw_rotor
+from rotorstudy.blind.machines.effects import add_unbalance
+from rotorstudy.blind.machines.failures import FAILURES
+from rotorstudy.blind.machines.film import Film, add_film, bearing, force
+from rotorstudy.blind.machines.form_contacts import add_elliptic_forces, pushed
+from rotorstudy.blind.machines.form_cracks import Form, add_form, cosine, pieces, smooth_contact, trapezoid
+from rotorstudy.blind.machines.forms import FORMS
+from rotorstudy.blind.machines.machine import PointRotor, build
+from rotorstudy.blind.machines.stepping import steady_state
 
 TABLE = 1e-4  # of a kink by a table of 720 directions
 RNG = np.random.default_rng(3)
@@ -114,7 +115,7 @@ def test_a_whole_element_of_less_rigidity_is_the_softened_length():
 
 
 def build_part(part):
-    from foreign.beam import both_planes, plane_matrices
+    from rotorstudy.blind.machines.beam import both_planes, plane_matrices
 
     full = np.zeros((4 * ROTOR.nodes,) * 2)
     full[4:12, 4:12] = both_planes(plane_matrices(part)[0])
@@ -206,3 +207,18 @@ def test_a_law_without_a_unique_kink_is_refused():
     lagging = Form(100 * compliance(0.6), "whole", smooth_contact(0.01, 1.0))
     with pytest.raises(ValueError, match="no unique solution"):
         add_form(machine, POSITION, lagging, 0.7)
+
+
+@pytest.mark.parametrize("name", ["element_by_curvature", "bench_crack_with_bow"])
+def test_a_named_case_is_its_drawing(name):
+    machine, family = FAILURES[name]
+    case = draw_case(1, family, speeds=2, steps=64, modes=4, machine=machine)
+    assert len(case.rotor.elements) == {"two_discs": 4, "bench": 10}[machine]
+    assert [one["family"] for one in case.effects] == ["crack_form", "bow"][: len(case.effects)]
+    if name == "element_by_curvature":  # 11 % of E I less along the edge, 23 % across it
+        (one,), part = case.effects, case.rotor.elements[1]
+        assert one["softened_m"] == part.length == pytest.approx(0.15)
+        lost = [
+            1 / (1 + part.length / part.bending_stiffness / one[f"{axis}_rad_per_N_m"]) for axis in ("along", "across")
+        ]
+        assert lost == pytest.approx([0.11, 0.23])

@@ -1,21 +1,24 @@
 """Cases: a random machine with one effect, its records as measured, and the truth about it."""
 
+from collections import ChainMap
 from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from foreign import effects
-from foreign.draw import MACHINES, draw_rotor, draw_speeds, draw_unbalance, first_frequency
-from foreign.faults import FAMILIES, Draw
-from foreign.film import add_film
-from foreign.forms import FORMS
-from foreign.machine import PointRotor, Rotor, build
-from foreign.measuring import Chain, Probe, record, surface_runout
-from foreign.stepping import NoSteadyState, Steady, steady_state
+from rotorstudy.blind.machines import effects
+from rotorstudy.blind.machines.draw import MACHINES, draw_rotor, draw_speeds, draw_unbalance, first_frequency
+from rotorstudy.blind.machines.failures import ADDED, ROTORS
+from rotorstudy.blind.machines.faults import FAMILIES, Draw
+from rotorstudy.blind.machines.film import add_film
+from rotorstudy.blind.machines.forms import FORMS
+from rotorstudy.blind.machines.machine import PointRotor, Rotor, build
+from rotorstudy.blind.machines.measuring import Chain, Probe, record, surface_runout
+from rotorstudy.blind.machines.stepping import NoSteadyState, Steady, steady_state
 
 CHAIN_FAULTS = ("swapped", "reversed", "phase_offset", "delay", "angle_error", "gain", "runout", "unloaded_zero")
 PROBE_FAULTS = ("swapped", "reversed", "angle_error", "gain", "runout")  # at one node
 SHOWN_BY_THE_MEAN = ("preload", "internal_damping")  # the shaft's damping is silent at 1X and shifts the sag sideways
+KNOWN = ChainMap(FAMILIES, FORMS, ADDED)
 RUNOUT = 0.01  # of an ordinary surface over the usual motion
 
 
@@ -26,7 +29,7 @@ class Case:
     Parameters
     ----------
     family : str
-        Of `faults.FAMILIES` or `forms.FORMS`; several joined by "+".
+        Of `faults.FAMILIES`, `forms.FORMS` or `failures.ADDED`; several joined by "+".
     rotor : Rotor or PointRotor
         The true one without the effect.
     unbalance : dict
@@ -171,7 +174,7 @@ def draw_case(
     ----------
     seed : int or numpy.random.Generator
     family : str
-        Of `faults.FAMILIES` or `forms.FORMS`; several on one machine joined by "+".
+        Of `faults.FAMILIES`, `forms.FORMS` or `failures.ADDED`; several on one machine joined by "+".
     speeds : int
         How many.
     steps, modes : int
@@ -186,7 +189,7 @@ def draw_case(
     tries : int
         Machines drawn until one moves steadily and shows its effect; then NoSteadyState.
     machine : str
-        Of `draw.MACHINES`; mass and count are for `any` alone.
+        Of `draw.MACHINES` or `failures.ROTORS`; mass and count are for `any` alone.
     severity : float
         Times the usual size, of the effects of `forms.FORMS`.
 
@@ -203,7 +206,7 @@ def draw_case(
         if attempt == tries:
             raise NoSteadyState(f"none of {tries} machines of {family} moves steadily and shows it")
         try:
-            rotor = draw_rotor(rng, mass, count) if machine == "any" else MACHINES[machine](rng)
+            rotor = draw_rotor(rng, mass, count) if machine == "any" else (MACHINES | ROTORS)[machine](rng)
             frequency = first_frequency(rotor)
             unbalance = draw_unbalance(rng, rotor, frequency)
             speed = draw_speeds(rng, frequency, speeds)
@@ -213,11 +216,11 @@ def draw_case(
             for name in family.split("+"):
                 state = rng.bit_generator.state
                 drawn = Draw(rng, whole, unbalance, healthy, frequency, severity)
-                added.append({"family": name, **(FAMILIES | FORMS)[name](drawn)})
+                added.append({"family": name, **KNOWN[name](drawn)})
                 if "+" in family:  # the same draw on a machine of its own
                     apart, again = machine_of(rotor, unbalance, speed), np.random.default_rng()
                     again.bit_generator.state = state
-                    (FAMILIES | FORMS)[name](Draw(again, apart, unbalance, healthy, frequency, severity))
+                    KNOWN[name](Draw(again, apart, unbalance, healthy, frequency, severity))
                     alone.append(steady_state(apart, speed, steps, modes, most=25))
             found = steady_state(whole, speed, steps, modes, most=25)
         except NoSteadyState:

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import eigh
 
-from foreign.beam import Element
-from foreign.film import Film, bearing
-from foreign.machine import Bearing, Disc, PointRotor, Rotor, build
-from foreign.stepping import NoSteadyState
+from rotorstudy.blind.machines.beam import Element
+from rotorstudy.blind.machines.film import Film, bearing
+from rotorstudy.blind.machines.machine import Bearing, Disc, PointRotor, Rotor, build
+from rotorstudy.blind.machines.stepping import NoSteadyState
 
 
 def between(rng, low, high):
@@ -90,10 +90,15 @@ def draw_rotor(rng, mass=None, count=None, overhung=None):
     discs = draw_discs(rng, shaft, sorted(discs), mass * ratio / (1 + ratio))
     span = right * shaft[0].length
     stiffness = between(rng, 1.0, 20.0) * 48 * shaft[0].bending_stiffness / span**3
-    rigid = tuple(Bearing(node, stiffness * np.eye(2), np.zeros((2, 2))) for node in (0, right))
+    return carried(rng, shaft, discs, (0, right), stiffness)
+
+
+def carried(rng, shaft, discs, nodes, stiffness):
+    """The rotor of a shaft with discs on bearings near `stiffness` N/m at two nodes, damped."""
+    rigid = tuple(Bearing(node, stiffness * np.eye(2), np.zeros((2, 2))) for node in nodes)
     frequency = first_frequency(Rotor(shaft, discs, rigid))
-    bearings = tuple(draw_bearing(rng, node, stiffness, frequency) for node in (0, right))
-    external = np.zeros(count + 1)
+    bearings = tuple(draw_bearing(rng, node, stiffness, frequency) for node in nodes)
+    external = np.zeros(len(shaft) + 1)
     for disc in discs:
         external[disc.node] = 2 * rng.uniform(0.003, 0.02) * frequency * disc.mass
     internal = 2 * between(rng, 3e-4, 3e-3) / frequency
