@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import eigh
 
-from foreign.beam import Element
-from foreign.effects import add_bow, add_unbalance
-from foreign.machine import Bearing, Disc, Rotor, build
+from rotorstudy.blind.machines.beam import Element
+from rotorstudy.blind.machines.effects import add_bow, add_unbalance
+from rotorstudy.blind.machines.machine import Bearing, Disc, Rotor, build
 
 ELEMENTS, DISCS, PROBES = 12, (2, 6, 9), (1, 11)  # of the shaft, and nodes
 PLANES = (2, 9)  # nodes of the correction planes
