@@ -174,14 +174,13 @@ def _blame(place, error):
 
 def plugin_folders():
     """Paths: the project's plugins/ (or its copy in an installed package), the user's own, then ROTORSTUDY_PLUGINS."""
-    return _plugin_folders(os.environ.get(FOLDERS_VARIABLE, ""), os.getcwd())
+    return _plugin_folders(os.environ.get(FOLDERS_VARIABLE, ""), os.getcwd(), os.path.isdir(OWN_FOLDER))
 
 
 @lru_cache
-def _plugin_folders(listed, working_folder):
+def _plugin_folders(listed, working_folder, has_own):
     project, packaged = Path(__file__).parents[3] / "plugins", Path(__file__).parents[1] / "zoo"
-    here = Path(working_folder, OWN_FOLDER)
-    own = [packaged if packaged.is_dir() else project, *([here] if here.is_dir() else [])]
+    own = [packaged if packaged.is_dir() else project, *([Path(working_folder, OWN_FOLDER)] if has_own else [])]
     extra = [Path(working_folder, folder) for folder in listed.split(os.pathsep) if folder]
     return tuple(dict.fromkeys(folder.resolve() for folder in own + extra))
 
