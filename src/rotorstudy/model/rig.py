@@ -19,8 +19,8 @@ from rotorstudy.model.uncertainty import with_uncertainty
 from rotorstudy.yaml_file import read_yaml
 
 SECTIONS = {"rotor": "rotor", "cracks": "crack", "bearings": "bearing", "effects": "effect"}
-# `measurement` is read by rotorstudy.measurement, `diagnosis` by rotorstudy.diagnosis
-OTHER = ("sensors", "static_deflection_m", "prior", "measurement", "diagnosis")
+# `measurement` is read by rotorstudy.measurement, `diagnosis` by rotorstudy.diagnosis, `units` by shown_units
+OTHER = ("sensors", "static_deflection_m", "prior", "measurement", "diagnosis", "units")
 SPEEDS_TRIED = 12  # halved each time, to find one at which a bearing is defined
 
 
