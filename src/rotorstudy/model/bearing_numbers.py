@@ -3,7 +3,8 @@
 A number is named by the path of an option. `bearings[left].radial_clearance_m` is that of the bearing labelled "left";
 one without a label is named by its place in the list, from 0. `bearings.viscosity_Pa_s` scales the viscosity of all
 bearings that have one together. Any bearing plugin has such parameters: the bearing is built anew at every change,
-and the derivatives are differences of its entries.
+and the derivatives are differences of its entries. An effect with `changes_bearing` is such a change at a node, as a
+cause.
 """
 
 import re
@@ -14,7 +15,8 @@ from functools import cache
 
 import numpy as np
 
-from rotorstudy.errors import NoSteadyState, RotorstudyError, unknown_name
+from rotorstudy.errors import CannotAct, NoSteadyState, RotorstudyError, unknown_name
+from rotorstudy.model.entries import Entry
 from rotorstudy.model.model import Model
 from rotorstudy.model.option_numbers import number_paths, path_pattern, scaled
 from rotorstudy.model.options import check_options
@@ -76,10 +78,12 @@ def with_bearings_at(structure: Structure, terms: tuple[Term, ...], values: dict
     raises : NoSteadyState if there is no bearing with these numbers: none is zero or negative, and none outside what
              its plugin allows
     """
-    changes = {name: values[name] for term in terms if term.is_bearing_number for name in term.values}
+    numbers = {unknown.name: term for term in terms if term.is_bearing_number for unknown in term.unknowns}
+    changes = {name: values[name] for name in numbers}
     built, slopes = {}, {name: [] for name in changes}
     for place, bearing in enumerate(_bearings(terms)):
-        patterns = {name: pattern for name in changes if (pattern := _pattern(name, place, bearing))}
+        patterns = {name: _meant(term, name, place, bearing, structure) for name, term in numbers.items()}
+        patterns = {name: pattern for name, pattern in patterns.items() if pattern}
         if any(changes[name] for name in patterns):
             built[id(bearing)] = _rebuilt(structure, bearing, patterns, changes)
         for name in patterns:
@@ -105,6 +109,33 @@ def bearings_with_changes(items: list[dict], terms: tuple[Term, ...], changes: d
         options = _changed(bearing.options, patterns, changes)
         found.append({**item, **{key: value for key, value in options.items() if value != bearing.options[key]}})
     return found
+
+
+def number_slope(structure: Structure, node: int, number: str) -> tuple[Entry, ...]:
+    """Entries of the force of the bearings at a node per relative change of a number that they have.
+
+    raises : CannotAct if none has this number, or a value
+    """
+    found = []
+    for bearing in structure.bearings:
+        if _at_node(bearing, structure) == node and number in bearing.options and not np.isnan(bearing.theta).any():
+            pattern = {number: path_pattern(number)}
+            ends = (_rebuilt(structure, bearing, pattern, {number: step}).unknowns for step in (STEP, -STEP))
+            for value, above, below in zip(bearing.theta, *ends, strict=True):
+                found += _slopes(above.entries, below.entries, value)
+    if not found:
+        raise CannotAct(f"no bearing at node {node} has a value of {number}")
+    return tuple(found)
+
+
+def changeable_numbers(structure: Structure, sensors: tuple[int, ...] = ()) -> list[dict]:
+    """Places {"node", "number"} of the numbers of the bearings of a rig that wear, dirt or heat may change."""
+    return [
+        {"node": _at_node(bearing, structure), "number": number}
+        for bearing in structure.bearings
+        for number in registry().get("bearing", bearing.kind).changeable
+        if not np.isnan(bearing.theta).any()
+    ]
 
 
 def bearing_numbers(place: int, bearing: Term) -> list[str]:
@@ -143,6 +174,19 @@ def _pattern(name, place, bearing):
     if which not in (None, str(bearing.label if bearing.label != "" else place)):
         return None
     return pattern if any(map(pattern.fullmatch, number_paths(bearing.options))) else None
+
+
+def _meant(term, name, place, bearing, structure):
+    """Pattern of the paths of the options of a bearing that an amplitude changes, of a number or an effect; or None."""
+    if "number" not in term.options:
+        return _pattern(name, place, bearing)
+    number, node = term.options["number"], term.options["node"] or structure.default_node()
+    here = _at_node(bearing, structure) == node and number in bearing.options
+    return path_pattern(number) if here else None
+
+
+def _at_node(bearing, structure):
+    return bearing.options.get("node") or structure.default_node()
 
 
 def _changed(options, patterns, changes):
@@ -207,4 +251,4 @@ def _none_with_these_numbers():
 
 def _with_entries(term, slopes):
     (parameter,) = term.parameters
-    return replace(term, parameters=(replace(parameter, entries=tuple(slopes[parameter.name])),))
+    return replace(term, parameters=(replace(parameter, entries=tuple(slopes[term.full_name(parameter)])),))
