@@ -1,4 +1,4 @@
-"""How often the stated intervals of a balancing hold, on machines of tests/foreign: python benchmarks/balance.py
+"""How often the stated intervals of a balancing hold, on independent machines: python benchmarks/balance.py
 
 Every machine is balanced in two planes from one set of readings, with the rig as drawn and as updated by
 `identify --runs`, by these readings or others, and those with a trial mass. The corrections are then put on the
@@ -14,11 +14,10 @@ import tempfile
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 import numpy as np
-from foreign.balancing import PLANES, PROBES, draw
 
+from rotorstudy.blind.machines.balancing import PLANES, PROBES, draw
 from rotorstudy.diagnosis.runs.balance import balance_files
 from rotorstudy.diagnosis.runs.joint import identify_runs
 from rotorstudy.errors import RotorstudyError

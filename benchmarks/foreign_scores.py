@@ -8,6 +8,8 @@ from rotorstudy.blind.scoring import calibration, share_bounds
 LARGE = 3.0  # size from which an effect must be found
 IMPROBABLE = 0.05  # probability by which noise raises the error at held-out speeds although the causes are right
 DRAWN = 500  # sets of answers, right with the probability stated
+PAIRS, CRACKS = ("pair", "form_pair"), ("crack", "open_crack", "crack_form", "open_crack_form")
+ANGLE, PLACE = 10.0, 0.05  # errors of a crack that is found: degrees, share of the length of the shaft
 SLOW = 30.0  # seconds of one core, above which a diagnosis is counted as slow
 
 
@@ -30,12 +32,12 @@ def summary(rows):
     """The shares that count, with 95 % bounds."""
     done = rows[~rows.verdict.isin(["not drawn", "refused", "crashed"])]
     refused = rows[rows.verdict == "refused"]
-    healthy, single = done[done.kind == "healthy"], done[~done.kind.isin(["healthy", "pair"])]
+    healthy, single = done[done.kind == "healthy"], done[~done.kind.isin(["healthy", *PAIRS])]
     known = single[single.known.astype(bool) & (single["size"] >= LARGE)]
     outside = single[~single.known.astype(bool) & (single["size"] >= LARGE)]
-    cracks = single[single.kind.isin(["crack", "open_crack"]) & (single["size"] >= LARGE)]
+    cracks = single[single.kind.isin(CRACKS) & single.known.astype(bool) & (single["size"] >= LARGE)]
     named_cracks = cracks[cracks.alone.astype(bool)]
-    pairs = done[(done.kind == "pair") & (done["size"] >= LARGE)]
+    pairs = done[done.kind.isin(PAIRS) & (done["size"] >= LARGE)]
     hidden = pairs.get("beside", pd.Series(np.nan, pairs.index)) < LARGE  # nobody could name it; not known of old runs
     stated = done[done.probability.notna()]
     held = done[done.gain.notna()]
@@ -52,6 +54,7 @@ def summary(rows):
         share("cracks named, element within one", cracks, cracks.alone, ">= 80 %"),
         share("cracks in the stated set", cracks, cracks.in_set),
         share("angle of a named crack within 10 degrees", named_cracks, named_cracks.angle_right, "all"),
+        *of_forms(known, pairs[~hidden]),
         share("pairs, both in the stated set", pairs[~hidden], pairs.in_set[~hidden], ">= 80 %"),
         share("pairs of which one is below size 3 beside the other", pairs[hidden], pairs.in_set[hidden]),
         share("clean records called nothing", healthy, healthy.verdict == "nothing", ">= 99 %"),
@@ -74,6 +77,28 @@ def summary(rows):
         ("seconds of one core for a diagnosis, median", done.seconds.median(), len(done), ""),
     ]
     return pd.DataFrame(rows + [dict(zip(("what", "value", "cases", "asked"), one, strict=True)) for one in numbers])
+
+
+def of_forms(known, pairs):
+    """Rows on faults whose form is not the library's; none where there are none."""
+    forms = known[known.kind.str.endswith("_form")]
+    if not len(forms):
+        return []
+    cracks = forms[forms.kind.isin(CRACKS)]
+    named = cracks[cracks.alone.astype(bool)]
+    placed, angled = named[named.place_error.notna()], named[named.angle_error_deg.notna()]
+    held, pairs = named[named.flexibility_held.notna()], pairs[pairs.kind == "form_pair"]
+    return [
+        share("single effects of another form named alone", forms, forms.alone, ">= 85 %"),
+        share("single effects of another form in the stated set", forms, forms.in_set, ">= 95 %"),
+        share("single effects of another form given a wrong name", forms, forms.wrong, "<= 1 %"),
+        share("cracks of another form named", cracks, cracks.alone, ">= 85 %"),
+        share("cracks of another form in the stated set", cracks, cracks.in_set),
+        share("named: place within 5 % of the shaft", placed, placed.place_error <= PLACE, "all"),
+        share("named: angle within 10 degrees", angled, angled.angle_error_deg.abs() <= ANGLE, "all"),
+        share("named: interval that holds the true flexibility", held, held.flexibility_held, "90 to 97 %"),
+        share("pairs, one of another form, both in the stated set", pairs, pairs.in_set, ">= 80 %"),
+    ]
 
 
 def improbable_rise(held):

@@ -1,16 +1,18 @@
 """The truth of a case of benchmarks/foreign.py, its size in the records, and what is right about a verdict."""
 
 from dataclasses import replace
+from inspect import signature
 
 import numpy as np
-from foreign.measuring import expected_harmonics
 
+from rotorstudy.blind.machines.measuring import expected_harmonics
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.inference.fit import fit
+from rotorstudy.model.depth import compliance
 from rotorstudy.model.registry import registry
 
 CRACKS = ("transverse_crack", "breathing_crack", "breathing_crack_weight")
-NODE, ELEMENT, STRETCH, ANY = "node", "element", "stretch", "any"
+NODE, ELEMENT, STRETCH, NEAR, ANY = "node", "element", "stretch", "near", "any"
 
 # Truth -> names of the package that are this effect, where they must be, and names that may stand beside them because
 # they are part of the same truth. Only exact physical equivalents are listed.
@@ -26,6 +28,7 @@ MEANS = {
     "looseness": (("looseness",), NODE, ()),
     # a linear loss along one direction is a change of the four stiffnesses, and half isotropic, half anisotropic
     "support_loss": (("support_loss", "bearing_coefficients", "support_anisotropy"), NODE, ("support_stiffness",)),
+    "softer_support": (("support_stiffness", "bearing_coefficients"), NODE, ()),
     # one that gives way to one side of the unloaded position is a looseness there
     "one_sided_loss": (("looseness",), NODE, ()),
     "pedestal": (("pedestal_resonance",), NODE, ()),
@@ -41,6 +44,15 @@ MEANS = {
     "internal_damping": (("internal_damping", "shaft_damping"), STRETCH, ()),
     "external_damping": (("external_damping",), NODE, ()),
     "asymmetry": (("shaft_asymmetry",), STRETCH, ()),
+    # the same of other forms
+    "crack_form": (CRACKS, NEAR, ()),
+    "open_crack_form": (CRACKS, NEAR, ()),
+    "looseness_form": (("looseness",), NODE, ()),
+    "clearance_form": (("looseness", "cubic_stiffness"), NODE, ()),
+    "stiffening_form": (("cubic_stiffness",), NODE, ()),
+    "rub_form": (("rub",), NODE, ()),
+    "coupling_form": (("parallel_misalignment", "angular_misalignment"), NODE, ("static_preload",)),
+    "dry_friction_form": ((), ANY, ()),
     "swapped": (("swapped_probes",), NODE, ()),
     "reversed": (("reversed_probe",), NODE, ()),
     "phase_offset": (("phase_reference",), ANY, ()),
@@ -78,6 +90,16 @@ ALIKE = {
     "preload": ("parallel_misalignment",),  # whose force has a constant part
     "external_damping": ("seal",),  # whose fluid does not turn
 }
+ALIKE |= {
+    "crack_form": ("shaft_asymmetry",),
+    "open_crack_form": ALIKE["open_crack"],
+    "looseness_form": ("rub", "cubic_stiffness", *ALIKE["support_loss"], *MEANS["support_loss"][0]),
+    "clearance_form": ("rub", *ALIKE["support_loss"], *MEANS["support_loss"][0]),
+    "stiffening_form": ("rub", "looseness", *ALIKE["support_loss"], *MEANS["support_loss"][0]),
+    "rub_form": ("looseness", "cubic_stiffness"),
+    "coupling_form": ALIKE["misalignment"],
+    "dry_friction_form": ("external_damping", "bearing_coefficients"),
+}
 # Faults that the verdict states as a wrong convention of the records, by the words of that hypothesis
 CONVENTIONS = {"unloaded_zero": "displacements count from the unloaded line"}
 # Faults for which the records are refused, by the words of the finding after its node
@@ -98,7 +120,9 @@ SIZES = {
     "support_loss": {"support_stiffness_loss": "loss_N_per_m"},
     "seal": {"seal_damping": "damping_N_s_per_m", "seal_stiffness": "direct_N_per_m"},
 }
+DEPTHS = np.linspace(0.01, 0.5, 99)  # over the diameter, between which depths are interpolated
 INTERVAL = 1.96  # standard deviations of a 95 % interval
+PLACE = 0.05  # error of the place of a crack of any form, of the length of the shaft
 CRACK_ANGLE = np.deg2rad(10)  # error of the angle of a crack that is found
 
 
@@ -120,9 +144,14 @@ def is_there(rule, true, cause):
         where = {"element": int(np.searchsorted(true["nodes_m"], cause.parameters["position_m"].value))}
     if rule == ANY:
         return True
+    if rule == NEAR and "position_m" in cause.parameters:
+        off = abs(cause.parameters["position_m"].value - true["position_m"]) - true["softened_m"] / 2
+        return off <= PLACE * true["length_m"]
+    if rule == NEAR and "element" not in true:  # a rotor with one node
+        return True
     if rule == NODE:
         return where.get("node", true["node"]) == true["node"]
-    if rule == ELEMENT:  # within one, and at a node: next to it
+    if rule in (ELEMENT, NEAR):  # within one, and at a node: next to it
         if "element" in where:
             return abs(where["element"] - true["element"]) <= 1
         return where.get("node") in (true["element"], true["element"] + 1)
@@ -143,10 +172,15 @@ def acting_as(case, one):
 
     Where it never leaves the soft side that is a linear loss, and where it stays beyond the gap a constant force.
     """
-    if one["family"] != "looseness" and not one.get("one_sided"):
+    if one["family"] not in ("looseness", "looseness_form") and not one.get("one_sided"):
         return one["family"]
     at, direction = 4 * (one["node"] - 1), np.array([np.cos(one["angle_rad"]), np.sin(one["angle_rad"])])
     along = case.steady.displacement[:, :, at : at + 2] @ direction
+    if one["family"] == "looseness_form":  # smooth: linear beyond three widths of its corners
+        along, edge = along - one["start_m"], 3 * one["width_m"]
+        if along.min() >= one["gap_m"] + edge:
+            return "preload"
+        return "support_loss" if edge <= along.min() <= along.max() <= one["gap_m"] - edge else "looseness_form"
     gap = one.get("gap_m", np.inf)
     if along.min() >= gap:
         return "preload"
@@ -164,7 +198,55 @@ def truth_of(case, fault):
             first, last = nodes[one["element"] - 1 : one["element"] + 1]
             one["position_m"] = first + one["position_in_element"] * (last - first)
             one |= {"nodes_m": nodes.tolist(), "depth_ratio": one["depth_over_radius"] / 2}
+        if "softened_m" in one:
+            one |= {"nodes_m": nodes.tolist(), "length_m": case.rotor.length}
+            one["depth_ratio"] = depth_of(case.rotor, one["across_rad_per_N_m"])
     return true + ([{"family": fault, "node": case.truth["faulty_node"]}] if fault else [])
+
+
+def depth_of(rotor, across):
+    """Depth over the diameter of a straight crack with a flexibility across its front, rad/(N m), by the library."""
+    return float(np.interp(np.log(across), _log_flexibility(rotor.diameter, rotor.youngs_modulus), DEPTHS))
+
+
+def _log_flexibility(diameter, modulus, depths=None):
+    kind = signature(registry().get("effect", "transverse_crack").function).parameters["flexibility"].default
+    plugin = registry().get("depth", kind)
+    shaft = {"diameter_m": diameter, "youngs_modulus_Pa": modulus}
+    depths = DEPTHS if depths is None else depths
+    return np.log([compliance(plugin, depth, **shaft)[0] for depth in depths])
+
+
+def crack_judged(case, true, causes):
+    """Errors of the first crack among some causes: place (of the length), angle (degrees), flexibility (relative).
+
+    The flexibility across its front is that of its depth, by the library, times its factor; `held` says whether the
+    95 % interval of both holds the true one.
+    """
+    nothing = dict.fromkeys(("place_error", "angle_error_deg", "flexibility_error", "flexibility_held"), np.nan)
+    for one in true:
+        if one["family"] not in ("crack_form", "open_crack_form"):
+            continue
+        fold = 2 if one["family"] == "open_crack_form" else 1
+        for cause in causes:
+            stated = cause.parameters
+            angle = stated.get("angle_rad", stated.get("crack_angle_rad"))
+            if cause.effect not in CRACKS or angle is None:
+                continue
+            off = np.angle(np.exp(1j * fold * (angle.value - one["phase_rad"]))) / fold
+            found = nothing | {"angle_error_deg": float(np.rad2deg(off))}
+            if "position_m" in stated:
+                found["place_error"] = abs(stated["position_m"].value - one["position_m"]) / one["length_m"]
+            if "depth_ratio" in stated and "flexibility_factor" in stated:
+                depth, factor = stated["depth_ratio"], stated["flexibility_factor"]
+                near = [depth.value, *np.clip(depth.value * np.array([0.99, 1.01]), *DEPTHS[[0, -1]])]
+                at, low, high = _log_flexibility(case["diameter_m"], case["youngs_modulus_Pa"], near)
+                std = (high - low) / (near[2] - near[1]) * (depth.std or 0)
+                std = np.hypot(std, (factor.std or 0) / factor.value) if factor.value > 0 else np.nan
+                error = at + np.log(abs(factor.value)) - np.log(one["across_rad_per_N_m"])
+                found |= {"flexibility_error": np.expm1(error), "flexibility_held": float(abs(error) <= INTERVAL * std)}
+            return found
+    return nothing
 
 
 def seen(case, steady, harmonics):
@@ -224,7 +306,7 @@ def size_beside(case, true, model, spectrum, settings):
     return min(sizes)
 
 
-def judged(case, true, verdict):
+def judged(true, verdict):
     """What is right about a verdict."""
     causes, others = (verdict.causes, verdict.ambiguous_with) if verdict.verdict in ("cause", "ambiguous") else ((), ())
     stated = [*causes, *others]

@@ -19,15 +19,23 @@ def speed_tabulated(
     speeds_rad_per_s: AtLeastOne[float],
     stiffness_N_per_m: Table,
     damping_N_s_per_m: Table | None = None,
+    mass_kg: Table | None = None,
     node: int | None = None,
 ):
-    """Bearing coefficients tabulated over speed, linearly interpolated, times the amplitude bearing_scale."""
+    """Coefficients over speed, linearly interpolated, of a tilting pad or other bearing or a seal, times bearing_scale.
+
+    mass_kg holds the added masses of a seal; they have inertia and no weight.
+    """
     speeds = np.array(speeds_rad_per_s)
     if (np.diff(speeds) <= 0).any():
         raise RotorstudyError(f"speed_tabulated: speeds_rad_per_s = {speeds_rad_per_s} must be strictly increasing")
     node = structure.default_node() if node is None else node
     here, entries = np.outer(structure.unit(node), structure.unit(node)), []
-    tables = (("stiffness_N_per_m", stiffness_N_per_m, 0), ("damping_N_s_per_m", damping_N_s_per_m or {}, 1))
+    tables = (
+        ("stiffness_N_per_m", stiffness_N_per_m, 0),
+        ("damping_N_s_per_m", damping_N_s_per_m or {}, 1),
+        ("mass_kg", mass_kg or {}, 2),
+    )
     for name, table, order in tables:
         for direction, values in table.items():
             if len(values) != len(speeds):

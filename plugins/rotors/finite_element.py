@@ -23,27 +23,52 @@ MOST_ELEMENTS = 500  # the state matrix at one speed then takes 0.3 GB
 GAUSS = np.polynomial.legendre.leggauss(4)  # exact up to degree 7; the mass integrand has degree 6
 
 
+class Diameters(TypedDict, total=False):
+    """Those at the end of a cone; omitted ones are those of its start."""
+
+    outer_diameter_m: Positive
+    inner_diameter_m: NonNegative
+
+
+class Layer(TypedDict):
+    """A sleeve that bends with the shaft; one without stiffness has `youngs_modulus_Pa: 0`."""
+
+    outer_diameter_m: Positive
+    inner_diameter_m: NonNegative
+    youngs_modulus_Pa: NotRequired[NonNegative]
+    shear_modulus_Pa: NotRequired[Positive]
+    poissons_ratio: NotRequired[PoissonsRatio]
+    density_kg_per_m3: NotRequired[NonNegative]
+
+
 class Stretch(TypedDict):
-    """A cylindrical section of shaft in `count` equal elements; omitted values are those of the rotor."""
+    """A section of shaft in `count` equal elements, cylinders; omitted values are those of the rotor."""
 
     length_m: Positive
     count: NotRequired[Whole]
     outer_diameter_m: NotRequired[Positive]
     inner_diameter_m: NotRequired[NonNegative]
+    end: NotRequired[Diameters]
     youngs_modulus_Pa: NotRequired[Positive]
+    shear_modulus_Pa: NotRequired[Positive]
     poissons_ratio: NotRequired[PoissonsRatio]
     density_kg_per_m3: NotRequired[Positive]
+    axial_force_N: NotRequired[float]
+    layers: NotRequired[list[Layer]]
 
 
-class RigidBody(TypedDict):
+class Disc(TypedDict):
+    """Mass and moments, or the dimensions of a cylinder; its density is that of the rotor by default."""
+
     node: int
-    mass_kg: Positive
-    polar_moment_kg_m2: NonNegative
-    diametral_moment_kg_m2: NonNegative
-
-
-class Disc(RigidBody, total=False):
-    label: str
+    mass_kg: NotRequired[Positive]
+    polar_moment_kg_m2: NotRequired[NonNegative]
+    diametral_moment_kg_m2: NotRequired[NonNegative]
+    thickness_m: NotRequired[Positive]
+    diameter_m: NotRequired[Positive]
+    bore_m: NotRequired[NonNegative]
+    density_kg_per_m3: NotRequired[Positive]
+    label: NotRequired[str]
 
 
 class PointMass(TypedDict):
@@ -56,8 +81,10 @@ def finite_element(
     outer_diameter_m: Positive | None = None,
     inner_diameter_m: NonNegative = 0.0,
     youngs_modulus_Pa: Positive = 2.1e11,
-    poissons_ratio: PoissonsRatio = 0.3,
+    poissons_ratio: PoissonsRatio | None = None,
+    shear_modulus_Pa: Positive | None = None,
     density_kg_per_m3: Positive = 7850.0,
+    axial_force_N: float = 0.0,
     discs: list[Disc] = (),
     point_masses: list[PointMass] = (),
     pinned_nodes: list[int] = (),
@@ -70,22 +97,28 @@ def finite_element(
     """Shaft of beam elements with rigid discs: at each node z = u_x + j u_y and the tilt of the section.
 
     Nodes and elements are numbered from 1 at the end s = 0. The shaft is carried by bearings or by rigid supports:
-    pinned_nodes fix the translation, clamped_nodes the tilt too. shaft_inertia "rotary" omits the gyroscopic moments of
-    the shaft, "translation" also its rotary inertia. gyroscopic_sign -1 is the reversed sign of the thesis.
+    pinned_nodes fix the translation, clamped_nodes the tilt too. A stretch with diameters at its `end` is a cone of
+    `count` cylinders, whose error falls with the square of their number. `layers` share the sections of the shaft,
+    which stay plane. axial_force_N is tension. Poisson's ratio is 0.3, or follows from shear_modulus_Pa. shaft_inertia
+    "rotary" omits the gyroscopic moments of the shaft, "translation" also its rotary inertia. gyroscopic_sign -1 is
+    the reversed sign of the thesis.
     """
     common = {
         "outer_diameter_m": outer_diameter_m,
         "inner_diameter_m": inner_diameter_m,
         "youngs_modulus_Pa": youngs_modulus_Pa,
         "poissons_ratio": poissons_ratio,
+        "shear_modulus_Pa": shear_modulus_Pa,
         "density_kg_per_m3": density_kg_per_m3,
+        "axial_force_N": axial_force_N,
     }
     if sum(stretch.get("count", 1) for stretch in elements) > MOST_ELEMENTS:
         raise RotorstudyError(
             f"finite_element: more than {MOST_ELEMENTS} elements; give a smaller 'count' of each stretch"
         )
     cut = [element for stretch in elements for element in _cut({**common, **stretch}, theory == "timoshenko")]
-    discs_at, masses_at = [disc["node"] for disc in discs], [mass["node"] for mass in point_masses]
+    discs = [_disc(disc, density_kg_per_m3) for disc in discs]
+    discs_at, masses_at = [disc.node for disc in discs], [mass["node"] for mass in point_masses]
     for name, nodes in (
         ("discs", discs_at),
         ("point_masses", masses_at),
@@ -95,7 +128,9 @@ def finite_element(
         _check_nodes(name, nodes, range(1, len(cut) + 2))
     fixed = {(n, "translation") for n in [*pinned_nodes, *clamped_nodes]} | {(n, "tilt") for n in clamped_nodes}
     shaft = _Shaft(cut, fixed, discs_at, gravity_m_per_s2)
-    mass, stiffness, gyroscopic, weight = _assembled(shaft, shaft_inertia, [*discs, *point_masses])
+    mass, stiffness, gyroscopic, weight = _assembled(
+        shaft, shaft_inertia, [*discs, *(RigidDisc(body["node"], body["mass_kg"], 0.0, 0.0) for body in point_masses)]
+    )
     square = np.ix_(shaft.free, shaft.free)
     return Structure(
         mass=mass[square],
@@ -109,10 +144,29 @@ def finite_element(
         section_at=shaft.section_at,
         length=shaft.length,
         node_positions=dict(zip(shaft.nodes, [0.0, *shaft.ends], strict=True)),
-        discs=tuple(RigidDisc(*(body[key] for key in RigidBody.__annotations__)) for body in discs),
+        discs=tuple(discs),
         is_solid=all(element["inner_diameter_m"] == 0 for element in cut),
         gravity=gravity_m_per_s2,
     )
+
+
+def _disc(given, density):
+    """The RigidDisc of an item of `discs`."""
+    stated = [given.get(key) for key in ("mass_kg", "polar_moment_kg_m2", "diametral_moment_kg_m2")]
+    thickness, outer, inner = given.get("thickness_m"), given.get("diameter_m"), given.get("bore_m", 0.0)
+    where = f"finite_element: disc at node {given['node']}"
+    if None not in stated and thickness is outer is None and not {"bore_m", "density_kg_per_m3"} & {*given}:
+        return RigidDisc(given["node"], *stated)
+    if any(value is not None for value in stated) or thickness is None or outer is None:
+        raise RotorstudyError(
+            f"{where}: give mass_kg, polar_moment_kg_m2 and diametral_moment_kg_m2, or thickness_m and diameter_m "
+            "(with bore_m and density_kg_per_m3 if need be), not a mixture"
+        )
+    if inner >= outer:
+        raise RotorstudyError(f"{where}: bore_m = {inner:g} must be smaller than diameter_m = {outer:g}")
+    mass = given.get("density_kg_per_m3", density) * np.pi / 4 * (outer**2 - inner**2) * thickness
+    polar = mass / 8 * (outer**2 + inner**2)
+    return RigidDisc(given["node"], mass, polar, polar / 2 + mass * thickness**2 / 12)
 
 
 def _check_nodes(name, given, nodes):
@@ -170,10 +224,11 @@ class _Shaft:
             raise CannotAct(f"position_m = {position:g}: a disc is there, at node {at_node[0]}; choose one beside it")
         element = self.elements[i]
         span, phi = element["length_m"], element["shear"]
-        rigidity, weight = _rigidity(element), self.gravity * element["density_kg_per_m3"] * _area(element)
+        rigidity, weight = _rigidity(element), self.gravity * _line_mass(element)
         return Section(
             position=position,
             **{key: element[key] for key in Section._fields if key in element},
+            sleeve_diameter_m=max((layer["outer_diameter_m"] for layer in element["layers"]), default=0.0),
             moment=self._of_element(i, rigidity * np.array(_curvature(x, element)) / (1 + phi)),
             own_moment=weight * span**2 / 12 * (1 - 6 * x + 6 * x**2),
             stiffness=rigidity / span * (4 + phi - 12 * x * (1 - x)) / (1 + phi),
@@ -208,50 +263,106 @@ def _assembled(shaft, shaft_inertia, bodies):
     size = 2 * len(shaft.nodes)
     mass, stiffness, gyroscopic = np.zeros((3, size, size))
     weight = np.zeros(size)
-    for i, (translation, rotary, bend) in enumerate(shaft.matrices):
+    for i, (translation, rotary, bend, tension) in enumerate(shaft.matrices):
         here = _coordinates(i)
         mass[here, here] += translation + (rotary if shaft_inertia != "translation" else 0)
         gyroscopic[here, here] += 2 * rotary if shaft_inertia == "gyroscopic" else 0
-        stiffness[here, here] += bend
+        stiffness[here, here] += bend + tension
         weight[here] += translation @ [1, 0, 1, 0]
     for body in bodies:
-        here, tilt = 2 * body["node"] - 2, 2 * body["node"] - 1
-        mass[here, here] += body["mass_kg"]
-        mass[tilt, tilt] += body.get("diametral_moment_kg_m2", 0)
-        gyroscopic[tilt, tilt] += body.get("polar_moment_kg_m2", 0)
-        weight[here] += body["mass_kg"]
+        here, tilt = 2 * body.node - 2, 2 * body.node - 1
+        mass[here, here] += body.mass
+        mass[tilt, tilt] += body.diametral_moment
+        gyroscopic[tilt, tilt] += body.polar_moment
+        weight[here] += body.mass
     return mass, stiffness, gyroscopic, weight
 
 
 def _cut(stretch, shear):
-    """The equal elements of a section, each with its `shear`; impossible diameters are errors."""
-    outer, inner, count = stretch["outer_diameter_m"], stretch["inner_diameter_m"], stretch.pop("count", 1)
-    if outer is None:
+    """The elements of a section, each with its `shear`; impossible diameters and moduli are errors."""
+    count, first = stretch.get("count", 1), {key: stretch[key] for key in Diameters.__annotations__}
+    last = first | stretch.get("end", {})
+    if first["outer_diameter_m"] is None:
         raise RotorstudyError("finite_element: give outer_diameter_m of the rotor, or of each of the elements")
-    if inner >= outer:
+    layers = [{**stretch, "poissons_ratio": None, **layer} for layer in stretch.get("layers", ())]
+    parts = [{**stretch, **first}, {**stretch, **last}, *layers]
+    for part in parts:
+        if part["inner_diameter_m"] >= part["outer_diameter_m"]:
+            raise RotorstudyError(
+                f"finite_element: inner_diameter_m = {part['inner_diameter_m']:g} must be smaller than "
+                f"outer_diameter_m = {part['outer_diameter_m']:g}"
+            )
+    common = {**stretch, "length_m": stretch["length_m"] / count, "poissons_ratio": _poissons_ratio(stretch)}
+    common["layers"] = [{**layer, "poissons_ratio": _poissons_ratio(layer)} for layer in layers]
+    found = []
+    for place in (np.arange(count) + 0.5) / count if last != first else [0.0]:
+        element = common | {key: float(value + place * (last[key] - value)) for key, value in first.items()}
+        found.append({**element, "shear": _shear(element) if shear else 0.0})
+    return found if last != first else found * count
+
+
+def _poissons_ratio(material):
+    """As stated, or by the shear modulus; 0.3 by default."""
+    ratio, modulus, shear = (material.get(key) for key in ("poissons_ratio", "youngs_modulus_Pa", "shear_modulus_Pa"))
+    if shear is None or modulus == 0:
+        return 0.3 if ratio is None else ratio
+    found = modulus / (2 * shear) - 1
+    if ratio is not None or not 0 <= found <= 0.5:
         raise RotorstudyError(
-            f"finite_element: inner_diameter_m = {inner:g} must be smaller than outer_diameter_m = {outer:g}"
+            f"finite_element: shear_modulus_Pa = {shear:g} "
+            + (
+                f"beside poissons_ratio = {ratio:g}: give one of them"
+                if ratio is not None
+                else f"with youngs_modulus_Pa = {modulus:g} is a Poisson's ratio of {found:.3g}; it lies from 0 to 0.5"
+            )
         )
-    element = {**stretch, "length_m": stretch["length_m"] / count}
-    return [{**element, "shear": _shear(element) if shear else 0.0}] * count
+    return found
 
 
-def _rigidity(element):
-    outer, inner = element["outer_diameter_m"], element["inner_diameter_m"]
-    return element["youngs_modulus_Pa"] * np.pi / 64 * (outer**4 - inner**4)
+def _over_sections(function):
+    """Sum of a function of a section over the shaft and its layers."""
+
+    def total(element):
+        return function(element) + sum(function(layer) for layer in element["layers"])
+
+    return total
 
 
-def _area(element):
-    return np.pi / 4 * (element["outer_diameter_m"] ** 2 - element["inner_diameter_m"] ** 2)
+@_over_sections
+def _rigidity(section):
+    return section["youngs_modulus_Pa"] * np.pi / 64 * _fourth_powers(section)
+
+
+@_over_sections
+def _line_mass(section):
+    return section["density_kg_per_m3"] * _area(section)
+
+
+@_over_sections
+def _line_inertia(section):
+    return section["density_kg_per_m3"] * np.pi / 64 * _fourth_powers(section)
+
+
+@_over_sections
+def _shear_rigidity(section):
+    """kappa G A, with the shear coefficient kappa of Cowper (1966), solid or hollow."""
+    outer, inner, ratio = (section[key] for key in ("outer_diameter_m", "inner_diameter_m", "poissons_ratio"))
+    hollow = (1 + (inner / outer) ** 2) ** 2
+    kappa = 6 * (1 + ratio) * hollow / ((7 + 6 * ratio) * hollow + (20 + 12 * ratio) * (inner / outer) ** 2)
+    return kappa * (section["youngs_modulus_Pa"] / (2 * (1 + ratio))) * _area(section)
+
+
+def _fourth_powers(section):
+    return section["outer_diameter_m"] ** 4 - section["inner_diameter_m"] ** 4
+
+
+def _area(section):
+    return np.pi / 4 * (section["outer_diameter_m"] ** 2 - section["inner_diameter_m"] ** 2)
 
 
 def _shear(element):
-    """12 E I / (kappa G A l^2), with the shear coefficient kappa of Cowper (1966), solid or hollow."""
-    outer, inner, ratio = (element[key] for key in ("outer_diameter_m", "inner_diameter_m", "poissons_ratio"))
-    hollow = (1 + (inner / outer) ** 2) ** 2
-    kappa = 6 * (1 + ratio) * hollow / ((7 + 6 * ratio) * hollow + (20 + 12 * ratio) * (inner / outer) ** 2)
-    modulus = element["youngs_modulus_Pa"] / (2 * (1 + ratio))
-    return 12 * _rigidity(element) / (kappa * modulus * _area(element) * element["length_m"] ** 2)
+    """12 E I / (kappa G A l^2)."""
+    return 12 * _rigidity(element) / (_shear_rigidity(element) * element["length_m"] ** 2)
 
 
 def _deflection(x, element):
@@ -278,13 +389,13 @@ def _curvature(x, element):
 
 
 def _matrices(element):
-    """Translational mass, rotary inertia and stiffness of one element, each (4, 4) on z, tilt, z, tilt.
+    """Translational mass, rotary inertia, stiffness and that of tension, each (4, 4) on z, tilt, z, tilt.
 
     The shape functions are the static solutions of the unloaded beam (Przemieniecki 1968; Nelson 1980). Without shear
     it is the Euler-Bernoulli beam.
     """
     length, phi = element["length_m"], element["shear"]
-    rigidity, area = _rigidity(element), _area(element)
+    rigidity = _rigidity(element)
     x, root = (1 + GAUSS[0]) / 2, np.sqrt(GAUSS[1] / 2 * length)
     deflection = _deflection(x, element) * (1 + phi)
     tilt = [
@@ -295,12 +406,15 @@ def _matrices(element):
     ]
     curvature = _curvature(x, element)
     sliding = np.sqrt(12 * rigidity * phi / length) / (1 + phi) * np.array([1 / length, 1 / 2, -1 / length, 1 / 2])
-    deflection, tilt, curvature = (np.array(part) * root / (1 + phi) for part in (deflection, tilt, curvature))
-    density, second_moment = element["density_kg_per_m3"], rigidity / element["youngs_modulus_Pa"]
+    slope = np.array(tilt) + np.outer([-phi / length, -phi / 2, phi / length, -phi / 2], np.ones(len(x)))
+    deflection, tilt, curvature, slope = (
+        np.array(part) * root / (1 + phi) for part in (deflection, tilt, curvature, slope)
+    )
     return (
-        density * area * (deflection @ deflection.T),
-        density * second_moment * (tilt @ tilt.T),
+        _line_mass(element) * (deflection @ deflection.T),
+        _line_inertia(element) * (tilt @ tilt.T),
         rigidity * (curvature @ curvature.T) + np.outer(sliding, sliding),
+        element["axial_force_N"] * (slope @ slope.T),
     )
 
 

@@ -1,5 +1,6 @@
 """Errors that say in one line what is wrong, where, what is allowed, and what to do."""
 
+from contextlib import contextmanager
 from difflib import get_close_matches
 
 LONGEST = 1500  # characters of a message; what it repeats of the input is cut in the middle
@@ -38,10 +39,24 @@ class UnidentifiableError(RotorstudyError):
         self.parameters = tuple(parameters)
 
 
+@contextmanager
+def reading(kind, path):
+    """Context in which another package reads a file; whatever it raises is one line: "not a readable KIND"."""
+    try:
+        yield
+    except RotorstudyError:
+        raise
+    except Exception as error:  # of a damaged file: any
+        said = next(iter(str(error).splitlines()), "") or type(error).__name__
+        raise RotorstudyError(f"{path}: not a readable {kind} ({said})") from None
+
+
 def unknown_name(kind, name, known, where="", error=RotorstudyError):
     """The error for an unknown name, with the closest known one: `unknown crack 'swiching'; did you mean ...`."""
     near = get_close_matches(str(name), [str(k) for k in known], n=1)
     hint = f"; did you mean '{near[0]}'?" if near else ""
+    if str(name) == "0" and "1" in map(str, known):
+        hint = "; they are numbered from 1"
     place = f" in {where}" if where else ""
     allowed = ", ".join(sorted(map(str, known), key=_in_order)) or "none"
     return error(f"unknown {kind} '{name}'{place}{hint} (known: {allowed})")

@@ -8,8 +8,8 @@ import json
 import numpy as np
 import pytest
 
-from foreign.balancing import PLANES, draw
 from rotorstudy import build_model
+from rotorstudy.blind.machines.balancing import PLANES, draw
 from rotorstudy.diagnosis.runs.balance import balance
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.measurement.conventions import Conventions

@@ -2,8 +2,8 @@
 
 import pytest
 
-from foreign.files import write_case
 from foreign.small_cases import small
+from rotorstudy.blind.machines.files import write_case
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.search.search import begin
 from rotorstudy.diagnosis.settings import read_settings

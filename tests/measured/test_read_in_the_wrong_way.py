@@ -27,7 +27,7 @@ def cut_off(text):
         (
             lambda text: text.replace("\n", "\ns,V,mm,mil,um,V,rpm\n", 1),
             {},
-            r'has \'V\' in data row 1.*{"unit_rows": 1}',
+            r'line 2, column .*\'V\' is not a number.*{"unit_rows": 1}',
         ),
         (cut_off, {}, "file is cut off: remove its last line"),
         (str, {"speed_unit": "Hz"}, "in rpm, and stated in Hz"),

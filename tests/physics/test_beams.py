@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 from scipy.optimize import brentq
-from uniform_shaft import AREA, ENDS, LENGTH, NU, RHO, SECOND_MOMENT, D, E, beam, rotor
+from uniform_shaft import AREA, ENDS, GOOD, LENGTH, NU, RHO, SECOND_MOMENT, D, E, beam, rotor
 
-from rotorstudy import Model, eigenvalues
+from rotorstudy import Model, RotorstudyError, build_model, eigenvalues
 
 
 def frequencies(structure):
@@ -172,3 +172,101 @@ def test_forward_and_backward_whirl_of_a_turning_beam(speed):
     if speed > 1:
         for wrong in ({"gyroscopic_sign": -1, **turning}, {"shaft_inertia": "rotary"}):
             assert whirl(beam("simply supported", 16, **wrong), speed)[:6] != pytest.approx(exact, rel=1e-3)
+
+
+@pytest.mark.parametrize("tension", [3e5, -1e5])
+def test_tension_stiffens_and_pressure_softens(tension):
+    k = wave_numbers("simply supported")
+    exact = np.sqrt((k**4 * E * SECOND_MOMENT + k**2 * tension) / (RHO * AREA))
+    assert frequencies(beam("simply supported", 32, axial_force_N=tension))[:3] == pytest.approx(exact, rel=1e-5)
+    assert frequencies(beam("simply supported", 16))[0] != pytest.approx(exact[0], rel=0.01)
+
+
+def test_a_short_column_buckles_at_the_load_of_engesser():
+    """P = P_e / (1 + P_e / (kappa G A)); without shear it would be P_e, 5 % more."""
+
+    def load(count):
+        def softest(load):
+            column = {"elements": [{"length_m": 0.3, "count": count}], "pinned_nodes": [1, count + 1]}
+            return np.linalg.eigvalsh(rotor(**column, axial_force_N=-load).stiffness)[0]
+
+        return brentq(softest, 0.5 * euler, 1.1 * euler)
+
+    euler = (np.pi / 0.3) ** 2 * E * SECOND_MOMENT
+    engesser = euler / (1 + euler / shear_rigidity())
+    assert load(16) == pytest.approx(engesser, rel=2e-4)
+    assert order([load(8), load(16)], engesser) == pytest.approx(2, abs=0.1)
+    assert load(16) != pytest.approx(euler, rel=0.04)
+
+
+def test_the_sag_of_a_cone_converges_with_the_square_of_its_cylinders():
+    """Cantilever, d0 at the wall and d1 at the tip, with a load there: 64 P L^3 / (3 pi E d0^3 d1)."""
+    exact = 64 * LENGTH**3 / (3 * np.pi * E * 0.05**3 * 0.03)
+
+    def sag(count, tip=0.03):
+        cone = {"length_m": LENGTH, "count": count, "end": {"outer_diameter_m": tip}}
+        structure = beam("cantilever", count, elements=[cone])
+        return np.linalg.inv(structure.stiffness)[-2, -2]
+
+    assert sag(32) == pytest.approx(exact, rel=1e-3)
+    assert order([sag(8), sag(16)], exact) == pytest.approx(2, abs=0.05)
+    assert sag(32, tip=0.05) != pytest.approx(exact, rel=0.1)
+
+
+def test_a_sleeve_of_the_same_steel_makes_the_shaft_thicker():
+    sleeve = {"outer_diameter_m": 0.08, "inner_diameter_m": D}
+    stretch = {"length_m": LENGTH, "count": 8}
+    thick = beam("simply supported", elements=[{**stretch, "outer_diameter_m": 0.08}], shaft_inertia="gyroscopic")
+    found = beam("simply supported", elements=[{**stretch, "layers": [sleeve]}], shaft_inertia="gyroscopic")
+    for name in ("mass", "stiffness", "gyroscopic", "static_load"):
+        whole = getattr(thick, name)
+        assert getattr(found, name) == pytest.approx(whole, abs=1e-12 * np.abs(whole).max())
+    assert found.section_at(0.3).own_moment == pytest.approx(thick.section_at(0.3).own_moment, rel=1e-12)
+    loose = beam("simply supported", elements=[{**stretch, "layers": [{**sleeve, "youngs_modulus_Pa": 0.0}]}])
+    assert frequencies(loose)[0] == pytest.approx(frequencies(beam("simply supported"))[0] * D / 0.08, rel=1e-9)
+
+
+def test_a_crack_under_a_sleeve_is_refused():
+    sleeve = {"outer_diameter_m": 0.08, "inner_diameter_m": D}
+    for layers in ([], [sleeve]):
+        rig = {"rotor": {"kind": "finite_element", **GOOD, "elements": [{**GOOD["elements"][0], "layers": layers}]}}
+        crack = {"kind": "transverse_crack", "position_m": 0.3, "depth_ratio": 0.2}
+        if not layers:
+            build_model({**rig, "effects": [crack]})
+            continue
+        with pytest.raises(RotorstudyError, match="the shaft has layers there"):
+            build_model({**rig, "effects": [crack]})
+
+
+def test_a_disc_by_its_dimensions_and_steel_by_its_shear_modulus():
+    mass = 7800 * np.pi / 4 * (0.3**2 - 0.04**2) * 0.02
+    moments = {
+        "polar_moment_kg_m2": mass / 8 * (0.3**2 + 0.04**2),
+        "diametral_moment_kg_m2": mass / 48 * (3 * 0.3**2 + 3 * 0.04**2 + 4 * 0.02**2),
+    }
+    cylinder = {"node": 3, "thickness_m": 0.02, "diameter_m": 0.3, "bore_m": 0.04, "density_kg_per_m3": 7800.0}
+    one = rotor(discs=[cylinder], shear_modulus_Pa=E / 2.6)
+    other = rotor(discs=[{"node": 3, "mass_kg": mass, **moments}], poissons_ratio=0.3)
+    for name in ("mass", "stiffness", "gyroscopic", "static_load"):
+        whole = getattr(other, name)
+        assert getattr(one, name) == pytest.approx(whole, abs=1e-12 * np.abs(whole).max())
+    own = rotor(discs=[{k: v for k, v in cylinder.items() if k != "density_kg_per_m3"}])
+    assert own.discs[0].mass == pytest.approx(mass * RHO / 7800, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "item, ratio",
+    [
+        ({"kind": "modal_damping", "damping_ratio": 0.02}, lambda w: 0.02 + 0 * w),
+        ({"kind": "mass_proportional_damping", "mass_proportional_damping_1_per_s": 9.0}, lambda w: 4.5 / w),
+        ({"kind": "stiffness_proportional_damping", "stiffness_proportional_damping_s": 1e-5}, lambda w: 5e-6 * w),
+    ],
+)
+def test_damping_of_all_modes(item, ratio):
+    rig = {"rotor": {"kind": "finite_element", **GOOD, "shaft_inertia": "rotary"}, "effects": [item]}
+    model = build_model(rig)
+    values = eigenvalues(model, [1e-9])[0]
+    values = values[np.argsort(np.abs(values))][:8]
+    assert -values.real / np.abs(values) == pytest.approx(ratio(np.abs(values)), rel=1e-6)
+    w = np.repeat(frequencies(model.structure)[:4], 2)
+    assert np.abs(values) == pytest.approx(w, rel=1e-6)

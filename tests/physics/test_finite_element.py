@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from uniform_shaft import ANISOTROPIC, LENGTH, E, isotropic, rotor
+from uniform_shaft import LENGTH, E, isotropic, rotor
 
 from rotorstudy import Model, RotorstudyError, build_model, eigenvalues, harmonic_response, make_term
 from rotorstudy.response.statics import static_deflection
@@ -57,54 +57,6 @@ def test_a_disc_on_a_light_shaft_is_the_disc_of_the_zoo(a, b, weight_dominance):
         assert condensed[0, 1] != pytest.approx(-two.stiffness[0, 1])
         reversed_sign = response({**light, "gyroscopic_sign": -1}, 3, losses, weight_dominance=True, node=3)
         assert np.abs(reversed_sign - expected).max() > 1e-3 * np.abs(expected).max()
-
-
-def steel_disc(node, diameter, thickness=0.07, bore=0.05, density=7810.0):
-    mass = density * np.pi / 4 * (diameter**2 - bore**2) * thickness
-    polar = mass / 8 * (diameter**2 + bore**2)
-    moments = {"polar_moment_kg_m2": polar, "diametral_moment_kg_m2": polar / 2 + mass * thickness**2 / 12}
-    return {"node": node, "mass_kg": mass, **moments}
-
-
-def textbook(bearings, discs=((3, 0.28), (5, 0.35)), nodes=(1, 7), **options):
-    """The 1.5 m shaft of six elements of Friswell et al., Dynamics of Rotating Machines, 2010, section 5.9."""
-    shaft = {
-        "kind": "finite_element",
-        "elements": [{"length_m": 1.5, "count": 6}],
-        "outer_diameter_m": 0.05,
-        "youngs_modulus_Pa": 211e9,
-        "poissons_ratio": 211 / (2 * 81.2) - 1,
-        "density_kg_per_m3": 7810.0,
-        "discs": [steel_disc(node, diameter) for node, diameter in discs],
-    }
-    items = [{"kind": "linear", "node": node, "label": f"at {node}", **bearings} for node in nodes]
-    return build_model({"rotor": {**shaft, **options}, "bearings": items})
-
-
-OVERHUNG = {"discs": ((7, 0.35),), "nodes": (1, 5)}
-# Natural frequencies in rad/s that the tests of another program, ROSS (github.com/petrobras/ross), hold for the
-# examples of the book: 5.9.1 (p. 206), 5.9.2 (p. 208), 5.9.9 (p. 218), with the same elements
-BOOK = [
-    ("5.9.1", isotropic(1e6), {}, 0, [86.66, 86.66, 274.31, 274.31, 716.78, 716.78], 5e-5),
-    ("5.9.1", isotropic(1e6), {}, 4000, [85.39, 87.80, 251.78, 294.71, 600.18, 827.08], 1e-4),
-    ("5.9.2", ANISOTROPIC, {}, 0, [82.65, 86.66, 254.52, 274.31, 679.49, 716.79], 5e-5),
-    ("5.9.2", ANISOTROPIC, {}, 4000, [82.33, 86.86, 239.64, 287.25, 583.49, 806.89], 1e-4),
-    ("5.9.9", isotropic(1e7), OVERHUNG, 0, [90.14, 90.14, 630.73, 630.73, 830.43, 830.43], 1e-3),
-    ("5.9.9", isotropic(1e7), OVERHUNG, 4000, [76.19, 103.91, 565.99, 634.23, 647.75, 1174.2], 1e-3),
-]
-
-
-def natural_frequencies(model, rpm):
-    """The first six, rad/s; with terms on conj(z) every one appears twice."""
-    found = np.sort(np.abs(eigenvalues(model, [max(rpm * np.pi / 30, 1e-6)])[0].imag))
-    return found[:: 2 if len(found) > 2 * len(model.structure.dofs) else 1][:6]
-
-
-@pytest.mark.parametrize("example, bearings, layout, rpm, published, tolerance", BOOK, ids=lambda value: str(value)[:8])
-def test_natural_frequencies_of_a_textbook_rotor(example, bearings, layout, rpm, published, tolerance):
-    assert natural_frequencies(textbook(bearings, **layout), rpm) == pytest.approx(published, rel=tolerance)
-    wrong = {"theory": "euler_bernoulli"} if not rpm else {"shaft_inertia": "translation"}
-    assert natural_frequencies(textbook(bearings, **layout, **wrong), rpm) != pytest.approx(published, rel=tolerance)
 
 
 def test_the_shaft_sags_on_its_bearings():

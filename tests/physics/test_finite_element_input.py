@@ -6,6 +6,8 @@ from uniform_shaft import GOOD
 from rotorstudy import RotorstudyError, build_model
 
 DISC = {"node": 3, "mass_kg": 1.0, "polar_moment_kg_m2": 0.1, "diametral_moment_kg_m2": 0.05}
+CYLINDER = {"node": 3, "thickness_m": 0.02, "diameter_m": 0.3}
+STRETCH = {"length_m": 1.0, "count": 4}
 BAD = [
     ({"elements": []}, ["elements = []", "at least 1"]),
     ({"elements": [{"length_m": 0.0}]}, ["elements.0.length_m = 0.0", "greater than 0"]),
@@ -25,7 +27,18 @@ BAD = [
     ({"discs": [{**DISC, "node": 6}]}, ["unknown node '6' in discs", "known: 1, 2, 3, 4, 5"]),
     ({"discs": [{**DISC, "node": 0}]}, ["unknown node '0' in discs"]),
     ({"discs": [{**DISC, "mass_kg": -1.0}]}, ["discs.0.mass_kg = -1.0"]),
-    ({"discs": [{"node": 3}]}, ["'discs.0.mass_kg' is missing"]),
+    ({"discs": [{"node": 3}]}, ["disc at node 3", "give mass_kg, polar_moment_kg_m2", "or thickness_m and diameter_m"]),
+    ({"discs": [{**DISC, "thickness_m": 0.1}]}, ["disc at node 3", "not a mixture"]),
+    ({"discs": [{**DISC, "density_kg_per_m3": 7e3}]}, ["disc at node 3", "not a mixture"]),
+    ({"discs": [{**CYLINDER, "bore_m": 0.3}]}, ["disc at node 3: bore_m = 0.3 must be smaller than diameter_m = 0.3"]),
+    ({"shear_modulus_Pa": 8e10, "poissons_ratio": 0.3}, ["shear_modulus_Pa = 8e+10", "poissons_ratio = 0.3", "one of"]),
+    ({"shear_modulus_Pa": 8e9}, ["shear_modulus_Pa = 8e+09", "Poisson's ratio of 12.1", "from 0 to 0.5"]),
+    ({"elements": [{**STRETCH, "end": {"inner_diameter_m": 0.05}}]}, ["0.05 must be smaller than outer_diameter_m"]),
+    (
+        {"elements": [{**STRETCH, "end": {"outer": 0.05}}]},
+        ["'elements.0.end.outer'", "elements.0.end.outer_diameter_m"],
+    ),
+    ({"elements": [{**STRETCH, "layers": [{"outer_diameter_m": 0.1}]}]}, ["elements.0.layers.0.inner_diameter_m"]),
     ({"point_masses": [{"node": 9, "mass_kg": 1.0}]}, ["unknown node '9' in point_masses"]),
     ({"point_masses": [DISC]}, ["unknown key 'point_masses.0.polar_moment_kg_m2'"]),
     ({"pinned_nodes": [7]}, ["unknown node '7' in pinned_nodes"]),

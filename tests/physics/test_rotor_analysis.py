@@ -13,6 +13,7 @@ from rotorstudy.presentation.rotor_files import analyse_files, measured_vectors
 from rotorstudy.response.resonance import Peak, peaks, required_margin, separation_margin
 from rotorstudy.response.stability import damping_of_effects
 from rotorstudy.response.whirl import damped_modes
+from rotorstudy.store import as_complex
 from rotorstudy.studies.rotor_analysis import analyse_rotor
 from rotorstudy.studies.unbalance_response import probe_vectors
 
@@ -54,6 +55,25 @@ def test_a_peak_without_both_half_power_points_has_no_amplification_factor():
     [peak] = peaks(speed, 1 / np.abs(1 - speed**2 + 2j * 0.01 * speed))
     assert np.isnan(peak.amplification)
     assert np.isnan(required_margin(peak, (2.0, 3.0)))
+
+
+def test_a_maximum_between_critical_speeds_is_no_resonance():
+    """Overhung rotor: beside the node of a mode, the response has a zero and a maximum where no mode swings."""
+    disc = {"node": 7, "mass_kg": 15.3, "polar_moment_kg_m2": 0.12, "diametral_moment_kg_m2": 0.062}
+    shaft = {"kind": "finite_element", "elements": [{"length_m": 1.5, "count": 6}], "outer_diameter_m": 0.025}
+    springs = {"bearing_stiffness_xx_N_per_m": 2e7, "bearing_stiffness_yy_N_per_m": 1e7}
+    damped = {**springs, "bearing_damping_xx_N_s_per_m": 1e3, "bearing_damping_yy_N_s_per_m": 1e3}
+    bearings = [{"kind": "linear", "node": node, "label": str(node), **damped} for node in (1, 5)]
+    model = build_model({"rotor": {**shaft, "discs": [disc]}, "bearings": bearings})
+    found = analyse_rotor(model, highest=700.0)
+    speed, response = found.data.response_speed.values, np.abs(as_complex(found.data.unbalance_response))
+    maxima = {peak.speed for one in response.T for peak in peaks(speed, one)}
+    shown = {one.peak.speed for one in found.peaks}
+    assert shown < maxima
+    nearest = {at: min(abs(one.speed / at - 1) for one in found.criticals) for at in maxima}
+    assert max(nearest[at] for at in shown) < 1e-3 < max(nearest.values())
+    assert min(nearest[at] for at in maxima - shown) > 1e-3
+    assert {min(found.criticals, key=lambda one: abs(one.speed - at)) for at in shown} == {*found.criticals}
 
 
 def test_separation_margins():

@@ -206,3 +206,46 @@ def test_a_rigid_support_has_no_bearing_and_two_bearings_need_labels():
     terms = [term({**ISOTROPIC, "node": node}, free) for node in (1, 5)]
     with pytest.raises(RotorstudyError, match=r"share the amplitude 'bearing_stiffness'.*'label:'"):
         Model(free, tuple(terms))
+
+
+def test_the_added_mass_of_a_table_has_inertia_and_no_weight():
+    seal = {"kind": "speed_tabulated", "speeds_rad_per_s": [0.0, 100.0], "stiffness_N_per_m": {"xx": [2e4, 2e4]}}
+    seal |= {"mass_kg": {"xx": [1.0, 1.0], "yy": [0.0, 1.0]}}
+    speeds = np.array([50.0, 100.0])
+    unbalance = {"kind": "unbalance", "eccentricity_m": 1e-5}
+    found = harmonic_response(
+        build_model({"rotor": PLAIN, "bearings": [seal], "effects": [unbalance]}), speeds, [0, 1, -1]
+    )
+    x = 2e-5 * speeds**2 / (7.8e5 - 3.0 * speeds**2)
+    y = 2e-5 * speeds**2 / (7.6e5 - (2 + speeds / 100) * speeds**2)
+    assert found[:, 1:, 0] == pytest.approx(np.transpose([x + y, x - y]) / 2, rel=1e-12)
+    assert found[:, 0, 0] == pytest.approx(0, abs=1e-15)
+
+
+def test_the_keys_of_values_tell_which_coefficients_a_bearing_has():
+    keys = coefficients({"xx": 3e5, "yy": 1.8e5}, {"xx": 300.0, "yy": 150.0})
+    found, stated = term({"kind": "linear", **keys}), term(ANISOTROPIC)
+    assert (found.options, found.values) == (stated.options, stated.values)
+    assert term({"kind": "linear", **coefficients(K, C)}).options["coefficients"] == "full"
+    mixed = {"kind": "linear", "bearing_stiffness_N_per_m": 1e5, **keys}
+    for wrong in (mixed, {"kind": "linear", "coefficients": "isotropic", **keys}):
+        with pytest.raises(RotorstudyError, match="unknown key 'bearing_stiffness_xx_N_per_m'"):
+            term(wrong)
+
+
+def test_numbers_of_numpy_are_numbers():
+    bearing = {**ISOTROPIC, "node": np.int64(1), "bearing_stiffness_N_per_m": np.float64(3e5)}
+    rig = {"rotor": {**SHAFT, "pinned_nodes": np.array([5])}, "bearings": [bearing], "sensors": [np.int32(2)]}
+    assert build_model(rig).sensors == (2,) and build_model(rig).structure.bearing_nodes == (1,)
+    with pytest.raises(RotorstudyError, match=r"node '0' .* numbered from 1 "):
+        build_model({**rig, "bearings": [{**bearing, "node": np.int64(0)}]})
+
+
+def test_a_kind_that_no_plugin_has_points_to_the_one_that_describes_it():
+    with pytest.raises(
+        RotorstudyError, match=r"unknown bearing 'tilting_pad'.*'tilting pad' is described by speed_tabulated"
+    ):
+        term({**ISOTROPIC, "kind": "tilting_pad"})
+    with pytest.raises(RotorstudyError, match="unknown bearing 'velcro'") as refused:
+        term({**ISOTROPIC, "kind": "velcro"})
+    assert "described" not in str(refused.value)

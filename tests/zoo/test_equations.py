@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.linalg import sqrtm
 from two_rotors import CRACKS, HARMONICS, LOCAL, ROTORS, SPEEDS, at_disc, parameters_of
 
 from rotorstudy import registry
@@ -71,6 +72,9 @@ def tilt(s):
 
 
 FORMS = {  # force of the unit amplitude in time, one for each parameter
+    "mass_proportional_damping": [lambda s, w, t, z, v: -v @ s.mass],
+    "stiffness_proportional_damping": [lambda s, w, t, z, v: -v @ s.stiffness],
+    "modal_damping": [lambda s, w, t, z, v: -2 * v @ (s.mass @ sqrtm(np.linalg.solve(s.mass, s.stiffness))).T],
     "external_damping": [lambda s, w, t, z, v: -v @ at_disc(s)],
     "internal_damping": [lambda s, w, t, z, v: -(v - 1j * w * z) @ at_disc(s)],
     "support_loss": [lambda s, w, t, z, v: z.real @ at_disc(s)],  # along x

@@ -28,6 +28,7 @@ try:
     from rotorstudy.thesis.config import check_replay, load_replay
     from rotorstudy.studies.workflow import WorkflowConfig, code_digest, plugin_files
     from rotorstudy.model.configuration import check_config
+    from rotorstudy.yaml_file import read_yaml
 except ImportError as error:
     sys.exit(f"error: {error}; activate the environment that `make` made (. .venv/bin/activate), or run `make`")
 

@@ -93,7 +93,11 @@ wildcard_constraints:
     diagnosis="|".join(settings.diagnoses) or "none",
 
 
+PRINTED = sorted(map(str, Path(ROOT / settings.published).glob("*.yaml"))) if settings.published else []
+
+
 def all_files():
     """Every result but the index."""
     found = [*scoreboard_files(), *table_files(), *figure_files(), *bearing_files(), *data_files(), *rules.zoo.output]
+    found += [f"{RESULTS}/published.{kind}" for kind in ("csv", "html") if PRINTED]
     return [*found, *comparison_files(), *blind_files(), *diagnosis_files(), *crack_files(), *crack_study_files()]

@@ -11,3 +11,22 @@ rule zoo:
         f"{RESULTS}/logs/zoo.log",
     script:
         "../scripts/zoo.py"
+
+
+if settings.published:
+
+    # What others printed of machines, beside ours.
+    rule published:
+        input:
+            rigs=PRINTED,
+            tables=[path.removesuffix(".yaml") + ".csv" for path in PRINTED],
+            plugins=plugin_files(map(read_yaml, PRINTED)),
+        output:
+            csv=f"{RESULTS}/published.csv",
+            html=in_report(f"{RESULTS}/published.html", "published", "Scoreboard", "All chapters"),
+        params:
+            code=code("published.py"),
+        log:
+            f"{RESULTS}/logs/published.log",
+        script:
+            "../scripts/published.py"

@@ -34,7 +34,11 @@ def identify_several(given):
         _save(given, found)
     if given.rig_out:
         write_rig(found.rig, given.rig_out, f"{given.rig} updated by the runs of {given.runs}")
-    return 0
+    names = [*shared_names(found.joint), *(run.joint_name(n) for run in found.joint.runs for n in run.own.names)]
+    rows = [(name, *map(float, found.of(name))) for name in names]
+    misfits = {name: float(cost / count) for name, (cost, count) in found.joint.misfits.items()}
+    keys = ("name", "value", "standard_deviation")
+    return {"estimates": [dict(zip(keys, row, strict=True)) for row in rows], "misfit_per_component": misfits}
 
 
 def _save(given, found):

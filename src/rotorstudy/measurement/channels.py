@@ -7,49 +7,39 @@ import re
 
 import numpy as np
 
-from rotorstudy.errors import RotorstudyError
-from rotorstudy.measurement.csv_layout import layout_hint
+from rotorstudy.errors import RotorstudyError, reading
+from rotorstudy.measurement.text_table import header_of, layout_hint, numbers_in
+
+TOLERANCE = 1e-6  # of the length of a record: difference of the times of two of its channels
 
 
 def open_csv(path, conventions):
     """Columns of a text file, laid out as `csv:` of the conventions says."""
-    import pandas as pd
-
     layout = conventions.csv
-    try:
-        table = pd.read_csv(
-            path, sep=layout.separator, decimal=layout.decimal, skiprows=layout.skipped, encoding="utf-8-sig"
-        )
-    except (ValueError, UnicodeDecodeError) as error:
-        raise RotorstudyError(f"{path}: not a readable table ({str(error).splitlines()[0]})") from None
-    table.columns = [str(name).strip() for name in table.columns]
+    values, wrong = numbers_in(path, layout)
+    names = header_of(path, layout)[0]
 
     def channel(name):
-        column = table[name]
-        numbers = pd.to_numeric(column, errors="coerce")
-        bad = numbers.isna() & column.notna()
-        if bad.any():
-            row = int(np.flatnonzero(bad)[0])
+        if name in wrong:
+            line, cell = wrong[name]
             raise RotorstudyError(
-                f"{path}: column '{name}' has '{column.iloc[row]}' in data row {row + 1}, which is not a number; "
-                "check 'csv: separator, decimal, skip_rows, unit_rows' in the rig file" + layout_hint(path, layout)
+                f"{path}, line {line}, column '{name}': '{cell}' is not a number; check 'csv: separator, decimal, "
+                f"skip_rows, unit_rows' in the rig file{layout_hint(path, layout)}"
             )
-        return numbers.to_numpy(float)
+        return values[:, names.index(name)]
 
-    return list(table.columns), channel
+    return names, channel
 
 
 def open_matlab(path, conventions):
     """Channels of a .mat file: a vector by its name, of a struct as 'struct.field', of a matrix as 'name(:,2)'."""
     from scipy.io import loadmat
-    from scipy.io.matlab import MatReadError
 
-    try:
-        found = loadmat(path, squeeze_me=True, struct_as_record=False)
-    except NotImplementedError:  # scipy's error for MATLAB 7.3, which is HDF5
-        raise RotorstudyError(f"{path}: a MATLAB 7.3 file, which is not supported; save it with '-v7'") from None
-    except (ValueError, TypeError, OSError, MatReadError) as error:
-        raise RotorstudyError(f"{path}: not a readable MATLAB file ({str(error).splitlines()[0]})") from None
+    with reading("MATLAB file", path):
+        try:
+            found = loadmat(path, squeeze_me=True, struct_as_record=False)
+        except NotImplementedError:  # scipy's error for MATLAB 7.3, which is HDF5
+            raise RotorstudyError(f"{path}: a MATLAB 7.3 file, which is not supported; save it with '-v7'") from None
     vectors = {}
 
     def collect(name, value):
@@ -73,12 +63,10 @@ def open_uff(path, conventions):
         import pyuff
     except ImportError:
         raise RotorstudyError(f"{path}: UFF files need the package pyuff; pip install pyuff") from None
-    try:
+    with reading("UFF file", path):
         opened = pyuff.UFF(str(path))
         kinds = [int(kind) for kind in np.atleast_1d(opened.get_set_types())]
         sets = [opened.read_sets(i) for i, kind in enumerate(kinds) if kind == 58]
-    except Exception as error:  # pyuff raises plain Exception
-        raise RotorstudyError(f"{path}: not a readable UFF file ({error})") from None
     if not sets:
         raise RotorstudyError(f"{path}: no data set 58 (found: {sorted(set(kinds))}); export time signals")
     letters = {1: "x", 2: "y", 3: "z"}
@@ -100,4 +88,15 @@ def open_uff(path, conventions):
             )
         return np.asarray(names[name][0]["x" if name == "time" else "data"], float)
 
+    time = sets[0]["x"]
+    for place, one in ((place, one) for place, found in names.items() for one in found):
+        if np.iscomplexobj(one["data"]):
+            wrong = "is a spectrum, of complex values; export its time signal"
+        elif len(one["data"]) != int(one["num_pts"]):
+            wrong = f"has {len(one['data'])} values, and states {int(one['num_pts'])}; export the file again"
+        elif len(one["x"]) == len(time) and np.abs(one["x"] - time).max() > TOLERANCE * np.ptp(time):
+            wrong = f"has other times than the first, up to {np.max(one['x']):g} s; export them at one rate"
+        else:
+            continue
+        raise RotorstudyError(f"{path}: data set '{place}' {wrong}")
     return list(names), channel

@@ -13,6 +13,7 @@ from rotorstudy.units import METRES, RAD_PER_S
 
 LEAST_ANGLE_RAD = 0.05  # between the probes of a node: nearly parallel ones show one direction, not an orbit
 HARMONICS = [0, 1, -1, 2, -2, 3, -3, 4, -4, 5, -5]
+WHITESPACE = (" ", r"\s+")  # separators that stand for any number of spaces and tabs
 
 
 class Probe(Strict):
@@ -81,16 +82,10 @@ class CsvLayout(Strict):
     skip_rows : lines above the header;  unit_rows : lines between the header and the numbers
     """
 
-    separator: str = ","
+    separator: Literal[",", ";", "\t", "|", ":", *WHITESPACE] = ","
     decimal: Literal[".", ","] = "."
     skip_rows: Annotated[int, Ge(0)] = 0
     unit_rows: Annotated[int, Ge(0)] = 0
-
-    @property
-    def skipped(self):
-        """Numbers of the lines that are neither header nor data, from 0."""
-        below = self.skip_rows + 1
-        return [*range(self.skip_rows), *range(below, below + self.unit_rows)]
 
 
 class Conventions(Strict):

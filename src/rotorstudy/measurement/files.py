@@ -6,9 +6,9 @@ import numpy as np
 
 from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.measurement.channels import open_csv, open_matlab, open_uff
-from rotorstudy.measurement.csv_layout import header_of, layout_hint
 from rotorstudy.measurement.netcdf_files import existing, read_netcdf
 from rotorstudy.measurement.raw_record import assemble
+from rotorstudy.measurement.text_table import header_of, layout_hint
 from rotorstudy.measurement.wide_tables import check_stated, wide_table
 from rotorstudy.units import RAD_PER_S, SECONDS
 
@@ -53,7 +53,7 @@ def table_columns(path, conventions):
     """Columns of a CSV file, of which the reader depends; none of another file."""
     if SUFFIXES.get(Path(path).suffix.lower()) != "csv" or not Path(path).is_file():
         return []
-    names, units = header_of(path, conventions.csv)
+    names, units, _ = header_of(path, conventions.csv)
     wide = wide_table(names, units, path)
     if wide is None:
         return names

@@ -8,11 +8,11 @@ import numpy as np
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.channel_names import angle_in, numbered_angles, plane_in, unit_in
 from rotorstudy.measurement.conventions import Conventions
-from rotorstudy.measurement.csv_layout import guess_layout
 from rotorstudy.measurement.files import kind_of, open_channels
 from rotorstudy.measurement.netcdf_files import existing, netcdf
 from rotorstudy.measurement.probe_tables import is_probe_table
 from rotorstudy.measurement.tables import open_table, whole_numbers
+from rotorstudy.measurement.text_table import guess_layout
 from rotorstudy.measurement.wide_tables import wide_table
 from rotorstudy.units import um
 

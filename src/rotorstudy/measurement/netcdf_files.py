@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.errors import RotorstudyError, reading, unknown_name
 from rotorstudy.measurement.conventions import Conventions, Probe
 from rotorstudy.measurement.raw_record import assemble
 from rotorstudy.units import RAD_PER_S, SECONDS
@@ -35,11 +35,8 @@ def netcdf(path):
     import xarray as xr
 
     path = existing(path)
-    try:
-        with xr.open_dataset(path, engine="netcdf4", decode_times=False) as opened:
-            yield opened
-    except (OSError, ValueError, RuntimeError) as error:  # damaged data are a RuntimeError of the library
-        raise RotorstudyError(f"{path}: not a readable NetCDF file ({(str(error).splitlines() or [''])[0]})") from None
+    with reading("NetCDF file", path), xr.open_dataset(path, engine="netcdf4", decode_times=False) as opened:
+        yield opened
 
 
 def read_netcdf(path, conventions, nodes):

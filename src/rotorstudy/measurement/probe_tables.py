@@ -19,7 +19,7 @@ from rotorstudy.measurement.tables import (
     quantities_of,
     whole_numbers,
 )
-from rotorstudy.measurement.wide_tables import MISSING
+from rotorstudy.measurement.text_table import MISSING
 from rotorstudy.units import METRES, RAD_PER_S
 
 VELOCITIES = {"m_per_s": 1.0, "mm_per_s": 1e-3, "in_per_s": 25.4e-3}

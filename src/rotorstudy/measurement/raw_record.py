@@ -10,6 +10,7 @@ from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.measurement.conventions import combine, measured_direction
 
 LARGEST_READING = 1e6  # m or V: beyond it a sample is damaged, and counts as missing
+LARGEST_TIME = 1e12  # s, 30,000 years: the clock of a recorder counts from 1900 at the earliest
 
 
 @dataclass(frozen=True)
@@ -76,7 +77,7 @@ def assemble(readings, conventions, nodes, time, label, keyphasor, marks, refere
     keyphasor = None if keyphasor is None else _within_reach(keyphasor)
     if len(time) < 3:
         raise RotorstudyError(f"{where}: {len(time)} samples; the file is empty or incomplete")
-    known = np.isfinite(time)
+    known = np.abs(time) < LARGEST_TIME
     stops = np.flatnonzero(~(known[:-1] & known[1:] & (np.diff(time) > 0)))
     if len(stops):
         late = int(stops[0]) + 1

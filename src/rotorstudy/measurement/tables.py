@@ -5,13 +5,14 @@ import re
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError, unknown_name
-from rotorstudy.measurement.csv_layout import header_of
 from rotorstudy.measurement.findings import Finding
+from rotorstudy.measurement.text_table import header_of, number, text_in
 from rotorstudy.measurement.wide_tables import in_rows, wide_table
 from rotorstudy.units import METRES, RAD_PER_S
 
 SPEEDS = {"speed_rad_per_s": "rad/s", "speed_Hz": "Hz", "speed_rpm": "rpm"}
 LARGEST_VALUE = 1e100  # its square is a number
+LARGEST_WHOLE = 10**9  # of a node or a harmonic
 ANGLES = {"rad": 1.0, "deg": np.pi / 180}
 QUANTITIES = {"amplitude": METRES, "phase": ANGLES, "reference_phase": ANGLES}
 
@@ -56,26 +57,8 @@ def open_table(path, layout):
 
     The index has the line of the file of each row.
     """
-    import pandas as pd
-
-    try:
-        text = pd.read_csv(
-            path,
-            sep=layout.separator,
-            skiprows=layout.skipped,
-            skip_blank_lines=False,
-            dtype=str,
-            keep_default_na=False,
-            encoding="utf-8-sig",
-        )
-    except (ValueError, UnicodeDecodeError) as error:
-        raise RotorstudyError(f"{path}: not a readable table ({str(error).splitlines()[0]})") from None
-    text.columns, text.index = [name.strip() for name in text.columns], text.index + len(layout.skipped) + 2
-    text = text.apply(lambda column: column.str.strip().str.replace(layout.decimal, "."))
-    text = text[(text != "").any(axis=1)]
-    if not len(text):
-        raise RotorstudyError(f"{path}: a table without rows below its header; leave the file out")
-    wide = wide_table(text.columns, header_of(path, layout)[1], path)
+    text = text_in(path, layout)
+    wide = wide_table(*header_of(path, layout)[:2], path)
     return text if wide is None else in_rows(text, wide, path)
 
 
@@ -198,7 +181,7 @@ def numbers_of(text, column, path):
     numbers = []
     for line, cell in text[column].items():
         try:
-            numbers.append(float(cell))
+            numbers.append(number(cell))
         except ValueError:
             raise RotorstudyError(
                 f"{path}, line {line}, column '{column}': '{cell}' is not a number; correct it"
@@ -211,6 +194,6 @@ def numbers_of(text, column, path):
 def whole_numbers(text, column, path):
     """(row,) whole numbers of a column."""
     numbers = numbers_of(text, column, path)
-    if not (numbers == np.rint(numbers)).all():
-        raise RotorstudyError(f"{path}: column '{column}' must hold whole numbers")
+    if not (numbers == np.rint(numbers)).all() or (np.abs(numbers) > LARGEST_WHOLE).any():
+        raise RotorstudyError(f"{path}: column '{column}' must hold whole numbers, at most {LARGEST_WHOLE}")
     return numbers.astype(int)

@@ -11,13 +11,14 @@ from typing import NamedTuple
 
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.measurement.channel_names import SPEED_WORDS, UNIT_OF, words_in
+from rotorstudy.measurement.text_table import MISSING, number
 
 QUANTITY = re.compile(
-    r"(?P<probe>.+?)[\s_:,;/-]+(?P<harmonic>\d+)x?[\s_:,;/-]*(?P<what>amp|mag|pha?s)[a-z]*\b(?P<unit>.*)", re.IGNORECASE
+    r"(?P<probe>.+?)[\s_:,;/-]+(?P<harmonic>\d{1,3})x?[\s_:,;/-]*(?P<what>amp|mag|pha?s)[a-z]*\b(?P<unit>.*)",
+    re.IGNORECASE,
 )
 SPEED_UNITS = {"rpm": "rpm", "Hz": "Hz", "rad/s": "rad_per_s"}
 LENGTHS, VELOCITIES = ("m", "mm", "um", "mil"), {"m": "m_per_s", "mm": "mm_per_s", "in": "in_per_s", "ips": "in_per_s"}
-MISSING = ("", "nan", "na", "n/a", "n.a.", "#n/a", "null", "none", "-", "--", "---")  # instead of a reading
 PER_SECOND = re.compile(r"/\s*s|\bips\b", re.IGNORECASE)
 SIZES = {  # words of a unit -> how the amplitude is stated
     "peak_to_peak": re.compile(r"\b(pp|p-p|pk-?pk|p2p|peak.to.peak)\b", re.IGNORECASE),
@@ -59,8 +60,10 @@ def wide_table(names, units, where):
         match = QUANTITY.fullmatch(name)
         if match:
             what = "phase" if match["what"].lower().startswith("ph") else "amplitude"
-            text = f"{match['unit']} {below}".strip()
-            found.setdefault((match["probe"].strip(), int(match["harmonic"])), {})[what] = (name, text)
+            own = found.setdefault((match["probe"].strip(), int(match["harmonic"])), {})
+            if what in own:
+                raise RotorstudyError(f"{where}: columns '{own[what][0]}' and '{name}' are the same {what}; keep one")
+            own[what] = (name, f"{match['unit']} {below}".strip())
     speed = _speed(names, units)
     pairs = {key: (own["amplitude"], own["phase"]) for key, own in found.items() if len(own) == 2}
     if speed is None or not pairs:
@@ -94,7 +97,7 @@ def _check_cells(text, columns, where):
     for name in columns:
         for line, cell in text[name].items():
             try:
-                float(0 if cell.lower() in MISSING else cell)
+                number("0" if cell.lower() in MISSING else cell)
             except ValueError:
                 raise RotorstudyError(
                     f"{where}, line {line}, column '{name}': '{cell}' is not a number; correct it, or leave the cell "

@@ -232,6 +232,8 @@ def crack_at(
             f"position_m = {position_m:g}: the shaft is hollow there (inner diameter {section.inner_diameter_m:g} m); "
             "the flexibility of a transverse crack is known for solid shafts"
         )
+    if section.sleeve_diameter_m:
+        raise CannotAct(f"position_m = {position_m:g}: the shaft has layers there; a crack needs a shaft without them")
     depth = registry().get("depth", flexibility, "the transverse crack")
     if depth.partly_open is None:
         raise RotorstudyError(f"flexibility = {flexibility!r}: that depth plugin does not say how a crack closes")

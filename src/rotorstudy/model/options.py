@@ -2,7 +2,7 @@
 
 from difflib import get_close_matches
 from functools import lru_cache
-from typing import Annotated, TypeVar, get_args, get_origin
+from typing import Annotated, Literal, TypeVar, get_args, get_origin
 
 from annotated_types import Ge, Gt, Le, Lt, MinLen, MultipleOf
 from typing_extensions import TypedDict as TypedDict  # for plugins: pydantic takes no other before Python 3.12
@@ -21,9 +21,27 @@ Even = Annotated[int, Ge(2), MultipleOf(2)]
 AtLeastOne = Annotated[list[TypeVar("Item")], MinLen(1)]
 
 
+def plain(given):
+    """Options with numbers and lists of Python for those of numpy."""
+    if isinstance(given, dict):
+        return {plain(key): plain(value) for key, value in given.items()}
+    if isinstance(given, (list, tuple)):
+        return [plain(value) for value in given]
+    return given.tolist() if hasattr(given, "tolist") else given
+
+
 def option_names(function, given_by_engine=()):
     """Names of the options of a plugin function."""
     return [name for name in _arguments(function) if name not in given_by_engine]
+
+
+@lru_cache(maxsize=1024)
+def choices(function):
+    """{option: its possible values} of the options of a plugin function that take one of several."""
+    import inspect
+
+    annotations = {name: p.annotation for name, p in inspect.signature(function).parameters.items()}
+    return {name: get_args(one) for name, one in annotations.items() if get_origin(one) is Literal}
 
 
 @lru_cache(maxsize=1024)

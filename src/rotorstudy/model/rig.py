@@ -9,7 +9,7 @@ import numpy as np
 
 from rotorstudy.errors import CannotAct, RotorstudyError, unknown_name
 from rotorstudy.model.model import Model
-from rotorstudy.model.options import check_options
+from rotorstudy.model.options import check_options, plain
 from rotorstudy.model.plugin_results import check_structure
 from rotorstudy.model.reading import Reading
 from rotorstudy.model.registry import registry
@@ -19,8 +19,8 @@ from rotorstudy.model.uncertainty import with_uncertainty
 from rotorstudy.yaml_file import read_yaml
 
 SECTIONS = {"rotor": "rotor", "cracks": "crack", "bearings": "bearing", "effects": "effect"}
-# `measurement` is read by rotorstudy.measurement, `diagnosis` by rotorstudy.diagnosis
-OTHER = ("sensors", "static_deflection_m", "prior", "measurement", "diagnosis")
+# `measurement` is read by rotorstudy.measurement, `diagnosis` by rotorstudy.diagnosis, `units` by shown_units
+OTHER = ("sensors", "static_deflection_m", "prior", "measurement", "diagnosis", "units")
 SPEEDS_TRIED = 12  # halved each time, to find one at which a bearing is defined
 
 
@@ -116,6 +116,7 @@ def build_model(rig: dict, where: str = "the rig", reading: Reading | None = Non
     PluginError
         If a plugin gives something of a wrong type or shape.
     """
+    rig = plain(rig)
     if not isinstance(rig, dict):
         raise RotorstudyError(f"{where}: expected sections {', '.join(SECTIONS)}, found {type(rig).__name__}")
     for key in rig:

@@ -9,7 +9,7 @@ from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
 from rotorstudy.model.cracks import SERIES_ORDER, crack_parameters
 from rotorstudy.model.depth import keys_from_depth
 from rotorstudy.model.key_units import aliases_of, in_si, spellings
-from rotorstudy.model.options import Whole, check_options, number_hint, option_names
+from rotorstudy.model.options import Whole, check_options, choices, number_hint, option_names, plain
 from rotorstudy.model.plugin_results import check_parameters, check_shapes
 from rotorstudy.model.registry import registry
 from rotorstudy.model.structure import Structure
@@ -49,7 +49,7 @@ def make_term(
         If the plugin gives something of a wrong type or shape.
     """
     plugin = registry().get(section, kind_of(item, where), where)
-    given = without_kind(item)
+    given = plain(without_kind(item))
     label = given.pop("label", "")
     if not isinstance(label, (str, int)):
         raise RotorstudyError(f"label = {label!r} in {where}: must be a text")
@@ -70,8 +70,15 @@ def make_term(
         missing = {name: value for name, value in plugin.defaults.items() if options[name] is None}
         with _named(where):
             options |= {name: value(structure, options.get("node")) for name, value in missing.items()}
-    parameters = _parameters(plugin, crack_parameters if section == "crack" else plugin.function, fixed, options, where)
-    keys = [key for p in parameters for key in ((p.key, p.phase_key) if p.is_complex else (p.key,))]
+    function = crack_parameters if section == "crack" else plugin.function
+    parameters = _parameters(plugin, function, fixed, options, where)
+    for changed in _other_choices(plugin, options, given):
+        if {*given} <= {*_keys(parameters), *options}:
+            break
+        others = _parameters(plugin, function, fixed, changed, where)
+        if {*given} <= {*_keys(others), *changed}:
+            parameters, options = others, changed
+    keys = _keys(parameters)
     aliases = aliases_of(parameters)
     given = in_si(given, [*keys, *options], where, aliases)
     values = {key: value for key, value in given.items() if key not in options}
@@ -113,6 +120,18 @@ def with_options(term: Term, options: dict, structure: Structure, sensors: tuple
     parameters = _parameters(plugin, plugin.function, fixed, options, where)
     values = {p.name: p.default for p in parameters if p.default is not None}
     return replace(term, parameters=parameters, values=values, options=options)
+
+
+def _keys(parameters):
+    """Keys of the values of parameters."""
+    return [key for p in parameters for key in ((p.key, p.phase_key) if p.is_complex else (p.key,))]
+
+
+def _other_choices(plugin, options, given):
+    """Options with another value of each that takes one of several and is not stated: the keys of values may tell."""
+    for name, values in choices(plugin.function).items():
+        if name not in given:
+            yield from ({**options, name: value} for value in values if value != options[name])
 
 
 def _fixed(plugin, section, structure, sensors):

@@ -13,6 +13,7 @@ class Section(NamedTuple):
     moment     : (dof,) bending moment E I d2z/ds2 by a unit of each coordinate, N (N m of a tilt)
     own_moment : moment by the weight of its element while the nodes are held, N m
     stiffness  : moment by a kink of 1 rad in the shaft there while the nodes are held, N m/rad
+    sleeve_diameter_m : over the layers on the shaft there; 0 if there are none
     """
 
     position: float
@@ -23,6 +24,7 @@ class Section(NamedTuple):
     moment: np.ndarray
     own_moment: float
     stiffness: float
+    sleeve_diameter_m: float = 0.0
 
 
 class RigidDisc(NamedTuple):

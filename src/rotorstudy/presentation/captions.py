@@ -61,15 +61,18 @@ ROTOR_FIGURES = {
     ),
     "campbell": (
         "Campbell diagram",
-        "Damped whirl frequencies. Elliptic whirl is neither clearly forward nor clearly backward.",
+        "Damped whirl frequencies. Elliptic whirl is neither clearly forward nor clearly backward. Grey: operating "
+        "speeds, where given.",
     ),
     "mode_shapes": (
         "Mode shapes at the highest speed",
-        "Motion in the plane of its largest displacement; dotted: largest radius of the orbit at each node.",
+        "Motion in the plane of its largest displacement; dotted: largest radius of the orbit at each node. Triangles "
+        "below: bearings; above: planes of probes.",
     ),
     "bode": (
         "Unbalance response",
-        "1X along each probe: amplitude, and phase lag from the phase mark. Symbols: measured.",
+        "1X along each probe: amplitude, and phase lag from the phase mark. Dotted: critical speeds; grey: operating "
+        "speeds, where given. Polar plot: each resonance is a loop.",
     ),
     "polar": ("Polar plot", "The response of the Bode plot; each resonance is a loop."),
     "stability": (

@@ -5,10 +5,11 @@ from textwrap import fill, shorten
 
 import numpy as np
 
+from rotorstudy import units
 from rotorstudy.presentation.plots import COLOURS, figure, harmonic_axis, plot_orbit
 from rotorstudy.response.series import synthesize
 from rotorstudy.store import as_complex
-from rotorstudy.units import RAD_PER_S, number, percent, quantity, spin
+from rotorstudy.units import number, percent, quantity, shown_unit, spin
 
 MOST_NODES = 6  # rows of the map
 MOST_COMPARED = 3  # nodes of the spectra
@@ -64,7 +65,7 @@ def what_is_wrong(data):
             if column:
                 ax.set_yticklabels([])
             else:
-                ax.set_ylabel(f"node {data.node.values[node]}\nspeed: rad/s (rpm)")
+                ax.set_ylabel(f"node {data.node.values[node]}\nspeed ({units.shown_speed()[0]})")
             if row < len(nodes) - 1:
                 ax.set_xticklabels([])
             ax.set_title(("residual" if column < 2 else "force") + f", {when}" if row == 0 else "")
@@ -81,13 +82,13 @@ def _map_axes(ax, data, order):
     ax.set_xticks(np.arange(len(harmonics)) + 0.5, [f"{n}X" for n in harmonics], rotation=90)
     step = int(np.ceil(len(speeds) / MOST_TICKS))
     held_out = data.held_out.values
-    labels = [both_units(w) + ("*" if held else "") for w, held in zip(speeds, held_out, strict=True)]
+    labels = [own_unit(w) + ("*" if held else "") for w, held in zip(speeds, held_out, strict=True)]
     ax.set_yticks(np.arange(len(speeds))[::step] + 0.5, labels[::step])
 
 
-def both_units(speed):
-    """300 (2865), a speed in rad/s and in rpm."""
-    return f"{number(speed, 4)} ({number(speed / RAD_PER_S['rpm'], 4)})"
+def own_unit(speed):
+    """2865, a speed in the reader's unit."""
+    return number(speed * units.shown_speed()[1], 4)
 
 
 def causes(data, naming_probability, verdict):
@@ -171,7 +172,7 @@ def shown_speed(data):
 def before_and_after(data):
     """Measured, base and extended spectra and orbits at one speed, one row per node."""
     speed, nodes = shown_speed(data), worst_nodes(data, MOST_COMPARED)
-    here = data.isel(speed=speed)
+    here, (unit, factor) = data.isel(speed=speed), shown_unit("m")
     harmonics, w = data.harmonic.values, float(data.speed[speed])
     spectra = {name: as_complex(here[name].transpose("harmonic", "node", "part")) for name in ("base", "extended")}
     measured = as_complex(here.measured.transpose("harmonic", "node", "part"))
@@ -183,16 +184,16 @@ def before_and_after(data):
         ax, orbit = axes[row]
         for k, (name, colour) in enumerate((("base", BASE), ("extended", EXTENDED))):
             size = np.maximum(np.abs(spectra[name][:, node]), floor)
-            ax.bar(harmonics + 0.36 * (k - 0.5), 1e6 * size, 0.34, color=colour, label=f"{name} model")
+            ax.bar(harmonics + 0.36 * (k - 0.5), factor * size, 0.34, color=colour, label=f"{name} model")
         size = np.abs(measured[:, node])
         reach = 2 * std[:, node]
-        bars = 1e6 * np.array([np.minimum(reach, np.maximum(size - floor, 0)), reach])
+        bars = factor * np.array([np.minimum(reach, np.maximum(size - floor, 0)), reach])
         ax.errorbar(
-            harmonics, 1e6 * size, yerr=bars, fmt="o", color=MEASURED, markersize=3, label="measured, bars of 2 σ"
+            harmonics, factor * size, yerr=bars, fmt="o", color=MEASURED, markersize=3, label="measured, bars of 2 σ"
         )
         ax.set_yscale("log")
-        ax.set_ylim(bottom=1e6 * floor)
-        ax.set_ylabel(f"node {data.node.values[node]}: amplitude (µm)")
+        ax.set_ylim(bottom=factor * floor)
+        ax.set_ylabel(f"node {data.node.values[node]}: amplitude ({unit})")
         harmonic_axis(ax, harmonics)
         for values, index, name, line in (
             (spectra["base"], 1, "base", "--"),
@@ -216,23 +217,24 @@ def gain(data):
     held = data.held_out.values.astype(bool)
     chosen = data.isel(speed=np.flatnonzero(held)) if held.any() else data
     picture, axes = figure(1, 2, height=3.1)
+    unit, factor = shown_unit("m")
     nodes = [f", node {node}" if chosen.sizes["node"] > 1 else "" for node in chosen.node.values]
-    labels = [both_units(w) + node for w in chosen.speed.values for node in nodes]
+    labels = [own_unit(w) + node for w in chosen.speed.values for node in nodes]
     labels = labels if len(labels) <= 24 else [""] * len(labels)
     measured = as_complex(chosen.measured)
     for k, (when, name, colour) in enumerate((("before", "base", BASE), ("after", "extended", EXTENDED))):
         off = np.abs(measured - as_complex(chosen[name]))
-        length = 1e6 * np.sqrt(np.mean(off**2, axis=1)).ravel()
+        length = factor * np.sqrt(np.mean(off**2, axis=1)).ravel()
         sigma = np.sqrt((chosen[f"residual_{when}"] ** 2).mean("harmonic")).values.ravel()
         place = np.arange(len(length)) + 0.38 * (k - 0.5)
         for ax, values in zip(axes[0], (length, sigma), strict=True):
             ax.bar(place, values, 0.36, color=colour, label=f"{name} model")
-    for ax, label in zip(axes[0], ("rms error (µm)", "error (standard deviations)"), strict=True):
+    for ax, label in zip(axes[0], (f"rms error ({unit})", "error (standard deviations)"), strict=True):
         ax.set_yscale("log")
         ax.set_ylim(bottom=0.5 * min(bar.get_height() for bar in ax.patches) or None)
         ax.set_xticks(np.arange(len(labels)), labels, rotation=90 if len(labels) > 4 or len(nodes) > 1 else 0)
         ax.set_ylabel(label)
-        ax.set_xlabel("speed: rad/s (rpm)" + ", node" * (len(nodes) > 1))
+        ax.set_xlabel(f"speed ({units.shown_speed()[0]})" + ", node" * (len(nodes) > 1))
         ax.set_xlim(-0.6, max(len(labels), 4) - 0.4)
         ax.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
         ax.yaxis.set_major_formatter("{x:g}")

@@ -12,6 +12,7 @@ if TYPE_CHECKING:  # importing it takes a second
 
 from rotorstudy.presentation.named_files import files_by_name
 from rotorstudy.store import atomic
+from rotorstudy.units import shown_unit
 
 # Okabe and Ito: distinguishable for colour-blind readers and in grey print
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
@@ -149,7 +150,7 @@ def plot_full_spectrum(
     count: int = 1,
     logarithmic: bool = True,
 ) -> "Axes":
-    """Bars of |R_n| in micrometres over the harmonics.
+    """Bars of |R_n| over the harmonics, in the reader's unit.
 
     Parameters
     ----------
@@ -174,12 +175,12 @@ def plot_full_spectrum(
     """
     if axes is None:
         axes = figure()[1][0, 0]
-    width = 0.8 / count
+    width, (unit, factor) = 0.8 / count, shown_unit("m")
     place = np.asarray(harmonics) + (index - (count - 1) / 2) * width
-    axes.bar(place, np.abs(amplitude) * 1e6, width=width, color=COLOURS[index % len(COLOURS)], label=label)
+    axes.bar(place, np.abs(amplitude) * factor, width=width, color=COLOURS[index % len(COLOURS)], label=label)
     if logarithmic:
         axes.set_yscale("log")
-    axes.set_ylabel("amplitude (µm)")
+    axes.set_ylabel(f"amplitude ({unit})")
     harmonic_axis(axes, harmonics)
     return axes
 
@@ -219,12 +220,13 @@ def phase_lag(vectors):
 
 
 def plot_orbit(signal, axes, *, label=None, index=0, linestyle="-", linewidth=0.9):
-    """Orbit of one node: y over x in micrometres, x pointing down as gravity does; signal (time,) complex, m."""
+    """Orbit of one node: y over x in the reader's unit, x pointing down as gravity does; signal (time,) complex, m."""
+    unit, factor = shown_unit("m")
     style = {"color": COLOURS[index], "linewidth": linewidth, "linestyle": linestyle}
-    axes.plot(signal.imag * 1e6, signal.real * 1e6, label=label, **style)
+    axes.plot(signal.imag * factor, signal.real * factor, label=label, **style)
     axes.set_aspect("equal", adjustable="datalim")
-    axes.set_xlabel("horizontal y (µm)")
-    axes.set_ylabel("vertical x, down (µm)")
+    axes.set_xlabel(f"horizontal y ({unit})")
+    axes.set_ylabel(f"vertical x, down ({unit})")
     if not axes.yaxis_inverted():
         axes.invert_yaxis()
     return axes

@@ -25,7 +25,7 @@ from rotorstudy.response.whirl import (
 from rotorstudy.store import dataset
 from rotorstudy.studies.common import SPEED
 from rotorstudy.studies.growth import growth_over_speed
-from rotorstudy.studies.unbalance_response import finer_speeds, probe_vectors, unbounded, with_unbalance
+from rotorstudy.studies.unbalance_response import NARROWEST, finer_speeds, probe_vectors, unbounded, with_unbalance
 
 log = logging.getLogger(__name__)
 
@@ -64,7 +64,7 @@ class RotorAnalysis(NamedTuple):
 
     data      : xarray.Dataset of whirl, response and growth rate over speed, and of the static deflection
     criticals : list of Critical
-    peaks     : list of ProbePeak
+    peaks     : list of ProbePeak, the resonances; with forces that whirl leaves out, every maximum of the response
     loads     : list of Load, static, of the bearings
     weight    : of the rotor, N
     threshold : lowest speed, rad/s, at which a free motion grows; None if there is none in the range
@@ -136,6 +136,8 @@ def analyse_rotor(model, lowest=None, highest=None, reading=None):
     of_node = {node: response[..., model.structure.index(node)].T for node in model.sensors}
     probes, read = probe_vectors(of_node, reading or model.structure.reading)
     deflection = static_deflection(at_rest, [highest], at_rest.theta).value.reshape(-1)
+    amplitudes = zip(probes, np.abs(read.T), strict=True)
+    found = [ProbePeak(*probe, peak) for probe, one in amplitudes for peak in peaks(fine, one)]
     log.info("stability")
     growing, growth, threshold = growth_over_speed(moving, still, speeds)
     return RotorAnalysis(
@@ -143,11 +145,7 @@ def analyse_rotor(model, lowest=None, highest=None, reading=None):
             model, speeds, fine, damped_modes(still, speeds, MODES), probes, read, (growing, growth), deflection
         ),
         criticals=criticals,
-        peaks=[
-            ProbePeak(*probe, peak if timeless else unbounded(peak, criticals, fine))
-            for probe, one in zip(probes, np.abs(read.T), strict=True)
-            for peak in peaks(fine, one)
-        ],
+        peaks=found if timeless else _resonances(still, found, criticals, fine),
         loads=static_loads(at_rest, deflection, highest),
         weight=float(np.abs(model.structure.static_load @ model.structure.along)),
         threshold=threshold,
@@ -183,6 +181,21 @@ def _critical(still, speed):
     near = np.abs(modes.frequency[0] - speed) < np.nanmin(np.abs(modes.frequency[0] - speed)) + SAME * speed
     nearest = int(np.argmax(np.where(near, modes.direction[0], -np.inf)))  # unbalance drives a forward whirl
     return Critical(float(speed), float(modes.damping_ratio[0, nearest]), float(modes.direction[0, nearest]))
+
+
+def _resonances(still, found, criticals, speeds):
+    """The peaks at which a whirl frequency is the spin speed within its half-power width; others lie between two.
+
+    Between resonances that cancel each other at a speed the response rises and falls, too, without a mode that swings.
+    """
+    found = [one._replace(peak=unbounded(one.peak, criticals, speeds)) for one in found]
+    at = {speed: eigenvalues(still, [speed])[0] for speed in {one.peak.speed for one in found}}
+
+    def swings(speed):
+        width = 2 * np.maximum(np.abs(at[speed].real), NARROWEST * speed)
+        return np.any(np.abs(np.abs(at[speed].imag) - speed) <= width)
+
+    return [one for one in found if swings(one.peak.speed)]
 
 
 def _dataset(model, speeds, fine, modes, probes, read, growth, deflection):

@@ -1,0 +1,281 @@
+"""Cases: a random machine with one effect, its records as measured, and the truth about it."""
+
+from collections import ChainMap
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from rotorstudy.blind.machines import effects
+from rotorstudy.blind.machines.draw import MACHINES, draw_rotor, draw_speeds, draw_unbalance, first_frequency
+from rotorstudy.blind.machines.failures import ADDED, ROTORS
+from rotorstudy.blind.machines.faults import FAMILIES, Draw
+from rotorstudy.blind.machines.film import add_film
+from rotorstudy.blind.machines.forms import FORMS
+from rotorstudy.blind.machines.machine import PointRotor, Rotor, build
+from rotorstudy.blind.machines.measuring import Chain, Probe, record, surface_runout
+from rotorstudy.blind.machines.stepping import NoSteadyState, Steady, steady_state
+
+CHAIN_FAULTS = ("swapped", "reversed", "phase_offset", "delay", "angle_error", "gain", "runout", "unloaded_zero")
+PROBE_FAULTS = ("swapped", "reversed", "angle_error", "gain", "runout")  # at one node
+SHOWN_BY_THE_MEAN = ("preload", "internal_damping")  # the shaft's damping is silent at 1X and shifts the sag sideways
+KNOWN = ChainMap(FAMILIES, FORMS, ADDED)
+RUNOUT = 0.01  # of an ordinary surface over the usual motion
+
+
+@dataclass(frozen=True)
+class Case:
+    """A machine with one effect, as it is and as it was measured.
+
+    Parameters
+    ----------
+    family : str
+        Of `faults.FAMILIES`, `forms.FORMS` or `failures.ADDED`; several joined by "+".
+    rotor : Rotor or PointRotor
+        The true one without the effect.
+    unbalance : dict
+        Node (from 0) to complex moment, kg m.
+    effects : list of dict
+        What was added, where and how large; nodes and elements from 1.
+    steady, healthy : Steady
+        True motion with and without it.
+    alone : list of Steady
+        True motion with each effect alone.
+    sag, zero : ndarray (coordinates,)
+        Rest position of the healthy machine, and where the probes read zero: there, or on the unloaded line.
+    nodes : list of int
+        With probes, from 0.
+    probes : dict
+        Node to its two `Probe`.
+    chain : Chain
+    records : dict
+        See `measuring.record`.
+    picture : dict
+        `rotation` and `gravity_angle_deg` of the rig file's angles.
+    truth : dict
+        All of it in plain numbers.
+    """
+
+    family: str
+    rotor: Rotor | PointRotor
+    unbalance: dict
+    effects: list
+    steady: Steady
+    healthy: Steady
+    alone: list
+    sag: np.ndarray
+    zero: np.ndarray
+    nodes: list
+    probes: dict
+    chain: Chain
+    records: dict
+    picture: dict
+    truth: dict
+
+
+def machine_of(rotor, unbalance, speeds):
+    """The machine of a rotor with its unbalance and weight, at the speeds at which it runs."""
+    machine = build(rotor)
+    for film, linear in zip(rotor.films, rotor.bearings, strict=False):
+        add_film(machine, film, linear, speeds)
+    for node, value in unbalance.items():
+        effects.add_unbalance(machine, node, abs(value), np.angle(value))
+    return machine
+
+
+def measured_nodes(rng, rotor):
+    """Two to four nodes with probes, one at a disc; the only one of a rotor that has no more."""
+    discs = [disc.node for disc in rotor.discs]
+    count = min(int(rng.integers(2, 5)), rotor.nodes)
+    first = int(rng.choice(discs))
+    rest = [node for node in range(rotor.nodes) if node != first]
+    return sorted([first, *(int(node) for node in rng.choice(rest, count - 1, replace=False))])
+
+
+def swing_of(healthy, nodes):
+    """Usual radius of the healthy motion at the nodes with probes, m."""
+    return float(np.median([np.ptp(healthy.displacement[:, :, 4 * node], axis=1).mean() / 2 for node in nodes]))
+
+
+def draw_chain(rng, healthy, nodes, fault=None):
+    """Probes and chain of ordinary quality (gain 0.5 %, angle 0.5 degrees, runout 1 %), with one gross fault if named.
+
+    Returns the probes, the chain and the node with a faulty probe, from 0 (None for faults of the whole chain).
+    """
+    swing = swing_of(healthy, nodes)
+    first = rng.uniform(0, 2 * np.pi)
+    angles = (first, first + np.pi / 2 * rng.choice([-1, 1]) * rng.uniform(0.8, 1.2))
+    wrong, probes = int(rng.choice(nodes)), {}
+    for node in nodes:
+        rough = rng.uniform(0.1, 0.4) if fault == "runout" and node == wrong else RUNOUT
+        runout = surface_runout(rng, angles, swing * rough)
+        more = [{"gain": 1 + 5e-3 * rng.normal(), "angle_error": np.deg2rad(0.5) * rng.normal()} for _ in angles]
+        if node == wrong:
+            at = int(rng.integers(2))
+            if fault == "reversed":
+                more[at]["reversed"] = True
+            if fault == "gain":
+                more[at]["gain"] *= rng.choice([0.8, 1.25])
+            if fault == "angle_error":
+                more[at]["angle_error"] += np.deg2rad(rng.choice([-15, 15]))
+        probes[node] = tuple(
+            Probe(float(angle), runout=profile, **extra)
+            for angle, profile, extra in zip(angles, runout, more, strict=True)
+        )
+    quality = swing * 10 ** rng.uniform(-3.5, -2)
+    slowest, fastest = healthy.speed.min(), healthy.speed.max()
+    chain = Chain(
+        rate=float(128 * fastest / (2 * np.pi)),
+        revolutions=32.0,
+        noise=float(quality),
+        coloured_noise=float(quality * rng.uniform(0, 1)),
+        quantum=float(quality * 0.3),
+        swapped=(wrong,) if fault == "swapped" else (),
+        phase_offset=float(np.deg2rad(rng.choice([-30, 30]))) if fault == "phase_offset" else 0.0,
+        delay=float(0.2 / slowest) if fault == "delay" else 0.0,
+        amplitude_scatter=float(rng.uniform(0, 5e-3)),
+        phase_scatter=float(rng.uniform(0, 5e-3)),
+        jitter=float(rng.uniform(0, 5e-4)),
+        sensor_angle=float(rng.uniform(0, 2 * np.pi)),
+        mark_angle=float(rng.uniform(0, 2 * np.pi)),
+        pulse_width=0.35,
+    )
+    return probes, chain, wrong if fault in PROBE_FAULTS else None
+
+
+def visibility(case_steady, healthy, nodes, orders=range(-3, 4)):
+    """Change of each harmonic by the effect over the healthy 1X, root mean square over speeds and nodes."""
+    base = np.sqrt(np.mean([np.abs(healthy.whirl(node, 1)) ** 2 for node in nodes]))
+    return {
+        str(k): float(
+            np.sqrt(np.mean([np.abs(case_steady.whirl(node, k) - healthy.whirl(node, k)) ** 2 for node in nodes]))
+            / base
+        )
+        for k in orders
+    }
+
+
+def draw_case(
+    seed,
+    family,
+    speeds=8,
+    steps=256,
+    modes=10,
+    chain_fault=None,
+    mass=None,
+    count=None,
+    visible=0.0,
+    tries=20,
+    machine="any",
+    severity=1.0,
+):
+    """A random case.
+
+    Parameters
+    ----------
+    seed : int or numpy.random.Generator
+    family : str
+        Of `faults.FAMILIES`, `forms.FORMS` or `failures.ADDED`; several on one machine joined by "+".
+    speeds : int
+        How many.
+    steps, modes : int
+        Of the integration, see `stepping.steady_state`.
+    chain_fault : str or None
+        Of `CHAIN_FAULTS`.
+    mass, count : float, int or None
+        Of the rotor, see `draw.draw_rotor`.
+    visible : float
+        Least change of some harmonic but 0X by the effect, over the healthy 1X; a case that changes less (a loose foot
+        that the weight holds down, say) is drawn again. Of `SHOWN_BY_THE_MEAN` 0X counts too.
+    tries : int
+        Machines drawn until one moves steadily and shows its effect; then NoSteadyState.
+    machine : str
+        Of `draw.MACHINES` or `failures.ROTORS`; mass and count are for `any` alone.
+    severity : float
+        Times the usual size, of the effects of `forms.FORMS`.
+
+    Returns
+    -------
+    Case
+    """
+    if chain_fault not in (None, *CHAIN_FAULTS):
+        raise ValueError(f"no fault of the chain: {chain_fault}")
+    rng = np.random.default_rng(seed)
+    attempt, steady = -1, None
+    while steady is None:
+        attempt += 1
+        if attempt == tries:
+            raise NoSteadyState(f"none of {tries} machines of {family} moves steadily and shows it")
+        try:
+            rotor = draw_rotor(rng, mass, count) if machine == "any" else (MACHINES | ROTORS)[machine](rng)
+            frequency = first_frequency(rotor)
+            unbalance = draw_unbalance(rng, rotor, frequency)
+            speed = draw_speeds(rng, frequency, speeds)
+            sound = machine_of(rotor, unbalance, speed)
+            healthy = steady_state(sound, speed, steps, modes)
+            whole, added, alone = machine_of(rotor, unbalance, speed), [], []
+            for name in family.split("+"):
+                state = rng.bit_generator.state
+                drawn = Draw(rng, whole, unbalance, healthy, frequency, severity)
+                added.append({"family": name, **KNOWN[name](drawn)})
+                if "+" in family:  # the same draw on a machine of its own
+                    apart, again = machine_of(rotor, unbalance, speed), np.random.default_rng()
+                    again.bit_generator.state = state
+                    KNOWN[name](Draw(again, apart, unbalance, healthy, frequency, severity))
+                    alone.append(steady_state(apart, speed, steps, modes, most=25))
+            found = steady_state(whole, speed, steps, modes, most=25)
+        except NoSteadyState:
+            continue
+        nodes = measured_nodes(rng, rotor)
+        changed = visibility(found, healthy, nodes)
+        if max(change for k, change in changed.items() if k != "0" or family in SHOWN_BY_THE_MEAN) >= visible:
+            steady = found
+    probes, chain, wrong = draw_chain(rng, healthy, nodes, chain_fault)
+    sag = sound.sag()
+    zero = 0 * sag if chain_fault == "unloaded_zero" else sag
+    picture = {
+        "rotation": str(rng.choice(["with_angles", "against_angles"])),
+        "gravity_angle_deg": float(rng.choice([0, 90, 180, 270])),
+    }
+    truth = {
+        "family": family,
+        "effects": added,
+        "harmonics_changed": changed,
+        "chain_fault": chain_fault,
+        "faulty_node": None if wrong is None else wrong + 1,
+        "chain": asdict(chain),
+        "attempt": attempt,
+        "mass_kg": rotor.mass,
+        "first_frequency_rad_per_s": frequency,
+        "machine": machine,
+        "length_m": rotor.length,
+        "speeds_rad_per_s": speed.tolist(),
+        "floquet": steady.multipliers.tolist(),
+        "unbalance": [
+            {"node": node + 1, "moment_kg_m": abs(value), "phase_rad": float(np.angle(value))}
+            for node, value in unbalance.items()
+        ],
+        "youngs_modulus_Pa": rotor.youngs_modulus,
+        "bearings": [
+            {"node": b.node + 1, "stiffness_N_per_m": b.stiffness.tolist(), "damping_N_s_per_m": b.damping.tolist()}
+            for b in rotor.bearings
+        ],
+        "picture": picture,
+    }
+    records = record(rng, steady, nodes, probes, chain, zero)
+    return Case(
+        family,
+        rotor,
+        unbalance,
+        added,
+        steady,
+        healthy,
+        alone or [steady],
+        sag,
+        zero,
+        nodes,
+        probes,
+        chain,
+        records,
+        picture,
+        truth,
+    )

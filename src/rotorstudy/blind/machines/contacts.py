@@ -1,0 +1,178 @@
+"""Effects that depend on the state or on the shaft's angle: each adds a local force with its law.
+
+A law takes the angle, local displacements y and velocities v (speeds, p) and the speeds; it returns the force (speeds,
+p) and its derivatives by y and v. Fixed angles count from x in the sense of the spin, rotating ones from the shaft's
+reference line; rad.
+"""
+
+import numpy as np
+
+from rotorstudy.blind.machines.effects import deformation_stiffness, element_deformation
+from rotorstudy.blind.machines.machine import LocalForce
+
+
+def at(machine, first, count=2):
+    """Selection of `count` neighbouring coordinates."""
+    selection = np.zeros((machine.size, count))
+    selection[range(first, first + count), range(count)] = 1.0
+    return selection
+
+
+class RubLaw:
+    """Contact with a circular stator: F_n = k (r - clearance), friction mu F_n against the slip of the surface.
+
+    Friction is Coulomb's, made smooth over a slip speed (tanh). Source: A. Muszynska, Rotordynamics (2005), chapter 5;
+    F. Chu, Z. Zhang, "Bifurcation and chaos in a rub-impact Jeffcott rotor system", J. Sound Vib. 210 (1998) 1-18.
+    """
+
+    def __init__(self, stiffness, clearance, friction, radius, centre, slip_speed):
+        self.stiffness, self.clearance, self.friction = stiffness, clearance, friction
+        self.radius, self.centre, self.slip_speed = radius, np.asarray(centre), slip_speed
+
+    def slip(self, y, v, speed):
+        """Unit normal, penetration (m, zero without contact) and speed of the surface against the stator, m/s."""
+        away = y - self.centre
+        r = np.maximum(np.hypot(away[:, 0], away[:, 1]), 1e-300)
+        normal = away / r[:, None]
+        tangent = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
+        slip = np.sum(tangent * v, axis=1) + speed * self.radius
+        return normal, tangent, r, np.maximum(r - self.clearance, 0.0), slip
+
+    def __call__(self, angle, y, v, speed):
+        normal, tangent, r, depth, slip = self.slip(y, v, speed)
+        smooth = np.tanh(slip / self.slip_speed)
+        steep = (1 - smooth**2) / self.slip_speed
+        push, touch = self.stiffness * depth, depth > 0
+        share = self.friction * smooth
+        force = -push[:, None] * (normal + share[:, None] * tangent)
+        outer_nn = normal[:, :, None] * normal[:, None]
+        outer_tn = tangent[:, :, None] * normal[:, None]
+        outer_tt = tangent[:, :, None] * tangent[:, None]
+        outer_nt = normal[:, :, None] * tangent[:, None]
+        slope = np.where(touch, self.stiffness, 0.0)[:, None, None]
+        turn = (push / r)[:, None, None]
+        share, grip = share[:, None, None], (push * self.friction * steep)[:, None, None]
+        radial = (np.sum(normal * v, axis=1) / r)[:, None, None]
+        by_y = -slope * (outer_nn + share * outer_tn) - turn * (outer_tt - share * outer_nt) + grip * radial * outer_tt
+        return force, by_y, -grip * outer_tt
+
+
+def add_rub(machine, node, stiffness, clearance, friction, radius, centre=(0.0, 0.0), slip_speed=None):
+    """Rub: a circular stator of `clearance` m about `centre` (m, x and y); stiffness N/m, shaft radius m at the
+    contact.
+    """
+    law = RubLaw(stiffness, clearance, friction, radius, centre, slip_speed or 1e-2 * radius)
+    machine.local.append(LocalForce(at(machine, 4 * node), law, "rub"))
+    return law
+
+
+class OneSidedLaw:
+    """Stiffness lost along a direction n while its displacement is in 0 < n y < gap: force +loss min(max(n y, 0), gap)
+    n.
+    """
+
+    def __init__(self, loss, gap, angle):
+        self.loss, self.gap, self.normal = loss, gap, np.array([np.cos(angle), np.sin(angle)])
+
+    def __call__(self, angle, y, v, speed):
+        w = y @ self.normal
+        force = self.loss * np.clip(w, 0.0, self.gap)[:, None] * self.normal
+        slope = np.where((w > 0) & (w < self.gap), self.loss, 0.0)
+        by_y = slope[:, None, None] * np.outer(self.normal, self.normal)
+        return force, by_y, np.zeros_like(by_y)
+
+
+def add_one_sided_loss(machine, node, loss, angle):
+    """Support that gives way to one side: `loss` N/m less stiffness for displacement towards `angle` (bilinear).
+
+    Source: F. F. Ehrich, "High order subharmonic response of high speed rotors in bearing clearance", J. Vib. Acoust.
+    110 (1988) 9-16.
+    """
+    machine.local.append(LocalForce(at(machine, 4 * node), OneSidedLaw(loss, np.inf, angle), "one-sided loss"))
+
+
+def add_looseness(machine, coordinate, loss, gap, angle):
+    """Looseness: a foot held down lifts towards `angle`; it meets `loss` N/m less stiffness until the bolts hold after
+    `gap` m.
+
+    At the first coordinate of a node (massless foot in series) or of a pedestal. Source: P. Goldman, A. Muszynska,
+    "Analytical and experimental simulation of loose pedestal dynamic effects on a rotating machine vibrational
+    response", ASME DE 35 (1991) 11-17.
+    """
+    machine.local.append(LocalForce(at(machine, coordinate), OneSidedLaw(loss, gap, angle), "looseness"))
+
+
+def add_cubic_bearing(machine, node, cubic):
+    """Bearing stiffer with displacement: force -cubic r² y, cubic in N/m³ (Yamamoto and Ishida (2001), chapter 6)."""
+
+    def law(angle, y, v, speed):
+        square = np.sum(y**2, axis=1)[:, None]
+        by_y = -cubic * (square[:, :, None] * np.eye(2) + 2 * y[:, :, None] * y[:, None])
+        return -cubic * square * y, by_y, np.zeros_like(by_y)
+
+    machine.local.append(LocalForce(at(machine, 4 * node), law, "cubic bearing"))
+
+
+def turned(angle):
+    """Matrix [[cos, sin], [sin, -cos]] of twice the angle: stiffness more along `angle`, less across."""
+    return np.array([[np.cos(2 * angle), np.sin(2 * angle)], [np.sin(2 * angle), -np.cos(2 * angle)]])
+
+
+def add_asymmetry(machine, elements, share, angle=0.0):
+    """Shaft asymmetry: E I of some elements is larger by `share` along the rotating direction `angle`, smaller across.
+
+    Stiffness that turns with the shaft gives 2X under weight (F. M. Dimentberg, Flexural Vibrations of Rotating Shafts
+    (1961)).
+    """
+    for number in elements:
+        part = machine.rotor.elements[number]
+        stiffness = share * deformation_stiffness(part)
+
+        def law(turn, y, v, speed, stiffness=stiffness):
+            matrix = -np.kron(turned(turn + angle), stiffness)
+            by_y = np.broadcast_to(matrix, (len(y), 4, 4))
+            return y @ matrix.T, by_y, np.zeros_like(by_y)
+
+        machine.local.append(LocalForce(element_deformation(part, machine.size, number), law, "asymmetry"))
+
+
+class CouplingLaw:
+    """Coupling to an immovable driver: force K(angle) (offset - y), of lateral displacement and of slopes alike.
+
+    K(angle) = stiffness (1 + share turned(angle)): the part `share` is stiffer along a direction that turns with the
+    shaft, as of a coupling with two pins. `offset` is fixed (misalignment), `run_out` turns with the shaft (a hub bored
+    off its centre).
+    """
+
+    def __init__(self, stiffness, share, offset, run_out):
+        self.stiffness, self.share = stiffness, share
+        self.offset, self.run_out = offset, run_out
+
+    def __call__(self, angle, y, v, speed):
+        offset = self.offset + self.run_out * np.exp(1j * angle)
+        matrix = self.stiffness * (np.eye(2) + self.share * turned(angle))
+        by_y = np.broadcast_to(-matrix, (len(y), 2, 2))
+        return (np.array([offset.real, offset.imag]) - y) @ matrix.T, by_y, np.zeros_like(by_y)
+
+
+def add_parallel_misalignment(machine, node, stiffness, offset, run_out=0.0, share=0.0):
+    """Parallel misalignment: the driver's shaft end is off by `offset` (m, x + j y, fixed) and `run_out` (m, turning).
+
+    Coupling of lateral `stiffness` N/m. Sources: C. B. Gibbons, "Coupling misalignment forces", Proc. 5th
+    Turbomachinery Symposium (1976) 111-116; A. S. Sekhar, B. S. Prabhu, "Effects of coupling misalignment on vibrations
+    of rotating machinery", J. Sound Vib. 185 (1995) 655-671.
+    """
+    law = CouplingLaw(stiffness, share, offset, run_out)
+    machine.local.append(LocalForce(at(machine, 4 * node), law, "parallel misalignment"))
+
+
+def add_angular_misalignment(machine, node, stiffness, tilt, run_out=0.0, share=0.0):
+    """Angular misalignment: the driver's shaft is tilted by slopes `tilt` (rad, dx/dz + j dy/dz, fixed) and `run_out`
+    (turning).
+
+    Coupling of bending `stiffness` N m/rad; sources as for the parallel one.
+    """
+    selection = np.zeros((machine.size, 2))
+    selection[4 * node + 3, 0], selection[4 * node + 2, 1] = 1.0, -1.0
+    law = CouplingLaw(stiffness, share, tilt, run_out)
+    machine.local.append(LocalForce(selection, law, "angular misalignment"))

@@ -1,0 +1,166 @@
+"""Effects that are linear in the fixed frame or imposed: each adds its matrices or forces to a machine.
+
+Angles of rotating things count from the shaft's reference line, of fixed things from x (down) in the sense of the spin;
+in rad.
+"""
+
+import numpy as np
+
+from rotorstudy.blind.machines.beam import plane_matrices
+from rotorstudy.blind.machines.machine import Disc, add_disc, add_internal_damping, shaft_stiffness
+
+
+def add_unbalance(machine, node, moment, angle=0.0):
+    """Unbalance: a mass times eccentricity `moment` (kg m) at a node, force moment W² with the shaft (ISO 21940-11)."""
+    machine.add_rotating(node, moment * np.exp(1j * angle), power=2)
+
+
+def add_couple_unbalance(machine, node, polar_moment, diametral_moment, tilt, angle=0.0):
+    """Couple unbalance: a disc fixed on the shaft with its axis tilted by `tilt` rad towards `angle`.
+
+    Moment (I_d - I_p) W² tilt on the slopes (Genta, Dynamics of Rotating Systems (2005), section 2.6).
+    """
+    value = (diametral_moment - polar_moment) * tilt * np.exp(1j * angle)
+    machine.add_rotating(node, value, power=2, rotations=True)
+
+
+def add_added_mass(machine, node, mass, radius, length, eccentricity=0.0, angle=0.0):
+    """Added mass: deposit or forgotten part, a solid cylinder of `mass` kg, `radius` and `length` m, with weight and
+    inertia.
+
+    Its centre may be off the axis by `eccentricity` (m), which is an unbalance too.
+    """
+    polar, diametral = mass * radius**2 / 2, mass * (3 * radius**2 + length**2) / 12
+    add_disc(machine, Disc(node, mass, polar, diametral))
+    add_unbalance(machine, node, mass * eccentricity, angle)
+
+
+def add_bow(machine, shape):
+    """Shaft bow: the unloaded shaft is bent as `shape`; it pulls with its own stiffness, K_s shape, turning with it.
+
+    Parameters
+    ----------
+    shape : ndarray, (nodes, 2), complex
+        Deflection x + j y (m) and slope dx/dz + j dy/dz (rad) at angle zero. Source: J. C. Nicholas, E. J. Gunter, P.
+        E. Allaire, "Effect of residual shaft bow on unbalance response and balancing of a single mass flexible rotor",
+        J. Eng. Power 98 (1976) 171-181.
+    """
+    vector = np.zeros(machine.size, complex)
+    count = 4 * machine.rotor.nodes
+    vector[0:count:4], vector[1:count:4] = shape[:, 0], -1j * shape[:, 0]
+    vector[3:count:4], vector[2:count:4] = shape[:, 1], 1j * shape[:, 1]
+    machine.add_harmonic(1, 0, shaft_stiffness(machine.rotor, size=machine.size) @ vector)
+
+
+def add_thermal_bow(machine, elements, difference, angle=0.0, expansion=1.2e-5):
+    """Thermal bow: one side of the shaft hotter by `difference` K across its diameter, over some elements.
+
+    The free shaft takes the curvature expansion difference / diameter, convex on the hot side `angle` (B. A. Boley, J.
+    H. Weiner, Theory of Thermal Stresses (1960), chapter 10). Its equivalent load is E I times that curvature, as end
+    moments.
+    """
+    for number in elements:
+        part = machine.rotor.elements[number]
+        curvature = -expansion * difference / part.outer_diameter * np.exp(1j * angle)
+        moment = part.bending_stiffness * curvature
+        machine.add_rotating(number, -moment, rotations=True)
+        machine.add_rotating(number + 1, moment, rotations=True)
+
+
+def add_preload(machine, node, force, angle):
+    """Static preload: a constant force (N) along a fixed direction, as of a belt, a gear or a set of misaligned
+    bearings.
+    """
+    vector = np.zeros(machine.size, complex)
+    vector[4 * node : 4 * node + 2] = force * np.cos(angle), force * np.sin(angle)
+    machine.add_harmonic(0, 0, vector)
+
+
+def along(angle):
+    """Matrix of the projection on a direction."""
+    n = np.array([np.cos(angle), np.sin(angle)])
+    return np.outer(n, n)
+
+
+def add_support_anisotropy(machine, node, loss, angle):
+    """A support softer by `loss` N/m along a direction, both ways (linear)."""
+    machine.at_node(node, -loss * along(angle))
+
+
+def add_seal(machine, node, direct, cross, damping, cross_damping, mass, swirl=0.0):
+    """Annular seal: reaction -F = [K k; -k K] u + [C c; -c C] u' + M u'' (D. Childs, Turbomachinery Rotordynamics
+    (1993), ch. 4).
+
+    `direct`, `cross` in N/m, `damping`, `cross_damping` in N s/m, `mass` in kg; cross stiffness of positive sign drives
+    forward whirl. `cross` is that of a swirl at the inlet, the same at all speeds (gas labyrinths); of the swirl that
+    the turning shaft causes, `swirl` times its speed, k grows with the speed: swirl C W (Black 1969; liquid seals).
+    """
+    turn = np.array([[0.0, 1.0], [-1.0, 0.0]])
+    machine.at_node(node, direct * np.eye(2) + cross * turn)
+    machine.at_node(node, swirl * damping * turn, "circulatory")
+    machine.at_node(node, damping * np.eye(2) + cross_damping * turn, "damping")
+    machine.at_node(node, mass * np.eye(2), "mass")
+
+
+def add_pedestal(machine, bearing, mass, stiffness, damping):
+    """Pedestal: a mass (kg) between a bearing and the ground, on stiffness and damping 2x2 (N/m, N s/m).
+
+    The bearing then works between shaft and pedestal (E. Kramer, Dynamics of Rotors and Foundations (1993), chapter
+    12). Returns the pedestal's first coordinate; a weight of its own only shifts it and is left out.
+    """
+    part = machine.rotor.bearings[bearing]
+    first = machine.add_dofs(2)
+    shaft, ground = slice(4 * part.node, 4 * part.node + 2), slice(first, first + 2)
+    for name, matrix, foot in (("stiffness", part.stiffness, stiffness), ("damping", part.damping, damping)):
+        total = getattr(machine, name)
+        total[shaft, ground] -= matrix
+        total[ground, shaft] -= matrix
+        total[ground, ground] += matrix + foot
+    machine.mass[ground, ground] += mass * np.eye(2)
+    return first
+
+
+def add_internal_damping_change(machine, change, elements=None):
+    """Internal damping changed by `change` s (over stiffness) in some elements (default: all); rotating, see
+    `machine`.
+    """
+    count = len(machine.rotor.elements)
+    chosen = range(count) if elements is None else elements
+    weights = [change if number in chosen else 0.0 for number in range(count)]
+    rows = 4 * machine.rotor.nodes
+    if machine.size != rows:
+        raise ValueError("add it before coordinates of pedestals")
+    add_internal_damping(machine, weights)
+
+
+def add_external_damping_change(machine, node, change):
+    """External damping changed by `change` N s/m at a node, in the fixed frame."""
+    machine.at_node(node, change * np.eye(2), "damping")
+
+
+def bow_by_kink(rotor, element, kink):
+    """Shape of a shaft with one kink (rad, complex) at the end of an element, straight and zero at the first and last
+    bearing.
+    """
+    z = rotor.positions
+    deflection = np.where(z > z[element + 1], kink * (z - z[element + 1]), 0.0 * kink)
+    slope = np.where(np.arange(rotor.nodes) > element + 1, kink, 0.0 * kink)
+    first, last = rotor.bearings[0].node, rotor.bearings[-1].node
+    tilt = (deflection[last] - deflection[first]) / (z[last] - z[first])
+    return np.stack([deflection - deflection[first] - tilt * (z - z[first]), slope - tilt], axis=1)
+
+
+def element_deformation(element, size, number):
+    """Selection (size, 4) of an element's rotations against its chord, ends 1 and 2, in x (first two) and in y."""
+    length = element.length
+    plane = np.array([[1 / length, 1.0, -1 / length, 0.0], [1 / length, 0.0, -1 / length, 1.0]]).T
+    full = np.zeros((size, 4))
+    full[4 * number + np.array([0, 3, 4, 7]), :2] = plane
+    full[4 * number + np.array([1, 2, 5, 6]), 2:] = plane * np.array([1, -1, 1, -1])[:, None]
+    return full
+
+
+def deformation_stiffness(element):
+    """Stiffness 2x2 of an element's end rotations against its chord, N m."""
+    stiffness = plane_matrices(element)[0]
+    return stiffness[np.ix_([1, 3], [1, 3])]

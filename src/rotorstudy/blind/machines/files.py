@@ -1,0 +1,267 @@
+"""A case on disk: the record (NetCDF), the rig file of the nominal machine, and the truth apart."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from rotorstudy.blind.machines.cases import RUNOUT, swing_of
+from rotorstudy.blind.machines.machine import GRAVITY
+
+FILM = 2.5  # error of clearance and viscosity over that of the coefficients of a bearing: 5 %
+
+
+def text(value):
+    """YAML of numbers, strings, lists and dicts on one line; the exponent signed and a point before it."""
+    if isinstance(value, dict):
+        named = ((json.dumps(key) if "[" in key else key, item) for key, item in value.items())
+        return "{" + ", ".join(f"{key}: {text(item)}" for key, item in named) + "}"
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(text(item) for item in value) + "]"
+    if isinstance(value, (bool, np.bool_)):
+        return str(bool(value)).lower()
+    if isinstance(value, (int, np.integer)):
+        return str(int(value))
+    if isinstance(value, (float, np.floating)):
+        return f"{float(value):.9e}"
+    return json.dumps(value)
+
+
+def page(sections):
+    """YAML of sections: dicts a key a line, lists of dicts an item a line."""
+    lines = []
+    for name, value in sections.items():
+        if isinstance(value, dict):
+            lines.append(f"{name}:")
+            lines += [f"  {key}: {text(item)}" for key, item in value.items()]
+        elif isinstance(value, list) and value and isinstance(value[0], dict):
+            lines.append(f"{name}:")
+            lines += [f"  - {text(item)}" for item in value]
+        else:
+            lines.append(f"{name}: {text(value)}")
+    return "\n".join(lines) + "\n"
+
+
+def stretches(elements):
+    """Neighbouring equal elements together: length of the stretch, count, diameter."""
+    groups = []
+    for element in elements:
+        if groups and groups[-1][0] == element:
+            groups[-1][1] += 1
+        else:
+            groups.append([element, 1])
+    return [
+        {"length_m": element.length * count, "count": count, "outer_diameter_m": element.outer_diameter}
+        for element, count in groups
+    ]
+
+
+def linear_bearing(rng, bearing, error):
+    """A bearing as the rig file has it, each coefficient off by the relative `error`."""
+    k = bearing.stiffness * (1 + error * rng.normal(size=(2, 2)))
+    c = bearing.damping * (1 + error * rng.normal(size=(2, 2)))
+    full = bool(bearing.stiffness[0, 1] or bearing.stiffness[1, 0] or bearing.damping[0, 1] or bearing.damping[1, 0])
+    pairs = [(0, 0), (0, 1), (1, 0), (1, 1)] if full else [(0, 0), (1, 1)]
+    where = {"kind": "linear", "node": bearing.node + 1, "label": f"node {bearing.node + 1}"}
+    where["coefficients"] = "full" if full else "anisotropic"
+    stiffness = {f"bearing_stiffness_{'xy'[i]}{'xy'[j]}_N_per_m": k[i, j] for i, j in pairs}
+    return where | stiffness | {f"bearing_damping_{'xy'[i]}{'xy'[j]}_N_s_per_m": c[i, j] for i, j in pairs}
+
+
+def film_bearing(rng, film, error):
+    """An oil film as the rig file has it: clearance and viscosity off by the relative `error`."""
+    clearance, viscosity = np.array([film.clearance, film.viscosity]) * (1 + error * rng.normal(size=2))
+    where = {"kind": "short_journal", "node": film.node + 1, "label": f"node {film.node + 1}", "load_N": film.load}
+    where |= {"diameter_m": film.diameter, "length_m": film.length}
+    return where | {"radial_clearance_m": clearance, "viscosity_Pa_s": viscosity}
+
+
+def bearings_section(rng, rotor, error):
+    """The nominal bearings."""
+    if rotor.films:
+        return [film_bearing(rng, film, FILM * error) for film in rotor.films]
+    return [linear_bearing(rng, bearing, error) for bearing in rotor.bearings]
+
+
+def point_rotor_section(rng, rotor, error):
+    """The nominal rotor of one disc on a massless shaft."""
+    stiffer, disc = 1 + error * rng.normal(), rotor.disc
+    if rotor.first == rotor.second:
+        stiffness = rotor.plane_stiffness[0, 0] * stiffer
+        kind = {"kind": "jeffcott", "mass_kg": disc.mass, "stiffness_N_per_m": stiffness}
+    else:
+        kind = {"kind": "offset_disc", "mass_kg": disc.mass, "polar_moment_kg_m2": disc.polar_moment}
+        kind |= {"diametral_moment_kg_m2": disc.diametral_moment, "a_m": rotor.first, "b_m": rotor.second}
+        kind |= {"diameter_m": rotor.diameter, "youngs_modulus_Pa": rotor.youngs_modulus * stiffer}
+    return kind | {"gravity_m_per_s2": GRAVITY}
+
+
+def rotor_section(rng, rotor, error):
+    """The nominal rotor; the shear theory is the format's default and is left out."""
+    if not rotor.elements:
+        return point_rotor_section(rng, rotor, error)
+    first = rotor.elements[0]
+    section = {
+        "kind": "finite_element",
+        "elements": stretches(rotor.elements),
+        "outer_diameter_m": first.outer_diameter,
+        "youngs_modulus_Pa": first.youngs_modulus * (1 + error * rng.normal()),
+        "density_kg_per_m3": first.density,
+        "gravity_m_per_s2": GRAVITY,
+    }
+    if first.theory == "euler_bernoulli":
+        section["theory"] = "euler_bernoulli"
+    section["discs"] = [
+        {
+            "node": disc.node + 1,
+            "mass_kg": disc.mass,
+            "polar_moment_kg_m2": disc.polar_moment,
+            "diametral_moment_kg_m2": disc.diametral_moment,
+        }
+        for disc in rotor.discs
+    ]
+    return section
+
+
+def effects_section(rng, case, error):
+    """Nominal damping and unbalance; the unbalance is known to `error` in amplitude and phase."""
+    rotor, point = case.rotor, not case.rotor.elements
+    if point:
+        listed = [{"kind": "internal_damping", "internal_damping_N_s_per_m": rotor.internal}]
+    else:
+        listed = [{"kind": "shaft_damping", "shaft_damping_s": rotor.elements[0].internal_damping}]
+    for disc in rotor.discs:
+        label = {"label": f"disc {disc.node + 1}"}
+        damping = rotor.external if point else rotor.external_damping[disc.node]
+        damped = {"kind": "external_damping", "node": disc.node + 1} | label
+        listed.append(damped | {"external_damping_N_s_per_m": damping})
+        value = case.unbalance[disc.node] * (1 + error * (rng.normal() + 1j * rng.normal()))
+        entry = {"kind": "unbalance", "node": disc.node + 1} | label | {"mass_kg": disc.mass}
+        entry["eccentricity_m"], entry["eccentricity_phase_rad"] = abs(value) / disc.mass, float(np.angle(value))
+        listed.append(entry)
+    return listed
+
+
+def picture_angle(case, angle, direction=True):
+    """Degrees in the picture of the rig file, of a direction in the model or of an angle from the reference line."""
+    sign = 1 if case.picture["rotation"] == "with_angles" else -1
+    start = case.picture["gravity_angle_deg"] if direction else 0.0
+    return float(np.mod(start + sign * np.rad2deg(angle) + 180.0, 360.0) - 180.0)
+
+
+def measurement_section(case, harmonics):
+    """Probes, keyphasor and picture, as meant: no errors of gain or angle in it."""
+    pair = case.probes[case.nodes[0]]
+    wanted = {} if harmonics is None else {"harmonics": [int(k) for k in harmonics]}
+    return (
+        case.picture
+        | wanted
+        | {
+            "probes": [
+                {"channel": name, "angle_deg": picture_angle(case, probe.angle)}
+                for name, probe in zip("ab", pair, strict=True)
+            ],
+            "keyphasor": {
+                "channel": "keyphasor",
+                "sensor_angle_deg": picture_angle(case, case.chain.sensor_angle),
+                "mark_angle_deg": picture_angle(case, case.chain.mark_angle, direction=False),
+            },
+        }
+    )
+
+
+def diagnosis_section(case, modulus_error, bearing_error, unbalance_error):
+    """What the user knows of the accuracy: standard deviations of rig and probes, repeatability, usual runout.
+
+    A cross coefficient that the rig has as zero is held; a change of it would be an effect of its own.
+    """
+    chain = case.chain
+    rotor, modulus = case.rotor, "youngs_modulus_Pa"
+    if not rotor.elements and rotor.first == rotor.second:
+        modulus = "stiffness_N_per_m"
+    relative = {f"bearing_stiffness_{part}": bearing_error for part in ("xx", "xy", "yx", "yy")}
+    relative |= {f"bearing_damping_{part}": bearing_error for part in ("xx", "yy")}
+    relative |= {"eccentricity": unbalance_error * 2**0.5, "default": 0.1}
+    relative |= {"rotor": 0.0, f"rotor.{modulus}": modulus_error}
+    if not rotor.bearings or rotor.films:
+        relative = {name: share for name, share in relative.items() if not name.startswith("bearing_")}
+        for film in rotor.films:
+            parts = ("radial_clearance_m", "viscosity_Pa_s")
+            relative |= {f"bearings[node {film.node + 1}].{part}": FILM * bearing_error for part in parts}
+        relative |= {"bearing_scale": 0.0} if rotor.films else {}
+    elif any(bearing.stiffness[0, 1] for bearing in case.rotor.bearings):
+        relative |= {"bearing_damping_xy": 0.0, "bearing_damping_yx": 0.0}
+    else:
+        relative = {name: share for name, share in relative.items() if not name.endswith(("xy", "yx"))}
+    repeatability = float(np.hypot(chain.amplitude_scatter, chain.phase_scatter))
+    return {
+        "uncertainty": relative,
+        "nuisance": {
+            "probe_gain": 5e-3,
+            "probe_angle": float(np.deg2rad(0.5) * 2**0.5),  # between two probes
+            "phase_reference": 5e-3,
+            "runout": RUNOUT * swing_of(case.healthy, case.nodes),
+        },
+        "model_error": max(repeatability, 1e-3),
+    }
+
+
+def dataset(case):
+    """The records: displacement (speed, node, direction, time) in m, keyphasor (speed, time) in V."""
+    names = ("speed", "node", "direction", "time")
+    data = xr.Dataset(
+        {
+            "displacement": (names, case.records["displacement"], {"units": "m"}),
+            "keyphasor": (("speed", "time"), case.records["keyphasor"], {"units": "V"}),
+        },
+        {
+            "speed": ("speed", case.records["speed"], {"units": "rad/s"}),
+            "node": ("node", np.array(case.nodes) + 1, {"units": "1"}),
+            "direction": ("direction", ["a", "b"]),
+            "time": ("time", case.records["time"], {"units": "s"}),
+        },
+    )
+    data.attrs["title"] = "Simulated vibration record"
+    return data
+
+
+def rig_of(case, modulus_error=0.005, bearing_error=0.02, unbalance_error=0.05, seed=0, harmonics=None):
+    """The rig file of the nominal machine as a dict; see `write_case`."""
+    rng = np.random.default_rng(seed)
+    return {
+        "rotor": rotor_section(rng, case.rotor, modulus_error),
+        "bearings": bearings_section(rng, case.rotor, bearing_error),
+        "effects": effects_section(rng, case, unbalance_error),
+        "sensors": [node + 1 for node in case.nodes],
+        "measurement": measurement_section(case, harmonics),
+        "diagnosis": diagnosis_section(case, modulus_error, bearing_error, unbalance_error),
+    }
+
+
+def write_case(case, folder, modulus_error=0.005, bearing_error=0.02, unbalance_error=0.05, seed=0, harmonics=None):
+    """Write `record.nc`, `rig.yaml` of the nominal machine and `truth.json`.
+
+    Parameters
+    ----------
+    case : Case
+    folder : path
+    modulus_error, bearing_error, unbalance_error : float
+        Relative standard deviations of the nominal numbers about the true ones.
+    seed : int
+        Of those errors.
+    harmonics : sequence of int or None
+        To be read; None: those of the format's default.
+
+    Returns
+    -------
+    pathlib.Path
+        The folder.
+    """
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    rig = rig_of(case, modulus_error, bearing_error, unbalance_error, seed, harmonics)
+    (folder / "rig.yaml").write_text(page(rig), encoding="utf-8")
+    (folder / "truth.json").write_text(json.dumps(case.truth, indent=1), encoding="utf-8")
+    dataset(case).to_netcdf(folder / "record.nc", encoding={"displacement": {"dtype": "float32"}})
+    return folder

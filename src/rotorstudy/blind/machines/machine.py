@@ -1,0 +1,307 @@
+"""The machine: matrices of a rotor on its bearings, and the forces on it, to which effects add.
+
+M u'' + (C + W G) u' + (K + W H) u = constant + rotating + local forces, W the speed in rad/s. Source of the equations:
+Genta, Dynamics of Rotating Systems (2005), chapters 4 to 6; internal damping: Genta section 4.4 and Kramer, Dynamics of
+Rotors (1993).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from rotorstudy.blind.machines.beam import both_planes, gyroscopic_planes, plane_matrices, quarter_turn
+
+GRAVITY = 9.80665  # m/s²
+
+
+@dataclass(frozen=True)
+class Disc:
+    """A rigid disc: mass (kg), polar and diametral moment of inertia (kg m²)."""
+
+    node: int
+    mass: float
+    polar_moment: float
+    diametral_moment: float
+
+
+@dataclass(frozen=True)
+class Bearing:
+    """A linear bearing: stiffness (N/m) and damping (N s/m), each 2x2 in x and y."""
+
+    node: int
+    stiffness: np.ndarray
+    damping: np.ndarray
+
+
+@dataclass(frozen=True)
+class Rotor:
+    """A shaft of elements in a row, its discs and bearings; external damping (N s/m) of x and y at every node.
+
+    `films` (`film.Film`) carry the shaft beyond what the bearings at their nodes do for small motion at one speed.
+    """
+
+    elements: tuple
+    discs: tuple
+    bearings: tuple
+    external_damping: tuple = ()
+    films: tuple = ()
+
+    @property
+    def nodes(self):
+        return len(self.elements) + 1
+
+    @property
+    def positions(self):
+        """Of the nodes along the shaft, m."""
+        return np.concatenate([[0.0], np.cumsum([element.length for element in self.elements])])
+
+    @property
+    def length(self):
+        """In m."""
+        return float(self.positions[-1])
+
+    @property
+    def diameter(self):
+        """Of its first element, m."""
+        return self.elements[0].outer_diameter
+
+    @property
+    def youngs_modulus(self):
+        """In Pa."""
+        return self.elements[0].youngs_modulus
+
+    @property
+    def mass(self):
+        """Of shaft and discs, kg."""
+        return sum(element.mass for element in self.elements) + sum(disc.mass for disc in self.discs)
+
+
+@dataclass(frozen=True)
+class PointRotor:
+    """One disc on a massless shaft between rigid bearings, at `first` m from one and `second` m from the other.
+
+    Its one node has x, y, a, b as any other. A disc in the middle does not tilt: the rotor of Jeffcott (1919).
+    External and internal damping (N s/m) act on x and y of the disc, the internal one in the rotating frame.
+    """
+
+    first: float
+    second: float
+    diameter: float
+    youngs_modulus: float
+    disc: Disc
+    external: float
+    internal: float
+    poissons_ratio: float = 0.3
+
+    nodes, elements, bearings, films = 1, (), (), ()
+
+    @property
+    def discs(self):
+        return (self.disc,)
+
+    @property
+    def positions(self):
+        return np.array([self.first])
+
+    @property
+    def length(self):
+        return self.first + self.second
+
+    @property
+    def mass(self):
+        return self.disc.mass
+
+    @property
+    def plane_stiffness(self):
+        """Stiffness 2x2 of deflection and slope in one plane, by the beam of Euler and Bernoulli."""
+        a, b = self.first, self.second
+        rigidity = 3 * self.youngs_modulus * np.pi / 64 * self.diameter**4
+        cross = rigidity * (a**2 - b**2) / (a * b) ** 2
+        return np.array([[rigidity * (a**3 + b**3) / (a * b) ** 3, cross], [cross, rigidity * (a + b) / (a * b)]])
+
+    @property
+    def both_planes(self):
+        """The same 4x4 of x, y, a, b."""
+        k = self.plane_stiffness
+        full = np.zeros((4, 4))
+        full[np.ix_([0, 3], [0, 3])] = k
+        full[np.ix_([1, 2], [1, 2])] = k * [[1, -1], [-1, 1]]
+        return full
+
+    def hinge(self, position):
+        """Selection (4, 2) of the moments at a kink of the shaft at a position (m), and its stiffness, N m/rad."""
+        length, a = self.length, self.first
+        kink = np.array([-(length - position) * a, -(length - position)]) / length
+        if position < a:
+            kink = np.array([-position * (length - a), position]) / length
+        if position == a:  # at the disc, which tilts by the mean of both sides
+            kink = np.array([-a * self.second, (a - self.second) / 2]) / length
+        moment = self.plane_stiffness @ kink
+        selection = np.zeros((4, 2))
+        selection[[0, 3], 0], selection[[1, 2], 1] = moment, moment * [1, -1]
+        return selection, float(kink @ moment)
+
+    def build(self, gravity):
+        """Its machine."""
+        zeros = [np.zeros((4, 4)) for _ in range(5)]
+        machine = Machine(self, *zeros)
+        add_disc(machine, self.disc, gravity)
+        machine.stiffness += self.both_planes
+        machine.at_node(0, (self.external + self.internal) * np.eye(2), "damping")
+        machine.at_node(0, self.internal * np.array([[0.0, 1.0], [-1.0, 0.0]]), "circulatory")
+        tilt = 0.01 * np.sqrt(self.plane_stiffness[1, 1] * self.disc.diametral_moment)  # in the middle it never moves
+        machine.damping[2:, 2:] += tilt * np.eye(2) * (self.first == self.second)
+        return machine
+
+
+@dataclass(frozen=True)
+class LocalForce:
+    """A force that depends on the state, on few coordinates.
+
+    Parameters
+    ----------
+    selection : ndarray, (degrees of freedom, p)
+        Local coordinates are y = selection.T u; the law's forces act as selection f.
+    law : callable
+        `law(angle, y, v, speed)`, y and v = dy/dt of shape (speeds, p): force (speeds, p) and its derivatives by y and
+        by v (speeds, p, p).
+    name : str
+    """
+
+    selection: np.ndarray
+    law: Callable
+    name: str
+
+
+@dataclass
+class Machine:
+    """Matrices and forces of a machine; the functions of `effects` and `crack` add to it.
+
+    `harmonic[(k, power)]` is a complex vector F: a force Re(F exp(j k angle)) times speed**power.
+    """
+
+    rotor: Rotor
+    mass: np.ndarray
+    damping: np.ndarray
+    gyroscopic: np.ndarray
+    stiffness: np.ndarray
+    circulatory: np.ndarray
+    harmonic: dict = field(default_factory=dict)
+    local: list = field(default_factory=list)
+
+    @property
+    def size(self):
+        return len(self.mass)
+
+    def add_harmonic(self, k, power, vector):
+        """Add a force Re(vector exp(j k angle)) speed**power."""
+        zero = np.zeros(self.size, complex)
+        self.harmonic[k, power] = self.harmonic.get((k, power), zero) + vector
+
+    def add_rotating(self, node, value, power=0, rotations=False):
+        """Add a force (or moment of the slopes) that turns with the shaft.
+
+        Parameters
+        ----------
+        value : complex
+            Fx + j Fy at angle zero, N (N/(rad/s)**power); with `rotations` the moment on the slopes dx/dz + j dy/dz, N
+            m.
+        """
+        vector = np.zeros(self.size, complex)
+        if rotations:
+            vector[4 * node + 3], vector[4 * node + 2] = value, 1j * value  # of slopes b and -a
+        else:
+            vector[4 * node], vector[4 * node + 1] = value, -1j * value
+        self.add_harmonic(1, power, vector)
+
+    def add_dofs(self, count):
+        """Append coordinates without mass or stiffness; returns the first one's number."""
+        first = self.size
+        for name in ("mass", "damping", "gyroscopic", "stiffness", "circulatory"):
+            setattr(self, name, np.pad(getattr(self, name), (0, count)))
+        self.harmonic = {key: np.pad(value, (0, count)) for key, value in self.harmonic.items()}
+        self.local = [
+            LocalForce(np.pad(force.selection, ((0, count), (0, 0))), force.law, force.name) for force in self.local
+        ]
+        return first
+
+    def at_node(self, node, matrix, name="stiffness"):
+        """Add a 2x2 matrix of x and y at a node to `stiffness`, `damping`, `mass` or `circulatory`."""
+        block = slice(4 * node, 4 * node + 2)
+        getattr(self, name)[block, block] += matrix
+
+    def sag(self):
+        """Static coordinates (degrees of freedom,) at rest under the constant forces, m and rad."""
+        return np.linalg.solve(self.stiffness, self.harmonic[0, 0].real)
+
+    def linear(self, speed):
+        """M, C + W G and K + W H at a speed in rad/s."""
+        return self.mass, self.damping + speed * self.gyroscopic, self.stiffness + speed * self.circulatory
+
+
+def shaft_stiffness(rotor, weights=None, size=None):
+    """Stiffness of the shaft alone, each element's times its weight (default 1)."""
+    total = np.zeros((size or 4 * rotor.nodes,) * 2)
+    for number, element in enumerate(rotor.elements):
+        part = slice(4 * number, 4 * number + 8)
+        weight = 1.0 if weights is None else weights[number]
+        total[part, part] += weight * both_planes(plane_matrices(element)[0])
+    return total
+
+
+def add_internal_damping(machine, weights):
+    """Damping of the material, W_i K_i (u' - W J u) of every element i: viscous in the rotating frame.
+
+    In the fixed frame it is a damping and a circulatory, skew-symmetric stiffness that grows with speed.
+
+    Parameters
+    ----------
+    weights : sequence of float
+        Damping over stiffness of each element, s.
+    """
+    rotor, count = machine.rotor, 4 * machine.rotor.nodes
+    matrix = shaft_stiffness(rotor, weights)
+    machine.damping[:count, :count] += matrix
+    machine.circulatory[:count, :count] -= matrix @ quarter_turn(rotor.nodes)
+
+
+def build(rotor, gravity=GRAVITY):
+    """The machine of a rotor on its bearings, with internal and external damping and its weight along x."""
+    if isinstance(rotor, PointRotor):
+        return rotor.build(gravity)
+    size = 4 * rotor.nodes
+    zeros = [np.zeros((size, size)) for _ in range(5)]
+    machine = Machine(rotor, *zeros)
+    weight = np.zeros(size, complex)
+    for number, element in enumerate(rotor.elements):
+        part = slice(4 * number, 4 * number + 8)
+        stiffness, translation, rotation, load = plane_matrices(element)
+        machine.stiffness[part, part] += both_planes(stiffness)
+        machine.mass[part, part] += both_planes(translation + rotation)
+        machine.gyroscopic[part, part] += gyroscopic_planes(2 * rotation)
+        weight[4 * number + np.array([0, 3, 4, 7])] += load * element.density * element.area * gravity
+    machine.add_harmonic(0, 0, weight)
+    add_internal_damping(machine, [element.internal_damping for element in rotor.elements])
+    for disc in rotor.discs:
+        add_disc(machine, disc, gravity)
+    for bearing in rotor.bearings:
+        machine.at_node(bearing.node, bearing.stiffness)
+        machine.at_node(bearing.node, bearing.damping, "damping")
+    for node, value in enumerate(rotor.external_damping):
+        machine.at_node(node, value * np.eye(2), "damping")
+    return machine
+
+
+def add_disc(machine, disc, gravity=GRAVITY):
+    """Add a rigid disc with its gyroscopic moment and its weight.
+
+    About x: I_d a'' + I_p W b' = M_x; about y: I_d b'' - I_p W a' = M_y (rate of change of the angular momentum).
+    """
+    first = 4 * disc.node
+    machine.mass[range(first, first + 4), range(first, first + 4)] += [disc.mass] * 2 + [disc.diametral_moment] * 2
+    machine.gyroscopic[first + 2, first + 3] += disc.polar_moment
+    machine.gyroscopic[first + 3, first + 2] -= disc.polar_moment
+    weight = np.zeros(machine.size, complex)
+    weight[first] = disc.mass * gravity
+    machine.add_harmonic(0, 0, weight)

@@ -1,0 +1,274 @@
+"""Text files of columns: their layout, stated or guessed, and rows that are all as wide as the header."""
+
+import codecs
+import csv
+import json
+import re
+import warnings
+from array import array
+from itertools import islice
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.measurement.conventions import WHITESPACE, CsvLayout
+
+LINES = 400  # read for a guess
+FIRST = 1 << 16  # bytes, of which one at least is no space
+ROWS = 3  # at least of data
+SEPARATORS = (";", "\t", ",", WHITESPACE[0])
+COMMENTS = ("#", "%", "//")  # at the start of lines between the rows
+MISSING = {"", "nan", "-nan", "na", "n/a", "n.a.", "#n/a", "#na", "<na>", "null", "none", "-", "--", "---"}
+MISSING |= {"1.#ind", "-1.#ind", "1.#qnan", "-1.#qnan"}  # instead of a reading, in lower case
+UNIT = re.compile(
+    r"\W*(s|sec|ms|us|um|µm|μm|mm|mils?|m|v|mv|rpm|hz|rad|rad/s|deg|degrees?|°|g|mm/s|in/s|ips|m/s2?|-|1)?"
+    r"\W*(p-?p|pk|pk-?pk|0-pk?|peak|peak.to.peak|rms|lag|lead)?\W*"
+)
+
+
+class Layout(NamedTuple):
+    """How a text file is written: its CsvLayout, names (column,) of the header, units (column,) the text below it."""
+
+    csv: CsvLayout
+    names: list[str]
+    units: list[str]
+
+
+def guess_layout(path):
+    """The Layout of a text file with one row of names and rows of numbers below it.
+
+    Parameters
+    ----------
+    path : path
+
+    Returns
+    -------
+    Layout
+
+    Raises
+    ------
+    RotorstudyError
+        If there is no such file, or no table of numbers below a row of names.
+    """
+    with _opened(path) as file:
+        lines = list(islice(file, LINES))
+    ways = [(separator, decimal) for separator in SEPARATORS for decimal in (".", ",")]
+    (_, rows), separator, decimal = max(((_table(lines, *way), *way) for way in ways), key=lambda found: found[0][0])
+    if len(rows) < ROWS or rows[0] == 0:
+        raise RotorstudyError(
+            f"{path}: no table of numbers below a row of names in its first {LINES} lines; it needs a header and "
+            f"{ROWS} rows"
+        )
+    first = cells_in(lines[rows[0]], separator)
+    narrowest, widest = len(_trimmed(first)), len(first)
+    above = {i: _names(lines[i], separator) for i in range(rows[0]) if lines[i].strip()}
+    named = [i for i, cells in above.items() if narrowest <= len(cells) <= widest]
+    last = max((i for i in above if i in named or not lines[i].lstrip().startswith(COMMENTS)), default=None)
+    if last not in named:
+        width = len(above.get(last, ()))
+        raise RotorstudyError(
+            f"{path}, line {rows[0] + 1}: the row has {narrowest} cells, and the line above it names {width} columns; "
+            "each column needs a name"
+        )
+    header = last
+    while header - 1 in named and _is_units(above[header]):
+        header -= 1
+    stated = CsvLayout(separator=separator, decimal=decimal, skip_rows=header, unit_rows=rows[0] - header - 1)
+    names, units, _ = header_of(path, stated)
+    return Layout(stated, names, units)
+
+
+def layout_hint(path, stated):
+    """'; it looks like csv: {separator: ";"}' if a text file looks otherwise than its CsvLayout states, else ''."""
+    try:
+        found = guess_layout(path).csv
+    except RotorstudyError:
+        return ""
+    other = found.model_dump(exclude_defaults=True)
+    return f"; the file looks like 'csv: {json.dumps(other)}' in 'measurement:'" if found != stated else ""
+
+
+def header_of(path, layout):
+    """Names of the columns, the text of the row of units below each, and the number of lines above the numbers.
+
+    raises : RotorstudyError for an empty file
+    """
+    names, units = None, []
+    with _opened(path) as file:
+        for above, line in enumerate(file, start=1):
+            cells = _names(line, layout.separator)
+            if names is None and above > layout.skip_rows and cells:
+                names, numbers = cells, above + layout.unit_rows
+            elif names is not None and above <= numbers:
+                units = units or cells
+            if names is not None and above >= numbers:
+                break
+    if names is None:
+        raise RotorstudyError(f"{path}: no header from line {layout.skip_rows + 1} on; check 'csv: skip_rows'")
+    names = [name or f"Unnamed: {i}" for i, name in enumerate(names)]
+    names = [f"{name}.{names[:i].count(name)}" if name in names[:i] else name for i, name in enumerate(names)]
+    return names, [*units, *[""] * len(names)][: len(names)], numbers
+
+
+def rows_of(path, layout):
+    """(number of the line, cells) of each row: as many cells as the header has names, and further ones only if empty.
+
+    Blank lines and comments between the rows are left out; RotorstudyError for a row of another width.
+    """
+    names, _, above = header_of(path, layout)
+    with _opened(path) as file:
+        for number, line in enumerate(islice(file, above, None), start=above + 1):
+            cells = cells_in(line, layout.separator)
+            cells = cells if len(cells) == len(names) or any(cells[len(names) :]) else cells[: len(names)]
+            if not any(cells) or cells[0].startswith(COMMENTS):
+                continue
+            if len(cells) != len(names) or "\0" in line or ('"' in line and line.count('"') % 2):
+                wrong = f"{len(cells)} cells, and the header names {len(names)} columns"
+                wrong = wrong if len(cells) != len(names) else "a quote that is not closed, or a NUL"
+                cure = f"correct the line, or check 'csv:' in the rig file{layout_hint(path, layout)}"
+                cure = cure if next(file, None) else "the file is cut off: remove its last line"
+                raise RotorstudyError(f"{path}, line {number}: {wrong}; {cure}")
+            yield number, cells
+
+
+def numbers_in(path, layout):
+    """(row, column) numbers of a text file, NaN for missing readings; {column: (line, cell) of its first text}."""
+    names, _, above = header_of(path, layout)
+    if layout.decimal == ".":  # numpy reads a table without gaps several times faster, and refuses any other
+        separator = None if layout.separator in WHITESPACE else layout.separator
+        with _opened(path) as file, warnings.catch_warnings(action="error"):
+            try:
+                found = np.loadtxt(
+                    islice(file, above, None), comments=None, delimiter=separator, quotechar='"', ndmin=2
+                )
+            except (ValueError, UserWarning):  # a warning for a table without rows
+                found = np.zeros((0, 0))
+        if found.shape[1] == len(names):
+            return found, {}
+    values, wrong = array("d"), {}
+    for line, cells in rows_of(path, layout):
+        for column, cell in enumerate(cells):
+            try:
+                values.append(number(cell, layout.decimal))
+            except ValueError:
+                values.append(np.nan)
+                if cell.lower() not in MISSING:
+                    wrong.setdefault(names[column], (line, cell))
+    return np.frombuffer(values).reshape(-1, len(names)) if values else np.zeros((0, len(names))), wrong
+
+
+def text_in(path, layout):
+    """The cells of a text file as a data frame of texts, numbers with a decimal point; its index is the line.
+
+    Columns without a name and without a cell are left out. raises : RotorstudyError for a point among decimal commas
+    """
+    import pandas as pd
+
+    lines, rows = [], []
+    for line, cells in rows_of(path, layout):
+        lines.append(line)
+        rows.append([_with_point(cell, f"{path}, line {line}") for cell in cells] if layout.decimal == "," else cells)
+    if not rows:
+        raise RotorstudyError(f"{path}: a table without rows below its header; leave the file out")
+    text = pd.DataFrame(rows, index=lines, columns=header_of(path, layout)[0], dtype=str)
+    return text[[name for name in text if not name.startswith("Unnamed: ") or text[name].any()]]
+
+
+def number(cell, decimal="."):
+    """The number in a cell; ValueError if it is none. Digits in groups are none: 1.234 may be meant as 1234."""
+    if decimal == ",":
+        cell = "" if "." in cell else cell.replace(",", ".")
+    return float("" if "_" in cell else cell)
+
+
+def cells_in(line, separator):
+    """The cells of a line, without the spaces around them."""
+    if separator in WHITESPACE:
+        return line.split()
+    if '"' not in line:
+        return [cell.strip() for cell in line.split(separator)]
+    try:
+        return [cell.strip().strip('"').strip() for cell in next(csv.reader([line], delimiter=separator), [""])]
+    except csv.Error:  # a cell of more than 100,000 characters
+        return [line]
+
+
+def _opened(path):
+    """The file as text without its byte order mark: UTF-8, UTF-16, or else Windows-1252."""
+    path = Path(path)
+    if not path.is_file():
+        raise RotorstudyError(f"record file '{path}' does not exist")
+    with path.open("rb") as file:
+        first = file.read(FIRST)
+    if not first.strip():
+        raise RotorstudyError(f"{path}: the file is empty; export it again, or leave it out")
+    if first.startswith((b"\xff\xfe", b"\xfe\xff")):
+        encoding = "utf-16"
+    elif b"\0" in first[:2]:
+        encoding = "utf-16-be" if first[0] == 0 else "utf-16-le"
+    else:
+        try:
+            codecs.getincrementaldecoder("utf-8")().decode(first)
+            encoding = "utf-8-sig"
+        except UnicodeDecodeError:
+            encoding = "cp1252"
+    return path.open(encoding=encoding, errors="replace")
+
+
+def _with_point(cell, where):
+    """A cell of a table with decimal commas: a number with a decimal point."""
+    try:
+        number(cell, ",")
+    except ValueError:
+        try:
+            number(cell)
+        except ValueError:
+            return cell
+        if re.search(r"\d", cell):
+            raise RotorstudyError(f"{where}: '{cell}' has a point, and the decimal sign is ','; correct it") from None
+        return cell
+    return cell.replace(",", ".")
+
+
+def _table(lines, separator, decimal):
+    """The longest run of rows of numbers: how many of its cells are numbers, times their share; its lines (from 0)."""
+    best, rows, score = (0.0, []), [], 0.0
+    for i, line in enumerate(lines):
+        cells = cells_in(line, separator)
+        if not any(cells) or cells[0].startswith(COMMENTS):
+            continue
+        numeric, filled = sum(_is_number(cell, decimal) for cell in cells), sum(map(bool, cells))
+        if not numeric or numeric < filled / 2:
+            rows, score = [], 0.0
+            continue
+        rows, score = [*rows, i], score + numeric**2 / filled
+        best = max(best, (score, rows), key=lambda found: found[0])
+    return best
+
+
+def _is_number(cell, decimal):
+    try:
+        number(cell, decimal)
+    except ValueError:
+        return False
+    return True
+
+
+def _trimmed(cells):
+    """Cells without the empty ones at the end."""
+    while cells and not cells[-1]:
+        cells = cells[:-1]
+    return cells
+
+
+def _names(line, separator):
+    """The names in a header, without the sign that makes it a comment where spaces separate the names."""
+    cells = _trimmed(cells_in(line, separator))
+    return cells[1:] if separator in WHITESPACE and cells[:1] and cells[0] in COMMENTS else cells
+
+
+def _is_units(cells):
+    """Whether the cells of a row are units, not names; a name such as `s` beside others is one."""
+    return all(UNIT.fullmatch(cell.lower()) for cell in cells)

@@ -1,0 +1,224 @@
+"""Faults of other forms: where one has a form that is known, it acts as that."""
+
+import numpy as np
+import pytest
+
+from rotorstudy.blind.machines.cases import draw_case
+from rotorstudy.blind.machines.crack import add_crack, dimensionless_compliance
+from rotorstudy.blind.machines.draw import MACHINES, draw_point_rotor, draw_rotor
+from rotorstudy.blind.machines.effects import add_unbalance
+from rotorstudy.blind.machines.failures import FAILURES
+from rotorstudy.blind.machines.film import Film, add_film, bearing, force
+from rotorstudy.blind.machines.form_contacts import add_elliptic_forces, pushed
+from rotorstudy.blind.machines.form_cracks import Form, add_form, cosine, pieces, smooth_contact, trapezoid
+from rotorstudy.blind.machines.forms import FORMS
+from rotorstudy.blind.machines.machine import PointRotor, build
+from rotorstudy.blind.machines.stepping import steady_state
+
+TABLE = 1e-4  # of a kink by a table of 720 directions
+RNG = np.random.default_rng(3)
+ROTOR = draw_rotor(RNG, mass=5.0, count=4)
+SPEEDS = np.array([0.4, 0.7]) * np.sqrt(ROTOR.bearings[0].stiffness[0, 0] / ROTOR.mass) * 0.2
+
+
+def compliance(depth_over_radius):
+    part = ROTOR.elements[1]
+    scale = (1 - part.poissons_ratio**2) / (np.pi * part.youngs_modulus * (part.outer_diameter / 2) ** 3)
+    return scale * np.diag(dimensionless_compliance(depth_over_radius))
+
+
+def motion(add):
+    """Steady displacement of the rotor with what `add` adds."""
+    machine = build(ROTOR)
+    add_unbalance(machine, 2, 1e-4 * ROTOR.mass * 1e-2)
+    add(machine)
+    return steady_state(machine, SPEEDS, steps=128, modes=6).displacement
+
+
+def gap(one, other, beside):
+    """Largest difference of two motions over the largest effect of the second, beside that without it."""
+    return np.abs(one - other).max() / np.abs(other - beside).max()
+
+
+POSITION = float(ROTOR.positions[1] + 0.3 * ROTOR.elements[1].length)
+SOUND = motion(lambda machine: None)
+
+
+def formed(form, length=0.0, position=POSITION):
+    return motion(lambda machine: add_form(machine, position, form, 0.7, length))
+
+
+def straight(kind):
+    return motion(lambda machine: add_crack(machine, 1, 0.3, 0.6, 0.7, kind))
+
+
+def test_a_form_with_the_flexibilities_of_a_slot_is_the_slot():
+    assert gap(formed(Form(compliance(0.6), "open", None)), straight("open"), SOUND) < TABLE
+    # negative control: another ratio of the flexibilities
+    assert gap(formed(Form(compliance(0.6) * [1, 0.5], "open", None)), straight("open"), SOUND) > 0.05
+
+
+@pytest.mark.parametrize("law", ["energy", "whole"])
+def test_an_abrupt_contact_that_yields_across_alone_is_the_switching_crack(law):
+    form = Form(compliance(0.6) * [1, 0], law, smooth_contact(0.01))
+    assert gap(formed(form), straight("switching"), SOUND) < 0.02  # the jump has a width
+    assert gap(formed(Form(form.compliance, law, smooth_contact(1.0))), straight("switching"), SOUND) > 0.05
+
+
+def test_a_crack_held_open_by_residual_stress_is_a_slot():
+    form = Form(compliance(0.6), "whole", smooth_contact(0.02), closing=-1e4)
+    constant = formed(form) - formed(Form(compliance(0.6), "open", None))
+    # the stress bends the shaft, too: a constant in rotating axes, that is at 1X alone
+    lines = np.abs(np.fft.fft(constant, axis=1)).max(axis=(0, 2))
+    assert lines[[0, 2, 3]].max() < 1e-3 * lines[1]
+
+
+def test_a_law_by_the_angle_that_is_always_open_is_a_slot():
+    for law in ("flexibility_by_angle", "stiffness_by_angle"):
+        form = Form(compliance(0.6), law, lambda angle: 1.0)
+        assert gap(formed(form), straight("open"), SOUND) < TABLE
+
+
+def test_a_crack_by_the_weight_opens_below():
+    """(1 + cos) / 2 is one half open on average, and most where the front is on the side that the weight stretches."""
+    form = Form(compliance(0.6), "stiffness_by_angle", cosine())
+    deflection = formed(form)[:, :, 8] - SOUND[:, :, 8]
+    lines = np.fft.fft(deflection, axis=1)[0] / deflection.shape[1]
+    turned = lines[1] * np.exp(-0.7j)  # of a rest deflection at most where angle + 0.7 = 0
+    assert abs(np.angle(turned)) < 0.5 and turned.real > 0
+    lagging = Form(compliance(0.6), "stiffness_by_angle", cosine(lag=1.0))
+    assert gap(formed(lagging), formed(form), SOUND) > 0.3
+
+
+def test_a_short_softened_length_is_a_section_and_a_long_one_is_not():
+    form = Form(compliance(0.6), "open", None)
+    assert gap(formed(form, 1e-3 * ROTOR.diameter), formed(form), SOUND) < 1e-3
+    assert gap(formed(form, 3 * ROTOR.elements[1].length), formed(form), SOUND) > 0.02
+    machine = build(ROTOR)
+    assert len(pieces(machine, POSITION, 2 * ROTOR.elements[1].length)) == 3
+    assert sum(share for *_, share in pieces(machine, POSITION, 1.5 * ROTOR.elements[1].length)) == pytest.approx(1.0)
+
+
+def test_a_whole_element_of_less_rigidity_is_the_softened_length():
+    """E I less by a share over an element, in closed form: its kinks add its length over E I share / (1 - share)."""
+    part = ROTOR.elements[1]
+    share, flexibility = 0.2, part.length / part.bending_stiffness
+    form = Form(flexibility * share / (1 - share) * np.eye(2), "open", None)
+    machine = build(ROTOR)
+    ((selection, stiffness, whole),) = pieces(machine, ROTOR.positions[1] + part.length / 2, part.length)
+    softer = whole * form.compliance[0, 0] / (1 + stiffness * whole * form.compliance[0, 0])
+    reduced = machine.stiffness - softer * selection @ selection.T
+    bent = np.zeros(machine.size)  # pure bending of the element: opposite rotations of its ends
+    bent[[4 + 3, 8 + 3]] = -1.0, 1.0
+    whole_one = bent @ build_part(part) @ bent
+    assert bent @ (machine.stiffness - reduced) @ bent == pytest.approx(share * whole_one, rel=1e-9)
+
+
+def build_part(part):
+    from rotorstudy.blind.machines.beam import both_planes, plane_matrices
+
+    full = np.zeros((4 * ROTOR.nodes,) * 2)
+    full[4:12, 4:12] = both_planes(plane_matrices(part)[0])
+    return full
+
+
+def test_shares_are_shares():
+    angle = np.linspace(-np.pi, np.pi, 721)
+    for share in (smooth_contact(0.3), cosine(1.5, 0.2), trapezoid(0.5, 1.0, -0.3)):
+        values = share(angle)
+        assert values.min() >= 0 and values.max() <= 1 and values.max() > 0.99 and values.min() < 0.01
+
+
+def test_a_point_rotor_is_a_light_shaft_with_a_disc():
+    rotor = draw_point_rotor(np.random.default_rng(1), middle=False)
+    assert np.linalg.eigvalsh(rotor.both_planes).min() > 0
+    middle = draw_point_rotor(np.random.default_rng(1), middle=True)
+    length, second = middle.length, np.pi / 64 * middle.diameter**4
+    assert middle.plane_stiffness[0, 0] == pytest.approx(48 * middle.youngs_modulus * second / length**3)
+    # a hinge of compliance c in the middle: 1 / k' = 1 / k + c L² / 16
+    selection, stiffness = middle.hinge(middle.first)
+    c = 0.3 / stiffness
+    softer = selection[0, 0] ** 2 * c / (1 + stiffness * c)
+    k = middle.plane_stiffness[0, 0]
+    assert 1 / (k - softer) == pytest.approx(1 / k + c * length**2 / 16)
+    # by a force on the disc the moment at the crack grows linearly from either bearing
+    force = rotor.both_planes @ np.linalg.solve(rotor.both_planes, [1.0, 0, 0, 0])
+    for position in (0.3 * rotor.first, rotor.length - 0.4 * rotor.second):
+        selection, _ = rotor.hinge(position)
+        moment = selection[:, 0] @ np.linalg.solve(rotor.both_planes, force)
+        from_end = position if position < rotor.first else rotor.length - position
+        other = rotor.second if position < rotor.first else rotor.first
+        assert abs(moment) == pytest.approx(from_end * other / rotor.length)
+
+
+def test_contacts_push_only_inwards_and_as_their_slope_says():
+    for kind in ("hertz", "quadratic", "smooth"):
+        depth = np.array([-0.7, 0.3, 1.1])
+        value, slope = pushed(depth, 2.0, kind, 1.0)
+        step = (pushed(depth + 1e-6, 2.0, kind, 1.0)[0] - pushed(depth - 1e-6, 2.0, kind, 1.0)[0]) / 2e-6
+        assert slope == pytest.approx(step, rel=1e-5, abs=1e-9) and (value >= 0).all()
+    with pytest.raises(ValueError, match="no contact"):
+        pushed(0.1, 1.0, "soft", 1.0)
+
+
+def test_elliptic_forces_are_forward_and_backward():
+    machine = build(ROTOR)
+    add_elliptic_forces(machine, 1, {(2, 0): (3.0 + 1j, 2.0 - 1j)})
+    vector, angle = machine.harmonic[2, 0], 0.4
+    x, y = ((vector[4 + i] * np.exp(2j * angle)).real for i in (0, 1))
+    assert x + 1j * y == pytest.approx((3 + 1j) * np.exp(2j * angle) + (2 - 1j) * np.exp(-2j * angle))
+
+
+def test_a_film_in_time_is_its_linear_bearing_for_small_motion():
+    film = Film(node=0, diameter=0.1, length=0.03, clearance=1e-4, viscosity=0.1, load=525.0)
+    machine, linear = build(ROTOR), bearing(film, 150.0)
+    add_film(machine, film, linear, [150.0])
+    law, speed = machine.local[-1].law, np.array([150.0])
+    rest = law(0.0, np.zeros((1, 2)), np.zeros((1, 2)), speed)[0]
+    assert rest == pytest.approx(np.array([[-525.0, 0.0]]), rel=1e-3, abs=0.5)
+    value, by_y, by_v = law(0.0, np.array([[1e-8, 0]]), np.array([[0, 1e-6]]), speed)
+    assert np.abs(value - rest).max() < 1e-3 * linear.stiffness[0, 0] * 1e-8
+    assert np.abs(by_y).max() < 1e-3 * np.abs(linear.stiffness).max()
+    assert np.abs(by_v).max() < 1e-3 * np.abs(linear.damping).max()
+    far = law(0.0, np.array([[2e-5, 0]]), np.zeros((1, 2)), speed)[0] - rest  # a fifth of the clearance is not small
+    assert np.abs(far).max() > 0.05 * linear.stiffness[0, 0] * 2e-5
+    at = np.array([[1e-5, 2e-5], [-3e-5, 1e-5]])
+    several = force(film, speed, at, np.zeros((2, 2)))
+    assert several[1] == pytest.approx(force(film, 150.0, at[1], np.zeros(2)))
+
+
+@pytest.mark.parametrize("family", FORMS)
+def test_every_form_acts_on_a_machine(family):
+    machine = "jeffcott" if family == "crack_form" else "overhung" if family == "coupling_form" else "between_bearings"
+    case = draw_case(11, family, speeds=2, steps=64, modes=4, visible=1e-3, machine=machine)
+    assert case.effects[0]["family"] == family and case.truth["machine"] == machine
+    assert max(case.truth["harmonics_changed"].values()) >= 1e-3
+
+
+def test_machines_of_every_kind():
+    for name, make in MACHINES.items():
+        if name != "any":
+            rotor = make(np.random.default_rng(5))
+            assert rotor.mass > 0 and (len(rotor.elements) >= 5 or isinstance(rotor, PointRotor))
+
+
+def test_a_law_without_a_unique_kink_is_refused():
+    machine = build(ROTOR)
+    lagging = Form(100 * compliance(0.6), "whole", smooth_contact(0.01, 1.0))
+    with pytest.raises(ValueError, match="no unique solution"):
+        add_form(machine, POSITION, lagging, 0.7)
+
+
+@pytest.mark.parametrize("name", ["element_by_curvature", "bench_crack_with_bow"])
+def test_a_named_case_is_its_drawing(name):
+    machine, family = FAILURES[name]
+    case = draw_case(1, family, speeds=2, steps=64, modes=4, machine=machine)
+    assert len(case.rotor.elements) == {"two_discs": 4, "bench": 10}[machine]
+    assert [one["family"] for one in case.effects] == ["crack_form", "bow"][: len(case.effects)]
+    if name == "element_by_curvature":  # 11 % of E I less along the edge, 23 % across it
+        (one,), part = case.effects, case.rotor.elements[1]
+        assert one["softened_m"] == part.length == pytest.approx(0.15)
+        lost = [
+            1 / (1 + part.length / part.bending_stiffness / one[f"{axis}_rad_per_N_m"]) for axis in ("along", "across")
+        ]
+        assert lost == pytest.approx([0.11, 0.23])

@@ -1,0 +1,233 @@
+"""A table in any dialect of text files gives the numbers that were written, or is refused in one line."""
+
+import csv
+import io
+import os
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from rotorstudy import RotorstudyError
+from rotorstudy.measurement.channels import open_csv, open_matlab, open_uff
+from rotorstudy.measurement.conventions import Conventions
+from rotorstudy.measurement.guess import guess_measurement
+from rotorstudy.measurement.measurement import read_measurement
+from rotorstudy.measurement.probe_tables import is_probe_table, read_probe_table
+from rotorstudy.measurement.tables import read_table
+from rotorstudy.measurement.text_table import guess_layout, header_of
+from rotorstudy.measurement.wide_tables import wide_table
+
+EXAMPLES = int(os.environ.get("ROTORSTUDY_FUZZ", "60"))
+PLANES = (3, 9)
+WAVES = [
+    [k / 2000, 1.5 * np.cos(0.3 * k), 2.5 * np.sin(0.3 * k) - 9, 1004.5 + k, 5.0 * (k % 21 == 0)] for k in range(99)
+]
+PHASES = [(rpm, k, 0.5 + k, 20.5 + rpm / 100) for rpm in (904, 1004, 1204) for k in range(2)]
+TABLES = {  # names, units, rows of numbers and texts
+    "waveform": (["Time", "Brg X", "Brg Y", "Speed", "Key"], ["s", "um", "um", "rpm", "V"], WAVES),
+    "harmonics": (
+        ["speed_rpm", "node", "harmonic", "amplitude_um", "phase_deg"],
+        ["rpm", "", "", "um", "deg"],
+        [[rpm, 3, n, 1.5 + abs(n), 20.5 * n] for rpm in (904, 1004) for n in (0, 1, -1)],
+    ),
+    "probes": (
+        ["speed_rpm", "probe", "amplitude_um", "phase_deg"],
+        ["rpm", "", "um", "deg"],
+        [[rpm, ("DE X", "DE Y")[k], size, turn] for rpm, k, size, turn in PHASES],
+    ),
+    "wide": (
+        ["Speed (rpm)", "DE X 1X Amp (um pp)", "DE X 1X Phase (deg)", "DE Y 1X Amp (um pp)", "DE Y 1X Phase (deg)"],
+        ["rpm", "um pp", "deg", "um pp", "deg"],
+        [[rpm, 0.5, 20.5, 1.5 + rpm, 30.5] for rpm in (904, 1004, 1204)],
+    ),
+}
+PLAIN = {"separator": ",", "decimal": ".", "thousands": "", "quotes": "", "encoding": "utf-8", "newline": "\n"}
+PLAIN |= {"above": 0, "units": False, "comment": "", "trailing": "", "blank": "", "header": "", "change": None}
+
+
+def written(path, table, dialect):
+    """Write a table in a dialect."""
+    names, units, rows = TABLES[table]
+    d = PLAIN | dialect
+
+    def cell(value):
+        if isinstance(value, str):
+            return value
+        text = f"{value:,.12g}" if d["thousands"] else f"{value:.12g}"
+        return text.translate({ord("."): d["decimal"], ord(","): d["thousands"]})
+
+    above = [[f"Recorder {k}"] for k in range(d["above"])]
+    heads = [names, *([units] if d["units"] else [])]
+    body = [[cell(value) for value in row] for row in rows]
+    if d["blank"]:
+        heads, body = ([[*row[:2], "", *row[2:]] for row in part] for part in (heads, body))
+    heads = [row + [""] * ("header" in d["trailing"]) for row in heads]
+    body = [row + [""] * ("rows" in d["trailing"]) for row in body]
+    if d["change"]:
+        body[2] = d["change"](body[2])
+    text = io.StringIO()
+    quoting = csv.QUOTE_ALL if d["quotes"] == "all" else csv.QUOTE_MINIMAL
+    writer = csv.writer(text, delimiter=d["separator"], quoting=quoting, lineterminator="\n")
+    writer.writerows([*above, *heads, *body[:4]])
+    text.write(f"{d['comment']} changed the range\n" if d["comment"] else "")
+    writer.writerows(body[4:])
+    text.write("\n\n" if d["blank"] == "lines" else "")
+    path.write_bytes((d["header"] + text.getvalue()).replace("\n", d["newline"]).encode(d["encoding"]))
+    return path
+
+
+def numbers(path):
+    """All numbers that the package reads from a file by its own guess of the layout."""
+    layout = guess_layout(path)
+    names, units, _ = header_of(path, layout.csv)
+    wide = wide_table(names, units, path)
+    if is_probe_table(wide.columns if wide else names) or "harmonic" in names:
+        given = guess_measurement(path, PLANES).section
+        conventions = Conventions(
+            **given | {"csv": layout.csv, "keyphasor": {}, "harmonics": given.get("harmonics", [1, -1])}
+        )
+        spectra = (read_table if "harmonic" in names else read_probe_table)(path, conventions, PLANES)[0]
+        return np.array([[speed, *np.ravel(next(iter(of_node.values()))[0])] for speed, of_node, *_ in spectra])
+    found, channel = open_csv(path, Conventions(csv=layout.csv))
+    return np.array([channel(name) for name in found if not name.startswith("Unnamed: ")])
+
+
+READ = {
+    "semicolons": {"separator": ";"},
+    "tabs": {"separator": "\t"},
+    "decimal commas": {"separator": ";", "decimal": ","},
+    "quoted decimal commas": {"decimal": ",", "quotes": "all"},
+    "quotes": {"quotes": "all"},
+    "byte order mark": {"encoding": "utf-8-sig"},
+    "UTF-16": {"encoding": "utf-16"},
+    "UTF-16 without a mark": {"encoding": "utf-16-le"},
+    "CRLF": {"newline": "\r\n"},
+    "CR": {"newline": "\r"},
+    "row of units": {"units": True},
+    "units in Windows-1252": {"units": True, "encoding": "cp1252", "header": "Gerät µ\n"},
+    "lines above": {"above": 3},
+    "comment above": {"header": "# exported, by hand\n"},
+    "comment between": {"comment": "#"},
+    "comment of MATLAB": {"comment": "%"},
+    "separator after the rows": {"trailing": "rows"},
+    "separator after the header": {"trailing": "header"},
+    "separator after every line": {"trailing": "header and rows", "units": True, "separator": ";"},
+    "blank column": {"blank": "column"},
+    "blank lines": {"blank": "lines"},
+    "empty cells after a row": {"change": lambda row: [*row, "", ""]},
+}
+REFUSED = {
+    "a value more": {"change": lambda row: [*row, "7"]},
+    "a value less": {"change": lambda row: row[:-1]},
+    "a cell in two": {"change": lambda row: [row[0], "0", *row[1:]]},
+    "an index without a name": {"change": None, "header": "", "index": True},
+    "thousands with commas": {"separator": ";", "thousands": ","},
+    "thousands with points": {"separator": ";", "thousands": ".", "decimal": ","},
+    "thousands with spaces": {"separator": ";", "thousands": " "},
+    "thousands with apostrophes": {"separator": ";", "thousands": "'"},
+    "a number with an underscore": {"change": lambda row: ["1_0", *row[1:]]},
+    "an open quote": {"change": lambda row: row, "open": True},
+}
+
+
+@pytest.mark.parametrize("table", TABLES)
+@pytest.mark.parametrize("name", READ)
+def test_a_dialect_gives_the_numbers_of_the_plain_table(name, table, tmp_path):
+    plain = numbers(written(tmp_path / "plain.csv", table, {}))
+    found = numbers(written(tmp_path / "run.csv", table, READ[name]))
+    assert np.array_equal(found, plain) and plain.size > 5
+
+
+@pytest.mark.parametrize("table", TABLES)
+@pytest.mark.parametrize("name", REFUSED)
+def test_a_table_that_may_mean_another_is_refused_with_its_line(name, table, tmp_path):
+    dialect = dict(REFUSED[name])
+    index, quote = dialect.pop("index", False), dialect.pop("open", False)
+    path = written(tmp_path / "run.csv", table, dialect)
+    lines = path.read_text().splitlines()
+    if index:
+        lines[1:] = [f"{i},{line}" for i, line in enumerate(lines[1:])]
+    if quote:
+        lines[3] = '"' + lines[3]
+    path.write_text("\n".join(lines))
+    with pytest.raises(RotorstudyError, match=r"line \d+|no table of numbers") as error:
+        numbers(path)
+    assert "\n" not in str(error.value)
+
+
+@settings(deadline=None, derandomize=EXAMPLES < 1000, max_examples=EXAMPLES)
+@given(st.sampled_from(sorted(TABLES)), st.lists(st.sampled_from(sorted({**READ, **REFUSED})), max_size=5))
+def test_mixed_dialects_give_the_same_numbers_or_one_line(tmp_path_factory, table, names):
+    folder = tmp_path_factory.getbasetemp()
+    dialect = {key: value for name in names for key, value in {**READ, **REFUSED}[name].items() if key in PLAIN}
+    assume(dialect.get("thousands") != dialect.get("decimal", "."))
+    plain = numbers(written(folder / "plain.csv", table, {}))
+    try:
+        found = numbers(written(folder / "mixed.csv", table, dialect))
+    except (RotorstudyError, csv.Error, UnicodeEncodeError) as error:  # the last two: it cannot be written
+        assert "\n" not in str(error)
+        return
+    assert np.array_equal(found, plain), dialect
+
+
+@pytest.mark.parametrize("dialect", [{"separator": " "}, {"separator": " ", "header": "# "}])
+def test_columns_of_spaces_as_numpy_writes_them(dialect, tmp_path):
+    path = tmp_path / "run.csv"
+    np.savetxt(path, WAVES, header="t x y rpm key", comments=dialect.get("header", ""))
+    values = numbers(path)
+    assert values == pytest.approx(np.transpose(WAVES)) and guess_layout(path).names[0] == "t"
+
+
+def test_signals_of_other_lengths_and_times_are_refused(tmp_path):
+    """The columns of MATLAB and UFF files, which have no rows."""
+    pyuff, scipy = pytest.importorskip("pyuff"), pytest.importorskip("scipy.io")
+    scipy.savemat(tmp_path / "run.mat", {"time": np.arange(9.0), "x": np.arange(8.0), "key": np.arange(9.0)})
+    assert {name: len(open_matlab(tmp_path / "run.mat", None)[1](name)) for name in ("time", "x")} == {
+        "time": 9,
+        "x": 8,
+    }
+    rig = tmp_path / "rig.yaml"
+    probe = "{channel: x, node: 1, angle_deg: 0, unit: um}"
+    rig.write_text(
+        "rotor: {kind: jeffcott, mass_kg: 2.0, stiffness_N_per_m: 7e5}\n"
+        f"measurement: {{probes: [{probe}], harmonics: [1, -1]}}"
+    )
+    with pytest.raises(RotorstudyError, match="all channels must have the same samples"):
+        read_measurement([tmp_path / "run.mat"], rig)
+    x = np.arange(50) / 100
+    for change, words in (
+        ({"x": 2 * x, "abscissa_inc": 0.02}, "other times"),
+        ({"data": np.exp(1j * x), "ord_data_type": 6}, "complex values"),
+        ("cut", "has 32 values, and states 50"),
+        ({}, None),
+    ):
+        path = tmp_path / "run.uff"
+        path.unlink(missing_ok=True)
+        _write_two_sets(pyuff, path, x, change)
+        if words is None:
+            assert len(open_uff(path, None)[1]("b")) == 50
+            continue
+        with pytest.raises(RotorstudyError, match=words):
+            open_uff(path, None)
+
+
+def _write_two_sets(pyuff, path, x, change):
+    """A UFF file of the signals a and b, the second with a change."""
+    import warnings
+
+    given = {"binary": 0, "func_type": 1, "ord_data_type": 4, "num_pts": len(x), "x": x, "data": np.cos(x)}
+    given |= {"abscissa_spacing": 1, "abscissa_min": 0.0, "abscissa_inc": 0.01, "rsp_dir": 1, "ref_dir": 1}
+    given |= dict.fromkeys(("id2", "id3", "id4", "id5", "rsp_ent_name", "ref_ent_name"), "") | {"z_axis_value": 0.0}
+    given |= {"abscissa_spec_data_type": 17, "ordinate_spec_data_type": 8, "orddenom_spec_data_type": 0, "ver_num": 0}
+    given |= {"z_axis_spec_data_type": 0, "load_case_id": 0, "ref_node": 1}
+    first = pyuff.prepare_58(rsp_node=1, id1="a", **given)
+    second = pyuff.prepare_58(rsp_node=2, id1="b", **given)
+    second.update({} if change == "cut" else change)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ResourceWarning)  # pyuff does not close the file
+        pyuff.UFF(str(path)).write_sets([first, second], mode="add")
+    if change == "cut":
+        lines = path.read_text().splitlines()
+        path.write_text("\n".join([*lines[:-6], *lines[-1:]]) + "\n")  # without 18 samples
