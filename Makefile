@@ -70,7 +70,7 @@ peers: .venv/ready .venv-ross/ready
 
 docs: .venv-docs/ready
 	.venv-docs/bin/mkdocs build --quiet
-	@echo "Look at results/docs/index.html"
+	@echo "Look at results/docs/index.html; for its search: python3 -m http.server --directory results/docs 8000"
 
 clean:
 	rm -rf results/* .snakemake

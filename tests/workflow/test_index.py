@@ -23,6 +23,6 @@ def test_every_page_and_figure_is_linked(tmp_path):
     assert "Of 3 printed values: 2 reproduced, 1 explained." in page
     assert "measured records: chapter 3</a></h2>" in page and "<p>Something &lt;is&gt; missing.</p>" in page
     assert page.index("Something &lt;is") < page.index("Of 3 printed")  # what a machine owner wants to know comes first
-    assert "* The thesis, recomputed: Of 3 printed values: 2 reproduced, 1 explained." in report.read_text()
-    assert f"chapter 3: {SUMMARY}" in report.read_text()
+    assert "**The thesis, recomputed.** Of 3 printed values: 2 reproduced, 1 explained." in report.read_text()
+    assert f"chapter 3.** {SUMMARY}" in report.read_text()
     assert "New chapter" in page and "Blind tests" not in page

@@ -11,13 +11,15 @@ MOST_NODES = 3
 REACH = 2.45  # standard deviations of a 95 % circle of a complex number, each of its parts with one
 
 
-def two_states(before, after, difference):
+def two_states(before, after, difference, mark=0.0):
     """Orbits at the speed of the largest change, and the vectors of 1X at all speeds, one row per node.
 
     Parameters
     ----------
     before, after, difference : Spectrum
         At the same speeds.
+    mark : float, optional
+        Angle (rad) of the shaft's reference line from x when the phase mark passes: a dot on each orbit.
     """
     moving = difference.harmonics != 0
     change = np.sum(np.abs(difference.amplitude[:, moving]) ** 2, axis=1)  # (speed, sensor)
@@ -28,14 +30,14 @@ def two_states(before, after, difference):
     unit, factor = shown_unit("m")
     reach = factor * REACH * np.sqrt(variance[..., first])
     w = float(after.speed[speed])
-    time = np.linspace(0, 2 * np.pi / w, 400)
+    time = (mark + np.linspace(0, 2 * np.pi, 400)) / w
     picture, axes = figure(len(nodes), 2, height=3.0, width=3.4)
     for row, node in enumerate(nodes):
         orbit, vectors = axes[row]
         for one, name, index, line in ((before, "before", 1, "--"), (after, "after", 0, "-")):
             motion = np.where(moving, one.amplitude[speed, :, node], 0)
             signal = synthesize(motion, w, one.harmonics, time)
-            plot_orbit(signal, orbit, index=index, label=name, linestyle=line)
+            plot_orbit(signal, orbit, index=index, label=name, linestyle=line, mark=True)
             vector = factor * one.amplitude[:, first, node]
             vectors.plot(vector.real, vector.imag, "o" if index else "s", color=COLOURS[index], label=name)
         _changes(vectors, before, difference, first, node, reach[:, node])

@@ -46,7 +46,9 @@ def compare_files(before: list[str | Path], after: list[str | Path], rig_path: s
     axes = axes_of(model, rig_file.given)
     data = verdict_dataset(diagnosis, found.difference).assign_attrs(origin, axes=axes)
     with shown_for(rig_file.given, str(rig_path)):
-        figures = {"two_states": two_states(found.before, found.after, found.difference)}
+        figures = {
+            "two_states": two_states(found.before, found.after, found.difference, model.structure.reading.mark_rad)
+        }
         states = both_states(found.before, found.after, json.loads(axes))
     write_diagnosis(verdict, data, extended_rig(rig_file.given, diagnosis), out, figures, states=states)
     return verdict

@@ -82,7 +82,7 @@ def _report(answers):
     """What was found, as reStructuredText that is a Jinja template too: no character of it is markup."""
     lines = ["What was found:", ""]
     for one in answers:
-        lines += [f"* {one['heading']}: {' '.join(one['said'])}".translate(PLAIN), ""]
+        lines += [f"**{one['heading']}.** {' '.join(one['said'])}".translate(PLAIN), ""]
     lines.append("The chapters have the figures and tables; every item has a caption (press the i beside it).")
     return "\n".join(lines) + "\n"
 

@@ -86,7 +86,18 @@ def save_figure(picture, *paths):
     for path in paths:
         with atomic(path) as temporary:
             picture.savefig(temporary, metadata=without_date[temporary.suffix])
+            if temporary.suffix == ".png":
+                _few_colours(temporary)
     plt.close(picture)
+
+
+def _few_colours(path):
+    """Write a PNG again with at most 256 colours: less than half of its size, and no difference that is seen."""
+    from PIL import Image
+
+    with Image.open(path) as image:
+        small = image.convert("RGB").quantize(256, dither=Image.Dither.NONE)
+    small.save(path, "PNG")
 
 
 def png_bytes(picture, dpi=80):
@@ -219,11 +230,16 @@ def phase_lag(vectors):
     return lag - 360 * np.floor(lag[0] / 360)
 
 
-def plot_orbit(signal, axes, *, label=None, index=0, linestyle="-", linewidth=0.9):
-    """Orbit of one node: y over x in the reader's unit, x pointing down as gravity does; signal (time,) complex, m."""
+def plot_orbit(signal, axes, *, label=None, index=0, linestyle="-", linewidth=0.9, mark=False):
+    """Orbit of one node: y over x in the reader's unit, x pointing down as gravity does; signal (time,) complex, m.
+
+    mark : whether the phase mark passes at the first instant, which is then a dot
+    """
     unit, factor = shown_unit("m")
     style = {"color": COLOURS[index], "linewidth": linewidth, "linestyle": linestyle}
     axes.plot(signal.imag * factor, signal.real * factor, label=label, **style)
+    if mark:
+        axes.plot(signal[0].imag * factor, signal[0].real * factor, "o", color=COLOURS[index], markersize=3)
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel(f"horizontal y ({unit})")
     axes.set_ylabel(f"vertical x, down ({unit})")
