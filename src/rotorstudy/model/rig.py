@@ -151,7 +151,8 @@ def build_model(rig: dict, where: str = "the rig", reading: Reading | None = Non
         for i, item in enumerate(rig.get(section) or []):
             terms.append(make_term(SECTIONS[section], item, structure, sensors, f"{where}, {section}[{i}]"))
         if section == "bearings" and rig.get(section):
-            structure = replace(structure, support=_support(structure, terms))
+            own = tuple(term for term in terms if term.carries)
+            structure = replace(structure, support=_support(structure, terms), bearings=own)
     _check_together(structure, terms, where)
     held = _held_deflection(rig.get("static_deflection_m"), structure, where)
     model = Model(structure, tuple(terms), sensors, held)
