@@ -5,6 +5,9 @@ import sys
 from pathlib import Path
 
 ROOT = Path(workflow.basedir)
+# the package `thesis`, for these rules and for the scripts, which are processes of their own
+sys.path.insert(0, str(ROOT / "workflow"))
+os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(ROOT / "workflow"), os.environ.get("PYTHONPATH")]))
 # one BLAS thread per job: jobs share the cores, and the order of summation does not depend on the load
 threads = {name: "1" for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")}
 os.environ.update(threads, MPLBACKEND="Agg")
@@ -25,7 +28,7 @@ try:
     from rotorstudy.studies.config import file_name, load_study, named_methods
     from rotorstudy.studies.crack_study.config import load_crack_study
     from rotorstudy.studies.cracks import load_cracks
-    from rotorstudy.thesis.config import check_replay, load_replay
+    from thesis.config import check_replay, load_replay
     from rotorstudy.studies.workflow import WorkflowConfig, code_digest, plugin_files
     from rotorstudy.model.configuration import check_config
     from rotorstudy.yaml_file import read_yaml

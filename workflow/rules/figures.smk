@@ -22,9 +22,9 @@ if "chapter_2" in STUDIES:
             png=captioned("chapter_2"),
             svg=pictures("chapter_2", "svg"),
         params:
-            code=code("figures.py", "rotorstudy.studies.config.load_study", "rotorstudy.presentation.chapter_2.figures"),
+            code=code("figures.py", "rotorstudy.studies.config.load_study", "thesis.figures.chapter_2.figures"),
             load="rotorstudy.studies.config.load_study",
-            function="rotorstudy.presentation.chapter_2.figures",
+            function="thesis.figures.chapter_2.figures",
             reference=published_folder,
         log:
             f"{RESULTS}/logs/chapter_2/figures.log",
@@ -52,9 +52,9 @@ if "chapter_4" in STUDIES:
             png=captioned("chapter_4"),
             svg=pictures("chapter_4", "svg"),
         params:
-            code=code("figures.py", "rotorstudy.studies.config.load_study", "rotorstudy.presentation.chapter_4.figures"),
+            code=code("figures.py", "rotorstudy.studies.config.load_study", "thesis.figures.chapter_4.figures"),
             load="rotorstudy.studies.config.load_study",
-            function="rotorstudy.presentation.chapter_4.figures",
+            function="thesis.figures.chapter_4.figures",
             reference=published_folder,
         log:
             f"{RESULTS}/logs/chapter_4/figures.log",
@@ -85,9 +85,9 @@ if "chapter_6" in STUDIES:
             png=captioned("chapter_6"),
             svg=pictures("chapter_6", "svg"),
         params:
-            code=code("figures.py", "rotorstudy.studies.config.load_study", "rotorstudy.presentation.chapter_6.figures"),
+            code=code("figures.py", "rotorstudy.studies.config.load_study", "thesis.figures.chapter_6.figures"),
             load="rotorstudy.studies.config.load_study",
-            function="rotorstudy.presentation.chapter_6.figures",
+            function="thesis.figures.chapter_6.figures",
             reference=published_folder,
         log:
             f"{RESULTS}/logs/chapter_6/figures.log",
@@ -110,9 +110,9 @@ for name in REPLAYS:
             png=captioned(name),
             svg=pictures(name, "svg"),
         params:
-            code=code("figures.py", "rotorstudy.thesis.config.load_replay", "rotorstudy.presentation.replay_figures.figures"),
-            load="rotorstudy.thesis.config.load_replay",
-            function="rotorstudy.presentation.replay_figures.figures",
+            code=code("figures.py", "thesis.config.load_replay", "thesis.figures.replays.figures"),
+            load="thesis.config.load_replay",
+            function="thesis.figures.replays.figures",
             reference=published_folder,
         priority: 2 # the first figures, within half a minute
         log:

@@ -17,9 +17,9 @@ if "chapter_2" in STUDIES:
             csv=table_sheets("chapter_2"),
             html=table_pages("chapter_2"),
         params:
-            code=code("tables.py", "rotorstudy.studies.config.load_study", "rotorstudy.thesis.chapter_2.tables"),
+            code=code("tables.py", "rotorstudy.studies.config.load_study", "thesis.chapter_2.tables"),
             load="rotorstudy.studies.config.load_study",
-            function="rotorstudy.thesis.chapter_2.tables",
+            function="thesis.chapter_2.tables",
             reference=published_folder,
         log:
             f"{RESULTS}/logs/chapter_2/tables.log",
@@ -42,9 +42,9 @@ if "chapter_4" in STUDIES:
             csv=table_sheets("chapter_4"),
             html=table_pages("chapter_4"),
         params:
-            code=code("tables.py", "rotorstudy.studies.config.load_study", "rotorstudy.thesis.chapter_4.tables"),
+            code=code("tables.py", "rotorstudy.studies.config.load_study", "thesis.chapter_4.tables"),
             load="rotorstudy.studies.config.load_study",
-            function="rotorstudy.thesis.chapter_4.tables",
+            function="thesis.chapter_4.tables",
             reference=published_folder,
         log:
             f"{RESULTS}/logs/chapter_4/tables.log",
@@ -66,9 +66,9 @@ if "chapter_6" in STUDIES:
             csv=table_sheets("chapter_6"),
             html=table_pages("chapter_6"),
         params:
-            code=code("tables.py", "rotorstudy.studies.config.load_study", "rotorstudy.thesis.chapter_6.tables"),
+            code=code("tables.py", "rotorstudy.studies.config.load_study", "thesis.chapter_6.tables"),
             load="rotorstudy.studies.config.load_study",
-            function="rotorstudy.thesis.chapter_6.tables",
+            function="thesis.chapter_6.tables",
             reference=published_folder,
         log:
             f"{RESULTS}/logs/chapter_6/tables.log",
@@ -92,9 +92,9 @@ for name in REPLAYS:
             csv=table_sheets(name),
             html=table_pages(name),
         params:
-            code=code("tables.py", "rotorstudy.thesis.config.load_replay", "rotorstudy.thesis.replay_tables.tables"),
-            load="rotorstudy.thesis.config.load_replay",
-            function="rotorstudy.thesis.replay_tables.tables",
+            code=code("tables.py", "thesis.config.load_replay", "thesis.replay_tables.tables"),
+            load="thesis.config.load_replay",
+            function="thesis.replay_tables.tables",
             reference=published_folder,
         log:
             f"{RESULTS}/logs/{name}/tables.log",
