@@ -144,6 +144,54 @@ for name, replay in REPLAYS.items():
 CHAPTERS = sorted(chapter for chapter in TABLES if chapter in STUDIES or chapter in REPLAYS)
 
 
+def chapter_config(chapter):
+    return str(ROOT / {**settings.studies, **settings.replays}[chapter])
+
+
+def loader(chapter):
+    """Full name of the function that reads the configuration of a chapter."""
+    return "thesis.config.load_replay" if chapter in REPLAYS else "rotorstudy.studies.config.load_study"
+
+
+def module(chapter, of_replays):
+    """The module of `thesis` with the tables or figures of a chapter; replays share one."""
+    return of_replays if chapter in REPLAYS else chapter
+
+
+def trials(chapter, rig):
+    """Monte Carlo trials of a rig; Chapter 4 has one case."""
+    found = [f"{RESULTS}/{chapter}/monte_carlo/{rig}/{file_name(case)}.nc" for case in STUDIES[chapter].cases]
+    return found[0] if chapter == "chapter_4" else found
+
+
+def figure_inputs(chapter):
+    """Results that the figures of a chapter show."""
+    base = f"{RESULTS}/{chapter}"
+    if chapter in REPLAYS:
+        return {stage: f"{base}/{stage}.nc" for stage in ("records", "spectra", "identification")}
+    stages = ["bias", "weight_dominance", "stability"]
+    stages += ["whirl", "identifiability"] * (chapter != "chapter_2") + ["sensors", "variants"] * (chapter == "chapter_6")
+    return {
+        "records": f"{base}/records/physical.nc",
+        "spectra": f"{base}/spectra/physical.nc",
+        "thesis_spectra": f"{base}/spectra/thesis.nc",
+        "monte_carlo": trials(chapter, "physical"),
+        **({} if chapter == "chapter_6" else {"monte_carlo_thesis": trials(chapter, "thesis")}),
+        **{stage: f"{base}/{stage}.nc" for stage in stages},
+    }
+
+
+def table_inputs(chapter):
+    """Results that the tables of a chapter put beside the thesis's."""
+    base = f"{RESULTS}/{chapter}"
+    if chapter in REPLAYS:
+        return {stage: f"{base}/{stage}.nc" for stage in ("spectra", "identification")}
+    found = {"spectra": f"{base}/spectra/thesis.nc"}
+    if chapter == "chapter_6":
+        return found | {"variants": f"{base}/variants.nc"}
+    return found | {"identification": f"{base}/identification/thesis.nc", "monte_carlo": trials(chapter, "thesis")}
+
+
 def table_pages(chapter):
     """HTML pages of a chapter's tables, each with its caption in the report."""
     pages = {name: f"{RESULTS}/{chapter}/tables/{name}.html" for name in TABLES[chapter]}
