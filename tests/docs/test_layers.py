@@ -30,13 +30,15 @@ NAMED = {  # words that are the name of a plugin too, and why each may be used t
     "maximum_likelihood": ("a default of the command line", {"commands/identify.py"}),
     "unbalance": (
         "what a trial mass is, in a file of several runs, in a run that is advised and where records contradict it; "
-        "what discs that look alike share; what an analysis shows the response to; what a new rig starts with",
+        "what discs that look alike share; what an analysis shows the response to; what a new rig starts with; "
+        "a quantity with a unit",
         {
             "authoring/ross_model.py",
             "commands/identify_runs.py",
             "diagnosis/runs/contradicting.py",
             "diagnosis/verdict/next_run.py",
             "diagnosis/verdict/resultant.py",
+            "model/shown_units.py",
             "diagnosis/runs/joint.py",
             "studies/unbalance_response.py",
         },

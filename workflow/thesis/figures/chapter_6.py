@@ -67,12 +67,11 @@ def motion(records, speed):
 
 def records_figure(time, signals, speed, part, text):
     """Figures 6.6 and 6.7: one direction of the motion of every node; time, signals : of `motion`."""
-    picture, axes = figure(len(PLACES), 1, height=1.2, width=4.5, sharex=True)
-    for panel, (n, place) in zip(axes[:, 0], PLACES.items(), strict=True):
-        panel.plot(time, part(signals[n]))
-        panel.set_title(f"node {n}: {place}")
-    axes[2, 0].set_ylabel(f"{text} (µm)")
-    axes[-1, 0].set_xlabel("time (ms)")
+    picture, axes = figure(1, 1, height=2.8, width=5.5)
+    for i, (n, place) in enumerate(PLACES.items()):
+        axes[0, 0].plot(time, part(signals[n]), color=COLOURS[i], label=f"node {n}: {place}", linewidth=1.0)
+    axes[0, 0].set(xlabel="time (ms)", ylabel=f"{text} (µm)")
+    axes[0, 0].legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     picture.suptitle(f"Three revolutions at {speed:g} rad/s, about the static deflection", fontsize=9)
     return picture
 
