@@ -88,7 +88,7 @@ def _cell(value, digits):
 def write_tables(tables, paths, index=None):
     """Write every table to the files of its name: .csv for programs, .html for people.
 
-    tables : name -> `rotorstudy.thesis.tables.Table`
+    tables : name -> `thesis.tables.Table`
     paths  : files to be written: table_2_1.csv holds the table "table_2_1"
     index  : the page of all results, which each page links to (optional)
     raises : RotorstudyError if names of tables and of files differ; nothing is written then
