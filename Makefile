@@ -4,7 +4,7 @@
 # make outside  learn again when a verdict misses the true cause, from 200 cases of the independent simulator
 # make docs   build the pages of docs/ as a site, with a check for dead links
 # make cracks   identify cracks of the independent simulator in millimetres, half an hour on 2 cores; can be interrupted
-# make ross     diagnose records of the package ROSS, in an environment of its own
+# make ross     diagnose records of the package ROSS, in an environment of its own, and write the rotors of tests/measured/ross
 # make peers    speed, memory and results beside ROSS and scipy on one rotor, about ten minutes on 1 core
 PYTHON ?= python3
 CORES ?= all
@@ -57,6 +57,7 @@ cracks: .venv/ready
 ross: .venv/ready .venv-ross/ready
 	.venv-ross/bin/python benchmarks/ross/simulate.py results/ross
 	.venv/bin/python benchmarks/ross/diagnose.py results/ross
+	.venv-ross/bin/python benchmarks/ross/models.py results/ross/models
 
 peers: .venv/ready .venv-ross/ready
 	.venv/bin/python benchmarks/peers/run.py .venv-ross/bin/python results/peers

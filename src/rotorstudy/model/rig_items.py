@@ -218,6 +218,8 @@ def kind_of(item, where):
     """The name of the plugin of an item."""
     if not isinstance(item, dict) or "kind" not in item:
         raise RotorstudyError(f"key 'kind' is missing in {where}")
+    if wrong := [key for key in item if not isinstance(key, str)]:
+        raise RotorstudyError(f"key {wrong[0]!r} in {where}: must be a name; write a text")
     if not isinstance(item["kind"], str):
         raise RotorstudyError(f"kind = {item['kind']!r} in {where}: must be the name of a plugin")
     return item["kind"]
