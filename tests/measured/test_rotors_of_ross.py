@@ -151,7 +151,7 @@ REFUSED = [
     (lambda p: part(p, "BearingElement").update(n_link=6), "a flexible_pedestal has constant"),
     (lambda p: part(p, "BearingElement").update(n_link=3), "is not between shaft and ground"),
     (lambda p: part(p, "BearingElement").pop("frequency"), "4 values of kyy and 0 speeds"),
-    (lambda p: part(p, "BearingElement").update(kxx=[1e7, 2e7]), "2 values of kyy and 4 speeds"),
+    (lambda p: part(p, "BearingElement").update(kxx=[1e7, 2e7]), "2 values of kxx and 4 speeds"),
     (lambda p: part(p, "ShaftElement").update(n=1), "several shafts are not read"),
     (lambda p: part(p, "ShaftElement").update(n="a"), "not a readable rotor of ROSS"),
     (lambda p: part(p, "ShaftElement").pop("material"), "not a readable rotor of ROSS"),
