@@ -1,6 +1,6 @@
 # make        set up .venv, rebuild all results, write the report
 # make test   set up .venv, run all checks and tests
-# make foreign  diagnose 300 records of the independent simulator (tests/foreign), several hours on 2 cores
+# make foreign  diagnose 300 records of the independent simulator (rotorstudy.blind.machines), several hours on 2 cores
 # make outside  learn again when a verdict misses the true cause, from 200 cases of the independent simulator
 # make docs   build the pages of docs/ as a site, with a check for dead links
 # make cracks   identify cracks of the independent simulator in millimetres, half an hour on 2 cores; can be interrupted

@@ -1,4 +1,4 @@
-"""What changed between two states of machines of the simulator in tests/foreign: python benchmarks/changes.py
+"""What changed between two states of machines of the independent simulator: python benchmarks/changes.py
 
 Both states are measured by the same chain: a runout of 20 µm, gains off by 5 % and angles of probes off by 5 degrees
 (one standard deviation each). In unchanged cases only the noise, the start and the scatter from run to run are drawn
@@ -8,7 +8,6 @@ state alone. One line a case, then the shares.
 
 import argparse
 import os
-import sys
 import tempfile
 import time
 import warnings
@@ -16,14 +15,13 @@ from dataclasses import replace
 from pathlib import Path
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads slow them down
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 import numpy as np
-from foreign.cases import draw_case
-from foreign.files import write_case
-from foreign.measuring import record, surface_runout
-from foreign.stepping import NoSteadyState
 
+from rotorstudy.blind.machines.cases import draw_case
+from rotorstudy.blind.machines.files import write_case
+from rotorstudy.blind.machines.measuring import record, surface_runout
+from rotorstudy.blind.machines.stepping import NoSteadyState
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.runs.compare import compare
 from rotorstudy.diagnosis.settings import read_settings

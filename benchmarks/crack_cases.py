@@ -1,11 +1,12 @@
-"""Random cracked machines of the independent simulator (tests/foreign), measured in two planes at seven speeds."""
+"""Random cracked machines of the independent simulator (blind.machines), measured in two planes at seven speeds."""
 
 from dataclasses import replace
 
 import numpy as np
-from foreign.cases import RUNOUT, Case, draw_case, swing_of
-from foreign.faults import FAMILIES, cracked
-from foreign.measuring import Probe, record, surface_runout
+
+from rotorstudy.blind.machines.cases import RUNOUT, Case, draw_case, swing_of
+from rotorstudy.blind.machines.faults import FAMILIES, cracked
+from rotorstudy.blind.machines.measuring import Probe, record, surface_runout
 
 SPEEDS = 7
 MOST_ELEMENTS = 8

@@ -1,4 +1,4 @@
-"""Cracks of the independent simulator in tests/foreign, in millimetres: python benchmarks/cracks.py --cases 100
+"""Cracks of the independent simulator (blind.machines), in millimetres: python benchmarks/cracks.py --cases 100
 
 Random machines with one crack of 5 to 40 % of the diameter, or a slot that never closes, measured at seven speeds in
 two planes with 1 % noise (`crack_cases.py`). Each takes the way of a user: record and rig file on disk, spectrum, and
@@ -9,7 +9,6 @@ parts: cases that are in `cracks.csv` already are not repeated (another version 
 
 import argparse
 import os
-import sys
 import tempfile
 import time
 import warnings
@@ -19,16 +18,14 @@ from typing import NamedTuple
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads slow them down
 os.environ.setdefault("OMP_NUM_THREADS", "1")
-ROOT = Path(__file__).parents[1]
-sys.path.insert(0, str(ROOT / "tests"))
 
 import numpy as np
 import pandas as pd
 from crack_cases import drawn, truth_of
 from crack_page import INTERVAL, SIZES, is_right, page, summary
-from foreign.files import write_case
-from foreign.stepping import NoSteadyState
 
+from rotorstudy.blind.machines.files import write_case
+from rotorstudy.blind.machines.stepping import NoSteadyState
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.one_cause.identify import identify_cause
 from rotorstudy.diagnosis.settings import read_settings

@@ -1,4 +1,4 @@
-"""The diagnosis on records of the independent simulator in tests/foreign: python benchmarks/foreign.py --cases 100
+"""The diagnosis on records of the independent simulator (blind.machines): python benchmarks/foreign.py --cases 100
 
 Each case is diagnosed as by a user: record and rig file on disk, spectrum, verdict. One row per case goes to
 `cases.csv`, the shares with their 95 % bounds (`foreign_scores.py`) to `summary.csv`; truth and verdict of each case
@@ -18,7 +18,6 @@ import argparse
 import json
 import os
 import shutil
-import sys
 import tempfile
 import time
 import traceback
@@ -30,17 +29,9 @@ from typing import NamedTuple
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads slow them down
 os.environ.setdefault("OMP_NUM_THREADS", "1")
-ROOT = Path(__file__).parents[1]
-sys.path.insert(0, str(ROOT / "tests"))
 
 import numpy as np
 import pandas as pd
-from foreign.cases import CHAIN_FAULTS, draw_case
-from foreign.failures import FAILURES
-from foreign.faults import FAMILIES
-from foreign.files import write_case
-from foreign.forms import FORMS
-from foreign.stepping import NoSteadyState
 from foreign_scores import by_kind, summary
 from foreign_truth import (
     REFUSED,
@@ -55,6 +46,12 @@ from foreign_truth import (
     truth_of,
 )
 
+from rotorstudy.blind.machines.cases import CHAIN_FAULTS, draw_case
+from rotorstudy.blind.machines.failures import FAILURES
+from rotorstudy.blind.machines.faults import FAMILIES
+from rotorstudy.blind.machines.files import write_case
+from rotorstudy.blind.machines.forms import FORMS
+from rotorstudy.blind.machines.stepping import NoSteadyState
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.settings import read_settings
 from rotorstudy.errors import RotorstudyError

@@ -4,8 +4,8 @@ from dataclasses import replace
 from inspect import signature
 
 import numpy as np
-from foreign.measuring import expected_harmonics
 
+from rotorstudy.blind.machines.measuring import expected_harmonics
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.inference.fit import fit
 from rotorstudy.model.depth import compliance

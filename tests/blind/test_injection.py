@@ -68,7 +68,7 @@ def test_every_effect_is_the_one_the_library_knows(exact):
                 assert off < limit, (rig, name, off)
                 checked.add(name)
     known = {name for name, plugin in registry().plugins["effect"].items() if plugin.candidate}
-    known -= {"transverse_crack"}  # tests/foreign has cracks of its own, by the literature
+    known -= {"transverse_crack"}  # blind/machines has cracks of its own, by the literature
     assert known <= checked, "effects of the library that no blind test hides; add them to blind/simulated_effects.py"
 
 

@@ -1,7 +1,7 @@
 """Small machines at few speeds, also with an effect of a test."""
 
-from foreign.cases import draw_case
-from foreign.faults import FAMILIES
+from rotorstudy.blind.machines.cases import draw_case
+from rotorstudy.blind.machines.faults import FAMILIES
 
 
 def small(seed, family, **options):

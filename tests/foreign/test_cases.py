@@ -7,10 +7,10 @@ import pytest
 import xarray as xr
 import yaml
 
-from foreign.cases import CHAIN_FAULTS, draw_case
-from foreign.draw import draw_rotor, first_frequency
-from foreign.faults import FAMILIES
-from foreign.files import write_case
+from rotorstudy.blind.machines.cases import CHAIN_FAULTS, draw_case
+from rotorstudy.blind.machines.draw import draw_rotor, first_frequency
+from rotorstudy.blind.machines.faults import FAMILIES
+from rotorstudy.blind.machines.files import write_case
 
 
 def test_rotors_of_all_sizes():

@@ -6,11 +6,11 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
-from foreign import contacts, effects
-from foreign.beam import Element
-from foreign.crack import add_crack, dimensionless_compliance, strip_bending
-from foreign.machine import Bearing, Disc, Rotor, build, shaft_stiffness
-from foreign.stepping import Stepper, steady_state
+from rotorstudy.blind.machines import contacts, effects
+from rotorstudy.blind.machines.beam import Element
+from rotorstudy.blind.machines.crack import add_crack, dimensionless_compliance, strip_bending
+from rotorstudy.blind.machines.machine import Bearing, Disc, Rotor, build, shaft_stiffness
+from rotorstudy.blind.machines.stepping import Stepper, steady_state
 
 
 def small_rotor(count=6, internal=1e-6):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from foreign.film import Film, bearing, force, running_position
+from rotorstudy.blind.machines.film import Film, bearing, force, running_position
 
 FILM = Film(node=0, diameter=0.1, length=0.03, clearance=1e-4, viscosity=0.1, load=525.0)
 SPEED = 50 * np.pi  # rad/s, 1500 rpm

@@ -3,17 +3,17 @@
 import numpy as np
 import pytest
 
-from foreign.cases import draw_case
-from foreign.crack import add_crack, dimensionless_compliance
-from foreign.draw import MACHINES, draw_point_rotor, draw_rotor
-from foreign.effects import add_unbalance
-from foreign.failures import FAILURES
-from foreign.film import Film, add_film, bearing, force
-from foreign.form_contacts import add_elliptic_forces, pushed
-from foreign.form_cracks import Form, add_form, cosine, pieces, smooth_contact, trapezoid
-from foreign.forms import FORMS
-from foreign.machine import PointRotor, build
-from foreign.stepping import steady_state
+from rotorstudy.blind.machines.cases import draw_case
+from rotorstudy.blind.machines.crack import add_crack, dimensionless_compliance
+from rotorstudy.blind.machines.draw import MACHINES, draw_point_rotor, draw_rotor
+from rotorstudy.blind.machines.effects import add_unbalance
+from rotorstudy.blind.machines.failures import FAILURES
+from rotorstudy.blind.machines.film import Film, add_film, bearing, force
+from rotorstudy.blind.machines.form_contacts import add_elliptic_forces, pushed
+from rotorstudy.blind.machines.form_cracks import Form, add_form, cosine, pieces, smooth_contact, trapezoid
+from rotorstudy.blind.machines.forms import FORMS
+from rotorstudy.blind.machines.machine import PointRotor, build
+from rotorstudy.blind.machines.stepping import steady_state
 
 TABLE = 1e-4  # of a kink by a table of 720 directions
 RNG = np.random.default_rng(3)
@@ -115,7 +115,7 @@ def test_a_whole_element_of_less_rigidity_is_the_softened_length():
 
 
 def build_part(part):
-    from foreign.beam import both_planes, plane_matrices
+    from rotorstudy.blind.machines.beam import both_planes, plane_matrices
 
     full = np.zeros((4 * ROTOR.nodes,) * 2)
     full[4:12, 4:12] = both_planes(plane_matrices(part)[0])

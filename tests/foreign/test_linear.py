@@ -5,9 +5,9 @@ import pytest
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
-from foreign.beam import Element
-from foreign.machine import Bearing, Disc, Rotor, build
-from foreign.stepping import NoSteadyState, march, steady_state
+from rotorstudy.blind.machines.beam import Element
+from rotorstudy.blind.machines.machine import Bearing, Disc, Rotor, build
+from rotorstudy.blind.machines.stepping import NoSteadyState, march, steady_state
 
 STEEL = {"youngs_modulus": 2.1e11, "density": 7850.0}
 NONE = np.zeros((2, 2))

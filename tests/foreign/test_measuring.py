@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from foreign.measuring import Chain, Probe, at_angle, coloured, keyphasor, record, surface_runout
-from foreign.stepping import Steady
+from rotorstudy.blind.machines.measuring import Chain, Probe, at_angle, coloured, keyphasor, record, surface_runout
+from rotorstudy.blind.machines.stepping import Steady
 
 SPEED = 100.0
 FORWARD, SECOND = 2e-5 * np.exp(0.4j), 3e-6  # of the motion, m

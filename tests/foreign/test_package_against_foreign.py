@@ -2,16 +2,16 @@
 
 import numpy as np
 import pytest
-
-from foreign.cases import draw_case
-from foreign.contacts import add_angular_misalignment, add_parallel_misalignment
-from foreign.crack import add_crack
-from foreign.effects import add_bow, add_pedestal, add_thermal_bow, bow_by_kink
-from foreign.faults import FAMILIES
-from foreign.files import rig_of
-from foreign.machine import build
 from foreign.small_cases import special
+
 from rotorstudy import build_model, measured_response
+from rotorstudy.blind.machines.cases import draw_case
+from rotorstudy.blind.machines.contacts import add_angular_misalignment, add_parallel_misalignment
+from rotorstudy.blind.machines.crack import add_crack
+from rotorstudy.blind.machines.effects import add_bow, add_pedestal, add_thermal_bow, bow_by_kink
+from rotorstudy.blind.machines.faults import FAMILIES
+from rotorstudy.blind.machines.files import rig_of
+from rotorstudy.blind.machines.machine import build
 from rotorstudy.model.rig_items import make_term
 from rotorstudy.response.floquet import periodic_growth_rate
 from rotorstudy.response.stability import growth_rate

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 import yaml
 
-from foreign.beam import Element
-from foreign.effects import add_unbalance
-from foreign.film import Film, bearing
-from foreign.machine import GRAVITY, Disc, Rotor, build
-from foreign.stepping import steady_state
 from rotorstudy import build_model, measured_response
+from rotorstudy.blind.machines.beam import Element
+from rotorstudy.blind.machines.effects import add_unbalance
+from rotorstudy.blind.machines.film import Film, bearing
+from rotorstudy.blind.machines.machine import GRAVITY, Disc, Rotor, build
+from rotorstudy.blind.machines.stepping import steady_state
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.extend import extended_rig

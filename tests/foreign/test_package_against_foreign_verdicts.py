@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-
-from foreign.contacts import add_cubic_bearing, add_rub
-from foreign.crack import add_crack
-from foreign.effects import add_added_mass, add_seal
-from foreign.files import write_case
-from foreign.measuring import expected_harmonics
 from foreign.small_cases import small, special
+
+from rotorstudy.blind.machines.contacts import add_cubic_bearing, add_rub
+from rotorstudy.blind.machines.crack import add_crack
+from rotorstudy.blind.machines.effects import add_added_mass, add_seal
+from rotorstudy.blind.machines.files import write_case
+from rotorstudy.blind.machines.measuring import expected_harmonics
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.settings import read_settings
 from rotorstudy.measurement.measurement import measured_spectrum

@@ -16,7 +16,7 @@ from rotorstudy.measurement.resonances import vectors_1x
 from rotorstudy.measurement.run_up import peaks, speed_grid, track
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.measurement.sweep import find_sweep, is_swept
-from rotorstudy.model.rotor_numbers import with_rotor_numbers
+from rotorstudy.model.rig_numbers import with_numbers
 
 MASS, STIFFNESS, ECCENTRICITY, PHASE = 2.0, 8e4, 2e-5, 0.7
 CRITICAL = np.sqrt(STIFFNESS / MASS)  # 200 rad/s
@@ -111,7 +111,7 @@ def rig(folder, **measurement):
 
 def estimate(path, rig):
     spectrum, model, findings = measured_spectrum([path], rig)
-    model = with_rotor_numbers(model, UNKNOWNS, "the test")
+    model = with_numbers(model, UNKNOWNS, "the test")
     return output_error_fit(Problem(model, spectrum, tuple(UNKNOWNS))), findings, spectrum
 
 

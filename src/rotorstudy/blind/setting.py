@@ -17,7 +17,7 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.model import Model
 from rotorstudy.model.rig import build_model
 from rotorstudy.model.rig_items import make_term
-from rotorstudy.model.rotor_numbers import rotor_with_changes, uncertain_numbers
+from rotorstudy.model.rig_numbers import rig_with_changes, uncertain_numbers
 
 RANGE_OF_SPEEDS = (0.35, 1.7)  # of the first critical speed
 KEEP_OFF = 0.04  # smallest relative distance of any speed from a resonance of 1X, 2X or 3X
@@ -79,8 +79,9 @@ def draw_setting(config, rig, generator):
 def _other_rotor(rotor, structure, share, generator):
     """The rotor with its uncertain numbers drawn around the nominal ones, with a relative standard deviation."""
     (own,) = generator.spawn(1)
-    changes = {name: share * np.clip(own.normal(), -2.5, 2.5) for name in uncertain_numbers(structure)}
-    return rotor_with_changes(rotor, structure, changes)
+    model = Model(structure)
+    changes = {name: share * np.clip(own.normal(), -2.5, 2.5) for name in uncertain_numbers(model, "rotor")}
+    return rig_with_changes({"rotor": rotor}, model, changes)["rotor"]
 
 
 def _machine(rotor, factor):

@@ -51,11 +51,12 @@ def run(given):
         _print_choices(found, planes, given.holes)
     else:
         _print_corrections(found, planes, conventions)
-    print("1X vibration, semi-major axis of the orbit: before, and predicted (95 %)")
+    print("1X vibration, semi-major axis of the orbit: before, left (95 %), and the next reading (95 %)")
     for i, speed in enumerate(found.spectrum.speed):
         for j, node in enumerate(found.spectrum.sensors):
-            low, middle, high = (um(size[i, j]) for size in found.after)
-            print(f"  {spin(speed)}, node {node}: {um(found.before[i, j])}, {middle} ({low} to {high})")
+            sizes = ([um(size[i, j]) for size in one] for one in (found.after, found.next_reading))
+            left, shown = (f"{middle} ({low} to {high})" for low, middle, high in sizes)
+            print(f"  {spin(speed)}, node {node}: {um(found.before[i, j])}, {left}, {shown}")
     if given.out:
         _save(given, rig, found, planes)
     return 0
@@ -109,7 +110,8 @@ def _save(given, rig, found, planes):
     variables = {
         "correction": (("plane",), found.corrections @ [1, 1j], "kg m", size),
         "before": (("speed", "node"), found.before, "m", f"{axis}, measured"),
-        "after": (("percentile", "speed", "node"), found.after, "m", f"{axis}, predicted with the corrections"),
+        "after": (("percentile", "speed", "node"), found.after, "m", f"{axis}, left by the corrections"),
+        "next_reading": (("percentile", "speed", "node"), found.next_reading, "m", f"{axis} that the next run shows"),
     }
     data = dataset(variables, coordinates, title="corrections of the balance")
     origin = provenance(rig.given, named_plugins(rig.given)) | {"records": ", ".join(map(str, given.records))}

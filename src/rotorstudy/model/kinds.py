@@ -48,7 +48,7 @@ class Rotor(Plugin):
     """function(**options) -> Structure
 
     uncertain : path of a number among its options -> relative standard deviation where a rig states none, see
-                `rotorstudy.model.rotor_numbers`
+                `rotorstudy.model.option_numbers`
     """
 
     uncertain: dict = field(default_factory=dict, compare=False)
@@ -93,7 +93,7 @@ class Bearing(Plugin):
 
     defaults : option -> function(structure, node) -> its value, a number, where the rig states none
     uncertain : path of a number among its options -> relative standard deviation where a rig states none, see
-                `rotorstudy.model.bearing_numbers`
+                `rotorstudy.model.option_numbers`
 
     Claims about its example with every parameter at its typical size, each checked both ways:
     positive_damping : the symmetric part of its damping dissipates energy in every motion

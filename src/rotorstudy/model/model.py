@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.amplitudes import Amplitudes
 from rotorstudy.model.entry_table import EntryTable
+from rotorstudy.model.rebuilt_bearings import with_bearings_at
 from rotorstudy.model.structure import Matrices, Structure
 from rotorstudy.model.terms import NonlinearForce, Term, Unknown
 from rotorstudy.model.variation import Variation
@@ -148,8 +149,6 @@ class Model(Amplitudes):
     @cached_property
     def _placed(self):
         """The Model with its bearings at (name, value) of the amplitudes that carry load, kept for the last few."""
-        from rotorstudy.model.bearing_numbers import with_bearings_at
-
         latest = []
 
         @lru_cache(maxsize=4)

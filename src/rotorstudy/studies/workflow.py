@@ -21,8 +21,7 @@ from rotorstudy.model.registry import blamed
 from rotorstudy.model.rig import named_plugins
 from rotorstudy.store import load
 
-# from a.b import c, (d, e) or import a.b: the syntax tree of each file would take a second more at every start
-IMPORTED = re.compile(r"^[ \t]*(?:from ([\w.]+) import (\([^)]*\)|[^(\n]+)|import ([^\n]+))", re.MULTILINE)
+NAMED = re.compile(r"\brotorstudy(?:\.\w+)*")  # modules in the text of a script
 
 
 class DiagnosisItem(Strict):
@@ -137,22 +136,11 @@ def called(snakemake, config, **given):
 
 
 @functools.cache
-def _imports(file):
-    """Files of this package that one file imports, also inside functions. Cached, as scripts share most of them."""
-    modules = []
-    for home, names, plain in IMPORTED.findall(re.sub("#.*", "", file.read_text(encoding="utf-8"))):
-        named = [name.split()[0] for name in names.strip("()").split(",") if name.strip()]
-        modules += [home, *(f"{home}.{name}" for name in named)] if home else plain.split(",")
-    return _module_files(module.split(" as ")[0].strip() for module in modules)
+def _graph():
+    """Which module of this package imports which, also inside functions."""
+    import grimp
 
-
-def _module_files(modules):
-    """Those of some modules that are files of this package."""
-    home = Path(__file__).parents[1]
-    bases = [
-        home.joinpath(*parts[1:]) for parts in (module.split(".") for module in modules) if parts[0] == "rotorstudy"
-    ]
-    return {path for base in bases for path in (base.with_suffix(".py"), base / "__init__.py") if path.is_file()}
+    return grimp.build_graph("rotorstudy", cache_dir=None)
 
 
 def imported_files(script, *functions):
@@ -168,17 +156,17 @@ def imported_files(script, *functions):
     Returns
     -------
     list of str
-        What the script and the modules of the functions import, directly or through others (also inside functions),
-        these modules, and the page templates beside them; the script is not included.
+        The modules of this package that the script and the functions name, all that these import, directly or through
+        others (also inside functions), and the page templates beside them; the script is not included.
     """
-    seen = _module_files(function.rpartition(".")[0] for function in functions)
-    waiting = [Path(script), *seen]
-    while waiting:
-        new = _imports(waiting.pop()) - seen
-        seen |= new
-        waiting += new
-    templates = {page for file in seen for page in file.parent.glob("templates/*.html")}
-    return sorted(map(str, seen | templates))
+    graph, home = _graph(), Path(__file__).parents[1]
+    named = {*NAMED.findall(Path(script).read_text(encoding="utf-8")), *(one.rpartition(".")[0] for one in functions)}
+    seen = named & graph.modules
+    seen = seen.union(*map(graph.find_upstream_modules, seen))
+    bases = [home.joinpath(*module.split(".")[1:]) for module in seen]
+    files = [base / "__init__.py" if base.is_dir() else base.with_suffix(".py") for base in bases]
+    templates = {page for file in files for page in file.parent.glob("templates/*.html")}
+    return sorted(map(str, {*files, *templates}))
 
 
 @functools.cache

@@ -1,16 +1,21 @@
-"""Correction masses that balance a rotor: the model's influence of an unbalance on the vibration, and least squares.
+"""Correction masses that balance a rotor: what the readings say of its vibration, and least squares.
 
-The vibration y at 1X is linear in the unbalances w of the correction planes. They minimise the misfit of
+The reading y at 1X is x(p) + J(p) u + f + errors of the probes + noise: the vibration x of the rig with the parameters
+p, the influence J of unbalances u in the correction planes, of which nothing is known, and what other forces f cause:
+unbalances elsewhere and a bow, which no rig file states. All of them are fitted to the readings together, within the
+priors. How large the forces f are, the readings say: their standard deviations are averaged over a grid, by their
+evidence. The corrections w are the least squares of the vibration fitted,
 
-    y + J(p) w,
+    x + J (u + w) + f,
 
-J the influence by the model with the parameters p, weighted by the noise of y. A runout r(p) that the rig states is no
-vibration: y is the reading less r. The vibration that is left is known as well as y and J(p): to first order p changes
-it by D = d(J w - r) / dp.
+weighted by the noise of y. Its posterior, to first order in p and second in p and u together, is the vibration left of
+the machine as it was measured. The next reading is that of another run: with the errors of the probes, the parameters
+that differ from run to run drawn anew, and noise.
 """
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from typing import NamedTuple
 
@@ -22,29 +27,41 @@ from rotorstudy.diagnosis.runs.run_file import AddedUnbalance
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings, read_settings
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.inference.fit import fit
 from rotorstudy.inference.linear import check_identifiable, invert
 from rotorstudy.inference.prediction import carried_order, with_model_error
+from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.conventions import Conventions, read_conventions
 from rotorstudy.measurement.findings import Finding
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.measurement.spectrum import Spectrum
+from rotorstudy.model.entries import Entry
 from rotorstudy.model.model import Model
 from rotorstudy.model.rig import RigFile, read_rig
+from rotorstudy.model.terms import Parameter, Term
 from rotorstudy.response.measured import measured_response_and_jacobian
 
 DRAWS, SEED = 1000, 1  # of the vibration left, for its interval
 INTERVAL = (2.5, 50.0, 97.5)  # percent
+WIDE = 1e2  # standard deviation of an unbalance in a plane: what it causes, over the vibration measured
+# standard deviations of what other forces cause, over the vibration measured; as likely as not there are none
+FORCES = np.array([1e-6, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0])
+FIRST = (0.1, 0.1)  # of the first fit
+NEGLIGIBLE = 1e-3  # probability of their sizes, over the largest
+MOST_NODES = 16  # at which other forces are taken to act, beside the discs
 
 
 class Balancing(NamedTuple):
     """Corrections, and the vibration before and after.
 
-    corrections : ndarray (plane, part), real and imaginary part from the shaft's reference line, kg m
-    covariance  : ndarray (plane * part, plane * part), of the best ones, kg^2 m^2
-    choices     : list of Choice (plane,), what is put into given holes; None if any correction can be made
-    spectrum    : Spectrum balanced, at 1X and -1X, without the runout that the rig states
-    before      : ndarray (speed, sensor), semi-major axis of the orbit, m
-    after       : ndarray (percentile, speed, sensor), its 2.5, 50 and 97.5 % points, m
+    corrections  : ndarray (plane, part), real and imaginary part from the shaft's reference line, kg m
+    covariance   : ndarray (plane * part, plane * part), of the best ones, kg^2 m^2
+    choices      : list of Choice (plane,), what is put into given holes; None if any correction can be made
+    spectrum     : Spectrum balanced, at 1X and -1X, without the runout that the rig states
+    before       : ndarray (speed, sensor), semi-major axis of the orbit, m
+    after        : ndarray (percentile, speed, sensor), its 2.5, 50 and 97.5 % points for the vibration left, m
+    next_reading : ndarray (percentile, speed, sensor), those of what the probes will show in the next run, without the
+                   runout that the rig states, m
     """
 
     corrections: np.ndarray
@@ -53,6 +70,7 @@ class Balancing(NamedTuple):
     spectrum: Spectrum
     before: np.ndarray
     after: np.ndarray
+    next_reading: np.ndarray
 
 
 def balance_files(
@@ -61,7 +79,7 @@ def balance_files(
     """Balance a rotor by its records.
 
     paths  : records, tables of harmonics, or one imported spectrum
-    rig    : as updated by `rotorstudy identify`: its parameters are not fitted again
+    rig    : best as updated by `rotorstudy identify`
     planes : nodes, or labels of nodes, where a correction mass can be put
     holes  : to which, with their weights, the corrections are restricted
     raises : RotorstudyError for files that cannot be read, records without 1X, and planes that the probes cannot tell
@@ -94,70 +112,188 @@ def balance(
     wanted = [n for n in (1, -1) if n in spectrum.harmonics]
     if 1 not in wanted:
         raise RotorstudyError("the records have no harmonic 1, which balancing needs; add it to 'harmonics:'")
-    spectrum = with_model_error(spectrum.at_harmonics(wanted), settings)
+    noise = spectrum.at_harmonics(wanted)
+    spectrum = with_model_error(noise, settings)
     whole, prior = base_model(model, settings)
-    terms = _unbalances(whole, planes, conventions)
-    names = [unknown.name for term in terms for unknown in term.unknowns]
-    whole = whole.plus(*terms)
-    values = dict(zip(whole.names, whole.stated, strict=True))
-    values |= dict(zip(prior.names, prior.mean, strict=True)) | dict.fromkeys(names, 0.0)
-    influence = _changes(whole, spectrum, values, names)
-    shown = [name for name in _readings_without_motion(model) if values[name]]
-    runout = _changes(whole, spectrum, values, shown)
-    still = np.tensordot([values[name] for name in shown], runout, 1)
-    spectrum = replace(spectrum, amplitude=spectrum.amplitude - still)
+    whole, names, others = _with_unbalances(whole, planes, conventions)
+    own = [name for one in settings.run_to_run for name in model.amplitudes_of(one) if name in prior.names]
+    updated = [] if model.uncertainty is None else [name for name in model.uncertainty.names if name not in own]
+    known = _fitted(whole, spectrum, prior, names, others, updated)
+    still = {u.name: 0.0 for u in whole.output_unknowns}
+    motion, influence = _shown(whole, spectrum, known.values | still, names)
     columns = spectrum.whitened(influence).T
     check_identifiable(columns, names)
     normal = columns.T @ columns
     gain = invert(normal) @ columns.T
-    corrections, choices = -gain @ spectrum.whitened(spectrum.amplitude), None
+    corrections, choices = -gain @ spectrum.whitened(motion), None
     if holes:
         choices = chosen(holes, GRAM * corrections, normal / GRAM**2)
         corrections = np.concatenate([choice.total for choice in choices]) / GRAM
-    corrected = values | dict(zip(names, corrections, strict=True))
-    moved = _changes(whole, spectrum, corrected, prior.names) - _changes(whole, spectrum, values, prior.names)
-    for name, change in zip(shown, runout, strict=True):
-        if name in prior.names:
-            moved[prior.names.index(name)] -= change
-    spread = np.eye(len(columns))
-    if len(moved):
-        whitened = spectrum.whitened(moved).T
-        spread = spread + whitened @ prior.covariance @ whitened.T
-    left = spectrum.amplitude + np.tensordot(corrections, influence, 1)
+    put = dict(zip(names, corrections + [known.values[name] for name in names], strict=True))
+    of_motion = np.array([name not in still for name in known.names])
+    slopes = _shown(whole, spectrum, known.values | still | put, known.names)[1] * of_motion[:, None, None, None]
+    spread = gain @ spectrum.whitened(slopes).T
+    runout = _runout(model, whole, spectrum)
     draws = np.random.default_rng(SEED)
-    parameters = draws.normal(size=(DRAWS, len(prior.names))) @ prior.factor.T
-    noise = _noise(spectrum, draws)
+    moved = known.drawn(draws)
+    left = _moved(whole, spectrum, known, known.values | still | put, moved * of_motion)
+    place, part = [known.names.index(name) for name in own], prior.part(own)
+    moved[:, place] = part.mean - known.free[place] + draws.normal(size=(DRAWS, len(own))) @ part.factor.T
+    shown = _moved(whole, spectrum, known, known.values | put, moved) - runout + _noise(noise, draws)
     return Balancing(
         GRAM * corrections.reshape(-1, 2),
-        GRAM**2 * gain @ spread @ gain.T,
+        GRAM**2 * spread @ known.covariance @ spread.T,
         choices,
-        spectrum,
-        _axis(spectrum.amplitude),
-        np.percentile(_axis(left + noise + np.tensordot(parameters, moved, 1)), INTERVAL, axis=0),
+        replace(spectrum, amplitude=spectrum.amplitude - runout),
+        _axis(spectrum.amplitude - runout),
+        *(np.percentile(_axis(one), INTERVAL, axis=0) for one in (left, shown)),
     )
 
 
-def _unbalances(model, planes, conventions):
-    """Terms of an unbalance in each plane, zero."""
-    zero = [AddedUnbalance(node=node, unbalance_g_mm=0.0) for node in planes]
-    return [
-        unbalance_term(one, model.structure, model.sensors, conventions, f"plane {i}", f"plane {one.node}")
+class Known(NamedTuple):
+    """What the readings say of all parameters, in a model linearised about a fit, for each size of the other forces.
+
+    names   : tuple (parameter,)
+    values  : of every amplitude of the model at the fit
+    weights : ndarray (size,), posterior probability
+    means   : ndarray (size, parameter), from the fit
+    roots   : ndarray (size, parameter, parameter), R of the covariance R R^T
+    """
+
+    names: tuple[str, ...]
+    values: dict[str, float]
+    weights: np.ndarray
+    means: np.ndarray
+    roots: np.ndarray
+
+    @property
+    def free(self):
+        """(parameter,) values at the fit."""
+        return np.array([self.values[name] for name in self.names])
+
+    @property
+    def covariance(self):
+        """(parameter, parameter) of the mixture of all sizes."""
+        off = self.means - self.weights @ self.means
+        each = zip(self.weights, off, self.roots, strict=True)
+        return sum(weight * (np.outer(one, one) + root @ root.T) for weight, one, root in each)
+
+    def drawn(self, draws):
+        """(draw, parameter) of the posterior, from the fit."""
+        counts = draws.multinomial(DRAWS, self.weights)
+        each = zip(counts, self.means, self.roots, strict=True)
+        return np.concatenate([m + draws.normal(size=(n, len(m))) @ r.T for n, m, r in each])
+
+
+def _with_unbalances(whole, planes, conventions):
+    """The model with unbalances in each plane and other forces, all zero, and names: of the planes', of both others."""
+    structure, zero = whole.structure, [AddedUnbalance(node=node, unbalance_g_mm=0.0) for node in planes]
+    terms = [
+        unbalance_term(one, structure, whole.sensors, conventions, f"plane {i}", f"plane {one.node}")
         for i, one in enumerate(zero, 1)
     ]
+    nodes = structure.nodes[:: len(structure.nodes) // MOST_NODES + 1]
+    nodes = sorted({*nodes, *(disc.node for disc in structure.discs if disc.node in structure.nodes)})
+    for name, size, gain in (
+        ("unbalance elsewhere", structure.mass_share, lambda speed: speed**2),
+        ("bent shaft", lambda node: 1.0, None),
+    ):
+        entries = {f"{name} at node {n}": Entry(size(n) * structure.unit(n), "one", shift=1, gain=gain) for n in nodes}
+        parameters = (Parameter(own, "1", (entry,), 1.0, is_complex=True) for own, entry in entries.items())
+        terms.append(Term(name, tuple(parameters), dict.fromkeys(entries, 0j)))
+    names = [[unknown.name for unknown in term.unknowns] for term in terms]
+    return whole.plus(*terms), [name for part in names[:-2] for name in part], names[-2:]
 
 
-def _readings_without_motion(model):
-    """Names of the amplitudes that the probes show without a motion of the shaft: runout."""
+def _fitted(whole, spectrum, prior, names, others, updated):
+    """What is Known by the readings of a Spectrum.
+
+    The fit is repeated with the most probable sizes of the other forces.
+
+    names, others : as of `_with_unbalances`
+    updated       : names of parameters that an earlier fit, perhaps to the same readings, has told: they are drawn as
+                    this has left them, and all others given them, so that no reading counts twice
+    """
+    values = dict(zip(whole.names, whole.stated, strict=True)) | dict(zip(prior.names, prior.mean, strict=True))
+    measured, units = np.sqrt(np.mean(np.abs(spectrum.amplitude) ** 2)), {}
+    for part, share in (*(([name], WIDE) for name in names), *((part, 1.0) for part in others)):
+        caused = np.linalg.norm(_shown(whole, spectrum, values, part)[1]) / np.sqrt(spectrum.amplitude.size)
+        units |= dict.fromkeys(part, share * measured / (caused or 1.0))
+    pairs = np.array(list(product(FORCES, FORCES)))
+    chance = np.log(np.where(pairs == FORCES[0], 0.5, 0.5 / (len(FORCES) - 1))).sum(axis=1)
+    best, start = FIRST, None
+    for _ in range(2):
+        sizes = {name: size for part, size in zip(others, best, strict=True) for name in part}
+        own = {name: (0.0, unit * sizes.get(name, 1.0)) for name, unit in units.items()}
+        known = prior.plus(Prior.independent(own))
+        found = fit(whole, spectrum, known, start)
+        scales = np.ones((len(pairs), len(known.names)))
+        for part, column in zip(others, (pairs / best).T, strict=True):
+            scales[:, [known.names.index(name) for name in part]] = column[:, None]
+        right = found.residual + found.jacobian @ (found.free - known.mean)
+        seen = found.jacobian @ known.factor
+        odds = chance + [_evidence(seen * scale, right) for scale in scales]
+        best, start = pairs[np.argmax(odds)], found.theta
+    weights = np.exp(odds - odds.max())
+    likely = np.flatnonzero(weights > NEGLIGIBLE)
+    held = np.isin(known.names, updated)
+    each = [_posterior(seen * scale, right, held) for scale in scales[likely]]
+    factors = [scale[:, None] * known.factor for scale in scales[likely]]
+    means = np.array([f @ at for f, (at, _) in zip(factors, each, strict=True)]) + known.mean - found.free
+    roots = np.array([f @ root for f, (_, root) in zip(factors, each, strict=True)])
+    return Known(known.names, found.values, weights[likely] / weights[likely].sum(), means, roots)
+
+
+def _evidence(seen, right):
+    """Logarithm of the evidence of whitened data, less a constant, by unit parameters with columns `seen`."""
+    precision, pull = np.eye(seen.shape[1]) + seen.T @ seen, seen.T @ right
+    return 0.5 * (pull @ np.linalg.solve(precision, pull) - np.linalg.slogdet(precision)[1])
+
+
+def _posterior(seen, right, held):
+    """Mean, and root R of the covariance R R^T, of these parameters; those `held` keep their prior."""
+    old, new = np.flatnonzero(held), np.flatnonzero(~held)
+    precision, pull = np.eye(seen.shape[1]) + seen.T @ seen, seen.T @ right
+    own = np.linalg.inv(np.linalg.cholesky(precision[np.ix_(new, new)])).T
+    mean, root = np.zeros(len(pull)), np.eye(len(pull))
+    mean[new] = own @ (own.T @ pull[new])
+    root[np.ix_(new, new)] = own
+    root[np.ix_(new, old)] = -own @ (own.T @ precision[np.ix_(new, old)])
+    return mean, root
+
+
+def _moved(whole, spectrum, known, values, moved):
+    """What the probes show (draw, speed, harmonic, sensor) where the parameters move (draw, parameter) from values.
+
+    To first order, and in second in a parameter together with the forces, in which all is linear.
+    """
+    forces = {u.name for u in whole.rotor_unknowns if all(entry.is_constant for entry in u.entries)}
+    force = np.array([name in forces for name in known.names])
+    shown, slopes = _shown(whole, spectrum, values, known.names)
+    found = shown + np.tensordot(moved, slopes, 1)
+    for i in np.flatnonzero(~force & moved.any(axis=0)):
+        step = np.std(moved[:, i])
+        there = _shown(whole, spectrum, values | {known.names[i]: values[known.names[i]] + step}, known.names)[1]
+        turned = np.tensordot(moved[:, force], there[force] - slopes[force], 1)
+        found += (moved[:, i] / step)[:, None, None, None] * turned
+    return found
+
+
+def _runout(model, whole, spectrum):
+    """What the probes show without a motion of the shaft, as the rig states it: (speed, harmonic, sensor), m."""
     output = [u for term in model.terms if term.acts_on_output for u in term.unknowns]
-    return [u.name for u in output if not any(entry.reads_motion for entry in u.entries)]
+    names = [u.name for u in output if not any(entry.reads_motion for entry in u.entries)]
+    values = dict(zip(whole.names, whole.stated, strict=True))
+    columns = _shown(whole, spectrum, values, names)[1]
+    return np.tensordot([values[name] for name in names], columns, 1)
 
 
-def _changes(model, spectrum, values, names):
-    """Derivatives (parameter, speed, harmonic, sensor) by some parameters at values of all, as the probes show them."""
+def _shown(model, spectrum, values, names):
+    """What the probes show (speed, harmonic, sensor) at values of all amplitudes, and its derivatives by some."""
     theta = np.array([values[name] for name in model.names])
     order = carried_order(spectrum)
-    _, found = measured_response_and_jacobian(model, spectrum.speed, spectrum.harmonics, theta, order=order)
-    return spectrum.shown(np.moveaxis(found[..., model.position(names)], -1, 0))
+    shown, slopes = measured_response_and_jacobian(model, spectrum.speed, spectrum.harmonics, theta, order=order)
+    return spectrum.shown(shown), spectrum.shown(np.moveaxis(slopes[..., model.position(names)], -1, 0))
 
 
 def _noise(spectrum, draws):

@@ -6,12 +6,12 @@ speeds and probes. Each fault is one of `ADDED`, which return the family as whic
 
 import numpy as np
 
-from foreign import contacts, effects, faults, form_contacts, forms
-from foreign.beam import Element
-from foreign.crack import dimensionless_compliance
-from foreign.draw import carried
-from foreign.form_cracks import cosine, smooth_contact
-from foreign.machine import Disc
+from rotorstudy.blind.machines import contacts, effects, faults, form_contacts, forms
+from rotorstudy.blind.machines.beam import Element
+from rotorstudy.blind.machines.crack import dimensionless_compliance
+from rotorstudy.blind.machines.draw import carried
+from rotorstudy.blind.machines.form_cracks import cosine, smooth_contact
+from rotorstudy.blind.machines.machine import Disc
 
 STEEL = {"youngs_modulus": 2.1e11, "density": 7850.0}
 

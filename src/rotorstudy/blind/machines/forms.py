@@ -6,10 +6,10 @@ contacts and supports that stiffen smoothly, friction that falls with the slip, 
 
 import numpy as np
 
-from foreign import form_contacts, form_cracks
-from foreign.crack import dimensionless_compliance
-from foreign.draw import between
-from foreign.stepping import NoSteadyState
+from rotorstudy.blind.machines import form_contacts, form_cracks
+from rotorstudy.blind.machines.crack import dimensionless_compliance
+from rotorstudy.blind.machines.draw import between
+from rotorstudy.blind.machines.stepping import NoSteadyState
 
 DEPTHS = (0.04, 0.3)  # over the diameter, of the straight front that has the same flexibility on average
 RATIOS = (0.05, 0.6)  # flexibility along the front over that across

@@ -16,8 +16,8 @@ curvature's centre.
 
 import numpy as np
 
-from foreign.beam import both_planes, plane_matrices
-from foreign.machine import LocalForce
+from rotorstudy.blind.machines.beam import both_planes, plane_matrices
+from rotorstudy.blind.machines.machine import LocalForce
 
 
 def strip_tension(ratio):

@@ -6,8 +6,8 @@ in rad.
 
 import numpy as np
 
-from foreign.beam import plane_matrices
-from foreign.machine import Disc, add_disc, add_internal_damping, shaft_stiffness
+from rotorstudy.blind.machines.beam import plane_matrices
+from rotorstudy.blind.machines.machine import Disc, add_disc, add_internal_damping, shaft_stiffness
 
 
 def add_unbalance(machine, node, moment, angle=0.0):

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from foreign.contacts import at
-from foreign.machine import LocalForce
+from rotorstudy.blind.machines.contacts import at
+from rotorstudy.blind.machines.machine import LocalForce
 
 
 def pushed(depth, stiffness, kind, scale):

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from foreign import contacts, effects
-from foreign.crack import add_crack
-from foreign.draw import between
-from foreign.machine import Machine
-from foreign.stepping import Steady
+from rotorstudy.blind.machines import contacts, effects
+from rotorstudy.blind.machines.crack import add_crack
+from rotorstudy.blind.machines.draw import between
+from rotorstudy.blind.machines.machine import Machine
+from rotorstudy.blind.machines.stepping import Steady
 
 
 @dataclass

@@ -16,9 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from foreign.beam import plane_matrices
-from foreign.crack import TabulatedHinge, hinge_selection
-from foreign.machine import LocalForce
+from rotorstudy.blind.machines.beam import plane_matrices
+from rotorstudy.blind.machines.crack import TabulatedHinge, hinge_selection
+from rotorstudy.blind.machines.machine import LocalForce
 
 BY_MOMENT = ("energy", "whole")
 BY_ANGLE = ("flexibility_by_angle", "stiffness_by_angle")

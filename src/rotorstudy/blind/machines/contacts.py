@@ -7,8 +7,8 @@ reference line; rad.
 
 import numpy as np
 
-from foreign.effects import deformation_stiffness, element_deformation
-from foreign.machine import LocalForce
+from rotorstudy.blind.machines.effects import deformation_stiffness, element_deformation
+from rotorstudy.blind.machines.machine import LocalForce
 
 
 def at(machine, first, count=2):

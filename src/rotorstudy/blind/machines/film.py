@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import root
 
-from foreign.contacts import at
-from foreign.form_contacts import by_differences
-from foreign.machine import Bearing, LocalForce
+from rotorstudy.blind.machines.contacts import at
+from rotorstudy.blind.machines.form_contacts import by_differences
+from rotorstudy.blind.machines.machine import Bearing, LocalForce
 
 GAUSS = np.polynomial.legendre.leggauss(200)
 FEWER = np.polynomial.legendre.leggauss(24)  # while integrating in time: 1e-4 of the force up to 0.85 of the clearance

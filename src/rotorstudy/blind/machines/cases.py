@@ -5,15 +5,15 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from foreign import effects
-from foreign.draw import MACHINES, draw_rotor, draw_speeds, draw_unbalance, first_frequency
-from foreign.failures import ADDED, ROTORS
-from foreign.faults import FAMILIES, Draw
-from foreign.film import add_film
-from foreign.forms import FORMS
-from foreign.machine import PointRotor, Rotor, build
-from foreign.measuring import Chain, Probe, record, surface_runout
-from foreign.stepping import NoSteadyState, Steady, steady_state
+from rotorstudy.blind.machines import effects
+from rotorstudy.blind.machines.draw import MACHINES, draw_rotor, draw_speeds, draw_unbalance, first_frequency
+from rotorstudy.blind.machines.failures import ADDED, ROTORS
+from rotorstudy.blind.machines.faults import FAMILIES, Draw
+from rotorstudy.blind.machines.film import add_film
+from rotorstudy.blind.machines.forms import FORMS
+from rotorstudy.blind.machines.machine import PointRotor, Rotor, build
+from rotorstudy.blind.machines.measuring import Chain, Probe, record, surface_runout
+from rotorstudy.blind.machines.stepping import NoSteadyState, Steady, steady_state
 
 CHAIN_FAULTS = ("swapped", "reversed", "phase_offset", "delay", "angle_error", "gain", "runout", "unloaded_zero")
 PROBE_FAULTS = ("swapped", "reversed", "angle_error", "gain", "runout")  # at one node

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import eigh
 
-from foreign.beam import Element
-from foreign.film import Film, bearing
-from foreign.machine import Bearing, Disc, PointRotor, Rotor, build
-from foreign.stepping import NoSteadyState
+from rotorstudy.blind.machines.beam import Element
+from rotorstudy.blind.machines.film import Film, bearing
+from rotorstudy.blind.machines.machine import Bearing, Disc, PointRotor, Rotor, build
+from rotorstudy.blind.machines.stepping import NoSteadyState
 
 
 def between(rng, low, high):

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from foreign.cases import RUNOUT, swing_of
-from foreign.machine import GRAVITY
+from rotorstudy.blind.machines.cases import RUNOUT, swing_of
+from rotorstudy.blind.machines.machine import GRAVITY
 
 FILM = 2.5  # error of clearance and viscosity over that of the coefficients of a bearing: 5 %
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from foreign.beam import both_planes, gyroscopic_planes, plane_matrices, quarter_turn
+from rotorstudy.blind.machines.beam import both_planes, gyroscopic_planes, plane_matrices, quarter_turn
 
 GRAVITY = 9.80665  # m/s²
 

@@ -1,0 +1,97 @@
+"""How often the stated intervals of a balancing hold, on independent machines: python benchmarks/balance.py
+
+Every machine is balanced in two planes from one set of readings, with the rig as drawn and as updated by
+`identify --runs`, by these readings or others, and those with a trial mass. The corrections are then put on the
+machine, whose true vibration and whose next reading, in another run, are compared with their 95 % intervals, at every
+speed and probe.
+"""
+
+import argparse
+import json
+import os
+import sys
+import tempfile
+from pathlib import Path
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import numpy as np
+
+from rotorstudy.blind.machines.balancing import PLANES, PROBES, draw
+from rotorstudy.diagnosis.runs.balance import balance_files
+from rotorstudy.diagnosis.runs.joint import identify_runs
+from rotorstudy.errors import RotorstudyError
+from rotorstudy.model.estimated_rig import write_rig
+
+TRIAL = 2e-5  # m, eccentricity by the trial mass
+
+
+def write_table(path, machine, shown):
+    rows = ["speed_rad_per_s,node,harmonic,amplitude_m,phase_rad"]
+    for i, speed in enumerate(machine.speeds):
+        for h, n in enumerate((1, -1)):
+            for s, node in enumerate(PROBES):
+                z = shown[i, h, s]
+                rows.append(f"{speed:.12g},{node + 1},{n},{abs(z):.9e},{np.angle(z):.8f}")
+    path.write_text("\n".join(rows) + "\n")
+
+
+def balanced(seed, updated):
+    """Stated and true vibration left: (interval of the left (3, speed, probe), of the next, true left, true next)."""
+    machine, rng = draw(seed), np.random.default_rng([seed, 31])
+    with tempfile.TemporaryDirectory() as folder:
+        folder = Path(folder)
+        (folder / "rig.yaml").write_text(json.dumps(machine.rig, default=float))
+        own = machine.scattered(rng)
+        write_table(folder / "baseline.csv", machine, machine.reading(machine.motion(own=own), rng))
+        rig = folder / "rig.yaml"
+        if updated:
+            size, angle = TRIAL * machine.rig["rotor"]["discs"][0]["mass_kg"], rng.uniform(0, 360)
+            trial = machine.motion([(PLANES[0], size * np.exp(1j * np.radians(angle)))], machine.scattered(rng))
+            write_table(folder / "trial.csv", machine, machine.reading(trial, rng))
+            runs = [
+                {"name": "baseline", "records": ["baseline.csv"]},
+                {"name": "trial", "records": ["trial.csv"],
+                 "unbalances": [{"node": PLANES[0] + 1, "unbalance_g_mm": 1e6 * size, "angle_deg": angle}]},
+            ]  # fmt: skip
+            (folder / "runs.yaml").write_text(json.dumps({"runs": runs}, default=float))
+            rig = folder / "updated.yaml"
+            write_rig(identify_runs(folder / "runs.yaml", folder / "rig.yaml").rig, rig, "updated")
+        if updated == "by other records":
+            write_table(folder / "baseline.csv", machine, machine.reading(machine.motion(own=own), rng))
+        found, _, _ = balance_files([folder / "baseline.csv"], rig, [node + 1 for node in PLANES])
+    added = list(zip(PLANES, found.corrections @ [1, 1j], strict=True))
+    left = np.abs(machine.motion(added, own)).sum(axis=1)
+    shown = np.abs(machine.reading(machine.motion(added, machine.scattered(rng)), rng)).sum(axis=1)
+    return found, left, shown
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--machines", type=int, default=200)
+    parser.add_argument("--seed", type=int, default=1)
+    given = parser.parse_args()
+    for updated in ("", "by these records", "by other records"):
+        inside, ratio = {"left": [], "next": []}, {"left": [], "next": []}
+        for seed in range(given.seed, given.seed + given.machines):
+            try:
+                found, left, shown = balanced(seed, updated)
+            except RotorstudyError as error:
+                print(f"seed {seed}: {error}", file=sys.stderr)
+                continue
+            for name, stated, true in (("left", found.after, left), ("next", found.next_reading, shown)):
+                inside[name].append(((stated[0] <= true) & (true <= stated[2])).ravel())
+                ratio[name].append((true / stated[1]).ravel())
+        for name in inside:
+            hit = np.array(inside[name])
+            per = hit.mean(axis=1)
+            std = per.std(ddof=1) / np.sqrt(len(per))
+            print(
+                f"{f'updated {updated}' if updated else 'as drawn'}, {name}: {hit.mean():.1%} ± {std:.1%} of "
+                f"{hit.size} intervals of {len(per)} machines; median true over stated {np.median(ratio[name]):.2f}",
+                flush=True,
+            )
+
+
+if __name__ == "__main__":
+    main()
