@@ -23,7 +23,7 @@ from rotorstudy.commands import (
     plugins,
     simulate,
 )
-from rotorstudy.errors import RotorstudyError
+from rotorstudy.errors import MissingValue, RotorstudyError
 from rotorstudy.model.registry import blamed, registry
 
 COMMANDS = (demo, analyse, simulate, import_records, identify, diagnose, compare, balance, plugins, new, check, blind)
@@ -133,6 +133,8 @@ def main(arguments=None):
         status = given.func(given)
         sys.stdout.flush()
         return status
+    except MissingValue as error:
+        message = f"{given.rig}: {error}"
     except RotorstudyError as error:
         message = error
     except BrokenPipeError:  # the reader of the output has closed it, as `| head` does

@@ -68,7 +68,7 @@ def make_term(
         options = check_options(plugin.function, {k: v for k, v in given.items() if k in names}, where, fixed, left)
     if section == "bearing":  # stated, so that it is a number of the bearing like others
         missing = {name: value for name, value in plugin.defaults.items() if options[name] is None}
-        with _named(where):
+        with named(where):
             options |= {name: value(structure, options.get("node")) for name, value in missing.items()}
     function = crack_parameters if section == "crack" else plugin.function
     parameters = _parameters(plugin, function, fixed, options, where)
@@ -145,7 +145,7 @@ def _fixed(plugin, section, structure, sensors):
 
 def _parameters(plugin, function, fixed, options, where):
     """The parameters that a plugin gives, checked."""
-    with _named(where):
+    with named(where):
         found = function(**fixed, **options)
     parameters, on_output = check_parameters(found, plugin, where), getattr(plugin, "acts_on", "rotor") == "output"
     check_shapes(parameters, len(fixed["sensors"]) if on_output else len(fixed["structure"].dofs), plugin, where)
@@ -153,7 +153,7 @@ def _parameters(plugin, function, fixed, options, where):
 
 
 @contextmanager
-def _named(where):
+def named(where):
     """Context in which an error of the package is raised with the place it is about."""
     try:
         yield
