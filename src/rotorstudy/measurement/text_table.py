@@ -2,6 +2,7 @@
 
 import codecs
 import csv
+import io
 import json
 import re
 import warnings
@@ -196,13 +197,19 @@ def cells_in(line, separator):
 
 
 def _opened(path):
-    """The file as text without its byte order mark: UTF-8, UTF-16, or else Windows-1252."""
+    """A file as text, see `decoded`."""
     path = Path(path)
     if not path.is_file():
         raise RotorstudyError(f"record file '{path}' does not exist")
-    with path.open("rb") as file:
-        first = file.read(FIRST)
+    return decoded(path.open("rb"), path)
+
+
+def decoded(file, path):
+    """An open file of bytes as text without its byte order mark: UTF-8, UTF-16, or else Windows-1252."""
+    first = file.read(FIRST)
+    file.seek(0)
     if not first.strip():
+        file.close()
         raise RotorstudyError(f"{path}: the file is empty; export it again, or leave it out")
     if first.startswith((b"\xff\xfe", b"\xfe\xff")):
         encoding = "utf-16"
@@ -214,7 +221,7 @@ def _opened(path):
             encoding = "utf-8-sig"
         except UnicodeDecodeError:
             encoding = "cp1252"
-    return path.open(encoding=encoding, errors="replace")
+    return io.TextIOWrapper(file, encoding, errors="replace")
 
 
 def _with_point(cell, where):
