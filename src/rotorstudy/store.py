@@ -26,9 +26,9 @@ def atomic(path):
         yield temporary
         os.replace(temporary, path)
     except OSError as error:
-        if error.filename in (None, temporary, str(temporary)):
-            raise _not_written(path, error) from None
-        raise  # of a file that the block reads
+        if isinstance(error, FileNotFoundError) or error.filename not in (None, temporary, str(temporary)):
+            raise  # of a file that the block reads, or has not written
+        raise _not_written(path, error) from None
     finally:
         temporary.unlink(missing_ok=True)
 

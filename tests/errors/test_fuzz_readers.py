@@ -75,7 +75,7 @@ def seeds(folder):
     import pyuff
     from scipy.io import savemat
 
-    savemat(mat := BytesIO(), {"time": np.arange(4.0), "x": np.eye(2), "s": {"y": np.arange(4)}})
+    savemat(mat := BytesIO(), {"time": np.arange(4.0), "x": np.eye(2), "s": {"y": np.arange(4)}}, do_compression=True)
     given = dict.fromkeys(("id2", "id3", "id4", "id5", "rsp_ent_name", "ref_ent_name"), "") | {"id1": "a", "binary": 0}
     given |= dict.fromkeys(("ver_num", "load_case_id", "orddenom_spec_data_type", "z_axis_spec_data_type"), 0)
     given |= {
@@ -156,6 +156,21 @@ def test_damaged_files_give_numbers_or_one_line(kind, tmp_path, monkeypatch):
         else:
             assert all(np.asarray(one).dtype.kind in "biuf" for one in found)
     assert 0 < refused < count
+
+
+def test_a_matlab_file_that_ends_the_process_of_its_reader_is_refused(tmp_path):
+    """Sizes of arrays that are not compressed, and so have no checksum, are made larger."""
+    from scipy.io import savemat
+
+    path = tmp_path / "a.mat"
+    savemat(path, {"x": np.arange(4.0)})
+    assert open_matlab(path, None)[1]("x").tolist() == [0, 1, 2, 3]
+    content = bytearray(path.read_bytes())
+    at = content.index((5).to_bytes(4, "little") + (8).to_bytes(4, "little")) + 8  # the dimensions of the array
+    content[at : at + 8] = (2**30).to_bytes(4, "little") * 2
+    path.write_bytes(content)
+    with pytest.raises(RotorstudyError, match="not a readable MATLAB file"):
+        open_matlab(path, None)
 
 
 def test_the_seeds_themselves_are_read(tmp_path):

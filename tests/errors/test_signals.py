@@ -11,8 +11,7 @@ import pytest
 from rotorstudy.model.registry import Registry
 
 SLOW = """
-import sys, time
-from pathlib import Path
+import signal, sys, time
 from rotorstudy.commands import line, simulate
 from rotorstudy.store import atomic
 
@@ -23,6 +22,7 @@ def slow(given):
         time.sleep(60)
 
 simulate.run = slow
+signal.signal(signal.SIGINT, signal.default_int_handler)  # which a shell turns off for what runs in the background
 sys.exit(line.main(["simulate", "rig.yaml", "--speeds", "100", "--out", sys.argv[1]]))
 """
 

@@ -38,21 +38,9 @@ class RossRotor(NamedTuple):
 
 
 def read_ross(path):
-    """The RossRotor of a file.
+    """The RossRotor of a file that `Rotor.save` of ROSS wrote.
 
-    Parameters
-    ----------
-    path : path
-        Written by `Rotor.save` of ROSS.
-
-    Returns
-    -------
-    RossRotor
-
-    Raises
-    ------
-    RotorstudyError
-        If the file cannot be read, is no rotor, or has parts without which the rotor would be another one.
+    raises : RotorstudyError if it cannot be read, is no rotor, or has parts without which it would be another one
     """
     path, said = Path(path), []
     parameters, parts = _parts(path)

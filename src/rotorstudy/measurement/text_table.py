@@ -19,6 +19,7 @@ from rotorstudy.measurement.conventions import WHITESPACE, CsvLayout
 LINES = 400  # read for a guess
 FIRST = 1 << 16  # bytes, of which one at least is no space
 ROWS = 3  # at least of data
+LONGEST = 1000  # characters in a cell of a table
 SEPARATORS = (";", "\t", ",", WHITESPACE[0])
 COMMENTS = ("#", "%", "//")  # at the start of lines between the rows
 MISSING = {"", "nan", "-nan", "na", "n/a", "n.a.", "#n/a", "#na", "<na>", "null", "none", "-", "--", "---"}
@@ -40,18 +41,7 @@ class Layout(NamedTuple):
 def guess_layout(path):
     """The Layout of a text file with one row of names and rows of numbers below it.
 
-    Parameters
-    ----------
-    path : path
-
-    Returns
-    -------
-    Layout
-
-    Raises
-    ------
-    RotorstudyError
-        If there is no such file, or no table of numbers below a row of names.
+    raises : RotorstudyError if there is no such file, or no such table in it
     """
     with _opened(path) as file:
         lines = list(islice(file, LINES))
@@ -169,6 +159,8 @@ def text_in(path, layout):
 
     lines, rows = [], []
     for line, cells in rows_of(path, layout):
+        if any(len(cell) > LONGEST for cell in cells):
+            raise RotorstudyError(f"{path}, line {line}: a cell of more than {LONGEST} characters; correct it")
         lines.append(line)
         rows.append([_with_point(cell, f"{path}, line {line}") for cell in cells] if layout.decimal == "," else cells)
     if not rows:
