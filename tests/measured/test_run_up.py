@@ -166,7 +166,7 @@ def test_a_drifting_record_is_no_sweep():
 def test_the_page_of_a_run_up_has_its_bode_and_polar_plots(run_up, tmp_path):
     assert main(["import", str(run_up[0]), "--rig", str(run_up[1]), "--out", str(tmp_path / "spectrum.nc")]) == 0
     page = (tmp_path / "spectrum_quality.html").read_text()
-    assert "1X over speed (Bode)" in page and "1X over speed (polar)" in page
+    assert 'data-charts="bode"' in page and 'alt="Bode plot"' in page and 'alt="Polar plot"' in page
 
 
 def test_the_vector_of_a_single_probe_is_that_of_its_signal():

@@ -12,7 +12,7 @@ from rotorstudy.presentation.tables import write_tables
 from rotorstudy.store import dataset, save
 from rotorstudy.studies import workflow
 from rotorstudy.studies.workflow import called, code_digest, imported_files, named_function, opened
-from rotorstudy.thesis.tables import Table
+from thesis.tables import Table
 
 SCRIPT = Path(__file__).parents[2] / "workflow" / "scripts" / "study.py"
 

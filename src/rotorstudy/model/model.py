@@ -143,7 +143,7 @@ class Model(Amplitudes):
     @cached_property
     def bearing_numbers(self) -> tuple[int, ...]:
         """Positions (number,) in `theta` of the numbers of bearings that are parameters."""
-        names = {name for term in self.terms if term.is_bearing_number for name in term.values}
+        names = {unknown.name for term in self.terms if term.is_bearing_number for unknown in term.unknowns}
         return tuple(p for p, name in enumerate(self.names) if name in names)
 
     @cached_property

@@ -1,6 +1,7 @@
 """Bearings with other numbers (clearance, viscosity, load): built anew, and the derivatives as entries.
 
 Any bearing plugin has such numbers, as the derivatives are differences of the entries that it gives.
+An effect with `changes_bearing` is a change of one at a node, as a cause.
 """
 
 from collections.abc import Iterable
@@ -10,7 +11,8 @@ from functools import cache
 
 import numpy as np
 
-from rotorstudy.errors import NoSteadyState, RotorstudyError
+from rotorstudy.errors import CannotAct, NoSteadyState, RotorstudyError
+from rotorstudy.model.entries import Entry
 from rotorstudy.model.option_numbers import Holder
 from rotorstudy.model.options import check_options
 from rotorstudy.model.registry import registry
@@ -46,19 +48,68 @@ def with_bearings_at(structure: Structure, terms: tuple[Term, ...], values: dict
     raises : NoSteadyState if there is no bearing with these numbers: none is zero or negative, and none outside what
              its plugin allows
     """
-    changes = {name: values[name] for term in terms if term.is_bearing_number for name in term.values}
-    built, slopes = {}, {name: [] for name in changes}
+    changing = {unknown.name: term for term in terms if term.is_bearing_number for unknown in term.unknowns}
+    built, slopes = {}, {name: [] for name in changing}
     for bearing, holder in bearings_of(terms):
-        own = {name: changes[name] for name in holder.meant(changes)}
+        meant = {name: _number_meant(term, name, bearing, holder, structure) for name, term in changing.items()}
+        own = {name: values[name] for name, number in meant.items() if number}
         if any(own.values()):
-            built[id(bearing)] = _rebuilt(structure, bearing, holder, own)
+            built[id(bearing)] = _rebuilt(structure, bearing, holder, _together(own, meant))
         for name in own:
             ends = (
-                _rebuilt(structure, bearing, holder, {**own, name: own[name] + step}).unknowns for step in (STEP, -STEP)
+                _rebuilt(structure, bearing, holder, _together({**own, name: own[name] + step}, meant)).unknowns
+                for step in (STEP, -STEP)
             )
             for above, below in zip(*ends, strict=True):
                 slopes[name] += _slopes(above.entries, below.entries, values[above.name])
     return tuple(_with_entries(term, slopes) if term.is_bearing_number else built.get(id(term), term) for term in terms)
+
+
+def number_slope(structure: Structure, node: int, number: str) -> tuple[Entry, ...]:
+    """Entries of the force of the bearings at a node per relative change of a number that they have.
+
+    raises : CannotAct if none has this number, or a value
+    """
+    found = []
+    for bearing, holder in bearings_of(structure.bearings):
+        if _at_node(bearing, structure) == node and number in holder.paths and not np.isnan(bearing.theta).any():
+            name = holder.name(number)
+            ends = (_rebuilt(structure, bearing, holder, {name: step}).unknowns for step in (STEP, -STEP))
+            for value, above, below in zip(bearing.theta, *ends, strict=True):
+                found += _slopes(above.entries, below.entries, value)
+    if not found:
+        raise CannotAct(f"no bearing at node {node} has a value of {number}")
+    return tuple(found)
+
+
+def changeable_numbers(structure: Structure, sensors: tuple[int, ...] = ()) -> list[dict]:
+    """Places {"node", "number"} of the numbers of the bearings of a rig that wear, dirt or heat may change."""
+    return [
+        {"node": _at_node(bearing, structure), "number": number}
+        for bearing in structure.bearings
+        for number in registry().get("bearing", bearing.kind).changeable
+        if not np.isnan(bearing.theta).any()
+    ]
+
+
+def _at_node(bearing, structure):
+    return bearing.options.get("node") or structure.default_node()
+
+
+def _number_meant(term, name, bearing, holder, structure):
+    """Name of the number of a bearing that an amplitude changes, of a number or an effect; None if it changes none."""
+    if "number" not in term.options:
+        return name if holder.pattern(name) else None
+    number, node = term.options["number"], term.options["node"] or structure.default_node()
+    return holder.name(number) if _at_node(bearing, structure) == node and number in holder.paths else None
+
+
+def _together(changes, meant):
+    """Changes of numbers by name, from those of amplitudes, of which several may change the same number."""
+    found = {}
+    for name, change in changes.items():
+        found[meant[name]] = (1 + found.get(meant[name], 0.0)) * (1 + change) - 1
+    return found
 
 
 def _rebuilt(structure, bearing, holder, changes):
@@ -117,4 +168,4 @@ def _none_with_these_numbers():
 
 def _with_entries(term, slopes):
     (parameter,) = term.parameters
-    return replace(term, parameters=(replace(parameter, entries=tuple(slopes[parameter.name])),))
+    return replace(term, parameters=(replace(parameter, entries=tuple(slopes[term.full_name(parameter)])),))

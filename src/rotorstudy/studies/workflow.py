@@ -7,6 +7,7 @@ import traceback
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from hashlib import sha256
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 
 from rotorstudy.threads import use_one_thread
@@ -21,7 +22,8 @@ from rotorstudy.model.registry import blamed
 from rotorstudy.model.rig import named_plugins
 from rotorstudy.store import load
 
-NAMED = re.compile(r"\brotorstudy(?:\.\w+)*")  # modules in the text of a script
+PACKAGES = ("rotorstudy", "thesis")  # whose files a job may depend on
+NAMED = re.compile(rf"\b(?:{'|'.join(PACKAGES)})(?:\.\w+)*")  # modules in the text of a script
 
 
 class DiagnosisItem(Strict):
@@ -137,14 +139,22 @@ def called(snakemake, config, **given):
 
 @functools.cache
 def _graph():
-    """Which module of this package imports which, also inside functions."""
+    """Which module of the packages imports which, also inside functions."""
     import grimp
 
-    return grimp.build_graph("rotorstudy", cache_dir=None)
+    return grimp.build_graph(*PACKAGES, cache_dir=None)
+
+
+@functools.cache
+def _file(module):
+    """The file of a module of the packages."""
+    name, *inside = module.split(".")
+    base = Path(find_spec(name).origin).parent.joinpath(*inside)
+    return base / "__init__.py" if base.is_dir() else base.with_suffix(".py")
 
 
 def imported_files(script, *functions):
-    """Files of this package a job depends on: Snakemake notices changes of scripts but not of the modules they import.
+    """Files of the packages a job depends on: Snakemake notices changes of scripts but not of the modules they import.
 
     Parameters
     ----------
@@ -156,17 +166,16 @@ def imported_files(script, *functions):
     Returns
     -------
     list of str
-        The modules of this package that the script and the functions name, all that these import, directly or through
+        The modules of the packages that the script and the functions name, all that these import, directly or through
         others (also inside functions), and the page templates beside them; the script is not included.
     """
-    graph, home = _graph(), Path(__file__).parents[1]
+    graph = _graph()
     named = {*NAMED.findall(Path(script).read_text(encoding="utf-8")), *(one.rpartition(".")[0] for one in functions)}
     seen = named & graph.modules
     seen = seen.union(*map(graph.find_upstream_modules, seen))
-    bases = [home.joinpath(*module.split(".")[1:]) for module in seen]
-    files = [base / "__init__.py" if base.is_dir() else base.with_suffix(".py") for base in bases]
+    files = {_file(module) for module in seen}
     templates = {page for file in files for page in file.parent.glob("templates/*.html")}
-    return sorted(map(str, {*files, *templates}))
+    return sorted(map(str, files | templates))
 
 
 @functools.cache

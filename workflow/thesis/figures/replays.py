@@ -18,11 +18,11 @@ from rotorstudy.presentation.plots import (
 from rotorstudy.response.measured import measured_response
 from rotorstudy.response.series import synthesize
 from rotorstudy.store import as_complex
-from rotorstudy.thesis.checks import bow_magnification, higher_cases, names_of_either_sign
-from rotorstudy.thesis.config import ReplayConfig
-from rotorstudy.thesis.replay import COLUMN, thesis_estimates
-from rotorstudy.thesis.replay_tables import estimate_checks
 from rotorstudy.units import percent
+from thesis.checks import bow_magnification, higher_cases, names_of_either_sign
+from thesis.config import ReplayConfig
+from thesis.replay import COLUMN, thesis_estimates
+from thesis.replay_tables import estimate_checks
 
 OUTSIDE = ("impossible", "implausible")  # verdicts on an estimate
 SYMBOLS = {"c_E": "external damping $c_E$", "c_H": "internal damping $c_H$", "e": "eccentricity $e$"}

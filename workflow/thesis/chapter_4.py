@@ -3,9 +3,9 @@
 import numpy as np
 import pandas as pd
 
-from rotorstudy.thesis.printed import estimate_rows, noise_rows, scored_against, spectrum_rows
-from rotorstudy.thesis.scoreboard import published
-from rotorstudy.thesis.tables import Table, scored_tables
+from thesis.printed import estimate_rows, noise_rows, scored_against, spectrum_rows
+from thesis.scoreboard import published
+from thesis.tables import Table, scored_tables
 
 CASE = "20 to 50 Hz"
 SPECTRA = {  # quantity -> phase reference and the tables at 20 and 50 Hz

@@ -4,9 +4,9 @@ import numpy as np
 import pandas as pd
 
 from rotorstudy.studies.config import file_name
-from rotorstudy.thesis.printed import estimate_rows, noise_rows, scored_against, spectrum_rows
-from rotorstudy.thesis.scoreboard import published
-from rotorstudy.thesis.tables import Table, scored_tables
+from thesis.printed import estimate_rows, noise_rows, scored_against, spectrum_rows
+from thesis.scoreboard import published
+from thesis.tables import Table, scored_tables
 
 PARAMETERS = {  # name in the thesis -> name here, factor to the printed unit
     "c_H": ("internal_damping", 1.0),

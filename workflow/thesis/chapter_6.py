@@ -5,9 +5,9 @@ import pandas as pd
 
 from rotorstudy.response.statics import static_deflection
 from rotorstudy.studies.common import is_phase
-from rotorstudy.thesis.printed import scored_against, spectrum_rows
-from rotorstudy.thesis.scoreboard import KEYS, published
-from rotorstudy.thesis.tables import Table, scored_tables
+from thesis.printed import scored_against, spectrum_rows
+from thesis.scoreboard import KEYS, published
+from thesis.tables import Table, scored_tables
 
 NODES = (1, 2, 3)  # tables 6.2 to 6.4 are amplitudes there, 6.5 to 6.7 phases
 FIRST = {"amplitude": 2, "phase": 5}  # number of the first table of a quantity

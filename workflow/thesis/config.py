@@ -10,8 +10,8 @@ from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.rig import build_model
 from rotorstudy.studies.config import named_methods
-from rotorstudy.thesis.scoreboard import published
 from rotorstudy.yaml_file import read_yaml
+from thesis.scoreboard import published
 
 QUANTITIES = ("amplitude", "phase", "reference phase")
 NEEDED = {  # keys that a figure of a kind must give

@@ -14,9 +14,9 @@ from rotorstudy.response.measured import measured_response
 from rotorstudy.response.stability import eigenvalues
 from rotorstudy.response.whirl import critical_speeds, time_invariant
 from rotorstudy.store import as_complex
-from rotorstudy.thesis.chapter_4 import METHODS, SWAPPED
-from rotorstudy.thesis.errata import HARMONICS, ROW_ABOVE, agreeing, case_problem, estimates_with_misprint
-from rotorstudy.thesis.scoreboard import published
+from thesis.chapter_4 import METHODS, SWAPPED
+from thesis.errata import HARMONICS, ROW_ABOVE, agreeing, case_problem, estimates_with_misprint
+from thesis.scoreboard import published
 
 DAMPINGS = ("internal_damping", "external_damping")
 

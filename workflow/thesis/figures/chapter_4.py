@@ -5,11 +5,11 @@ import numpy as np
 from rotorstudy.measurement.noise import noise_std, noisy, standard_normal
 from rotorstudy.presentation import error_figures, estimate_figures
 from rotorstudy.presentation.spectrum_figures import full_spectra, time_and_orbit
-from rotorstudy.presentation.study_figures import study_figures
 from rotorstudy.store import as_complex
 from rotorstudy.studies.common import clean_spectrum, parameter_units
-from rotorstudy.thesis.chapter_4 import CASE
-from rotorstudy.thesis.scoreboard import published
+from thesis.chapter_4 import CASE
+from thesis.figures.common import study_figures
+from thesis.scoreboard import published
 
 SPEEDS = ("20 Hz", "50 Hz")  # names of the shown speeds
 TIME = {"figure_4_5": 0, "figure_4_6": 1}  # position of the speed shown
@@ -88,7 +88,7 @@ TITLES = {
 
 
 def figures(config, reference, records, spectra, thesis_spectra, monte_carlo, monte_carlo_thesis, **stages):
-    """The figures of Chapter 4; as `presentation.chapter_2.figures`, with the Monte Carlo of the only case."""
+    """The figures of Chapter 4; as those of Chapter 2, with the Monte Carlo of the only case."""
     printed, units = published(reference, [f"4.{n}" for n in range(2, 10)]), parameter_units(config)
     hertz = list(zip(config.shown_speeds_rad_s, SPEEDS, strict=True))
     best = {"exact steady state": monte_carlo.sel(record="steady state")}

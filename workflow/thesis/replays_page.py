@@ -8,9 +8,9 @@ import numpy as np
 from rotorstudy.diagnosis.verdict.cause_words import place, readable
 from rotorstudy.diagnosis.verdict.result import Verdict
 from rotorstudy.store import load
-from rotorstudy.thesis.config import load_replay
-from rotorstudy.thesis.left_out import compared_parameters, harmonic_rows
 from rotorstudy.units import number, p_value
+from thesis.config import load_replay
+from thesis.left_out import compared_parameters, harmonic_rows
 
 WORST = 4  # harmonics named in a sentence
 SHEETS = {

@@ -15,8 +15,8 @@ from rotorstudy.response.harmonic import harmonic_response
 from rotorstudy.response.measured import measured_response_and_jacobian
 from rotorstudy.response.stability import eigenvalues
 from rotorstudy.store import as_complex
-from rotorstudy.thesis.replay import BOTH_DAMPINGS, DAMPINGS
 from rotorstudy.units import percent
+from thesis.replay import BOTH_DAMPINGS, DAMPINGS
 
 
 @functools.cache

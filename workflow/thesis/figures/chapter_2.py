@@ -6,11 +6,11 @@ from rotorstudy.model.cracks import SERIES_ORDER
 from rotorstudy.model.registry import registry
 from rotorstudy.presentation.plots import COLOURS, MARKERS, figure
 from rotorstudy.presentation.spectrum_figures import full_spectra, time_and_orbit
-from rotorstudy.presentation.study_figures import study_figures
 from rotorstudy.store import as_complex
 from rotorstudy.studies.config import file_name
-from rotorstudy.thesis.chapter_2 import COMPENSATION, MODELS, PARAMETERS, printed_case
-from rotorstudy.thesis.scoreboard import published
+from thesis.chapter_2 import COMPENSATION, MODELS, PARAMETERS, printed_case
+from thesis.figures.common import study_figures
+from thesis.scoreboard import published
 
 SHORT = {  # cases of several speeds
     "Combined speed from 50 to 199 with increment +1": "50 to 199 rad/s",

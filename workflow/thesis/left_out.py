@@ -17,9 +17,9 @@ from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import read_rig
 from rotorstudy.response.measured import measured_response
 from rotorstudy.store import as_complex
-from rotorstudy.thesis.checks import shown_name
-from rotorstudy.thesis.replay import thesis_estimates
 from rotorstudy.units import shown_unit
+from thesis.checks import shown_name
+from thesis.replay import thesis_estimates
 
 UNLIMITED = 1e3  # times the stated uncertainty: parameters are free, as in the thesis
 

@@ -5,7 +5,8 @@ import pandas as pd
 
 from rotorstudy.response.measured import measured_response
 from rotorstudy.store import as_complex
-from rotorstudy.thesis.checks import (
+from rotorstudy.units import percent
+from thesis.checks import (
     bow_confounders,
     bow_text,
     higher_cases,
@@ -18,11 +19,10 @@ from rotorstudy.thesis.checks import (
     slow_roll_text,
     weight_text,
 )
-from rotorstudy.thesis.printed import scored_against
-from rotorstudy.thesis.replay import BOTH_DAMPINGS, COLUMN, DAMPINGS, remove_slow_roll, rounding_draws, thesis_estimates
-from rotorstudy.thesis.scoreboard import KEYS, published
-from rotorstudy.thesis.tables import Table, scored_tables
-from rotorstudy.units import percent
+from thesis.printed import scored_against
+from thesis.replay import BOTH_DAMPINGS, COLUMN, DAMPINGS, remove_slow_roll, rounding_draws, thesis_estimates
+from thesis.scoreboard import KEYS, published
+from thesis.tables import Table, scored_tables
 
 
 def shown_compensated(spectra):

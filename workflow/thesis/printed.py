@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 
 from rotorstudy.store import as_complex
-from rotorstudy.thesis.scoreboard import KEYS, load_reasons, score
+from thesis.scoreboard import KEYS, load_reasons, score
 
 QUANTITIES = {"amplitude": np.abs, "phase": np.angle, "compensated phase": np.angle}
 

@@ -7,7 +7,7 @@ import numpy as np
 from rotorstudy.store import load
 from rotorstudy.studies.comparison.config import make_rotor, study_rotor
 from rotorstudy.studies.config import load_study
-from rotorstudy.thesis.config import load_replay
+from thesis.config import load_replay
 
 
 def replay_rotor(compared, replay, identification):

@@ -3,10 +3,10 @@
 import numpy as np
 
 from rotorstudy.presentation.plots import COLOURS, MARKERS, figure
-from rotorstudy.presentation.replay_figures import symbol
-from rotorstudy.thesis.checks import names_of_either_sign
-from rotorstudy.thesis.replay import COLUMN
-from rotorstudy.thesis.rigs import slow_roll_parts
+from thesis.checks import names_of_either_sign
+from thesis.figures.replays import symbol
+from thesis.replay import COLUMN
+from thesis.rigs import slow_roll_parts
 
 MOSTLY = 0.7  # share of -1X at slow roll above which -1X is attributed to it
 

@@ -15,8 +15,8 @@ from rotorstudy.response.coupling import forced_harmonics
 from rotorstudy.response.measured import measured_response
 from rotorstudy.store import as_complex
 from rotorstudy.studies.common import clean_spectrum
-from rotorstudy.thesis.replay import printed_values, remove_slow_roll, replay_problem, rounding_draws
-from rotorstudy.thesis.scoreboard import published
+from thesis.replay import printed_values, remove_slow_roll, replay_problem, rounding_draws
+from thesis.scoreboard import published
 
 GRAVITY = 9.81  # m/s^2, as in the thesis
 HARMONICS = (0, 1, 2, 3, 5, 7, -1, -3, -5)  # in the order in which the thesis writes its equations

@@ -3,10 +3,10 @@
 import pandas as pd
 
 from rotorstudy.store import as_complex
-from rotorstudy.thesis.checks import largest_crack_response, limits, physical_checks, slow_roll_bow, slow_roll_share
-from rotorstudy.thesis.replay import COLUMN, thesis_estimates
-from rotorstudy.thesis.tables import Table
 from rotorstudy.units import percent
+from thesis.checks import largest_crack_response, limits, physical_checks, slow_roll_bow, slow_roll_share
+from thesis.replay import COLUMN, thesis_estimates
+from thesis.tables import Table
 
 
 def _scales(config, bow):

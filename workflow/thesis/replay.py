@@ -16,8 +16,8 @@ from rotorstudy.response.measured import measured_response
 from rotorstudy.response.series import synthesize
 from rotorstudy.store import as_complex, dataset
 from rotorstudy.studies.common import SPEED, parameter_coordinates
-from rotorstudy.thesis.config import QUANTITIES
-from rotorstudy.thesis.scoreboard import published
+from thesis.config import QUANTITIES
+from thesis.scoreboard import published
 
 COLUMN = "fft"  # the printed column shown on pages and in figures
 DAMPINGS, BOTH_DAMPINGS = ("external_damping", "internal_damping"), "both_dampings"

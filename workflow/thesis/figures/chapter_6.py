@@ -14,15 +14,15 @@ from rotorstudy.presentation.plots import (
     plot_orbit,
     plot_phase,
 )
-from rotorstudy.presentation.study_figures import study_figures
 from rotorstudy.response.measured import measured_response
 from rotorstudy.response.statics import static_deflection
 from rotorstudy.response.whirl import time_invariant, whirl_modes, without_damping
 from rotorstudy.store import as_complex
 from rotorstudy.studies.config import file_name
-from rotorstudy.thesis.chapter_6 import NODES, spectrum_table
-from rotorstudy.thesis.scoreboard import published
 from rotorstudy.units import percent
+from thesis.chapter_6 import NODES, spectrum_table
+from thesis.figures.common import study_figures
+from thesis.scoreboard import published
 
 PLACES = {1: "left bearing", 2: "disc 1", 3: "crack", 4: "disc 2", 5: "right bearing"}
 DIRECTIONS = {"figure_6_6": (np.real, "vertical x"), "figure_6_7": (np.imag, "horizontal y")}
@@ -67,12 +67,11 @@ def motion(records, speed):
 
 def records_figure(time, signals, speed, part, text):
     """Figures 6.6 and 6.7: one direction of the motion of every node; time, signals : of `motion`."""
-    picture, axes = figure(len(PLACES), 1, height=1.2, width=4.5, sharex=True)
-    for panel, (n, place) in zip(axes[:, 0], PLACES.items(), strict=True):
-        panel.plot(time, part(signals[n]))
-        panel.set_title(f"node {n}: {place}")
-    axes[2, 0].set_ylabel(f"{text} (µm)")
-    axes[-1, 0].set_xlabel("time (ms)")
+    picture, axes = figure(1, 1, height=2.8, width=5.5)
+    for i, (n, place) in enumerate(PLACES.items()):
+        axes[0, 0].plot(time, part(signals[n]), color=COLOURS[i], label=f"node {n}: {place}", linewidth=1.0)
+    axes[0, 0].set(xlabel="time (ms)", ylabel=f"{text} (µm)")
+    axes[0, 0].legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     picture.suptitle(f"Three revolutions at {speed:g} rad/s, about the static deflection", fontsize=9)
     return picture
 
@@ -211,7 +210,7 @@ TITLES = {
 
 
 def figures(config, reference, records, spectra, thesis_spectra, sensors, variants, monte_carlo, **stages):
-    """The figures of Chapter 6; as `presentation.chapter_2.figures`, with the Datasets of `sensors` and `variants`."""
+    """The figures of Chapter 6; as those of Chapter 2, with the Datasets of `sensors` and `variants`."""
     printed = published(reference, [f"6.{n}" for n in range(2, 8)])
     model, speed, position = config.rig(config.main_rig), config.shown_speeds_rad_s[0], positions(config)
     combined = list(config.cases)[1]

@@ -5,8 +5,8 @@ import pandas as pd
 
 from rotorstudy.model.rig import build_model
 from rotorstudy.response.measured import measured_response
-from rotorstudy.thesis.chapter_6 import CASES, NODES, PARAMETERS, VARIANT
-from rotorstudy.thesis.scoreboard import published
+from thesis.chapter_6 import CASES, NODES, PARAMETERS, VARIANT
+from thesis.scoreboard import published
 
 LEAST = 1e-7  # m, amplitude of the smallest harmonic compared
 SENSORS = {f"100 rad/s, node {n}": n - 1 for n in NODES}  # case as printed -> sensor
