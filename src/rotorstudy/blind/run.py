@@ -6,6 +6,7 @@ from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
+from signal import SIG_DFL, SIGINT, signal
 from time import perf_counter
 
 from rotorstudy.blind.criteria import judge
@@ -121,7 +122,7 @@ def _pool(cores):
     if cores == 1:
         yield map
         return
-    executor = ProcessPoolExecutor(cores)
+    executor = ProcessPoolExecutor(cores, initializer=signal, initargs=(SIGINT, SIG_DFL))  # no traceback of each
     try:
         yield partial(executor.map, chunksize=4)
     finally:
