@@ -2,6 +2,7 @@
 # make test   set up .venv, run all checks and tests
 # make foreign  diagnose 300 records of the independent simulator (rotorstudy.blind.machines), several hours on 2 cores
 # make outside  learn again when a verdict misses the true cause, from 200 cases of the independent simulator
+# make browser  open the charts of the pages in Chromium (Debian: apt install chromium), driven by Playwright
 # make docs   build the pages of docs/ as a site, with a check for dead links
 # make cracks   identify cracks of the independent simulator in millimetres, half an hour on 2 cores; can be interrupted
 # make ross     diagnose records of the package ROSS, in an environment of its own
@@ -13,7 +14,7 @@ SNAKEMAKE = .venv/bin/snakemake --cores $(CORES)
 # else each of the hundred processes of the workflow and of the tests compiles the package again
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: all results report test check bench foreign outside cracks ross peers docs clean
+.PHONY: all results report test check browser bench foreign outside cracks ross peers docs clean
 
 all: report
 	@echo
@@ -37,7 +38,12 @@ check: .venv/ready
 
 # one BLAS thread a worker: small matrices, and workers that would wait for each other's threads
 test: check
+	@.venv/bin/python -c 'import playwright' 2>/dev/null || echo "Charts are not opened in a browser; make browser does so"
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 .venv/bin/pytest -n 2 --dist loadfile --no-loadscope-reorder --durations 15
+
+browser: .venv/ready
+	.venv/bin/python -m pip install --quiet --disable-pip-version-check playwright==1.65.2
+	.venv/bin/pytest -q tests/test_charts.py
 
 bench: .venv/ready
 	.venv/bin/python benchmarks/run.py
@@ -64,7 +70,7 @@ peers: .venv/ready .venv-ross/ready
 
 docs: .venv-docs/ready
 	.venv-docs/bin/mkdocs build --quiet
-	@echo "Look at results/docs/index.html"
+	@echo "Look at results/docs/index.html; for its search: python3 -m http.server --directory results/docs 8000"
 
 clean:
 	rm -rf results/* .snakemake

@@ -1,5 +1,6 @@
 """The command line: what it prints, what it refuses, and with which exit status."""
 
+import json
 import os
 import re
 import subprocess
@@ -207,7 +208,11 @@ def test_a_new_plugin_is_written_where_one_stands(tmp_path, capsys, monkeypatch)
 
     monkeypatch.chdir(tmp_path)
     status, out, _ = run(capsys, "new", "crack", "brand_new")
-    assert status == 0 and (tmp_path / "brand_new.py").is_file() and out.startswith("wrote brand_new.py;")
+    assert (
+        status == 0
+        and (tmp_path / "rotorstudy_plugins/brand_new.py").is_file()
+        and out.startswith("wrote rotorstudy_plugins/brand_new.py;")
+    )
     monkeypatch.chdir(Path(__file__).parents[1])
     assert _folder_of("crack").parts[-2:] == ("plugins", "cracks")
 
@@ -240,6 +245,38 @@ def test_a_shell_that_completes_is_answered(tmp_path, monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "argcomplete", None)  # not installed
     assert main(["plugins", "--kind", "depth"]) == 0
     capsys.readouterr()
+
+
+def test_every_command_prints_json_alone_on_stdout(records, tmp_path, capsys):
+    names = ["--unknowns", "internal_damping", "external_damping"]
+    status, out, err = run(capsys, "identify", records, "--rig", RIG, *names, "--json", "--quiet")
+    assert status == 0 and [one["name"] for one in json.loads(out)["estimates"]] == names[1:]
+    assert "internal_damping" in err  # what is said without --json
+    status, out, _ = run(capsys, "check", RIG, "--json")
+    assert status == 0 and json.loads(out)["errors"] == 0
+    status, out, err = run(capsys, "identify", tmp_path / "none.nc", "--rig", RIG, "--json")
+    assert status == 1 and "none.nc" in json.loads(out)["error"] and err.startswith("error: ")
+    with pytest.raises(SystemExit) as stop:
+        run(capsys, "check", RIG, "--wrong")
+    assert stop.value.code == 2
+
+
+def test_units_of_a_rig_and_of_the_command_line(tmp_path, capsys):
+    rig = tmp_path / "rig.yaml"
+    rig.write_text(Path(RIG).read_text() + "units: [mil, oz in, rad/s]\n")
+    analyse = ["analyse", rig, "--out", tmp_path / "analysis", "--speeds", 400, 800, "--json"]
+
+    def shown(*more):
+        status, out, _ = run(capsys, *analyse, *more)
+        return status, " ".join(json.loads(out)["resonances"][0]) if status == 0 else json.loads(out)["error"]
+
+    assert "1X (mil pp)" in shown()[1]
+    assert "1X (µm peak)" in shown("--units", "um", "peak")[1]
+    status, error = shown("--units", "inch")
+    assert status == 1 and "unknown unit 'inch' in --units" in error and "oz in" in error
+    rig.write_text(Path(RIG).read_text() + "units: [mil, um]\n")
+    status, error = shown()
+    assert status == 1 and "both units of length" in error
 
 
 def test_the_version_is_told(capsys):

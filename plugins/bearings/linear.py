@@ -2,16 +2,22 @@ from typing import Literal
 
 import numpy as np
 
-from rotorstudy.plugins import Bearing, Entry, Parameter, hookimpl, planar_entries
+from rotorstudy.plugins import Bearing, Entry, NonNegative, Parameter, hookimpl, planar_entries
 
 DIRECTIONS = {"isotropic": (), "anisotropic": ("xx", "yy"), "full": ("xx", "xy", "yx", "yy")}
 
 
-def linear(structure, node: int | None = None, coefficients: Literal["isotropic", "anisotropic", "full"] = "isotropic"):
+def linear(
+    structure,
+    node: int | None = None,
+    coefficients: Literal["isotropic", "anisotropic", "full"] = "isotropic",
+    mass_kg: NonNegative = 0.0,
+):
     """Spring and damper between a node and the ground: force -(K r + C dr/dt), r = (x, y).
 
     coefficients: isotropic has one stiffness and one damping; anisotropic has them for x and for y; full also has
-    cross-coupling (k_xy is the force along x due to a displacement along y).
+    cross-coupling (k_xy is the force along x due to a displacement along y). mass_kg moves with the journal, without
+    weight; an item of point_masses of the rotor has weight, too.
     """
     here = structure.unit(structure.default_node() if node is None else node)
     here, parameters = np.outer(here, here), []
@@ -24,6 +30,9 @@ def linear(structure, node: int | None = None, coefficients: Literal["isotropic"
         for direction in DIRECTIONS[coefficients]:
             entries = planar_entries(direction, -here, order)
             parameters.append(Parameter(f"bearing_{name}_{direction}", unit, entries, typical))
+    if mass_kg:
+        inertia = Entry(-mass_kg * here, order=2)
+        parameters.append(Parameter("bearing_mass_scale", "1", (inertia,), typical=1.0, default=1.0))
     return parameters
 
 

@@ -57,6 +57,7 @@ def rotorstudy_bearing():
             "eccentricity_ratio": 0.4,
         },
         checked="numerical integration of the Reynolds film pressure of an orbit, both films",
+        changeable=("radial_clearance_m", "viscosity_Pa_s"),
         positive_damping=True,
         symmetric=True,
     )

@@ -7,7 +7,9 @@ The names below are imported when first used, so that a plugin costs no more tha
 
 _HOME = {
     "model.kinds": "Bearing Crack CrackDepth Effect Estimator Rotor SpectrumMethod hookimpl",
-    "model.entries": "Entry planar_entries",
+    "model.rebuilt_bearings": "changeable_numbers number_slope",
+    "model.bearings": "weight_carried",
+    "model.entries": "Entry film_entries planar_entries",
     "model.terms": "NonlinearForce Parameter",
     "model.reading": "probe_axis sensor_unit",
     "model.shaft_parts": "RigidDisc Section",

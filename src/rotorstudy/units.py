@@ -1,14 +1,21 @@
-"""Units: factors to SI for units in files, and SI values as text.
+"""Units: factors to SI for units in files, and SI values as text in the units that the reader uses.
 
 In every text `±` is one standard deviation; intervals state their coverage (95 %).
 """
+
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import NamedTuple
 
 import numpy as np
 
 METRES = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "mil": 2.54e-5}
 RAD_PER_S = {"rad/s": 1.0, "Hz": 2 * np.pi, "rpm": np.pi / 30}
 SECONDS = {"s": 1.0, "ms": 1e-3}
-SHOWN = {"m": ("µm", 1e6), "kg m": ("g mm", 1e6), "rad": ("°", 180 / np.pi), "s": ("ms", 1e3), "1": ("", 1.0)}
+SHOWN = {"rad": ("°", 180 / np.pi), "s": ("ms", 1e3), "1": ("", 1.0)}
+LENGTHS = {"um": ("µm", 1e6), "mil": ("mil", 1 / 2.54e-5)}
+UNBALANCES = {"g mm": ("g mm", 1e6), "oz in": ("oz in", 1 / (0.028349523125 * 0.0254))}
+AMPLITUDES = {"peak_to_peak": ("pp", 2.0), "peak": ("peak", 1.0)}
 SMALL_LENGTH = 1e-3  # m
 ANY_ANGLE = np.deg2rad(90.0)  # standard deviation of an angle from which on it may be any
 TINY = 1e-4  # estimates with a smaller standard deviation are written with an exponent
@@ -16,9 +23,50 @@ HALF_INTERVAL = 1.959964  # standard deviations: a half of a 95 % interval
 LONG = 1e7  # numbers from this size are written with an exponent
 
 
+class Units(NamedTuple):
+    """What a reader sees: vibration, unbalance, speeds (the other unit of a speed follows it), 1X over speed."""
+
+    length: str = "um"
+    unbalance: str = "g mm"
+    speed: str = "rpm"
+    amplitude: str = "peak_to_peak"
+
+
+_units = ContextVar("units")  # what is shown; the defaults of Units outside of any block
+
+
+@contextmanager
+def showing(units: Units):
+    """Within the block every text and figure has these units."""
+    before = _units.set(units)
+    try:
+        yield units
+    finally:
+        _units.reset(before)
+
+
+def units_shown() -> Units:
+    """The units of texts and figures."""
+    return _units.get(Units())
+
+
 def shown_unit(unit: str) -> tuple[str, float]:
     """The display unit of an SI unit, and the factor to it."""
-    return SHOWN.get(unit, (unit, 1.0))
+    if unit == "m":
+        return LENGTHS[units_shown().length]
+    return UNBALANCES[units_shown().unbalance] if unit == "kg m" else SHOWN.get(unit, (unit, 1.0))
+
+
+def shown_speed() -> tuple[str, float]:
+    """The display unit of a speed in rad/s, and the factor to it."""
+    unit = units_shown().speed
+    return unit, 1 / RAD_PER_S[unit]
+
+
+def shown_amplitude() -> tuple[str, float]:
+    """The display unit of an amplitude over speed in m, such as 'µm pp', and the factor to it."""
+    (unit, factor), (name, times) = shown_unit("m"), AMPLITUDES[units_shown().amplitude]
+    return f"{unit} {name}", factor * times
 
 
 def number(value: float, digits: int = 3) -> str:
@@ -30,7 +78,7 @@ def number(value: float, digits: int = 3) -> str:
 def quantity(value: float, unit: str, std: float | None = None, digits: int = 3) -> str:
     """A value with its unit as an engineer writes it.
 
-    value, unit : in SI; lengths are written in µm, angles in degrees, times in ms
+    value, unit : in SI; lengths are written in µm or mil, angles in degrees, times in ms
     std         : standard deviation, in SI; it determines the digits of both numbers: 12.00 ± 0.10 µm
     digits      : significant digits without a standard deviation
     """
@@ -41,20 +89,22 @@ def quantity(value: float, unit: str, std: float | None = None, digits: int = 3)
 
 
 def um(metres: float, digits: int = 2) -> str:
-    """A length in µm: 55 µm."""
+    """A length of vibration: 55 µm."""
     return quantity(metres, "m", digits=digits)
 
 
 def spin(speed: float, digits: int = 4) -> str:
-    """A speed in rad/s, and in rpm: 377 rad/s (3600 rpm)."""
-    return f"{speed:.{digits}g} rad/s ({number(speed / RAD_PER_S['rpm'], digits)} rpm)"
+    """A speed in rad/s as text, in the reader's unit first: 3600 rpm (377 rad/s)."""
+    return spins([speed], digits)
 
 
 def spins(speeds, digits: int = 4) -> str:
-    """Speeds in rad/s, and in rpm: 300, 350 and 377 rad/s (2865, 3342 and 3600 rpm)."""
-    both = [[number(w / RAD_PER_S[unit], digits) for w in speeds] for unit in ("rad/s", "rpm")]
-    rad_per_s, rpm = (" and ".join(filter(None, [", ".join(one[:-1]), one[-1]])) for one in both)
-    return f"{rad_per_s} rad/s ({rpm} rpm)"
+    """Speeds in rad/s as text: 2865, 3342 and 3600 rpm (300, 350 and 377 rad/s)."""
+    first = units_shown().speed
+    second = "rad/s" if first == "rpm" else "rpm"
+    both = [[number(w / RAD_PER_S[unit], digits) for w in speeds] for unit in (first, second)]
+    own, other = (" and ".join(filter(None, [", ".join(one[:-1]), one[-1]])) for one in both)
+    return f"{own} {first} ({other} {second})"
 
 
 def as_certain_as(value: float, std: float) -> str:
@@ -77,9 +127,10 @@ def interval(value: float, unit: str, std: float, least: float = -np.inf) -> str
 def with_interval(value: float, std: float, unit: str, least: float = -np.inf) -> str:
     """A value in its unit with its standard deviation and its 95 % interval: 100.2 ± 4.0 mm (95 %: 92.4 to 108.0).
 
-    Angles in rad are written in degrees, lengths below 1 mm in µm. least : that is possible, in the given unit
+    Angles, unbalances and lengths below 1 mm are written in the reader's units. least : that is possible, in the given
+    unit
     """
-    if unit == "rad" or (unit == "m" and abs(value) < SMALL_LENGTH):
+    if unit in ("rad", "kg m") or (unit == "m" and abs(value) < SMALL_LENGTH):
         unit, factor = shown_unit(unit)
         value, std, least = factor * value, factor * std, factor * least
 

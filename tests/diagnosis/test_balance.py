@@ -132,7 +132,7 @@ def test_the_command_prints_masses_and_the_vibration_left(folder, capsys):
     arguments = ["balance", str(folder / "baseline.csv"), "--rig", str(folder / "updated.yaml"), "--planes"]
     assert main([*arguments, "disc 1", "7"]) == 0
     text = capsys.readouterr().out
-    assert "plane disc 1: " in text and "g mm at 237" in text and "80 rad/s (763.9 rpm), node 2: " in text
+    assert "plane disc 1: " in text and "g mm at 237" in text and "763.9 rpm (80 rad/s), node 2: " in text
     assert main([*arguments, "3", "disc 1"]) == 1  # twice the same plane
     assert "trade off" in capsys.readouterr().err
 

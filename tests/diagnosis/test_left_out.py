@@ -2,8 +2,8 @@
 
 from types import SimpleNamespace
 
-from rotorstudy.thesis.left_out import Compared
-from rotorstudy.thesis.replays_page import changed_estimates, impossible_values, in_short
+from thesis.left_out import Compared
+from thesis.replays_page import changed_estimates, impossible_values, in_short
 
 
 def compared(name, thesis, base, extended, **kind):

@@ -1,9 +1,11 @@
 """Several runs of one machine, fitted together: shared parameters, known trial masses, and what is each run's own."""
 
+import json
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import xarray as xr
 import yaml
 
 from rotorstudy.commands.line import main
@@ -134,6 +136,22 @@ def test_one_run_is_the_fit_of_its_spectrum(folder):
     alone = fit(whole, with_model_error(spectrum, settings), prior)
     np.testing.assert_allclose(found.posterior.free, alone.free, rtol=1e-12)
     assert found.posterior.evidence == pytest.approx(alone.evidence, rel=1e-12)
+
+
+@pytest.mark.parametrize("suffix", [".nc", ".json"])
+def test_the_command_writes_its_result(folder, suffix):
+    out = folder / f"identified{suffix}"
+    arguments = ["identify", "--runs", str(folder / "runs.yaml"), "--rig", str(folder / "rig.yaml")]
+    assert main([*arguments, "--out", str(out)]) == 0
+    read = xr.load_dataset(out) if suffix == ".nc" else xr.Dataset.from_dict(json.loads(out.read_text()))
+    found = identify_runs(folder / "runs.yaml", folder / "rig.yaml")
+    for name in [*shared_names(found.joint), "eccentricity[added 1]_real @ unknown"]:
+        one = read.sel(parameter=name)
+        value, std = found.of(name)
+        assert float(one.estimate) == pytest.approx(value, rel=1e-12)
+        assert float(one.covariance.sel(other=name)) == pytest.approx(std**2, rel=1e-12)
+        assert str(one.own_of_run.item()) == ("unknown" if "@" in name else "")
+    assert read.misfit.sizes == {"run": 3} and read.attrs["rotorstudy_version"]
 
 
 def test_the_updated_rig_carries_the_covariance(folder, capsys):

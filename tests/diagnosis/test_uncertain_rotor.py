@@ -16,7 +16,7 @@ from rotorstudy.errors import RotorstudyError
 from rotorstudy.inference.prior import prior_of
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.model.rig import build_model, load_rig
-from rotorstudy.model.rotor_numbers import rotor_with_changes
+from rotorstudy.model.rig_numbers import rig_with_changes
 from rotorstudy.response.measured import measured_response
 
 HARMONICS, SPEEDS = np.array([0, 1, -1, 2, -2]), [60.0, 90.0, 120.0, 150.0, 180.0, 230.0, 280.0]
@@ -45,8 +45,7 @@ MODULUS = "rotor.youngs_modulus_Pa"
 
 
 def with_changes(rig, **changes):
-    structure = build_model(rig).structure
-    return {**rig, "rotor": rotor_with_changes(rig["rotor"], structure, {f"rotor.{k}": v for k, v in changes.items()})}
+    return rig_with_changes(rig, build_model(rig), {f"rotor.{k}": v for k, v in changes.items()})
 
 
 def record(rig, seed, noise=2e-9):

@@ -16,13 +16,8 @@ PACKAGE = sorted(SOURCE.rglob("*.py"))
 PLUGINS = sorted((ROOT / "plugins").rglob("*.py"))
 TEMPLATES = sorted((SOURCE / "authoring" / "templates").glob("*.py"))
 GENERAL = sorted(
-    path
-    for path in PACKAGE
-    if path.relative_to(SOURCE).parts[0] not in ("thesis", "blind")
-    and not path.name.startswith(("chapter_", "replay_"))
-)
-# thesis/ and the figures of its chapters and replays are about the models of Chapters 2 to 6; blind/ writes the answers
-# that a diagnosis must give, which are names
+    path for path in PACKAGE if path.relative_to(SOURCE).parts[0] != "blind" and not path.name.startswith("chapter_")
+)  # blind/ writes the answers that a diagnosis must give, which are names; Chapter 7 is about one model
 
 NAMED = {  # words that are the name of a plugin too, and why each may be used there
     "phase_reference": ("a dimension of datasets", {"studies/identify.py", "studies/simulate.py"}),
@@ -35,13 +30,15 @@ NAMED = {  # words that are the name of a plugin too, and why each may be used t
     "maximum_likelihood": ("a default of the command line", {"commands/identify.py"}),
     "unbalance": (
         "what a trial mass is, in a file of several runs, in a run that is advised and where records contradict it; "
-        "what discs that look alike share; what an analysis shows the response to; what a new rig starts with",
+        "what discs that look alike share; what an analysis shows the response to; what a new rig starts with; "
+        "a quantity with a unit",
         {
             "authoring/ross_model.py",
             "commands/identify_runs.py",
             "diagnosis/runs/contradicting.py",
             "diagnosis/verdict/next_run.py",
             "diagnosis/verdict/resultant.py",
+            "model/shown_units.py",
             "diagnosis/runs/joint.py",
             "studies/unbalance_response.py",
         },
@@ -106,7 +103,8 @@ def test_plugins_py_offers_what_plugins_need():
 
 def foreign_imports(text):
     """Modules of plugins or workflow that a file of the package imports."""
-    return [m for m in imported(text) if m.split(".")[0] in ("plugins", "workflow", "snakemake") or "_plugin_" in m]
+    others = ("plugins", "workflow", "thesis", "snakemake")
+    return [m for m in imported(text) if m.split(".")[0] in others or "_plugin_" in m]
 
 
 def models_named(text):

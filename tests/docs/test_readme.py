@@ -36,8 +36,9 @@ def run(arguments, folder, **environment):
 
 def test_the_crack_in_one_file_is_found_and_used(tmp_path, monkeypatch, capsys):
     code = next(block for block in blocks("python") if "rotorstudy_crack" in block)
-    (tmp_path / "zoo").mkdir()
-    (tmp_path / "zoo" / "jammed.py").write_text(code)
+    (place,) = re.findall(r"Save this as `(\S+)`", README)
+    (tmp_path / place).parent.mkdir()
+    (tmp_path / place).write_text(code)
     rig = (
         (ROOT / "examples" / "jeffcott.yaml")
         .read_text()
@@ -45,12 +46,25 @@ def test_the_crack_in_one_file_is_found_and_used(tmp_path, monkeypatch, capsys):
     )
     (tmp_path / "rig.yaml").write_text(rig)
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("ROTORSTUDY_PLUGINS", str(tmp_path / "zoo"))
     assert main(["plugins"]) == 0 and "jammed" in capsys.readouterr().out
     assert main(["simulate", "rig.yaml", "--speeds", "88", "--out", "r.nc"]) == 0
-    monkeypatch.delenv("ROTORSTUDY_PLUGINS")
-    assert main(["simulate", "rig.yaml", "--speeds", "88", "--out", "s.nc"]) == 1
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    assert main(["simulate", "../rig.yaml", "--speeds", "88", "--out", "s.nc"]) == 1
     assert "unknown crack" in capsys.readouterr().err
+
+
+def test_the_crack_in_one_file_is_found_by_an_installed_package_too(tmp_path):
+    """As README says it: `pip install .`, the file in the folder where one works; and the clone's own cracks named."""
+    install = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-build-isolation", "--target"]
+    done = run([*install, str(tmp_path / "site"), str(ROOT)], tmp_path)
+    assert done.returncode == 0, done.stderr
+    code = next(block for block in blocks("python") if "rotorstudy_crack" in block)
+    (tmp_path / "rotorstudy_plugins").mkdir()
+    (tmp_path / "rotorstudy_plugins" / "jammed.py").write_text(code)
+    shown = [sys.executable, "-m", "rotorstudy", "plugins", "--kind", "crack"]
+    found = run(shown, tmp_path, PYTHONPATH=str(tmp_path / "site"), ROTORSTUDY_PLUGINS=str(ROOT / "plugins" / "cracks"))
+    assert found.returncode == 0 and "jammed" in found.stdout and "breathing" in found.stdout, found.stderr
 
 
 def test_the_python_example_runs_and_draws(tmp_path):

@@ -10,7 +10,7 @@ from rotorstudy import Record, build_model, full_spectrum, load_rig, measured_re
 from rotorstudy.measurement.records import keyphasor_signal, reference_signal
 from rotorstudy.response.series import synthesize
 from rotorstudy.studies.config import load_study
-from rotorstudy.thesis.config import load_replay
+from thesis.config import load_replay
 
 RIG = {
     "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},

@@ -7,7 +7,7 @@ import yaml
 from one_line_errors import refused
 
 from rotorstudy.studies.config import load_study
-from rotorstudy.thesis.config import check_replay, load_replay
+from thesis.config import check_replay, load_replay
 
 
 def changed(part, path, to):

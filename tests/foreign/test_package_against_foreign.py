@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from foreign.small_cases import special
 
+from foreign.small_cases import special
 from rotorstudy import build_model, measured_response
 from rotorstudy.blind.machines.cases import draw_case
 from rotorstudy.blind.machines.contacts import add_angular_misalignment, add_parallel_misalignment

@@ -112,3 +112,42 @@ def test_an_uncertain_clearance_moves_and_is_reported_and_is_no_fault(worn):
     # negative control: held as drawn, the same record is of a faulty machine
     held = investigate(worn, build_model(rig()), settings=Settings(**STRICT, uncertainty=KNOWN))
     assert held.verdict.verdict != "nothing"
+
+
+# of the effects that act alike, so that the search is short; with all of them the same is named
+ALIKE = {
+    "bearing_change",
+    "bearing_coefficients",
+    "external_damping",
+    "stiffness_error",
+    "support_stiffness",
+    "unbalance",
+}
+
+
+def verdict_on(spectrum):
+    left_out = sorted(set(registry().plugins["effect"]) - ALIKE)
+    settings = Settings(**{**STRICT, "leave_out": left_out}, uncertainty=KNOWN)
+    return investigate(spectrum, build_model(rig()), settings=settings)
+
+
+def test_a_film_that_changed_is_named_with_its_number():
+    """A clearance 35 % larger, told from another viscosity and from free coefficients."""
+    spectrum = true_spectrum((replace(LEFT, clearance=1.35e-4), FILMS[1]), 3, noise=3e-8)[0]
+    diagnosis = verdict_on(spectrum)
+    (cause,) = diagnosis.verdict.causes
+    assert (cause.effect, cause.where) == ("bearing_change", {"node": 1, "number": "radial_clearance_m"})
+    size = cause.parameters["bearing_change"]
+    assert size.value == pytest.approx(0.35, abs=3 * size.std) and size.std < 0.05
+    extended = build_model(extended_rig(rig(), diagnosis))
+    stated = dict(zip(extended.names, extended.stated, strict=True))
+    assert [value for name, value in stated.items() if name.startswith("bearing_change")] == [size.value]
+
+
+def test_a_spring_at_the_film_is_no_change_of_its_numbers():
+    spring = {"kind": "support_stiffness", "node": 1, "support_stiffness_N_per_m": 1e6}
+    sprung = build_model({**rig(), "effects": [*rig()["effects"], spring]})
+    spectrum = true_spectrum(FILMS, 4, noise=3e-8)[0]
+    moved = measured_response(sprung, SPEEDS, HARMONICS) - measured_response(build_model(rig()), SPEEDS, HARMONICS)
+    (cause,) = verdict_on(replace(spectrum, amplitude=spectrum.amplitude + moved)).verdict.causes
+    assert cause.effect == "support_stiffness"

@@ -1,8 +1,8 @@
 """Where one force explains the records of machines that share nothing with the package, and what follows from it."""
 
 import pytest
-from foreign.small_cases import small
 
+from foreign.small_cases import small
 from rotorstudy.blind.machines.files import write_case
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.search.search import begin

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from foreign.small_cases import small, special
 
+from foreign.small_cases import small, special
 from rotorstudy.blind.machines.contacts import add_cubic_bearing, add_rub
 from rotorstudy.blind.machines.crack import add_crack
 from rotorstudy.blind.machines.effects import add_added_mass, add_seal

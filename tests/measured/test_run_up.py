@@ -16,7 +16,7 @@ from rotorstudy.measurement.resonances import vectors_1x
 from rotorstudy.measurement.run_up import peaks, speed_grid, track
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.measurement.sweep import find_sweep, is_swept
-from rotorstudy.model.rotor_numbers import with_rotor_numbers
+from rotorstudy.model.rig_numbers import with_numbers
 
 MASS, STIFFNESS, ECCENTRICITY, PHASE = 2.0, 8e4, 2e-5, 0.7
 CRITICAL = np.sqrt(STIFFNESS / MASS)  # 200 rad/s
@@ -111,7 +111,7 @@ def rig(folder, **measurement):
 
 def estimate(path, rig):
     spectrum, model, findings = measured_spectrum([path], rig)
-    model = with_rotor_numbers(model, UNKNOWNS, "the test")
+    model = with_numbers(model, UNKNOWNS, "the test")
     return output_error_fit(Problem(model, spectrum, tuple(UNKNOWNS))), findings, spectrum
 
 
@@ -166,7 +166,7 @@ def test_a_drifting_record_is_no_sweep():
 def test_the_page_of_a_run_up_has_its_bode_and_polar_plots(run_up, tmp_path):
     assert main(["import", str(run_up[0]), "--rig", str(run_up[1]), "--out", str(tmp_path / "spectrum.nc")]) == 0
     page = (tmp_path / "spectrum_quality.html").read_text()
-    assert "1X over speed (Bode)" in page and "1X over speed (polar)" in page
+    assert 'data-charts="bode"' in page and 'alt="Bode plot"' in page and 'alt="Polar plot"' in page
 
 
 def test_the_vector_of_a_single_probe_is_that_of_its_signal():

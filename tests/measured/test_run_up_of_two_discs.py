@@ -9,7 +9,7 @@ from rotorstudy import build_model
 from rotorstudy.inference.output_error import output_error_fit
 from rotorstudy.inference.problem import Problem
 from rotorstudy.measurement.measurement import measured_spectrum
-from rotorstudy.model.rotor_numbers import with_rotor_numbers
+from rotorstudy.model.rig_numbers import with_numbers
 
 FIRST, LAST, RATE, STEP = 150.0, 380.0, 14.0, 1e-3
 NODES, UNBALANCES = (2, 3), (2e-5, 1.5e-5 * np.exp(2j))  # kg m
@@ -87,7 +87,7 @@ def test_a_run_up_alone_identifies_the_rotor(tmp_path):
     spectrum, model, findings = measured_spectrum([tmp_path / "record.nc"], tmp_path / "rig.yaml")
     names = ("bearing_damping[1]", "bearing_damping[4]", "rotor.youngs_modulus_Pa",
              *(f"eccentricity[{node}]_{part}" for node in NODES for part in ("real", "imag")))  # fmt: skip
-    found = output_error_fit(Problem(with_rotor_numbers(model, names, "the test"), spectrum, names))
+    found = output_error_fit(Problem(with_numbers(model, names, "the test"), spectrum, names))
     unbalances = [part for u in UNBALANCES for part in (complex(u).real, complex(u).imag)]
     true = np.array([DAMPING, DAMPING, MODULUS / STATED - 1, *unbalances])
     left = np.zeros(len(true))

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import yaml
 
+from rotorstudy import harmonic_response
 from rotorstudy.commands.line import main
 from rotorstudy.studies import rotor_analysis
 from rotorstudy.studies.rig_check import check_rig
@@ -137,6 +138,22 @@ def test_a_film_in_order_is_only_told_its_load(tmp_path):
     found = check(changed(["bearings"], films()), tmp_path)[1].findings
     assert {(f.severity, f.name) for f in found} <= {("note", "load_N"), ("note", "stability")}
     assert sum("by default" in f.text for f in found) == 2
+
+
+def test_an_orbit_of_a_third_of_a_film_is_told(tmp_path):
+    """The orbit is proportional to the unbalance; the negative control is one just below the third."""
+
+    def checked(unbalance):
+        rig = changed(["bearings"], films())
+        rig["effects"][0]["unbalance_g_mm"] = unbalance
+        return check(rig, tmp_path)[1]
+
+    found = checked(30.0)
+    response = harmonic_response(found.model, found.analysis.data.response_speed.values, (1, -1))
+    ends = [found.model.structure.index(node) for node in (1, 5)]
+    limit = float(30.0 * FILM["radial_clearance_m"] / 3 / np.abs(response[..., ends]).sum(axis=1).max())
+    told = [[one.name for one in checked(share * limit).findings] for share in (0.98, 1.02)]
+    assert "orbit in a film" not in told[0] and "orbit in a film" in told[1]
 
 
 def test_a_probe_at_a_node_of_a_mode_is_told(tmp_path):

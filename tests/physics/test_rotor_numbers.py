@@ -9,7 +9,7 @@ from rotorstudy.inference.problem import Problem
 from rotorstudy.model.estimated_rig import rig_with_estimate
 from rotorstudy.model.rig import build_model
 from rotorstudy.model.rig_items import make_term
-from rotorstudy.model.rotor_numbers import rotor_with_changes, with_rotor_numbers
+from rotorstudy.model.rig_numbers import rig_with_changes, with_numbers
 from rotorstudy.response.floquet import periodic_growth_rate
 from rotorstudy.response.harmonic import harmonic_response
 from rotorstudy.response.integration import time_response
@@ -63,14 +63,14 @@ NUMBERS = ("rotor.youngs_modulus_Pa", "rotor.discs[0]", "rotor.outer_diameter_m"
 
 
 def changed(rig, name, change):
-    return build_model({**rig, "rotor": rotor_with_changes(rig["rotor"], build_model(rig).structure, {name: change})})
+    return build_model(rig_with_changes(rig, build_model(rig), {name: change}))
 
 
 @pytest.mark.parametrize("sensors", [[3, 6], [2, 3, 4, 5, 6, 7]], ids=["two sensors", "six sensors"])
 @pytest.mark.parametrize("supports", SUPPORTS)
 def test_the_derivatives_are_those_of_rotors_that_are_built_with_other_numbers(supports, sensors):
     rig = {**SUPPORTS[supports], "sensors": sensors}
-    model = with_rotor_numbers(build_model(rig), NUMBERS)
+    model = with_numbers(build_model(rig), NUMBERS)
     found = measured_response_and_jacobian(model, SPEEDS, HARMONICS, order=5)
     assert found.response == pytest.approx(measured_response(build_model(rig), SPEEDS, HARMONICS, order=5), rel=1e-9)
     step = 1e-5
@@ -86,11 +86,10 @@ def test_the_derivatives_are_those_of_rotors_that_are_built_with_other_numbers(s
 @pytest.mark.parametrize("supports", SUPPORTS)
 def test_large_changes_are_those_of_a_rotor_that_is_built_with_other_numbers(supports):
     rig = {**SUPPORTS[supports], "sensors": [3, 6]}
-    model = with_rotor_numbers(build_model(rig), NUMBERS)
+    model = with_numbers(build_model(rig), NUMBERS)
     theta = model.theta.copy()
     theta[model.position(NUMBERS)] = changes = [0.1, -0.2, 0.25, -0.15]
-    there = rotor_with_changes(rig["rotor"], model.structure, dict(zip(NUMBERS, changes, strict=True)))
-    true = build_model({**rig, "rotor": there})
+    true = build_model(rig_with_changes(rig, model, dict(zip(NUMBERS, changes, strict=True))))
     shown = measured_response(model, SPEEDS, HARMONICS, theta, order=5)
     expected = measured_response(true, SPEEDS, HARMONICS, order=5)
     assert np.abs(shown - expected).max() < 1e-9 * np.abs(expected).max()
@@ -108,11 +107,11 @@ def test_large_changes_are_those_of_a_rotor_that_is_built_with_other_numbers(sup
 
 def test_free_and_transient_motions_are_those_of_a_rotor_that_is_built_with_other_numbers():
     rig = SUPPORTS["rigid supports"] | {"cracks": []}
-    model = with_rotor_numbers(build_model(rig), NUMBERS)
+    model = with_numbers(build_model(rig), NUMBERS)
     theta = model.theta.copy()
     theta[model.position(NUMBERS)] = changes = [0.1, -0.2, 0.25, -0.15]
-    there = rotor_with_changes(rig["rotor"], model.structure, dict(zip(NUMBERS, changes, strict=True)))
-    true, nominal = build_model({**rig, "rotor": there}), build_model(rig)
+    nominal = build_model(rig)
+    true = build_model(rig_with_changes(rig, nominal, dict(zip(NUMBERS, changes, strict=True))))
     found, expected, stated = eigenvalues(model, SPEEDS, theta), eigenvalues(true, SPEEDS), eigenvalues(nominal, SPEEDS)
     assert np.abs(found - expected).max() < 1e-6 * np.abs(expected).max()
     assert np.abs(stated - expected).max() > 0.05 * np.abs(expected).max()
@@ -132,7 +131,7 @@ def test_a_turning_stiffness_grows_at_the_speeds_of_the_rotor_that_is_built_with
         {"kind": "external_damping", "external_damping_N_s_per_m": 20.0},
         {"kind": "shaft_asymmetry", "shaft_asymmetry": 0.05, "shaft_asymmetry_phase_rad": 0.3},
     ]
-    model = with_rotor_numbers(build_model({"rotor": rotor, "effects": effects}), ["rotor.stiffness_N_per_m"])
+    model = with_numbers(build_model({"rotor": rotor, "effects": effects}), ["rotor.stiffness_N_per_m"])
     theta = model.theta.copy()
     theta[model.position(["rotor.stiffness_N_per_m"])] = 0.05
     true, nominal = (
@@ -153,7 +152,7 @@ def test_a_turning_stiffness_grows_at_the_speeds_of_the_rotor_that_is_built_with
 def test_numbers_that_enter_linearly_build_no_rotor_again():
     model = build_model(SUPPORTS["bearings"])
     for names, linear in ((NUMBERS[:2], True), (NUMBERS, False)):
-        (term,) = (term for term in with_rotor_numbers(model, names).terms if term.variation)
+        (term,) = (term for term in with_numbers(model, names).terms if term.variation)
         assert term.variation.is_linear == linear
         change = np.full(len(names), 0.03)
         found, true = term.variation.at(change), term.variation.build(tuple(change))
@@ -163,7 +162,7 @@ def test_numbers_that_enter_linearly_build_no_rotor_again():
 
 def test_condensed_coordinates_change_nothing():
     rig = {**SUPPORTS["periodic crack"], "sensors": [3, 6]}
-    model = with_rotor_numbers(build_model(rig), NUMBERS)
+    model = with_numbers(build_model(rig), NUMBERS)
     theta = model.theta.copy()
     theta[model.position(NUMBERS)] = [0.01, 0.02, -0.01, 0.01]
     assert len(model.involved) < len(model.structure.dofs)
@@ -173,7 +172,7 @@ def test_condensed_coordinates_change_nothing():
 
 
 def test_many_trials_are_each_their_own():
-    model = with_rotor_numbers(build_model({**SUPPORTS["bearings"], "sensors": [3, 6]}), NUMBERS)
+    model = with_numbers(build_model({**SUPPORTS["bearings"], "sensors": [3, 6]}), NUMBERS)
     theta = np.tile(model.theta, (3, 1))
     theta[:, model.position(NUMBERS)] = np.random.default_rng(1).normal(0, 0.01, (3, 4))
     together = measured_response_and_jacobian(model, SPEEDS, HARMONICS, theta)
@@ -191,7 +190,7 @@ def test_every_rotor_has_numbers_that_move(plugin):
     working = []
     for name in names:
         try:
-            working.append(with_rotor_numbers(model, [name]).names)
+            working.append(with_numbers(model, [name]).names)
         except RotorstudyError:  # another way to describe that rotor
             continue
     assert working
@@ -199,7 +198,7 @@ def test_every_rotor_has_numbers_that_move(plugin):
 
 def test_a_new_rotor_keeps_what_was_not_changed_and_has_the_new_numbers():
     rig = {**SUPPORTS["bearings"], "sensors": [3, 6]}
-    model = with_rotor_numbers(build_model(rig), NUMBERS[:2])
+    model = with_numbers(build_model(rig), NUMBERS[:2])
     found = rig_with_estimate(rig, model, NUMBERS[:2], np.array([0.1, -0.2]), np.diag([0.011, 0.004]) ** 2)
     assert found["rotor"]["youngs_modulus_Pa"] == pytest.approx(1.1 * 2.1e11)  # a default before
     assert found["rotor"]["discs"][0]["mass_kg"] == pytest.approx(1.6)
@@ -223,26 +222,26 @@ def test_a_new_rotor_keeps_what_was_not_changed_and_has_the_new_numbers():
 )
 def test_a_number_that_the_rotor_does_not_have_is_refused(name, words):
     with pytest.raises(RotorstudyError, match=words):
-        with_rotor_numbers(build_model(SUPPORTS["bearings"]), [name])
+        with_numbers(build_model(SUPPORTS["bearings"]), [name])
 
 
 def test_a_number_that_the_rotor_does_not_depend_on_is_refused():
     rotor = {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5}
-    model = with_rotor_numbers(build_model({"rotor": rotor}), ["rotor.gravity_m_per_s2"])  # the weight
+    model = with_numbers(build_model({"rotor": rotor}), ["rotor.gravity_m_per_s2"])  # the weight
     assert model.names == ("rotor.gravity_m_per_s2",)
     stiff = {"kind": "offset_disc", **registry().plugins["rotor"]["offset_disc"].example}
     for key in ("a_m", "b_m", "diameter_m"):
         stiff.pop(key)
     stiff |= {"k22_N_per_m": 3.5e5, "k24_N": 2e4, "k44_N_m": 1.7e4}
     with pytest.raises(RotorstudyError, match="does not depend on it"):
-        with_rotor_numbers(build_model({"rotor": stiff}), ["rotor.youngs_modulus_Pa"])
+        with_numbers(build_model({"rotor": stiff}), ["rotor.youngs_modulus_Pa"])
 
 
 def test_estimators_of_the_equations_refuse_the_numbers_of_the_rotor():
     from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 
     rig = {**SUPPORTS["bearings"], "sensors": [1, 2, 3, 4, 5, 6, 7, 8]}
-    model = with_rotor_numbers(build_model(rig), NUMBERS[:1])
+    model = with_numbers(build_model(rig), NUMBERS[:1])
     shown = measured_response(model, SPEEDS, HARMONICS)
     covariance = independent_covariance(np.full(shown.shape, 1e-16))
     spectrum = Spectrum(shown, np.array(SPEEDS), np.array(HARMONICS), model.sensors, covariance)

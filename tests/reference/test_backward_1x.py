@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from rotorstudy.thesis.backward_1x import METHOD, READING_M, hypotheses, receptance_at
-from rotorstudy.thesis.config import load_replay
-from rotorstudy.thesis.replay import rounding_draws
+from thesis.backward_1x import METHOD, READING_M, hypotheses, receptance_at
+from thesis.config import load_replay
+from thesis.replay import rounding_draws
 
 RIG = np.repeat([0, 1], 5)
 SHARE = 0.09 * np.exp(1.3j)

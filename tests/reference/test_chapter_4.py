@@ -17,10 +17,10 @@ from rotorstudy.studies.common import clean_spectrum
 from rotorstudy.studies.config import load_study
 from rotorstudy.studies.identify import monte_carlo
 from rotorstudy.studies.simulate import case_records, kind_spectra
-from rotorstudy.thesis import errata
-from rotorstudy.thesis.config import load_replay
-from rotorstudy.thesis.printed import joint_share
-from rotorstudy.thesis.replay import records, replay_problem, rounding_draws, spectra
+from thesis import errata
+from thesis.config import load_replay
+from thesis.printed import joint_share
+from thesis.replay import records, replay_problem, rounding_draws, spectra
 
 ROOT = Path(__file__).parents[2]
 REFERENCE = ROOT / "workflow" / "reference"

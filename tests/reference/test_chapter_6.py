@@ -19,8 +19,8 @@ from rotorstudy.studies.common import clean_spectrum
 from rotorstudy.studies.config import changed, load_study
 from rotorstudy.studies.sensors import sensors
 from rotorstudy.studies.variants import variants
-from rotorstudy.thesis import errata, errata_chapter_6
-from rotorstudy.thesis.scoreboard import published
+from thesis import errata, errata_chapter_6
+from thesis.scoreboard import published
 
 ROOT = Path(__file__).parents[2]
 REFERENCE = ROOT / "workflow" / "reference"

@@ -8,14 +8,14 @@ import pytest
 
 from rotorstudy.measurement.noise import MODELS, noise_model, noise_std, noisy
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
-from rotorstudy.presentation.replay_figures import KINDS
 from rotorstudy.studies.common import is_phase, parameter_units
 from rotorstudy.studies.config import load_study
 from rotorstudy.studies.stability import damping_along_x
-from rotorstudy.thesis import chapter_2, chapter_4, chapter_6
-from rotorstudy.thesis.config import Picture, load_replay
-from rotorstudy.thesis.scoreboard import published
-from rotorstudy.thesis.tables import scored_tables, table_name
+from thesis import chapter_2, chapter_4, chapter_6
+from thesis.config import Picture, load_replay
+from thesis.figures.replays import KINDS
+from thesis.scoreboard import published
+from thesis.tables import scored_tables, table_name
 
 ROOT = Path(__file__).parents[2]
 REFERENCE = ROOT / "workflow" / "reference"

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from rotorstudy.thesis.checks import (
+from thesis.checks import (
     largest_crack_response,
     physical_checks,
     shown_estimates,
@@ -12,8 +12,8 @@ from rotorstudy.thesis.checks import (
     slow_roll_text,
     weight_text,
 )
-from rotorstudy.thesis.config import load_replay
-from rotorstudy.thesis.replay import BOTH_DAMPINGS, rounding_draws
+from thesis.config import load_replay
+from thesis.replay import BOTH_DAMPINGS, rounding_draws
 
 
 @pytest.fixture(scope="module", params=["chapter_3", "chapter_5"])

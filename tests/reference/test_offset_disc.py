@@ -8,7 +8,7 @@ import pytest
 from rotorstudy import Problem, RotorstudyError, Spectrum, build_model, eigenvalues, measured_response
 from rotorstudy.inference.linear import solve_linear
 from rotorstudy.measurement.spectrum import independent_covariance
-from rotorstudy.thesis.scoreboard import published
+from thesis.scoreboard import published
 
 REFERENCE = Path(__file__).parents[2] / "workflow" / "reference"
 HARMONICS = [0, 1, 2, 3, 5, 7, -1, -3, -5]

@@ -14,9 +14,9 @@ from rotorstudy.response.series import synthesize
 from rotorstudy.response.stability import stability_threshold
 from rotorstudy.store import as_complex
 from rotorstudy.studies.config import load_study
-from rotorstudy.thesis.config import load_replay
-from rotorstudy.thesis.replay import printed_values, records, rounding_draws, spectra
-from rotorstudy.thesis.scoreboard import load_reasons, published, score
+from thesis.config import load_replay
+from thesis.replay import printed_values, records, rounding_draws, spectra
+from thesis.scoreboard import load_reasons, published, score
 
 ROOT = Path(__file__).parents[2]
 REFERENCE = ROOT / "workflow" / "reference"

@@ -1,6 +1,5 @@
 """What binds a job to its files: figures and tables by name, results by name, and the code that a function needs."""
 
-import ast
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -13,7 +12,7 @@ from rotorstudy.presentation.tables import write_tables
 from rotorstudy.store import dataset, save
 from rotorstudy.studies import workflow
 from rotorstudy.studies.workflow import called, code_digest, imported_files, named_function, opened
-from rotorstudy.thesis.tables import Table
+from thesis.tables import Table
 
 SCRIPT = Path(__file__).parents[2] / "workflow" / "scripts" / "study.py"
 
@@ -94,25 +93,14 @@ def test_a_job_depends_on_the_module_of_its_function_and_on_no_other_stage():
     assert not whirl & {"studies/identify", "studies/simulate"}
 
 
-def imported(tree):
-    for node in ast.walk(tree):
-        if isinstance(node, ast.ImportFrom) and node.module:
-            yield from (node.module, *(f"{node.module}.{alias.name}" for alias in node.names))
-        elif isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-
-
-def test_every_import_of_the_package_is_found(tmp_path):
-    """By their lines, as by the syntax tree, which takes ten times as long; also the odd ones."""
-    odd = tmp_path / "odd.py"
-    odd.write_text(
-        "def f():\n    from rotorstudy import (  # why\n        errors as e,  # because\n        store,\n    )\n"
-    )
-    files = [odd, *Path(workflow.__file__).parents[1].rglob("*.py")]
-    for file in files:
-        expected = workflow._module_files(imported(ast.parse(file.read_text(encoding="utf-8"))))
-        assert expected <= workflow._imports(file), file
-    assert {path.stem for path in workflow._imports(odd)} == {"__init__", "errors", "store"}
+def test_what_a_script_names_is_found_with_what_that_imports_inside_functions(tmp_path):
+    script = tmp_path / "odd.py"
+    script.write_text("def f():\n    from rotorstudy.yaml_file import (  # why\n        read_yaml,\n    )\n")
+    assert [Path(file).stem for file in imported_files(script)] == ["errors", "yaml_file"]
+    text = Path(workflow.__file__).with_name("unbalance_response.py").read_text(encoding="utf-8")
+    inside = tmp_path / "inside.py"
+    inside.write_text(text)
+    assert {"rig_items", "resonance"} <= {Path(file).stem for file in imported_files(inside)}
 
 
 def test_a_job_runs_again_after_any_change_of_its_code(tmp_path, monkeypatch):

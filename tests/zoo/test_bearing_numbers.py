@@ -11,10 +11,10 @@ from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings, check_names
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.prior import prior_of
-from rotorstudy.model.bearing_numbers import bearing_numbers, with_bearing_numbers
 from rotorstudy.model.bearings import dynamic_stiffness
 from rotorstudy.model.estimated_rig import rig_with_estimate, rig_with_values
 from rotorstudy.model.rig import build_model
+from rotorstudy.model.rig_numbers import numbers, with_numbers
 from rotorstudy.response.harmonic import harmonic_response
 from rotorstudy.response.integration import time_response
 from rotorstudy.response.measured import measured_response, measured_response_and_jacobian
@@ -45,14 +45,15 @@ def examples():
         item = {"kind": name, **plugin.example}
         if name == "squeeze_film":
             item["centring_stiffness_N_per_m"] = 1e7
-        bearing = build_model({"rotor": ROTOR, "bearings": [{**item, "node": 1, "label": "left"}]}).terms[0]
-        yield from (pytest.param(item, number, id=f"{name} {number}") for number in bearing_numbers(0, bearing))
+        model = build_model({"rotor": ROTOR, "bearings": [{**item, "node": 1, "label": "left"}]})
+        own = [number for number in numbers(model) if number.startswith("bearings")]
+        yield from (pytest.param(item, number, id=f"{name} {number}") for number in own)
 
 
 @pytest.mark.parametrize(("item", "name"), list(examples()))
 def test_a_bearing_with_another_number_is_the_one_built_with_it(item, name):
     rig = rig_on(item)
-    model = with_bearing_numbers(build_model(rig), [name])
+    model = with_numbers(build_model(rig), [name])
     (place,) = model.position([name])
     theta = model.theta + 0.07 * np.eye(len(model.theta))[place]
     found = measured_response_and_jacobian(model, SPEEDS, HARMONICS, theta)
@@ -69,7 +70,7 @@ def test_a_bearing_with_another_number_is_the_one_built_with_it(item, name):
 def slope_of(item, number, order):
     """Derivative of the stiffness (order 0) or the damping (1) of a bearing by the relative change of a number."""
     name = f"bearings[left].{number}"
-    model = with_bearing_numbers(build_model(rig_on(item)), [name])
+    model = with_numbers(build_model(rig_on(item)), [name])
     (term,) = (term for term in model.terms if term.is_bearing_number)
     return part(replace(term, values={name: 1.0}), order)
 
@@ -104,20 +105,20 @@ def test_the_damping_of_a_squeeze_film_falls_with_the_cube_of_its_clearance():
 
 
 def test_no_clearance_becomes_zero_or_negative():
-    model = with_bearing_numbers(build_model(film_rig()), ["bearings.radial_clearance_m"])
+    model = with_numbers(build_model(film_rig()), ["bearings.radial_clearance_m"])
     theta = model.theta.copy()
     for change in (-1.0, -1.5):
         theta[model.position(["bearings.radial_clearance_m"])] = change
         with pytest.raises(NoSteadyState, match="zero or negative"):
             measured_response(model, SPEEDS, HARMONICS, theta)
-    long = with_bearing_numbers(build_model(film_rig()), ["bearings.length_m"])
+    long = with_numbers(build_model(film_rig()), ["bearings.length_m"])
     with pytest.raises(NoSteadyState, match="no bearing with these numbers: short_journal: length_m / diameter_m"):
         measured_response(long, SPEEDS, HARMONICS, long.theta + 3.0 * (np.array(long.names) == "bearings.length_m"))
 
 
 def test_all_roads_see_the_same_bearing():
     rig = film_rig()
-    model = with_bearing_numbers(build_model(rig), ["bearings[left].viscosity_Pa_s"])
+    model = with_numbers(build_model(rig), ["bearings[left].viscosity_Pa_s"])
     theta = model.theta + 0.3 * (np.array(model.names) == "bearings[left].viscosity_Pa_s")
     built = build_model(rig_with_values(rig, model, {"bearings[left].viscosity_Pa_s": 0.3}))
     for road in (
@@ -133,7 +134,7 @@ def test_all_roads_see_the_same_bearing():
 
 def test_a_rig_with_an_estimate_has_the_new_numbers():
     rig, names = film_rig(), ("bearings[left].radial_clearance_m", "bearings.viscosity_Pa_s")
-    model = with_bearing_numbers(build_model(rig), names)
+    model = with_numbers(build_model(rig), names)
     found = rig_with_estimate(rig, model, names, np.array([0.1, -0.2]), np.diag([0.011, 0.004]) ** 2)
     assert found["bearings"][0]["radial_clearance_m"] == pytest.approx(1.1e-4)
     assert found["bearings"][0]["viscosity_Pa_s"] == pytest.approx(0.08)
@@ -145,7 +146,7 @@ def test_a_rig_with_an_estimate_has_the_new_numbers():
 def test_uncertainty_is_stated_by_name():
     rig = film_rig()
     stated = {"default": 0.0, "bearings[left].load_N": 0.2}
-    model = with_bearing_numbers(build_model(rig), stated)
+    model = with_numbers(build_model(rig), stated)
     check_names(Settings(uncertainty=stated), build_model(rig), "rig.yaml, diagnosis")
     assert prior_of(model, stated).by_name == {"bearings[left].load_N": (0.0, 0.2)}
 
@@ -160,13 +161,13 @@ def test_uncertainty_is_stated_by_name():
 )
 def test_a_number_that_no_bearing_has_is_refused(name, words):
     with pytest.raises(RotorstudyError, match=words):
-        with_bearing_numbers(build_model(film_rig()), [name])
+        with_numbers(build_model(film_rig()), [name])
 
 
 def test_a_load_that_follows_from_the_weight_is_a_number_too():
     rig = rig_on({key: value for key, value in JOURNAL.items() if key != "load_N"})
     plain, name = build_model(rig), "bearings[left].load_N"
-    moved = rig_with_values(rig, with_bearing_numbers(plain, [name]), {name: 0.1})
+    moved = rig_with_values(rig, with_numbers(plain, [name]), {name: 0.1})
     assert moved["bearings"][0]["load_N"] == pytest.approx(1.1 * plain.structure.bearing_load(1))
     assert "load_N" not in rig_with_values(rig, plain, {})["bearings"][0]  # nothing moved: it follows the weight
 

@@ -222,6 +222,12 @@ def test_the_added_mass_of_a_table_has_inertia_and_no_weight():
     assert found[:, 0, 0] == pytest.approx(0, abs=1e-15)
 
 
+def test_the_mass_of_a_bearing_moves_with_the_journal():
+    model = build_model({"rotor": PLAIN, "bearings": [{**ISOTROPIC, "bearing_damping_N_s_per_m": 0.0, "mass_kg": 0.5}]})
+    assert np.abs(eigenvalues(model, [1.0])[0]) == pytest.approx(np.sqrt((7.6e5 + 3e5) / 2.5), rel=1e-12)
+    assert model.structure.static_load[0] == pytest.approx(2.0 * 9.81, rel=1e-12)
+
+
 def test_the_keys_of_values_tell_which_coefficients_a_bearing_has():
     keys = coefficients({"xx": 3e5, "yy": 1.8e5}, {"xx": 300.0, "yy": 150.0})
     found, stated = term({"kind": "linear", **keys}), term(ANISOTROPIC)

@@ -180,11 +180,78 @@ def test_a_journal_at_a_crawl_and_at_rest():
         stability_threshold(model, 5000.0, lowest=6000.0)
 
 
+PLAIN = {**JOURNAL, "kind": "plain_journal"}
+LONG = sys.modules[registry().get("bearing", "plain_journal").function.__module__]
+# length over diameter, eccentricity ratio, Sommerfeld number and attitude angle (degrees): Raimondi and Boyd 1958
+FULL = [
+    (1.0, 0.1, 1.33, 79.5), (1.0, 0.4, 0.264, 63.1), (1.0, 0.8, 0.0446, 36.24), (1.0, 0.9, 0.0188, 26.45),
+    (0.5, 0.1, 4.31, 81.62), (0.5, 0.4, 0.779, 61.45), (0.5, 0.8, 0.0923, 33.31), (0.5, 0.9, 0.0313, 23.66),
+    (0.25, 0.1, 16.2, 82.31), (0.25, 0.6, 1.07, 46.72), (0.25, 0.9, 0.0736, 21.85),
+]  # fmt: skip
+# length over diameter, Sommerfeld number, eccentricity ratio, attitude angle, K xx xy yx yy, C xx xy yy, two grooves of
+# 20 degrees: Lund and Thomsen 1978
+GROOVED = [
+    (0.5, 1.656, 0.244, 65.85, 1.69, 5.06, -2.20, 1.95, 9.93, 2.15, 4.80),
+    (0.5, 0.917, 0.372, 57.45, 2.12, 4.01, -1.30, 1.85, 7.70, 2.06, 3.23),
+    (0.5, 0.580, 0.477, 51.01, 2.67, 3.70, -0.78, 1.75, 6.96, 1.94, 2.40),
+    (0.5, 0.244, 0.655, 40.25, 4.21, 3.74, -0.13, 1.64, 6.87, 1.82, 1.54),
+    (1.0, 0.991, 0.150, 70.58, 1.56, 7.29, -2.16, 1.52, 14.66, 1.58, 4.49),
+    (1.0, 0.635, 0.224, 63.54, 1.62, 5.33, -1.57, 1.56, 10.80, 1.70, 3.41),
+    (1.0, 0.235, 0.460, 49.27, 2.19, 3.57, -0.80, 1.55, 7.36, 1.89, 2.19),
+    (1.0, 0.108, 0.650, 39.72, 3.45, 3.34, -0.23, 1.44, 6.89, 1.72, 1.43),
+]
+
+
+def long_film(length, sommerfeld, grooves):
+    """Eccentricity ratio, attitude angle (degrees) and coefficients K (2, 2), C (2, 2) of a film."""
+    rows = LONG.coefficients_over_eccentricity(length, grooves)
+    e = LONG.eccentricity_ratio(sommerfeld, length, rows)
+    _, attitude, stiffness, damping = LONG.running(e, length, rows)
+    return e, np.degrees(attitude), stiffness, damping
+
+
+@pytest.mark.parametrize("length, e, number, attitude", FULL)
+def test_a_full_film_runs_where_published(length, e, number, attitude):
+    """They take the pressure as zero where the film is widest, here it begins before: most at a small eccentricity."""
+    rows = LONG.coefficients_over_eccentricity(length, "none")
+    found, angle, _, _ = LONG.running(e, length, rows)
+    assert found == pytest.approx(number, rel=0.025)
+    assert np.degrees(angle) == pytest.approx(attitude, abs=0.6 + 5 * length * (1 - e) ** 2)
+
+
+@pytest.mark.parametrize("row", GROOVED, ids=lambda row: f"{row[0]}-{row[1]}")
+def test_a_film_between_two_grooves_has_the_published_coefficients(row):
+    """To 2 % of the largest coefficient of each kind; a coarse mesh in 1978, and three digits."""
+    length, number, e, attitude, kxx, kxy, kyx, kyy, cxx, cxy, cyy = row
+    found, angle, stiffness, damping = long_film(length, number, "two_axial")
+    assert found == pytest.approx(e, abs=0.004) and angle == pytest.approx(attitude, abs=0.3)
+    for own, theirs in ((stiffness, [[kxx, kxy], [kyx, kyy]]), (damping, [[cxx, cxy], [cxy, cyy]])):
+        assert np.abs(own - theirs).max() < 0.02 * np.abs(theirs).max()
+    # negative control: neither a full film nor a short one
+    e = MODULE.eccentricity_ratio(np.pi * number * length**2)
+    for other in (long_film(length, number, "none")[2], MODULE.coefficients(e)[0]):
+        assert np.abs(other - [[kxx, kxy], [kyx, kyy]]).max() > 0.04 * np.abs(stiffness).max()
+
+
+@pytest.mark.parametrize("speed", [40.0, 157.1, 600.0])
+def test_a_film_of_small_length_is_that_of_a_short_bearing(speed):
+    """At a tenth of the diameter to 1.5 % of the largest coefficient; negative control: 2 to 10 % at 0.4."""
+    for length, viscosity, bounds in ((0.01, 2.0, (0.0, 0.015)), (0.04, 0.04, (0.02, 0.1))):
+        found, short = (
+            dynamic_stiffness(bearing({**item, "length_m": length, "viscosity_Pa_s": viscosity}), [speed], [1])[0, 0]
+            for item in (PLAIN, JOURNAL)
+        )
+        for part in (np.real, np.imag):
+            off = np.abs(part(found) - part(short)).max() / np.abs(part(short)).max()
+            assert bounds[0] < off < bounds[1]
+
+
 BAD = [
     ({**JOURNAL, "load_N": 0.0}, ["load_N = 0.0", "greater than 0"]),
     ({**JOURNAL, "load_N": -5.0}, ["load_N = -5.0", "greater than 0"]),
     ({k: v for k, v in JOURNAL.items() if k != "diameter_m"}, ["'diameter_m' is missing"]),
-    ({**JOURNAL, "length_m": 0.12}, ["length_m / diameter_m = 1.2", "limited to 1", "tabulate"]),
+    ({**JOURNAL, "length_m": 0.06}, ["length_m / diameter_m = 0.6", "limited to 0.5", "plain_journal"]),
+    ({**PLAIN, "length_m": 0.21}, ["length_m / diameter_m = 2.1", "outside 0.1 to 2", "speed_tabulated"]),
     ({**JOURNAL, "radial_clearance_m": 0.0}, ["radial_clearance_m = 0.0"]),
     ({**DAMPER, "eccentricity_ratio": 1.0}, ["eccentricity_ratio = 1.0", "less than 1"]),
     ({**DAMPER, "eccentricity_ratio": 0.0}, ["eccentricity_ratio = 0.0", "greater than 0"]),
@@ -226,7 +293,7 @@ def test_a_film_carries_by_default_its_part_of_the_weight():
             assert entry.gain_at(100.0, 1) == pytest.approx(same.gain_at(100.0, 1), rel=1e-8)
     overhung = rig_of_two_films(3)  # the disc hangs over the end at node 1
     first, second = overhung["bearings"]
-    with pytest.raises(RotorstudyError, match=r"node 4.*loads it by -"):
+    with pytest.raises(RotorstudyError, match=r"loads the bearing at node 4 by -"):
         build_model({**overhung, "bearings": [second, {**first, "node": 4}]})
 
 

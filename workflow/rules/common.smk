@@ -5,6 +5,9 @@ import sys
 from pathlib import Path
 
 ROOT = Path(workflow.basedir)
+# the package `thesis`, for these rules and for the scripts, which are processes of their own
+sys.path.insert(0, str(ROOT / "workflow"))
+os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(ROOT / "workflow"), os.environ.get("PYTHONPATH")]))
 # one BLAS thread per job: jobs share the cores, and the order of summation does not depend on the load
 threads = {name: "1" for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")}
 os.environ.update(threads, MPLBACKEND="Agg")
@@ -25,7 +28,7 @@ try:
     from rotorstudy.studies.config import file_name, load_study, named_methods
     from rotorstudy.studies.crack_study.config import load_crack_study
     from rotorstudy.studies.cracks import load_cracks
-    from rotorstudy.thesis.config import check_replay, load_replay
+    from thesis.config import check_replay, load_replay
     from rotorstudy.studies.workflow import WorkflowConfig, code_digest, plugin_files
     from rotorstudy.model.configuration import check_config
     from rotorstudy.yaml_file import read_yaml
@@ -139,6 +142,54 @@ TABLES = {
 for name, replay in REPLAYS.items():
     TABLES[name] = [f"table_{sheet}".replace(".", "_") for sheet in replay.sheets] + ["estimates", "physical_checks", "response"]
 CHAPTERS = sorted(chapter for chapter in TABLES if chapter in STUDIES or chapter in REPLAYS)
+
+
+def chapter_config(chapter):
+    return str(ROOT / {**settings.studies, **settings.replays}[chapter])
+
+
+def loader(chapter):
+    """Full name of the function that reads the configuration of a chapter."""
+    return "thesis.config.load_replay" if chapter in REPLAYS else "rotorstudy.studies.config.load_study"
+
+
+def module(chapter, of_replays):
+    """The module of `thesis` with the tables or figures of a chapter; replays share one."""
+    return of_replays if chapter in REPLAYS else chapter
+
+
+def trials(chapter, rig):
+    """Monte Carlo trials of a rig; Chapter 4 has one case."""
+    found = [f"{RESULTS}/{chapter}/monte_carlo/{rig}/{file_name(case)}.nc" for case in STUDIES[chapter].cases]
+    return found[0] if chapter == "chapter_4" else found
+
+
+def figure_inputs(chapter):
+    """Results that the figures of a chapter show."""
+    base = f"{RESULTS}/{chapter}"
+    if chapter in REPLAYS:
+        return {stage: f"{base}/{stage}.nc" for stage in ("records", "spectra", "identification")}
+    stages = ["bias", "weight_dominance", "stability"]
+    stages += ["whirl", "identifiability"] * (chapter != "chapter_2") + ["sensors", "variants"] * (chapter == "chapter_6")
+    return {
+        "records": f"{base}/records/physical.nc",
+        "spectra": f"{base}/spectra/physical.nc",
+        "thesis_spectra": f"{base}/spectra/thesis.nc",
+        "monte_carlo": trials(chapter, "physical"),
+        **({} if chapter == "chapter_6" else {"monte_carlo_thesis": trials(chapter, "thesis")}),
+        **{stage: f"{base}/{stage}.nc" for stage in stages},
+    }
+
+
+def table_inputs(chapter):
+    """Results that the tables of a chapter put beside the thesis's."""
+    base = f"{RESULTS}/{chapter}"
+    if chapter in REPLAYS:
+        return {stage: f"{base}/{stage}.nc" for stage in ("spectra", "identification")}
+    found = {"spectra": f"{base}/spectra/thesis.nc"}
+    if chapter == "chapter_6":
+        return found | {"variants": f"{base}/variants.nc"}
+    return found | {"identification": f"{base}/identification/thesis.nc", "monte_carlo": trials(chapter, "thesis")}
 
 
 def table_pages(chapter):

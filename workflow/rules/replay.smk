@@ -6,8 +6,8 @@ rule replay_records:
     output:
         f"{RESULTS}/{{replay}}/records.nc",
     params:
-        code=code("replay.py", "rotorstudy.thesis.replay.records"),
-        function="rotorstudy.thesis.replay.records",
+        code=code("replay.py", "thesis.replay.records"),
+        function="thesis.replay.records",
         reference=published_folder,
     priority: 2 # short, and what the first figures need
     log:
@@ -24,8 +24,8 @@ rule replay_spectra:
     output:
         f"{RESULTS}/{{replay}}/spectra.nc",
     params:
-        code=code("replay.py", "rotorstudy.thesis.replay.spectra"),
-        function="rotorstudy.thesis.replay.spectra",
+        code=code("replay.py", "thesis.replay.spectra"),
+        function="thesis.replay.spectra",
     priority: 2
     log:
         f"{RESULTS}/logs/{{replay}}/spectra.log",
@@ -44,8 +44,8 @@ rule replay_identify:
     output:
         f"{RESULTS}/{{replay}}/identification.nc",
     params:
-        code=code("replay.py", "rotorstudy.thesis.replay.identify"),
-        function="rotorstudy.thesis.replay.identify",
+        code=code("replay.py", "thesis.replay.identify"),
+        function="thesis.replay.identify",
         reference=published_folder,
     priority: 2
     log:

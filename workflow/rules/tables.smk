@@ -1,100 +1,23 @@
 # Tables of each chapter beside the thesis's, and the scoreboard over all of them.
 
-if "chapter_2" in STUDIES:
-
-    rule tables_chapter_2:
-        input:
-            config=str(ROOT / settings.studies["chapter_2"]),
-            spectra=f"{RESULTS}/chapter_2/spectra/thesis.nc",
-            identification=f"{RESULTS}/chapter_2/identification/thesis.nc",
-            monte_carlo=[
-                f"{RESULTS}/chapter_2/monte_carlo/thesis/{file_name(case)}.nc" for case in STUDIES["chapter_2"].cases
-            ],
-            published=PUBLISHED,
-            reasons=f"{REFERENCE}/reasons.yaml",
-        output:
-            scored=f"{RESULTS}/chapter_2/scored.csv",
-            csv=table_sheets("chapter_2"),
-            html=table_pages("chapter_2"),
-        params:
-            code=code("tables.py", "rotorstudy.studies.config.load_study", "rotorstudy.thesis.chapter_2.tables"),
-            load="rotorstudy.studies.config.load_study",
-            function="rotorstudy.thesis.chapter_2.tables",
-            reference=published_folder,
-        log:
-            f"{RESULTS}/logs/chapter_2/tables.log",
-        script:
-            "../scripts/tables.py"
-
-
-if "chapter_4" in STUDIES:
-
-    rule tables_chapter_4:
-        input:
-            config=str(ROOT / settings.studies["chapter_4"]),
-            spectra=f"{RESULTS}/chapter_4/spectra/thesis.nc",
-            identification=f"{RESULTS}/chapter_4/identification/thesis.nc",
-            monte_carlo=f"{RESULTS}/chapter_4/monte_carlo/thesis/20_to_50_Hz.nc",
-            published=PUBLISHED,
-            reasons=f"{REFERENCE}/reasons.yaml",
-        output:
-            scored=f"{RESULTS}/chapter_4/scored.csv",
-            csv=table_sheets("chapter_4"),
-            html=table_pages("chapter_4"),
-        params:
-            code=code("tables.py", "rotorstudy.studies.config.load_study", "rotorstudy.thesis.chapter_4.tables"),
-            load="rotorstudy.studies.config.load_study",
-            function="rotorstudy.thesis.chapter_4.tables",
-            reference=published_folder,
-        log:
-            f"{RESULTS}/logs/chapter_4/tables.log",
-        script:
-            "../scripts/tables.py"
-
-
-if "chapter_6" in STUDIES:
-
-    rule tables_chapter_6:
-        input:
-            config=str(ROOT / settings.studies["chapter_6"]),
-            spectra=f"{RESULTS}/chapter_6/spectra/thesis.nc",
-            variants=f"{RESULTS}/chapter_6/variants.nc",
-            published=PUBLISHED,
-            reasons=f"{REFERENCE}/reasons.yaml",
-        output:
-            scored=f"{RESULTS}/chapter_6/scored.csv",
-            csv=table_sheets("chapter_6"),
-            html=table_pages("chapter_6"),
-        params:
-            code=code("tables.py", "rotorstudy.studies.config.load_study", "rotorstudy.thesis.chapter_6.tables"),
-            load="rotorstudy.studies.config.load_study",
-            function="rotorstudy.thesis.chapter_6.tables",
-            reference=published_folder,
-        log:
-            f"{RESULTS}/logs/chapter_6/tables.log",
-        script:
-            "../scripts/tables.py"
-
-
-for name in REPLAYS:
+for name in CHAPTERS:
 
     rule:
         name:
             f"tables_{name}"
         input:
-            config=str(ROOT / settings.replays[name]),
-            spectra=f"{RESULTS}/{name}/spectra.nc",
-            identification=f"{RESULTS}/{name}/identification.nc",
+            config=chapter_config(name),
             published=PUBLISHED,
             reasons=f"{REFERENCE}/reasons.yaml",
+            **table_inputs(name),
         output:
             scored=f"{RESULTS}/{name}/scored.csv",
             csv=table_sheets(name),
             html=table_pages(name),
         params:
-            code=code("tables.py", "rotorstudy.thesis.config.load_replay", "rotorstudy.thesis.replay_tables.tables"),
-            load="rotorstudy.thesis.config.load_replay",
-            function="rotorstudy.thesis.replay_tables.tables",
+            code=code("tables.py", loader(name), f"thesis.{module(name, 'replay_tables')}.tables"),
+            load=loader(name),
+            function=f"thesis.{module(name, 'replay_tables')}.tables",
             reference=published_folder,
         log:
             f"{RESULTS}/logs/{name}/tables.log",

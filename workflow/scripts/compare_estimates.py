@@ -8,7 +8,7 @@ with job(snakemake):
     from rotorstudy.studies.comparison.config import load_comparison
     from rotorstudy.studies.comparison.estimates import bias, estimates
     from rotorstudy.studies.config import file_name, load_study
-    from rotorstudy.thesis.compared import load_rotor
+    from thesis.compared import load_rotor
 
     config = load_comparison(snakemake.input.config)
     estimator = registry().get("estimator", snakemake.wildcards.estimator)

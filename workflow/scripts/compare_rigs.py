@@ -4,12 +4,12 @@ with job(snakemake):
     from pathlib import Path
 
     from rotorstudy.presentation.plots import save_figure
-    from rotorstudy.presentation.rigs_figure import rigs_figure
     from rotorstudy.presentation.tables import write_tables
     from rotorstudy.store import load
-    from rotorstudy.thesis.backward_1x import backward_1x_table
-    from rotorstudy.thesis.config import load_replay
-    from rotorstudy.thesis.rigs import rigs_table
+    from thesis.backward_1x import backward_1x_table
+    from thesis.config import load_replay
+    from thesis.figures.rigs import rigs_figure
+    from thesis.rigs import rigs_table
 
     given = zip(snakemake.input.configs, snakemake.input.identification, snakemake.input.spectra, strict=True)
     replays = [(load_replay(path), load(found), load(seen)) for path, found, seen in given]

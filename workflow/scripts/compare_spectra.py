@@ -6,7 +6,7 @@ with job(snakemake):
     from rotorstudy.store import provenance, save
     from rotorstudy.studies.comparison.config import load_comparison
     from rotorstudy.studies.comparison.trials import spectra
-    from rotorstudy.thesis.compared import load_rotor
+    from thesis.compared import load_rotor
 
     config = load_comparison(snakemake.input.config)
     method = registry().get("spectrum", snakemake.wildcards.method)

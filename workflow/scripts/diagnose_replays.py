@@ -7,7 +7,7 @@ with job(snakemake):
 
     from rotorstudy.presentation.pages import to_index
     from rotorstudy.presentation.tables import write_csv, write_html
-    from rotorstudy.thesis.replays_page import SHEETS, replays_page
+    from thesis.replays_page import SHEETS, replays_page
 
     folders = [Path(path).parent for path in snakemake.input.verdicts]
     rows, notes = replays_page(snakemake.input.configs, folders, Path(snakemake.input.published).parent)

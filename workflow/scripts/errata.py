@@ -9,10 +9,10 @@ with job(snakemake):
     from rotorstudy.presentation.tables import write_csv, write_html
     from rotorstudy.store import load
     from rotorstudy.studies.config import load_study
-    from rotorstudy.thesis import errata
-    from rotorstudy.thesis.config import load_replay
-    from rotorstudy.thesis.errata_chapter_4 import chapter_4
-    from rotorstudy.thesis.errata_chapter_6 import chapter_6
+    from thesis import errata
+    from thesis.config import load_replay
+    from thesis.errata_chapter_4 import chapter_4
+    from thesis.errata_chapter_6 import chapter_6
 
     given = snakemake.input
     reference = Path(given.errata).parent

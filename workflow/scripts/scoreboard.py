@@ -5,8 +5,8 @@ with job(snakemake):
 
     from rotorstudy.presentation.pages import to_index
     from rotorstudy.presentation.tables import write_csv, write_html
-    from rotorstudy.thesis.scoreboard import COLUMNS, STATUSES
-    from rotorstudy.thesis.tables import in_table_order
+    from thesis.scoreboard import COLUMNS, STATUSES
+    from thesis.tables import in_table_order
 
     scored = pd.concat([pd.read_csv(path, dtype={"table": str, "item": str}) for path in snakemake.input.scored])
     scored = in_table_order(scored[COLUMNS])

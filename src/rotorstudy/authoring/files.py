@@ -5,7 +5,7 @@ from pathlib import Path
 
 from rotorstudy.errors import PluginError, RotorstudyError, unknown_name
 from rotorstudy.model.kinds import KINDS
-from rotorstudy.model.registry import Registry, plugin_folders, registry, using
+from rotorstudy.model.registry import OWN_FOLDER, Registry, plugin_folders, registry, using
 from rotorstudy.store import write_text
 
 TEMPLATES = Path(__file__).parent / "templates"
@@ -19,7 +19,7 @@ PLACEHOLDERS = {
 def new_plugin(kind, name, folder=None):
     """Write a working, commented plugin file and return its path.
 
-    folder : by default the kind's folder in the project's plugins/, outside a project the current folder
+    folder : by default the kind's folder in the project's plugins/, outside a project rotorstudy_plugins/ here
     raises : RotorstudyError for an unknown kind, an invalid name or one in use, or a file that exists
     """
     if kind not in KINDS:
@@ -46,10 +46,10 @@ def left_to_write(path):
 
 
 def _folder_of(kind):
-    """The project's folder for plugins of a kind; outside a project the current folder."""
+    """The project's folder for plugins of a kind; outside a project the one of the user."""
     own = plugin_folders()[0]
     if Path("plugins").resolve() != own:
-        return Path()
+        return Path(OWN_FOLDER)
     for plugin in registry().plugins[kind].values():
         if own in Path(plugin.file).parents:
             return Path(plugin.file).parent

@@ -1,7 +1,5 @@
 """`rotorstudy analyse`: critical speeds, unbalance response, static loads and stability of a rig."""
 
-import sys
-
 from rotorstudy.commands.outputs import check_folder
 from rotorstudy.commands.speeds import add_rpm, in_rad_s
 from rotorstudy.errors import RotorstudyError
@@ -29,7 +27,6 @@ def add(commands):
         help="operating speeds in rad/s, for separation margins",
     )
     add_rpm(parser)
-    parser.add_argument("--json", action="store_true", help="print the tables as JSON")
     parser.add_argument("--out", required=True, metavar="DIR", help="output folder for page, data and figures")
     parser.set_defaults(func=run)
 
@@ -43,16 +40,10 @@ def run(given):
     speeds = _range(given.speeds, given.rpm, "--speeds") or (None, None)
     operating = _range(given.operating, given.rpm, "--operating")
     analysis = analyse_files(given.rig, given.out, speeds, operating, given.records)
-    if given.json:
-        import json
-
-        found = {"summary": summary(analysis), "criticals": criticals(analysis), "loads": loads(analysis)}
-        found |= {"resonances": resonances(analysis, operating), "damping": analysis.damping}
-        print(json.dumps(found, indent=1))
-    else:
-        print("\n".join(summary(analysis)))
-    print(f"wrote {given.out}/index.html", file=sys.stderr if given.json else sys.stdout)
-    return 0
+    print("\n".join(summary(analysis)))
+    print(f"wrote {given.out}/index.html")
+    found = {"summary": summary(analysis), "criticals": criticals(analysis), "loads": loads(analysis)}
+    return found | {"resonances": resonances(analysis, operating), "damping": analysis.damping}
 
 
 def _range(given, rpm, option):

@@ -30,6 +30,8 @@ def add(commands):
 
 def run(given):
     """Print the corrections with their standard deviations, and the 1X vibration before and after."""
+    import numpy as np
+
     from rotorstudy.diagnosis.runs.balance import balance_files
     from rotorstudy.diagnosis.runs.balance_holes import equal_holes
     from rotorstudy.measurement.conventions import read_conventions
@@ -59,7 +61,13 @@ def run(given):
             print(f"  {spin(speed)}, node {node}: {um(found.before[i, j])}, {left}, {shown}")
     if given.out:
         _save(given, rig, found, planes)
-    return 0
+    return {
+        "planes": planes,
+        "correction_kg_m": np.asarray(found.corrections).tolist(),
+        "covariance": np.asarray(found.covariance).tolist(),
+        "before_m": found.before.tolist(),
+        "after_m": np.asarray(found.after).tolist(),
+    }
 
 
 def _print_corrections(found, planes, conventions):

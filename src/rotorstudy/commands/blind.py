@@ -39,4 +39,4 @@ def run(given):
     print("\n".join(sentences(answers_of(rows))) or f"{len(rows)} cases, of which none answers a question")
     print(statement(criteria) if len(rows) < FEW else printed(criteria))
     print(f"wrote {given.out}/criteria.html, cases.html, blind.nc and figures")
-    return 0
+    return {"cases": len(rows), "criteria": [vars(one) for one in criteria], "page": f"{given.out}/criteria.html"}

@@ -11,7 +11,6 @@ def add(commands):
         "check", help="check a rig file (loads, critical speeds, anything odd), or the invariants of a plugin file"
     )
     parser.add_argument("file", help="rig file (.yaml) or plugin file (.py)")
-    parser.add_argument("--json", action="store_true", help="of a rig: print everything as JSON")
     parser.set_defaults(func=run)
 
 
@@ -21,14 +20,12 @@ def run(given):
 
 
 def _rig(given):
-    import json
-
     from rotorstudy.presentation.rig_check_words import check_data, check_words
     from rotorstudy.studies.rig_check import check_rig
 
     found = check_rig(given.file)
-    print(json.dumps(check_data(found), indent=1) if given.json else "\n".join(check_words(found)))
-    return 1 if found.errors else 0
+    print("\n".join(check_words(found)))
+    return 1 if found.errors else 0, check_data(found)
 
 
 def _plugins(given):
@@ -43,4 +40,5 @@ def _plugins(given):
     print(f"{states.count('holds')} of {len(states) - unclaimed} hold" + f", {unclaimed} not claimed" * bool(unclaimed))
     if left := left_to_write(given.file):
         print(f"note: {' and '.join(left)} in {given.file} still have the text of the template; replace it")
-    return 1 if "fails" in states else 0
+    facts = [{"kind": kind, "name": name, "state": one.state, "statement": one.statement} for kind, name, one in rows]
+    return 1 if "fails" in states else 0, {"checks": facts}

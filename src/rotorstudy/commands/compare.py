@@ -34,4 +34,4 @@ def run(given):
         print(finding, file=sys.stderr)
     print(verdict.summary)
     print(f"wrote {Path(given.out) / 'index.html'}")
-    return 0
+    return verdict.model_dump(mode="json")

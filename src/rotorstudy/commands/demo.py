@@ -34,8 +34,8 @@ def run(given):
         print(f"$ rotorstudy {shlex.join(arguments)}", flush=True)
         status = subprocess.run([sys.executable, "-m", "rotorstudy", *arguments], check=False).returncode
         if status:
-            return status
-    return 0
+            return status, {}
+    return {"page": f"{diagnosis}/index.html"}
 
 
 def _examples():

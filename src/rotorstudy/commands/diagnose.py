@@ -42,4 +42,4 @@ def run(given):
             print(f"warning: {broken}", file=sys.stderr)
     print(verdict.summary)
     print(f"wrote {Path(given.out) / 'index.html'}")
-    return 0
+    return verdict.model_dump(mode="json")

@@ -106,7 +106,7 @@ def run(given):
     if given.rig_out:
         found = rig_with_estimate(rig.given, model, unknowns, estimate.theta, estimate.covariance)
         write_rig(found, given.rig_out, f"{given.rig} identified from {', '.join(map(str, given.records))}")
-    return 0
+    return estimates_data(names, theta, std, units) | {"misfit": float(estimate.misfit)}
 
 
 def _check_options(given):
@@ -149,7 +149,15 @@ def _run_cause(given, rig, spectrum, model):
         print(f"warning: {given.cause} does not explain the records; its intervals are not valid", file=sys.stderr)
     if given.out:
         _save(given, rig, [*rig.plugins, registry().get("effect", given.cause)], names, values, std, units)
-    return 0
+    places = [{**cause.where, **cause.variant} for cause in found.causes]
+    return estimates_data(names, values, std, units) | {"places": places, "p_value": float(found.p_value)}
+
+
+def estimates_data(names, values, std, units):
+    """Estimates as a dict for JSON, in SI."""
+    rows = zip(names, values, std, units, strict=True)
+    keys = ("name", "value", "standard_deviation", "unit")
+    return {"estimates": [dict(zip(keys, (n, float(v), float(s), u), strict=True)) for n, v, s, u in rows]}
 
 
 def _place(cause):

@@ -51,4 +51,4 @@ def run(given):
     save(measurement_dataset(measurement).assign_attrs(attributes), given.out)
     count = len(measurement.spectrum.speed)
     print(f"wrote the spectrum at {count} speed(s) to {given.out} and its quality page to {page}")
-    return 0
+    return {"spectrum": str(given.out), "page": str(page), "findings": [vars(one) for one in shown.findings]}

@@ -1,6 +1,8 @@
 """Analyse, simulate, identify and diagnose rotor rigs described by a rig file (YAML); list and write plugins."""
 
 import argparse
+import contextlib
+import json
 import logging
 import os
 import sys
@@ -23,6 +25,7 @@ from rotorstudy.commands import (
 )
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.registry import blamed, registry
+from rotorstudy.model.shown_units import QUANTITY, asked, shown_for
 
 COMMANDS = (demo, analyse, simulate, import_records, identify, diagnose, compare, balance, plugins, new, check, blind)
 QUIET_S = 5.0  # seconds after which a detail is shown
@@ -45,7 +48,7 @@ EPILOG = """examples:
 
 
 def parser():
-    """The argparse parser of all commands; each sets `func`, which takes the arguments and returns a status."""
+    """The argparse parser of all commands; each sets `func`: arguments -> what was found, or (exit status, that)."""
     top = argparse.ArgumentParser(
         prog="rotorstudy", description=__doc__, epilog=EPILOG, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -54,7 +57,43 @@ def parser():
     commands = top.add_subparsers(required=True, metavar="COMMAND")
     for command in COMMANDS:
         command.add(commands)
+    for one in commands.choices.values():
+        one.add_argument("--quiet", action="store_true", default=argparse.SUPPRESS, help="do not show progress")
+        one.add_argument("--json", action="store_true", help="print what was found as JSON, all else to stderr")
+        one.add_argument(
+            "--units", nargs="+", default=(), metavar="UNIT", help=f"units of texts and figures: {', '.join(QUANTITY)}"
+        )
     return top
+
+
+def _units_of_rig(given):
+    """A block in which everything is said in the units of the rig file that a command reads, if it reads one."""
+    from rotorstudy.yaml_file import read_yaml
+
+    path = getattr(given, "rig", None) or getattr(given, "file", "")
+    readable = str(path).endswith((".yaml", ".yml")) and os.path.isfile(path)
+    try:
+        return shown_for(read_yaml(path) if readable else {}, path)
+    except (RotorstudyError, OSError):  # said by the command that reads the file
+        return shown_for({})
+
+
+def run(given):
+    """Run the command of parsed arguments: (exit status, what was found, for JSON)."""
+    with contextlib.ExitStack() as stack:
+        stack.enter_context(asked(given.units))
+        stack.enter_context(_units_of_rig(given))
+        if given.json:
+            stack.enter_context(contextlib.redirect_stdout(sys.stderr))
+        if given.func is not plugins.run:  # it lists them itself
+            for failure in registry().failures:
+                print(f"warning: {failure}", file=sys.stderr)
+        found = given.func(given)
+    status, data = found if isinstance(found, tuple) else (0, found)
+    if given.json:
+        print(json.dumps(data, indent=1, default=str))
+    sys.stdout.flush()
+    return status
 
 
 def complete(commands):
@@ -103,7 +142,8 @@ def main(arguments=None):
     Returns
     -------
     int
-        The exit status: 0, or 1 after an error, which is printed in one line.
+        The exit status: 0; 1 after an error, which is printed in one line, or if a check found one; 2 for a command
+        line that cannot be read.
     """
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
@@ -114,12 +154,7 @@ def main(arguments=None):
     if sys.stderr.isatty() and not given.quiet:
         show_progress(sys.stderr)
     try:
-        if given.func is not plugins.run:  # it lists them itself
-            for failure in registry().failures:
-                print(f"warning: {failure}", file=sys.stderr)
-        status = given.func(given)
-        sys.stdout.flush()
-        return status
+        return run(given)
     except RotorstudyError as error:
         message = error
     except BrokenPipeError:  # the reader of the output has closed it, as `| head` does
@@ -138,4 +173,6 @@ def main(arguments=None):
         if not message:
             raise
     print(f"error: {message}", file=sys.stderr)
+    if given.json:
+        print(json.dumps({"error": str(message)}))
     return 1

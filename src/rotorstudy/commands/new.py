@@ -14,7 +14,7 @@ def add(commands):
     parser.add_argument("--ross", metavar="MODEL", help="of a rig: a rotor saved by ROSS (.toml or .json)")
     parser.add_argument(
         "--folder",
-        help="output folder (default: of a plugin plugins/<kind> in the project's folder; else the current folder)",
+        help="output folder (default: for a rig the current one, for a plugin that of its kind or rotorstudy_plugins)",
     )
     parser.set_defaults(func=run)
 
@@ -29,7 +29,7 @@ def run(given):
         raise RotorstudyError(f"new {given.kind}: --records and --ross are for `new rig`")
     path = new_plugin(given.kind, given.name, given.folder)
     print(f"wrote {path}; edit it, then: rotorstudy check {path}")
-    return 0
+    return {"file": str(path)}
 
 
 def _rig(given):
@@ -48,4 +48,4 @@ def _rig(given):
     print(f"wrote {path}" + (f" and the picture of its probes, {picture}" if picture else ""))
     shown = " ".join(map(str, given.records)) or "RECORDS"
     print(f"next: rotorstudy check {path}; rotorstudy import {shown} --rig {path} --out spectrum.nc")
-    return 0
+    return {"file": str(path), "probes": picture and str(picture), "guessed": list(guessed), "different": list(changed)}

@@ -4,9 +4,9 @@ from pathlib import Path
 
 from rotorstudy.errors import RotorstudyError
 
-NETCDF, YAML, HTML = (".nc", ".nc4"), (".yaml", ".yml"), (".html", ".htm")
+NETCDF, JSON, YAML, HTML = (".nc", ".nc4"), (".json",), (".yaml", ".yml"), (".html", ".htm")
 FORMAT_OF = {".nc": "NetCDF", ".yaml": "YAML", ".html": "HTML"}
-OF_FILES = {*NETCDF, *YAML, *HTML, ".csv", ".txt", ".json", ".png", ".svg", ".pdf"}
+OF_FILES = {*NETCDF, *JSON, *YAML, *HTML, ".csv", ".txt", ".png", ".svg", ".pdf"}
 
 
 def check_file(out, *inputs, option="--out", suffixes=()):

@@ -28,7 +28,7 @@ def run(given):
             print(f"{kind:{widths[0]}}  {plugin.name:{widths[1]}}  {plugin.summary} [{plugin.source}]")
     if zoo.failures:
         raise PluginError("; ".join(zoo.failures))
-    return 0
+    return {"plugins": [{"kind": kind, "name": one.name, "summary": one.summary} for kind, one in shown]}
 
 
 def show_plugin(name, found, known):
@@ -37,8 +37,9 @@ def show_plugin(name, found, known):
 
     if not found:
         raise unknown_name("plugin", name, [plugin.name for _, plugin in known], "--name")
-    for kind, plugin in found:
-        print(f"{kind} {plugin.name} ({plugin.file})")
-        for heading, text in facts(kind, plugin).items():
+    told = [{"kind": kind, "file": str(plugin.file), **facts(kind, plugin)} for kind, plugin in found]
+    for kind, file, *rest in map(dict.items, told):
+        print(f"{kind[1]} {name} ({file[1]})")
+        for heading, text in rest:
             print(f"  {heading:16} {text}")
-    return 0
+    return {"plugins": told}

@@ -59,7 +59,7 @@ def run(given):
     records = _noisy_records(model, speeds, time, given)
     save_along((records_dataset([one]).assign_attrs(attributes) for one in records), given.out, "speed")
     print(f"wrote {len(speeds)} record(s) of {len(time)} samples to {given.out}")
-    return 0
+    return {"records": str(given.out), "speeds_rad_per_s": [float(speed) for speed in speeds]}
 
 
 def _noisy_records(model, speeds, time, given):

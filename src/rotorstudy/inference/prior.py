@@ -7,9 +7,8 @@ from functools import cached_property
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.model.bearing_numbers import uncertain_bearing_numbers
 from rotorstudy.model.model import Model
-from rotorstudy.model.rotor_numbers import uncertain_numbers
+from rotorstudy.model.rig_numbers import uncertain_numbers
 
 
 @dataclass(frozen=True)
@@ -83,13 +82,11 @@ def with_usual(uncertainty: dict[str, float], model: Model) -> dict[str, float]:
                   are not, and `default: 0` holds them.
     model       : of the machine
     """
-    found, terms = {}, model.terms
-    for key, usual in (
-        ("rotor", lambda: uncertain_numbers(model.structure)),
-        ("bearings", lambda: uncertain_bearing_numbers(terms, uncertainty)),
-    ):
-        if uncertainty.get(key, uncertainty.get("default", True)):
-            found |= {name: uncertainty.get(key, share) for name, share in usual().items()}
+    found = {}
+    for section in ("rotor", "bearings"):
+        if uncertainty.get(section, uncertainty.get("default", True)):
+            usual = uncertain_numbers(model, section, uncertainty)
+            found |= {name: uncertainty.get(section, share) for name, share in usual.items()}
     return found | uncertainty
 
 

@@ -1,8 +1,24 @@
-"""Dynamic stiffness of a bearing in x and y, from its entries."""
+"""Bearings: the load they carry, and their dynamic stiffness in x and y from their entries."""
 
 import numpy as np
 
+from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.entries import apply_entries
+
+
+def weight_carried(structure, node=None):
+    """Load (N, downward) of a film bearing at a node: what it carries of the weight if all bearings are rigid.
+
+    raises : RotorstudyError if the weight does not load it
+    """
+    node = structure.default_node() if node is None else node
+    load = structure.bearing_load(node)
+    if not load > 0:
+        raise RotorstudyError(
+            f"the weight of the rotor loads the bearing at node {node} by {load:.3g} N; a film bearing needs a load "
+            "downward, so state load_N (with forces of belts or gears) or another bearing"
+        )
+    return load
 
 
 def dynamic_stiffness(term, speed, harmonics):

@@ -151,6 +151,25 @@ def planar_entries(direction, matrix, order=0, gain=None, *, frequency_only=Fals
     )
 
 
+def film_entries(unit, coefficients):
+    """Entries of a bearing at a coordinate whose stiffness and damping depend on the speed.
+
+    unit         : (dof,) one at the coordinate
+    coefficients : function(speed, rad/s) -> (2, 2) stiffness and (2, 2) damping, N/m and N s/m, force along x and y
+    """
+    here, found = np.outer(unit, unit), ()
+
+    def gain(order, row, column):
+        return lambda speed: np.reshape(
+            [coefficients(w)[order][row, column] for w in np.ravel(speed).tolist()], np.shape(speed)
+        )
+
+    for order in (0, 1):
+        for direction in ("xx", "xy", "yx", "yy"):
+            found += planar_entries(direction, -here, order, gain(order, *("xy".index(axis) for axis in direction)))
+    return found
+
+
 def apply_entries(entries, amplitudes, speed, harmonics, reference=None):
     """Force harmonics of the entries of an effect at given displacement harmonics.
 

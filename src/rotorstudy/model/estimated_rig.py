@@ -5,15 +5,13 @@ from pathlib import Path
 
 import numpy as np
 
-from rotorstudy.model.bearing_numbers import bearings_with_changes, is_bearing_number
 from rotorstudy.model.depth import keys_from_depth
 from rotorstudy.model.key_units import aliases_of, without_aliases
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import SECTIONS
 from rotorstudy.model.rig_items import make_term
-from rotorstudy.model.rig_numbers import is_number
-from rotorstudy.model.rotor_numbers import is_rotor_number, rotor_with_changes
+from rotorstudy.model.rig_numbers import is_number, rig_with_changes
 from rotorstudy.model.uncertainty import uncertainty_section
 from rotorstudy.store import write_text
 
@@ -56,17 +54,11 @@ def rig_with_values(rig: dict, model: Model, values: dict[str, float]) -> dict:
     values : name as in `model.names` -> value
     """
     result = dict(rig)
-    changes = {name: value for name, value in values.items() if is_rotor_number(name)}
-    if changes:
-        result["rotor"] = rotor_with_changes(rig["rotor"], model.structure, changes)
     for section in ("cracks", "bearings", "effects"):
         items = [_item(SECTIONS[section], item, model, values) for item in rig.get(section) or []]
         if items:
             result[section] = items
-    changes = {name: value for name, value in values.items() if is_bearing_number(name)}
-    if changes:
-        result["bearings"] = bearings_with_changes(result["bearings"], model.terms, changes)
-    return result
+    return rig_with_changes(result, model, {name: value for name, value in values.items() if is_number(name)})
 
 
 def _item(section, item, model, values):

@@ -48,7 +48,7 @@ class Rotor(Plugin):
     """function(**options) -> Structure
 
     uncertain : path of a number among its options -> relative standard deviation where a rig states none, see
-                `rotorstudy.model.rotor_numbers`
+                `rotorstudy.model.option_numbers`
     """
 
     uncertain: dict = field(default_factory=dict, compare=False)
@@ -93,7 +93,8 @@ class Bearing(Plugin):
 
     defaults : option -> function(structure, node) -> its value, a number, where the rig states none
     uncertain : path of a number among its options -> relative standard deviation where a rig states none, see
-                `rotorstudy.model.bearing_numbers`
+                `rotorstudy.model.option_numbers`
+    changeable : numbers among its options that wear, dirt or heat may change, of which diagnosis tries each as a cause
 
     Claims about its example with every parameter at its typical size, each checked both ways:
     positive_damping : the symmetric part of its damping dissipates energy in every motion
@@ -102,6 +103,7 @@ class Bearing(Plugin):
 
     defaults: dict = field(default_factory=dict)
     uncertain: dict = field(default_factory=dict, compare=False)
+    changeable: tuple[str, ...] = ()
     positive_damping: bool = False
     symmetric: bool = False
 
@@ -138,6 +140,8 @@ class Effect(Plugin):
     switches  : its force changes its law within a revolution; where it never does, it is a constant force and a
                 stiffness, and not considered as a cause
     nuisance  : standard deviation of its amplitude in any measuring chain, where it is never exactly zero
+    changes_bearing : its amplitude is the relative change of the option `number` of the bearings at its `node`, which
+                are built anew; its entries are the derivative
     together  : function(structure, one, other) of the options of two of them on a rotor, which raises CannotAct where
                 they cannot be there together
     """
@@ -162,6 +166,7 @@ class Effect(Plugin):
     at_discs: bool = False
     place_rate: Callable | None = field(default=None, compare=False)
     nuisance: float = 0.0
+    changes_bearing: bool = False
     together: Callable | None = field(default=None, compare=False)
 
     def __post_init__(self):

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from rotorstudy.errors import RotorstudyError
 from rotorstudy.model.amplitudes import Amplitudes
 from rotorstudy.model.entry_table import EntryTable
+from rotorstudy.model.rebuilt_bearings import with_bearings_at
 from rotorstudy.model.structure import Matrices, Structure
 from rotorstudy.model.terms import NonlinearForce, Term, Unknown
 from rotorstudy.model.variation import Variation
@@ -142,14 +143,12 @@ class Model(Amplitudes):
     @cached_property
     def bearing_numbers(self) -> tuple[int, ...]:
         """Positions (number,) in `theta` of the numbers of bearings that are parameters."""
-        names = {name for term in self.terms if term.is_bearing_number for name in term.values}
+        names = {unknown.name for term in self.terms if term.is_bearing_number for unknown in term.unknowns}
         return tuple(p for p, name in enumerate(self.names) if name in names)
 
     @cached_property
     def _placed(self):
         """The Model with its bearings at (name, value) of the amplitudes that carry load, kept for the last few."""
-        from rotorstudy.model.bearing_numbers import with_bearings_at
-
         latest = []
 
         @lru_cache(maxsize=4)

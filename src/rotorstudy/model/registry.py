@@ -1,7 +1,8 @@
 """The registry that finds the plugins.
 
 A plugin is one file: a function with the equation, and a hook that registers it. It is found if the file is in the
-project's plugins/ folder or in a folder listed in ROTORSTUDY_PLUGINS, or if an installed distribution provides its
+project's plugins/ folder, in the folder rotorstudy_plugins/ of the current folder, or in one listed in
+ROTORSTUDY_PLUGINS, or if an installed distribution provides its
 module as an entry point in the group "rotorstudy".
 """
 
@@ -19,6 +20,7 @@ from rotorstudy.errors import PluginError, unknown_name
 from rotorstudy.model.kinds import KINDS, Hooks
 
 FOLDERS_VARIABLE = "ROTORSTUDY_PLUGINS"
+OWN_FOLDER = "rotorstudy_plugins"  # in the folder where a user works
 
 
 class Registry:
@@ -73,6 +75,10 @@ class Registry:
             return
         for kind, plugin in found:
             namesake = self.plugins[kind].get(plugin.name)
+            if namesake and _same_file(
+                namesake.file, plugin.file
+            ):  # a copy, as that of a clone beside an installed one
+                continue
             if namesake:
                 raise PluginError(
                     f"two plugins are called {kind} '{plugin.name}': {namesake.file} and {plugin.file}; rename one"
@@ -103,6 +109,10 @@ class Registry:
         for kind, plugins in self.plugins.items():
             for name in sorted(plugins):
                 yield kind, plugins[name]
+
+
+def _same_file(one, other):
+    return Path(one).read_bytes() == Path(other).read_bytes()
 
 
 def _is_in(file, folder):
@@ -163,14 +173,14 @@ def _blame(place, error):
 
 
 def plugin_folders():
-    """Paths: the project's own plugins/ folder (or its copy in an installed package), then ROTORSTUDY_PLUGINS."""
-    return _plugin_folders(os.environ.get(FOLDERS_VARIABLE, ""), os.getcwd())
+    """Paths: the project's plugins/ (or its copy in an installed package), the user's own, then ROTORSTUDY_PLUGINS."""
+    return _plugin_folders(os.environ.get(FOLDERS_VARIABLE, ""), os.getcwd(), os.path.isdir(OWN_FOLDER))
 
 
 @lru_cache
-def _plugin_folders(listed, working_folder):
+def _plugin_folders(listed, working_folder, has_own):
     project, packaged = Path(__file__).parents[3] / "plugins", Path(__file__).parents[1] / "zoo"
-    own = [packaged if packaged.is_dir() else project]
+    own = [packaged if packaged.is_dir() else project, *([Path(working_folder, OWN_FOLDER)] if has_own else [])]
     extra = [Path(working_folder, folder) for folder in listed.split(os.pathsep) if folder]
     return tuple(dict.fromkeys(folder.resolve() for folder in own + extra))
 

@@ -19,8 +19,8 @@ from rotorstudy.model.uncertainty import with_uncertainty
 from rotorstudy.yaml_file import read_yaml
 
 SECTIONS = {"rotor": "rotor", "cracks": "crack", "bearings": "bearing", "effects": "effect"}
-# `measurement` is read by rotorstudy.measurement, `diagnosis` by rotorstudy.diagnosis
-OTHER = ("sensors", "static_deflection_m", "prior", "measurement", "diagnosis")
+# `measurement` is read by rotorstudy.measurement, `diagnosis` by rotorstudy.diagnosis, `units` by shown_units
+OTHER = ("sensors", "static_deflection_m", "prior", "measurement", "diagnosis", "units")
 SPEEDS_TRIED = 12  # halved each time, to find one at which a bearing is defined
 
 
@@ -151,7 +151,8 @@ def build_model(rig: dict, where: str = "the rig", reading: Reading | None = Non
         for i, item in enumerate(rig.get(section) or []):
             terms.append(make_term(SECTIONS[section], item, structure, sensors, f"{where}, {section}[{i}]"))
         if section == "bearings" and rig.get(section):
-            structure = replace(structure, support=_support(structure, terms))
+            own = tuple(term for term in terms if term.carries)
+            structure = replace(structure, support=_support(structure, terms), bearings=own)
     _check_together(structure, terms, where)
     held = _held_deflection(rig.get("static_deflection_m"), structure, where)
     model = Model(structure, tuple(terms), sensors, held)

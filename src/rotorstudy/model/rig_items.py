@@ -87,7 +87,9 @@ def make_term(
         _check_losses(
             values, structure.stiffness_loss_at(options.get("node"), options.get("element")), structure, where
         )
-    return Term(plugin.name, parameters, values, acts_on, label, carries=section == "bearing", options=options)
+    changes = getattr(plugin, "changes_bearing", False)
+    carries = section == "bearing" or changes
+    return Term(plugin.name, parameters, values, acts_on, label, carries, is_bearing_number=changes, options=options)
 
 
 def with_options(term: Term, options: dict, structure: Structure, sensors: tuple[int, ...]) -> Term:

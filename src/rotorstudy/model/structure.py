@@ -12,6 +12,7 @@ from rotorstudy.model.crack_places import CrackPlaces
 from rotorstudy.model.reading import Reading
 from rotorstudy.model.scales import Scales
 from rotorstudy.model.shaft_parts import RigidDisc
+from rotorstudy.model.terms import Term
 from rotorstudy.model.under_weight import UnderWeight
 
 
@@ -56,6 +57,7 @@ class Structure(CrackPlaces, UnderWeight):
     discs       : the RigidDisc objects on it, for drawings
     is_solid    : whether its cross sections are known and none is hollow
     bearing_nodes : nodes carried by bearings, which are terms
+    bearings    : their terms, set where a rig is read
     labels      : node -> what the rig calls the disc or bearing there, set where a rig is read
     gravity     : its acceleration, m/s^2; None if it follows from the static load, see `acceleration_of_gravity`
     support     : (dof, dof) static stiffness of the bearings, N/m; for usual sizes alone, as bearings are terms
@@ -78,6 +80,7 @@ class Structure(CrackPlaces, UnderWeight):
     discs: tuple[RigidDisc, ...] = ()
     is_solid: bool = False
     bearing_nodes: tuple[int, ...] = ()
+    bearings: tuple[Term, ...] = ()
     labels: dict = field(default_factory=dict)
     gravity: float | None = None
     support: np.ndarray | None = None

@@ -87,20 +87,21 @@ def confusion(data):
     """Counts of answers by truth; right answers and declared confounders boxed."""
     from matplotlib.patches import Rectangle
 
-    truths, answers = data.truth.values, data.answer.values
-    counts = data.confusion.values
+    rows, columns = (np.flatnonzero(data.confusion.values.sum(axis=axis)) for axis in (1, 0))
+    data = data.isel(truth=rows, answer=columns)
+    truths, answers, counts = data.truth.values, data.answer.values, data.confusion.values
     whole = np.maximum(counts.sum(axis=1, keepdims=True), 1)
     width, height = 0.19 * len(answers) + 2.2, 0.19 * len(truths) + 1.9
     picture, axes = figure(1, 1, height=height, width=width)
     axes = axes[0, 0]
     axes.grid(False)
-    image = axes.imshow(counts / whole, cmap="cividis", vmin=0, vmax=1, aspect="auto")
+    image = axes.imshow(counts / whole, cmap="Blues", vmin=0, vmax=1, aspect="auto")
     for i, j in zip(*np.nonzero(counts), strict=True):
         light = counts[i, j] / whole[i, 0] < 0.5
-        axes.text(j, i, counts[i, j], ha="center", va="center", fontsize=6, color="w" if light else "k")
+        axes.text(j, i, counts[i, j], ha="center", va="center", fontsize=6, color="k" if light else "w")
     for i, j in zip(*np.nonzero(data.accepted.values), strict=True):
         right = data.accepted.values[i, j] == 1
-        style = {"edgecolor": "w", "linewidth": 1.4} if right else {"edgecolor": "#E69F00", "linewidth": 0.9}
+        style = {"edgecolor": "k", "linewidth": 1.2} if right else {"edgecolor": "#E69F00", "linewidth": 0.9}
         axes.add_patch(Rectangle((j - 0.5, i - 0.5), 1, 1, fill=False, linestyle="-" if right else "--", **style))
     axes.set_xticks(range(len(answers)), list(map(_called, answers)), rotation=90)
     axes.set_yticks(range(len(truths)), list(map(_called, truths)))
@@ -154,21 +155,20 @@ def coverage(data):
 
 
 def detection_limits(data):
-    """Size at which half the effects of a kind are found."""
-    families = data.family.values
-    picture, axes = figure(1, 1, height=0.17 * len(families) + 1.0, width=4.4)
+    """Size at which half the effects of a kind are found; kinds without an estimate are counted."""
+    half, low, high = (data[f"found_half{end}"].values for end in ("", "_low", "_high"))
+    known = np.flatnonzero((half > low) & (half < high))  # not where all were found, or none
+    order = known[np.argsort(half[known])]
+    picture, axes = figure(1, 1, height=0.2 * max(len(order), 4) + 1.0, width=4.4)
     axes = axes[0, 0]
-    order = np.argsort(data.found_half.values)
-    half, low, high = (data[f"found_half{end}"].values[order] for end in ("", "_low", "_high"))
-    axes.hlines(np.arange(len(half)), low, high, color=COLOURS[0])
-    seen = (half > low) & (half < high)  # all found, or none: a bound and no estimate
-    axes.plot(half[seen], np.flatnonzero(seen), "o", color=COLOURS[0])
+    reach = [half[order] - low[order], high[order] - half[order]]
+    axes.errorbar(half[order], np.arange(len(order)), xerr=reach, fmt="o", color=COLOURS[0], capsize=2)
     axes.axvline(LARGE, color="0.5", linewidth=0.8, linestyle=":")
-    axes.set_yticks(range(len(half)), list(map(_called, families[order])))
+    axes.set_yticks(range(len(order)), list(map(_called, data.family.values[order])))
     axes.set_xscale("log")
     axes.set_xlabel("size at which half are found (1)")
-    sure = int((high <= LARGE).sum())
-    told = f"{sure} of {len(half)} effects are found below\nsize 3 (95 % bounds)"
+    others = len(half) - len(order)
+    told = f"The limit is known for {len(order)} of {len(half)} effects;\nof {others} all cases were found, or none"
     picture.suptitle(told, fontsize=8)
     return picture
 

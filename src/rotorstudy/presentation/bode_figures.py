@@ -1,57 +1,86 @@
-"""1X over speed: Bode plots of amplitude and phase, and polar plots."""
+"""1X over speed along each probe: Bode and polar plots, in the reader's units.
+
+curves : node -> {probe: (speed,) complex, m};  points : the same, measured, at other speeds (rad/s)
+"""
 
 import numpy as np
 
-from rotorstudy.measurement.resonances import vectors_1x
-from rotorstudy.presentation.plots import COLOURS, figure, phase_lag, png_bytes
-from rotorstudy.units import RAD_PER_S
+from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, phase_lag
+from rotorstudy.units import shown_amplitude, shown_speed
 
-FEWEST_SPEEDS = 8
-SHARP = 110  # dpi; these pictures are few
 LABELLED = 6  # speeds marked in a polar plot
 
 
-def bode_pictures(spectrum):
-    """{title: PNG} of Bode and polar plots of 1X; none with few speeds or without harmonics 1 and -1."""
-    if len(spectrum.speed) < FEWEST_SPEEDS or not {1, -1} <= set(spectrum.harmonics.tolist()):
-        return {}
-    order = np.argsort(spectrum.speed)
-    rpm = spectrum.speed[order] / RAD_PER_S["rpm"]
-    vectors = {name: 1e6 * vector[order] for name, vector in vectors_1x(spectrum).items()}
-    return {"1X over speed (Bode)": _bode(rpm, vectors), "1X over speed (polar)": _polar(rpm, vectors)}
+def bode(speed, curves, points=None, points_speed=None, lines=(), bands=()):
+    """Amplitude and phase lag over speed (rad/s), a column a node; lines : speeds marked; bands : ranges shaded."""
+    (unit, factor), (speed_unit, per) = shown_amplitude(), shown_speed()
+    picture, axes = figure(2, len(curves), height=1.9, width=3.4 if len(curves) < 3 else 2.6, sharex=True)
+    for column, (node, probes) in zip(axes.T, curves.items(), strict=True):
+        for i, (name, one) in enumerate(probes.items()):
+            lag, colour = phase_lag(one), COLOURS[i % len(COLOURS)]
+            column[0].plot(per * speed, factor * np.abs(one), color=colour, label=name)
+            column[1].plot(per * speed, lag, color=colour)
+            if points:
+                found, shown = points[node][name], per * points_speed
+                style = {"color": colour, "marker": MARKERS[i % len(MARKERS)], "linestyle": "", "fillstyle": "none"}
+                near = np.interp(points_speed, speed, lag)
+                off = phase_lag(found)
+                column[0].plot(shown, factor * np.abs(found), **style)
+                column[1].plot(shown, off + 360 * np.round((near - off) / 360), **style)
+        for panel in column:
+            _marks(panel, per, lines, bands)
+        column[0].set_title(f"node {node}")
+        column[0].legend()
+        column[1].set_xlabel(f"speed ({speed_unit})")
+    axes[0, 0].set_ylabel(f"1X ({unit})")
+    axes[1, 0].set_ylabel("lag from the mark (°)")
+    return picture
 
 
-def _bode(rpm, vectors):
-    """Amplitude and phase (lag, against the shaft's reference line) over speed."""
-    picture, axes = figure(2, 1, height=2.0, width=5.0, sharex=True)
-    size, phase = np.ravel(axes)
-    for i, (name, vector) in enumerate(vectors.items()):
-        size.plot(rpm, np.abs(vector), color=COLOURS[i % len(COLOURS)], label=name)
-        phase.plot(rpm, phase_lag(vector), color=COLOURS[i % len(COLOURS)])
-    size.set_ylabel("1X amplitude (µm)")
-    size.legend()
-    phase.set_ylabel("lag from reference line (°)")
-    phase.set_xlabel("speed (rpm)")
-    return png_bytes(picture, SHARP)
+def _marks(panel, per, lines, bands):
+    for low, high in bands:
+        panel.axvspan(per * low, per * high, color="0.5", alpha=0.15, linewidth=0)
+    for speed in lines:
+        panel.axvline(per * speed, color="0.4", linestyle=":", linewidth=0.9)
 
 
-def _polar(rpm, vectors):
-    """Vectors in the complex plane, with some speeds marked."""
-    picture, axes = figure(1, 1, height=4.5, width=5.0)
-    axes = np.ravel(axes)[0]
-    for i, (name, vector) in enumerate(vectors.items()):
-        axes.plot(vector.real, vector.imag, color=COLOURS[i % len(COLOURS)], label=name)
-    largest = max(vectors.values(), key=lambda vector: np.abs(vector).max())
-    length = np.concatenate([[0], np.cumsum(np.abs(np.diff(largest)))])
-    for at in np.unique(np.searchsorted(length, np.linspace(0, length[-1], LABELLED))):
-        axes.plot(largest[at].real, largest[at].imag, "k.", markersize=4)
-        axes.annotate(
-            f"{rpm[at]:.0f} rpm", (largest[at].real, largest[at].imag), textcoords="offset points", xytext=(4, 3)
-        )
-    axes.axhline(0, color="0.8", zorder=0)
-    axes.axvline(0, color="0.8", zorder=0)
-    axes.set_aspect("equal")
-    axes.set_xlabel("1X, real part (µm)")
-    axes.set_ylabel("1X, imaginary part (µm)")
-    axes.legend()
-    return png_bytes(picture, SHARP)
+def polar(speed, curves, points=None):
+    """1X in the complex plane, lag counter-clockwise: each resonance a loop; some speeds are written beside it."""
+    (unit, factor), (speed_unit, per) = shown_amplitude(), shown_speed()
+    picture, axes = figure(1, len(curves), height=3.1, width=3.1, subplot_kw={"projection": "polar"})
+    for panel, (node, probes) in zip(axes[0], curves.items(), strict=True):
+        for i, (name, one) in enumerate(probes.items()):
+            colour = COLOURS[i % len(COLOURS)]
+            panel.plot(-np.angle(one), factor * np.abs(one), color=colour, label=name)
+            if points:
+                found = points[node][name]
+                marker = MARKERS[i % len(MARKERS)]
+                panel.plot(-np.angle(found), factor * np.abs(found), marker, color=colour, fillstyle="none")
+        largest = max(probes.values(), key=lambda one: np.abs(one).max())
+        for at in marked(largest, LABELLED):
+            place = -np.angle(largest[at]), factor * np.abs(largest[at])
+            panel.plot(*place, "k.", markersize=3)
+            panel.annotate(f"{per * speed[at]:.0f}", place, textcoords="offset points", xytext=(3, 3), fontsize=6)
+        panel.set_title(f"node {node}")
+        panel.set_rlabel_position(_emptiest(np.array(list(probes.values()))))
+        panel.yaxis.get_major_locator().base.set_params(nbins=4)
+    handles = max((panel.get_legend_handles_labels()[0] for panel in axes[0]), key=len)
+    names = [list(probes) for probes in curves.values()]
+    named = [dict.fromkeys(one[i] for one in names if i < len(one)) for i in range(len(handles))]
+    picture.legend(handles, [" / ".join(one) for one in named], loc="outside lower center", ncols=4)
+    picture.suptitle(f"1X ({unit}) over phase lag; numbers: {speed_unit}", fontsize=9)
+    return picture
+
+
+def marked(vectors, count):
+    """Positions of some vectors (speed,), evenly spaced along their curve."""
+    length = np.concatenate([[0], np.cumsum(np.abs(np.diff(vectors)))])
+    return np.unique(np.searchsorted(length, np.linspace(0, length[-1], count)).clip(0, len(vectors) - 1))
+
+
+def _emptiest(vectors):
+    """Phase lag, degrees, in the middle of the eighth of a turn that vectors (..., complex) reach into least."""
+    middles = np.arange(22.5, 360, 45)
+    lag = -np.angle(vectors.ravel(), deg=True)
+    away = np.abs((lag - middles[:, None] + 180) % 360 - 180)
+    return middles[np.where(away < 30, np.abs(vectors.ravel()), 0).max(axis=1).argmin()]

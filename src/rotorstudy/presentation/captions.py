@@ -10,20 +10,21 @@ DIAGNOSIS_FIGURES = {
     ),
     "causes": (
         "Explanations tried",
-        "Best first. Each explanation was fitted with the base parameters free. Its posterior probability accounts for "
-        "the residual it leaves, its parameters, and the number of causes it was chosen from.",
+        "Best first, each fitted with the base parameters free. The odds account for the residual it leaves, "
+        "its parameters, and the number of causes it was chosen from.",
     ),
     "before_and_after": (
         "Spectra and orbits",
-        "The harmonics and one revolution of the orbit, at the nodes with the largest residual.",
+        "The harmonics and one revolution of the orbit, at the nodes with the largest residual; dots: the phase mark "
+        "passes; grey circle: clearance of the bearing, where it is stated.",
     ),
     "gain": ("What adding the causes gains", "Base: the rig as given, fitted. Extended: with the causes."),
 }
 CHANGE_FIGURES = {
     "two_states": (
         "Both states",
-        "Left: one revolution of the orbit about its mean, before and after, at the speed of the largest change. "
-        "Right: 1X of both states at every speed; an arrow is the change, the circle at its end the "
+        "Left: one revolution of the orbit about its mean, before and after, at the speed of the largest change; dots: "
+        "the phase mark. Right: 1X of both states at every speed; an arrow is the change, the circle at its end the "
         "95 % confidence region.",
     ),
 }
@@ -41,8 +42,8 @@ BLIND_FIGURES = {
     "of cases.",
     "coverage": "Shares with 95 % bounds; dotted: 95 %. The stated set of causes holds those that a verdict names and "
     "those it cannot rule out.",
-    "detection_limits": "Size at which half of the effects of a kind are found. A line without a point is "
-    "a bound: all were found, or none. Dotted: size 3.",
+    "detection_limits": "Size at which half of the effects of a kind are found, with 95 % bounds, where "
+    "some cases were found and some not. Dotted: size 3.",
     "gain": "Error of the extended model over that of the base model on speeds that no fit has seen, for effects of "
     "size 3 and more. Dotted: a tenth; right of the solid line the extension increases the error.",
 }
@@ -60,15 +61,18 @@ ROTOR_FIGURES = {
     ),
     "campbell": (
         "Campbell diagram",
-        "Damped whirl frequencies. Elliptic whirl is neither clearly forward nor clearly backward.",
+        "Damped whirl frequencies. Elliptic whirl is neither clearly forward nor clearly backward. Grey: operating "
+        "speeds, where given.",
     ),
     "mode_shapes": (
         "Mode shapes at the highest speed",
-        "Motion in the plane of its largest displacement; dotted: largest radius of the orbit at each node.",
+        "Motion in the plane of its largest displacement; dotted: largest radius of the orbit at each node. Triangles "
+        "below: bearings; above: planes of probes.",
     ),
     "bode": (
         "Unbalance response",
-        "1X along each probe: amplitude, and phase lag from the phase mark. Symbols: measured.",
+        "1X along each probe: amplitude, and phase lag from the phase mark. Dotted: critical speeds; grey: operating "
+        "speeds, where given. Polar plot: each resonance is a loop.",
     ),
     "polar": ("Polar plot", "The response of the Bode plot; each resonance is a loop."),
     "stability": (

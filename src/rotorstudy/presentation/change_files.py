@@ -1,5 +1,6 @@
 """From the records of two states of a machine to a folder: what changed, data, figures and a page."""
 
+import json
 from pathlib import Path
 
 from rotorstudy.diagnosis.runs.compare import compare
@@ -11,7 +12,9 @@ from rotorstudy.diagnosis.verdict.words import summary
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import named_plugins, read_rig
-from rotorstudy.presentation.change_figures import two_states
+from rotorstudy.model.shown_units import shown_for
+from rotorstudy.presentation.change_figures import both_states, two_states
+from rotorstudy.presentation.charts import axes_of
 from rotorstudy.presentation.diagnosis_files import write_diagnosis
 from rotorstudy.store import provenance
 
@@ -31,15 +34,21 @@ def compare_files(before: list[str | Path], after: list[str | Path], rig_path: s
     second, other, more = measured_spectrum(after, rig_file)
     model = other if len(second.single_probes) > len(first.single_probes) else model  # it has the probes of both states
     check_names(settings, model, f"{rig_path}, diagnosis")
-    found = compare(first, second, model, settings=settings, findings=(*findings, *more))
+    with shown_for(rig_file.given, str(rig_path)):
+        found = compare(first, second, model, settings=settings, findings=(*findings, *more))
+        said = summary(found.diagnosis.verdict, of_change=True)
     diagnosis = found.diagnosis
     added = [registry().get("effect", cause.effect) for cause in diagnosis.verdict.causes]
     origin = provenance(rig_file.given, [*named_plugins(rig_file.given), *added])
     names = [", ".join(map(str, paths)) for paths in (before, after)]
     origin |= {"records": f"{names[1]} after {names[0]}", "rig": str(rig_path)}
-    said = summary(diagnosis.verdict, of_change=True)
     verdict = diagnosis.verdict.model_copy(update={"summary": said, "provenance": origin})
-    data = verdict_dataset(diagnosis, found.difference).assign_attrs(origin)
-    figures = {"two_states": two_states(found.before, found.after, found.difference)}
-    write_diagnosis(verdict, data, extended_rig(rig_file.given, diagnosis), out, figures)
+    axes = axes_of(model, rig_file.given)
+    data = verdict_dataset(diagnosis, found.difference).assign_attrs(origin, axes=axes)
+    with shown_for(rig_file.given, str(rig_path)):
+        figures = {
+            "two_states": two_states(found.before, found.after, found.difference, model.structure.reading.mark_rad)
+        }
+        states = both_states(found.before, found.after, json.loads(axes))
+    write_diagnosis(verdict, data, extended_rig(rig_file.given, diagnosis), out, figures, states=states)
     return verdict

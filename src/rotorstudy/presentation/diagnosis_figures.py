@@ -1,18 +1,22 @@
 """Figures of a diagnosis: residual maps, ranked causes, spectra before and after, error on held-out speeds."""
 
+import json
 import re
 from textwrap import fill, shorten
 
 import numpy as np
 
+from rotorstudy import units
 from rotorstudy.presentation.plots import COLOURS, figure, harmonic_axis, plot_orbit
 from rotorstudy.response.series import synthesize
 from rotorstudy.store import as_complex
-from rotorstudy.units import RAD_PER_S, number, percent, quantity, spin
+from rotorstudy.units import number, percent, quantity, shown_unit, spin
 
 MOST_NODES = 6  # rows of the map
 MOST_COMPARED = 3  # nodes of the spectra
-MOST_CAUSES = 15
+FEWEST_CAUSES, MOST_CAUSES = 5, 10
+LEAST_SHOWN = 0.001  # probability
+MOST_DECADES, BAR = 12, 0.05  # of the odds drawn; length of the bar of even odds
 SMALL = 1e-3  # m; shorter lengths are written in µm
 MOST_TICKS = 12
 ROW, LINE = 0.25, 0.125  # inches: least height of a row of `causes`, height of a line of its text
@@ -49,7 +53,7 @@ def what_is_wrong(data):
 
     order = np.argsort(data.harmonic.values)
     nodes = worst_nodes(data, MOST_NODES)
-    picture, axes = figure(len(nodes), 4, height=max(2.0, 0.17 * len(data.speed) + 0.8), width=2.3)
+    picture, axes = figure(len(nodes), 4, height=max(2.0, 0.17 * len(data.speed) + 0.8) + 0.9 / len(nodes), width=2.3)
     sigma = {when: data[f"residual_{when}"].values for when in ("before", "after")}
     force = {when: np.abs(as_complex(data[f"equivalent_residual_force_{when}"])) for when in ("before", "after")}
     largest = max(force["before"].max(), 1e-12)
@@ -64,15 +68,16 @@ def what_is_wrong(data):
             if column:
                 ax.set_yticklabels([])
             else:
-                ax.set_ylabel(f"node {data.node.values[node]}\nspeed: rad/s (rpm)")
+                ax.set_ylabel(f"node {data.node.values[node]}\nspeed ({units.shown_speed()[0]})")
             if row < len(nodes) - 1:
                 ax.set_xticklabels([])
             ax.set_title(("residual" if column < 2 else "force") + f", {when}" if row == 0 else "")
         if when == "after":
-            label = "standard deviations" if column < 2 else "equivalent\nresidual force (N)"
-            picture.colorbar(image, ax=axes[:, column - 1 : column + 1], label=label, pad=0.02)
+            label = "standard deviations" if column < 2 else "equivalent residual force (N)"
+            scale = {"location": "bottom", "shrink": 0.7, "aspect": 30}
+            picture.colorbar(image, ax=axes[:, column - 1 : column + 1], label=label, **scale)
     held = " (* held out)" if data.held_out.values.any() else ""
-    picture.supxlabel(f"harmonic (backward < 0 < forward){held}", fontsize=8)
+    picture.suptitle(f"Speed over harmonic (backward < 0 < forward){held}", fontsize=8)
     return picture
 
 
@@ -81,29 +86,31 @@ def _map_axes(ax, data, order):
     ax.set_xticks(np.arange(len(harmonics)) + 0.5, [f"{n}X" for n in harmonics], rotation=90)
     step = int(np.ceil(len(speeds) / MOST_TICKS))
     held_out = data.held_out.values
-    labels = [both_units(w) + ("*" if held else "") for w, held in zip(speeds, held_out, strict=True)]
+    labels = [own_unit(w) + ("*" if held else "") for w, held in zip(speeds, held_out, strict=True)]
     ax.set_yticks(np.arange(len(speeds))[::step] + 0.5, labels[::step])
 
 
-def both_units(speed):
-    """300 (2865), a speed in rad/s and in rpm."""
-    return f"{number(speed, 4)} ({number(speed / RAD_PER_S['rpm'], 4)})"
+def own_unit(speed):
+    """2865, a speed in the reader's unit."""
+    return number(speed * units.shown_speed()[1], 4)
 
 
 def causes(data, naming_probability, verdict):
-    """Explanations, the most probable first: rms residual in standard deviations, and posterior probability.
+    """Explanations, the most probable first: the odds of the first against each, its probability and its residual.
 
     verdict : if "unknown", none is accepted and no probability is shown
     """
-    count = min(MOST_CAUSES, data.sizes["explanation"])
-    part = data.isel(explanation=slice(0, count))
+    odds = data.log_posterior_odds.values
+    shown = np.argsort(-odds, kind="stable")
+    likely = shown[(data.posterior_probability.values[shown] >= LEAST_SHOWN) | (data.is_best.values[shown] == 1)]
+    shown = shown[: min(max(len(likely), FEWEST_CAUSES), MOST_CAUSES)]
+    part = data.isel(explanation=shown)
     components = 2 * int((data.held_out == 0).sum()) * data.sizes["harmonic"] * data.sizes["node"]
     labels = [fill(shorten(in_words(text), 126, placeholder=" ..."), 44) for text in part.explanation_label.values]
     tallest = max(ROW, LINE * max(text.count("\n") + 1 for text in labels))
-    picture, axes = figure(height=1.4 + tallest * count, width=6.5)
-    ax, place = axes[0, 0], np.arange(count)
-    left = np.sqrt(part.cost.values / components)
-    start = 0.8 * min(1.0, left.min())
+    picture, axes = figure(height=1.4 + tallest * len(shown), width=6.5)
+    ax, place = axes[0, 0], np.arange(len(shown))
+    against = np.minimum((odds.max() - part.log_posterior_odds.values) / np.log(10), MOST_DECADES)
     for best, alternative, colour, label in (
         (1, 0, EXTENDED, "closest explanation" if verdict == "unknown" else "the verdict"),
         (0, 1, COLOURS[4], "cannot be ruled out"),
@@ -112,22 +119,23 @@ def causes(data, naming_probability, verdict):
         chosen = (part.is_best.values == best) & (part.is_alternative.values == alternative)
         if chosen.any():
             hatch = "//" if alternative else None
-            ax.barh(place[chosen], left[chosen] - start, 0.7, start, color=colour, label=label, hatch=hatch)
-    for y, value, probability in zip(place, left, part.posterior_probability.values, strict=True):
-        if probability >= 0.001 and verdict != "unknown":
-            ax.text(value, y, f" {100 * probability:.1f} %", va="center", fontsize=7)
-    ax.axvline(1, color="k", linewidth=0.8, linestyle=":")
-    ax.set_xscale("log")
-    ax.set_xlim(start, max(3 * left.max(), 3.0))
+            ax.barh(place[chosen], against[chosen] + BAR, 0.7, -BAR, color=colour, label=label, hatch=hatch)
+    left = np.sqrt(part.cost.values / components)
+    for y, value, size, probability in zip(place, against, left, part.posterior_probability.values, strict=True):
+        share = f"{100 * probability:.1f} %, " if probability >= LEAST_SHOWN and verdict != "unknown" else ""
+        ax.text(value, y, f"  {share}{size:.3g} σ", va="center", fontsize=7)
+    ax.set_xlim(-BAR, max(1.35 * against.max(), 1.5))
     ax.set_yticks(place, labels, fontsize=6.5)
     ax.invert_yaxis()
-    ax.set_xlabel("rms residual (standard deviations)\ndotted: noise alone")
-    each = "\n(at the bars: posterior probability of each explanation)"
+    ax.set_xlabel(
+        f"odds of the first one against it, powers of ten (at most {MOST_DECADES} drawn)\n"
+        "at the bars: probability, and rms residual in standard deviations"
+    )
     titles = {
         "unknown": "No explanation is accepted",
         "nothing": "Nothing is missing",
-        "cause": f"A cause that has {percent(naming_probability)} or more over all explanations is named{each}",
-        "ambiguous": f"Several causes cannot be told apart{each}",
+        "cause": f"A cause that has {percent(naming_probability)} or more over all explanations is named",
+        "ambiguous": "Several causes cannot be told apart",
     }
     ax.set_title(titles[verdict])
     picture.legend(loc="outside upper center", ncols=3)
@@ -171,28 +179,29 @@ def shown_speed(data):
 def before_and_after(data):
     """Measured, base and extended spectra and orbits at one speed, one row per node."""
     speed, nodes = shown_speed(data), worst_nodes(data, MOST_COMPARED)
-    here = data.isel(speed=speed)
+    here, (unit, factor) = data.isel(speed=speed), shown_unit("m")
     harmonics, w = data.harmonic.values, float(data.speed[speed])
     spectra = {name: as_complex(here[name].transpose("harmonic", "node", "part")) for name in ("base", "extended")}
     measured = as_complex(here.measured.transpose("harmonic", "node", "part"))
     std = here.standard_deviation.values
     floor = 0.3 * min(std.min() if std.min() > 0 else np.inf, np.abs(measured[measured != 0]).min())
-    time = np.linspace(0, 2 * np.pi / w, 400)
+    axes_of = json.loads(data.attrs.get("axes", "{}"))
+    time = (axes_of.get("mark_rad", 0.0) + np.linspace(0, 2 * np.pi, 400)) / w
     picture, axes = figure(len(nodes), 2, height=2.5, width=3.6, width_ratios=(2, 1))
     for row, node in enumerate(nodes):
         ax, orbit = axes[row]
         for k, (name, colour) in enumerate((("base", BASE), ("extended", EXTENDED))):
             size = np.maximum(np.abs(spectra[name][:, node]), floor)
-            ax.bar(harmonics + 0.36 * (k - 0.5), 1e6 * size, 0.34, color=colour, label=f"{name} model")
+            ax.bar(harmonics + 0.36 * (k - 0.5), factor * size, 0.34, color=colour, label=f"{name} model")
         size = np.abs(measured[:, node])
         reach = 2 * std[:, node]
-        bars = 1e6 * np.array([np.minimum(reach, np.maximum(size - floor, 0)), reach])
+        bars = factor * np.array([np.minimum(reach, np.maximum(size - floor, 0)), reach])
         ax.errorbar(
-            harmonics, 1e6 * size, yerr=bars, fmt="o", color=MEASURED, markersize=3, label="measured, bars of 2 σ"
+            harmonics, factor * size, yerr=bars, fmt="o", color=MEASURED, markersize=3, label="measured, bars of 2 σ"
         )
         ax.set_yscale("log")
-        ax.set_ylim(bottom=1e6 * floor)
-        ax.set_ylabel(f"node {data.node.values[node]}: amplitude (µm)")
+        ax.set_ylim(bottom=factor * floor)
+        ax.set_ylabel(f"node {data.node.values[node]}: amplitude ({unit})")
         harmonic_axis(ax, harmonics)
         for values, index, name, line in (
             (spectra["base"], 1, "base", "--"),
@@ -200,11 +209,14 @@ def before_and_after(data):
             (measured, 6, "measured", ":"),
         ):
             signal = synthesize(np.where(harmonics == 0, 0, values[:, node]), w, harmonics, time)
-            plot_orbit(signal, orbit, index=index, label=name, linestyle=line)
+            plot_orbit(signal, orbit, index=index, label=name, linestyle=line, mark=True)
         if row == 0:
             seen = "held out of every fit" if data.held_out.values[speed] else "fitted"
             ax.set_title(f"{spin(w)}, {seen}")
-            orbit.set_title("orbits, each about its mean")
+            orbit.set_title("orbits about their means\ndashed: base; dotted: measured", fontsize=7)
+        if radius := axes_of.get("clearance_m", {}).get(str(int(data.node.values[node]))):
+            turn = factor * radius * np.exp(1j * np.linspace(0, 2 * np.pi, 100))
+            orbit.plot(turn.real, turn.imag, color="0.6", linewidth=0.8)  # the clearance of its bearing
     picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return picture
 
@@ -216,23 +228,24 @@ def gain(data):
     held = data.held_out.values.astype(bool)
     chosen = data.isel(speed=np.flatnonzero(held)) if held.any() else data
     picture, axes = figure(1, 2, height=3.1)
+    unit, factor = shown_unit("m")
     nodes = [f", node {node}" if chosen.sizes["node"] > 1 else "" for node in chosen.node.values]
-    labels = [both_units(w) + node for w in chosen.speed.values for node in nodes]
+    labels = [own_unit(w) + node for w in chosen.speed.values for node in nodes]
     labels = labels if len(labels) <= 24 else [""] * len(labels)
     measured = as_complex(chosen.measured)
     for k, (when, name, colour) in enumerate((("before", "base", BASE), ("after", "extended", EXTENDED))):
         off = np.abs(measured - as_complex(chosen[name]))
-        length = 1e6 * np.sqrt(np.mean(off**2, axis=1)).ravel()
+        length = factor * np.sqrt(np.mean(off**2, axis=1)).ravel()
         sigma = np.sqrt((chosen[f"residual_{when}"] ** 2).mean("harmonic")).values.ravel()
         place = np.arange(len(length)) + 0.38 * (k - 0.5)
         for ax, values in zip(axes[0], (length, sigma), strict=True):
             ax.bar(place, values, 0.36, color=colour, label=f"{name} model")
-    for ax, label in zip(axes[0], ("rms error (µm)", "error (standard deviations)"), strict=True):
+    for ax, label in zip(axes[0], (f"rms error ({unit})", "error (standard deviations)"), strict=True):
         ax.set_yscale("log")
         ax.set_ylim(bottom=0.5 * min(bar.get_height() for bar in ax.patches) or None)
         ax.set_xticks(np.arange(len(labels)), labels, rotation=90 if len(labels) > 4 or len(nodes) > 1 else 0)
         ax.set_ylabel(label)
-        ax.set_xlabel("speed: rad/s (rpm)" + ", node" * (len(nodes) > 1))
+        ax.set_xlabel(f"speed ({units.shown_speed()[0]})" + ", node" * (len(nodes) > 1))
         ax.set_xlim(-0.6, max(len(labels), 4) - 0.4)
         ax.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
         ax.yaxis.set_major_formatter("{x:g}")

@@ -14,6 +14,8 @@ from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.model.estimated_rig import write_rig
 from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import named_plugins, read_rig
+from rotorstudy.model.shown_units import shown_for
+from rotorstudy.presentation.charts import axes_of
 from rotorstudy.presentation.diagnosis_figures import diagnosis_figures
 from rotorstudy.presentation.diagnosis_page import diagnosis_page
 from rotorstudy.presentation.plots import save_figures
@@ -43,17 +45,18 @@ def diagnose_files(
     settings = read_settings(rig, str(rig_path))
     spectrum, model, findings = measured_spectrum(records, rig_file)
     check_names(settings, model, f"{rig_path}, diagnosis")
-    diagnosis = investigate(spectrum, model, hold_out=hold_out, settings=settings, findings=findings)
+    with shown_for(rig, str(rig_path)):
+        diagnosis = investigate(spectrum, model, hold_out=hold_out, settings=settings, findings=findings)
     added = [registry().get("effect", cause.effect) for cause in diagnosis.verdict.causes]
     origin = provenance(rig, [*named_plugins(rig), *added])
     origin |= {"records": ", ".join(map(str, records)), "rig": str(rig_path)}
     verdict = diagnosis.verdict.model_copy(update={"provenance": origin})
-    data = verdict_dataset(diagnosis, spectrum).assign_attrs(origin)
+    data = verdict_dataset(diagnosis, spectrum).assign_attrs(origin, axes=axes_of(model, rig))
     write_diagnosis(verdict, data, extended_rig(rig, diagnosis), out, name=name, links=links)
     return verdict
 
 
-def write_diagnosis(verdict, data, rig, out, first=None, name=None, links=None):
+def write_diagnosis(verdict, data, rig, out, first=None, name=None, links=None, states=None):
     """Write a diagnosis into the folder `out`, all of it or nothing.
 
     Parameters
@@ -69,15 +72,18 @@ def write_diagnosis(verdict, data, rig, out, first=None, name=None, links=None):
         Name -> figure, those of `CHANGE_FIGURES` in a comparison of two states.
     name, links : optional
         As `diagnose_files` takes them.
+    states : dict, optional
+        As `diagnosis_page` takes it.
     """
     given = verdict.provenance["rig"]
-    with whole_folder(out) as folder:
+    with whole_folder(out) as folder, shown_for(rig, given):
         figures = (first or {}) | diagnosis_figures(verdict, data)
         png, svg = ({name: folder / "figures" / f"{name}.{kind}" for name in figures} for kind in ("png", "svg"))
         save_figures(figures, [*png.values(), *svg.values()])
         save(data, folder / "verdict.nc")
         write_rig(rig, folder / "extended_rig.yaml", f"{given} after a diagnosis of its records\n{verdict.summary}")
-        write_text(folder / "index.html", diagnosis_page(verdict, data, png, name or Path(given).stem, links))
+        page = diagnosis_page(verdict, data, png, name or Path(given).stem, links, states)
+        write_text(folder / "index.html", page)
         write_text(folder / "verdict.json", verdict.model_dump_json(indent=1) + "\n")
 
 

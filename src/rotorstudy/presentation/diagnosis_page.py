@@ -1,15 +1,24 @@
-"""The page of a diagnosis: verdict in words, evidence and assumptions."""
+"""The page of a diagnosis: verdict, one picture, what next, what could hide; the evidence folded."""
+
+import json
+import re
+
+import numpy as np
 
 from rotorstudy.diagnosis.verdict.cause_words import cause_in_words, place, readable, sizes
 from rotorstudy.diagnosis.verdict.steps import known_and_not, next_steps, separated
 from rotorstudy.diagnosis.verdict.words import detection_limits, excluded_in_words, smallest_detected
 from rotorstudy.presentation.captions import CHANGE_FIGURES, DIAGNOSIS_FIGURES
+from rotorstudy.presentation.charts import along_probes, bode_charts, speed_view
+from rotorstudy.presentation.diagnosis_figures import shown_speed, worst_nodes
 from rotorstudy.presentation.pages import inline_png, render
-from rotorstudy.presentation.speed_view import speed_view
 from rotorstudy.presentation.tables import cells
+from rotorstudy.store import as_complex
 from rotorstudy.units import p_value, percent, probability, quantity, spins
 
 MOST_LIMITS = 12  # detection limits on the page, the lowest first; all are in verdict.json
+FEWEST_SPEEDS = 8  # of a Bode plot
+NAMED = 6  # parameters in a list; more are counted by their kind
 CHANGED = {
     "nothing": "nothing",
     "cause": "the cause is identified",
@@ -24,7 +33,7 @@ HEADINGS = {
 }
 
 
-def diagnosis_page(verdict, data, figures, title, links=None):
+def diagnosis_page(verdict, data, figures, title, links=None, states=None):
     """The page as HTML.
 
     Parameters
@@ -39,6 +48,8 @@ def diagnosis_page(verdict, data, figures, title, links=None):
         What was diagnosed.
     links : dict, optional
         Text -> address of pages to go to from the top.
+    states : dict, optional
+        Charts of both states of a comparison, of `charts.speed_view`.
     """
     import pandas as pd
 
@@ -58,7 +69,10 @@ def diagnosis_page(verdict, data, figures, title, links=None):
         verdict=verdict,
         glance=_glance(verdict, of_change),
         next_steps=next_steps(verdict, of_change),
-        view=speed_view(data),
+        hides=_hides(verdict),
+        view=_view(data, of_change),
+        states=states,
+        bode=_bode(data),
         alternatives=[_with_probability(cause_in_words(c), c) for c in verdict.ambiguous_with],
         excluded=excluded_in_words(verdict) if verdict.verdict in ("cause", "ambiguous") else [],
         separated=separated(verdict) if verdict.ambiguous_with else {},
@@ -71,16 +85,97 @@ def diagnosis_page(verdict, data, figures, title, links=None):
         limits_note="The smallest amplitudes that are detected with a probability of 95 %, the lowest "
         f"{min(MOST_LIMITS, len(limits))} of {len(limits)} (all in verdict.json). Anything smaller may go undetected.",
         identifiability={
-            "dead": [labels[name] for name in card.dead],
-            "known_by_prior_alone": [labels[name] for name in card.known_by_prior_alone],
-            "traded_off": [
+            "dead": _counted(labels[name] for name in card.dead),
+            "known_by_prior_alone": _counted(labels[name] for name in card.known_by_prior_alone),
+            "traded_off": _counted(
                 f"{' and '.join(labels[name] for name in one.pair)} (correlation {one.correlation:.3f})"
                 for one in card.traded_off
-            ],
+            ),
         },
         origin=_origin(verdict, data),
         **{name: cells(pd.DataFrame(rows), 3) for name, rows in tables.items()},
     )
+
+
+def _counted(names):
+    """Names as they are if they are few; of many that differ in their numbers only, one with how many there are."""
+    names = list(names)
+    if len(names) <= NAMED:
+        return names
+    kinds = {}
+    for name in names:
+        kinds.setdefault(re.sub(r"\d+(\.\d+)?", "#", name), []).append(name)
+    few = [f"{alike[0]} and {len(alike) - 1} like it" if len(alike) > 1 else alike[0] for alike in kinds.values()]
+    return few if len(few) <= 2 * NAMED else [*few[: 2 * NAMED], f"{len(few) - 2 * NAMED} more kinds, in verdict.json"]
+
+
+def _hides(verdict):
+    """What may be there although the verdict does not name it."""
+    said = []
+    if verdict.ambiguous_with:
+        others = list(dict.fromkeys(map(place, verdict.ambiguous_with)))
+        said.append(f"Not ruled out: {'; '.join(others)}.")
+    if verdict.outside_probability:
+        share = percent(verdict.outside_probability, 2)
+        said.append(f"With a probability of {share} the true cause is no effect of the library.")
+    if verdict.not_considered:
+        said.append(
+            f"Not considered, although it would look similar: {', '.join(map(readable, verdict.not_considered))}."
+        )
+    if found := smallest_detected(verdict):
+        said.append(f"Smaller effects: detected with a probability of 95 % from {'; '.join(found)} (more below).")
+    return said
+
+
+def _view(data, of_change):
+    """The charts of the speed and node that a reader chooses: measured, base, extended."""
+    here = data.transpose("speed", "node", "harmonic", ...)
+    labels = ("change, measured", "nothing changed", "with the cause") if of_change else (
+        "measured", "rig as given, fitted", "with what was added")  # fmt: skip
+    hues = (6, 1, 0)
+    spectra = {
+        name: (label, hue, as_complex(here[name]))
+        for name, label, hue in zip(("measured", "base", "extended"), labels, hues, strict=True)
+    }
+    return speed_view(
+        "diagnosis",
+        data.speed.values,
+        data.node.values,
+        data.harmonic.values,
+        spectra,
+        {"measured": here.standard_deviation.values},
+        (shown_speed(data), int(worst_nodes(data, 1)[0])),
+        json.loads(data.attrs.get("axes", "{}")),
+        ["held out of every fit" if held else "fitted" for held in data.held_out.values],
+        [(labels[1], 1, here.residual_before.values), (labels[2], 0, here.residual_after.values)],
+    )
+
+
+def _bode(data):
+    """Bode plots of the models with the measured points; None with few speeds, or without 1X and -1X."""
+    axes = json.loads(data.attrs.get("axes", "{}"))
+    if data.sizes["speed"] < FEWEST_SPEEDS or not {1, -1} <= set(data.harmonic.values.tolist()) or "probes" not in axes:
+        return None
+    order = np.argsort(data.speed.values)
+    here = data.isel(speed=order).transpose("speed", "harmonic", "node", ...)
+    curves, points = {}, {}
+    for i, node in enumerate(data.node.values.tolist()):
+        of = {
+            name: along_probes(
+                axes["probes"][str(node)], axes["mark_rad"], data.harmonic.values, as_complex(here[name])[..., i]
+            )
+            for name in ("measured", "base", "extended")
+        }
+        curves[node] = {
+            f"{probe}, {label}": one
+            for name, label in (("base", "rig"), ("extended", "with cause"))
+            for probe, one in of[name].items()
+        }
+        points[node] = {
+            f"{probe}, {label}": of["measured"][probe] for label in ("rig", "with cause") for probe in of["measured"]
+        }
+    speed = here.speed.values
+    return bode_charts("bode", speed, curves, points, points_speed=speed)
 
 
 def _title(name, kind, of_change):

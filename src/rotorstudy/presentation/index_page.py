@@ -6,7 +6,7 @@ from pathlib import Path
 
 from rotorstudy.blind.glance import sentences
 from rotorstudy.presentation.pages import render
-from rotorstudy.store import write_text
+from rotorstudy.store import load, write_text
 from rotorstudy.studies.comparison.ranking import in_short
 
 HEADINGS = {
@@ -30,7 +30,7 @@ HEADINGS = {
 
 
 def write_index(path, files, report=None):
-    """Write the page.
+    """Write the page: first what was found, each with its picture, then every page and figure.
 
     Parameters
     ----------
@@ -44,23 +44,45 @@ def write_index(path, files, report=None):
     root = Path(path).parent
     inside = sorted((Path(file).relative_to(root) for file in files), key=_in_numbered_order)
     folders = list(dict.fromkeys([*HEADINGS, *(_folder(file) for file in inside)]))
-    groups = [_group(root, folder, [file for file in inside if _folder(file) == folder]) for folder in folders]
+    groups = [_group(folder, [file for file in inside if _folder(file) == folder]) for folder in folders]
     groups = [one for one in groups if one["count"]]
-    write_text(path, render("index.html", title="rotorstudy: results", groups=groups))
+    found = _answers(root, inside)
+    write_text(path, render("index.html", title="What was found", answers=found, groups=groups))
     if report:
-        write_text(report, _report(groups))
+        write_text(report, _report(found))
 
 
-CALLED = {"zoo": "plugin library (zoo)", "published": "numbers that others printed"}
+CALLED = {"zoo": "plugin library (zoo)"}
 PLAIN = {ord(mark): f"\\{mark}" for mark in "\\`_|"} | {ord("{"): "(", ord("}"): ")"}
 
 
-def _report(groups):
+def _answers(root, files):
+    """What was found as a list of {heading, said, picture, link}, in the order of QUOTED."""
+    found = []
+    for heading, pattern, quote, picture, link in QUOTED:
+        for file in files:
+            if not file.match(pattern):
+                continue
+            beside = {key: file.parent / name for key, name in (("picture", picture), ("link", link)) if name}
+            there = {key: one.as_posix() for key, one in beside.items() if one in files}
+            name = file.parent.name.replace("_", " ")
+            found.append(
+                {
+                    "heading": heading.format(name=name),
+                    "said": quote(root / file),
+                    "picture": None,
+                    "link": None,
+                    **there,
+                }
+            )
+    return found
+
+
+def _report(answers):
     """What was found, as reStructuredText that is a Jinja template too: no character of it is markup."""
-    lines = ["A thesis on separating internal and external damping of cracked rotors, recomputed. What was found:", ""]
-    for group in groups:
-        for text in group["said"]:
-            lines += [f"* {group['heading']}: {text}".translate(PLAIN), ""]
+    lines = ["What was found:", ""]
+    for one in answers:
+        lines += [f"**{one['heading']}.** {' '.join(one['said'])}".translate(PLAIN), ""]
     lines.append("The chapters have the figures and tables; every item has a caption (press the i beside it).")
     return "\n".join(lines) + "\n"
 
@@ -74,7 +96,7 @@ def _folder(file):
     return file.parts[0] if len(file.parts) > 1 else ""
 
 
-def _group(root, folder, files):
+def _group(folder, files):
     """What the template needs of the files of a folder."""
     heading, about = HEADINGS.get(folder, (folder.replace("_", " ").capitalize(), ""))
     pages = [file for file in files if file.suffix == ".html"]
@@ -83,7 +105,6 @@ def _group(root, folder, files):
         "heading": heading,
         "about": about,
         "count": len(pages) + len(pictures),
-        "said": _said(root, files),
         "pages": [{"link": file.as_posix(), "name": _name(file)} for file in pages],
         "pictures": [{"link": file.as_posix(), "name": _name(file)} for file in pictures],
     }
@@ -96,16 +117,8 @@ def _name(file):
     return f"{file.parts[1].replace('_', ' ')}: {shown}" if len(file.parts) > 3 else shown
 
 
-def _said(root, files):
-    """Headline results: the sentences of verdicts, and what the tables of QUOTED say."""
-    found = []
-    for file in files:
-        if file.name == "verdict.json":
-            summary = json.loads((root / file).read_text(encoding="utf-8"))["summary"]
-            found.append(f"{file.parent.name.replace('_', ' ')}: {summary}")
-        if quote := QUOTED.get(file.as_posix()):
-            found += quote(root / file)
-    return found
+def _of_verdict(path):
+    return [json.loads(path.read_text(encoding="utf-8"))["summary"]]
 
 
 def _of_scoreboard(path):
@@ -121,6 +134,23 @@ def _of_answers(path):
     return sentences(pd.read_csv(path))
 
 
+def _of_limits(path):
+    """The smallest crack of each rotor of the study at its usual noise, in the best and in the worst place."""
+    with load(path) as data:
+        said = []
+        for name in data.data_vars:
+            if not name.startswith("smallest_depth_"):
+                continue
+            rotor = name.removeprefix("smallest_depth_")
+            best = data[name].sel(noise=USUAL_NOISE, baseline="healthy record").min(f"planes_{rotor}")
+            low, high = 100 * float(best.min()), 100 * float(best.max())
+            said.append(
+                f"{rotor.replace('_', ' ').capitalize()}: {low:.1f} % of the diameter in the best place, {high:.0f} % "
+                f"in the worst, at {USUAL_NOISE:g} % noise with a record of the sound machine."
+            )
+        return said
+
+
 def _of_advice(path):
     import pandas as pd
 
@@ -131,19 +161,12 @@ def _of_advice(path):
     ]
 
 
-def _of_published(path):
-    import pandas as pd
-
-    rows = pd.read_csv(path)
-    return [
-        f"Of {len(rows)} numbers that others printed of {rows.model.nunique()} machines, {rows.agrees.sum()} agree "
-        f"with ours, {(rows.agrees & rows.reason.isna()).sum()} of them to the last digit printed."
-    ]
-
-
-QUOTED = {
-    "scoreboard.csv": _of_scoreboard,
-    "published.csv": _of_published,
-    "blind/answers.csv": _of_answers,
-    "compare/advice.csv": _of_advice,
-}
+USUAL_NOISE = 1.0  # percent
+QUOTED = (  # heading, file, its sentences, and beside it a picture and a page; in the order of the page
+    ("Diagnosis of measured records: {name}", "diagnosis/*/verdict.json", _of_verdict,
+     "figures/before_and_after.png", "index.html"),
+    ("How often the diagnosis is right", "blind/answers.csv", _of_answers, "figures/answers.png", "criteria.html"),
+    ("The smallest crack that is found", "chapter_7/limits.nc", _of_limits, "figures/smallest_crack.png", None),
+    ("Which method for which data", "compare/advice.csv", _of_advice, "figures/faults.png", "advice.html"),
+    ("The thesis, recomputed", "scoreboard.csv", _of_scoreboard, "rigs/comparison.png", "scoreboard.html"),
+)  # fmt: skip

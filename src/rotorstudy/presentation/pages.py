@@ -11,7 +11,16 @@ def _environment():
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
     loader = PackageLoader("rotorstudy.presentation")
-    return Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    made = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    made.globals["vendored"] = _vendored
+    return made
+
+
+def _vendored(name):
+    """The text of a script or a style beside the templates, to be put into a page as it is."""
+    from markupsafe import Markup
+
+    return Markup((Path(__file__).with_name("templates") / name).read_text(encoding="utf-8"))
 
 
 def render(template: str, **data) -> str:

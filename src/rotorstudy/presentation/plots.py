@@ -12,6 +12,7 @@ if TYPE_CHECKING:  # importing it takes a second
 
 from rotorstudy.presentation.named_files import files_by_name
 from rotorstudy.store import atomic
+from rotorstudy.units import shown_unit
 
 # Okabe and Ito: distinguishable for colour-blind readers and in grey print
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
@@ -85,7 +86,18 @@ def save_figure(picture, *paths):
     for path in paths:
         with atomic(path) as temporary:
             picture.savefig(temporary, metadata=without_date[temporary.suffix])
+            if temporary.suffix == ".png":
+                _few_colours(temporary)
     plt.close(picture)
+
+
+def _few_colours(path):
+    """Write a PNG again with at most 256 colours: less than half of its size, and no difference that is seen."""
+    from PIL import Image
+
+    with Image.open(path) as image:
+        small = image.convert("RGB").quantize(256, dither=Image.Dither.NONE)
+    small.save(path, "PNG")
 
 
 def png_bytes(picture, dpi=80):
@@ -149,7 +161,7 @@ def plot_full_spectrum(
     count: int = 1,
     logarithmic: bool = True,
 ) -> "Axes":
-    """Bars of |R_n| in micrometres over the harmonics.
+    """Bars of |R_n| over the harmonics, in the reader's unit.
 
     Parameters
     ----------
@@ -174,12 +186,12 @@ def plot_full_spectrum(
     """
     if axes is None:
         axes = figure()[1][0, 0]
-    width = 0.8 / count
+    width, (unit, factor) = 0.8 / count, shown_unit("m")
     place = np.asarray(harmonics) + (index - (count - 1) / 2) * width
-    axes.bar(place, np.abs(amplitude) * 1e6, width=width, color=COLOURS[index % len(COLOURS)], label=label)
+    axes.bar(place, np.abs(amplitude) * factor, width=width, color=COLOURS[index % len(COLOURS)], label=label)
     if logarithmic:
         axes.set_yscale("log")
-    axes.set_ylabel("amplitude (µm)")
+    axes.set_ylabel(f"amplitude ({unit})")
     harmonic_axis(axes, harmonics)
     return axes
 
@@ -218,13 +230,19 @@ def phase_lag(vectors):
     return lag - 360 * np.floor(lag[0] / 360)
 
 
-def plot_orbit(signal, axes, *, label=None, index=0, linestyle="-", linewidth=0.9):
-    """Orbit of one node: y over x in micrometres, x pointing down as gravity does; signal (time,) complex, m."""
+def plot_orbit(signal, axes, *, label=None, index=0, linestyle="-", linewidth=0.9, mark=False):
+    """Orbit of one node: y over x in the reader's unit, x pointing down as gravity does; signal (time,) complex, m.
+
+    mark : whether the phase mark passes at the first instant, which is then a dot
+    """
+    unit, factor = shown_unit("m")
     style = {"color": COLOURS[index], "linewidth": linewidth, "linestyle": linestyle}
-    axes.plot(signal.imag * 1e6, signal.real * 1e6, label=label, **style)
+    axes.plot(signal.imag * factor, signal.real * factor, label=label, **style)
+    if mark:
+        axes.plot(signal[0].imag * factor, signal[0].real * factor, "o", color=COLOURS[index], markersize=3)
     axes.set_aspect("equal", adjustable="datalim")
-    axes.set_xlabel("horizontal y (µm)")
-    axes.set_ylabel("vertical x, down (µm)")
+    axes.set_xlabel(f"horizontal y ({unit})")
+    axes.set_ylabel(f"vertical x, down ({unit})")
     if not axes.yaxis_inverted():
         axes.invert_yaxis()
     return axes

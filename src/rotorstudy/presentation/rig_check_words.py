@@ -3,9 +3,7 @@
 from dataclasses import asdict
 
 from rotorstudy.presentation.rotor_page import criticals, loads, summary
-from rotorstudy.units import RAD_PER_S, number
-
-RPM = 1 / RAD_PER_S["rpm"]
+from rotorstudy.units import number, shown_speed
 
 
 def check_data(check):
@@ -20,7 +18,7 @@ def check_data(check):
 
 def check_words(check):
     """A RigCheck as lines of text."""
-    lines, analysis = [], check.analysis
+    lines, analysis, (unit, per) = [], check.analysis, shown_speed()
     if check.model:
         structure = check.model.structure
         length = f"{structure.length:.4g} m, " if structure.length else ""
@@ -30,14 +28,14 @@ def check_words(check):
         shares = [f"{row['bearing']} {row['downward (N)']:.4g} N" for row in loads(analysis)]
         lines.append(f"static loads: {', '.join(shares) or 'none'}; weight {analysis.weight:.4g} N")
         lines += [
-            f"critical speed: {number(row['speed (rpm)'], 5)} rpm, {row['whirl']}, "
+            f"critical speed: {number(row[f'speed ({unit})'], 5)} {unit}, {row['whirl']}, "
             f"damping ratio {row['damping ratio (1)']:.3g}"
             for row in criticals(analysis)
         ]
         lines += summary(analysis)[0 if not analysis.resonant else 1 :]
     if check.valid:
-        low, high = (number(w * RPM, 4) for w in check.valid)
-        lines.append(f"all bearings are defined from {low} to {high} rpm")
+        low, high = (number(w * per, 4) for w in check.valid)
+        lines.append(f"all bearings are defined from {low} to {high} {unit}")
     lines += [str(finding) for finding in check.findings]
     counts = [sum(f.severity == kind for f in check.findings) for kind in ("error", "warning", "note")]
     told = [f"{n} {kind}{'s' * (n != 1)}" for n, kind in zip(counts, ("error", "warning", "note"), strict=True)]

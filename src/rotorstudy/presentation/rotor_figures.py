@@ -5,17 +5,18 @@ from itertools import pairwise
 import numpy as np
 
 from rotorstudy.measurement.conventions import read_conventions
-from rotorstudy.presentation.plots import COLOURS, MARKERS, figure, phase_lag
+from rotorstudy.presentation.bode_figures import bode, polar
+from rotorstudy.presentation.plots import COLOURS, MARKERS, figure
 from rotorstudy.presentation.probe_figures import probe_picture
 from rotorstudy.store import as_complex
+from rotorstudy.units import shown_speed
 
-RPM = 60 / (2 * np.pi)
 MIXED = 0.5  # of the direction: between the two signs of it, the whirl is called elliptic
 SHAPES = 4  # modes drawn
 TURN = np.linspace(0, 2 * np.pi, 60)
 
 
-def rotor_figures(rig, analysis, measured=None):
+def rotor_figures(rig, analysis, measured=None, operating=None):
     """All figures, {name: figure}.
 
     Parameters
@@ -24,17 +25,25 @@ def rotor_figures(rig, analysis, measured=None):
     analysis : RotorAnalysis
     measured : (speed, probe), optional
         rad/s (speed,) and 1X of the probes of the analysis (speed, probe), complex, m.
+    operating : (float, float), optional
+        Lowest and highest operating speed, rad/s.
     """
+    speed, curves = (
+        analysis.data.response_speed.values,
+        by_probe(analysis.data, as_complex(analysis.data.unbalance_response)),
+    )
+    points = by_probe(analysis.data, measured[1]) if measured else None
+    marks = [one.speed for one in analysis.resonant], [operating] if operating else []
     found = {
-        "campbell": campbell(analysis),
-        "bode": bode(analysis, measured),
-        "polar": polar(analysis, measured),
+        "campbell": campbell(analysis, marks[1]),
+        "bode": bode(speed, curves, points, measured and measured[0], *marks),
+        "polar": polar(speed, curves, points),
         "stability": stability(analysis),
     }
     if rig.model.structure.node_positions:
         found = {"rotor": rotor(rig), **found}
         if np.isfinite(analysis.data.frequency.values[-1]).any():
-            found["mode_shapes"] = mode_shapes(rig.model.structure, analysis)
+            found["mode_shapes"] = mode_shapes(rig.model.structure, analysis, rig.model.sensors)
     conventions = read_conventions(rig.given, str(rig.path))
     if conventions.probes:
         found["probes"] = probe_picture(conventions, rig.model.structure.nodes, rig.model.structure.labels)
@@ -95,94 +104,53 @@ def crack_positions(rig, places):
     return found + [(places[element] + places[element + 1]) / 2 for element in elements]
 
 
-def campbell(analysis):
-    """Damped whirl frequency over speed, forward, backward and elliptic told apart, with 1X and the critical speeds."""
-    data = analysis.data
-    picture, axes = figure(1, 1, height=3.0, width=5.0)
-    panel, speed = axes[0, 0], data.speed.values * RPM
-    frequency, direction = data.frequency.values / (2 * np.pi), data.direction.values
-    kinds = (
+def whirl_kinds(data):
+    """[(name, (speed, mode) bool)] of the whirl of each mode of the data of an analysis."""
+    direction = data.direction.values
+    return (
         ("forward whirl", direction > MIXED),
         ("elliptic whirl", np.abs(direction) <= MIXED),
         ("backward whirl", direction < -MIXED),
     )
-    speeds = np.broadcast_to(speed[:, None], frequency.shape)
-    for i, (label, chosen) in enumerate(kinds):
+
+
+def campbell(analysis, bands=()):
+    """Damped whirl frequency over speed, forward, backward and elliptic told apart, with 1X and the critical speeds."""
+    data, (unit, per) = analysis.data, shown_speed()
+    picture, axes = figure(1, 1, height=3.0, width=5.0)
+    panel, speed = axes[0, 0], data.speed.values
+    frequency = data.frequency.values / (2 * np.pi)
+    speeds = np.broadcast_to(per * speed[:, None], frequency.shape)
+    for i, (label, chosen) in enumerate(whirl_kinds(data)):
         if chosen.any():
             panel.plot(speeds[chosen], frequency[chosen], ".", color=COLOURS[(0, 4, 1)[i]], markersize=2.5, label=label)
-    panel.plot(speed, speed / 60, ":", color="0.4", label="1X")
-    marks = np.array([one.speed for one in analysis.resonant]) * RPM
+    panel.plot(per * speed, speed / (2 * np.pi), ":", color="0.4", label="1X")
+    marks = np.array([one.speed for one in analysis.resonant])
     if len(marks):
-        panel.plot(marks, marks / 60, MARKERS[0], color="k", fillstyle="none", label="critical speed", zorder=3)
+        style = {"color": "k", "fillstyle": "none", "label": "critical speed", "zorder": 3}
+        panel.plot(per * marks, marks / (2 * np.pi), MARKERS[0], **style)
+    for i, (low, high) in enumerate(bands):
+        label = "operating speeds" if i == 0 else None
+        panel.axvspan(per * low, per * high, color="0.5", alpha=0.15, linewidth=0, label=label)
     shown = frequency[np.isfinite(frequency)]
-    top = min(shown.max(), 2.5 * speed[-1] / 60) if len(shown) else speed[-1] / 60
-    panel.set(xlabel="speed (rpm)", ylabel="damped whirl frequency (Hz)", xlim=(0, speed[-1]), ylim=(0, 1.05 * top))
+    highest = speed[-1] / (2 * np.pi)
+    top = min(shown.max(), 2.5 * highest) if len(shown) else highest
+    panel.set(xlabel=f"speed ({unit})", ylabel="damped whirl frequency (Hz)")
+    panel.set(xlim=(0, per * speed[-1]), ylim=(0, 1.05 * top))
     panel.set_title(
-        f"{len(marks)} critical speeds: {', '.join(f'{mark:.0f}' for mark in marks)} rpm"
+        f"{len(marks)} critical speeds: {', '.join(f'{per * mark:.0f}' for mark in marks)} {unit}"
         if len(marks)
-        else f"No critical speed up to {speed[-1]:.0f} rpm"
+        else f"No critical speed up to {per * speed[-1]:.0f} {unit}"
     )
     panel.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     return picture
 
 
-def bode(analysis, measured=None):
-    """Amplitude and phase lag of 1X over speed, for the probes of each node."""
-    data = analysis.data
-    response, speed = as_complex(data.unbalance_response), data.response_speed.values * RPM
-    nodes = probes_by_node(data)
-    picture, axes = figure(2, len(nodes), height=1.9, width=2.6, sharex=True)
-    for column, (node, probes) in enumerate(nodes.items()):
-        for i, (position, name) in enumerate(probes):
-            amplitude, lag = 2e6 * np.abs(response[:, position]), phase_lag(response[:, position])
-            axes[0, column].plot(speed, amplitude, color=COLOURS[i], label=name)
-            axes[1, column].plot(speed, lag, color=COLOURS[i])
-            if measured:
-                points, shown = measured[1][:, position], measured[0] * RPM
-                style = {"color": COLOURS[i], "marker": MARKERS[i], "linestyle": "", "fillstyle": "none"}
-                axes[0, column].plot(shown, 2e6 * np.abs(points), **style)
-                axes[1, column].plot(shown, _near(phase_lag(points), np.interp(shown, speed, lag)), **style)
-        axes[0, column].set_title(f"node {node}")
-        axes[0, column].legend()
-        axes[1, column].set_xlabel("speed (rpm)")
-    axes[0, 0].set_ylabel("1X (µm peak to peak)")
-    axes[1, 0].set_ylabel("lag from the mark (°)")
-    return picture
+def mode_shapes(structure, analysis, sensors=()):
+    """The lowest mode shapes at the highest speed: the plane of the largest motion, and its envelope.
 
-
-def polar(analysis, measured=None):
-    """1X of each node's probes in the complex plane: each resonance a circle."""
-    data = analysis.data
-    response = as_complex(data.unbalance_response)
-    nodes = probes_by_node(data)
-    picture, axes = figure(1, len(nodes), height=2.8, width=2.8, subplot_kw={"projection": "polar"})
-    for panel, (node, probes) in zip(axes[0], nodes.items(), strict=True):
-        for i, (position, name) in enumerate(probes):
-            one = response[:, position]
-            panel.plot(-np.angle(one), 2e6 * np.abs(one), color=COLOURS[i], label=name)
-            if measured:
-                points = measured[1][:, position]
-                panel.plot(-np.angle(points), 2e6 * np.abs(points), MARKERS[i], color=COLOURS[i], fillstyle="none")
-        panel.set_title(f"node {node}")
-        panel.set_rlabel_position(_emptiest(response[:, [position for position, _ in probes]]))
-        panel.yaxis.get_major_locator().base.set_params(nbins=4)
-    handles = max((panel.get_legend_handles_labels()[0] for panel in axes[0]), key=len)
-    named = [dict.fromkeys(one[i][1] for one in nodes.values() if i < len(one)) for i in range(len(handles))]
-    picture.legend(handles, [" / ".join(names) for names in named], loc="outside lower center", ncols=4)
-    picture.suptitle("1X (µm peak to peak) over phase lag", fontsize=9)
-    return picture
-
-
-def _emptiest(vectors):
-    """Phase lag, degrees, in the middle of the eighth of a turn that vectors (..., complex) reach into least."""
-    middles = np.arange(22.5, 360, 45)
-    lag = -np.angle(vectors.ravel(), deg=True)
-    away = np.abs((lag - middles[:, None] + 180) % 360 - 180)
-    return middles[np.where(away < 30, np.abs(vectors.ravel()), 0).max(axis=1).argmin()]
-
-
-def mode_shapes(structure, analysis):
-    """The lowest mode shapes at the highest speed: the plane of the largest motion, and its envelope."""
+    Bearings are triangles below the shaft, planes of probes arrows above it.
+    """
     data = analysis.data.isel(speed=-1)
     places = structure.node_positions
     moves = [(i, node) for i, (node, motion) in enumerate(structure.dofs) if motion == "translation"]
@@ -200,6 +168,11 @@ def mode_shapes(structure, analysis):
         panel.plot(at, -largest / largest.max(), ":", color="0.5")
         panel.plot(at, line.real / largest.max(), MARKERS[0] + "-", color=COLOURS[0], markersize=3)
         panel.axhline(0, color="k", linewidth=0.6)
+        panel.plot(
+            [places[n] for n in structure.bearing_nodes], [-1.15] * len(structure.bearing_nodes), "^", color=COLOURS[2]
+        )
+        panel.plot([places[n] for n in sensors], [1.15] * len(sensors), "v", color="k", markersize=3)
+        panel.set_ylim(-1.3, 1.3)
         frequency, ratio = float(data.frequency[mode]) / (2 * np.pi), float(data.damping_ratio[mode])
         panel.set_title(f"{frequency:.3g} Hz, {whirl_name(float(data.direction[mode]))},\ndamping ratio {ratio:.2g}")
         panel.set_xlabel("position (m)")
@@ -211,14 +184,15 @@ def stability(analysis):
     """Growth rate of the fastest growing free motion over speed."""
     data = analysis.data
     picture, axes = figure(1, 1, height=2.2, width=5.0)
-    panel, speed = axes[0, 0], data.growth_speed.values * RPM
+    unit, per = shown_speed()
+    panel, speed = axes[0, 0], data.growth_speed.values * per
     panel.plot(speed, data.growth_rate, color=COLOURS[0])
     panel.axhline(0, color="k", linewidth=0.8)
-    title = f"Stable up to {speed[-1]:.0f} rpm"
+    title = f"Stable up to {speed[-1]:.0f} {unit}"
     if analysis.threshold:
-        panel.axvline(analysis.threshold * RPM, color=COLOURS[1], linestyle="--")
-        title = f"Unstable from {analysis.threshold * RPM:.0f} rpm"
-    panel.set(xlabel="speed (rpm)", ylabel="growth rate (1/s)", title=title, xlim=(0, speed[-1]))
+        panel.axvline(analysis.threshold * per, color=COLOURS[1], linestyle="--")
+        title = f"Unstable from {analysis.threshold * per:.0f} {unit}"
+    panel.set(xlabel=f"speed ({unit})", ylabel="growth rate (1/s)", title=title, xlim=(0, speed[-1]))
     return picture
 
 
@@ -227,14 +201,9 @@ def whirl_name(direction):
     return "elliptic" if abs(direction) <= MIXED else "forward" if direction > 0 else "backward"
 
 
-def probes_by_node(data):
-    """{node: [(position among the probes, name)]} of the data of an analysis."""
+def by_probe(data, vectors):
+    """{node: {probe: (speed,) complex}} of vectors (speed, probe) of the data of an analysis."""
     found = {}
-    for position, (node, name) in enumerate(zip(data.probe_node.values, data.probe.values, strict=True)):
-        found.setdefault(int(node), []).append((position, str(name).split(" at ")[0]))
+    for i, (node, name) in enumerate(zip(data.probe_node.values, data.probe.values, strict=True)):
+        found.setdefault(int(node), {})[str(name).split(" at ")[0]] = vectors[:, i]
     return found
-
-
-def _near(lag, curve):
-    """Phase lags in degrees moved by whole revolutions to where they are nearest to those of a curve."""
-    return lag + 360 * np.round((curve - lag) / 360)

@@ -6,6 +6,7 @@ from rotorstudy.errors import unknown_name
 from rotorstudy.measurement.conventions import read_conventions
 from rotorstudy.measurement.measurement import measured_spectrum
 from rotorstudy.model.rig import read_rig
+from rotorstudy.model.shown_units import shown_for
 from rotorstudy.presentation.diagnosis_files import whole_folder
 from rotorstudy.presentation.plots import save_figures
 from rotorstudy.presentation.rotor_figures import rotor_figures
@@ -15,6 +16,8 @@ from rotorstudy.studies.rotor_analysis import analyse_rotor
 from rotorstudy.studies.unbalance_response import probe_vectors
 
 log = logging.getLogger(__name__)
+
+BEYOND = 2.0  # times the highest operating speed: least range of speeds by default, so that margins above are seen
 
 
 def analyse_files(rig_path, out, speeds=(None, None), operating=None, records=()):
@@ -52,14 +55,16 @@ def analyse_files(rig_path, out, speeds=(None, None), operating=None, records=()
         reading = model.structure.reading
         measured = spectrum.speed, measured_vectors(spectrum, reading)
     analysis = analyse_rotor(model, *speeds, reading)
-    with whole_folder(out) as folder:
+    if operating and not speeds[1] and float(analysis.data.speed[-1]) < BEYOND * operating[1]:
+        analysis = analyse_rotor(model, speeds[0], BEYOND * operating[1], reading)
+    with whole_folder(out) as folder, shown_for(rig.given, str(rig_path)):
         log.info("drawing")
-        figures = rotor_figures(rig, analysis, measured)
+        figures = rotor_figures(rig, analysis, measured, operating)
         png, svg = ({name: folder / "figures" / f"{name}.{kind}" for name in figures} for kind in ("png", "svg"))
         save_figures(figures, [*png.values(), *svg.values()])
         attributes = {**provenance(rig.given, rig.plugins), "rig": str(rig_path)}
         save(analysis.data.assign_attrs(attributes), folder / "rotor.nc")
-        write_text(folder / "index.html", rotor_page(analysis, png, rig.path.stem, operating))
+        write_text(folder / "index.html", rotor_page(analysis, png, rig.path.stem, operating, measured))
     return analysis
 
 

@@ -3,19 +3,21 @@
 import numpy as np
 
 from rotorstudy.presentation.captions import ROTOR_FIGURES
+from rotorstudy.presentation.charts import bode_charts, campbell_chart
 from rotorstudy.presentation.pages import inline_png, render
-from rotorstudy.presentation.rotor_figures import RPM, whirl_name
+from rotorstudy.presentation.rotor_figures import by_probe, whirl_kinds, whirl_name
 from rotorstudy.presentation.tables import cells
 from rotorstudy.response.resonance import required_margin, separation_margin
+from rotorstudy.store import as_complex
 from rotorstudy.studies.rotor_analysis import RESONANT
-from rotorstudy.units import number, percent
+from rotorstudy.units import number, percent, shown_amplitude, shown_speed
 
 MOST_EFFECTS = 8  # on the least stable mode, the largest
 RIGID = 1e-3  # of the weight: what the bearings do not carry beyond that is carried by rigid supports
 ROUND_OFF = 1e-9  # of the weight
 
 
-def rotor_page(analysis, figures, title, operating=None):
+def rotor_page(analysis, figures, title, operating=None, measured=None):
     """The page as HTML.
 
     Parameters
@@ -27,6 +29,8 @@ def rotor_page(analysis, figures, title, operating=None):
         What was analysed.
     operating : (float, float), optional
         Lowest and highest operating speed, rad/s, for separation margins.
+    measured : (speed, probe), optional
+        rad/s (speed,) and 1X of the probes (speed, probe), complex, m.
     """
     import pandas as pd
 
@@ -44,20 +48,48 @@ def rotor_page(analysis, figures, title, operating=None):
         title=f"Rotordynamic analysis of {title}",
         analysis=analysis,
         summary=summary(analysis),
-        operating=operating and [number(w * RPM, 5) for w in operating],
+        operating=operating and " to ".join(_speed(w) for w in operating),
         figures={
-            name: {"title": ROTOR_FIGURES[name][0], "caption": ROTOR_FIGURES[name][1], "source": inline_png(png)}
+            name: {"title": ROTOR_FIGURES[name][0], "caption": _caption(name, measured), "source": inline_png(png)}
             for name, png in figures.items()
         },
+        charts=_charts(analysis, operating, measured),
         tables={name: cells(pd.DataFrame(rows), 4) if rows else None for name, rows in found.items()},
     )
 
 
+def _caption(name, measured):
+    return ROTOR_FIGURES[name][1] + " Symbols: measured." * (name in ("bode", "polar") and measured is not None)
+
+
+def _speed(speed, unit=True):
+    """A speed (rad/s) in the reader's unit: 5400 rpm."""
+    name, per = shown_speed()
+    return f"{number(float(speed) * per, 5)}{f' {name}' if unit else ''}"
+
+
+def _charts(analysis, operating, measured):
+    """The charts of the page by the name of the figure that they stand for."""
+    data, bands = analysis.data, [operating] if operating else []
+    points = {"points": by_probe(data, measured[1]), "points_speed": measured[0]} if measured else {}
+    return {
+        "campbell": campbell_chart(data, whirl_kinds(data), analysis.resonant, operating),
+        "bode": bode_charts(
+            "bode",
+            data.response_speed.values,
+            by_probe(data, as_complex(data.unbalance_response)),
+            lines=[one.speed for one in analysis.resonant],
+            bands=bands,
+            **points,
+        ),
+    }
+
+
 def summary(analysis):
     """The results in sentences, a list."""
-    last = f"{number(float(analysis.data.speed[-1]) * RPM, 5)} rpm"
-    named = [f"{number(one.speed * RPM, 5)} rpm ({whirl_name(one.direction)})" for one in analysis.resonant]
-    found = [f"Critical speeds up to {last}: {', '.join(named) or 'none'}."]
+    last = _speed(analysis.data.speed[-1])
+    named = [f"{_speed(one.speed)} ({whirl_name(one.direction)})" for one in analysis.resonant]
+    found = [f"Critical speeds up to {last}: {', '.join(named) or _none(analysis)}."]
     hidden = len(analysis.criticals) - len(analysis.resonant)
     if hidden:
         text = (
@@ -67,7 +99,7 @@ def summary(analysis):
     if analysis.threshold is None:
         found.append(f"The rotor is stable up to {last}{_checked(analysis)}.")
     else:
-        found.append(f"The rotor is unstable from {number(analysis.threshold * RPM, 5)}{_until(analysis)} rpm.")
+        found.append(f"The rotor is unstable from {_speed(analysis.threshold, False)}{_until(analysis)}.")
     found.append(f"Unbalance: {analysis.unbalance}.")
     if analysis.left_out:
         found.append(
@@ -84,19 +116,27 @@ def summary(analysis):
             f"Whirl and stability leave out what has no time-domain form of {', '.join(analysis.timeless)}; the "
             "unbalance response includes it."
         )
-    unbounded = dict.fromkeys(
-        f"{number(p.peak.speed * RPM, 5)} rpm" for p in analysis.peaks if np.isinf(p.peak.amplitude)
-    )
+    unbounded = dict.fromkeys(_speed(p.peak.speed) for p in analysis.peaks if np.isinf(p.peak.amplitude))
     if unbounded:
         found.append(f"No damping acts on the resonance at {', '.join(unbounded)}: its response has no bound.")
     return found
 
 
+def _none(analysis):
+    """Why no critical speed is listed: where the analysed range ended below the whirl frequencies, that is said."""
+    last = float(analysis.data.speed[-1])
+    frequency = analysis.data.frequency.values[-1]
+    above = frequency[np.isfinite(frequency) & (frequency > last)]
+    if not len(above):
+        return "none"
+    return f"none in this range; the lowest whirl frequency above it is {_speed(above.min())} there (see --speeds)"
+
+
 def _until(analysis):
-    """' to 5810', where the first range of unstable speeds ends; nothing if none does in the range analysed."""
+    """' to 5810 rpm', where the first range of unstable speeds ends; the unit alone if none does in the range."""
     speed, growth = analysis.data.growth_speed.values, analysis.data.growth_rate.values
     stable = speed[(speed > analysis.threshold) & (growth < 0)]
-    return f" to {number(float(stable[0]) * RPM, 5)}" if len(stable) else ""
+    return f" to {_speed(stable[0])}" if len(stable) else f" {shown_speed()[0]}"
 
 
 def _checked(analysis):
@@ -110,9 +150,10 @@ def _checked(analysis):
 
 def criticals(analysis):
     """A row for each critical speed that shows as a resonance."""
+    unit, per = shown_speed()
     return [
         {
-            "speed (rpm)": one.speed * RPM,
+            f"speed ({unit})": one.speed * per,
             "frequency (Hz)": one.speed / (2 * np.pi),
             "damping ratio (1)": one.damping_ratio,
             "logarithmic decrement (1)": 2 * np.pi * one.damping_ratio / np.sqrt(1 - one.damping_ratio**2),
@@ -124,12 +165,12 @@ def criticals(analysis):
 
 def resonances(analysis, operating=None):
     """A row for each resonance of a probe, with separation margins if the operating range (rad/s) is given."""
-    rows = []
+    rows, (unit, factor), (speed_unit, per) = [], shown_amplitude(), shown_speed()
     for node, probe, peak in analysis.peaks:
         row = {
             "probe": f"{probe} at node {node}",
-            "peak (rpm)": peak.speed * RPM,
-            "1X (µm peak to peak)": 2e6 * peak.amplitude if np.isfinite(peak.amplitude) else None,
+            f"peak ({speed_unit})": peak.speed * per,
+            f"1X ({unit})": factor * peak.amplitude if np.isfinite(peak.amplitude) else None,
             "amplification factor (1)": peak.amplification if np.isfinite(peak.amplification) else None,
         }
         if operating:

@@ -108,7 +108,7 @@ def write_tables(tables, paths, index=None):
     Parameters
     ----------
     tables : dict
-        name -> `rotorstudy.thesis.tables.Table`.
+        name -> `thesis.tables.Table`.
     paths : iterable of path
         Files to be written: table_2_1.csv holds the table "table_2_1".
     index : path, optional

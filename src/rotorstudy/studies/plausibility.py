@@ -8,10 +8,12 @@ from rotorstudy.units import METRES, number
 # Key -> lowest and highest plausible value, and an example. They are wide: what lies outside is in another unit.
 PLAUSIBLE = {
     "youngs_modulus_Pa": (1e9, 1e12, "steel has 2.1e11"),
+    "shear_modulus_Pa": (4e8, 4e11, "steel has 8.1e10"),
     "density_kg_per_m3": (500.0, 25000.0, "steel has 7850"),
     "outer_diameter_m": (5e-4, 5.0, "a shaft of 30 mm has 0.03"),
     "length_m": (1e-4, 30.0, "300 mm are 0.3"),
     "diameter_m": (5e-4, 5.0, "a journal of 100 mm has 0.1"),
+    "thickness_m": (1e-4, 5.0, "a disc of 22 mm has 0.022"),
     "stiffness_N_per_m": (1e2, 1e11, "1 N/um is 1e6"),
     "bearing_stiffness": (1e3, 1e11, "100 N/um are 1e8"),
     "bearing_damping": (0.0, 1e8, "1 kN s/m is 1000"),

@@ -9,9 +9,11 @@ from rotorstudy.errors import CannotAct, RotorstudyError, unknown_name
 from rotorstudy.measurement.conventions import measured_direction, read_conventions
 from rotorstudy.measurement.findings import Finding, errors_among, worst_first
 from rotorstudy.model.rig import read_rig
-from rotorstudy.response.whirl import damped_modes, time_invariant
+from rotorstudy.response.harmonic import harmonic_response
+from rotorstudy.response.whirl import damped_modes, time_invariant, without_rotation
 from rotorstudy.studies.plausibility import implausible_numbers, odd_discs, odd_films, stated_loads
 from rotorstudy.studies.rotor_analysis import MODES, analyse_rotor
+from rotorstudy.studies.unbalance_response import with_unbalance
 from rotorstudy.units import RAD_PER_S, number, percent
 
 TRIED = np.geomspace(0.1, 1e5, 121)  # rad/s, at which it is tried whether the bearings are defined
@@ -19,6 +21,7 @@ HALVINGS = 30  # of the interval about an end of that range
 BLIND = 0.05  # of the largest motion in a mode: a probe that sees less is at a node of it
 UNDAMPED = 1e-4  # damping ratio below which a resonance is sharper than in any machine
 NO_SIZES = ("measurement", "diagnosis", "prior")  # sections
+FILM_ORBIT = 1 / 3  # semi-major axis over the clearance of a film, up to which it is nearly linear
 SAG = 1e-3  # m, static deflection of a shaft in its bearings beyond which they are too soft
 
 
@@ -83,6 +86,7 @@ def check_rig(path):
     except RotorstudyError as error:
         findings.append(Finding("error", "rotor", str(path), str(error)))
         return RigCheck(worst_first(findings), None, valid, model)
+    findings += _wide_orbits(model, analysis)
     findings += [*_of_analysis(analysis, str(path)), *_probes_at_nodes(model, analysis, _probe_nodes(rig, model))]
     return RigCheck(worst_first(findings), analysis, valid, model)
 
@@ -209,6 +213,28 @@ def _of_analysis(analysis, path):
         lowest = float(analysis.data.speed[0])
         severity = "error" if analysis.threshold <= lowest * (1 + 1e-9) else "note"
         found.append(Finding(severity, "stability", path, text))
+    return found
+
+
+def _wide_orbits(model, analysis):
+    """Findings on films in which the orbits by unbalance are too wide for linear coefficients."""
+    speeds, found = analysis.data.response_speed.values, []
+    unbalanced, unbalance = with_unbalance(without_rotation(model), float(analysis.data.speed[-1]))
+    for bearing in model.structure.bearings:
+        clearance = bearing.options.get("radial_clearance_m")
+        if clearance is None:
+            continue
+        node = bearing.options["node"] or model.structure.default_node()
+        motion = harmonic_response(unbalanced, speeds, (1, -1))[..., model.structure.index(node)]
+        size = np.abs(motion).sum(axis=-1)
+        wide = np.flatnonzero(size > FILM_ORBIT * clearance)
+        if len(wide):
+            text = (
+                f"the orbit by unbalance ({unbalance}) is {percent(size[wide[0]] / clearance, 2)} of the clearance at "
+                f"{number(speeds[wide[0]] / RAD_PER_S['rpm'], 4)} rpm; beyond a third stiffness and damping depend on "
+                "it, and predictions at such speeds are not valid"
+            )
+            found.append(Finding("warning", "orbit in a film", f"bearing at node {node}", text))
     return found
 
 

@@ -7,6 +7,7 @@ import traceback
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from hashlib import sha256
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 
 from rotorstudy.threads import use_one_thread
@@ -21,8 +22,8 @@ from rotorstudy.model.registry import blamed
 from rotorstudy.model.rig import named_plugins
 from rotorstudy.store import load
 
-# from a.b import c, (d, e) or import a.b: the syntax tree of each file would take a second more at every start
-IMPORTED = re.compile(r"^[ \t]*(?:from ([\w.]+) import (\([^)]*\)|[^(\n]+)|import ([^\n]+))", re.MULTILINE)
+PACKAGES = ("rotorstudy", "thesis")  # whose files a job may depend on
+NAMED = re.compile(rf"\b(?:{'|'.join(PACKAGES)})(?:\.\w+)*")  # modules in the text of a script
 
 
 class DiagnosisItem(Strict):
@@ -137,26 +138,23 @@ def called(snakemake, config, **given):
 
 
 @functools.cache
-def _imports(file):
-    """Files of this package that one file imports, also inside functions. Cached, as scripts share most of them."""
-    modules = []
-    for home, names, plain in IMPORTED.findall(re.sub("#.*", "", file.read_text(encoding="utf-8"))):
-        named = [name.split()[0] for name in names.strip("()").split(",") if name.strip()]
-        modules += [home, *(f"{home}.{name}" for name in named)] if home else plain.split(",")
-    return _module_files(module.split(" as ")[0].strip() for module in modules)
+def _graph():
+    """Which module of the packages imports which, also inside functions."""
+    import grimp
+
+    return grimp.build_graph(*PACKAGES, cache_dir=None)
 
 
-def _module_files(modules):
-    """Those of some modules that are files of this package."""
-    home = Path(__file__).parents[1]
-    bases = [
-        home.joinpath(*parts[1:]) for parts in (module.split(".") for module in modules) if parts[0] == "rotorstudy"
-    ]
-    return {path for base in bases for path in (base.with_suffix(".py"), base / "__init__.py") if path.is_file()}
+@functools.cache
+def _file(module):
+    """The file of a module of the packages."""
+    name, *inside = module.split(".")
+    base = Path(find_spec(name).origin).parent.joinpath(*inside)
+    return base / "__init__.py" if base.is_dir() else base.with_suffix(".py")
 
 
 def imported_files(script, *functions):
-    """Files of this package a job depends on: Snakemake notices changes of scripts but not of the modules they import.
+    """Files of the packages a job depends on: Snakemake notices changes of scripts but not of the modules they import.
 
     Parameters
     ----------
@@ -168,17 +166,16 @@ def imported_files(script, *functions):
     Returns
     -------
     list of str
-        What the script and the modules of the functions import, directly or through others (also inside functions),
-        these modules, and the page templates beside them; the script is not included.
+        The modules of the packages that the script and the functions name, all that these import, directly or through
+        others (also inside functions), and the page templates beside them; the script is not included.
     """
-    seen = _module_files(function.rpartition(".")[0] for function in functions)
-    waiting = [Path(script), *seen]
-    while waiting:
-        new = _imports(waiting.pop()) - seen
-        seen |= new
-        waiting += new
-    templates = {page for file in seen for page in file.parent.glob("templates/*.html")}
-    return sorted(map(str, seen | templates))
+    graph = _graph()
+    named = {*NAMED.findall(Path(script).read_text(encoding="utf-8")), *(one.rpartition(".")[0] for one in functions)}
+    seen = named & graph.modules
+    seen = seen.union(*map(graph.find_upstream_modules, seen))
+    files = {_file(module) for module in seen}
+    templates = {page for file in files for page in file.parent.glob("templates/*.html")}
+    return sorted(map(str, files | templates))
 
 
 @functools.cache

@@ -13,6 +13,7 @@ from rotorstudy.model.cracks import crack_parameters
 from rotorstudy.model.entries import Entry
 from rotorstudy.model.kinds import Crack, Effect
 from rotorstudy.model.model import Model
+from rotorstudy.model.registry import registry
 from rotorstudy.model.rig_items import make_term
 from rotorstudy.model.shaft_parts import Section
 from rotorstudy.model.structure import Structure
@@ -51,6 +52,13 @@ def tilting_bench():
     )
 
 
+def bearing_bench():
+    """The first one on a bearing whose numbers may change, for effects on these."""
+    structure = bench_structure()
+    plugin = next(plugin for kind, plugin in registry() if kind == "bearing" and plugin.changeable)
+    return replace(structure, bearings=(typical_term(plugin, structure),))
+
+
 def bench_terms(structure):
     """A known damper and a known crack, so that the rotor vibrates at all harmonics."""
     here = np.diag(np.diag(structure.mass) / structure.mass[0, 0])
@@ -73,11 +81,11 @@ def places_of(plugin, structure, sensors):
 
 def bench_of(plugin):
     """The first bench rotor on which a plugin can act, and the options of that place."""
-    for structure in (bench_structure(), tilting_bench()):
+    for structure in (bench_structure(), tilting_bench(), bearing_bench()):
         found = places_of(plugin, structure, structure.nodes)
         if found:
             return structure, found[0]
-    raise BrokenInvariant("it has no place on either bench rotor")
+    raise BrokenInvariant("it has no place on any bench rotor")
 
 
 def typical_term(plugin, structure, place=None):
@@ -90,7 +98,7 @@ def typical_term(plugin, structure, place=None):
 
 def check_round_trip(term, structure):
     """Check that a term is identified from its own response, from a start 30 % off."""
-    model = Model(structure, (*bench_terms(structure), term))
+    model = Model(structure, (*bench_terms(structure), *structure.bearings, term))
     shown = measured_response(model, SPEEDS, HARMONICS)
     spectrum = exact_spectrum(model, shown)
     names = tuple(unknown.name for unknown in term.unknowns)

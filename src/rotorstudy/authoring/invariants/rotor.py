@@ -6,9 +6,10 @@ import numpy as np
 
 from rotorstudy.authoring.invariants.base import ROUND_OFF, require
 from rotorstudy.errors import RotorstudyError
+from rotorstudy.model.model import Model
 from rotorstudy.model.options import option_names
 from rotorstudy.model.rig import build_model
-from rotorstudy.model.rotor_numbers import rotor_numbers, rotor_term, uncertain_numbers
+from rotorstudy.model.rig_numbers import numbers, uncertain_numbers, with_numbers
 
 
 def _example_structure(plugin):
@@ -62,15 +63,18 @@ def rotor_numbers_move(plugin):
     for path, share in plugin.uncertain.items():
         require(re.split(r"[.\[]", path)[0] in options, f"uncertain: '{path}' is no option; known: {options}")
         require(0 < share < 1, f"uncertain: {path} has the relative standard deviation {share!r}; give 0.005 for 0.5 %")
-    moving = [name for name in rotor_numbers(structure) if _moves(structure, name)]
-    require(moving, f"none of its numbers {rotor_numbers(structure)} changes a matrix: pass numbers as float options")
+    model = Model(structure)
+    moving = [name for name in numbers(model) if _moves(model, name)]
+    require(moving, f"none of its numbers {numbers(model)} changes a matrix: pass numbers as float options")
     if plugin.uncertain:
-        require(uncertain_numbers(structure), "none of the numbers that are uncertain changes a matrix of its example")
+        require(
+            uncertain_numbers(model, "rotor"), "none of the numbers that are uncertain changes a matrix of its example"
+        )
 
 
-def _moves(structure, name):
+def _moves(model, name):
     try:
-        return bool(rotor_term(structure, [name]))
+        return bool(with_numbers(model, [name]))
     except RotorstudyError:
         return False
 

@@ -1,0 +1,57 @@
+"""The units that a reader uses: stated by `units:` of a rig file, by `--units`, or those of its probes."""
+
+from contextlib import contextmanager
+from contextvars import ContextVar
+
+from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.units import AMPLITUDES, LENGTHS, RAD_PER_S, UNBALANCES, Units, showing
+
+QUANTITY = {
+    **dict.fromkeys(LENGTHS, "length"),
+    **dict.fromkeys(UNBALANCES, "unbalance"),
+    **dict.fromkeys(RAD_PER_S, "speed"),
+    **dict.fromkeys(AMPLITUDES, "amplitude"),
+}  # word -> what it is the unit of
+_asked = ContextVar("asked", default=())
+
+
+@contextmanager
+def asked(words):
+    """Within the block these words, those of `--units`, have precedence over the rig file."""
+    units_of({}, words)
+    before = _asked.set(tuple(words))
+    try:
+        yield
+    finally:
+        _asked.reset(before)
+
+
+def units_of(rig, words=(), where="the rig"):
+    """The Units for a rig dict, and words that have precedence.
+
+    Without a statement: mil and oz in where a probe is in mil, else µm and g mm; rpm; peak to peak, or what
+    `table_amplitude` says.
+    """
+    measurement = rig.get("measurement") if isinstance(rig.get("measurement"), dict) else {}
+    probes = measurement.get("probes")
+    inch = any(isinstance(p, dict) and p.get("unit") == "mil" for p in (probes if isinstance(probes, list) else []))
+    found = Units("mil", "oz in") if inch else Units()
+    if (stated := measurement.get("table_amplitude")) in AMPLITUDES:
+        found = found._replace(amplitude=stated)
+    own = rig.get("units") or []
+    own = own if isinstance(own, list) else [own]
+    for given, place in ((own, f"{where}, units"), (words, "--units")):
+        taken = {}
+        for word in given:
+            if word not in QUANTITY:
+                raise unknown_name("unit", word, QUANTITY, place)
+            if (quantity := QUANTITY[word]) in taken:
+                raise RotorstudyError(f"{place}: {taken[quantity]} and {word} are both units of {quantity}; keep one")
+            taken[quantity] = word
+        found = found._replace(**taken)
+    return found
+
+
+def shown_for(rig, where="the rig"):
+    """A block in which texts and figures have the units of a rig dict."""
+    return showing(units_of(rig if isinstance(rig, dict) else {}, _asked.get(), where))

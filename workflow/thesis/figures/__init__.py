@@ -1,0 +1,1 @@
+"""Figures of Chapters 2 to 6."""

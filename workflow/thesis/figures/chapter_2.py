@@ -1,0 +1,147 @@
+"""Figures of Chapter 2: the rotor with two degrees of freedom."""
+
+import numpy as np
+
+from rotorstudy.model.cracks import SERIES_ORDER
+from rotorstudy.model.registry import registry
+from rotorstudy.presentation.plots import COLOURS, MARKERS, figure
+from rotorstudy.presentation.spectrum_figures import full_spectra, time_and_orbit
+from rotorstudy.store import as_complex
+from rotorstudy.studies.config import file_name
+from thesis.chapter_2 import COMPENSATION, MODELS, PARAMETERS, printed_case
+from thesis.figures.common import study_figures
+from thesis.scoreboard import published
+
+SHORT = {  # cases of several speeds
+    "Combined speed from 50 to 199 with increment +1": "50 to 199 rad/s",
+    "Combined speed from 200 to 350 with increment +1": "200 to 350 rad/s",
+}
+TIME = {"figure_2_6": 0, "figure_2_7": 1}  # position of the speed shown
+SPECTRA = {"figure_2_8": 0, "figure_2_9": 1}
+
+
+def breathing_function(crack, speed):
+    """Figure 2.4: the breathing function of a crack and its series, over two revolutions; crack : Crack plugin."""
+    picture, axes = figure()
+    time = np.linspace(0, 4 * np.pi / speed, 2000)
+    axes[0, 0].plot(time * 1e3, crack.function(speed * time), label="switching crack")
+    for order, style in ((7, "--"), (SERIES_ORDER, ":")):
+        series = sum(s * np.exp(1j * k * speed * time) for k, s in crack.series(order).items()).real
+        axes[0, 0].plot(time * 1e3, series, style, label=f"series to order {order}")
+    axes[0, 0].set(
+        xlabel="time (ms)",
+        ylabel="breathing function (1: open)",
+        title=f"Breathing function over two revolutions at {speed:g} rad/s",
+    )
+    axes[0, 0].set_ylim(-0.15, 1.65)
+    axes[0, 0].legend(loc="upper center", ncols=2)
+    return picture
+
+
+def spectra_figure(config, spectra, thesis_spectra, speed, printed):
+    """Figures 2.8 and 2.9: full spectra, with the printed values if there are any."""
+    late = {"source": "from rest", "record": "half a sample late", "spectrum_method": "fft", "speed": speed}
+    amplitude, plain, compensated = panels = (
+        f"Amplitude, {speed:g} rad/s",
+        f"Phase, record half a sample late, {speed:g} rad/s",
+        f"Phase, compensated by the reference, {speed:g} rad/s",
+    )
+
+    def seen(data, phase):
+        return as_complex(data.displacement.sel(**late, phase_reference=phase).isel(node=0))
+
+    rows = {
+        "physical signs": dict.fromkeys((amplitude, compensated), seen(spectra, "reference")),
+        "the thesis's reading": {
+            **dict.fromkeys((amplitude, compensated), seen(thesis_spectra, "reference")),
+            plain: seen(thesis_spectra, "none"),
+        },
+    }
+    marks = {}
+    if speed == 88.0:
+        for table, method, panel in (
+            ("2.2", "fft", amplitude),
+            ("2.3", "fft, uncompensated", plain),
+            ("2.3", "fft, compensated", compensated),
+        ):
+            values = printed[(printed.table == table) & (printed.method == method)]
+            marks[panel] = (values.item.astype(int), values.published)
+    kinds = ("amplitude", "phase", "phase")
+    return full_spectra(config.harmonics, rows, list(zip(panels, kinds, strict=True)), marks)
+
+
+def printed_noise_rows(printed, noisy):
+    """Distance of the printed noise rows of Table 2.5 from our mean, in standard deviations.
+
+    printed : rows of `published`;  noisy : printed case -> Monte Carlo Dataset of the thesis's rig, one record kind
+    """
+    picture, axes = figure(height=2.8, width=4.5)
+    names = ["c_H", "c_E", "e", "phi", "dk_xi"]
+    rows = printed[(printed.table == "2.5") & (printed.noise_percent > 0)]
+    for m, model in enumerate(MODELS.values()):
+        place, level = [], []
+        for row in rows.itertuples():
+            ours, factor = PARAMETERS[row.item]
+            data = noisy[row.case].sel(noise_model=model, noise=row.noise_percent)
+            trials = data.estimate.sel(estimator="least_squares", parameter=ours)
+            place.append(abs(row.published / factor - float(trials.mean())) / float(trials.std()))
+            level.append(names.index(row.item) + (m - 1) * 0.22)
+        axes[0, 0].semilogy(level, place, MARKERS[m], color=COLOURS[m], fillstyle="none", label=f"noise {model}")
+    axes[0, 0].axhline(1.96, color="k", linestyle="--", linewidth=0.8, label="95 % of trials")
+    axes[0, 0].set_xticks(
+        range(len(names)), ["internal\ndamping", "external\ndamping", "eccentricity", "phase", "crack\nstiffness"]
+    )
+    axes[0, 0].set(
+        ylabel="distance from our mean\n(our standard deviations)",
+        title="Table 2.5: one realisation per harmonic, used at all speeds",
+    )
+    axes[0, 0].legend(loc="upper left", fontsize=6)
+    return picture
+
+
+TITLES = {
+    "error_against_noise": "Maximum likelihood attains the bound; least squares of the equations does not",
+    "bias": "Wrong mass or stiffness mostly affects maximum likelihood more than least squares",
+    "weight_dominance": "Weight dominance is not a small approximation",
+}
+
+
+def figures(config, reference, records, spectra, thesis_spectra, monte_carlo, monte_carlo_thesis, **stages):
+    """The figures of Chapter 2.
+
+    Parameters
+    ----------
+    config : StudyConfig
+    reference : path
+        Folder of the printed values.
+    records, spectra, thesis_spectra : Dataset
+        Of the main rig, or of the rig "thesis".
+    monte_carlo, monte_carlo_thesis : dict
+        File name of a case -> Dataset.
+    **stages : Dataset
+        See `study_figures`.
+
+    Returns
+    -------
+    dict
+        name -> matplotlib figure.
+    """
+    printed = published(reference, ["2.2", "2.3", "2.5"])
+    noisy = {shown: monte_carlo[file_name(case)].sel(record="steady state") for case, shown in SHORT.items()}
+    noisy_thesis = {
+        printed_case(case, compensation): monte_carlo_thesis[file_name(case)].sel(record="steady state")
+        for case in config.cases
+        for compensation in COMPENSATION
+    }
+    crack = registry().get("crack", config.rigs[config.main_rig]["cracks"][0]["kind"])
+    closed_form = (r"$1 + c_E / c_H$", lambda ratio: 1 + ratio)
+    found = study_figures(config, stages, noisy, SHORT, TITLES, closed_form)
+    found["figure_2_4"] = breathing_function(crack, 88.0)
+    for name, i in TIME.items():
+        speed = config.shown_speeds_rad_s[i]
+        title = f"Three revolutions at {speed:g} rad/s: integration and closed form coincide"
+        found[name] = time_and_orbit(config, records, speed, title)
+    for name, i in SPECTRA.items():
+        found[name] = spectra_figure(config, spectra, thesis_spectra, config.shown_speeds_rad_s[i], printed)
+    found["printed_noise_rows"] = printed_noise_rows(printed, noisy_thesis)
+    return found

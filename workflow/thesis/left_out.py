@@ -1,0 +1,148 @@
+"""Diagnosis of the replayed experiments: error at each speed left out, and comparison with the thesis's estimates."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rotorstudy.diagnosis.search.search import base_model
+from rotorstudy.diagnosis.settings import read_settings
+from rotorstudy.diagnosis.verdict.cause_words import place, readable
+from rotorstudy.diagnosis.verdict.investigate import diagnose
+from rotorstudy.diagnosis.verdict.words import gain_in_words
+from rotorstudy.inference.estimate import magnitude_and_phase
+from rotorstudy.inference.fit import fit
+from rotorstudy.inference.prediction import predicted, with_model_error
+from rotorstudy.measurement.measurement import measured_spectrum
+from rotorstudy.model.registry import registry
+from rotorstudy.model.rig import read_rig
+from rotorstudy.response.measured import measured_response
+from rotorstudy.store import as_complex
+from rotorstudy.units import shown_unit
+from thesis.checks import shown_name
+from thesis.replay import thesis_estimates
+
+UNLIMITED = 1e3  # times the stated uncertainty: parameters are free, as in the thesis
+
+
+@dataclass(frozen=True)
+class Compared:
+    """A parameter of the thesis's model by three fits, lengths in µm.
+
+    is_phase    : of a complex parameter
+    is_positive : it cannot be negative in a passive part
+    on_weight   : it acts on the static deflection alone, as crack forces do
+    thesis      : its estimate;  base, extended : value and standard deviation without and with the causes found
+    """
+
+    rig: str
+    parameter: str
+    unit: str
+    is_phase: bool
+    is_positive: bool
+    on_weight: bool
+    thesis: float
+    base: tuple[float, float]
+    extended: tuple[float, float]
+
+    def row(self):
+        """A row of the page's table."""
+        found = {"rig": self.rig, "parameter": self.parameter, "unit": self.unit, "thesis": self.thesis}
+        for name, (value, std) in (("base", self.base), ("extended", self.extended)):
+            found |= {name: value, f"{name} ±": std}
+        return found
+
+
+def leave_one_out(records, rig_path):
+    """Rows, one per speed: verdict and rms error (m) at that speed, which is left out of every fit.
+
+    base, extended : the rig within its stated uncertainties, without and with the causes found
+    without_limits : the rig with every parameter free
+    """
+    rig = read_rig(rig_path)
+    spectrum, model, _ = measured_spectrum(records, rig)
+    settings = read_settings(rig.given, str(rig_path))
+    free = settings.model_copy(update={"uncertainty": {k: UNLIMITED * v for k, v in settings.uncertainty.items()}})
+    rows = []
+    for i, speed in enumerate(spectrum.speed):
+        verdict = diagnose(spectrum, model, hold_out=[speed], settings=settings)
+        seen = np.arange(len(spectrum.speed)) != i
+        whole, prior = base_model(model, free)
+        fitted = fit(whole, with_model_error(spectrum.at_speeds(seen), settings), prior)
+        off = spectrum.amplitude[i] - predicted(whole, spectrum.at_speeds([i]), fitted.theta)[0]
+        rows.append(
+            {
+                "speed": float(speed),
+                "verdict": verdict.verdict,
+                "causes": sorted(map(place, verdict.causes)),
+                "base": verdict.gain.before_m,
+                "extended": verdict.gain.after_m,
+                "without_limits": float(np.sqrt(np.mean(np.abs(off) ** 2))),
+                "summary": gain_in_words(verdict),
+            }
+        )
+    return rows
+
+
+def harmonic_rows(config, data, folder):
+    """One row per harmonic: its measured size and the residual of each model (µm rms over the speeds).
+
+    config : ReplayConfig;  data : Dataset of verdict.nc;  folder : of the published values
+    The thesis's estimates are compared as in the thesis: without 0X and 1X of the slow roll, at the other speeds.
+    """
+    harmonics = [int(n) for n in data.harmonic.values]
+    measured = as_complex(data.measured)[..., 0]
+    slow = int(np.argmin(data.speed.values))
+    moving = np.arange(len(data.speed)) != slow
+    taken_off = np.where(np.isin(harmonics, (0, 1)), measured[slow], 0)
+    theta = thesis_estimates(config, folder, config.all_speeds)
+    shown = measured_response(config.model, data.speed.values[moving], harmonics, theta)[..., 0]
+    left = {
+        "thesis, residual": measured[moving] - taken_off - shown,
+        "base, residual": measured - as_complex(data.base)[..., 0],
+        "extended, residual": measured - as_complex(data.extended)[..., 0],
+    }
+    sizes = {"measured": measured, "slow roll": measured[[slow]], **left}
+    microns = {f"{name} (µm)": 1e6 * np.sqrt(np.mean(np.abs(v) ** 2, axis=0)) for name, v in sizes.items()}
+    sigma = {
+        f"{name} (σ)": np.sqrt((data[f"residual_{when}"][..., 0] ** 2).mean("speed")).values
+        for name, when in (("base", "before"), ("extended", "after"))
+    }
+    return [
+        {"rig": readable(config.name), "harmonic": f"{n}X", **{k: float(v[i]) for k, v in columns.items()}}
+        for columns in [microns | sigma]
+        for i, n in enumerate(harmonics)
+    ]
+
+
+def compared_parameters(config, data, folder):
+    """Compared of each parameter of the thesis's model: the thesis's estimate, and ours without and with the causes.
+
+    config : ReplayConfig;  data : Dataset of verdict.nc;  folder : of the published values
+    """
+    names = list(config.model.names)
+    printed = thesis_estimates(config, folder, config.all_speeds)
+    chosen = data.sel(parameter=names)
+    fits = {"thesis": (printed, np.ones(len(names)))}
+    for source, prefix in (("base", "base_"), ("extended", "")):
+        fits[source] = (chosen[f"{prefix}estimate"].values, chosen[f"{prefix}std"].values)
+    found = {}
+    for source, (theta, std) in fits.items():
+        shown, theta, covariance = magnitude_and_phase(names, theta, np.diag(std**2))
+        found[source] = dict(zip(shown, zip(theta, np.sqrt(np.diag(covariance)), strict=True), strict=True))
+    compared = []
+    for term in config.model.terms:
+        effect = registry().plugins["effect"].get(term.kind)
+        for p in term.parameters:
+            full = term.full_name(p)
+            for name, unit in ((full, p.unit), (f"{full}_phase", "rad")) if p.is_complex else ((full, p.unit),):
+                unit, factor = shown_unit(unit) if unit in ("m", "rad") else (unit, 1.0)
+                (value, _), *fitted = (found[source][name] for source in fits)
+                base, extended = ((one * factor, std * factor) for one, std in fitted)
+                kind = {
+                    "is_phase": name != full,
+                    "is_positive": bool(effect and effect.is_positive(p.name)),
+                    "on_weight": {entry.on for entry in p.entries} == {"static"},
+                }
+                fits_of = {"thesis": value * factor, "base": base, "extended": extended}
+                compared.append(Compared(readable(config.name), shown_name(name), unit, **kind, **fits_of))
+    return compared

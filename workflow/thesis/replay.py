@@ -1,0 +1,251 @@
+"""Replay of a published measurement: printed spectra are converted to records and processed like simulated ones.
+
+Rounding is the only known noise: every value is known to half a unit of its last digit. The uncertainty is propagated
+by drawing the printed values uniformly from within it.
+"""
+
+import numpy as np
+
+from rotorstudy.inference.estimate import magnitude_and_phase
+from rotorstudy.inference.problem import Problem
+from rotorstudy.measurement.full_spectra import full_spectrum
+from rotorstudy.measurement.records import Record, keyphasor_signal
+from rotorstudy.measurement.spectrum import Spectrum, components, independent_covariance
+from rotorstudy.model.registry import registry
+from rotorstudy.response.measured import measured_response
+from rotorstudy.response.series import synthesize
+from rotorstudy.store import as_complex, dataset
+from rotorstudy.studies.common import SPEED, parameter_coordinates
+from thesis.config import QUANTITIES
+from thesis.scoreboard import published
+
+COLUMN = "fft"  # the printed column shown on pages and in figures
+DAMPINGS, BOTH_DAMPINGS = ("external_damping", "internal_damping"), "both_dampings"
+
+
+def thesis_estimates(config, folder, group):
+    """(parameter,) estimates the thesis prints for a group, as amplitudes theta of the rig's model.
+
+    The thesis's crack force is its estimate times the deflection it assumed; theta is that force over our deflection.
+    """
+    table = published(folder, [config.estimates_table])
+    values = table[table.case == group].set_index("item").published
+    model, names = config.model, config.thesis_names
+    e = values["e"] * np.exp(1j * np.deg2rad(values["phi"]))
+    known = {ours: values[name] for name, (ours, _) in names.items()}
+    known |= {"eccentricity_real": e.real, "eccentricity_imag": e.imag}
+    theta = np.array([known[name] for name in model.names])
+    if config.thesis_deflection_m:
+        ratio = config.thesis_deflection_m / model.structure.static_deflection[model.measured[0]].real
+        theta[model.position(list(config.losses.values()))] *= ratio
+    return theta
+
+
+def printed_values(config, folder, *, corrected):
+    """Printed amplitude, phase and reference phase, and one unit of their last digit.
+
+    returns : {quantity: (values, last_digit)}, each (data_set, case, harmonic), m and rad
+    """
+    table = published(folder, config.tables)
+    shape = (len(config.data_sets), len(config.cases), len(config.harmonics))
+    found = {quantity: (np.zeros(shape), np.zeros(shape)) for quantity in QUANTITIES}
+    table = table.set_index(["case", "item", "quantity", "method"])
+    fixes = {(c.case, str(c.item), c.quantity): c.used for c in config.corrections} if corrected else {}
+    for quantity, (values, digits) in found.items():
+        for d, data_set in enumerate(config.data_sets):
+            for c, case in enumerate(config.cases):
+                for h, n in enumerate(config.harmonics):
+                    row = table.loc[(case, str(n), quantity, data_set)]
+                    values[d, c, h] = fixes.get((case, str(n), quantity), row.published)
+                    digits[d, c, h] = row.last_digit if (case, str(n), quantity) not in fixes else 0.01
+    return found
+
+
+def records(config, reference):
+    """Time records of the published spectra, as printed and with the misprints corrected.
+
+    returns : displacement (version, data_set, case, time, part) m; reference (version, data_set, case, time), of unit
+              amplitude at every harmonic, because the thesis prints only the phases of its reference signal
+    """
+    time, harmonics = config.time, np.array(config.harmonics)
+    forward = harmonics >= 0
+    displacement, marks = [], []
+    for corrected in (False, True):
+        values = {q: v for q, (v, _) in printed_values(config, reference, corrected=corrected).items()}
+        amplitude = values["amplitude"] * np.exp(1j * values["phase"])
+        mark = np.exp(1j * values["reference phase"][..., forward])  # a real signal: -n is the conjugate of +n
+        for signals, size, order in ((displacement, amplitude, harmonics), (marks, mark, harmonics[forward])):
+            turned = [synthesize(size[:, c], w, order, time) for c, w in enumerate(config.speeds)]
+            signals.append(np.moveaxis(turned, 0, 1))
+    coordinates = {
+        "version": (["as printed", "corrected"], "1", "with the misprints or without"),
+        "data_set": (config.data_sets, "1", "column of the tables: spectrum method of the thesis"),
+        "case": (list(config.cases), "1", "published speed"),
+        "time": (time, "s", "time from the first sample"),
+    }
+    dims = tuple(coordinates)
+    variables = {
+        "displacement": (dims, np.array(displacement), "m", "complex displacement with bow and sensor gap"),
+        "reference": (dims, np.array(marks).real, "1", "reference signal"),
+        "speed": (("case",), config.speeds, *SPEED),
+    }
+    return dataset(variables, coordinates, title=f"{config.title}: replayed records")
+
+
+def spectra(config, records):
+    """Full spectra of replayed records by every method: plain, compensated, and without bow and sensor gap.
+
+    returns : displacement, compensated, corrected (version, data_set, spectrum_method, case, harmonic, part) m;
+              reference_phase (version, data_set, spectrum_method, case, harmonic) rad
+    """
+    methods = {name: registry().get("spectrum", name) for name in config.spectra}
+    signals, references = as_complex(records.displacement), records.reference.values
+    shape = (*signals.shape[:2], len(methods), len(config.cases), len(config.harmonics))
+    plain, compensated = np.zeros(shape, complex), np.zeros(shape, complex)
+    for v, d in np.ndindex(*signals.shape[:2]):
+        for m, method in enumerate(methods.values()):
+            taken = []
+            for c, (case, w) in enumerate(config.cases.items()):
+                signal, reference, mark = signals[v, d, c], references[v, d, c], keyphasor_signal(w, config.time)
+                taken.append(Record(config.time, signal[None], w, (1,), reference, mark, f"{config.name}, {case}"))
+            plain[v, d, m] = full_spectrum(taken, config.harmonics, method, "none").amplitude[..., 0]
+            compensated[v, d, m] = full_spectrum(taken, config.harmonics, method, "reference").amplitude[..., 0]
+    coordinates = {
+        "version": (records.version.values, "1", "with the misprints or without"),
+        "data_set": (config.data_sets, "1", "column of the tables"),
+        "spectrum_method": (list(methods), "1", "spectrum method"),
+        "case": (list(config.cases), "1", "published speed"),
+        "harmonic": (np.array(config.harmonics), "1", "harmonic of the spin speed, positive forward"),
+    }
+    dims = tuple(coordinates)
+    phase = np.angle(plain * compensated.conj())
+    variables = {
+        "displacement": (dims, plain, "m", "full spectrum"),
+        "compensated": (dims, compensated, "m", "full spectrum, phase from the reference signal"),
+        "corrected": (dims, remove_slow_roll(config, compensated), "m", "compensated, without bow and sensor gap"),
+        "reference_phase": (dims, phase, "rad", "phase of the reference signal"),
+        "speed": (("case",), config.speeds, *SPEED),
+    }
+    return dataset(variables, coordinates, title=f"{config.title}: full spectra")
+
+
+def remove_slow_roll(config, amplitude):
+    """Eq. (3.1): subtract 0X and 1X of the slow roll from those of every speed; amplitude (..., case, harmonic), m."""
+    slow = list(config.cases).index(config.slow_roll)
+    static = np.isin(config.harmonics, (0, 1))
+    return amplitude - np.where(static, amplitude[..., slow : slow + 1, :], 0)
+
+
+def rounding_draws(config, folder, data_set):
+    """Compensated spectra (trial, case, harmonic), m, with every printed value drawn from within its last digit."""
+    values = printed_values(config, folder, corrected=True)
+    d = config.data_sets.index(data_set)
+    shape = (len(config.cases), len(config.harmonics))
+    streams = (np.random.SeedSequence(config.seed, spawn_key=(d, t)) for t in range(config.trials))
+    uniform = np.array([np.random.default_rng(s).uniform(-0.5, 0.5, (3, *shape)) for s in streams])
+    amplitude, phase, mark = (values[q][0][d] + values[q][1][d] * uniform[:, i] for i, q in enumerate(QUANTITIES))
+    place = {n: i for i, n in enumerate(config.harmonics)}
+    mirror = [place.get(-n, place[n]) if n < 0 else place[n] for n in config.harmonics]
+    mark = np.sign(config.harmonics) * mark[..., mirror]  # the mean of a real signal has no phase to be rounded
+    return np.maximum(amplitude, 0) * np.exp(1j * (phase - mark))
+
+
+def replay_problem(config, cases, compensated, draws):
+    """The Problem of some cases, slow roll removed.
+
+    compensated : (..., case, harmonic) of all cases, m;  draws : (trial, case, harmonic), m, for the covariance
+    """
+    corrected, moved = remove_slow_roll(config, compensated), remove_slow_roll(config, draws)
+    chosen = [list(config.cases).index(case) for case in cases]
+    real = components(moved[:, chosen, :, None])[..., 0]  # (trial, speed, component)
+    centred = real - real.mean(axis=0)
+    covariance = np.einsum("tsi,tsj->sij", centred, centred) / (len(real) - 1)
+    floor = config.model_error * np.abs(moved.mean(axis=0))[chosen, :, None] / np.sqrt(2)
+    covariance = covariance[:, None] + independent_covariance(floor**2)
+    model = config.model
+    amplitude = corrected[..., chosen, :, None]
+    spectrum = Spectrum(amplitude, config.speeds[chosen], np.array(config.harmonics), model.sensors, covariance)
+    return Problem(model, spectrum, model.names)
+
+
+def identify(config, reference, spectra):
+    """Estimates of every estimator, data set and group, with 95 % intervals.
+
+    Intervals of least squares are percentiles of estimates from values drawn within their last digit; those of maximum
+    likelihood follow from rounding and model error, widened where the misfit exceeds these.
+
+    returns : estimate, low, high (estimator, data_set, group, parameter), with the sum of both dampings;
+              misfit (estimator, data_set, group);
+              simulated (estimator, data_set, group, case, harmonic, part) m, what the identified model predicts
+    """
+    compensated = as_complex(spectra.compensated.sel(version="corrected"))
+    method = list(spectra.spectrum_method.values).index("regression")
+    higher = [case for case in config.cases if case != config.slow_roll]
+    speeds = [config.cases[case] for case in higher]
+    estimates, misfits, simulated = [], [], []
+    for name in config.estimators:
+        estimator = registry().get("estimator", name).function
+        for d, data_set in enumerate(config.data_sets):
+            draws = rounding_draws(config, reference, data_set)
+            for cases in config.groups.values():
+                problem = replay_problem(config, cases, compensated[d, method], draws)
+                found = estimator(problem)
+                misfits.append(found.misfit / (2 * problem.spectrum.amplitude.size - len(problem.names)))
+                names, theta, covariance = _reported(problem.names, found.theta, found.covariance)
+                if np.isfinite(found.misfit):
+                    half = 1.96 * np.sqrt(np.diag(covariance) * max(1.0, misfits[-1]))
+                    estimates.append((theta, theta - half, theta + half))
+                else:
+                    drawn = estimator(replay_problem(config, cases, draws, draws))
+                    drawn = _reported(problem.names, drawn.theta, drawn.covariance)[1]
+                    drawn = _unwrapped(config, names, drawn, theta)
+                    estimates.append((theta, *np.percentile(drawn, [2.5, 97.5], axis=0)))
+                simulated.append(measured_response(problem.model, speeds, config.harmonics, found.theta)[..., 0])
+    coordinates = {
+        "estimator": (config.estimators, "1", "parameter estimator"),
+        "data_set": (config.data_sets, "1", "column of the tables"),
+        "group": (list(config.groups), "1", "speeds used together"),
+        **parameter_coordinates(names),
+        "case": (higher, "1", "published speed"),
+        "harmonic": (np.array(config.harmonics), "1", "harmonic of the spin speed, positive forward"),
+    }
+    dims = ("estimator", "data_set", "group")
+    shape = (len(config.estimators), len(config.data_sets), len(config.groups))
+    table = np.array(estimates).reshape(*shape, 3, len(names))
+    variables = {
+        "estimate": ((*dims, "parameter"), table[..., 0, :], "SI", "estimated parameter"),
+        "low": ((*dims, "parameter"), table[..., 1, :], "SI", "lower end of the 95 % interval"),
+        "high": ((*dims, "parameter"), table[..., 2, :], "SI", "upper end of the 95 % interval"),
+        "misfit": (
+            dims,
+            np.array(misfits).reshape(shape),
+            "1",
+            "misfit over degrees of freedom, 1 if the model explains the data",
+        ),
+        "simulated": (
+            (*dims, "case", "harmonic"),
+            np.array(simulated).reshape(*shape, len(higher), -1),
+            "m",
+            "response of the identified model, slow roll removed",
+        ),
+    }
+    return dataset(variables, coordinates, title=f"{config.title}: identification", seed=config.seed)
+
+
+def _reported(names, theta, covariance):
+    """Complex amplitudes as magnitude and phase, and the sum of both dampings, which impact tests bound."""
+    names, theta, covariance = magnitude_and_phase(names, theta, covariance)
+    if not set(DAMPINGS) <= set(names):
+        return names, theta, covariance
+    places = [names.index(name) for name in DAMPINGS]
+    row = np.isin(np.arange(len(names)), places).astype(float)
+    summing = np.insert(np.eye(len(names)), max(places) + 1, row, axis=0)
+    names = (*names[: max(places) + 1], BOTH_DAMPINGS, *names[max(places) + 1 :])
+    return names, theta @ summing.T, summing @ covariance @ summing.T
+
+
+def _unwrapped(config, names, drawn, theta):
+    """Drawn phases unwrapped to within half a revolution of the estimate, for percentiles."""
+    is_phase = np.array([unit == "rad" for unit in config.model.reported_units(names)])
+    near = theta + np.angle(np.exp(1j * (drawn - theta)))
+    return np.where(is_phase, near, drawn)

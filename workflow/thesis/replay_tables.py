@@ -1,0 +1,261 @@
+"""Tables of a replayed experiment: printed values, estimates, physical checks, and the response of the models."""
+
+import numpy as np
+import pandas as pd
+
+from rotorstudy.response.measured import measured_response
+from rotorstudy.store import as_complex
+from rotorstudy.units import percent
+from thesis.checks import (
+    bow_confounders,
+    bow_text,
+    higher_cases,
+    largest_crack_response,
+    physical_checks,
+    refused_text,
+    shown_estimates,
+    slow_roll_bow,
+    slow_roll_share,
+    slow_roll_text,
+    weight_text,
+)
+from thesis.printed import scored_against
+from thesis.replay import BOTH_DAMPINGS, COLUMN, DAMPINGS, remove_slow_roll, rounding_draws, thesis_estimates
+from thesis.scoreboard import KEYS, published
+from thesis.tables import Table, scored_tables
+
+
+def shown_compensated(spectra):
+    """(case, harmonic) compensated spectrum of the column shown on pages, misprints corrected, m."""
+    here = spectra.sel(version="corrected", data_set=COLUMN, spectrum_method=COLUMN)
+    return as_complex(here.compensated)
+
+
+def already_there(config, compensated):
+    """harmonic -> its share already present at slow roll, in words."""
+    share = slow_roll_share(config, compensated)
+    return {n: slow_roll_text(n, share[:, h]) for h, n in enumerate(config.harmonics)}
+
+
+def measured_values(config, spectra):
+    """(case, harmonic, quantity, column of the thesis) -> value from the replayed records, m or rad."""
+    found = {}
+    for data_set in config.data_sets:  # each column by the spectrum method it was made with
+        here = spectra.sel(data_set=data_set, spectrum_method=data_set)
+        for case in config.cases:
+            printed_as = here.sel(version="as printed", case=case)
+            plain, mark = as_complex(printed_as.displacement), printed_as.reference_phase.values
+            compensated = as_complex(here.compensated.sel(version="corrected", case=case))
+            clean = as_complex(here.corrected.sel(version="corrected", case=case))
+            for h, n in enumerate(config.harmonics):
+                found[case, str(n), "amplitude", data_set] = np.abs(plain[h])
+                found[case, str(n), "phase", data_set] = np.angle(plain[h])
+                found[case, str(n), "reference phase", data_set] = mark[h]
+                found[case, str(n), "compensated phase", data_set] = np.angle(compensated[h])
+                if data_set == "regression":
+                    found[case, str(n), "amplitude", "experiment"] = np.abs(clean[h])
+    return found
+
+
+def open_ranges(config, reference):
+    """Range of the harmonics without slow roll within rounding: key as in `measured_values` -> low, high, m."""
+    drawn = np.abs(remove_slow_roll(config, rounding_draws(config, reference, "regression")))
+    return {
+        (case, str(n), "amplitude", "experiment"): (drawn[:, c, h].min(), drawn[:, c, h].max())
+        for c, case in enumerate(config.cases)
+        for h, n in enumerate(config.harmonics)
+    }
+
+
+def thesis_responses(config, reference, groups):
+    """group -> (higher case, harmonic) response with the thesis's own estimates, m."""
+    speeds = config.speeds[higher_cases(config)]
+    return {
+        group: measured_response(config.model, speeds, config.harmonics, thesis_estimates(config, reference, group))[
+            ..., 0
+        ]
+        for group in groups
+    }
+
+
+def scored_rows(config, reference, spectra, identification, responses, reasons):
+    """Rows of the scoreboard: measured values, response with the thesis's estimates, and estimates."""
+    printed = published(reference, list(config.sheets))
+    found, higher = measured_values(config, spectra), [list(config.cases)[c] for c in higher_cases(config)]
+    for case, response in zip(higher, list(responses.values())[-1], strict=True):  # of all speeds
+        for n, value in zip(config.harmonics, response, strict=True):
+            found[case, str(n), "amplitude", "simulation"] = np.abs(value)
+    in_tables = printed[printed.table != config.estimates_table]
+    ranges, rows = open_ranges(config, reference), []
+    for row in in_tables.to_dict("records"):
+        key = (row["case"], row["item"], row["quantity"], row["method"])
+        low, high = ranges.get(key, (np.nan, np.nan))
+        rows.append({**{k: row[k] for k in KEYS}, "computed": found[key], "low": low, "high": high})
+    best = identification.sel(estimator="least_squares", data_set=COLUMN)
+    for row in printed[printed.table == config.estimates_table].to_dict("records"):
+        ours, factor = config.thesis_names[row["item"]]
+        group = config.thesis_groups.get(row["case"], row["case"])
+        estimate = best.sel(group=group, parameter=ours)
+        rows.append(
+            {
+                **{k: row[k] for k in KEYS},
+                "computed": float(estimate.estimate) * factor,
+                "low": float(estimate.low) * factor,
+                "high": float(estimate.high) * factor,
+                "cases": " and ".join(config.groups[group]),
+            }
+        )
+    replayed = [table for table, rows in in_tables.groupby("table") if set(rows.method) <= set(config.data_sets)]
+    return scored_against(printed, rows, reasons, measured_again=replayed)
+
+
+def all_estimates(identification):
+    """Every estimate with its interval and the misfit of its fit, one row each, SI."""
+    every = identification[["estimate", "low", "high"]].to_dataframe().reset_index()
+    every = every.merge(identification.misfit.to_dataframe().reset_index(), on=["estimator", "data_set", "group"])
+    every["estimator"] = every.estimator.str.replace("_", " ")
+    return every
+
+
+def estimates_table(config, identification):
+    """Every estimate with its interval."""
+    return Table(
+        shown_estimates(config, all_estimates(identification)),
+        "Estimates of the replay with 95 % intervals",
+        f"Two estimators, two published columns, groups {', '.join(config.groups)}. A misfit far above 1 means that "
+        "the model does not explain the data, whatever the intervals.",
+        digits=4,
+    )
+
+
+def printed_estimates(config, reference, order):
+    """The thesis's estimates with one unit of their last digit as interval; order : of the parameters."""
+    printed = published(reference, [config.estimates_table])
+    thesis = printed.assign(parameter=printed.item.map({item: name for item, (name, _) in config.thesis_names.items()}))
+    thesis = thesis[["case", "parameter", "published", "last_digit"]]
+    both = thesis[thesis.parameter.isin(DAMPINGS)].groupby("case", sort=False)[["published", "last_digit"]].sum()
+    thesis = pd.concat([thesis, both.reset_index().assign(parameter=BOTH_DAMPINGS)], ignore_index=True)
+    thesis = thesis.sort_values("parameter", key=lambda column: column.map(order.index), kind="stable")
+    return pd.DataFrame(
+        {
+            "source": "thesis",
+            "group": thesis.case,
+            "parameter": thesis.parameter,
+            "estimate": thesis.published,
+            "low": thesis.published - thesis.last_digit,
+            "high": thesis.published + thesis.last_digit,
+        }
+    )
+
+
+def estimate_checks(config, reference, spectra, identification):
+    """Physical checks of our estimates, then of the thesis's: a DataFrame, see `physical_checks`."""
+    every = all_estimates(identification)
+    ours = every[every.data_set == COLUMN].assign(source=lambda e: "here, " + e.estimator)
+    ours = ours[["source", "group", "parameter", "estimate", "low", "high"]]
+    thesis = printed_estimates(config, reference, list(identification.parameter.values))
+    bow = slow_roll_bow(config, spectra, COLUMN)
+    return physical_checks(config, pd.concat([ours, thesis], ignore_index=True), bow)
+
+
+def checks_table(config, spectra, checks):
+    """The Table of the physical checks; checks : of `estimate_checks`."""
+    compensated = shown_compensated(spectra)
+    return Table(
+        checks,
+        "Which estimates are possible",
+        [
+            f"Impossible or implausible: {refused_text(checks)}.",
+            f"Ours are from the column '{COLUMN}' of the printed spectra. The thesis prints no intervals; ours are "
+            "from rounding for least squares, from rounding and model error for maximum likelihood.",
+            "The impact tests bound the sum of both dampings. As neither can be negative, each has the same bound.",
+            bow_text(config, compensated),
+            f"A bow and a free crack force at 1X cannot be told apart ({bow_confounders(config)}).",
+            "Subtracting the slow roll also removes the crack's own 0X and 1X, so dk p_0 and dk p_1 mean little.",
+            f"{already_there(config, compensated)[-1]}. Only 0X and 1X of the slow roll are subtracted, so all of -1X "
+            "is attributed to the crack.",
+            "A phase mark away from the crack would rotate dk p_n by n times its angle and leak into the damping; "
+            "dk p_n is therefore judged by size.",
+            weight_text(config, compensated),
+        ],
+        digits=4,
+    )
+
+
+def response_table(config, spectra, identification, thesis_response):
+    """Measured harmonics beside those of every identified model; thesis_response : (higher case, harmonic), m."""
+    compensated = shown_compensated(spectra)
+    corrected, slow = remove_slow_roll(config, compensated), list(config.cases).index(config.slow_roll)
+    responses = {"thesis's estimates": thesis_response}
+    for estimator in config.estimators:
+        here = identification.simulated.sel(estimator=estimator, data_set=COLUMN, group=config.all_speeds)
+        responses[estimator.replace("_", " ")] = as_complex(here)
+    rows = []
+    for i, c in enumerate(higher_cases(config)):
+        for h, n in enumerate(config.harmonics):
+            row = {
+                "case": list(config.cases)[c],
+                "harmonic": n,
+                "slow roll (µm)": np.abs(compensated[slow, h]) * 1e6,
+                "as measured (µm)": np.abs(compensated[c, h]) * 1e6,
+                "change from slow roll (µm)": np.abs(compensated[c, h] - compensated[slow, h]) * 1e6,
+                "compared (µm)": np.abs(corrected[c, h]) * 1e6,
+            }
+            for name, values in responses.items():
+                row |= {
+                    f"{name} (µm)": np.abs(values[i, h]) * 1e6,
+                    f"{name}, off (µm)": np.abs(values[i, h] - corrected[c, h]) * 1e6,
+                }
+            rows.append(row)
+    table = pd.DataFrame(rows)
+    off = {name: np.sqrt((table[f"{name}, off (µm)"] ** 2).sum()) for name in responses}
+    whole = np.sqrt((table["compared (µm)"] ** 2).sum())
+    distances = ", ".join(f"{name} {percent(value / whole)} of the measured" for name, value in off.items())
+    largest = {n: largest_crack_response(config, n) * 1e6 for n in (-1, 2)}
+    already = already_there(config, compensated)
+    return Table(
+        table,
+        "Measured spectrum against the identified models",
+        [
+            f"Column '{COLUMN}' of the printed spectra. In 'compared' 0X and 1X of the slow roll are subtracted, as in "
+            "the thesis; the other harmonics are as measured.",
+            "'off' is the distance in the complex plane, which includes the phase, unlike a comparison of amplitudes. "
+            f"Over all speeds and harmonics: {distances}, estimates of {config.all_speeds}.",
+            f"{already[-1]}; {already[2]}.",
+            "At low speed weight can cause, by a crack within the limits of the impact tests, at most "
+            f"{largest[-1]:.1f} µm at -1X and {largest[2]:.1f} µm at 2X. More than that at slow roll is runout or "
+            "unequal probes, and remains in what is compared.",
+        ],
+        digits=4,
+    )
+
+
+def tables(config, reference, spectra, identification, reasons):
+    """The tables of a replayed experiment.
+
+    Parameters
+    ----------
+    config : ReplayConfig
+    reference : path
+        Folder of the printed values.
+    spectra, identification : Dataset
+        Of `thesis.replay.spectra` and `thesis.replay.identify`.
+    reasons : path
+        YAML list of the reasons for differences.
+
+    Returns
+    -------
+    tuple
+        Rows of the scoreboard (DataFrame), and name -> Table.
+    """
+    groups = published(reference, [config.estimates_table]).case.unique()
+    responses = thesis_responses(config, reference, groups)
+    scored = scored_rows(config, reference, spectra, identification, responses, reasons)
+    checks = estimate_checks(config, reference, spectra, identification)
+    sheets = {name: (sheet.title, sheet.note, ["item"], sheet.across) for name, sheet in config.sheets.items()}
+    return scored, {
+        **scored_tables(scored, sheets),
+        "estimates": estimates_table(config, identification),
+        "physical_checks": checks_table(config, spectra, checks),
+        "response": response_table(config, spectra, identification, responses[groups[-1]]),
+    }

@@ -1,0 +1,202 @@
+"""The page on the diagnoses of the replayed experiments: its tables, and sentences on what they show."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from rotorstudy.diagnosis.verdict.cause_words import place, readable
+from rotorstudy.diagnosis.verdict.result import Verdict
+from rotorstudy.store import load
+from rotorstudy.units import number, p_value
+from thesis.config import load_replay
+from thesis.left_out import compared_parameters, harmonic_rows
+
+WORST = 4  # harmonics named in a sentence
+SHEETS = {
+    "harmonics": "Harmonics",
+    "left_out": "Error at each speed left out, rms over the harmonics",
+    "parameters": "The thesis's estimates",
+}
+LEGEND = (
+    "Thesis: its own estimates from all speeds, with 0X and 1X of the slow roll subtracted as in Eq. (3.1). Base: its "
+    "model, with dampings, crack and eccentricity within the limits of its impact tests and of usual machining. "
+    "Without limits: its model with every parameter free. Extended: the base model and the causes found."
+)
+UNDECIDED = (
+    "What three or four speeds of one pair of probes cannot decide: on the rig of Chapter 3, modelled with one "
+    "coordinate, a bow and a 1X force that is independent of the speed have the same response. An uncoupled run would "
+    "separate them.",
+    "All speeds but the slow roll lie well below the critical speed (at a quarter to two fifths of it): there an "
+    "unbalance grows with the square of the speed, a bow by its resonance, and a 1X runout that drifts resembles "
+    "either. A coast-down through the critical speed would separate them.",
+    "A mirror image of 1X at -1X may be unequal or skewed probes, runout, or supports of unequal stiffness. Exchange "
+    "the two probes, or turn both by 45 degrees.",
+    "0X is almost entirely sensor gap, so the side force by which 0X would reveal internal damping is below the stated "
+    "error. Measure the gap with the shaft at rest before and after each run.",
+    "The noise beyond the rounding was never published; 1 µm and 5 % of each harmonic are assumed. Repeated records "
+    "would give it. With fewer equations than effects in the library, a fit by several causes together proves none.",
+)
+
+
+def left_out_rows(config, rows):
+    """Rows of `leave_one_out` as a page shows them, µm."""
+    return [
+        {
+            "rig": readable(config.name),
+            "speed left out (Hz)": row["speed"] / (2 * np.pi),
+            "verdict": row["verdict"],
+            "causes": "; ".join(row["causes"]),
+            **{f"{key.replace('_', ' ')} (µm)": 1e6 * row[key] for key in ("without_limits", "base", "extended")},
+        }
+        for row in rows
+    ]
+
+
+def notes_on(config, verdict, harmonics, left_out):
+    """Sentences on one rig: residuals of its model, verdict, and errors at the speeds left out.
+
+    harmonics, left_out : from `harmonic_rows`, `leave_one_out`
+    """
+    rig = readable(config.name).capitalize()
+    wrong = sorted(harmonics, key=lambda row: -row["base (σ)"])[:WORST]
+    where = ", ".join(
+        f"{row['harmonic']} by {row['base, residual (µm)']:.3g} µm ({row['base (σ)']:.2g} σ)" for row in wrong
+    )
+    before, after = (p_value(p) for p in (verdict.residual_p_value.before, verdict.residual_p_value.after))
+    gained = "; ".join(
+        f"{row['speed'] / (2 * np.pi):.3g} Hz: {1e6 * row['base']:.3g} to {1e6 * row['extended']:.3g} µm "
+        f"({1e6 * row['without_limits']:.3g})"
+        for row in left_out
+    )
+    better = sum(row["extended"] < row["base"] for row in left_out)
+    return [
+        f"{rig}, residual: fitted within the limits of its other measurements, the thesis's model has its largest "
+        f"residuals at {where}; under noise alone {before}.",
+        f"{rig}, cause: {_explained(verdict)} Remaining residual under noise alone: {after}.",
+        f"{rig}, error at a speed left out: adding the causes improves the prediction of {better} of {len(left_out)} "
+        f"speeds; {gained}; in brackets the thesis's model with every parameter free. Named whichever speed is left "
+        f"out: {', '.join(_always(left_out)) or 'no cause, so none of them is established'}.",
+    ]
+
+
+def _always(rows):
+    """Causes that are named whichever speed is left out; rows : from `leave_one_out`."""
+    return sorted(set.intersection(*(set(row["causes"]) for row in rows)))
+
+
+def _explained(verdict):
+    """A sentence on what explains a rig's residual, without amplitudes, which the records do not determine."""
+    causes = " together with ".join(map(place, verdict.causes))
+    others = ", ".join(dict.fromkeys(map(place, verdict.ambiguous_with)))
+    removed = 100 * (1 - verdict.residual_share)
+    return {
+        "nothing": "no effect is missing.",
+        "cause": f"{causes}; it removes {removed:.3g} % of the excess error (rms).",
+        "ambiguous": f"{causes}, or {others or 'another'}; it removes {removed:.3g} % of the excess error (rms).",
+        "unknown": "no effect of the library explains it (verdict: unknown). The closest explanation, "
+        f"{causes or 'nothing'}, removes {removed:.3g} % of the excess error (rms); it is not a finding.",
+    }[verdict.verdict]
+
+
+def changed_estimates(compared):
+    """Sentences, one per rig, on the thesis's estimates that the extended model contradicts by two standard deviations.
+
+    compared : from `compared_parameters`, of all rigs
+    """
+    found = []
+    for rig in dict.fromkeys(one.rig for one in compared):
+        own = [one for one in compared if one.rig == rig and not one.is_phase]
+        forces = [one for one in own if one.on_weight]
+        changed = [one for one in own if abs(one.extended[0] - one.thesis) > 2 * one.extended[1]]
+        gone = sum(abs(one.extended[0]) < 2 * one.extended[1] for one in forces)
+        other = sum(one in changed for one in forces)
+        said = ", ".join(
+            f"{one.parameter} from {number(one.thesis)} to {number(one.extended[0])} ± {one.extended[1]:.2g} {one.unit}"
+            for one in changed
+            if one not in forces
+        )
+        found.append(
+            f"{rig.capitalize()}, thesis's estimates that change: {said or 'none of damping and unbalance'}; "
+            f"{other} of {len(forces)} crack forces dk p_n differ from the thesis's by more than two standard "
+            f"deviations, and {gone} are zero within two when other causes may explain their harmonic (table below)."
+        )
+    return found
+
+
+def in_short(verdicts, harmonics, left_out):
+    """Summary of the page in two sentences.
+
+    verdicts : name -> Verdict;  harmonics : from `harmonic_rows`, of all rigs;  left_out : name -> `leave_one_out`
+    """
+    worst = {}
+    for row in harmonics:
+        if row["base (σ)"] > worst.get(row["rig"], row)["base (σ)"] or row["rig"] not in worst:
+            worst[row["rig"]] = row
+    where = "; ".join(f"{rig}: {row['harmonic']}, {row['base, residual (µm)']:.3g} µm" for rig, row in worst.items())
+    told = "; ".join(
+        f"{readable(name)}: {v.verdict}" + (", not established" if v.causes and not _always(left_out[name]) else "")
+        for name, v in verdicts.items()
+    )
+    return f"Summary: largest residuals of the thesis's model: {where}. Verdicts on the cause: {told}."
+
+
+def impossible_values(compared):
+    """Sentences on parameters that are negative by two standard deviations but cannot be; compared : of all rigs."""
+    return [
+        f"{one.rig.capitalize()}, contradiction: the {model} model needs {one.parameter} {value:.3g} ± "
+        f"{std:.2g} {one.unit}. No passive part has that, so the model is not the explanation."
+        for one in compared
+        for model, (value, std) in (("base", one.base), ("extended", one.extended))
+        if one.is_positive and value < -2 * std
+    ]
+
+
+def shared_causes(verdicts):
+    """A sentence on the causes that are named or cannot be ruled out in every rig; verdicts : name -> Verdict."""
+    named = [{place(cause) for cause in v.causes + v.ambiguous_with} for v in verdicts.values()]
+    shared = ", ".join(sorted(set.intersection(*named)))
+    kinds = {v.verdict for v in verdicts.values()}
+    doubt = " As it explains no rig, it is a hint where to look, not a cause." if kinds == {"unknown"} else ""
+    return f"Named or not ruled out in every rig: {shared or 'nothing'}.{doubt if shared else ''}"
+
+
+def replays_page(configs, folders, reference):
+    """Tables and notes of the page on the diagnoses of the replayed experiments.
+
+    Parameters
+    ----------
+    configs : list
+        Paths of the replay configurations.
+    folders : list
+        Of each the folder with verdict.json, verdict.nc and left_out.json.
+    reference : str or Path
+        Folder of the published values.
+
+    Returns
+    -------
+    tables : dict
+        Rows (list of dicts) of each sheet of `SHEETS`.
+    notes : list of str
+        The summary first.
+    """
+    harmonics, shown, compared, notes, verdicts, left_out = [], [], [], [], {}, {}
+    for path, folder in zip(configs, map(Path, folders), strict=True):
+        config, data = load_replay(path), load(folder / "verdict.nc")
+        verdict = verdicts[config.name] = Verdict.model_validate_json((folder / "verdict.json").read_bytes())
+        rows, wrong = json.loads((folder / "left_out.json").read_bytes()), harmonic_rows(config, data, reference)
+        left_out[config.name], shown = rows, shown + left_out_rows(config, rows)
+        harmonics += wrong
+        compared += compared_parameters(config, data, reference)
+        notes += notes_on(config, verdict, wrong, rows)
+    notes = [
+        in_short(verdicts, harmonics, left_out),
+        LEGEND,
+        *notes,
+        shared_causes(verdicts),
+        *impossible_values(compared),
+        *changed_estimates(compared),
+        UNDECIDED[0],
+        *(f"Not decided either: {text}" for text in UNDECIDED[1:]),
+    ]
+    return {"harmonics": harmonics, "left_out": shown, "parameters": [one.row() for one in compared]}, notes
