@@ -7,7 +7,7 @@ boundary adds nothing. Coordinates: x along the load, y a right angle ahead in t
 clearance, time times the speed, pressure over 6 viscosity speed (R / c)^2.
 
 The table holds Chebyshev coefficients over the eccentricity ratio and the logarithm of length over diameter; both
-grids are Chebyshev nodes, and each value is extrapolated from several meshes.
+grids are Chebyshev nodes, and each value is extrapolated from both meshes.
 """
 
 import sys
@@ -23,7 +23,7 @@ TIES = 2  # nodes at the rupture boundary, of thousands, that may go on changing
 GROOVE = np.radians(10)  # half the width of an axial groove
 ECCENTRICITIES, LENGTHS = (0.0, 0.97), (0.1, 2.0)
 NODES = (16, 8)
-MESHES = ((144, 8), (180, 10), (216, 12), (252, 14), (288, 16), (324, 18))  # around, and along half the length
+MESHES = ((180, 8), (360, 16))  # around, and along half the length
 
 
 class Film:
@@ -141,9 +141,10 @@ def nodes(count, low, high):
 
 
 def extrapolated(eccentricity, length_over_diameter, grooves):
-    """The numbers of `scaled` at mesh size zero: values of several meshes fitted by one and the square of the size.
+    """The numbers of `scaled` at mesh size zero, by one and the square of the mesh size.
 
-    Where the film ruptures between two nodes, the derivatives of a mesh are off by up to 2 %, this way and that.
+    Where the film ruptures between two nodes, the derivatives of a mesh are off this way and that: by less than 1 % of
+    the largest up to an eccentricity ratio of 0.9, and by up to 5 % at 0.97 in the longest films. More meshes help.
     """
     found, attitude = [], ANGLES if grooves else None
     for mesh in MESHES:
