@@ -29,8 +29,9 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
 import pandas as pd
+from foreign_page import by_kind
 
-from rotorstudy.blind.criteria import LARGE, judge, printed, table
+from rotorstudy.blind.criteria import judge, printed, table
 from rotorstudy.blind.injection import KINDS_OF_CASES, Order, draw
 from rotorstudy.blind.machines.cases import CHAIN_FAULTS
 from rotorstudy.blind.machines.failures import FAILURES
@@ -117,19 +118,6 @@ def line(row):
         f"{row['case']:4d} {row['kind']:18s} {row['families'][:34]:34s} {row['machine']:16s} {size:6.1f} "
         f"{row['verdict']:10s} {right:7s} {row.get('seconds', 0):6.1f} s  {row['named']}{others}"
     )
-
-
-def by_kind(rows):
-    """Counts of each kind of case, for sizes of at least LARGE (all clean ones)."""
-    seen = rows[(rows.kind == "healthy") | ~(rows["size"] < LARGE)]
-    found = seen.groupby("kind", sort=False).agg(
-        cases=("case", "size"), alone=("alone", "sum"), in_set=("in_set", "sum"), wrong=("wrong", "sum"),
-        seconds=("seconds", "median"),
-    )  # fmt: skip
-    for verdict in ("nothing", "cause", "ambiguous", "unknown", "convention", "refused", "failed", "not drawn"):
-        said = seen.verdict.replace("crashed", "failed")
-        found[verdict] = said.groupby(seen.kind).agg(lambda one, v=verdict: int((one == v).sum()))
-    return found
 
 
 def orders(given):

@@ -11,9 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from foreign import by_kind
 
-from rotorstudy.blind.criteria import judge
+from rotorstudy.blind.criteria import LARGE, judge
 from rotorstudy.blind.scoring import calibration
 
 ROOT = Path(__file__).parents[1]
@@ -48,6 +47,19 @@ def numbers(rows):
         cells = ["-" if pd.isna(one) else f"{one:.3g}" for one in row]
         lines.append(f"| {kind.replace('_', ' ')} | {' | '.join(cells)} |")
     return "\n".join(lines)
+
+
+def by_kind(rows):
+    """Counts of each kind of case, for sizes of at least LARGE (all clean ones)."""
+    seen = rows[(rows.kind == "healthy") | ~(rows["size"] < LARGE)]
+    found = seen.groupby("kind", sort=False).agg(
+        cases=("case", "size"), alone=("alone", "sum"), in_set=("in_set", "sum"), wrong=("wrong", "sum"),
+        seconds=("seconds", "median"),
+    )  # fmt: skip
+    for verdict in ("nothing", "cause", "ambiguous", "unknown", "convention", "refused", "failed", "not drawn"):
+        said = seen.verdict.replace("crashed", "failed")
+        found[verdict] = said.groupby(seen.kind).agg(lambda one, v=verdict: int((one == v).sum()))
+    return found
 
 
 def by_chance(rows):
