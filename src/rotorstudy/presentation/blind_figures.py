@@ -12,15 +12,8 @@ NOMINAL = 0.95  # coverage of an interval
 def blind_figures(data):
     """The figures of a blind test.
 
-    Parameters
-    ----------
-    data : xarray.Dataset
-        As `blind.summary.summary` returns it.
-
-    Returns
-    -------
-    dict
-        Name of a file, without its suffix -> matplotlib Figure.
+    data    : xarray.Dataset; as `blind.summary.summary` returns it
+    returns : name of a file, without its suffix -> matplotlib Figure
     """
     return {
         "curves": curves(data),

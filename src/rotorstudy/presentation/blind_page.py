@@ -29,18 +29,11 @@ NOTES = (
 def write_pages(data, criteria, rows, folder, independent=None, index=None):
     """Write figures (PNG, SVG), criteria and cases (CSV, HTML) to a folder.
 
-    Parameters
-    ----------
-    data : xarray.Dataset
-        As `blind.summary.summary` returns it, with the attributes cases and seed.
-    criteria : list of Criterion
-    rows : pandas.DataFrame
-        As `blind.scoring.score` returns it.
-    folder : str or Path
-    independent : str or Path, optional
-        Cases of the published run (CSV), which benchmarks/foreign.py leaves; shown beside these.
-    index : str or Path, optional
-        The page of all results, to link to.
+    data        : xarray.Dataset; as `blind.summary.summary` returns it, with the attributes cases and seed
+    criteria    : list of Criterion
+    rows        : pandas.DataFrame; as `blind.scoring.score` returns it
+    independent : cases of the published run (CSV), which benchmarks/foreign.py leaves; shown beside (optional)
+    index       : the page of all results, to link to (optional)
     """
     import pandas as pd
 
@@ -71,16 +64,11 @@ def write_pages(data, criteria, rows, folder, independent=None, index=None):
 def criteria_page(answers, criteria, source, figures, links=None):
     """The page as HTML.
 
-    Parameters
-    ----------
-    answers : pandas.DataFrame
-        As `blind.glance.counted` returns it.
+    answers  : pandas.DataFrame; as `blind.glance.counted` returns it
     criteria : list of Criterion
-    source : str
-        Where the cases come from.
-    figures : list of (label, source of the image, caption)
-    links : dict, optional
-        Text -> address of pages to go to from the top.
+    source   : where the cases come from
+    figures  : list of (label, source of the image, caption)
+    links    : text -> address of pages to go to from the top (optional)
     """
     shown = table([c for c in criteria if c.cases]).drop(columns=["key", "kind"])
     without = len(criteria) - len(shown)
