@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from shutil import copytree
+from signal import SIG_DFL, SIGINT, signal
 from tempfile import TemporaryDirectory
 from time import process_time
 from traceback import extract_tb
@@ -137,7 +138,7 @@ def _pool(cores):
     if cores == 1:
         yield map
         return
-    executor = ProcessPoolExecutor(cores)
+    executor = ProcessPoolExecutor(cores, initializer=signal, initargs=(SIGINT, SIG_DFL))  # no traceback of each
     try:
         yield executor.map
     finally:
