@@ -5,7 +5,9 @@
 # make browser  open the charts of the pages in Chromium (Debian: apt install chromium), driven by Playwright
 # make docs   build the pages of docs/ as a site, with a check for dead links
 # make cracks   identify cracks of the independent simulator in millimetres, half an hour on 2 cores; can be interrupted
-# make ross     diagnose records of the package ROSS, in an environment of its own
+# make ross     diagnose records of the package ROSS, in an environment of its own, and write the rotors of tests/measured/ross
+# make lock     write environment.txt again: the newest versions that fit together, with hashes
+# make newest   run the tests with the newest versions of everything, on Python 3.11 to 3.14 as far as they are installed
 # make peers    speed, memory and results beside ROSS and scipy on one rotor, about ten minutes on 1 core
 PYTHON ?= python3
 CORES ?= all
@@ -14,7 +16,7 @@ SNAKEMAKE = .venv/bin/snakemake --cores $(CORES)
 # else each of the hundred processes of the workflow and of the tests compiles the package again
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: all results report test check browser bench foreign outside cracks ross peers docs clean
+.PHONY: all results report test check browser bench foreign outside cracks ross peers docs lock newest clean
 
 all: report
 	@echo
@@ -25,6 +27,7 @@ all: report
 	@echo "  results/chapter_2 to results/chapter_6   figures, tables, NetCDF"
 
 results: .venv/ready
+	@.venv/bin/python workflow/unlock.py
 	$(SNAKEMAKE)
 
 report: results
@@ -63,6 +66,7 @@ cracks: .venv/ready
 ross: .venv/ready .venv-ross/ready
 	.venv-ross/bin/python benchmarks/ross/simulate.py results/ross
 	.venv/bin/python benchmarks/ross/diagnose.py results/ross
+	.venv-ross/bin/python benchmarks/ross/models.py results/ross/models
 
 peers: .venv/ready .venv-ross/ready
 	.venv/bin/python benchmarks/peers/run.py .venv-ross/bin/python results/peers
@@ -72,6 +76,20 @@ docs: .venv-docs/ready
 	.venv-docs/bin/mkdocs build --quiet
 	@echo "Look at results/docs/index.html; for its search: python3 -m http.server --directory results/docs 8000"
 
+lock: .venv-uv/ready
+	.venv-uv/bin/uv pip compile --quiet --upgrade --universal --python-version 3.11 --generate-hashes --no-annotate --no-header \
+	  pyproject.toml --extra uff --group dev --output-file .venv-uv/lock.txt
+	{ head -2 environment.txt; cat .venv-uv/lock.txt; } > .venv-uv/environment.txt && mv .venv-uv/environment.txt environment.txt
+
+newest: .venv-uv/ready
+	@for version in 3.11 3.12 3.13 3.14; do \
+	  python=.venv-uv/$$version; \
+	  .venv-uv/bin/uv venv --quiet --clear --python $$version $$python || { echo "Python $$version: not installed"; continue; }; \
+	  .venv-uv/bin/uv pip install --quiet --upgrade --python $$python/bin/python --editable '.[uff]' --group dev && \
+	  PATH="$$PWD/$$python/bin:$$PATH" OPENBLAS_NUM_THREADS=1 $$python/bin/pytest -q -n 2 --dist loadfile $(TESTS) || \
+	  failed="$$failed $$version"; \
+	done; test -z "$$failed" || { echo "error: the tests fail with the newest versions on Python$$failed"; exit 1; }
+
 clean:
 	rm -rf results/* .snakemake
 
@@ -80,8 +98,13 @@ clean:
 	  { echo "error: $$($(PYTHON) --version) found, Python 3.11 or newer is needed; try make PYTHON=python3.12"; exit 1; }
 	@echo "Setting up .venv (a minute or two) ..."
 	$(PYTHON) -m venv .venv
-	.venv/bin/python -m pip install --quiet --disable-pip-version-check --requirement environment.txt
+	.venv/bin/python -m pip install --quiet --disable-pip-version-check --require-hashes --requirement environment.txt
 	.venv/bin/python -m pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --editable .
+	@touch $@
+
+.venv-uv/ready:
+	$(PYTHON) -m venv .venv-uv
+	.venv-uv/bin/python -m pip install --quiet --disable-pip-version-check 'uv==0.13.9'
 	@touch $@
 
 .venv-ross/ready: benchmarks/ross/requirements.txt

@@ -27,6 +27,10 @@ class CannotAct(RotorstudyError):
     """An effect that cannot act at the given place of this rotor."""
 
 
+class MissingValue(RotorstudyError):
+    """An amplitude without a value in the rig file; the command line says which file."""
+
+
 class NoSteadyState(RotorstudyError):
     """No periodic response at a speed: an undamped resonance, a jump, or bearings that do not carry the rotor."""
 

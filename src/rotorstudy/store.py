@@ -15,13 +15,20 @@ PART = ("real", "imag")
 
 @contextmanager
 def atomic(path):
-    """A temporary path beside `path`, moved over it only when the block ends without an error."""
+    """A temporary path beside `path`, moved over it only when the block ends without an error.
+
+    raises : RotorstudyError if the file cannot be written, for example on a full disk
+    """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = partial_path(path)
     try:
         yield temporary
         os.replace(temporary, path)
+    except OSError as error:
+        if isinstance(error, FileNotFoundError) or error.filename not in (None, temporary, str(temporary)):
+            raise  # of a file that the block reads, or has not written
+        raise _not_written(path, error) from None
     finally:
         temporary.unlink(missing_ok=True)
 
@@ -131,7 +138,7 @@ def save(data, path):
     with atomic(path) as temporary:
         try:
             data.to_netcdf(temporary, engine="netcdf4", format="NETCDF4")
-        except (OSError, RuntimeError) as error:  # the library reports what the disk refuses as RuntimeError
+        except RuntimeError as error:  # the library's, of what the disk refuses
             raise _not_written(path, error) from None
 
 
@@ -158,7 +165,8 @@ def save_along(pieces, path, dimension):
 
 
 def _not_written(path, error):
-    return RotorstudyError(f"{path}: cannot be written ({error}); is the disk full or the folder read-only?")
+    said = getattr(error, "strerror", None) or error
+    return RotorstudyError(f"{path}: cannot be written ({said}); is the disk full or the folder read-only?")
 
 
 def load(path):

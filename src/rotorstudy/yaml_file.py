@@ -124,8 +124,8 @@ def _loader():
         def construct_mapping(self, node, deep=False):
             seen = set()
             for key, _ in node.value:
-                if not isinstance(key, yaml.ScalarNode):
-                    raise _refused("a key must be a text or a number", key.start_mark)
+                if not isinstance(key, yaml.ScalarNode) or key.tag.rsplit(":")[-1] in ("null", "bool", "float"):
+                    raise _refused("a key must be a text or a whole number", key.start_mark)
                 if key.value in seen:
                     raise _refused(f"key '{key.value}' is given twice", key.start_mark)
                 seen.add(key.value)

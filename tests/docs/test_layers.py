@@ -44,7 +44,7 @@ NAMED = {  # words that are the name of a plugin too, and why each may be used t
         },
     ),
     **dict.fromkeys(
-        ("finite_element", "linear", "speed_tabulated", "seal"),
+        ("finite_element", "linear", "speed_tabulated", "flexible_pedestal", "seal", "stiffness_proportional_damping"),
         ("what the parts of a rotor saved by ROSS are here", {"authoring/ross_model.py"}),
     ),
     "least_squares": (

@@ -43,6 +43,8 @@ HOSTILE = {
     "a tagged number": ("rotor: {mass_kg: !!float abc}\n", "not valid YAML"),
     "Python object": ("rotor: !!python/object/apply:os.system ['true']\n", "not valid YAML"),
     "a list as key": ("? [a]\n: 1\n", "a key must be"),
+    "nothing as key": ("rotor: {null: 1}\n", "a key must be"),
+    "a truth as key": ("yes: 1\n", "a key must be"),
     "not UTF-8": (b"rotor: \xff\xfe\n", "not valid YAML"),
 }
 
@@ -79,7 +81,14 @@ def test_a_message_that_repeats_the_input_is_cut_in_one_line(tmp_path, capsys):
     [
         (lambda rig: rig["cracks"][0].update(stiffness_loss=1e18), "stiffness_loss = 1e"),
         (lambda rig: rig["cracks"][0].update(stiffness_loss=-0.1), "stiffness_loss = -0.1"),
-        (lambda rig: rig["rotor"]["elements"][0].update(length_m=1.67e-71), "beyond the digits"),
+        (lambda rig: rig["rotor"]["elements"][0].update(length_m=1.67e-71), "elements[0].length_m = 1.67e-71"),
+        (lambda rig: rig["rotor"]["elements"][0].update(length_m=1e-320), "rig.yaml: must be from 1e-30 to 1e+30"),
+        (lambda rig: rig["rotor"].update(youngs_modulus_Pa=1e308), "rotor.youngs_modulus_Pa = 1e+308 in "),
+        (lambda rig: rig["rotor"]["discs"][0].update(node=7), "rig.yaml, rotor: unknown node '7'"),
+        (lambda rig: rig.update(static_deflection_m={7: 1e-5}), "unknown node '7' in "),
+        (lambda rig: rig["rotor"].pop("outer_diameter_m"), "rig.yaml, rotor: finite_element: give outer_diameter_m"),
+        (lambda rig: rig["cracks"][0].pop("stiffness_loss"), "rig.yaml: no value for "),
+        (lambda rig: rig["effects"][0].update({1: 2}), "key 1 in "),
         (lambda rig: rig["rotor"]["elements"][0].update(count=10**9), "more than 500 elements"),
         (lambda rig: rig["effects"][2].update(eccentricity_m=1000.0), "more than the size of the rotor"),
         (lambda rig: rig["effects"][2].update(label={"a": 1}), "must be a text"),
@@ -103,7 +112,7 @@ def test_a_node_loses_no_more_stiffness_than_it_has(tmp_path, capsys):
     ("command", "most", "words"),
     [
         (["simulate", "examples/jeffcott.yaml", "--speeds", "100", "--out", "{}/o.nc"], 20000, "cannot be written"),
-        (["new", "crack", "my_crack", "--folder", "{}"], 500, "File too large"),
+        (["new", "crack", "my_crack", "--folder", "{}"], 500, "my_crack.py: cannot be written (File too large)"),
     ],
 )
 def test_a_disk_that_refuses_is_said_in_one_line(command, most, words, tmp_path):

@@ -32,25 +32,10 @@ class NewRig(NamedTuple):
 def new_rig(name, folder=None, records=(), ross=None):
     """Write a commented rig file that every command reads, and return a NewRig.
 
-    Parameters
-    ----------
-    name : str
-        Of the rig and its file.
-    folder : path, optional
-        The current one by default.
-    records : sequence of path, optional
-        Record files of the machine; the first one shows how to read them.
-    ross : path, optional
-        A rotor saved by ROSS, instead of the example.
-
-    Returns
-    -------
-    NewRig
-
-    Raises
-    ------
-    RotorstudyError
-        For a name that is no name of a file, a file that exists, or records that cannot be read.
+    folder  : the current one by default
+    records : record files of the machine; the first one shows how to read them
+    ross    : a rotor saved by ROSS, instead of the example
+    raises  : RotorstudyError for a name that is no name of a file, a file that exists, or records that cannot be read
     """
     path = new_path(name, folder)
     rotor = read_ross(ross) if ross else None

@@ -12,20 +12,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.errors import RotorstudyError
+from rotorstudy.errors import RotorstudyError, reading
 
 STEPS = 8  # cylinders of equal length instead of a cone
 USUAL_SPEED = 377.0  # rad/s (3600 rpm), of the unbalance if the file states no speed
+FASTEST = 1e4  # rad/s, up to which constant coefficients are written where a table is needed
 GRADE = 2.5e-3  # m/s, G 2.5 of ISO 21940-11
 SAME = 1e-9  # relative difference of equal coefficients
+LIMP = 1e-6  # of the modulus of the shaft: a layer below it has mass only
 OURS = {"xx": ("yy", 1), "xy": ("yx", -1), "yx": ("xy", -1), "yy": ("xx", 1)}  # direction here: that of ROSS, sign
-COEFFICIENTS = {"stiffness_N_per_m": "k", "damping_N_s_per_m": "c"}
-LEFT_OUT = {
-    "axial_force": "axial force",
-    "torque": "torque",
-    "alpha": "damping proportional to the mass",
-    "beta": "damping proportional to the stiffness (here: effect shaft_damping, which rotates with the shaft)",
-}
+COEFFICIENTS = {"stiffness_N_per_m": "k", "damping_N_s_per_m": "c", "mass_kg": "m"}
 
 
 class RossRotor(NamedTuple):
@@ -42,67 +38,69 @@ class RossRotor(NamedTuple):
 
 
 def read_ross(path):
-    """The RossRotor of a file.
+    """The RossRotor of a file that `Rotor.save` of ROSS wrote.
 
-    Parameters
-    ----------
-    path : path
-        Written by `Rotor.save` of ROSS.
-
-    Returns
-    -------
-    RossRotor
-
-    Raises
-    ------
-    RotorstudyError
-        If the file cannot be read, is no rotor, or has parts without which the rotor would be another one.
+    raises : RotorstudyError if it cannot be read, is no rotor, or has parts without which it would be another one
     """
     path, said = Path(path), []
     parameters, parts = _parts(path)
+    with reading("rotor of ROSS", path):
+        return _rotor(parameters, parts, path, said)
+
+
+def _rotor(parameters, parts, path, said):
+    """The RossRotor of the parts of a file."""
     shaft = [part for name, part in parts if name == "ShaftElement"]
     elements, node_of = _shaft(shaft, path, said)
-    rotor = {"kind": "finite_element", **_theory(shaft, said), **_common(elements), "discs": []}
-    bearings, effects = [], []
-    for name, part in parts:
-        if name == "ShaftElement":
+    rotor = {"kind": "finite_element", **_theory(shaft, said), **_common(elements), "discs": [], "point_masses": []}
+    bearings, effects = [], _shaft_damping(shaft, said)
+    supports = {part["n_link"] for _, part in parts if part.get("n_link") is not None}
+    for name, part in ((name, part) for name, part in parts if name != "ShaftElement"):
+        node, tag = node_of.get(part.get("n")), part.get("tag")
+        if part.get("n") in supports and node is None:  # read with the bearing that it carries
             continue
-        node = node_of.get(part.get("n"))
-        if node is None or part.get("n_link") is not None or name == "PointMass":  # which ROSS has at supports
+        if node is None or part.get("n_link") in node_of:
             raise RotorstudyError(
-                f"{path}: {name} '{part.get('tag')}' is not between the shaft and the ground; describe a support by a "
-                "bearing of the kind flexible_pedestal, and save the rotor without it"
+                f"{path}: {name} '{tag}' is not between shaft and ground, or shaft and support; save the rotor without "
+                "it"
             )
-        if {"m", "Id", "Ip"} <= set(part):
+        if name == "PointMass" and part.get("m") is not None:
+            rotor["point_masses"].append({"node": node, "mass_kg": part["m"]})
+        elif {"m", "Id", "Ip"} <= set(part):
             rotor["discs"].append(_disc(part, node))
             if name != "DiskElement":
-                said.append(f"{name} '{part['tag']}': taken as a disc; the mesh of a gear is left out")
-        elif "Seal" in name:
-            effects += _seal(part, node, said)
+                said.append(f"{name} '{tag}': taken as a disc; the mesh of a gear is left out")
+        elif part.get("n_link") is not None:
+            bearings.append(_pedestal(part, node, [p for _, p in parts if p.get("n") == part["n_link"]], path))
         elif "kxx" in part:
-            bearings.append(_bearing(part, node, said))
+            values = _coefficients(part, path)
+            seal = _seal(part, node, values) if "Seal" in name else []
+            effects += seal
+            bearings += [] if seal else [_bearing(part, node, values, said)]
+            if "Seal" in name and not seal:
+                said.append("seals whose coefficients depend on speed or direction, or have a mass, are bearings here")
         else:
-            raise RotorstudyError(
-                f"{path}: {name} '{part.get('tag')}' has no counterpart here; save the rotor without it"
-            )
+            raise RotorstudyError(f"{path}: {name} '{tag}' has no counterpart here; save the rotor without it")
     if not bearings:
         raise RotorstudyError(f"{path}: no bearing with coefficients; a rotor needs one")
+    if not rotor["point_masses"]:
+        del rotor["point_masses"]
     effects.append(_unbalance(rotor, parameters, said))
-    nodes = [item["node"] for item in bearings]
+    seals = {str(part.get("tag")) for name, part in parts if "Seal" in name}
+    nodes = [item["node"] for item in bearings if item["label"] not in seals]
     every = range(1, max(node_of.values()) + 1)
     planes = (*dict.fromkeys(nodes), *(node for node in every if node not in nodes))
-    return RossRotor({"rotor": rotor, "bearings": bearings, "effects": effects}, said, planes)
+    return RossRotor({"rotor": rotor, "bearings": bearings, "effects": effects}, _each_once(said), planes)
 
 
 def _parts(path):
     """Parameters of the rotor (dict), and its parts [(name of the class, dict)]."""
     if not path.is_file():
         raise RotorstudyError(f"file '{path}' does not exist")
-    try:
+    with reading(".toml or .json file", path):
         text = path.read_text(encoding="utf-8")
         found = json.loads(text) if text.lstrip().startswith("{") else tomllib.loads(text)  # 2.0 has TOML in both
-    except (ValueError, UnicodeDecodeError) as error:
-        raise RotorstudyError(f"{path}: not a readable .toml or .json file ({error})") from None
+        found = found if isinstance(found, dict) else {}
     parts = [(key.split("_")[0], part) for key, part in found.items() if isinstance(part, dict) and key != "parameters"]
     if not any(name == "ShaftElement" for name, _ in parts):
         raise RotorstudyError(f"{path}: no ShaftElement; give a file written by Rotor.save of ROSS")
@@ -110,37 +108,62 @@ def _parts(path):
 
 
 def _shaft(shaft, path, said):
-    """Elements of the shaft here, and {node of ROSS: node here}."""
-    shaft = sorted(shaft, key=lambda part: part["n"])
-    if [part["n"] for part in shaft] != list(range(len(shaft))):
-        raise RotorstudyError(
-            f"{path}: shaft elements at the nodes {[part['n'] for part in shaft]}; each stretch must be one element; "
-            "layers and several rotors are not read, replace them by one element of the same stiffness and mass"
-        )
+    """Elements of the shaft here, and {node of ROSS: node here}. Parallel elements are a shaft and its layers."""
+    at = {n: [part for part in shaft if part["n"] == n] for n in sorted({part["n"] for part in shaft})}
+    if list(at) != list(range(len(at))):
+        raise RotorstudyError(f"{path}: shaft elements at the nodes {list(at)}; several shafts are not read, save one")
     elements, node_of, node = [], {0: 1}, 1
-    for part in shaft:
-        pieces = _pieces(part)
-        elements += [{**piece, **_material(part["material"])} for piece in pieces]
-        node += len(pieces)
-        node_of[part["n"] + 1] = node
-        for key, words in LEFT_OUT.items():
-            if part.get(key):
-                said.append(f"'{part['tag']}': {words} = {part[key]:g} is left out")
-        if len(pieces) > 1:
-            said.append(f"'{part['tag']}': a cone, here {STEPS} cylinders, so that further nodes have other numbers")
+    for n, parts in at.items():
+        inner, *layers = sorted(parts, key=lambda part: (part["material"]["E"] < LIMP * _stiffest(parts), part["odl"]))
+        if len({part["L"] for part in parts}) > 1:
+            raise RotorstudyError(f"{path}: parallel shaft elements at the node {n} differ in length; save them as one")
+        steps = STEPS if any(_is_cone(part) for part in parts) else 1
+        for place in (np.arange(steps) + 0.5) / steps:
+            force = {"axial_force_N": inner["axial_force"]} if inner.get("axial_force") else {}
+            elements.append({"length_m": inner["L"] / steps, **_section(inner, place), **_material(inner), **force})
+            if layers:
+                elements[-1]["layers"] = [_layer(layer, inner, place) for layer in layers]
+        node += steps
+        node_of[n + 1] = node
+        said += ["torque of the shaft is left out"] * any(part.get("torque") for part in parts)
+        if steps > 1:
+            said.append(f"cones: each {STEPS} cylinders here, so that further nodes have other numbers")
+        if layers:
+            said.append("parallel shaft elements: layers here, which stay plane with the shaft")
     return elements, node_of
 
 
-def _pieces(part):
-    """The element as a cylinder, or as several if it is a cone, each of the diameters in its middle."""
-    outer, inner = ((part[f"{d}l"], part.get(f"{d}r", part[f"{d}l"])) for d in ("od", "id"))
-    steps = 1 if outer[0] == outer[1] and inner[0] == inner[1] else STEPS
-    found = []
-    for place in (np.arange(steps) + 0.5) / steps:
-        diameters = [float(left + place * (right - left)) for left, right in (outer, inner)]
-        found.append({"length_m": part["L"] / steps, "outer_diameter_m": diameters[0]})
-        found[-1] |= {"inner_diameter_m": diameters[1]} if diameters[1] else {}
-    return found
+def _stiffest(parts):
+    return max(part["material"]["E"] for part in parts)
+
+
+def _is_cone(part):
+    return any(part.get(f"{d}r", part[f"{d}l"]) != part[f"{d}l"] for d in ("od", "id"))
+
+
+def _section(part, place):
+    """The diameters at a place from 0 to 1 of an element."""
+    outer, inner = (float((1 - place) * part[f"{d}l"] + place * part.get(f"{d}r", part[f"{d}l"])) for d in ("od", "id"))
+    return {"outer_diameter_m": outer} | ({"inner_diameter_m": inner} if inner else {})
+
+
+def _layer(layer, shaft, place):
+    """A layer; one of next to no modulus has mass only."""
+    limp = layer["material"]["E"] < LIMP * shaft["material"]["E"]
+    material = {"youngs_modulus_Pa": 0, "density_kg_per_m3": layer["material"]["rho"]} if limp else _material(layer)
+    return {"inner_diameter_m": 0.0, **_section(layer, place), **material}
+
+
+def _shaft_damping(shaft, said):
+    """The effect of damping in proportion to the stiffness, if every element has the same; the rest is left out."""
+    if any(part.get("alpha") for part in shaft):
+        said.append("damping in proportion to the mass of the shaft is left out (mass_proportional_damping has discs)")
+    beta = {float(part.get("beta") or 0.0) for part in shaft}
+    if len(beta) > 1:
+        said.append("damping in proportion to the stiffness of some elements is left out (see internal_damping)")
+    if len(beta) > 1 or not any(beta):
+        return []
+    return [{"kind": "stiffness_proportional_damping", "stiffness_proportional_damping_s": beta.pop()}]
 
 
 def _common(elements):
@@ -150,7 +173,8 @@ def _common(elements):
     return {**shared, "elements": [{k: v for k, v in one.items() if k not in shared} for one in elements]}
 
 
-def _material(material):
+def _material(part):
+    material = part["material"]
     return {
         "youngs_modulus_Pa": material["E"],
         "poissons_ratio": round(material["E"] / (2 * material["G_s"]) - 1, 12),
@@ -178,40 +202,75 @@ def _disc(part, node):
     return {"node": node, **label, "mass_kg": part["m"], **moments}
 
 
-def _bearing(part, node, said):
+def _coefficients(part, path):
+    """{"stiffness_N_per_m": {direction: values}, ...} in the axes here; as many values as the table has speeds."""
+    count = max(len(_speeds(part)), 1)
+    values = {}
+    for name, letter in COEFFICIENTS.items():
+        values[name] = {o: [sign * v + 0.0 for v in _listed(part.get(letter + i))] for o, (i, sign) in OURS.items()}
+        for direction, found in values[name].items():
+            if len(found) not in (0, count):
+                raise RotorstudyError(
+                    f"{path}: bearing '{part.get('tag')}' has {len(found)} values of {letter}{OURS[direction][0]} and "
+                    f"{len(_speeds(part))} speeds; save it with 'frequency' or 'speed' of as many values"
+                )
+    return values
+
+
+def _speeds(part):
+    """Speeds of a table, rad/s; CylindricalBearing and BearingFluidFlow have names of their own for them."""
+    return next((found for key in ("frequency", "speed", "omega") if (found := _listed(part.get(key)))), [])
+
+
+def _bearing(part, node, values, said):
     """A bearing with constant coefficients, or with a table over speed."""
-    label, speeds = str(part.get("tag") or f"node {node}"), _listed(part.get("frequency"))
-    if any(np.any(_listed(part.get(f"m{direction}"))) for direction in OURS):
-        said.append(f"bearing '{label}': its mass coefficients are left out; add an item of point_masses of the rotor")
+    label, speeds = str(part.get("tag") or f"node {node}"), _speeds(part)
     start = {"node": node, "label": label}
-    values = {
-        name: {ours: [sign * v + 0.0 for v in _listed(part.get(letter + its))] for ours, (its, sign) in OURS.items()}
-        for name, letter in COEFFICIENTS.items()
-    }
-    if len(speeds) > 1:
-        said.append(f"bearing '{label}': its table, between whose speeds ROSS has a spline, is linear here")
+    massive = any(map(np.any, values["mass_kg"].values()))
+    if len(speeds) > 1 or massive:
         tables = {name: {d: v for d, v in table.items() if np.any(v)} for name, table in values.items()}
+        if len(speeds) < 2:
+            tables = {name: {d: 2 * v for d, v in table.items()} for name, table in tables.items()}
+            speeds = [0.0, FASTEST]
+        else:
+            said.append("tables of bearings and seals, between whose speeds ROSS has a spline, are linear here")
+        tables = {name: table for name, table in tables.items() if table or name == "stiffness_N_per_m"}
         return {"kind": "speed_tabulated", **start, "speeds_rad_per_s": speeds, **tables}
-    crossed = any(np.any(table[d]) for table in values.values() for d in ("xy", "yx"))
+    crossed = any(map(np.any, (values[name][d] for name in list(values)[:2] for d in ("xy", "yx"))))
     found = {"kind": "linear", **start, "coefficients": "full" if crossed else "anisotropic"}
-    for name, table in values.items():
+    for name in list(values)[:2]:
         quantity, unit = name.split("_", 1)
-        stated = {d: v[0] if v else 0.0 for d, v in table.items() if crossed or d in ("xx", "yy")}
+        stated = {d: v[0] if v else 0.0 for d, v in values[name].items() if crossed or d in ("xx", "yy")}
         found |= {f"bearing_{quantity}_{d}_{unit}": value for d, value in stated.items()}
     return found
 
 
-def _seal(part, node, said):
-    """The effect of a seal with constant coefficients that are the same in all directions; others are left out."""
-    label = str(part.get("tag") or f"seal {node}")
-    k, c = ({d: _listed(part.get(letter + d)) or [0.0] for d in OURS} for letter in "kc")
-    constant = all(len(values) == 1 for values in [*k.values(), *c.values()])
-    massless = not any(np.any(_listed(part.get(f"m{d}"))) for d in OURS)
-    if not (constant and massless and _is_isotropic(k) and _is_isotropic(c)):
-        said.append(
-            f"seal '{label}' at node {node} is LEFT OUT, as its coefficients depend on speed or direction or have a "
-            "mass; state an effect seal with the coefficients at running speed (rotorstudy plugins --name seal)"
+def _pedestal(part, node, support, path):
+    """A bearing on a support: its base, a bearing to the ground, and its point masses."""
+    bases = [one for one in support if "kxx" in one]
+    values = [_coefficients(one, path) for one in (part, *bases)]
+    parts = [
+        found[name][d] for found in values for name in found for d in found[name] if d in ("xy", "yx") or name[0] == "m"
+    ]
+    if len(bases) != 1 or any(len(_speeds(one)) > 1 for one in (part, *bases)) or any(map(np.any, parts)):
+        raise RotorstudyError(
+            f"{path}: bearing '{part.get('tag')}' is on a support; a flexible_pedestal has constant coefficients "
+            "without cross coupling, of the bearing and of one base, and a point mass: save the rotor without supports"
         )
+    found = {"kind": "flexible_pedestal", "node": node, "label": str(part.get("tag") or f"node {node}")}
+    for name, one in zip(("bearing", "pedestal"), values, strict=True):
+        for quantity in ("stiffness_N_per_m", "damping_N_s_per_m"):
+            found[f"{name}_{quantity}"] = {d: (one[quantity][d] or [0.0])[0] for d in ("xx", "yy")}
+    masses = [one for one in support if "kxx" not in one]
+    of = {d: sum(one.get(key) or one.get("m") or 0.0 for one in masses) for d, key in (("xx", "my"), ("yy", "mx"))}
+    return found | {"pedestal_mass_kg": of}
+
+
+def _seal(part, node, values):
+    """The effect of a seal with constant coefficients that are the same in all directions; [] for another one."""
+    label = str(part.get("tag") or f"seal {node}")
+    k, c, m = ({d: found or [0.0] for d, found in table.items()} for table in values.values())
+    if len(_speeds(part)) > 1 or np.any(list(m.values())) or not (_is_isotropic(k) and _is_isotropic(c)):
         return []
     return [
         {
@@ -248,3 +307,8 @@ def _unbalance(rotor, parameters, said):
 def _listed(value):
     """Numbers of a coefficient, [] if there is none."""
     return [] if value is None else [float(v) for v in np.ravel(value)]
+
+
+def _each_once(said):
+    """Sentences, each once, with how often it was said."""
+    return [f"{one} ({n} times)" if (n := said.count(one)) > 1 else one for one in dict.fromkeys(said)]

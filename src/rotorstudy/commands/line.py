@@ -5,7 +5,9 @@ import contextlib
 import json
 import logging
 import os
+import signal
 import sys
+import threading
 import time
 
 from rotorstudy import __version__
@@ -23,11 +25,12 @@ from rotorstudy.commands import (
     plugins,
     simulate,
 )
-from rotorstudy.errors import RotorstudyError
+from rotorstudy.errors import MissingValue, RotorstudyError
 from rotorstudy.model.registry import blamed, registry
 from rotorstudy.model.shown_units import QUANTITY, asked, shown_for
 
 COMMANDS = (demo, analyse, simulate, import_records, identify, diagnose, compare, balance, plugins, new, check, blind)
+INTERRUPTED, TERMINATED = 130, 143  # statuses, 128 and the number of the signal
 QUIET_S = 5.0  # seconds after which a detail is shown
 EPILOG = """examples:
   rotorstudy demo
@@ -131,6 +134,14 @@ def show_progress(stream):
     return handler
 
 
+class _Terminated(KeyboardInterrupt):
+    """The signal that `kill` and schedulers of clusters send."""
+
+
+def _terminate(number, frame):
+    raise _Terminated
+
+
 def main(arguments=None):
     """Run the command line.
 
@@ -143,7 +154,7 @@ def main(arguments=None):
     -------
     int
         The exit status: 0; 1 after an error, which is printed in one line, or if a check found one; 2 for a command
-        line that cannot be read.
+        line that cannot be read; 130 or 143 if interrupted or terminated.
     """
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
@@ -153,22 +164,25 @@ def main(arguments=None):
     given = commands.parse_args(arguments)
     if sys.stderr.isatty() and not given.quiet:
         show_progress(sys.stderr)
+    if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL and threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGTERM, _terminate)  # so that partial files are removed
     try:
         return run(given)
+    except MissingValue as error:
+        message = f"{given.rig}: {error}"
     except RotorstudyError as error:
         message = error
     except BrokenPipeError:  # the reader of the output has closed it, as `| head` does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
-    except SystemExit as error:
-        message = blamed(error)
-        if not message:
-            raise
+    except KeyboardInterrupt as error:
+        print("stopped; files that were finished are kept", file=sys.stderr)
+        return TERMINATED if isinstance(error, _Terminated) else INTERRUPTED
     except UnicodeError as error:
         message = blamed(error) or f"a name that this locale cannot write ({error}); set PYTHONUTF8=1"
     except (OSError, MemoryError) as error:
         message = blamed(error) or f"{type(error).__name__}: {error}"
-    except Exception as error:
+    except BaseException as error:  # a plugin may raise any
         message = blamed(error)
         if not message:
             raise

@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from rotorstudy.errors import RotorstudyError
+from rotorstudy.errors import MissingValue
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.response.measured import measured_response, measured_response_and_jacobian
@@ -61,7 +61,7 @@ def whitened_prediction(
     full[..., position] = theta
     if np.isnan(full).any():
         missing = [model.names[p] for p in np.flatnonzero(np.isnan(full).reshape(-1, full.shape[-1]).any(axis=0))]
-        raise RotorstudyError(f"{', '.join(missing)}: neither among the unknowns nor given a value")
+        raise MissingValue(f"{', '.join(missing)}: neither among the unknowns nor given a value")
     order = carried_order(spectrum, model) if order is None else order
     shown, change = _response(model, spectrum, full, order)
     found = spectrum.whitened(np.stack([shown, *np.moveaxis(change[..., position], -1, 0)]))

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from rotorstudy.errors import RotorstudyError
+from rotorstudy.errors import MissingValue
 from rotorstudy.model.model import Model
 from rotorstudy.model.rig_numbers import uncertain_numbers
 
@@ -107,7 +107,7 @@ def prior_of(model: Model, uncertainty: dict[str, float]) -> Prior:
         for parameter in term.parameters:
             value = term.values.get(parameter.name)
             if value is None:
-                raise RotorstudyError(f"{term.full_name(parameter)} has no value; the rig needs one to be diagnosed")
+                raise MissingValue(f"{term.full_name(parameter)} has no value; the rig needs one to be diagnosed")
             full = term.full_name(parameter)
             share = uncertainty.get(full, uncertainty.get(parameter.name, uncertainty.get("default", 0.1)))
             std = share * (abs(value) or parameter.typical)

@@ -39,19 +39,7 @@ class Analysed:
 
 
 def analyse(raw, with_signals=True):
-    """Harmonics of one RawRecord with their covariance, the clean record, facts and findings.
-
-    Parameters
-    ----------
-    raw : RawRecord
-    with_signals : bool
-        Whether the clean record is wanted.
-
-    Returns
-    -------
-    Analysed
-        Without harmonics and record after an error.
-    """
+    """The Analysed of a RawRecord: harmonics with covariance, the clean record if wanted, facts and findings."""
     where, harmonics = raw.where, np.array(raw.conventions.harmonics)
     facts = RecordFacts(where, {node: NodeFacts() for node in raw.nodes})
     facts.label = np.nan if raw.label is None else raw.label

@@ -4,12 +4,16 @@ Each function(path, conventions) returns the names of the channels and a functio
 """
 
 import re
+import struct
+import subprocess
+import sys
 
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError, reading
 from rotorstudy.measurement.text_table import header_of, layout_hint, numbers_in
 
+MATRIX, COMPRESSED = 14, 15  # types of the elements of a MATLAB file
 TOLERANCE = 1e-6  # of the length of a record: difference of the times of two of its channels
 
 
@@ -36,6 +40,7 @@ def open_matlab(path, conventions):
     from scipy.io import loadmat
 
     with reading("MATLAB file", path):
+        _check_survived(path)
         try:
             found = loadmat(path, squeeze_me=True, struct_as_record=False)
         except NotImplementedError:  # scipy's error for MATLAB 7.3, which is HDF5
@@ -55,6 +60,28 @@ def open_matlab(path, conventions):
         if not name.startswith("__"):
             collect(name, value)
     return list(vectors), lambda name: np.asarray(vectors[name], float)
+
+
+def _check_survived(path):
+    """Raise for a damaged file that ends the process in scipy 1.17, by reading it in another one.
+
+    One whose elements are all compressed has checksums, so that damage is an error. Version 4 has no elements.
+    """
+    kinds = {MATRIX}
+    with path.open("rb") as file:
+        start, at, end = file.read(128), 128, file.seek(0, 2)
+        if start[124:126] in (b"\0\2", b"\2\0"):  # 7.3, which is not read
+            return
+        while 0 not in start[:4] and at < end:
+            file.seek(at)
+            kind, size = struct.unpack(">II" if start[126:] == b"MI" else "<II", file.read(8))
+            kinds, at = {kind, *kinds} if at > 128 else {kind}, at + 8 + size
+            if at > end or kind not in (MATRIX, COMPRESSED):
+                raise ValueError("it is damaged or cut off")
+    if MATRIX in kinds:
+        code = "import sys; from scipy.io import loadmat; loadmat(sys.argv[1], squeeze_me=True, struct_as_record=False)"
+        if subprocess.run([sys.executable, "-c", code, str(path)], capture_output=True).returncode < 0:
+            raise ValueError("it is damaged")
 
 
 def open_uff(path, conventions):

@@ -43,23 +43,10 @@ class Column(NamedTuple):
 
 
 def guess_measurement(path, nodes):
-    """The section `measurement:` by which a record file can probably be read.
+    """The Guess of a section `measurement:` by which a record, or a table of amplitude and phase, can probably be read.
 
-    Parameters
-    ----------
-    path : path
-        Record, or table of a probe's amplitude and phase.
-    nodes : sequence of int
-        Nodes of the rig for the planes of probes, in the order in which they are given away.
-
-    Returns
-    -------
-    Guess
-
-    Raises
-    ------
-    RotorstudyError
-        If the file cannot be read, or has no channel that may be a probe.
+    nodes  : of the rig for the planes of probes, in the order in which they are given away
+    raises : RotorstudyError if the file cannot be read, or has no channel that may be a probe
     """
     path = existing(path)
     kind = kind_of(path)

@@ -26,11 +26,7 @@ def spectral_lines(time, speed, harmonics):
 def fit_basis(signal, basis, window=1.0):
     """Least squares of a signal (..., time) on a basis (..., harmonic, time), samples weighted by a window (time,).
 
-    Returns
-    -------
-    amplitude : (..., harmonic) complex, in the unit of the signal
-    residual : (..., time), signal minus fit
-    inverse : (..., harmonic, harmonic), of the normal matrix
+    returns : amplitude (..., harmonic) and residual (..., time) in the unit of the signal; inverse of the normal matrix
     """
     weighted = basis.conj() * window
     inverse = np.linalg.inv(weighted @ np.swapaxes(basis, -1, -2))

@@ -176,22 +176,10 @@ def steady_turning(speed, time):
 
 
 def mark_times(record, drifting=False):
-    """Times at which the phase mark of a Record passed: its own marks, or the centres of its keyphasor pulses.
+    """(revolution,) s when the phase mark of a Record passed: its own marks, or the centres of its keyphasor pulses.
 
-    Parameters
-    ----------
-    record : Record
-    drifting : bool
-        Take the speed from the pulses, so that it may drift and its label may be wrong.
-
-    Returns
-    -------
-    (revolution,) s
-
-    Raises
-    ------
-    RotorstudyError
-        If there is no keyphasor, or if its pulses are not one a revolution.
+    drifting : take the speed from the pulses, so that it may drift and its label may be wrong
+    raises   : RotorstudyError if there is no keyphasor, or if its pulses are not one a revolution
     """
     if record.marks is None and record.keyphasor is None:
         raise RotorstudyError(f"{record.where}: no keyphasor; record one, or use a reference signal")

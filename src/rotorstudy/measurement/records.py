@@ -46,13 +46,7 @@ def keyphasor_signal(speed, time, width_rad=0.1):
 
 
 def records_dataset(records):
-    """Records of one time base as a Dataset, as `simulate` writes it and `read_measurement` reads it.
-
-    Returns
-    -------
-    Dataset
-        displacement (speed, node, direction, time) m, reference (speed, time), keyphasor (speed, time) V
-    """
+    """Records of one time base as a Dataset, as `simulate` writes it and `read_measurement` reads it."""
     z = np.array([record.displacement for record in records])
     displacement = np.stack([z.real, z.imag], axis=2)
     variables = {"displacement": (("speed", "node", "direction", "time"), displacement, "m", "shaft displacement")}

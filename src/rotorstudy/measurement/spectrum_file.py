@@ -23,19 +23,7 @@ LARGEST_NODE = 10**6
 
 
 def measurement_dataset(measurement):
-    """A Measurement as a Dataset: spectrum, covariance, facts and findings.
-
-    Returns
-    -------
-    Dataset
-        amplitude (speed, harmonic, node, part) m; covariance (speed, node, component, other_component) m^2; facts
-        (record) and (record, node); finding_severity, finding_name, finding_where, finding_text (finding)
-
-    Raises
-    ------
-    RotorstudyError
-        If no record is usable.
-    """
+    """A Measurement as a Dataset: spectrum, covariance, facts and findings; RotorstudyError if no record is usable."""
     spectrum, facts, findings = measurement.spectrum, measurement.facts, measurement.findings
     if spectrum is None:
         raise RotorstudyError("no record is usable; see the findings")

@@ -2,6 +2,7 @@
 
 import codecs
 import csv
+import io
 import json
 import re
 import warnings
@@ -18,6 +19,7 @@ from rotorstudy.measurement.conventions import WHITESPACE, CsvLayout
 LINES = 400  # read for a guess
 FIRST = 1 << 16  # bytes, of which one at least is no space
 ROWS = 3  # at least of data
+LONGEST = 1000  # characters in a cell of a table
 SEPARATORS = (";", "\t", ",", WHITESPACE[0])
 COMMENTS = ("#", "%", "//")  # at the start of lines between the rows
 MISSING = {"", "nan", "-nan", "na", "n/a", "n.a.", "#n/a", "#na", "<na>", "null", "none", "-", "--", "---"}
@@ -39,18 +41,7 @@ class Layout(NamedTuple):
 def guess_layout(path):
     """The Layout of a text file with one row of names and rows of numbers below it.
 
-    Parameters
-    ----------
-    path : path
-
-    Returns
-    -------
-    Layout
-
-    Raises
-    ------
-    RotorstudyError
-        If there is no such file, or no table of numbers below a row of names.
+    raises : RotorstudyError if there is no such file, or no such table in it
     """
     with _opened(path) as file:
         lines = list(islice(file, LINES))
@@ -168,6 +159,8 @@ def text_in(path, layout):
 
     lines, rows = [], []
     for line, cells in rows_of(path, layout):
+        if any(len(cell) > LONGEST for cell in cells):
+            raise RotorstudyError(f"{path}, line {line}: a cell of more than {LONGEST} characters; correct it")
         lines.append(line)
         rows.append([_with_point(cell, f"{path}, line {line}") for cell in cells] if layout.decimal == "," else cells)
     if not rows:
@@ -196,13 +189,19 @@ def cells_in(line, separator):
 
 
 def _opened(path):
-    """The file as text without its byte order mark: UTF-8, UTF-16, or else Windows-1252."""
+    """A file as text, see `decoded`."""
     path = Path(path)
     if not path.is_file():
         raise RotorstudyError(f"record file '{path}' does not exist")
-    with path.open("rb") as file:
-        first = file.read(FIRST)
+    return decoded(path.open("rb"), path)
+
+
+def decoded(file, path):
+    """An open file of bytes as text without its byte order mark: UTF-8, UTF-16, or else Windows-1252."""
+    first = file.read(FIRST)
+    file.seek(0)
     if not first.strip():
+        file.close()
         raise RotorstudyError(f"{path}: the file is empty; export it again, or leave it out")
     if first.startswith((b"\xff\xfe", b"\xfe\xff")):
         encoding = "utf-16"
@@ -214,7 +213,7 @@ def _opened(path):
             encoding = "utf-8-sig"
         except UnicodeDecodeError:
             encoding = "cp1252"
-    return path.open(encoding=encoding, errors="replace")
+    return io.TextIOWrapper(file, encoding, errors="replace")
 
 
 def _with_point(cell, where):

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from rotorstudy.errors import RotorstudyError, unknown_name
+from rotorstudy.errors import MissingValue, RotorstudyError, unknown_name
 from rotorstudy.model.terms import Term, Unknown
 
 
@@ -57,11 +57,11 @@ class Amplitudes:
 
         Raises
         ------
-        RotorstudyError
+        MissingValue
             Naming the amplitudes without a value.
         """
         if self.unstated:
-            raise RotorstudyError(f"no value for {', '.join(self.unstated)}; give one in the rig file to simulate")
+            raise MissingValue(f"no value for {', '.join(self.unstated)}; give one in the rig file to simulate")
 
     def position(self, names: Iterable[str]) -> np.ndarray:
         """Positions of amplitudes in `theta`.

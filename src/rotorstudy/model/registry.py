@@ -69,7 +69,9 @@ class Registry:
             self._manager.check_pending()
             asked = [hook.name.removeprefix("rotorstudy_") for hook in self._manager.get_hookcallers(module)]
             found = [(kind, plugin) for kind in asked for plugin in _plugins_of(kind, self._given.get(kind))]
-        except (Exception, SystemExit) as error:
+        except BaseException as error:  # of any kind, but for a person who interrupts
+            if isinstance(error, KeyboardInterrupt):
+                raise
             self.failures.append(f"plugin {_blame(place, error)}: {_said(error)}")
             if module and self._manager.is_registered(module):
                 self._manager.unregister(module)

@@ -13,7 +13,7 @@ from rotorstudy.model.options import check_options, plain
 from rotorstudy.model.plugin_results import check_structure
 from rotorstudy.model.reading import Reading
 from rotorstudy.model.registry import registry
-from rotorstudy.model.rig_items import kind_of, make_term, without_kind
+from rotorstudy.model.rig_items import kind_of, make_term, named, without_kind
 from rotorstudy.model.structure import Origin
 from rotorstudy.model.uncertainty import with_uncertainty
 from rotorstudy.yaml_file import read_yaml
@@ -21,6 +21,7 @@ from rotorstudy.yaml_file import read_yaml
 SECTIONS = {"rotor": "rotor", "cracks": "crack", "bearings": "bearing", "effects": "effect"}
 # `measurement` is read by rotorstudy.measurement, `diagnosis` by rotorstudy.diagnosis, `units` by shown_units
 OTHER = ("sensors", "static_deflection_m", "prior", "measurement", "diagnosis", "units")
+SMALLEST, LARGEST = 1e-30, 1e30  # sizes of numbers in a rig; their fourth powers, and quotients of those, are numbers
 SPEEDS_TRIED = 12  # halved each time, to find one at which a bearing is defined
 
 
@@ -122,12 +123,14 @@ def build_model(rig: dict, where: str = "the rig", reading: Reading | None = Non
     for key in rig:
         if key not in {*SECTIONS, *OTHER}:
             raise unknown_name("section", key, [*SECTIONS, *OTHER], where)
+    _check_sizes(rig, where)
     if "rotor" not in rig:
         raise RotorstudyError(f"section 'rotor' is missing in {where}")
     place = f"{where}, rotor"
     plugin = registry().get("rotor", kind_of(rig["rotor"], place), place)
     options = check_options(plugin.function, without_kind(rig["rotor"]), place)
-    structure = plugin.function(**options)
+    with named(place):
+        structure = plugin.function(**options)
     check_structure(structure, plugin, place)
     origin = Origin(plugin.function, options, plugin.uncertain)
     bearing_nodes = tuple(item["node"] for item in _at_nodes(rig.get("bearings")))
@@ -159,6 +162,15 @@ def build_model(rig: dict, where: str = "the rig", reading: Reading | None = Non
     if rig.get("prior") is None:
         return model
     return with_uncertainty(model, rig["prior"], f"{where}, prior")
+
+
+def _check_sizes(given, where, key=""):
+    """Raise for a number that no machine has in any unit: its powers would leave the range of numbers."""
+    inside = given.items() if isinstance(given, dict) else enumerate(given) if isinstance(given, (list, tuple)) else ()
+    for name, value in inside:
+        _check_sizes(value, where, f"{key}[{name}]" if isinstance(name, int) else f"{key}.{name}".lstrip("."))
+    if isinstance(given, (int, float)) and given and not SMALLEST <= abs(given) <= LARGEST and np.isfinite(given):
+        raise RotorstudyError(f"{key} = {given!r} in {where}: must be from {SMALLEST:g} to {LARGEST:g} in size, or 0")
 
 
 def _check_together(structure, terms, where):
@@ -221,6 +233,8 @@ def _held_deflection(given, structure, where):
         raise RotorstudyError(f"static_deflection_m = {given!r} in {where}: must be a mapping of nodes to metres")
     held = np.zeros(len(structure.dofs))
     for node, value in given.items():
+        if node not in structure.nodes:
+            raise unknown_name("node", node, structure.nodes, f"{where}, static_deflection_m")
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not np.isfinite(value):
             raise RotorstudyError(f"static_deflection_m of node {node} = {value!r} in {where}: must be a finite number")
         held[structure.index(node)] = value

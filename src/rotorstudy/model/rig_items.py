@@ -68,7 +68,7 @@ def make_term(
         options = check_options(plugin.function, {k: v for k, v in given.items() if k in names}, where, fixed, left)
     if section == "bearing":  # stated, so that it is a number of the bearing like others
         missing = {name: value for name, value in plugin.defaults.items() if options[name] is None}
-        with _named(where):
+        with named(where):
             options |= {name: value(structure, options.get("node")) for name, value in missing.items()}
     function = crack_parameters if section == "crack" else plugin.function
     parameters = _parameters(plugin, function, fixed, options, where)
@@ -147,7 +147,7 @@ def _fixed(plugin, section, structure, sensors):
 
 def _parameters(plugin, function, fixed, options, where):
     """The parameters that a plugin gives, checked."""
-    with _named(where):
+    with named(where):
         found = function(**fixed, **options)
     parameters, on_output = check_parameters(found, plugin, where), getattr(plugin, "acts_on", "rotor") == "output"
     check_shapes(parameters, len(fixed["sensors"]) if on_output else len(fixed["structure"].dofs), plugin, where)
@@ -155,7 +155,7 @@ def _parameters(plugin, function, fixed, options, where):
 
 
 @contextmanager
-def _named(where):
+def named(where):
     """Context in which an error of the package is raised with the place it is about."""
     try:
         yield
@@ -220,6 +220,8 @@ def kind_of(item, where):
     """The name of the plugin of an item."""
     if not isinstance(item, dict) or "kind" not in item:
         raise RotorstudyError(f"key 'kind' is missing in {where}")
+    if wrong := [key for key in item if not isinstance(key, str)]:
+        raise RotorstudyError(f"key {wrong[0]!r} in {where}: must be a name; write a text")
     if not isinstance(item["kind"], str):
         raise RotorstudyError(f"kind = {item['kind']!r} in {where}: must be the name of a plugin")
     return item["kind"]

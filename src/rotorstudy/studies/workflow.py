@@ -86,7 +86,7 @@ def job(snakemake):
     with path.open("w", encoding="utf-8") as log, redirect_stdout(log), redirect_stderr(log):
         try:
             yield
-        except (Exception, SystemExit) as error:  # a plugin may call sys.exit
+        except BaseException as error:  # a plugin may raise any, or call sys.exit
             message = error if isinstance(error, RotorstudyError) else blamed(error)
             if not message:
                 raise

@@ -39,7 +39,9 @@ def outcomes(plugin):
 def _outcome(check, plugin):
     try:
         check(plugin)
-    except (Exception, SystemExit) as error:
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # a plugin may raise any
         said = " ".join(str(error).split()) or type(error).__name__
         told = isinstance(error, (BrokenInvariant, RotorstudyError))
         return Outcome(check.__doc__, "fails", said if told else blamed(error) or f"{type(error).__name__}: {said}")

@@ -1,0 +1,179 @@
+"""Damaged files of every kind give numbers or one line: 20,000 inputs always, a million on request.
+
+`ROTORSTUDY_FUZZ=1000000 ROTORSTUDY_FUZZ_SEED=7 pytest tests/errors/test_fuzz_readers.py` tries as many from there.
+The files are small ones of every reader, and the pieces are what earlier versions answered with a traceback or a wrong
+number.
+"""
+
+import os
+import random
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rotorstudy import RotorstudyError, build_model
+from rotorstudy.authoring.ross_model import read_ross
+from rotorstudy.measurement import text_table
+from rotorstudy.measurement.channels import open_csv, open_matlab, open_uff
+from rotorstudy.measurement.conventions import Conventions
+from rotorstudy.measurement.guess import guess_measurement
+from rotorstudy.measurement.probe_tables import read_probe_table
+from rotorstudy.measurement.tables import read_table
+from rotorstudy.yaml_file import read_yaml
+
+INPUTS = int(os.environ.get("ROTORSTUDY_FUZZ", "20000"))
+SEED = int(os.environ.get("ROTORSTUDY_FUZZ_SEED", "1"))
+ROOT = Path(__file__).parents[2]
+PROBES = [{"channel": "x", "node": 1, "angle_deg": 0, "unit": "um"}, {"channel": "y", "node": 1, "angle_deg": 90}]
+GIVEN = {"harmonics": [1, -1], "probes": PROBES}
+PIECES = [
+    b"",
+    b",",
+    b",,",
+    b";",
+    b"\t",
+    b'"',
+    b"\n",
+    b"\r\n",
+    b"\0",
+    b"\xff",
+    b"\xef\xbb\xbf",
+    b"nan",
+    b"inf",
+    b"-",
+    b"#",
+]
+PIECES += [
+    b"1e300",
+    b"1e-320",
+    b"9" * 5000,
+    b"1_0",
+    b"1.234,5",
+    b"null:",
+    b"1:",
+    b"[",
+    b"{",
+    b"- ",
+    b"&a *a",
+    b"x",
+    b" ",
+]
+TEXTS = {
+    "waves": b"time,x,y,key\n0,1,2,0\n1,2,1,5\n2,1,2,0\n3,2,1,5\n",
+    "trailing": b"time,x,y,key\n0,1,2,0,\n1,2,1,5,\n2,1,2,0,\n3,2,1,5,\n",
+    "commas": b"time;x;y\ns;um;um\n0,5;1,25;2\n1,5;1;2,5\n2,5;1;1\n3,5;;2\n",
+    "harmonics": b"speed_rpm,node,harmonic,amplitude_um,phase_deg\n100,1,1,1,20\n100,1,-1,2,30\n200,1,1,1,2\n",
+    "probes": b"speed_rpm,probe,amplitude_um,phase_deg\n100,x,1.5,20\n100,y,2.5,30\n200,x,1,2\n200,y,2,3\n",
+    "wide": b"Speed (rpm),x 1X Amp (um),x 1X Phase (deg)\n100,1,2\n200,2,3\n300,3,4\n",
+}
+
+
+def seeds(folder):
+    """{kind: files}: text, rigs, rotors of ROSS, MATLAB and UFF."""
+    import pyuff
+    from scipy.io import savemat
+
+    savemat(mat := BytesIO(), {"time": np.arange(4.0), "x": np.eye(2), "s": {"y": np.arange(4)}}, do_compression=True)
+    given = dict.fromkeys(("id2", "id3", "id4", "id5", "rsp_ent_name", "ref_ent_name"), "") | {"id1": "a", "binary": 0}
+    given |= dict.fromkeys(("ver_num", "load_case_id", "orddenom_spec_data_type", "z_axis_spec_data_type"), 0)
+    given |= {
+        "func_type": 1,
+        "rsp_node": 1,
+        "rsp_dir": 1,
+        "ref_node": 1,
+        "ref_dir": 1,
+        "ord_data_type": 4,
+        "num_pts": 8,
+    }
+    given |= {"abscissa_spacing": 1, "abscissa_min": 0.0, "abscissa_inc": 0.1, "z_axis_value": 0.0}
+    given |= {"abscissa_spec_data_type": 17, "ordinate_spec_data_type": 8, "x": np.arange(8) / 10, "data": np.ones(8)}
+    pyuff.UFF(str(folder / "seed.uff")).write_sets([pyuff.prepare_58(**given)], mode="add")
+    rig = (ROOT / "examples" / "jeffcott.yaml").read_bytes()
+    ross = (ROOT / "tests/measured/ross/models/supports.toml").read_bytes()
+    uff = (folder / "seed.uff").read_bytes()
+    return {"text": [*TEXTS.values()], "rig": [rig], "ross": [ross], "mat": [mat.getvalue()], "uff": [uff]}
+
+
+SHARES = {"text": 0.96, "rig": 0.005, "ross": 0.015, "mat": 0.015, "uff": 0.005}  # by what a reading takes
+
+
+def damaged(content, rng):
+    """Bytes with one to three places replaced by pieces, cut out, or repeated."""
+    for _ in range(rng.randint(1, 3)):
+        at = rng.randrange(len(content) + 1)
+        to = min(len(content), at + rng.choice((0, 1, 1, 2, 9)))
+        new = rng.choice(PIECES) if rng.random() < 0.8 else content[at : at + 20] * 2
+        content = content[:at] + new + content[to:]
+    return content
+
+
+def read(kind, path, rng):
+    """The numbers of a file, by one of the ways in which the package reads it."""
+    if kind == "text":
+        layout = rng.choice(({}, {}, {"separator": ";", "decimal": ",", "unit_rows": 1}, {"unit_rows": 1}))
+        stated, way = Conventions(**GIVEN, csv=layout), rng.randrange(8)
+        if way == 0:
+            return [guess_measurement(path, (1, 2, 3)).section["rotation"] == 0]
+        if way < 3:
+            return [
+                one for _, node, *_ in (read_table, read_probe_table)[way - 1](path, stated, (1,))[0] for one in node
+            ]
+        names, channel = open_csv(path, stated)
+    elif kind in ("mat", "uff"):
+        names, channel = (open_matlab if kind == "mat" else open_uff)(path, None)
+    else:
+        return [build_model(read_yaml(path)).stated] if kind == "rig" else [bool(read_ross(path).sections)]
+    return [channel(name) for name in names]
+
+
+@pytest.mark.filterwarnings("ignore::RuntimeWarning", "ignore::ResourceWarning", "ignore::UserWarning")
+@pytest.mark.parametrize("kind", SHARES)
+def test_damaged_files_give_numbers_or_one_line(kind, tmp_path, monkeypatch):
+    rng, path = (
+        random.Random(f"{SEED} {kind}"),
+        tmp_path / f"input.{ {'text': 'csv', 'rig': 'yaml', 'ross': 'toml'}.get(kind, kind) }",
+    )
+    refused, count = 0, max(50, round(INPUTS * SHARES[kind]))
+    contents = seeds(tmp_path)[kind]
+    path.touch()
+    for _ in range(count):
+        content = damaged(rng.choice(contents), rng)
+        if kind == "text":  # without the disk, which takes most of the time
+            monkeypatch.setattr(
+                text_table, "_opened", lambda path, file=content: text_table.decoded(BytesIO(file), path)
+            )
+        else:
+            path.write_bytes(content)
+        try:
+            found = read(kind, path, rng)
+        except RotorstudyError as error:
+            assert "\n" not in str(error)
+            refused += 1
+        except Exception as error:
+            raise AssertionError(f"{type(error).__name__}: {error}, for {content!r}") from error
+        else:
+            assert all(np.asarray(one).dtype.kind in "biuf" for one in found)
+    assert 0 < refused < count
+
+
+def test_a_matlab_file_that_ends_the_process_of_its_reader_is_refused(tmp_path):
+    """Sizes of arrays that are not compressed, and so have no checksum, are made larger."""
+    from scipy.io import savemat
+
+    path = tmp_path / "a.mat"
+    savemat(path, {"x": np.arange(4.0)})
+    assert open_matlab(path, None)[1]("x").tolist() == [0, 1, 2, 3]
+    content = bytearray(path.read_bytes())
+    at = content.index((5).to_bytes(4, "little") + (8).to_bytes(4, "little")) + 8  # the dimensions of the array
+    content[at : at + 8] = (2**30).to_bytes(4, "little") * 2
+    path.write_bytes(content)
+    with pytest.raises(RotorstudyError, match="not a readable MATLAB file"):
+        open_matlab(path, None)
+
+
+def test_the_seeds_themselves_are_read(tmp_path):
+    for name, content in TEXTS.items():
+        (tmp_path / "a.csv").write_bytes(content)
+        assert guess_measurement(tmp_path / "a.csv", (1, 2, 3)).said, name

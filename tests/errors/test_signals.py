@@ -1,0 +1,56 @@
+"""A person who interrupts, a scheduler that terminates, and plugins that raise what no program should."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from rotorstudy.model.registry import Registry
+
+SLOW = """
+import signal, sys, time
+from rotorstudy.commands import line, simulate
+from rotorstudy.store import atomic
+
+def slow(given):
+    with atomic(given.out) as temporary:
+        temporary.write_text("half")
+        print("started", flush=True)
+        time.sleep(60)
+
+simulate.run = slow
+signal.signal(signal.SIGINT, signal.default_int_handler)  # which a shell turns off for what runs in the background
+sys.exit(line.main(["simulate", "rig.yaml", "--speeds", "100", "--out", sys.argv[1]]))
+"""
+
+
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_gives_one_line_and_leaves_no_partial_file(number, status, tmp_path):
+    call = [sys.executable, "-c", SLOW, str(tmp_path / "out.nc")]
+    process = subprocess.Popen(call, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout.readline() == "started\n" and len(os.listdir(tmp_path)) == 1
+    process.send_signal(number)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == status and err == "stopped; files that were finished are kept\n"
+    assert os.listdir(tmp_path) == []
+
+
+def test_a_second_of_work_is_not_needed_to_see_the_partial_file(tmp_path):
+    """The control: a kill that no program can answer leaves it."""
+    call = [sys.executable, "-c", SLOW, str(tmp_path / "out.nc")]
+    process = subprocess.Popen(call, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process.stdout.readline()
+    process.kill()
+    process.communicate(timeout=60)
+    time.sleep(0.05)
+    assert len(os.listdir(tmp_path)) == 1
+
+
+@pytest.mark.parametrize("raised", ["BaseException", "GeneratorExit", "SystemExit"])
+def test_a_plugin_that_raises_any_exception_is_named(raised, tmp_path):
+    (tmp_path / "odd.py").write_text(f"x = 1\nraise {raised}('no')\n")
+    (line,) = Registry([tmp_path], entry_points=False).failures
+    assert f"odd.py:2: {raised}: no" in line
