@@ -2,6 +2,7 @@
 
 import json
 import re
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -193,6 +194,22 @@ def test_the_view_of_each_speed_shows_what_the_file_holds(asymmetric):
 def test_the_view_of_each_speed_follows_its_controls(asymmetric, tmp_path):
     measured, console = seen_in_browser([asymmetric[1] / "index.html"], tmp_path)
     assert all(one["moved"] for one in measured) and console == []
+
+
+@pytest.mark.skipif(not BROWSER, reason="no Chromium found: pages are read, not opened")
+def test_the_page_of_a_diagnosis_prints_on_one_sheet(asymmetric, tmp_path):
+    """Verdict, picture, what next, what could hide; the evidence is folded. With it open, it takes more."""
+
+    def sheets(text, name):
+        (tmp_path / f"{name}.html").write_text(text)
+        printed = [BROWSER, "--headless", "--no-sandbox", "--disable-gpu", f"--print-to-pdf={tmp_path / name}.pdf"]
+        profile = f"--user-data-dir={tmp_path / 'profile'}"
+        subprocess.run([*printed, profile, (tmp_path / f"{name}.html").as_uri()], check=True, capture_output=True)
+        return len(re.findall(rb"/Type\s*/Page[^s]", (tmp_path / f"{name}.pdf").read_bytes()))
+
+    page = (asymmetric[1] / "index.html").read_text()
+    assert sheets(page, "folded") == 1
+    assert sheets(page.replace("details { display: none; }", "").replace("<details", "<details open"), "open") > 1
 
 
 @pytest.mark.usefixtures("unrendered")

@@ -7,7 +7,7 @@ from pathlib import Path
 ROOT = Path(workflow.basedir)
 # the package `thesis`, for these rules and for the scripts, which are processes of their own
 sys.path.insert(0, str(ROOT / "workflow"))
-os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(ROOT / "workflow"), os.environ.get("PYTHONPATH")]))
+os.environ.update(PYTHONPATH=os.pathsep.join(filter(None, [str(ROOT / "workflow"), os.environ.get("PYTHONPATH")])))
 # one BLAS thread per job: jobs share the cores, and the order of summation does not depend on the load
 threads = {name: "1" for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")}
 os.environ.update(threads, MPLBACKEND="Agg")
@@ -31,6 +31,8 @@ try:
     from thesis.config import check_replay, load_replay
     from rotorstudy.studies.workflow import WorkflowConfig, code_digest, plugin_files
     from rotorstudy.model.configuration import check_config
+    from rotorstudy.store import write_text
+    from rotorstudy.yaml_file import read_yaml
     from rotorstudy.yaml_file import read_yaml
 except ImportError as error:
     sys.exit(f"error: {error}; activate the environment that `make` made (. .venv/bin/activate), or run `make`")
@@ -108,12 +110,14 @@ def in_report(path, caption, category, subcategory):
         named = [*(wildcards[key].replace("_", " ") for key in kept), "verdict" if name == "index" else name]
         return {"what": sentence(": ".join(named))}
 
-    text = ROOT / "workflow" / "report" / f"{caption}.rst"
-    if not text.is_file():  # else it is missed when the report is written, after everything has run
-        raise WorkflowError(f"no caption for {path}: write {text}")
+    if caption not in CAPTIONS:  # else it is missed when the report is written, after everything has run
+        raise WorkflowError(f"no caption for {path}: state {caption} in workflow/report/captions.yaml")
+    text = Path(".snakemake", "captions", f"{caption}.rst")  # Snakemake reads captions from files
+    if not text.is_file() or text.read_text(encoding="utf-8") != CAPTIONS[caption]:
+        write_text(text, CAPTIONS[caption])
     return report(
         path,
-        caption=str(text),
+        caption=str(text.resolve()),
         category=category,
         subcategory=subcategory,
         labels=label,
@@ -134,11 +138,18 @@ def heading(chapter):
     return chapter.replace("_", " ").capitalize()
 
 
-TABLES = {
-    "chapter_2": ["table_2_1", "table_2_2", "table_2_3", "table_2_4", "table_2_5"],
-    "chapter_4": [f"table_4_{n}" for n in range(1, 11)],
-    "chapter_6": [f"table_6_{n}" for n in range(1, 10)] + ["variants"],
+CAPTIONED = read_yaml(ROOT / "workflow" / "report" / "captions.yaml")
+CAPTIONS = {
+    **{f"diagnosis_{name}": text for name, (_, text) in DIAGNOSIS_FIGURES.items()},
+    **{f"blind_{name}": text for name, text in BLIND_FIGURES.items()},
+    **CAPTIONED.pop("pages"),
 }
+for group, parts in CAPTIONED.items():
+    named = {**parts.get("figures", {}), **parts.get("tables", {}), **parts}
+    CAPTIONS |= {f"{group}_{name}": text for name, text in named.items() if isinstance(text, str)}
+TABLES, FIGURES = (
+    {group: list(parts[kind]) for group, parts in CAPTIONED.items() if kind in parts} for kind in ("tables", "figures")
+)
 for name, replay in REPLAYS.items():
     TABLES[name] = [f"table_{sheet}".replace(".", "_") for sheet in replay.sheets] + ["estimates", "physical_checks", "response"]
 CHAPTERS = sorted(chapter for chapter in TABLES if chapter in STUDIES or chapter in REPLAYS)
@@ -213,44 +224,6 @@ PAGES = {f"chapter_{n}" for n in range(2, 7)} <= set(CHAPTERS)
 def scoreboard_files():
     pages = ["scoreboard", "errata", "rigs/comparison"] if PAGES else ["scoreboard"]
     return [f"{RESULTS}/{page}.{kind}" for page in pages for kind in ("csv", "html")]
-
-
-FIGURES = {
-    "chapter_2": [
-        "figure_2_4",
-        "figure_2_6",
-        "figure_2_7",
-        "figure_2_8",
-        "figure_2_9",
-        "error_against_noise",
-        "printed_noise_rows",
-        "bias",
-        "weight_dominance",
-        "stability",
-    ],
-    "chapter_4": [f"figure_4_{n}" for n in (5, 6, 7, 8, 9)]
-    + [
-        "error_against_noise",
-        "collinearity",
-        "measurements",
-        "campbell",
-        "bias",
-        "weight_dominance",
-        "stability",
-    ],
-    "chapter_6": [f"figure_6_{n}" for n in (5, 6, 7, 8, 9, 10)]
-    + [
-        "modes_and_unbalance",
-        "error_against_noise",
-        "sensors",
-        "variants",
-        "collinearity",
-        "campbell",
-        "bias",
-        "weight_dominance",
-        "stability",
-    ],
-}
 
 
 for name, replay in REPLAYS.items():

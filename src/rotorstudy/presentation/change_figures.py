@@ -14,12 +14,9 @@ REACH = 2.45  # standard deviations of a 95 % circle of a complex number, each o
 def two_states(before, after, difference, mark=0.0):
     """Orbits at the speed of the largest change, and the vectors of 1X at all speeds, one row per node.
 
-    Parameters
-    ----------
-    before, after, difference : Spectrum
-        At the same speeds.
-    mark : float, optional
-        Angle (rad) of the shaft's reference line from x when the phase mark passes: a dot on each orbit.
+    before, after, difference : at the same speeds
+    mark                      : angle (rad) of the shaft's reference line from x when the phase mark passes: a dot on
+                                each orbit (optional)
     """
     moving = difference.harmonics != 0
     change = np.sum(np.abs(difference.amplitude[:, moving]) ** 2, axis=1)  # (speed, sensor)

@@ -257,10 +257,7 @@ def thesis_method_figure(study, thesis):
 def figures(study, limits, accuracy, trials, passage, thesis_method):
     """The figures of the study, from the Datasets of its stages.
 
-    Returns
-    -------
-    dict
-        name -> matplotlib figure.
+    returns : name -> matplotlib figure
     """
     return {
         "smallest_crack": smallest_crack(study, limits),

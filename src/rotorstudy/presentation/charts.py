@@ -16,78 +16,56 @@ MOST_POINTS = 400  # of a curve
 DIGITS = 4  # significant ones, as a picture shows no more
 
 
+def plot(title, x, y, series, **more):
+    """One chart; x, y : (label, unit) or a dict; more : what `templates/charts.js` says."""
+    x, y = (one if isinstance(one, dict) else dict(zip(("label", "unit"), one, strict=True)) for one in (x, y))
+    return {"title": title, "x": x, "y": y, "series": series, "hover": "near", **more}
+
+
+def curve(label, colour, x, y, **style):
+    """One curve, or set of marks, of a chart."""
+    return {"label": label, "colour": colour, "x": rounded(x), "y": rounded(y), **style}
+
+
 def bode_charts(name, speed, curves, points=None, lines=(), bands=(), points_speed=None):
     """Bode plots of each node, side by side with the polar plot.
 
-    Parameters
-    ----------
-    name : str
-        Of the place on the page.
-    speed : array (speed,)
-        rad/s.
-    curves : dict
-        Node -> {probe: (speed,) complex, m}.
-    points : dict, optional
-        The same, measured, at `points_speed`.
-    lines : sequence of rad/s
-        Marks along the axis of speed.
-    bands : sequence of (rad/s, rad/s)
-        Ranges of speed, shaded.
+    name   : of the place on the page
+    speed  : array (speed,); rad/s
+    curves : node -> {probe: (speed,) complex, m}
+    points : the same, measured, at `points_speed` (optional)
+    lines  : sequence of rad/s; marks along the axis of speed
+    bands  : sequence of (rad/s, rad/s); ranges of speed, shaded
     """
     (unit, factor), (speed_unit, per) = shown_amplitude(), shown_speed()
-    across = {"label": "speed", "unit": speed_unit}
-    marks = {"lines": [{"x": w * per} for w in lines], "bands": [[a * per, b * per] for a, b in bands]}
+    together = {
+        "group": name,
+        "hover": "x",
+        "lines": [{"x": w * per} for w in lines],
+        "bands": [[a * per, b * per] for a, b in bands],
+    }
     views = []
     for node, probes in curves.items():
         size, lag, vector = [], [], []
         for i, (probe, one) in enumerate(probes.items()):
-            found = [(speed, one, {"label": probe, "line": True})]
+            drawn = [(probe, speed, one, {"line": True})]
             if points:
-                found.append(
-                    (
-                        points_speed,
-                        points[node][probe],
-                        {"label": f"{probe} measured", "mark": "circle", "hollow": True},
-                    )
+                drawn.append(
+                    (f"{probe} measured", points_speed, points[node][probe], {"mark": "circle", "hollow": True})
                 )
-            for at, values, style in found:
+            for label, at, values, style in drawn:
                 kept = _thinned(len(at), MOST_POINTS)
-                x, values = rounded(at[kept] * per, 6), values[kept]
-                given = {"colour": i % 6, **style}
-                phase = phase_lag(values)
-                size.append({**given, "x": x, "y": rounded(factor * np.abs(values))})
-                lag.append({**given, "x": x, "y": rounded(phase)})
-                texts = {str(k): f"{x[k]:.0f}" for k in marked(values, LABELLED)} if style.get("line") else {}
-                shown = factor * values.conj()  # the lag counter-clockwise
-                vector.append({**given, "x": rounded(shown.real), "y": rounded(shown.imag), "speed": x, "texts": texts})
-        top = {
-            "title": f"Amplitude, node {node}",
-            "group": name,
-            "hover": "x",
-            "x": across,
-            "y": {"label": "1X", "unit": unit},
-            "series": size,
-            **marks,
-        }
-        low = {
-            "title": f"Phase, node {node}",
-            "group": name,
-            "hover": "x",
-            "x": across,
-            "y": {"label": "lag from the mark", "unit": "°"},
-            "series": lag,
-            **marks,
-        }
-        polar = {
-            "title": f"Polar plot, node {node}",
-            "hover": "near",
-            "speed": speed_unit,
-            "equal": True,
-            "x": {"label": "in phase with the mark", "unit": unit},
-            "y": {"label": "lagging by 90°", "unit": unit},
-            "series": vector,
-        }
-        views.append({"name": f"node {node}", "charts": [top, low, polar]})
+                x, values, about = per * at[kept], factor * values[kept], (label, i % 6)
+                size.append(curve(*about, x, np.abs(values), **style))
+                lag.append(curve(*about, x, phase_lag(values), **style))
+                texts = {str(k): f"{x[k]:.0f}" for k in marked(values, LABELLED)} if "line" in style else {}
+                vector.append(curve(*about, values.real, -values.imag, speed=rounded(x), texts=texts, **style))
+        across, where = ("speed", speed_unit), f"node {node}"
+        top = plot(f"Amplitude, {where}", across, ("1X", unit), size, **together)
+        low = plot(f"Phase, {where}", across, ("lag from the mark", "°"), lag, **together)
+        sides = ("in phase with the mark", unit), ("lagging by 90°", unit)
+        polar = plot(f"Polar plot, {where}", *sides, vector, equal=True, speed=speed_unit)
+        views.append({"name": where, "charts": [top, low, polar]})
     return {"name": name, "height": 280, "views": views}
 
 
@@ -98,79 +76,33 @@ def campbell_chart(data, kinds, criticals, operating=None):
     every = np.broadcast_to(speed[:, None], frequency.shape)
     series = []
     for i, (label, chosen) in enumerate(kinds):
+        chosen = chosen & (frequency < 2.5 * speed[-1] / (2 * np.pi))
         if chosen.any():
-            x, y = every[chosen], frequency[chosen]
-            seen = y < 2.5 * speed[-1] / (2 * np.pi)
-            series.append(
-                {
-                    "label": label,
-                    "colour": (0, 4, 1)[i],
-                    "mark": "circle",
-                    "size": 1.6,
-                    "x": rounded(x[seen] * per),
-                    "y": rounded(y[seen]),
-                }
-            )
+            series.append(curve(label, (0, 4, 1)[i], per * every[chosen], frequency[chosen], mark="circle", size=1.6))
     ends = np.array([speed[0], speed[-1]])
-    series.append(
-        {
-            "label": "1X",
-            "colour": 6,
-            "line": True,
-            "dash": [2, 3],
-            "x": rounded(ends * per),
-            "y": rounded(ends / (2 * np.pi)),
-        }
-    )
+    series.append(curve("1X", 6, per * ends, ends / (2 * np.pi), line=True, dash=[2, 3]))
     at = np.array([one.speed for one in criticals])
-    if len(at):
-        told = [f"{spin(w)}, damping ratio {one.damping_ratio:.3g}" for w, one in zip(at, criticals, strict=True)]
-        series.append(
-            {
-                "label": "critical speed",
-                "colour": 6,
-                "mark": "circle",
-                "hollow": True,
-                "size": 5,
-                "x": rounded(at * per),
-                "y": rounded(at / (2 * np.pi)),
-                "text": told,
-            }
-        )
-    chart = {
-        "title": "Campbell diagram",
-        "hover": "near",
-        "x": {"label": "speed", "unit": unit},
-        "y": {"label": "whirl frequency", "unit": "Hz"},
-        "series": series,
-        "bands": [[w * per for w in operating]] if operating else [],
-    }
+    told = [f"{spin(one.speed)}, damping ratio {one.damping_ratio:.3g}" for one in criticals]
+    style = {"mark": "circle", "hollow": True, "size": 5, "text": told}
+    series.append(curve("critical speed", 6, per * at, at / (2 * np.pi), **style))
+    bands = [[w * per for w in operating]] if operating else []
+    chart = plot("Campbell diagram", ("speed", unit), ("whirl frequency", "Hz"), series, bands=bands)
     return {"name": "campbell", "height": 320, "views": [{"name": "", "charts": [chart]}]}
 
 
 def speed_view(name, speed, node, harmonic, spectra, std, start=(0, 0), axes=None, told=None, sigma=(), signals=None):
     """Orbit, waveform, full spectrum and residual at the speed and node that a reader chooses.
 
-    Parameters
-    ----------
-    name : str
-        Of the place on the page.
-    speed, node, harmonic : array
-        Of the spectra; rad/s.
-    spectra : dict
-        Name -> (label, colour, (speed, node, harmonic) complex, m), the measured one first.
-    std : dict
-        Name -> (speed, node, harmonic) m, standard deviations of some of them.
-    start : (int, int)
-        Positions of the speed and the node shown first.
-    axes : dict, optional
-        `mark_rad`, and `clearance_m` (node -> radius); see `axes_of`.
-    told : list of str, optional
-        What to say after each speed.
-    sigma : sequence of (label, colour, (speed, node, harmonic))
-        Residuals in standard deviations.
-    signals : callable, optional
-        Position of a speed -> what to show instead of the sum of the harmonics, for each node, or None.
+    name                  : of the place on the page
+    speed, node, harmonic : array; of the spectra; rad/s
+    spectra               : name -> (label, colour, (speed, node, harmonic) complex, m), the measured one first
+    std                   : name -> (speed, node, harmonic) m, standard deviations of some of them
+    start                 : (int, int); positions of the speed and the node shown first
+    axes                  : `mark_rad`, and `clearance_m` (node -> radius); see `axes_of` (optional)
+    told                  : list of str; what to say after each speed (optional)
+    sigma                 : sequence of (label, colour, (speed, node, harmonic)); residuals in standard deviations
+    signals               : callable; position of a speed -> what to show instead of the sum of the harmonics, for each
+                            node, or None (optional)
     """
     unit, factor = shown_unit("m")
     kept, axes = _thinned(len(speed), MOST_SPEEDS), axes or {}

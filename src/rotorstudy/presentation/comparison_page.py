@@ -10,15 +10,9 @@ BEST = 7  # pairs that the page shows of each rotor, fault and noise; the CSV fi
 def write_ranking(ranked, trials, csv, html, index=None):
     """Write the ranking: all of it as CSV, the best pairs of each rotor, fault and noise level as a page.
 
-    Parameters
-    ----------
-    ranked : pandas.DataFrame
-        As `studies.comparison.ranking.ranking` returns it.
-    trials : int
-        Trials behind each row.
-    csv, html : str or Path
-    index : str or Path, optional
-        The page of all results, to link to.
+    ranked : pandas.DataFrame; as `studies.comparison.ranking.ranking` returns it
+    trials : trials behind each row
+    index  : the page of all results, to link to (optional)
     """
     write_csv(ranked, csv)
     best = (
@@ -43,15 +37,9 @@ def write_ranking(ranked, trials, csv, html, index=None):
 def write_advice(ranked, use_if, csv, html, index=None):
     """Write which spectrum method and estimator to use for which fault: in full as CSV, with a summary as a page.
 
-    Parameters
-    ----------
-    ranked : pandas.DataFrame
-        As `studies.comparison.ranking.ranking` returns it.
-    use_if : dict
-        Fault -> when to follow its advice, in words.
-    csv, html : str or Path
-    index : str or Path, optional
-        The page of all results, to link to.
+    ranked : pandas.DataFrame; as `studies.comparison.ranking.ranking` returns it
+    use_if : fault -> when to follow its advice, in words
+    index  : the page of all results, to link to (optional)
     """
     told = with_words(advice(ranked), use_if)
     write_csv(told, csv)

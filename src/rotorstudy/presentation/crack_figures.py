@@ -102,16 +102,9 @@ def depth_figure(data, shaft):
 def figures(config, comparison):
     """The figures of the crack models.
 
-    Parameters
-    ----------
-    config : CracksConfig
-    comparison : Dataset
-        Of `studies.cracks.compare`.
-
-    Returns
-    -------
-    dict
-        name -> matplotlib figure.
+    config     : cracksConfig
+    comparison : Dataset; of `studies.cracks.compare`
+    returns    : name -> matplotlib figure
     """
     return {
         "stiffness": stiffness_figure(comparison),

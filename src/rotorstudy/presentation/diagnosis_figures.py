@@ -27,11 +27,7 @@ BASE, EXTENDED, MEASURED = COLOURS[1], COLOURS[0], COLOURS[6]
 def diagnosis_figures(verdict, data):
     """Every figure of a diagnosis by name.
 
-    Parameters
-    ----------
-    verdict : Verdict
-    data : xarray.Dataset
-        The content of verdict.nc.
+    data : xarray.Dataset; the content of verdict.nc
     """
     return {
         "what_is_wrong": what_is_wrong(data),

@@ -59,21 +59,12 @@ def diagnose_files(
 def write_diagnosis(verdict, data, rig, out, first=None, name=None, links=None, states=None):
     """Write a diagnosis into the folder `out`, all of it or nothing.
 
-    Parameters
-    ----------
-    verdict : Verdict
-        With its provenance.
-    data : xarray.Dataset
-        From `verdict_dataset`.
-    rig : dict
-        The extended rig.
-    out : str or Path
-    first : dict, optional
-        Name -> figure, those of `CHANGE_FIGURES` in a comparison of two states.
-    name, links : optional
-        As `diagnose_files` takes them.
-    states : dict, optional
-        As `diagnosis_page` takes it.
+    verdict     : with its provenance
+    data        : xarray.Dataset; from `verdict_dataset`
+    rig         : the extended rig
+    first       : name -> figure, those of `CHANGE_FIGURES` in a comparison of two states (optional)
+    name, links : as `diagnose_files` takes them (optional)
+    states      : as `diagnosis_page` takes it (optional)
     """
     given = verdict.provenance["rig"]
     with whole_folder(out) as folder, shown_for(rig, given):

@@ -36,20 +36,12 @@ HEADINGS = {
 def diagnosis_page(verdict, data, figures, title, links=None, states=None):
     """The page as HTML.
 
-    Parameters
-    ----------
-    verdict : Verdict
-    data : xarray.Dataset
-        The content of verdict.nc.
-    figures : dict
-        Name -> PNG (path or bytes), for each name of `DIAGNOSIS_FIGURES`; in a comparison of two states of
-        `CHANGE_FIGURES` too.
-    title : str
-        What was diagnosed.
-    links : dict, optional
-        Text -> address of pages to go to from the top.
-    states : dict, optional
-        Charts of both states of a comparison, of `charts.speed_view`.
+    data    : xarray.Dataset; the content of verdict.nc
+    figures : name -> PNG (path or bytes), for each name of `DIAGNOSIS_FIGURES`; in a comparison of two states of
+              `CHANGE_FIGURES` too
+    title   : what was diagnosed
+    links   : text -> address of pages to go to from the top (optional)
+    states  : charts of both states of a comparison, of `charts.speed_view` (optional)
     """
     import pandas as pd
 

@@ -32,14 +32,9 @@ HEADINGS = {
 def write_index(path, files, report=None):
     """Write the page: first what was found, each with its picture, then every page and figure.
 
-    Parameters
-    ----------
-    path : path
-        Of the page; links are relative to its folder.
-    files : list of path
-        Results in that folder; pages (.html) and figures (.png) are shown, headline results quoted.
-    report : path, optional
-        A text (reStructuredText) with the headline results, for the first page of Snakemake's report.
+    path   : of the page; links are relative to its folder
+    files  : list of path; results in that folder; pages (.html) and figures (.png) are shown, headline results quoted
+    report : A text (reStructuredText) with the headline results, for the first page of Snakemake's report (optional)
     """
     root = Path(path).parent
     inside = sorted((Path(file).relative_to(root) for file in files), key=_in_numbered_order)

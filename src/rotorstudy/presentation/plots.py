@@ -116,17 +116,9 @@ def png_bytes(picture, dpi=80):
 def save_figures(figures, paths):
     """Write every figure to the files of its name.
 
-    Parameters
-    ----------
-    figures : dict
-        name -> matplotlib figure.
-    paths : iterable of path
-        Files to be written (PNG, SVG, PDF): figure_2_4.png holds the figure "figure_2_4".
-
-    Raises
-    ------
-    RotorstudyError
-        Names of figures and of files differ; nothing is written then.
+    figures : name -> matplotlib figure
+    paths   : files to be written (PNG, SVG, PDF): figure_2_4.png holds the figure "figure_2_4"
+    raises  : RotorstudyError if names of figures and of files differ; nothing is written then
     """
     for name, files in files_by_name("figure", figures, paths).items():
         save_figure(figures[name], *files)

@@ -9,10 +9,7 @@ from rotorstudy.presentation.probe_figures import probe_picture
 def draw_probes(rig_path, path):
     """Draw the probes of a rig file (path or RigFile) to a file.
 
-    Returns
-    -------
-    path
-        Of the file; None if the rig states no probes.
+    returns : path; of the file; none if the rig states no probes
     """
     rig = read_rig(rig_path)
     conventions = read_conventions(rig.given, str(rig.path))

@@ -19,14 +19,9 @@ TURN = np.linspace(0, 2 * np.pi, 60)
 def rotor_figures(rig, analysis, measured=None, operating=None):
     """All figures, {name: figure}.
 
-    Parameters
-    ----------
-    rig : RigFile
-    analysis : RotorAnalysis
-    measured : (speed, probe), optional
-        rad/s (speed,) and 1X of the probes of the analysis (speed, probe), complex, m.
-    operating : (float, float), optional
-        Lowest and highest operating speed, rad/s.
+    measured  : (speed, probe); rad/s (speed,) and 1X of the probes of the analysis (speed, probe), complex, m
+                (optional)
+    operating : (float, float); lowest and highest operating speed, rad/s (optional)
     """
     speed, curves = (
         analysis.data.response_speed.values,

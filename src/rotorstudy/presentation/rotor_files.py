@@ -23,26 +23,12 @@ BEYOND = 2.0  # times the highest operating speed: least range of speeds by defa
 def analyse_files(rig_path, out, speeds=(None, None), operating=None, records=()):
     """Analyse a rig and write index.html, rotor.nc and figures into the folder `out`, all of it or nothing.
 
-    Parameters
-    ----------
-    rig_path : path
-    out : path
-        Folder.
-    speeds : (float, float), optional
-        Lowest and highest speed, rad/s.
-    operating : (float, float), optional
-        Operating range, rad/s.
-    records : paths, optional
-        Records of the machine, whose 1X is shown beside the response.
-
-    Returns
-    -------
-    RotorAnalysis
-
-    Raises
-    ------
-    RotorstudyError
-        For files that cannot be read, and as `analyse_rotor`.
+    out       : folder
+    speeds    : (float, float); lowest and highest speed, rad/s (optional)
+    operating : (float, float); operating range, rad/s (optional)
+    records   : records of the machine, whose 1X is shown beside the response (optional)
+    returns   : RotorAnalysis
+    raises    : RotorstudyError for files that cannot be read, and as `analyse_rotor`
     """
     rig, measured = read_rig(rig_path), None
     model, conventions = rig.model, read_conventions(rig.given, str(rig_path))

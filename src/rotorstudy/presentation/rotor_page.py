@@ -20,17 +20,10 @@ ROUND_OFF = 1e-9  # of the weight
 def rotor_page(analysis, figures, title, operating=None, measured=None):
     """The page as HTML.
 
-    Parameters
-    ----------
-    analysis : RotorAnalysis
-    figures : dict
-        Name -> PNG (path or bytes).
-    title : str
-        What was analysed.
-    operating : (float, float), optional
-        Lowest and highest operating speed, rad/s, for separation margins.
-    measured : (speed, probe), optional
-        rad/s (speed,) and 1X of the probes (speed, probe), complex, m.
+    figures   : name -> PNG (path or bytes)
+    title     : what was analysed
+    operating : (float, float); lowest and highest operating speed, rad/s, for separation margins (optional)
+    measured  : (speed, probe); rad/s (speed,) and 1X of the probes (speed, probe), complex, m (optional)
     """
     import pandas as pd
 

@@ -21,22 +21,13 @@ def write_csv(table, path):
 def write_html(path, title, note, tables, digits=6, choose=(), below=None, links=None):
     """Write a page with a title, a note and DataFrames by heading ({heading: table}).
 
-    Parameters
-    ----------
-    path : path
-    title : str
-    note : str or list of str
-        A text, or a text and bullet points.
-    tables : dict
-        Heading -> DataFrame; the heading may be empty.
-    digits : int
-        Significant digits of every number.
-    choose : sequence of str
-        Columns by whose values, and by any text, a reader may select the rows of a table that has them all.
-    below : str, optional
-        Column of long texts, each shown below its row instead of beside it.
-    links : dict, optional
-        Text -> address, relative to the page, of pages to go to from its top.
+    note   : str or list of str; A text, or a text and bullet points
+    tables : heading -> DataFrame; the heading may be empty
+    digits : significant digits of every number
+    choose : sequence of str; columns by whose values, and by any text, a reader may select the rows of a table that has
+             them all
+    below  : column of long texts, each shown below its row instead of beside it (optional)
+    links  : text -> address, relative to the page, of pages to go to from its top (optional)
     """
     note = [note] if isinstance(note, str) else note
     tables = {heading: cells(table, digits, below) for heading, table in tables.items()}
@@ -49,20 +40,12 @@ def write_html(path, title, note, tables, digits=6, choose=(), below=None, links
 def cells(table, digits=6, below=None):
     """A DataFrame as the macro `show.table` takes it.
 
-    Parameters
-    ----------
-    table : pandas.DataFrame
-    digits : int
-        Significant digits of every number.
-    below : str, optional
-        A column of texts to be shown below their rows.
-
-    Returns
-    -------
-    dict
-        `columns`, the headings, and `rows`, each a list of (class, text); the class is that of the column: number,
-        short, text or long. `groups`: (heading, number of columns) over the columns whose names are "group: name", or
-        none. `below`: a text for each row, or none.
+    table   : pandas.DataFrame
+    digits  : significant digits of every number
+    below   : A column of texts to be shown below their rows (optional)
+    returns : `columns`, the headings, and `rows`, each a list of (class, text); the class is that of the column:
+              number, short, text or long. `groups`: (heading, number of columns) over the columns whose names are
+              "group: name", or none. `below`: a text for each row, or none
     """
     texts = [_cell(value, digits) for value in table.get(below, [])]
     table = table.drop(columns=below, errors="ignore") if below else table
@@ -105,19 +88,10 @@ def _cell(value, digits):
 def write_tables(tables, paths, index=None):
     """Write every table to the files of its name: .csv for programs, .html for people.
 
-    Parameters
-    ----------
-    tables : dict
-        name -> `thesis.tables.Table`.
-    paths : iterable of path
-        Files to be written: table_2_1.csv holds the table "table_2_1".
-    index : path, optional
-        The page of all results, which each page links to.
-
-    Raises
-    ------
-    RotorstudyError
-        Names of tables and of files differ; nothing is written then.
+    tables : name -> `thesis.tables.Table`
+    paths  : files to be written: table_2_1.csv holds the table "table_2_1"
+    index  : the page of all results, which each page links to (optional)
+    raises : RotorstudyError if names of tables and of files differ; nothing is written then
     """
     for name, files in files_by_name("table", tables, paths).items():
         table = tables[name]

@@ -264,18 +264,10 @@ KINDS = {
 def figures(config, reference, records, spectra, identification):
     """The figures that a replay's configuration asks for.
 
-    Parameters
-    ----------
-    config : ReplayConfig
-    reference : path
-        Folder of the printed values.
-    records, spectra, identification : Dataset
-        Of `thesis.replay.records`, `spectra` and `identify`.
-
-    Returns
-    -------
-    dict
-        name -> matplotlib figure.
+    config                           : ReplayConfig
+    reference                        : folder of the printed values
+    records, spectra, identification : Dataset; of `thesis.replay.records`, `spectra` and `identify`
+    returns                          : name -> matplotlib figure
     """
     replayed = Replayed(config, reference, records, spectra, identification)
     return {name: KINDS[item.kind](replayed, item.case, item.group) for name, item in config.figures.items()}

@@ -14,16 +14,9 @@ MOSTLY = 0.7  # share of -1X at slow roll above which -1X is attributed to it
 def rigs_figure(replays, table):
     """Parameters identified for several rigs, beside their physical limits.
 
-    Parameters
-    ----------
-    replays : list
-        (ReplayConfig, identification, spectra) of each.
-    table : DataFrame
-        Rows of `thesis.rigs.rigs_table`.
-
-    Returns
-    -------
-    Figure
+    replays : list; (ReplayConfig, identification, spectra) of each
+    table   : DataFrame; rows of `thesis.rigs.rigs_table`
+    returns : Figure
     """
     parameters = list(dict.fromkeys(table.parameter))
     picture, axes = figure(height=4.2, width=5.0)

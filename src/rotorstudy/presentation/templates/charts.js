@@ -163,7 +163,7 @@ function set(place, data) {
   row.className = "panels";
   if (data.views.length > 1) { const label = document.createElement("label"); label.append("Show ", select); form.append(label); }
   place.append(form, key(data.views[0].charts[0].series), row);
-  const made = data.views[0].charts.map(spec => { const one = document.createElement("div"); row.append(one); return chart(one, spec, data.height); });
+  const made = data.views[0].charts.map(spec => { const one = document.createElement("div"); row.append(one); return chart(one, spec, data.height + (spec.equal ? 80 : 0)); });
   form.addEventListener("input", () => data.views[select.value].charts.forEach((spec, i) => made[i].update(spec)));
   form.addEventListener("submit", event => event.preventDefault());
 }
