@@ -88,13 +88,7 @@ def test_no_hypothesis_loses_stiffness_or_damping_at_a_node():
     assert all({"element"} <= set(c.where) <= {"element", "last_element"} for c in inside)
 
 
-@pytest.mark.parametrize(
-    "path", ["examples/two_discs.yaml", "workflow/config/blind.yaml", "workflow/config/test/blind.yaml"]
-)
-def test_examples_and_blind_tests_lose_nothing_at_a_node(path):
-    given = yaml.safe_load((ROOT / path).read_text())
-    rigs = [entry["rig"] for entry in given["rigs"].values()] if "rigs" in given else [given]
-    for rig in rigs:
-        if rig["rotor"]["kind"] == "finite_element":
-            losses = [*rig.get("cracks", []), *(e for e in rig["effects"] if e["kind"] in INSIDE)]
-            assert not any("node" in loss for loss in losses)
+def test_an_example_loses_nothing_at_a_node():
+    rig = yaml.safe_load((ROOT / "examples/two_discs.yaml").read_text())
+    losses = [*rig["cracks"], *(e for e in rig["effects"] if e["kind"] in INSIDE)]
+    assert losses and not any("node" in loss for loss in losses)

@@ -9,14 +9,12 @@ from rotorstudy.model.rig_numbers import with_numbers
 from rotorstudy.response.measured import measured_response_and_jacobian
 
 
-def left_by_base(change, spectrum, model, stated):
-    """Rms of the part of a change that the base model cannot absorb, in standard deviations of the spectrum.
+def absorbed(spectrum, model, stated):
+    """What refitted base parameters and calibration change at most, by one standard deviation each (data, parameter).
 
-    Base parameters (numbers of the rotor among them) and calibration are refitted under their stated standard
-    deviations, linearised.
+    In standard deviations of the spectrum, linearised at the stated values.
 
-    change   : (speed, sensor, harmonic) complex, m
-    spectrum : Spectrum as measured, for its noise;  model : Model of the rig file
+    spectrum : Spectrum as measured, with the model error in its covariance;  model : Model of the rig file
     stated   : "uncertainty" with its default and that of the rotor, relative; "nuisance" kind -> standard deviation
     """
     calibration = [
@@ -32,9 +30,19 @@ def left_by_base(change, spectrum, model, stated):
     whole = model.plus(*calibration)
     theta = np.nan_to_num(whole.stated)
     _, columns = measured_response_and_jacobian(whole, spectrum.speed, spectrum.harmonics, theta)
-    columns = columns * np.array([std[name] for name in whole.names])
-    change = spectrum.whitened(np.swapaxes(change, 1, 2))
-    columns = spectrum.whitened(np.moveaxis(columns, -1, 0)).T
-    moved = np.linalg.solve(np.eye(columns.shape[1]) + columns.T @ columns, columns.T @ change)
+    columns = columns * np.array([std.get(name, 0.0) for name in whole.names])  # 0: known exactly
+    return spectrum.whitened(np.moveaxis(columns, -1, 0)).T
+
+
+def left_by_base(change, spectrum, columns, beside=None):
+    """Rms of the part of a change (speed, harmonic, sensor), m, that `absorbed` columns leave, in standard deviations.
+
+    beside : another change, of unknown size, that may absorb it too
+    """
+    change, ridge = spectrum.whitened(change), np.ones(columns.shape[1])
+    if beside is not None:
+        columns = np.column_stack([columns, spectrum.whitened(beside)])
+        ridge = np.append(ridge, 1e-9 * (columns[:, -1] @ columns[:, -1] + 1e-300))
+    moved = np.linalg.solve(np.diag(ridge) + columns.T @ columns, columns.T @ change)
     left = change - columns @ moved
-    return float(np.sqrt(np.mean(left**2)))
+    return float(np.sqrt(max(left @ left + moved @ (ridge * moved), 0.0) / len(left)))

@@ -7,12 +7,15 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from rotorstudy.blind.scoring import calibration, share_bounds
+from rotorstudy.blind.meanings import PLACE
+from rotorstudy.blind.scoring import calibration, grouped, share_bounds
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-LARGE = 3.0  # change over noise from which an effect must be found
+LARGE = 3.0  # size from which an effect must be found
+CRACKS = ("crack", "open_crack", "crack_form", "open_crack_form")
+OPTIONAL = ("beside", "causes", "names_rotor", "place_error", "flexibility_held", "gain_true")
 RESAMPLES = 400  # of the cases, for the bounds of the calibration error
 STATUSES = ("reached", "undecided", "not reached")
 
@@ -72,60 +75,62 @@ class Criterion:
 
 
 def judge(rows: "DataFrame") -> list[Criterion]:
-    """All criteria, judged on the rows of `scoring.score`.
-
-    Those on effects of a certain size are repeated for the part of the change that the base model cannot absorb.
-    """
-    clean, chain = rows[rows.kind == "clean"], rows[rows.kind == "chain"]
-    known = rows[rows.known]
-    named = known[known.states_causes]
-    held = named[named.gain.notna()]
+    """All criteria, judged on the rows of `scoring.score`, or on those of a file with part of their columns."""
+    rows = grouped(rows)
+    rows = rows.assign(**{name: np.nan for name in OPTIONAL if name not in rows})
+    rows = rows.assign(answer=rows.get("answer", rows.named), machine=rows.get("machine", "any"))
+    done = rows[~rows.verdict.isin(["not drawn", "refused", "failed", "crashed"])]
+    large = done[done["size"] >= LARGE]
+    single, clean = large[large.group.isin(["single", "chain"])], done[done.group == "clean"]
+    form = single[single.families.str.endswith("_form")]
+    cracks = single[single.families.isin(CRACKS)]
+    named = cracks[cracks.alone.astype(bool)]
+    placed, held = (named[named[key].notna()] for key in ("place_error", "flexibility_held"))
+    two = large[large.group == "two"]
+    hidden = two.beside < LARGE  # nobody could name it
+    of_form = two[~hidden][two[~hidden].families.str.contains("_form")]
+    outside, chain = large[large.group == "outside"], done[(done.group == "chain") & done.names_rotor.notna()]
+    stated = done[(done.causes > 0) & (done.group != "outside")]
+    refused, gain = rows[rows.verdict == "refused"], large[large.gain.notna()]
     return [
         _share("clean_called_clean", "clean records called clean", clean, clean.verdict == "nothing", (0.99, 1)),
-        *_by_size(rows, "size", "", "change over noise"),
-        *(
-            _share(f"stated_set_at_{level:g}_percent", f"truth inside the stated set of causes at {level:g} % noise",
-                   part, part.inside, (0.95, 1), "coverage")
-            for level, part in named.groupby("noise_percent")
-        ),
+        _share("in_set", "single effects in the stated set", single, single.in_set, (0.95, 1)),
+        _share("named_alone", "single effects named alone at the right place", single, single.alone, (0.85, 1)),
+        _share("called_unknown", "single effects called unknown", single, single.verdict == "unknown", None),
+        _share("wrong_name", "single effects given a wrong name", single, single.wrong, (0, 0.01)),
+        _share("form_in_set", "single effects of another form than that of the library in the stated set", form,
+               form.in_set, (0.95, 1)),
+        _share("form_named_alone", "single effects of another form named alone", form, form.alone, (0.85, 1)),
+        _share("form_wrong_name", "single effects of another form given a wrong name", form, form.wrong, (0, 0.01)),
+        _share("cracks_named", "cracks named alone at their place", cracks, cracks.alone, (0.85, 1)),
+        _share("cracks_in_set", "cracks in the stated set", cracks, cracks.in_set, None),
+        _share("crack_place", "named cracks whose place is within 5 % of the shaft", placed,
+               placed.place_error <= PLACE, (0.95, 1)),
+        _share("crack_angle", "named cracks whose angle is within 10 degrees", named, named.angle_right, (0.95, 1)),
+        _share("crack_flexibility", "intervals that hold the true flexibility of a crack", held,
+               held.flexibility_held == 1, (0.90, 0.97), "coverage"),
+        _share("two_in_set", "two effects, both in the stated set", two[~hidden], two[~hidden].in_set, (0.8, 1)),
+        _share("two_with_a_form", "two effects, one of another form, both in the stated set", of_form, of_form.in_set,
+               (0.8, 1)),
+        _share("two_hidden", f"two effects, one below size {LARGE:g} beside the other, both in the stated set",
+               two[hidden], two[hidden].in_set, None),
+        _share("outside_unknown", "effects outside the library called unknown", outside, outside.verdict == "unknown",
+               (0.95, 1)),
+        _share("outside_named", "effects outside the library taken for one of it, named alone", outside,
+               outside.verdict == "cause", None),
         _share("chain_not_rotor", "errors of the measuring chain not attributed to the rotor", chain,
-               ~chain.names_rotor, (0.95, 1)),
-        _intervals(rows),
-        _calibration("calibration", "calibration error of the stated posterior probability", rows, (0, 0.05)),
-        _calibration("calibration_known", "calibration error of the stated posterior probability, effects of the "
-                     "library only", known, None),
-        _share("held_out_worse", "cases whose error on held-out speeds increased", held, held.gain > 1, (0, 0.01)),
-        _share("known_called_unknown", "effects of the library called unknown", known, known.verdict == "unknown",
-               None),
-        *_by_size(rows, "beyond", "_beyond_base", "change over noise beyond the base"),
-    ]  # fmt: skip
-
-
-def _by_size(rows, size, suffix, called):
-    """Criteria on effects of a certain size; size : its column;  suffix : of the keys;  called : the size in words."""
-    single = rows[rows.known & rows.kind.isin(["single", "chain"])]
-    large = single[single[size] >= LARGE]
-    small = single[single[size].between(0.6, 2) & (single.noise_percent == 5.0)]
-    foreign = rows[(rows.kind == "foreign") & (rows[size] >= LARGE)]
-    two = rows[(rows.kind == "two") & (rows.noise_percent == 1.0)]
-    if size != "size":  # two effects are drawn from 3 on
-        two = two[two[size] >= LARGE]
-    held = rows[rows.known & rows.states_causes & rows.gain.notna() & (rows[size] >= LARGE)]
-    both = "" if size == "size" else f", both {called} >= 3"
-    right = f"right cause and place at {called}"
-    gain = f"ratio of errors on held-out speeds, after to before, median at {called} >= 3, against the"
-    return [
-        _share(f"right_large{suffix}", f"{right} >= 3", large, large.right, (0.95, 1)),
-        _share(f"named_alone{suffix}", f"{right} >= 3, named alone", large,
-               large.exact & (large.verdict == "cause"), None),
-        _share(f"right_small{suffix}", f"{right} 0.6 to 2 and 5 % noise", small, small.right, (0.80, 1)),
-        _share(f"foreign{suffix}", f"foreign effects at {called} >= 3 called unknown or a declared confounder", foreign,
-               (foreign.verdict == "unknown") | foreign.confounder, (0.90, 1)),
-        _median(f"gain{suffix}", f"{gain} signal without noise", held, held.gain, (0, 0.1)),
-        _median(f"gain_measured{suffix}", f"{gain} measurement", held, held.gain_measured, None),
-        _share(f"two_exact{suffix}", f"two effects at 1 % noise named exactly{both}", two, two.exact, (0.85, 1)),
-        _share(f"two_right{suffix}", "two effects at 1 % noise named exactly, or both in the set of an ambiguous "
-               f"verdict{both}", two, two.right, None),
+               chain.names_rotor == 0, (0.95, 1)),
+        _share("stated_set", "truth inside the stated set of causes", stated, stated.in_set, (0.95, 1),
+               "coverage"),
+        _intervals(done),
+        _calibration("calibration", "calibration error of the stated probability", done, (0, 0.05)),
+        _share("held_out_worse", "cases whose error on held-out speeds increased", gain, gain.gain > 1, (0, 0.01)),
+        _median("gain", "ratio of errors on held-out speeds, after to before, median, against the signal without noise",
+                large, large.gain_true, (0, 0.1)),
+        _median("gain_measured", "the same ratio, median, against the measurement", large, large.gain, None),
+        _share("refused", "records refused for the right reason", refused, refused.alone, None),
+        _share("without_verdict", "diagnoses that ended without a verdict", rows,
+               rows.verdict.isin(["failed", "crashed"]), (0, 0.003)),
     ]  # fmt: skip
 
 
@@ -157,22 +162,24 @@ def _reasons(wrong):
     """The most frequent failures: what was hidden and what was answered."""
     if not len(wrong):
         return ()
-    pairs = Counter(zip(wrong.truth, wrong.answer, strict=True)).most_common(4)
+    pairs = Counter(zip(wrong.families, wrong.answer, strict=True)).most_common(4)
     said = ", ".join(f"{count} × {truth} answered {answer}" for (truth, answer), count in pairs)
-    rigs = ", ".join(f"{name} {count}" for name, count in Counter(wrong.rig).most_common())
-    return f"{len(wrong)} failed: {said.replace('_', ' ')}", f"by rotor: {rigs}"
+    rigs = ", ".join(f"{name} {count}" for name, count in Counter(wrong.machine).most_common())
+    return f"{len(wrong)} failed: {said.replace('_', ' ')}", f"by machine: {rigs}"
 
 
 def _intervals(rows):
     """Share of 95 % intervals that hold the truth; bounds by cases, as the parameters of a case are not independent."""
-    exact = rows[rows.covered.map(len) > 0]
-    k, n = int(sum(map(sum, exact.covered))), int(sum(map(len, exact.covered)))
+    exact = rows[rows.sizes > 0]
+    k, n = int(exact.covered.sum()), int(exact.sizes.sum())
     value, cases = k / n if n else np.nan, len(exact)
     bounds = share_bounds(round(value * cases) if cases else 0, cases)
 
     def reasons():
-        missed = exact[[not all(covered) for covered in exact.covered]]
-        often = ", ".join(f"{count} × {name}" for name, count in Counter(missed.truth).most_common(5)).replace("_", " ")
+        missed = exact[exact.covered < exact.sizes]
+        often = ", ".join(f"{count} × {name}" for name, count in Counter(missed.families).most_common(5)).replace(
+            "_", " "
+        )
         return [f"{n} intervals in {cases} cases", *([f"missed most often: {often}"] if often else [])]
 
     return _judged("intervals", "95 % intervals that hold the truth", "coverage", (0.93, 0.97), value, bounds, k, n,
@@ -183,15 +190,15 @@ def _calibration(key, what, rows, needed):
     """Expected calibration error; bounds by bootstrap over the cases."""
     from scipy.stats import bootstrap
 
-    stated = rows[rows.posterior_probability.notna()]
-    data = stated.posterior_probability.to_numpy(float), stated.first_right.to_numpy(float)
+    stated = rows[rows.probability.notna()]
+    data = stated.probability.to_numpy(float), stated.first_right.to_numpy(float)
     bounds = 0.0, 1.0
     if len(stated) > 1:
         bounds = bootstrap(
             data, lambda *drawn: calibration(*drawn)[-1], paired=True, vectorized=False, n_resamples=RESAMPLES,
             method="percentile", rng=np.random.default_rng(0),
         ).confidence_interval  # fmt: skip
-    surely_wrong = stated[~stated.first_right & (stated.posterior_probability > 0.9)]
+    surely_wrong = stated[~stated.first_right.astype(bool) & (stated.probability > 0.9)]
     means = f"mean probability {data[0].mean() if len(stated) else np.nan:.3f}"
     means += f", share right {data[1].mean() if len(stated) else np.nan:.3f}"
     return _judged(key, what, "calibration", needed, calibration(*data)[-1], bounds, 0, len(stated),

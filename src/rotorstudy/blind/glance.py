@@ -3,17 +3,17 @@
 from typing import TYPE_CHECKING
 
 from rotorstudy.blind.criteria import LARGE
-from rotorstudy.blind.scoring import share_bounds
+from rotorstudy.blind.scoring import grouped, share_bounds
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-OWN, INDEPENDENT = "these blind tests", "the independent simulator"
+OWN, PUBLISHED = "this run", "the published run"
 ANSWERS = {  # key -> the answer in the words of the figure, and as a sentence with its count
     "clean": ("clean called clean", "A record with nothing hidden was called clean in {count}."),
     "alone": (
         "named alone",
-        "A hidden effect of three times the noise or more was named alone, at the right place, in {count}.",
+        "A hidden effect of three standard deviations or more was named alone, at the right place, in {count}.",
     ),
     "in_set": ("in the stated set", "It was named, or among the causes that the answer does not rule out, in {count}."),
     "wrong": ("wrong name", "Another effect was named alone in {count}."),
@@ -21,23 +21,13 @@ ANSWERS = {  # key -> the answer in the words of the figure, and as a sentence w
 }
 
 
-def own_answers(rows: "DataFrame") -> "DataFrame":
-    """The five counts of a blind test, from the rows of `scoring.score`; see `counted`."""
-    clean = rows[rows.kind == "clean"]
-    single = rows[rows.known & rows.kind.isin(["single", "chain"]) & (rows["size"] >= LARGE)]
-    alone = single.verdict == "cause"
-    other = alone & ~single.right & (single.truth != single.answer)
-    right = {"alone": single.exact & alone, "in_set": single.right, "wrong": other}
-    return counted(OWN, clean.verdict == "nothing", right | {"unknown": single.verdict == "unknown"})
-
-
-def independent_answers(rows: "DataFrame") -> "DataFrame":
-    """The five counts of the independent simulator, from the rows that benchmarks/foreign.py leaves; see `counted`."""
-    done = rows[~rows.verdict.isin(["not drawn", "refused", "crashed"])]
-    clean = done[done.kind == "healthy"]
-    single = done[~done.kind.isin(["healthy", "pair"]) & done.known & (done["size"] >= LARGE)]
+def answers_of(rows: "DataFrame", source: str = OWN) -> "DataFrame":
+    """The five counts, from the rows of `scoring.score` or those that benchmarks/foreign.py leaves; see `counted`."""
+    done = grouped(rows[~rows.verdict.isin(["not drawn", "refused", "failed", "crashed"])])
+    clean = done[done.group == "clean"]
+    single = done[done.group.isin(["single", "chain"]) & (done["size"] >= LARGE)]
     right = {key: single[key] for key in ("alone", "in_set", "wrong")}
-    return counted(INDEPENDENT, clean.verdict == "nothing", right | {"unknown": single.verdict == "unknown"})
+    return counted(source, clean.verdict == "nothing", right | {"unknown": single.verdict == "unknown"})
 
 
 def counted(source: str, clean, single) -> "DataFrame":

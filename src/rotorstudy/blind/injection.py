@@ -1,146 +1,261 @@
-"""Cases of a blind test: a machine with a hidden effect, its measurement, and the truth.
+"""Cases of a blind test: a record of the independent simulator with a hidden effect, its rig file, and the truth.
 
-A case depends on the configuration, the seed and its number alone.
+A case depends on its order alone. The record and the rig file are all that the diagnosis may see.
 """
 
-from dataclasses import dataclass
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.blind.base import left_by_base
-from rotorstudy.blind.hiding import sized, what_to_hide
-from rotorstudy.blind.observation import CARRIED, colouring, harmonics_of, measure, observe
-from rotorstudy.blind.setting import draw_setting
-from rotorstudy.blind.simulated_effects import SIMULATED_EFFECTS, ForeignEffect
+from rotorstudy.blind.base import absorbed, left_by_base
+from rotorstudy.blind.machines.cases import CHAIN_FAULTS, draw_case
+from rotorstudy.blind.machines.failures import FAILURES
+from rotorstudy.blind.machines.faults import FAMILIES
+from rotorstudy.blind.machines.files import write_case
+from rotorstudy.blind.machines.forms import FORMS
+from rotorstudy.blind.machines.measuring import expected_harmonics
+from rotorstudy.blind.machines.stepping import NoSteadyState
+from rotorstudy.blind.meanings import MEANS, in_library, left_out
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.measurement.spectrum import Spectrum
-from rotorstudy.model.registry import registry
+from rotorstudy.inference.prediction import with_model_error
+from rotorstudy.measurement.measurement import measured_spectrum
+from rotorstudy.model.rig import read_rig
 
 STREAM = 6  # separates the random numbers of blind tests from those of studies
-MOST_DRAWS = 30
+VISIBLE = 0.01  # least change of a harmonic by an effect, over the healthy 1X; a smaller one is drawn again
+ERRORS = np.array([0.005, 0.02, 0.05])  # usual relative errors of modulus, bearings and unbalance in a rig file
+SINGLE = [name for name in FAMILIES if name != "healthy"]
+BESIDE_A_FORM = ("added_mass", "support_loss", "bow", "unbalance")
+POINT_ROTORS = ("jeffcott", "offset_disc")  # without elements and bearings, which most families need
+USUAL = {"model_floor": 2e-4, "covariance_error": 0.1}  # what a diagnosis assumes by default
+TRIES = 15  # draws of a case until its size is in the range asked for
+FEWER, MORE = 0.4, 2.5  # times the severity of the next draw after one too large, too small
 
 
-@dataclass(frozen=True)
-class Case:
-    """A measurement and the truth behind it.
+class Order(NamedTuple):
+    """What is to be drawn.
 
-    rig      : dict, nominal;  spectrum : Spectrum;  records : list of Record
-    stated   : settings that the diagnosis is given
-    truth    : dict of plain numbers and strings
+    seed      : int or sequence of int;  kind : see `KINDS_OF_CASES`
+    machines  : shares of `machines.draw.MACHINES`;  elements : fewest and most of the machine `any`, or None
+    speeds    : fewest and most;  harmonics : to be read, None: those of the format's default
+    sizes     : smallest and largest;  rig_error : over the usual
+    leave_out : whether the library lacks the truth, whatever the kind
     """
 
-    rig: dict
-    spectrum: Spectrum
-    records: list
-    stated: dict
-    truth: dict
+    number: int
+    seed: object
+    kind: str
+    machines: dict = {"any": 1.0}
+    elements: tuple | None = None
+    speeds: tuple = (8, 8)
+    harmonics: tuple | None = None
+    sizes: tuple = (0.0, np.inf)
+    rig_error: float = 1.0
+    leave_out: bool = False
 
 
-def draw_case(config, seed, index):
-    """The Case of a number (`index`); config : BlindConfig. Raises RotorstudyError if no drawn machine is steady."""
-    generator = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(STREAM, index)))
-    kind = str(generator.choice(list(config.shares), p=list(config.shares.values())))
-    problems = []
-    for _ in range(MOST_DRAWS):
+def _one_of(names):
+    return lambda rng: str(rng.choice(names))
+
+
+def _two_of(names):
+    return lambda rng: "+".join(rng.choice(names, 2, replace=False))
+
+
+def _form_and_another(rng):
+    crack = rng.random() < 0.7
+    form = "crack_form" if crack else rng.choice([name for name in FORMS if in_library(name)])
+    return f"{form}+{rng.choice(BESIDE_A_FORM)}"
+
+
+# Kind of case -> function of a generator that gives the families of its faults, joined by "+"
+KINDS_OF_CASES = {
+    "clean": lambda rng: "healthy",
+    "single": _one_of(SINGLE),
+    "form": _one_of(list(FORMS)),
+    "two": lambda rng: _form_and_another(rng) if rng.random() < 0.5 else _two_of(SINGLE)(rng),
+    "chain": _one_of(CHAIN_FAULTS),
+    "outside": _one_of([*SINGLE, *FORMS]),
+    "pair": _two_of(SINGLE),
+    "form_pair": _form_and_another,
+    "form_outside": _one_of(list(FORMS)),
+    "home": _one_of([*SINGLE, *CHAIN_FAULTS]),
+} | {name: (lambda rng, name=name: name) for name in (*FAMILIES, *CHAIN_FAULTS, *FORMS)}
+
+
+def order_of(config, seed, number):
+    """The Order of a case of a BlindConfig by its number."""
+    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(STREAM, number)))
+    kind = str(rng.choice(list(config.shares), p=list(config.shares.values())))
+    entropy = tuple(int(word) for word in rng.integers(2**32, size=4))
+    return Order(number, entropy, kind, config.machines, config.elements, config.speeds, tuple(config.harmonics),
+                 config.size, config.rig_error)  # fmt: skip
+
+
+def draw(order, folder):
+    """Write record and rig file of an Order to a folder; the truth, plain numbers and strings.
+
+    Raises RotorstudyError if no machine drawn moves steadily and shows an effect of the size asked for.
+    """
+    problem, severity = None, 1.0
+    for attempt in range(TRIES):
         try:
-            return _draw(config, kind, generator, {"case": index, "seed": seed, "kind": kind})
-        except RotorstudyError as error:  # unstable, or no steady motion: no such record can be taken
-            problems.append(str(error))
-    raise RotorstudyError(f"blind case {index} of seed {seed}: {MOST_DRAWS} draws failed, the last: {problems[-1]}")
+            case, kind, fault = _drawn(order, attempt, severity)
+        except NoSteadyState as error:
+            problem = error
+            continue
+        harmonics = order.harmonics
+        if case.rotor.films:  # the mean position of a journal is no displacement of the model
+            harmonics = [n for n in harmonics or range(-5, 6) if n]
+        write_case(case, folder, *(ERRORS * order.rig_error), order.seed, harmonics, with_truth=False)
+        true = truth_of(case, fault)
+        size, beside, without_noise = _size(case, true, folder)
+        low, high = order.sizes
+        if not true or np.isnan(size) or low <= size <= high:
+            return _truth(order, case, kind, fault, true, size, beside, without_noise)
+        severity *= MORE if size < low else FEWER
+        problem = f"the last had size {size:.3g}, of {low:g} to {high:g} asked for"
+    raise RotorstudyError(f"case {order.number}, {order.kind}: {TRIES} draws failed: {problem}")
 
 
-def _draw(config, kind, generator, truth):
-    name = str(generator.choice(list(config.rigs)))
-    sets = config.rigs[name].sensor_sets
-    rig = {**config.nominal(name), "sensors": sets[generator.integers(len(sets))]}
-    setting = draw_setting(config, rig, generator)
-    levels = config.two_noise_percent if kind == "two" else config.noise_percent
-    noise_percent = float(generator.choice(levels))
-    hidden, foreign, left_out = what_to_hide(kind, setting, generator)
-    low, high = config.two_size if kind == "two" else config.size
-    wanted = np.exp(generator.uniform(np.log(low), np.log(high), len(hidden)))
-    colour = float(generator.uniform(0, config.most_colour))
-
-    clean = observe(setting, [])
-    moving = CARRIED != 0
-    rms = np.sqrt(np.sum(np.abs(harmonics_of(clean, CARRIED, config)[..., moving]) ** 2, axis=-1).mean(axis=1))
-    level = noise_percent / 100 * np.median(rms)
-    harmonics = np.array(config.harmonics)
-    std = level * colouring(colour, harmonics, config.samples_per_revolution)
-    base = harmonics_of(clean, harmonics, config)
-
-    def change(effects):
-        seen = harmonics_of(observe(setting, effects), harmonics, config)
-        return float(np.sqrt(np.mean((np.abs(seen - base) / std) ** 2)))
-
-    sizes, alone = [], []
-    for one, s in zip(hidden, wanted, strict=True):
-        size, reached = sized(one, s, change)
-        sizes.append(size)
-        alone.append(reached)
-    acting = [(one.name, *one.at(size)) for one, size in zip(hidden, sizes, strict=True)]
-    signals = observe(setting, acting) if acting else clean
-    exact = harmonics_of(signals, harmonics, config)
-    together = change(acting) if len(acting) > 1 else (alone[0] if alone else 0.0)
-    records, spectrum = measure(config, setting, signals, level, colour, generator)
-    stated = {
-        "uncertainty": {"default": config.base_share, "rotor": config.rotor_share},
-        "nuisance": {"phase_reference": config.phase_mark_std_rad, "probe_gain": config.gain_std},
-        "model_error": config.model_error,
-        "leave_out": left_out,
-    }
-    beyond = []  # of each effect alone
-    for one in acting:
-        seen = signals if len(acting) == 1 else observe(setting, [one])
-        beyond.append(left_by_base(harmonics_of(seen, harmonics, config) - base, spectrum, setting.nominal, stated))
-    hidden_ones = zip(hidden, acting, alone, beyond, strict=True)
-    truth |= {
-        "rig": name,
-        "sensors": list(setting.nominal.sensors),
-        "speed_rad_per_s": setting.speeds.tolist(),
-        "noise_percent": noise_percent,
-        "noise_colour": colour,
-        "change_over_noise": together,
-        "left_out": left_out,
-        "foreign": foreign,
-        "effects": [_recorded(one, values, place, size, left) for one, (_, values, place), size, left in hidden_ones],
-        "base": {effect: _parts(values) for effect, values, _ in setting.effects},
-        "phase_mark_rad": float(setting.mark),
-        "without_noise": [exact.real.tolist(), exact.imag.tolist()],
-    }
-    return Case(rig, spectrum, records, stated, truth)
+def _drawn(order, attempt, severity):
+    """A case of the simulator, its kind as drawn and its fault of the measuring chain."""
+    seed = [*np.atleast_1d(order.seed).tolist(), attempt]
+    rng, kind = np.random.default_rng([*seed, 1]), order.kind
+    speeds = int(rng.integers(order.speeds[0], order.speeds[1] + 1))
+    if kind in FAILURES:
+        machine, family = FAILURES[kind]
+        return draw_case(seed, family, visible=VISIBLE, machine=machine, speeds=speeds), kind, None
+    family = KINDS_OF_CASES[kind](rng)
+    fault, family = (family, "healthy") if family in CHAIN_FAULTS else (None, family)
+    several, alone = "+" in family, family in FORMS
+    names = [
+        name
+        for name in order.machines
+        if (alone or family == "healthy" or name not in POINT_ROTORS)
+        and ((family in ("healthy", *FORMS) and not fault) or name != "films")
+    ]
+    shares = np.array([order.machines[name] for name in names])
+    machine = str(rng.choice(names, p=shares / shares.sum()))
+    size = {"machine": machine, "speeds": speeds, "severity": severity * 10 ** rng.uniform(-0.7, 0.5)}
+    if machine == "any" and order.elements:
+        size["count"] = int(rng.integers(order.elements[0], order.elements[1] + 1))
+    case = draw_case(seed, family, visible=0.0 if family == "healthy" else VISIBLE, chain_fault=fault, **size)
+    if kind == "home":
+        kind = "pair" if several else fault or family
+    return case, kind, fault
 
 
-def _recorded(hidden, values, place, change, left):
-    """A hidden effect as the truth records it, with its declared confounders.
+def _size(case, true, folder):
+    """Size, size beside the other of two effects, and harmonics without noise (speed, harmonic, node), m.
 
-    change, left : over noise, of the effect alone, and of that what the base model cannot absorb
+    The size is nan for records that are refused: what is wrong with them is then seen before any diagnosis.
     """
-    effect = SIMULATED_EFFECTS[hidden.name]
-    if isinstance(effect, ForeignEffect):
-        confounders = list(effect.confounders)
-    else:
-        confounders = [name for name, _ in registry().get("effect", hidden.name).confounders]
+    rig = read_rig(folder / "rig.yaml")
+    try:
+        spectrum, model, _ = measured_spectrum([folder / "record.nc"], rig)
+    except RotorstudyError:
+        return np.nan, np.nan, None
+    shown = expected_harmonics(case.steady, case.nodes, case.probes, case.chain, spectrum.harmonics, case.zero)
+    if not true:
+        return 0.0, np.nan, shown
+    stated = rig.given["diagnosis"]
+    spectrum = with_model_error(spectrum, SimpleNamespace(model_error=stated["model_error"], **USUAL))
+    columns = absorbed(spectrum, model, stated)
+    sizes = [left_by_base(change, spectrum, columns) for change in change_of(case, spectrum.harmonics)]
+    beside = _size_beside(case, true, spectrum, columns) if len(true) > 1 else np.nan
+    return min(sizes), beside, shown
+
+
+def _truth(order, case, kind, fault, true, size, beside, without_noise):
+    outside = order.leave_out or "outside" in kind
+    numbers = {} if without_noise is None else {
+        "without_noise": [without_noise.real.tolist(), without_noise.imag.tolist()]
+    }  # fmt: skip
+    seed = [int(one) for one in np.atleast_1d(order.seed)]
+    return numbers | {
+        "case": order.number, "seed": seed[0] if len(seed) == 1 else seed, "kind": kind, "fault": fault, "true": true,
+        "families": "+".join(one["family"] for one in true), "machine": case.truth["machine"],
+        "speeds_rad_per_s": case.truth["speeds_rad_per_s"], "mass_kg": float(case.rotor.mass),
+        "diameter_m": float(case.rotor.diameter), "youngs_modulus_Pa": float(case.rotor.youngs_modulus),
+        "elements": len(case.rotor.elements), "probed_nodes": len(case.nodes),
+        "size": None if np.isnan(size) else size, "beside": None if np.isnan(beside) else beside,
+        "known": not outside and all(in_library(one["family"]) for one in true),
+        "leave_out": left_out(true) if outside else [],
+    }  # fmt: skip
+
+
+def truth_of(case, fault):
+    """List of true effects: those of the machine, and the fault of the measuring chain, as plain numbers."""
+    true = [one | {"family": _acting_as(case, one)} for one in case.effects if one["family"] != "healthy"]
+    nodes = np.cumsum([0.0, *(element.length for element in case.rotor.elements)])
+    for one in true:
+        if "position_in_element" in one:
+            first, last = nodes[one["element"] - 1 : one["element"] + 1]
+            one["position_m"] = first + one["position_in_element"] * (last - first)
+            one |= {"nodes_m": nodes.tolist(), "depth_ratio": one["depth_over_radius"] / 2}
+        if "softened_m" in one:
+            one |= {"nodes_m": nodes.tolist(), "length_m": case.rotor.length}
+    true += [{"family": fault, "node": case.truth["faulty_node"]}] if fault else []
+    return [
+        {key: value.item() if isinstance(value, np.generic) else value for key, value in one.items()} for one in true
+    ]
+
+
+def _acting_as(case, one):
+    """Family of an effect; that of a one-sided stiffness depends on where the shaft moves.
+
+    Where it never leaves the soft side that is a linear loss, and where it stays beyond the gap a constant force.
+    """
+    if one["family"] not in ("looseness", "looseness_form") and not one.get("one_sided"):
+        return one["family"]
+    at, direction = 4 * (one["node"] - 1), np.array([np.cos(one["angle_rad"]), np.sin(one["angle_rad"])])
+    along = case.steady.displacement[:, :, at : at + 2] @ direction - one.get("start_m", 0.0)
+    gap, corner = one.get("gap_m", np.inf), 3 * one.get("width_m", 0.0)  # smooth: linear beyond three widths
+    if along.min() >= gap + corner:
+        return "preload"
+    if along.min() >= corner and along.max() <= gap - corner:
+        return "support_loss"
+    return "one_sided_loss" if one.get("one_sided") else one["family"]
+
+
+def _seen(case, steady, harmonics):
+    """Measured harmonics (speed, harmonic, node) of a motion by the probes of a case without gross faults, m."""
+    sound = replace(case.chain, swapped=(), phase_offset=0.0, delay=0.0)
+    return expected_harmonics(steady, case.nodes, _good(case.probes), sound, harmonics, None)
+
+
+def _good(probes):
     return {
-        "effect": hidden.name,
-        "where": hidden.where,
-        "options": {key: value for key, value in place.items() if key not in hidden.where},
-        "parameters": _parts(values),
-        "units": hidden.units,
-        "change_over_noise": change,
-        "places": hidden.places,
-        "confounders": confounders,
-        "change_beyond_base": left,
+        node: tuple(replace(p, gain=1.0, angle_error=0.0, reversed=False, runout={}) for p in pair)
+        for node, pair in probes.items()
     }
 
 
-def _parts(values):
-    """Amplitudes as plain numbers: a complex one by its parts, and by magnitude and phase."""
-    found = {}
-    for name, value in values.items():
-        if isinstance(value, complex):
-            found |= {f"{name}_real": value.real, f"{name}_imag": value.imag}
-            found |= {name: abs(value), f"{name}_phase": float(np.angle(value))}
-        else:
-            found[name] = float(value)
-    return {name: float(value) for name, value in found.items()}
+def change_of(case, harmonics):
+    """What each effect alone changes of the measured harmonics (speed, harmonic, node), without noise, m."""
+    if case.truth["chain_fault"] is None:
+        return [_seen(case, one, harmonics) - _seen(case, case.healthy, harmonics) for one in case.alone]
+    sound = replace(case.chain, swapped=(), phase_offset=0.0, delay=0.0)
+    probes = (case.probes, case.chain, case.zero), (_good(case.probes), sound, case.sag)
+    shown, right = (
+        expected_harmonics(case.healthy, case.nodes, pair, chain, harmonics, zero) for pair, chain, zero in probes
+    )
+    return [shown - right]
+
+
+def _size_beside(case, true, spectrum, columns):
+    """Size of the smaller effect of a pair where the other one is there too and of unknown size; 0 if a part of it.
+
+    An effect may be large by itself, and yet not be seen: a rub of a shaft that a seal keeps away from the stator.
+    """
+    both = _seen(case, case.steady, spectrum.harmonics)
+    sizes = []
+    for one, other, alone in zip(true, true[::-1], case.alone[::-1], strict=True):
+        of_other = _seen(case, alone, spectrum.harmonics)
+        beside = of_other - _seen(case, case.healthy, spectrum.harmonics)
+        is_part = bool(set(MEANS[one["family"]][0]) & set(MEANS[other["family"]][2])) and one["node"] == other["node"]
+        sizes.append(0.0 if is_part else left_by_base(both - of_other, spectrum, columns, beside))
+    return min(sizes)

@@ -6,28 +6,31 @@ from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
+from shutil import copytree
 from signal import SIG_DFL, SIGINT, signal
-from time import perf_counter
+from tempfile import TemporaryDirectory
+from time import process_time
+from traceback import extract_tb
 
 from rotorstudy.blind.criteria import judge
-from rotorstudy.blind.injection import draw_case
-from rotorstudy.blind.records import write_records
+from rotorstudy.blind.injection import draw, order_of
 from rotorstudy.blind.scoring import score
 from rotorstudy.blind.sealing import check_seal, salt_of, seal
 from rotorstudy.blind.summary import summary
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.model.rig import build_model, named_plugins
+from rotorstudy.measurement.measurement import measured_spectrum
+from rotorstudy.model.rig import read_rig
 from rotorstudy.store import provenance, save, write_text
 
 log = logging.getLogger(__name__)
 
 
-def diagnosed(spectrum, model, stated):
+def diagnosed(spectrum, model, settings, findings):
     """Verdict of the package's own diagnosis, and its predictions at the held-out speeds."""
     from rotorstudy.diagnosis import investigate
     from rotorstudy.response.measured import measured_response
 
-    found = investigate(spectrum, model, settings=stated)
+    found = investigate(spectrum, model, settings=settings, findings=findings)
     verdict = json.loads(found.verdict.model_dump_json())
     held = found.held_out
     if held is None:
@@ -42,7 +45,7 @@ def run_blind(config, out, *, cases=None, seed=None, cores=1, answer=diagnosed):
     """Run blind tests and write everything except the figures to a folder.
 
     config : BlindConfig;  cases, seed : override those of the configuration
-    answer : function(spectrum, model, stated) -> verdict dict, held-out predictions or None
+    answer : function(spectrum, model, settings, findings) -> verdict dict, held-out predictions or None
     returns: Dataset of `summary.summary`, list of Criterion, DataFrame of cases
     Apart from times the result depends on configuration and seed alone, not on the number of cores.
     """
@@ -60,19 +63,20 @@ def answer_cases(config, numbers, seals, out, *, seed=None, cores=1, answer=diag
     Records of the first cases are written to the folder `out`. A case depends on its number and the seed alone.
     returns : list of {"truth": JSON text of truth and salt, "answer": dict}
     """
-    seed = config.seed if seed is None else seed
-    with _pool(cores) as mapped:
-        hidden = list(mapped(partial(draw_case, config, seed), numbers))
-        for case in hidden:
-            if (number := case.truth["case"]) < config.records:
-                write_records(case, Path(out) / "records" / f"case_{number}")
+    seed, out = config.seed if seed is None else seed, Path(out)
+    orders = [order_of(config, seed, number) for number in numbers]
+    with TemporaryDirectory() as records, _pool(cores) as mapped:
+        folders = [Path(records) / f"case_{order.number}" for order in orders]
+        hidden = list(mapped(draw, orders, folders))
+        for order, folder in zip(orders, folders, strict=True):
+            if order.number < config.records:
+                copytree(folder, out / "records" / folder.name, dirs_exist_ok=True)
         salts = [salt_of(seed, i) for i in numbers]
-        sealed = [seal(case.truth, salt) for case, salt in zip(hidden, salts, strict=True)]
+        sealed = [seal(truth, salt) for truth, salt in zip(hidden, salts, strict=True)]
         write_text(seals, json.dumps({"seed": seed, "sha256": sealed}, indent=1))
-        truths = [json.dumps({"truth": case.truth, "salt": salt}) for case, salt in zip(hidden, salts, strict=True)]
-        shown = [(case.spectrum, case.rig, case.stated) for case in hidden]  # what the diagnosis may see, no more
-        answered = []
-        for truth, one in zip(truths, mapped(partial(_answer, answer), shown), strict=True):
+        truths = [json.dumps({"truth": truth, "salt": salt}) for truth, salt in zip(hidden, salts, strict=True)]
+        left_out, answered = [truth["leave_out"] for truth in hidden], []  # of the library, which is no secret
+        for truth, one in zip(truths, mapped(partial(answer_case, answer=answer), folders, left_out), strict=True):
             answered.append({"truth": truth, "answer": one})
             log.info("case %d of %d", len(answered), len(truths))
     return answered
@@ -94,8 +98,7 @@ def judge_cases(config, out, answered, published, seed):
     write_text(out / "verdicts.json", "[" + ",\n".join(json.dumps(one, default=float) for one in told) + "]\n")
     rows = score(opened, answers)
     criteria = judge(rows)
-    plugins = [p for name in config.rigs for p in named_plugins(config.nominal(name))]
-    attributes = {**provenance(config.model_dump(), plugins, seed), "cases": len(answered)}
+    attributes = {**provenance(config.model_dump(), [], seed), "cases": len(answered)}
     data = summary(rows, criteria).assign_attrs(attributes, title=config.title)
     save(data, out / "blind.nc")
     return data, criteria, rows
@@ -105,15 +108,28 @@ def _published(seals):
     return json.loads(Path(seals).read_text(encoding="utf-8"))["sha256"]
 
 
-def _answer(answer, shown):
-    """Verdict, held-out predictions and time; an error of the diagnosis counts as a wrong answer."""
-    spectrum, rig, stated = shown
-    start = perf_counter()
+def answer_case(folder, leave_out=(), answer=diagnosed):
+    """Verdict, held-out predictions and seconds of one core, from the record and the rig file in a folder alone.
+
+    Records that are refused, and an error of the diagnosis, are answers too: "refused" and "failed", with the `error`.
+    """
+    from rotorstudy.diagnosis.settings import read_settings
+
+    start, held_out = process_time(), None
     try:
-        verdict, held_out = answer(spectrum, build_model(rig), stated)
+        rig = read_rig(folder / "rig.yaml")
+        spectrum, model, findings = measured_spectrum([folder / "record.nc"], rig)
+        settings = read_settings(rig.given, "rig.yaml").model_copy(update={"leave_out": list(leave_out)})
     except RotorstudyError as error:
-        verdict, held_out = {"verdict": "failed", "causes": [], "error": str(error)}, None
-    return {"verdict": verdict, "held_out": held_out, "seconds": perf_counter() - start}
+        verdict = {"verdict": "refused", "error": str(error)}
+    else:
+        try:
+            verdict, held_out = answer(spectrum, model, settings, tuple(findings))
+        except (RotorstudyError, ArithmeticError, LookupError, ValueError) as error:  # a diagnosis ends in a verdict
+            where = extract_tb(error.__traceback__)[-1]
+            said = f"{type(error).__name__}: {error} ({Path(where.filename).name}:{where.lineno})"
+            verdict = {"verdict": "failed", "error": said}
+    return {"verdict": verdict, "held_out": held_out, "seconds": process_time() - start}
 
 
 @contextmanager
@@ -124,6 +140,6 @@ def _pool(cores):
         return
     executor = ProcessPoolExecutor(cores, initializer=signal, initargs=(SIGINT, SIG_DFL))  # no traceback of each
     try:
-        yield partial(executor.map, chunksize=4)
+        yield executor.map
     finally:
         executor.shutdown(cancel_futures=True)

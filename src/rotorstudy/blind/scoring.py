@@ -1,13 +1,17 @@
-"""Comparison of verdicts with the truth: right and wrong causes, calibration, coverage, with 95 % bounds."""
+"""Comparison of verdicts with the truth: right and wrong causes, sizes, calibration, with 95 % bounds."""
 
 import numpy as np
 
-from rotorstudy.blind.simulated_effects import SIMULATED_EFFECTS
+from rotorstudy.blind.machines.cases import CHAIN_FAULTS
+from rotorstudy.blind.meanings import CONVENTIONS, CRACKS, REFUSED, SIZES, compared
+from rotorstudy.model.depth import compliance
 from rotorstudy.model.registry import registry
 from rotorstudy.units import HALF_INTERVAL
 
 PROBABILITY_EDGES = np.array([0.0, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 1.0])
-ANSWERS_WITHOUT_CAUSE = ("nothing", "unknown", "failed")
+ANSWERS_WITHOUT_CAUSE = ("nothing", "unknown", "convention", "refused", "failed")
+CRACK_ANGLE = 10.0  # degrees, error of the angle of a crack that is found
+SLOPE = 0.01  # relative step of a depth, for the slope of its flexibility
 
 
 def share_bounds(found: int, of: int) -> tuple[float, float]:
@@ -18,107 +22,191 @@ def share_bounds(found: int, of: int) -> tuple[float, float]:
 
 
 def is_chain(effect: str) -> bool:
-    """Whether an effect belongs to the measuring chain: it acts on the output or on the speed label."""
-    if effect in SIMULATED_EFFECTS:
-        return SIMULATED_EFFECTS[effect].on != "rotor"
+    """Whether an effect, or a family of the simulator, belongs to the measuring chain."""
     plugin = registry().plugins["effect"].get(effect)
-    return plugin is not None and plugin.acts_on_output
+    return effect in CHAIN_FAULTS or (plugin is not None and plugin.acts_on_output)
 
 
-def same_cause(true, named):
-    """Whether a named cause is a true one: the effect, and its place where there is more than one."""
-    if true["effect"] != named["effect"]:
-        return False
-    where = named.get("where") or {}
-    if true["places"] > 1 and any(key not in where for key in true["where"]):
-        return False
-    return all(value in _parts(where[key]) for key, value in true["where"].items() if key in where)
-
-
-def _parts(value):
-    """Values of an option of the place: a list for a cause of several parts (harmonics of a runout)."""
-    return value if isinstance(value, list) else [value]
-
-
-def _count(causes):
-    """Number of causes, each part by itself."""
-    return sum(int(np.prod([len(_parts(value)) for value in (c.get("where") or {}).values()])) for c in causes)
-
-
-def stated_set(verdict):
-    """Causes that a verdict names, alone or among those it cannot tell apart."""
-    if verdict["verdict"] in ANSWERS_WITHOUT_CAUSE:
-        return []
-    return [*verdict.get("causes", []), *verdict.get("ambiguous_with", [])]
+def name_of(cause):
+    """Effect and place in a few characters."""
+    return cause["effect"] + "".join(f" {value}" for value in (cause.get("where") or {}).values())
 
 
 def score_case(truth, answer):
     """One row: what was hidden, what was answered, and what is right about the answer.
 
-    answer : {"verdict": dict, "held_out": None or {"speed", "before", "after"} predicted harmonics, "seconds": s}
+    truth  : of `injection.draw`
+    answer : {"verdict": as JSON, "held_out": None or {"speed", "before", "after"} predicted harmonics, "seconds": s}
     """
-    verdict, true = answer["verdict"], truth["effects"]
-    named, stated = (verdict.get("causes") or []) if stated_set(verdict) else [], stated_set(verdict)
-    known = bool(true) and truth["kind"] != "foreign"
-    found = [any(same_cause(t, c) for c in named) for t in true]
-    inside = [any(same_cause(t, c) for c in stated) for t in true]
-    exact = known and all(found) and _count(named) == len(true)
-    hit = known and all(inside) and (exact or verdict["verdict"] == "ambiguous")
-    confounder = bool(true) and any(c["effect"] in true[0]["confounders"] for c in stated)
+    verdict, true = answer["verdict"], truth["true"]
+    row = {key: truth[key] for key in ("case", "kind", "families", "machine", "mass_kg", "elements", "probed_nodes",
+                                       "known")}  # fmt: skip
+    row |= {"seed": str(truth["seed"]), "group": _group(truth)}
+    row |= {key: np.nan if truth[key] is None else truth[key] for key in ("size", "beside")}
+    row |= _judged(truth, verdict)
     before, after = _held_out_errors(truth, answer.get("held_out"))
-    measured = (verdict.get("gain") or {}).get("ratio", np.nan)
-    return {
-        "case": truth["case"],
-        "kind": truth["kind"],
-        "rig": truth["rig"],
-        "noise_percent": truth["noise_percent"],
-        "size": min((t["change_over_noise"] for t in true), default=0.0),
-        "beyond": min((t.get("change_beyond_base", np.nan) for t in true), default=0.0),
-        "truth": " + ".join(sorted(t["effect"] for t in true)) or "clean",
-        "verdict": verdict["verdict"],
-        "answer": " + ".join(sorted(c["effect"] for c in named)) or verdict["verdict"],
-        "known": known,
-        "named": _count(named),
-        "states_causes": bool(stated),
-        "exact": exact,
-        "right": bool(hit),
-        "inside": known and bool(stated) and all(inside),
-        "confounder": confounder,
-        "names_rotor": bool(stated) and not any(is_chain(c["effect"]) for c in stated),
-        "posterior_probability": float(named[0].get("posterior_probability", np.nan)) if named else np.nan,
-        "first_right": bool(named) and known and any(same_cause(t, named[0]) for t in true),
-        "gain_measured": float(measured) if measured is not None else np.nan,
-        "gain": after / before if before > 0 else np.nan,
+    named = verdict.get("causes", []) if row["alone"] else []
+    p_value = verdict.get("residual_p_value") or {}
+    gain = verdict.get("gain") or {} if row["causes"] else {}
+    return row | _sizes_judged(true, named) | _crack_judged(truth, named) | {
+        "gain": gain.get("ratio", np.nan),
+        "gain_sigma": gain["after_sigma"] / gain["before_sigma"] if "after_sigma" in gain else np.nan,
+        "rise_probability": gain.get("rise_probability", np.nan),
+        "gain_true": after / before if before > 0 else np.nan,
+        "p_before": p_value.get("before", np.nan),
+        "p_after": p_value.get("after", np.nan),
+        "residual_share": verdict.get("residual_share", np.nan),
         "seconds": float(answer.get("seconds", np.nan)),
-        "covered": _covered(true, named) if exact else [],
-    }
+    }  # fmt: skip
+
+
+def _group(truth):
+    """clean, single, chain, two, or outside (what the library lacks, whatever it is)."""
+    if not truth["true"]:
+        return "clean"
+    if not truth["known"]:
+        return "outside"
+    return "two" if len(truth["true"]) > 1 else "chain" if truth["fault"] else "single"
+
+
+def grouped(rows):
+    """Rows with the column `group`, also those of a file that lacks it; {name: column} missing there become nan."""
+    if "group" not in rows:
+        families, known = rows.families.fillna("").astype(str), rows.known.astype(bool)
+        group = np.select(
+            [families == "", ~known, families.str.contains("+", regex=False), families.isin(CHAIN_FAULTS)],
+            ["clean", "outside", "two", "chain"], "single",
+        )  # fmt: skip
+        rows = rows.assign(group=group, families=families)
+    return rows
+
+
+def _judged(truth, verdict):
+    """What is right about a verdict."""
+    true, kind = truth["true"], verdict["verdict"]
+    causes, others = verdict.get("causes") or [], verdict.get("ambiguous_with") or []
+    fitting = [*causes, *others]  # of an unknown one too, which may be another than the likely truth
+    if kind not in ("cause", "ambiguous"):
+        causes, others = [], []
+    stated = [*causes, *others]
+    match = {id(cause): [compared(one, cause) for one in true] for cause in fitting}
+    nothing = {"causes": 0, "among_fitting": False, "name_in_set": False, "names_rotor": False, "probability": np.nan,
+               "first_right": False, "stated": ""}  # fmt: skip
+    if kind in ("refused", "failed"):
+        right = kind == "refused" and truth["fault"] in REFUSED and (
+            f"node {true[-1]['node']}: {REFUSED[truth['fault']]}" in verdict["error"]
+        )  # fmt: skip
+        return nothing | {"verdict": kind, "answer": kind, "named": verdict["error"], "alone": right, "in_set": right,
+                          "wrong": kind == "failed"}  # fmt: skip
+    if (chain := verdict.get("measuring_chain")) is not None:
+        said = chain["hypothesis"]
+        right = len(true) == 1 and CONVENTIONS.get(true[0]["family"]) == said
+        return nothing | {"verdict": "convention", "answer": "convention", "named": said, "alone": right,
+                          "in_set": right, "name_in_set": right, "wrong": not right, "first_right": right}  # fmt: skip
+
+    def every(chosen, of):
+        return bool(true) and all(any(match[id(cause)][i][of] for cause in chosen) for i in range(len(true)))
+
+    return {
+        "verdict": kind,
+        "answer": " + ".join(sorted(cause["effect"] for cause in causes)) or kind,
+        "named": " + ".join(map(name_of, verdict.get("causes") or [])),
+        "stated": " | ".join(map(name_of, others)),
+        "causes": len(causes),
+        "among_fitting": every(fitting, 1),
+        "alone": kind == "cause" and every(causes, 1) and all(
+            any(there or beside for _, there, beside in match[id(cause)]) for cause in causes
+        ),
+        "in_set": every(stated, 1),
+        "name_in_set": every(stated, 0),
+        "wrong": kind == "cause" and any(not any(name or beside for name, _, beside in match[id(cause)])
+                                         for cause in causes),
+        "names_rotor": bool(stated) and not any(is_chain(cause["effect"]) for cause in stated),
+        # posterior among the effects of the library, times the probability that the truth is one of those stated
+        "probability": causes[0].get("posterior_probability", np.nan) * (1 - verdict.get("outside_probability", 0.0))
+        if causes else np.nan,
+        "first_right": bool(causes) and any(there for _, there, _ in match[id(causes[0])]),
+    }  # fmt: skip
 
 
 def _held_out_errors(truth, held_out):
     """Rms error (m) of base and extended model on held-out speeds, against what the probes show without noise."""
-    if not held_out or not held_out["speed"]:
+    if not held_out or not held_out["speed"] or "without_noise" not in truth:
         return np.nan, np.nan
-    real, imag = np.array(truth["without_noise"])
-    shown = np.swapaxes(real + 1j * imag, 1, 2)  # (speed, harmonic, sensor)
-    at = [int(np.abs(np.array(truth["speed_rad_per_s"]) - w).argmin()) for w in held_out["speed"]]
+    real, imag = np.array(truth["without_noise"])  # (speed, harmonic, node)
+    at = [int(np.abs(np.array(truth["speeds_rad_per_s"]) - w).argmin()) for w in held_out["speed"]]
+    shown = (real + 1j * imag)[at]
     return tuple(
-        float(np.sqrt(np.mean(np.abs(shown[at] - np.asarray(held_out[part])) ** 2))) for part in ("before", "after")
+        float(np.sqrt(np.mean(np.abs(shown - np.asarray(held_out[part])) ** 2))) for part in ("before", "after")
     )
 
 
-def _covered(true, named):
-    """For each parameter with an interval, whether it holds the truth; angles count modulo one revolution."""
-    result = []
-    for t in true:
-        cause = next(c for c in named if same_cause(t, c))
-        for name, estimate in cause.get("parameters", {}).items():
-            if name not in t["parameters"] or not estimate.get("std"):
-                continue
-            off = estimate["value"] - t["parameters"][name]
-            if estimate.get("unit") == "rad":
-                off = np.angle(np.exp(1j * off))
-            result.append(bool(abs(off) <= HALF_INTERVAL * estimate["std"]))
-    return result
+def _errors_of(true, causes):
+    """(parameter, error, standard deviation) of every size that a named true effect states; angles in (-pi, pi]."""
+    found = []
+    for one in true:
+        for cause in causes:
+            for name, key in SIZES.get(one["family"], {}).items() if compared(one, cause)[1] else ():
+                stated = cause["parameters"].get(name)
+                if stated is None or not stated.get("std") or key not in one:
+                    continue
+                error = stated["value"] - one[key]
+                fold = 2 if one["family"].startswith("open_crack") else 1  # which faces either way
+                error = np.angle(np.exp(1j * fold * error)) / fold if key.endswith("_rad") else error
+                found.append((name, float(error), stated["std"]))
+    return found
+
+
+def _sizes_judged(true, causes):
+    """Number of sizes to compare, of 95 % intervals that hold theirs, and whether the angle of a crack is right."""
+    errors = _errors_of(true, causes)
+    angles = [np.rad2deg(error) for name, error, _ in errors if name in ("angle_rad", "crack_angle_rad")]
+    return {
+        "sizes": len(errors),
+        "covered": sum(abs(error) <= HALF_INTERVAL * std for _, error, std in errors),
+        "angle_right": all(abs(error) <= CRACK_ANGLE for error in angles),
+    }
+
+
+def _crack_judged(truth, causes):
+    """Errors of the first crack among some causes: place (of the length), angle (degrees), flexibility (relative).
+
+    The flexibility across its front is that of its depth, by the library, times its factor; `held` says whether the
+    95 % interval of both holds the true one.
+    """
+    found = dict.fromkeys(("place_error", "angle_error_deg", "flexibility_error", "flexibility_held"), np.nan)
+    true = [one for one in truth["true"] if one["family"] in ("crack_form", "open_crack_form")]
+    cracks = [cause for cause in causes if cause["effect"] in CRACKS]
+    if not true or not cracks:
+        return found
+    one, stated = true[0], cracks[0].get("parameters", {})
+    fold = 2 if one["family"] == "open_crack_form" else 1
+    if angle := stated.get("angle_rad", stated.get("crack_angle_rad")):
+        off = np.angle(np.exp(1j * fold * (angle["value"] - one["phase_rad"]))) / fold
+        found["angle_error_deg"] = float(np.rad2deg(off))
+    if "position_m" in stated:
+        found["place_error"] = abs(stated["position_m"]["value"] - one["position_m"]) / one["length_m"]
+    if "depth_ratio" in stated and "flexibility_factor" in stated:
+        depth, factor = stated["depth_ratio"], stated["flexibility_factor"]
+        plugin = registry().get("depth", (cracks[0].get("variant") or {}).get("flexibility") or _usual_flexibility())
+        near = depth["value"] * np.array([1, 1 - SLOPE, 1 + SLOPE])
+        shaft = {"diameter_m": truth["diameter_m"], "youngs_modulus_Pa": truth["youngs_modulus_Pa"]}
+        low, high = plugin.valid
+        at, below, above = np.log([compliance(plugin, min(max(d, low), high), **shaft)[0] for d in near])
+        slope = (above - below) / (2 * SLOPE * depth["value"])
+        std = np.hypot(slope * (depth.get("std") or 0), (factor.get("std") or 0) / factor["value"])
+        error = at + np.log(abs(factor["value"])) - np.log(one["across_rad_per_N_m"])
+        found |= {
+            "flexibility_error": float(np.expm1(error)),
+            "flexibility_held": float(abs(error) <= HALF_INTERVAL * std),
+        }
+    return found
+
+
+def _usual_flexibility():
+    from inspect import signature
+
+    return signature(registry().get("effect", "transverse_crack").function).parameters["flexibility"].default
 
 
 def score(truths, answers):
@@ -151,7 +239,7 @@ def calibration(probability, right):
 
 
 def found_half(rows):
-    """Change over noise at which half of the effects are found, by logistic regression on log size.
+    """Size at which half of the effects are found, by logistic regression on log size.
 
     All effects share one steepness; a lapse rate of 2 % limits the influence of single cases.
     rows    : DataFrame of `score`
@@ -163,17 +251,17 @@ def found_half(rows):
 
     def likelihood(part, slope):
         share = 0.01 + 0.98 / (1 + np.exp(-slope * np.log(part["size"].to_numpy()[:, None] / grid)))
-        right = part.right.to_numpy(bool)[:, None]
+        right = part.in_set.to_numpy(bool)[:, None]
         return np.where(right, np.log(share), np.log(1 - share)).sum(axis=0)
 
-    seen = rows[rows.known & (rows["size"] > 0) & (rows.kind != "two")]
-    families = sorted(seen.truth.unique())
+    seen = rows[(rows["group"] == "single") & (rows["size"] > 0)]
+    families = sorted(seen.families.unique())
     if not families:
         return [], np.zeros((0, 3))
-    by_slope = [sum(likelihood(seen[seen.truth == f], b).max() for f in families) for b in steepness]
+    by_slope = [sum(likelihood(seen[seen.families == f], b).max() for f in families) for b in steepness]
     slope, found = steepness[int(np.argmax(by_slope))], []
     for family in families:
-        fitted = likelihood(seen[seen.truth == family], slope)
+        fitted = likelihood(seen[seen.families == family], slope)
         allowed = grid[fitted >= fitted.max() - chi2.ppf(0.95, 1) / 2]
         found.append((grid[int(np.argmax(fitted))], allowed[0], allowed[-1]))
     return families, np.array(found)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from rotorstudy.blind.criteria import attributes
+from rotorstudy.blind.meanings import MEANS
 from rotorstudy.blind.scoring import (
     ANSWERS_WITHOUT_CAUSE,
     PROBABILITY_EDGES,
@@ -14,7 +15,7 @@ from rotorstudy.blind.scoring import (
 from rotorstudy.model.registry import registry
 from rotorstudy.store import dataset
 
-SIZE_EDGES = np.array([0.3, 0.6, 1.0, 2.0, 3.0, 6.0, 12.0, 30.0])
+SIZE_EDGES = np.array([0.3, 1.0, 2.0, 3.0, 6.0, 12.0, 30.0, 100.0, 300.0])
 CRITERION_NUMBERS = {
     "reached": "value reached",
     "low": "lower 95 % bound",
@@ -35,7 +36,7 @@ def summary(rows, criteria):
         "confusion": (("truth", "answer"), matrix, "1", "cases by truth and answer"),
         "accepted": (("truth", "answer"), confounders_of(truths, answers), "1", "1 right, 2 a declared confounder"),
         **{
-            name: (("family",), half[:, i], "1", "change over noise at which half the effects are found")
+            name: (("family",), half[:, i], "1", "size at which half the effects are found")
             for i, name in enumerate(("found_half", "found_half_low", "found_half_high"))
         },
         **_cases(rows),
@@ -44,7 +45,7 @@ def summary(rows, criteria):
     probability = (PROBABILITY_EDGES[1:] + PROBABILITY_EDGES[:-1]) / 2
     middle = np.sqrt(SIZE_EDGES[1:] * SIZE_EDGES[:-1])
     coordinates = {
-        "size_bin": (middle, "1", "change over noise, geometric middle of the bin"),
+        "size_bin": (middle, "1", "size, geometric middle of the bin"),
         "probability_bin": (probability, "1", "posterior probability, middle of the bin"),
         "truth": (truths, "1", "what was hidden"),
         "answer": (answers, "1", "what was named, or the verdict without a cause"),
@@ -57,9 +58,9 @@ def summary(rows, criteria):
 
 def _over_size(rows):
     """Completeness and reliability over the size of an effect, with 95 % bounds."""
-    single = (rows.known & (rows.kind != "two")).to_numpy(bool)
-    naming = (rows.states_causes & (rows.kind != "two")).to_numpy(bool)
-    right, variables, bins = rows.right.to_numpy(bool), {}, ("size_bin",)
+    single = rows.group.isin(["single", "chain"]).to_numpy(bool)
+    naming = ((rows.causes > 0) & (rows.group != "two")).to_numpy(bool)
+    right, variables, bins = rows.in_set.to_numpy(bool), {}, ("size_bin",)
     for name, chosen, long_name in (
         ("completeness", single, "share of hidden effects found, cause and place"),
         ("reliability", naming, "share of named causes that are true"),
@@ -75,10 +76,8 @@ def _over_size(rows):
 
 def _calibration(rows):
     """Share of true causes by their stated posterior probability, with 95 % bounds."""
-    stated = rows[rows.posterior_probability.notna()]
-    said, correct, count, error = calibration(
-        stated.posterior_probability.to_numpy(float), stated.first_right.to_numpy(float)
-    )
+    stated = rows[rows.probability.notna()]
+    said, correct, count, error = calibration(stated.probability.to_numpy(float), stated.first_right.to_numpy(float))
     many, by = np.maximum(count, 1), ("probability_bin",)
     bounds = np.array([share_bounds(int(a), int(b)) for a, b in zip(correct, count, strict=True)])
     return {
@@ -95,18 +94,17 @@ def _cases(rows):
     """What is known of every case."""
     variables, along = {}, ("case",)
     for name, unit, long_name in (
-        ("size", "1", "change over noise, of the smaller effect if two"),
-        ("beyond", "1", "the part of it that base parameters and calibration cannot absorb"),
-        ("noise_percent", "percent", "noise of a harmonic over the rms vibration"),
-        ("posterior_probability", "1", "posterior probability of the first cause"),
-        ("gain", "1", "error on held-out speeds after over before, against the signal without noise"),
-        ("gain_measured", "1", "the same against the measurement"),
-        ("seconds", "s", "time of the diagnosis"),
+        ("size", "1", "size in standard deviations, of the smaller effect if two"),
+        ("beside", "1", "the same where the other of two effects is there, and of unknown size"),
+        ("probability", "1", "stated probability of the first cause"),
+        ("gain_true", "1", "error on held-out speeds after over before, against the signal without noise"),
+        ("gain", "1", "the same against the measurement"),
+        ("seconds", "s", "time of the diagnosis, of one core"),
     ):
         variables[f"case_{name}"] = (along, rows[name].to_numpy(float), unit, long_name)
-    for name in ("kind", "rig", "truth", "verdict", "answer"):
+    for name in ("group", "machine", "families", "verdict", "answer"):
         variables[f"case_{name}"] = (along, rows[name].to_numpy(object), "1", f"{name} of the case")
-    for name in ("known", "exact", "right", "inside", "confounder", "names_rotor"):
+    for name in ("known", "alone", "in_set", "wrong", "names_rotor"):
         variables[f"case_{name}"] = (along, rows[name].to_numpy(bool).astype("i1"), "1", f"case is {name}")
     return variables
 
@@ -135,14 +133,16 @@ def share_over_size(rows, chosen, right):
 
 
 def confusion(rows):
-    """Truths, answers, and counts (truth, answer); cases with two effects and foreign physics are left out."""
-    seen = rows[rows.kind.isin(["clean", "single", "chain"])]
-    one = seen.answer.where(seen.named < 2, "two causes")
-    truths = sorted(seen.truth.unique(), key=lambda name: (name != "clean", is_chain(name), name))
-    answers = [name for name in truths if name != "clean"]
-    answers += sorted(set(one) - set(answers) - set(ANSWERS_WITHOUT_CAUSE) - {"two causes"})
-    answers = ["nothing", *answers, "two causes", "unknown", "failed"]
-    matrix = np.array([[int(((seen.truth == t) & (one == a)).sum()) for a in answers] for t in truths], int)
+    """Truths, answers, and counts (truth, answer), of cases with at most one effect, which the library has."""
+    seen = rows[rows.group.isin(["clean", "single", "chain"])]
+    one = seen.answer.where(~seen.answer.str.contains("+", regex=False), "two causes")
+    families = seen.families.where(seen.families != "", "clean")
+    truths = sorted(families.unique(), key=lambda name: (name != "clean", is_chain(name), name))
+    others = {"nothing", "two causes", *ANSWERS_WITHOUT_CAUSE}
+    usual = [name for family in truths if family != "clean" for name in MEANS[family][0] if name in set(one)]
+    answers = list(dict.fromkeys(usual)) + sorted(set(one) - set(usual) - others)
+    answers = ["nothing", *answers, "two causes", *ANSWERS_WITHOUT_CAUSE[1:]]
+    matrix = np.array([[int(((families == t) & (one == a)).sum()) for a in answers] for t in truths], int)
     return truths, answers, matrix.reshape(len(truths), len(answers))
 
 
@@ -151,9 +151,11 @@ def confounders_of(truths, answers):
     zoo = registry().plugins["effect"]
     found = np.zeros((len(truths), len(answers)), int)
     for i, t in enumerate(truths):
+        means = MEANS[t][0] if t in MEANS else ()
+        alike = {name for one in means if one in zoo for name, _ in zoo[one].confounders}
         for j, a in enumerate(answers):
-            if a == t or (t == "clean" and a == "nothing"):
+            if a in means or (t == "clean" and a == "nothing"):
                 found[i, j] = 1
-            elif t in zoo and a in dict(zoo[t].confounders):
+            elif a in alike:
                 found[i, j] = 2
     return found

@@ -53,7 +53,7 @@ def _percent(share):
 
 
 def curves(data):
-    """Completeness and reliability over the change by the effect."""
+    """Completeness and reliability over the size of the effect."""
     picture, axes = figure(1, 1, height=2.8, width=4.2)
     axes = axes[0, 0]
     for i, name in enumerate(("completeness", "reliability")):
@@ -66,12 +66,12 @@ def curves(data):
     axes.axhline(0.95, color="0.5", linewidth=0.8, linestyle=":")
     axes.axvline(LARGE, color="0.5", linewidth=0.8, linestyle=":")
     axes.set(xscale="log", ylim=(-0.03, 1.03), ylabel="share of cases, 95 % bounds")
-    axes.set_xticks([0.3, 1, 3, 10, 30], ["0.3", "1", "3", "10", "30"])
-    axes.set_xlabel("change by the effect over noise, rms (1)")
-    found = data.sel(criterion="right_large")
+    axes.set_xticks([1, 3, 10, 30, 100], ["1", "3", "10", "30", "100"])
+    axes.set_xlabel("size of the effect in standard deviations (1)")
+    found = data.sel(criterion="in_set")
     low, high = (100 * float(found[f"criterion_{end}"]) for end in ("low", "high"))
     said = f"{_percent(float(found.criterion_reached))} ({low:.0f} to {high:.0f}, {int(found.criterion_cases)} cases)"
-    picture.suptitle(f"Right at three times the noise and more: {said}", fontsize=8)
+    picture.suptitle(f"In the stated set at size 3 and more: {said}", fontsize=8)
     axes.legend(loc="lower right")
     return picture
 
@@ -131,7 +131,7 @@ def calibration(data):
 
 
 def coverage(data):
-    """Shares by noise level: truth inside the stated set, and intervals that hold the truth."""
+    """Truth inside the stated set, and intervals that hold the truth."""
     picture, axes = figure(1, 1, height=2.6, width=4.4)
     axes = axes[0, 0]
     part = data.isel(criterion=((data.criterion_kind == "coverage") & (data.criterion_cases > 0)).values)
@@ -148,7 +148,7 @@ def coverage(data):
 
 
 def detection_limits(data):
-    """Change over noise at which half the effects of a kind are found; kinds without an estimate are counted."""
+    """Size at which half the effects of a kind are found; kinds without an estimate are counted."""
     half, low, high = (data[f"found_half{end}"].values for end in ("", "_low", "_high"))
     known = np.flatnonzero((half > low) & (half < high))  # not where all were found, or none
     order = known[np.argsort(half[known])]
@@ -159,7 +159,7 @@ def detection_limits(data):
     axes.axvline(LARGE, color="0.5", linewidth=0.8, linestyle=":")
     axes.set_yticks(range(len(order)), list(map(_called, data.family.values[order])))
     axes.set_xscale("log")
-    axes.set_xlabel("change over noise at which half are found (1)")
+    axes.set_xlabel("size at which half are found (1)")
     others = len(half) - len(order)
     told = f"The limit is known for {len(order)} of {len(half)} effects;\nof {others} all cases were found, or none"
     picture.suptitle(told, fontsize=8)
@@ -170,10 +170,10 @@ def gain(data):
     """Distribution of the error on held-out speeds, after over before."""
     picture, axes = figure(1, 1, height=2.6, width=4.2)
     axes = axes[0, 0]
-    states = np.isfinite(data.case_posterior_probability.values)
+    states = np.isfinite(data.case_probability.values)
     large = (data.case_known.values == 1) & (data.case_size.values >= LARGE) & states
     for i, (name, label) in enumerate(
-        (("gain", "against the signal without noise"), ("gain_measured", "against the measurement"))
+        (("gain_true", "against the signal without noise"), ("gain", "against the measurement"))
     ):
         values = np.sort(data[f"case_{name}"].values[large])
         values = values[np.isfinite(values)]

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from rotorstudy.blind.criteria import LARGE, statement, table, tally
-from rotorstudy.blind.glance import independent_answers, own_answers, sentences
+from rotorstudy.blind.glance import PUBLISHED, answers_of, sentences
 from rotorstudy.presentation.blind_figures import answers_figure, blind_figures
 from rotorstudy.presentation.captions import BLIND_FIGURES
 from rotorstudy.presentation.pages import inline_png, render, to_index
@@ -13,15 +13,15 @@ from rotorstudy.store import write_text
 
 MARKS = {"reached": "good", "not reached": "bad", "undecided": "doubtful"}
 NOTES = (
-    "Change over noise: the change of the measured harmonics by the effect over their noise, both rms. Beyond the base "
-    "counts only the part that base parameters and calibration cannot absorb.",
+    "Size: the change of the measured harmonics by the effect, of which only the part counts that base parameters and "
+    "calibration cannot absorb, in standard deviations, rms. Of two effects the smaller counts.",
     "low and high are 95 % bounds: of Clopper and Pearson for shares, by order statistics for medians, by bootstrap "
     "over the cases for the calibration error. A criterion is reached, or not reached, if the whole range "
     "between the bounds is; otherwise it is undecided.",
-    "An answer is right if it names the cause and its place, or if it is ambiguous and its set contains them.",
-    "Foreign effects are physics that the library lacks, or one of its effects left out of it. A confounder is "
-    "declared by a plugin, or for foreign physics by the blind test.",
-    "Errors on held-out speeds count against the signal without noise, which only a blind test knows. Against the "
+    "The stated set has the causes that are named and those that are not ruled out. A cause is right if effect and "
+    "place are; an effect of another form than the library's has its physics in another formula.",
+    "Outside the library are physics that it lacks, and effects that were left out of it.",
+    "Errors on held-out speeds count against the signal without noise, which only a simulation knows. Against the "
     "measurement they cannot fall below its noise.",
 )
 
@@ -32,25 +32,24 @@ def write_pages(data, criteria, rows, folder, independent=None, index=None):
     data        : xarray.Dataset; as `blind.summary.summary` returns it, with the attributes cases and seed
     criteria    : list of Criterion
     rows        : pandas.DataFrame; as `blind.scoring.score` returns it
-    independent : cases of the independent simulator (CSV), which benchmarks/foreign.py leaves; shown beside these
-                  (optional)
+    independent : cases of the published run (CSV), which benchmarks/foreign.py leaves; shown beside (optional)
     index       : the page of all results, to link to (optional)
     """
     import pandas as pd
 
     folder = Path(folder)
-    answers = own_answers(rows)
+    answers = answers_of(rows)
     if independent:
-        answers = pd.concat([answers, independent_answers(pd.read_csv(independent))])
+        answers = pd.concat([answers, answers_of(pd.read_csv(independent), PUBLISHED)])
     write_csv(answers, folder / "answers.csv")
     for name, picture in ({"answers": answers_figure(answers)} | blind_figures(data)).items():
         save_figure(picture, *(folder / "figures" / f"{name}.{kind}" for kind in ("png", "svg")))
-    cases = rows.drop(columns=["covered"])
+    cases = rows
     write_csv(table(criteria), folder / "criteria.csv")
     write_csv(cases.drop(columns=["seconds"]), folder / "cases.csv")
     source = (
-        f"{data.attrs['cases']} cases of seed {data.attrs['seed']}: effects were hidden in simulated measurements, "
-        "whose equations are not those of the diagnosis, and the truth was sealed before the diagnosis began."
+        f"{data.attrs['cases']} cases of seed {data.attrs['seed']}: effects were hidden in records of an "
+        "independent simulator, and the truth was sealed before the diagnosis began."
     )
     figures = [
         (name.replace("_", " ").capitalize(), inline_png(folder / "figures" / f"{name}.png"), caption)
@@ -92,16 +91,15 @@ def criteria_page(answers, criteria, source, figures, links=None):
 
 def _write_cases(cases, source, folder, links):
     """The page of the cases with a wrong answer, the largest effects first."""
-    foreign = (cases.kind == "foreign") & (cases["size"] >= LARGE) & (cases.verdict != "unknown") & ~cases.confounder
-    wrong = cases.known & ~cases.right | (cases.kind == "clean") & (cases.verdict != "nothing") | foreign
+    outside = (cases.group == "outside") & (cases["size"] >= LARGE) & (cases.verdict != "unknown")
+    known = ~cases.group.isin(["outside", "clean"]) & ~cases.in_set.astype(bool)
+    wrong = known | (cases.group == "clean") & (cases.verdict != "nothing") | outside
     shown = cases[wrong].sort_values("size", ascending=False)
-    shown = shown[
-        ["case", "kind", "rig", "noise_percent", "size", "truth", "verdict", "answer", "posterior_probability"]
-    ]
-    shown = shown.assign(**{key: shown[key].str.replace("_", " ") for key in ("truth", "answer")})
-    by_rig = cases.groupby("rig").seconds.agg(["count", "mean", "max"]).reset_index()
-    note = f"{len(shown)} of {len(cases)} cases have a wrong answer, the largest effects first. Size is the change of "
-    note += "the harmonics over their noise; an effect below 1 can hardly be detected."
+    shown = shown[["case", "kind", "machine", "size", "families", "verdict", "answer", "probability"]]
+    shown = shown.assign(**{key: shown[key].str.replace("_", " ") for key in ("families", "answer")})
+    by_rig = cases.groupby("machine").seconds.agg(["count", "mean", "max"]).reset_index()
+    note = f"{len(shown)} of {len(cases)} cases have a wrong answer, the largest effects first. Size is in "
+    note += "standard deviations; an effect below 1 can hardly be detected."
     write_html(
         folder / "cases.html",
         "Blind tests: cases with a wrong answer",

@@ -30,23 +30,22 @@ CHANGE_FIGURES = {
 }
 BLIND_FIGURES = {
     "answers": "What the diagnosis answered. The first row is of records with nothing hidden; the others are of single "
-    "effects of the library that change the harmonics by three times their noise or more. Named alone is part of in "
-    "the stated set. These blind tests hide effects in the rotors that the rig files state; the machines and equations "
-    "of the independent simulator share nothing with the package.",
+    "effects of size 3 or more, of the library's form or another one. Named alone is part of in the stated set. The "
+    "records are of a simulator that shares nothing with the diagnosis.",
     "curves": "Completeness: share of hidden effects whose cause and place are found. Reliability: share of the named "
-    "causes that are true. Error bars are 95 % bounds; dotted: 95 %, and three times the noise.",
+    "causes that are true. Error bars are 95 % bounds; dotted: 95 %, and size 3.",
     "confusion": "A row for each hidden effect, a column for each answer; cases with at most one effect, of any size. "
-    "Solid boxes: right answers; dashed: confounders that the effect declares. For effects far below the noise "
+    "Solid boxes: right answers; dashed: confounders that the effect declares. For effects far below size 3 "
     "'nothing' is an appropriate answer.",
     "calibration": "Share of the causes named first that are true, over their stated posterior probability. On the "
     "dotted line the probabilities are calibrated; above it they are too low, below it too high. Labels: numbers "
     "of cases.",
     "coverage": "Shares with 95 % bounds; dotted: 95 %. The stated set of causes holds those that a verdict names and "
     "those it cannot rule out.",
-    "detection_limits": "Change over noise at which half of the effects of a kind are found, with 95 % bounds, where "
-    "some cases were found and some not. Dotted: three times the noise.",
+    "detection_limits": "Size at which half of the effects of a kind are found, with 95 % bounds, where "
+    "some cases were found and some not. Dotted: size 3.",
     "gain": "Error of the extended model over that of the base model on speeds that no fit has seen, for effects of "
-    "three times the noise and more. Dotted: a tenth; right of the solid line the extension increases the error.",
+    "size 3 and more. Dotted: a tenth; right of the solid line the extension increases the error.",
 }
 ROTOR_FIGURES = {
     "rotor": (

@@ -239,8 +239,10 @@ def rig_of(case, modulus_error=0.005, bearing_error=0.02, unbalance_error=0.05, 
     }
 
 
-def write_case(case, folder, modulus_error=0.005, bearing_error=0.02, unbalance_error=0.05, seed=0, harmonics=None):
-    """Write `record.nc`, `rig.yaml` of the nominal machine and `truth.json`.
+def write_case(
+    case, folder, modulus_error=0.005, bearing_error=0.02, unbalance_error=0.05, seed=0, harmonics=None, with_truth=True
+):
+    """Write `record.nc`, `rig.yaml` of the nominal machine and, if asked for, `truth.json`.
 
     Parameters
     ----------
@@ -262,6 +264,7 @@ def write_case(case, folder, modulus_error=0.005, bearing_error=0.02, unbalance_
     folder.mkdir(parents=True, exist_ok=True)
     rig = rig_of(case, modulus_error, bearing_error, unbalance_error, seed, harmonics)
     (folder / "rig.yaml").write_text(page(rig), encoding="utf-8")
-    (folder / "truth.json").write_text(json.dumps(case.truth, indent=1), encoding="utf-8")
+    if with_truth:
+        (folder / "truth.json").write_text(json.dumps(case.truth, indent=1), encoding="utf-8")
     dataset(case).to_netcdf(folder / "record.nc", encoding={"displacement": {"dtype": "float32"}})
     return folder
