@@ -46,7 +46,11 @@ def round_trip(kind, parameters, structure, estimator, acts_on="rotor", share=0.
     return registry().get("estimator", estimator).function(Problem(model, spectrum, names)).theta / expected - 1
 
 
-AFFINE = [effect for effect in registry().plugins["effect"].values() if effect.name not in LOCAL]
+AFFINE = [
+    effect
+    for effect in registry().plugins["effect"].values()
+    if effect.name not in LOCAL and not effect.changes_bearing
+]
 
 
 PLACED = [(e, name) for e in AFFINE for name, rotor in ROTORS.items() if e.places(rotor, rotor.nodes)]
