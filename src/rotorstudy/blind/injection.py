@@ -130,12 +130,11 @@ def _drawn(order, attempt, severity):
         return draw_case(seed, family, visible=VISIBLE, machine=machine, speeds=speeds), kind, None
     family = KINDS_OF_CASES[kind](rng)
     fault, family = (family, "healthy") if family in CHAIN_FAULTS else (None, family)
-    several, alone = "+" in family, family in FORMS
+    anywhere = family == "healthy" or family in FORMS
     names = [
         name
         for name in order.machines
-        if (alone or family == "healthy" or name not in POINT_ROTORS)
-        and ((family in ("healthy", *FORMS) and not fault) or name != "films")
+        if (anywhere or name not in POINT_ROTORS) and ((anywhere and not fault) or name != "films")
     ]
     shares = np.array([order.machines[name] for name in names])
     machine = str(rng.choice(names, p=shares / shares.sum()))
@@ -143,9 +142,7 @@ def _drawn(order, attempt, severity):
     if machine == "any" and order.elements:
         size["count"] = int(rng.integers(order.elements[0], order.elements[1] + 1))
     case = draw_case(seed, family, visible=0.0 if family == "healthy" else VISIBLE, chain_fault=fault, **size)
-    if kind == "home":
-        kind = "pair" if several else fault or family
-    return case, kind, fault
+    return case, fault or family if kind == "home" else kind, fault
 
 
 def _size(case, true, folder):

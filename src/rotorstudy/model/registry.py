@@ -21,6 +21,7 @@ from rotorstudy.model.kinds import KINDS, Hooks
 
 FOLDERS_VARIABLE = "ROTORSTUDY_PLUGINS"
 OWN_FOLDER = "rotorstudy_plugins"  # in the folder where a user works
+PACKAGED = Path(__file__).parents[1] / "zoo"  # the project's plugins in an installed package
 
 
 class Registry:
@@ -77,9 +78,7 @@ class Registry:
             return
         for kind, plugin in found:
             namesake = self.plugins[kind].get(plugin.name)
-            if namesake and _same_file(
-                namesake.file, plugin.file
-            ):  # a copy, as that of a clone beside an installed one
+            if namesake and _is_installed_copy(namesake.file, plugin.file):
                 continue
             if namesake:
                 raise PluginError(
@@ -113,8 +112,9 @@ class Registry:
                 yield kind, plugins[name]
 
 
-def _same_file(one, other):
-    return Path(one).read_bytes() == Path(other).read_bytes()
+def _is_installed_copy(one, other):
+    """Whether a plugin file of an installed package is the same as another one, as that of the clone it is from."""
+    return _is_in(one, PACKAGED) and Path(one).read_bytes() == Path(other).read_bytes()
 
 
 def _is_in(file, folder):
@@ -181,8 +181,8 @@ def plugin_folders():
 
 @lru_cache
 def _plugin_folders(listed, working_folder, has_own):
-    project, packaged = Path(__file__).parents[3] / "plugins", Path(__file__).parents[1] / "zoo"
-    own = [packaged if packaged.is_dir() else project, *([Path(working_folder, OWN_FOLDER)] if has_own else [])]
+    project = Path(__file__).parents[3] / "plugins"
+    own = [PACKAGED if PACKAGED.is_dir() else project, *([Path(working_folder, OWN_FOLDER)] if has_own else [])]
     extra = [Path(working_folder, folder) for folder in listed.split(os.pathsep) if folder]
     return tuple(dict.fromkeys(folder.resolve() for folder in own + extra))
 

@@ -44,8 +44,8 @@ from rotorstudy.response.measured import measured_response_and_jacobian
 DRAWS, SEED = 1000, 1  # of the vibration left, for its interval
 INTERVAL = (2.5, 50.0, 97.5)  # percent
 WIDE = 1e2  # standard deviation of an unbalance in a plane: what it causes, over the vibration measured
-# standard deviations of what other forces cause, over the vibration measured; as likely as not there are none
-FORCES = np.array([1e-6, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0])
+# standard deviations of what other forces cause, over the vibration measured; none is more likely than another
+FORCES = np.array([1e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0])
 FIRST = (0.1, 0.1)  # of the first fit
 NEGLIGIBLE = 1e-3  # probability of their sizes, over the largest
 MOST_NODES = 16  # at which other forces are taken to act, beside the discs
@@ -117,8 +117,7 @@ def balance(
     whole, prior = base_model(model, settings)
     whole, names, others = _with_unbalances(whole, planes, conventions)
     own = [name for one in settings.run_to_run for name in model.amplitudes_of(one) if name in prior.names]
-    updated = [] if model.uncertainty is None else [name for name in model.uncertainty.names if name not in own]
-    known = _fitted(whole, spectrum, prior, names, others, updated)
+    known = _fitted(whole, spectrum, prior, names, others)
     still = {u.name: 0.0 for u in whole.output_unknowns}
     motion, influence = _shown(whole, spectrum, known.values | still, names)
     columns = spectrum.whitened(influence).T
@@ -205,14 +204,12 @@ def _with_unbalances(whole, planes, conventions):
     return whole.plus(*terms), [name for part in names[:-2] for name in part], names[-2:]
 
 
-def _fitted(whole, spectrum, prior, names, others, updated):
+def _fitted(whole, spectrum, prior, names, others):
     """What is Known by the readings of a Spectrum.
 
     The fit is repeated with the most probable sizes of the other forces.
 
     names, others : as of `_with_unbalances`
-    updated       : names of parameters that an earlier fit, perhaps to the same readings, has told: they are drawn as
-                    this has left them, and all others given them, so that no reading counts twice
     """
     values = dict(zip(whole.names, whole.stated, strict=True)) | dict(zip(prior.names, prior.mean, strict=True))
     measured, units = np.sqrt(np.mean(np.abs(spectrum.amplitude) ** 2)), {}
@@ -220,7 +217,6 @@ def _fitted(whole, spectrum, prior, names, others, updated):
         caused = np.linalg.norm(_shown(whole, spectrum, values, part)[1]) / np.sqrt(spectrum.amplitude.size)
         units |= dict.fromkeys(part, share * measured / (caused or 1.0))
     pairs = np.array(list(product(FORCES, FORCES)))
-    chance = np.log(np.where(pairs == FORCES[0], 0.5, 0.5 / (len(FORCES) - 1))).sum(axis=1)
     best, start = FIRST, None
     for _ in range(2):
         sizes = {name: size for part, size in zip(others, best, strict=True) for name in part}
@@ -232,12 +228,11 @@ def _fitted(whole, spectrum, prior, names, others, updated):
             scales[:, [known.names.index(name) for name in part]] = column[:, None]
         right = found.residual + found.jacobian @ (found.free - known.mean)
         seen = found.jacobian @ known.factor
-        odds = chance + [_evidence(seen * scale, right) for scale in scales]
+        odds = np.array([_evidence(seen * scale, right) for scale in scales])
         best, start = pairs[np.argmax(odds)], found.theta
     weights = np.exp(odds - odds.max())
     likely = np.flatnonzero(weights > NEGLIGIBLE)
-    held = np.isin(known.names, updated)
-    each = [_posterior(seen * scale, right, held) for scale in scales[likely]]
+    each = [_posterior(seen * scale, right) for scale in scales[likely]]
     factors = [scale[:, None] * known.factor for scale in scales[likely]]
     means = np.array([f @ at for f, (at, _) in zip(factors, each, strict=True)]) + known.mean - found.free
     roots = np.array([f @ root for f, (_, root) in zip(factors, each, strict=True)])
@@ -250,16 +245,10 @@ def _evidence(seen, right):
     return 0.5 * (pull @ np.linalg.solve(precision, pull) - np.linalg.slogdet(precision)[1])
 
 
-def _posterior(seen, right, held):
-    """Mean, and root R of the covariance R R^T, of these parameters; those `held` keep their prior."""
-    old, new = np.flatnonzero(held), np.flatnonzero(~held)
-    precision, pull = np.eye(seen.shape[1]) + seen.T @ seen, seen.T @ right
-    own = np.linalg.inv(np.linalg.cholesky(precision[np.ix_(new, new)])).T
-    mean, root = np.zeros(len(pull)), np.eye(len(pull))
-    mean[new] = own @ (own.T @ pull[new])
-    root[np.ix_(new, new)] = own
-    root[np.ix_(new, old)] = -own @ (own.T @ precision[np.ix_(new, old)])
-    return mean, root
+def _posterior(seen, right):
+    """Mean, and root R of the covariance R R^T, of these parameters."""
+    root = np.linalg.inv(np.linalg.cholesky(np.eye(seen.shape[1]) + seen.T @ seen)).T
+    return root @ (root.T @ (seen.T @ right)), root
 
 
 def _moved(whole, spectrum, known, values, moved):
