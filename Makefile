@@ -5,6 +5,7 @@
 # make browser  open the charts of the pages in Chromium (Debian: apt install chromium), driven by Playwright
 # make docs   build the pages of docs/ as a site, with a check for dead links
 # make cracks   identify cracks of the independent simulator in millimetres, half an hour on 2 cores; can be interrupted
+# make elasticity  the flexibility of cracks by three-dimensional elasticity anew, in an environment of its own, half an hour
 # make ross     diagnose records of the package ROSS, in an environment of its own, and write the rotors of tests/measured/ross
 # make lock     write environment.txt again: the newest versions that fit together, with hashes
 # make newest   run the tests with the newest versions of everything, on Python 3.11 to 3.14 as far as they are installed
@@ -16,7 +17,7 @@ SNAKEMAKE = .venv/bin/snakemake --cores $(CORES)
 # else each of the hundred processes of the workflow and of the tests compiles the package again
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: all results report test check browser bench foreign outside cracks ross peers docs lock newest clean
+.PHONY: all results report test check browser bench foreign outside cracks elasticity ross peers docs lock newest clean
 
 all: report
 	@echo
@@ -62,6 +63,12 @@ outside: .venv/ready
 
 cracks: .venv/ready
 	.venv/bin/python benchmarks/cracks.py --cases 200 --diagnose 10 --processes 2 --out results/crack_cases
+
+elasticity: .venv-elasticity/ready
+	mkdir -p results/elasticity
+	for fronts in ellipse arc; do .venv-elasticity/bin/python benchmarks/elasticity/crack_compliance.py \
+		--fronts $$fronts --out results/elasticity/$$fronts.csv || exit 1; done
+	@echo "plugins/depths/elasticity.csv and src/rotorstudy/blind/machines/elastic_crack.csv are copies of these two tables"
 
 ross: .venv/ready .venv-ross/ready
 	.venv-ross/bin/python benchmarks/ross/simulate.py results/ross
@@ -110,6 +117,11 @@ clean:
 .venv-ross/ready: benchmarks/ross/requirements.txt
 	$(PYTHON) -m venv .venv-ross
 	.venv-ross/bin/python -m pip install --quiet --disable-pip-version-check --requirement $<
+	@touch $@
+
+.venv-elasticity/ready: benchmarks/elasticity/requirements.txt
+	$(PYTHON) -m venv .venv-elasticity
+	.venv-elasticity/bin/python -m pip install --quiet --disable-pip-version-check --requirement $<
 	@touch $@
 
 .venv-docs/ready: docs/requirements.txt

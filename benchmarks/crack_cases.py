@@ -1,18 +1,24 @@
-"""Random cracked machines of the independent simulator (blind.machines), measured in two planes at seven speeds."""
+"""Random cracked machines of the independent simulator (blind.machines), measured in two planes at seven speeds.
+
+The cracks are those of three-dimensional elasticity with unilateral contact, but with fronts that the library does not
+have: arcs of a circle of any curvature (`blind.machines.elastic_crack`).
+"""
 
 from dataclasses import replace
 
 import numpy as np
 
 from rotorstudy.blind.machines.cases import RUNOUT, Case, draw_case, swing_of
-from rotorstudy.blind.machines.faults import FAMILIES, cracked
+from rotorstudy.blind.machines.elastic_crack import CURVATURES, arc_form
+from rotorstudy.blind.machines.faults import FAMILIES
+from rotorstudy.blind.machines.form_cracks import add_form
 from rotorstudy.blind.machines.measuring import Probe, record, surface_runout
 
 SPEEDS = 7
 MOST_ELEMENTS = 8
 DEPTHS = (0.05, 0.4)  # over the diameter
 NOISE = 0.01  # standard deviation of each sample over the rms of a channel
-KINDS = {"crack": ("gradual", "switching"), "slot": ("open",)}
+KINDS = {"crack": ("gradual",), "slot": ("open",)}
 
 
 def drawn(seed: int, kind: str) -> Case:
@@ -31,7 +37,7 @@ def drawn(seed: int, kind: str) -> Case:
     Case
     """
     family = f"{kind} of any depth"
-    FAMILIES[family] = cracked(KINDS[kind], *(2 * depth for depth in DEPTHS))  # depth over the radius
+    FAMILIES[family] = cracked(KINDS[kind])
     rng = np.random.default_rng([seed, 13])
     case = draw_case(seed, family, speeds=SPEEDS, count=int(rng.integers(2, MOST_ELEMENTS + 1)))
     nodes = two_planes(rng, case.rotor)
@@ -46,6 +52,22 @@ def drawn(seed: int, kind: str) -> Case:
         chain=chain,
         records=record(rng, case.steady, nodes, probes, chain, case.zero),
     )
+
+
+def cracked(kinds):
+    """Family of machines with one crack of one of the kinds."""
+
+    def family(draw):
+        rng, element = draw.rng, draw.element()
+        share, depth, curvature = (float(rng.uniform(*ends)) for ends in ((0.1, 0.9), DEPTHS, CURVATURES))
+        angle, kind = draw.angle(), str(rng.choice(kinds))
+        part = draw.rotor.elements[element]
+        position = float(draw.rotor.positions[element] + share * part.length)
+        add_form(draw.machine, position, arc_form(part, depth, curvature, kind), angle)
+        place = {"element": element + 1, "position_in_element": share, "curvature": curvature}
+        return {**place, "depth_over_radius": 2 * depth, "phase_rad": angle, "breathing": kind}
+
+    return family
 
 
 def two_planes(rng, rotor):
@@ -73,6 +95,7 @@ def truth_of(case: Case) -> dict:
         "depth_ratio": one["depth_over_radius"] / 2,
         "angle_rad": one["phase_rad"],
         "breathing": one["breathing"],
+        "curvature": one["curvature"],
         "element": one["element"],
         "length_m": float(lengths.sum()),
     }

@@ -2,7 +2,7 @@ from typing import Literal
 
 import numpy as np
 
-from rotorstudy.plugins import CannotAct, DepthRatio, Effect, NonNegative, Parameter, crack_at, hookimpl
+from rotorstudy.plugins import CannotAct, DepthRatio, Effect, NonNegative, Parameter, Share, crack_at, hookimpl
 
 Breathing = Literal["gradual", "sudden", "cosine", "switching", "none"]
 
@@ -14,22 +14,28 @@ def transverse_crack(
     angle_rad: float = 0.0,
     breathing: Breathing = "gradual",
     opened_by: Literal["moment", "weight"] = "moment",
-    flexibility: str = "strip_integration",
+    flexibility: str | None = None,
+    front_aspect_ratio: Share = 0.0,
     closing_moment_N_m: float = 0.0,
 ):
-    """Crack with a straight front across a solid shaft: a hinge that yields to the bending moment that opens it.
+    """Crack across a solid shaft: a hinge that yields to the bending moment that opens it.
 
     position_m: from node 1.  depth_ratio: depth over the diameter.  angle_rad: of the middle of the crack edge from the
     reference line of the shaft, in the direction of rotation.  breathing: gradual, by the part of the front in tension;
     sudden, open or closed as a whole; cosine and switching, by its angle to the side that the weight stretches, with
     (1 + cos) / 2 of its loss of stiffness, or all of it on that side; none, a notch that never closes.  opened_by: the
-    instantaneous moment, or that of the weight alone.  flexibility: name of a depth plugin.  closing_moment_N_m:
-    residual stress that closes it, as the bending moment that just opens it; negative where it holds the crack open at
-    rest.
+    instantaneous moment, or that of the weight alone.  flexibility: name of a depth plugin, by
+    default elasticity, for cosine and switching strip_integration, as published.  front_aspect_ratio: depth over half
+    the width of the ellipse that the front is a part of, 0 is a straight front.  closing_moment_N_m: residual
+    stress that closes it, as the bending moment that just opens it; negative where it holds the crack open at rest.
     """
     if closing_moment_N_m and (breathing in ("cosine", "switching", "none") or opened_by == "weight"):
         raise CannotAct("closing_moment_N_m needs a crack that opens and closes by the instantaneous moment")
-    hinge = crack_at(structure, position_m, depth_ratio, angle_rad, flexibility, breathing == "sudden")
+    if flexibility is None:
+        flexibility = "strip_integration" if breathing in ("cosine", "switching") else "elasticity"
+    hinge = crack_at(
+        structure, position_m, depth_ratio, angle_rad, flexibility, breathing == "sudden", front_aspect_ratio
+    )
     jumps = breathing in ("sudden", "switching")
     if breathing in ("gradual", "sudden") and opened_by == "moment":
         force = hinge.force(closing_moment_N_m)

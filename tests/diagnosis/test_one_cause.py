@@ -5,8 +5,9 @@ import pytest
 
 from rotorstudy import RotorstudyError, build_model
 from rotorstudy.diagnosis.one_cause import shape_starts
-from rotorstudy.diagnosis.one_cause.answer import estimates_of
+from rotorstudy.diagnosis.one_cause.answer import Identified, estimates_of, far_amplitudes
 from rotorstudy.diagnosis.one_cause.identify import identify_cause
+from rotorstudy.diagnosis.search.candidates import candidate
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.measurement.spectrum import Spectrum, independent_covariance
 from rotorstudy.response.measured import measured_response
@@ -143,3 +144,11 @@ def test_other_effects_are_refused_in_one_line(effect, words):
     with pytest.raises(RotorstudyError, match=words) as said:
         identify_cause(spectrum, build_model(rig()), effect, SETTINGS)
     assert "\n" not in str(said.value)
+
+
+@pytest.mark.parametrize(("factor", "away"), [(1.1, 5.0), (0.9, -5.0), (1.03, None)])
+def test_a_flexibility_far_from_that_of_the_depth_is_told(factor, away):
+    """In standard deviations of the prior, 0.02; however well it explains the records."""
+    cause = candidate(build_model(rig()), "transverse_crack", {}, TRUE)
+    found = Identified((cause,), None, cause.names, np.array([factor]), np.eye(1), 1.0, {})
+    assert far_amplitudes(found) == ({} if away is None else {cause.names[0]: pytest.approx(away)})

@@ -5,9 +5,10 @@ import pytest
 
 from foreign.small_cases import small, special
 from rotorstudy.blind.machines.contacts import add_cubic_bearing, add_rub
-from rotorstudy.blind.machines.crack import add_crack
 from rotorstudy.blind.machines.effects import add_added_mass, add_seal
+from rotorstudy.blind.machines.elastic_crack import arc_form
 from rotorstudy.blind.machines.files import write_case
+from rotorstudy.blind.machines.form_cracks import add_form
 from rotorstudy.blind.machines.measuring import expected_harmonics
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.settings import read_settings
@@ -81,7 +82,8 @@ def test_what_the_library_has_is_named(seed, family, effect, leave_out, most_cau
 @pytest.mark.parametrize(("kind", "breathing"), [("switching", "sudden"), ("gradual", "gradual")])
 def test_a_crack_at_sixty_degrees_is_named(monkeypatch, tmp_path, kind, breathing):
     def add(draw):
-        add_crack(draw.machine, 0, 0.8, 0.8, np.deg2rad(60.0), kind)
+        part = draw.rotor.elements[0]
+        add_form(draw.machine, 0.8 * part.length, arc_form(part, 0.4, 0.0, kind), np.deg2rad(60.0))
         return {"element": 1}
 
     case = special(monkeypatch, 1, add)

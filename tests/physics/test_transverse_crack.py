@@ -7,7 +7,7 @@ from shaft_with_a_crack import DIAMETER, LENGTH, POISSON, YOUNG, at_disc, crack,
 from rotorstudy import RotorstudyError, build_model, registry
 from rotorstudy.model.hinge import crack_at
 
-STRIPS = registry().get("depth", "strip_integration")
+STRIPS, ELASTIC = (registry().get("depth", name) for name in ("strip_integration", "elasticity"))
 UNIT = {"diameter_m": 2.0, "youngs_modulus_Pa": 1.0, "poissons_ratio": 0.0}
 OTHERS = ({"opened_by": "weight"}, {"breathing": "switching"}, {"breathing": "none"})
 LAWS = ({"breathing": "gradual"}, {"breathing": "sudden"}, *OTHERS)
@@ -28,37 +28,86 @@ def equivalent_beam(depth):
     return length * (1 / along - 4 / np.pi), length * (1 / across - 4 / np.pi)
 
 
-@pytest.mark.parametrize("depth", [0.2, 0.25, 0.3, 0.4, 0.45, 0.5])
-def test_compliance_is_near_that_of_three_dimensional_finite_elements(depth):
-    """Within 25 % in xi. In eta the strips are too soft where they end at the circle: by up to four times."""
-    xi, eta = STRIPS.function(depth, **{**UNIT, "poissons_ratio": POISSON})
-    expected = equivalent_beam(depth)
-    assert 0.9 < xi / expected[0] < 1.25
-    assert 1.2 < eta / expected[1] < 4
+# depth, xi and eta (E = R = 1, straight front) of a finite-element model made by another author, with other elements
+ELSEWHERE = [(0.05, 0.0234, None), (0.1, 0.1206, 0.0066), (0.25, 1.021, 0.129), (0.4, 3.41, 0.588)]
 
 
-@pytest.mark.parametrize("depth", [0.05, 0.1, 0.15])
-def test_a_shallow_crack_is_softer_than_by_three_dimensional_finite_elements(depth):
-    """The limit that docs/transverse_crack.md states."""
-    xi, eta = STRIPS.function(depth, **{**UNIT, "poissons_ratio": POISSON})
-    expected = equivalent_beam(depth)
-    assert 1.3 < xi / expected[0] < 1.8
-    assert 1.25 < eta / expected[1] < 1.4
+def elastic(depth, **options):
+    return np.array(ELASTIC.function(depth, **{**UNIT, "poissons_ratio": POISSON, **options}))
 
 
+@pytest.mark.parametrize(("depth", "xi", "eta"), ELSEWHERE)
+def test_the_table_agrees_with_other_finite_elements(depth, xi, eta):
+    """Which are 1.4 to 2.6 % stiffer: displacement elements converge from the stiff side, ours are the more refined."""
+    found = elastic(depth)
+    assert found[0] == pytest.approx(xi, rel=0.03)
+    assert eta is None or found[1] == pytest.approx(eta, rel=0.03)
+
+
+def test_a_shallow_crack_is_in_plane_strain():
+    """K = 1.1215 stress sqrt(pi depth) over the parabola of the edge; what is left falls with the depth."""
+    depths = np.array([0.02, 0.05])
+    limit = [64 * (1 - POISSON**2) * 1.1215**2 * 4 / 15 * np.sqrt(2) * (2 * d) ** 2.5 / np.pi for d in depths]
+    left = 1 - np.array([elastic(d)[0] for d in depths]) / limit
+    assert 0.5 < (left[1] / left[0]) / (depths[1] / depths[0]) < 1  # between the square root of the depth and the depth
+    assert left[0] < 0.07
+
+
+@pytest.mark.parametrize("depth", [0.02, 0.05, 0.1, 0.25, 0.4, 0.5])
+def test_strips_are_near_the_table_along_xi_and_too_soft_along_eta(depth):
+    """Where strips end at the circle nothing holds them: eta is up to 3.8 times too soft."""
+    xi, eta = STRIPS.function(depth, **{**UNIT, "poissons_ratio": POISSON}) / elastic(depth)
+    assert 1.0 < xi < 1.08
+    assert 1.05 < eta < 3.8
+
+
+@pytest.mark.parametrize(("depth", "low", "high"), [(0.05, 1.6, 1.8), (0.1, 1.3, 1.45), (0.25, 1.05, 1.2)])
+def test_a_beam_of_the_cracked_section_is_too_stiff(depth, low, high):
+    assert low < elastic(depth)[0] / equivalent_beam(depth)[0] < high
+
+
+BETWEEN = [
+    (0.03, 0.4, 3.0704e-3, 9.9994e-6),
+    (0.06, 0.62, 1.3696e-2, 7.1338e-5),
+    (0.075, 0.0, 6.279e-2, 2.5996e-3),
+    (0.3, 0.6, 1.1861, 0.10921),
+    (0.45, 0.9, 2.7693, 0.29203),
+]
+
+
+@pytest.mark.parametrize(("depth", "aspect", "xi", "eta"), BETWEEN)
+def test_the_table_is_interpolated_within_one_per_cent(depth, aspect, xi, eta):
+    """Computed by the same program between its lines."""
+    assert elastic(depth, front_aspect_ratio=aspect) == pytest.approx([xi, eta], rel=0.01)
+
+
+def test_a_curved_front_makes_a_crack_stiffer():
+    xi, eta = np.transpose([elastic(0.25, front_aspect_ratio=aspect) for aspect in (0.0, 0.5, 1.0)])
+    assert (np.diff(xi) < 0).all() and (np.diff(eta / xi) < 0).all()
+    with pytest.raises(RotorstudyError, match="only straight fronts"):
+        rotor(4, crack(flexibility="strip_integration", front_aspect_ratio=0.5))
+
+
+@pytest.mark.parametrize(
+    ("plugin", "options"),
+    [(STRIPS, {}), (ELASTIC, {}), (ELASTIC, {"front_aspect_ratio": 0.8})],
+    ids=["strips", "straight", "curved"],
+)
 @pytest.mark.parametrize("depth", [0.05, 0.25, 0.5])
-def test_a_crack_opens_between_closed_and_open_and_its_rotation_is_a_gradient(depth):
-    xi, eta = STRIPS.function(depth, **UNIT)
+def test_a_crack_opens_between_closed_and_open_and_its_rotation_is_a_gradient(plugin, options, depth):
+    options = UNIT | options
+    xi, eta = plugin.function(depth, **options)
     angle = np.linspace(0, 2 * np.pi, 721)
-    kink = STRIPS.partly_open(depth, angle, **UNIT)
+    kink = plugin.partly_open(depth, angle, **options)
     assert kink[0] == pytest.approx(xi, rel=1e-12)
-    assert kink[180].imag == pytest.approx(eta / 2, rel=1e-12)  # half of it is in tension
-    assert np.abs(kink[360]) == 0
+    # half of the strips is in tension; with contact, which holds at points alone, a deep crack stays open further
+    assert 0.5 * (1 - 1e-12) <= kink[180].imag / eta < (0.5 * (1 + 1e-12) if plugin is STRIPS else 0.7)
+    assert np.abs(kink[360]) < 1e-5 * xi
     energy = (kink * np.exp(-1j * angle)).real / 2
     slope = np.gradient(energy, angle)[1:-1]
     across = (kink * np.exp(-1j * angle)).imag[1:-1]
     assert np.abs(slope - across).max() < 1e-3 * xi  # of the differences
-    assert (np.diff(energy[:361]) <= 0).all()
+    assert (np.diff(energy[:361]) <= 1e-6 * xi).all()
 
 
 def of_two_parts(x, spring):
@@ -130,7 +179,7 @@ def test_the_mesh_does_not_matter(law, heavy):
         ({"depth_ratio": 0.0}, ["depth_ratio = 0.0", "greater than 0"]),
         ({"position_m": 0.7}, ["position 0.7 m is not on the shaft of 0 to 0.6 m"]),
         ({"position_m": 0.3}, ["position_m = 0.3", "disc"]),
-        ({"flexibility": "strips"}, ["unknown depth 'strips'", "strip_integration"]),
+        ({"flexibility": "strips"}, ["unknown depth 'strips'", "elasticity"]),
         ({"breathing": "always"}, ["breathing = 'always'"]),
         ({"opened_by": "gravity"}, ["opened_by = 'gravity'"]),
         ({"opened_by": "weight", "closing_moment_N_m": 1.0}, ["closing_moment_N_m", "instantaneous moment"]),

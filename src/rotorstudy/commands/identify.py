@@ -127,7 +127,7 @@ def _check_options(given):
 
 def _run_cause(given, rig, spectrum, model):
     """Print the shape and the size of a cause with their intervals, and which of its alternatives fits."""
-    from rotorstudy.diagnosis.one_cause.answer import estimates_of, shape_of
+    from rotorstudy.diagnosis.one_cause.answer import estimates_of, far_amplitudes, shape_of
     from rotorstudy.diagnosis.one_cause.identify import identify_cause
     from rotorstudy.diagnosis.settings import check_names, read_settings
 
@@ -147,6 +147,10 @@ def _run_cause(given, rig, spectrum, model):
     print(f"p-value of the misfit: {found.p_value:.2g}")
     if found.p_value < settings.significance:
         print(f"warning: {given.cause} does not explain the records; its intervals are not valid", file=sys.stderr)
+    for name, away in far_amplitudes(found).items():
+        told = f"{name} is {abs(away):.1f} standard deviations of what is usual from its value"
+        print(f"warning: {told}: the cause has another form than the model, and its intervals are not valid",
+              file=sys.stderr)  # fmt: skip
     if given.out:
         _save(given, rig, [*rig.plugins, registry().get("effect", given.cause)], names, values, std, units)
     places = [{**cause.where, **cause.variant} for cause in found.causes]

@@ -29,6 +29,7 @@ from rotorstudy.errors import CannotAct, RotorstudyError
 from rotorstudy.model.depth import compliance
 from rotorstudy.model.entries import Entry
 from rotorstudy.model.kinds import CrackDepth
+from rotorstudy.model.options import option_names
 from rotorstudy.model.registry import registry
 from rotorstudy.model.shaft_parts import Section
 from rotorstudy.model.structure import Structure
@@ -51,6 +52,7 @@ class Hinge:
     angle       : of the middle of the crack edge from the shaft's reference line, rad
     sudden      : whether it opens as a whole while the moment pulls on the middle of its edge, and bends along xi alone
     side        : 1 if the weight stretches the lower side of the shaft there, else -1
+    options     : further options of the depth plugin, ((name, value), ...)
     """
 
     section: Section
@@ -59,6 +61,7 @@ class Hinge:
     angle: float
     sudden: bool
     side: int
+    options: tuple[tuple[str, float], ...] = ()
 
     @property
     def row(self) -> np.ndarray:
@@ -73,15 +76,21 @@ class Hinge:
 
     @property
     def _open_compliance(self):
-        return _open_compliance(self.depth.name, float(self.depth_ratio), tuple(_shaft(self.section).items()))
+        return _open_compliance(self.depth.name, float(self.depth_ratio), self._of_shaft)
+
+    @property
+    def _of_shaft(self):
+        """Options of the depth plugin."""
+        section = self.section
+        shaft = section.outer_diameter_m, section.youngs_modulus_Pa, section.poissons_ratio
+        return (*zip(("diameter_m", "youngs_modulus_Pa", "poissons_ratio"), shaft, strict=True), *self.options)
 
     @cached_property
     def _kink(self):
         """s c (direction,), rad: the kink by a moment of magnitude s, that of an imposed rotation of 1 rad."""
         if self.sudden:
             return self.section.stiffness * self._open_compliance[0] * np.maximum(np.cos(_pull()), 0) + 0j
-        shaft = tuple(_shaft(self.section).items())
-        return self.section.stiffness * _partly_open(self.depth.name, float(self.depth_ratio), shaft)
+        return self.section.stiffness * _partly_open(self.depth.name, float(self.depth_ratio), self._of_shaft)
 
     def force(self, closing_moment: float = 0.0) -> NonlinearForce:
         """The crack opened by the instantaneous moment.
@@ -171,8 +180,7 @@ class Hinge:
 
     def _series(self):
         """h_k (k,), k = -ORDER..ORDER."""
-        shaft = tuple(_shaft(self.section).items())
-        return _series_of(self.depth.name, float(self.depth_ratio), shaft, float(self.section.stiffness))
+        return _series_of(self.depth.name, float(self.depth_ratio), self._of_shaft, float(self.section.stiffness))
 
     def _series_by_weight(self):
         """Fourier coefficients (2, k), k = -ORDER..ORDER, of the shares of the imposed rotation and of its conjugate.
@@ -196,6 +204,7 @@ def crack_at(
     angle_rad: float,
     flexibility: str,
     sudden: bool = False,
+    front_aspect_ratio: float = 0.0,
 ) -> Hinge:
     """The hinge of a transverse crack in a solid round shaft.
 
@@ -212,6 +221,8 @@ def crack_at(
         Name of the depth plugin.
     sudden : bool, optional
         Whether it opens as a whole while the moment pulls on the middle of its edge, and bends along xi alone.
+    front_aspect_ratio : float, optional
+        Curvature of the crack front, for a depth plugin that has it as an option; 0 is a straight front.
 
     Returns
     -------
@@ -222,7 +233,8 @@ def crack_at(
     CannotAct
         If the cross sections of the rotor are not known, the shaft is hollow there, or a disc is there.
     RotorstudyError
-        For a position outside the shaft, an unknown depth plugin, or one that does not say how a crack closes.
+        For a position outside the shaft, an unknown depth plugin, or one that does not say how a crack closes or has
+        no curved front.
     """
     if structure.section_at is None:
         raise CannotAct("a transverse crack needs a rotor that knows its cross sections, such as finite_element")
@@ -237,16 +249,11 @@ def crack_at(
     depth = registry().get("depth", flexibility, "the transverse crack")
     if depth.partly_open is None:
         raise RotorstudyError(f"flexibility = {flexibility!r}: that depth plugin does not say how a crack closes")
-    return Hinge(section, depth, depth_ratio, angle_rad, sudden, structure.tension_side_at(section))
-
-
-def _shaft(section):
-    """Options of a depth plugin that the shaft gives."""
-    return {
-        "diameter_m": section.outer_diameter_m,
-        "youngs_modulus_Pa": section.youngs_modulus_Pa,
-        "poissons_ratio": section.poissons_ratio,
-    }
+    curved = "front_aspect_ratio" in option_names(depth.function)
+    if front_aspect_ratio and not curved:
+        raise RotorstudyError(f"front_aspect_ratio = {front_aspect_ratio:g}: '{flexibility}' has only straight fronts")
+    options = (("front_aspect_ratio", float(front_aspect_ratio)),) if curved else ()
+    return Hinge(section, depth, depth_ratio, angle_rad, sudden, structure.tension_side_at(section), options)
 
 
 def _pull():

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from rotorstudy.blind.machines import contacts, effects
-from rotorstudy.blind.machines.crack import add_crack
 from rotorstudy.blind.machines.draw import between
+from rotorstudy.blind.machines.elastic_crack import arc_form
+from rotorstudy.blind.machines.form_cracks import add_form
 from rotorstudy.blind.machines.machine import Machine
 from rotorstudy.blind.machines.stepping import Steady
 
@@ -105,7 +106,9 @@ def cracked(kinds, low, high):
     def family(draw):
         element, position, depth = draw.element(), float(draw.rng.uniform(0.1, 0.9)), float(draw.rng.uniform(low, high))
         angle, kind = draw.angle(), str(draw.rng.choice(kinds))
-        add_crack(draw.machine, element, position, depth, angle, kind)
+        part = draw.rotor.elements[element]  # the front is straight, as that of the library
+        form = arc_form(part, depth / 2, 0.0, kind)
+        add_form(draw.machine, float(draw.rotor.positions[element]) + position * part.length, form, angle)
         place = {"element": element + 1, "position_in_element": position}
         return {**place, "depth_over_radius": depth, "phase_rad": angle, "breathing": kind}
 

@@ -13,6 +13,7 @@ from rotorstudy.model.registry import registry
 
 LIKELY = 0.95  # of the region about the best shape whose misfit another one must have to be stated beside it
 SAME = 3.0  # standard deviations of the shape, within which two fits are one
+FAR = 2.6  # standard deviations of the prior: an amplitude further away is as unlikely as a p-value of 1 %
 ALIKE = 0.1  # standard deviations of the data: predictions that are closer are the same
 
 
@@ -124,6 +125,18 @@ def shape_of(found: Identified, cause: Candidate) -> list[tuple[str, float, floa
     for name, (option, factor) in stated(found.model.structure, **cause.shape).items() if stated else ():
         rows.append((name, factor * cause.shape[option], factor * cause.shape_std[option], _unit(name)))
     return rows
+
+
+def far_amplitudes(found: Identified) -> dict[str, float]:
+    """Amplitudes of causes of known size that are far from it -> how far, in standard deviations of their prior."""
+    off = {}
+    for cause in found.causes:
+        for name in cause.names if cause.fixed else ():
+            mean, std = cause.prior[name]
+            away = (float(found.theta[found.names.index(name)]) - mean) / std
+            if abs(away) > FAR:
+                off[name] = away
+    return off
 
 
 def _unit(name):
