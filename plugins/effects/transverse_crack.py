@@ -1,10 +1,11 @@
+from functools import partial
 from typing import Literal
 
 import numpy as np
 
 from rotorstudy.plugins import CannotAct, DepthRatio, Effect, NonNegative, Parameter, Share, crack_at, hookimpl
 
-Breathing = Literal["gradual", "sudden", "cosine", "switching", "none"]
+Breathing = Literal["gradual", "sudden", "turning", "cosine", "switching", "none"]
 
 
 def transverse_crack(
@@ -17,19 +18,23 @@ def transverse_crack(
     flexibility: str | None = None,
     front_aspect_ratio: Share = 0.0,
     closing_moment_N_m: float = 0.0,
+    any_form: bool = False,
 ):
     """Crack across a solid shaft: a hinge that yields to the bending moment that opens it.
 
     position_m: from node 1.  depth_ratio: depth over the diameter.  angle_rad: of the middle of the crack edge from the
     reference line of the shaft, in the direction of rotation.  breathing: gradual, by the part of the front in tension;
-    sudden, open or closed as a whole; cosine and switching, by its angle to the side that the weight stretches, with
-    (1 + cos) / 2 of its loss of stiffness, or all of it on that side; none, a notch that never closes.  opened_by: the
-    instantaneous moment, or that of the weight alone.  flexibility: name of a depth plugin, by
-    default elasticity, for cosine and switching strip_integration, as published.  front_aspect_ratio: depth over half
-    the width of the ellipse that the front is a part of, 0 is a straight front.  closing_moment_N_m: residual
-    stress that closes it, as the bending moment that just opens it; negative where it holds the crack open at rest.
+    sudden, open or closed as a whole; turning, its flexibility as (1 + cos) / 2 of its angle to the side that the
+    weight stretches; cosine and switching, by the same angle, with (1 + cos) / 2 of its loss of stiffness, or all of it
+    on that side; none, a notch that never closes.  opened_by: the instantaneous moment, or that of the weight alone.
+    flexibility: name of a depth plugin, by default elasticity, for cosine and switching strip_integration, as
+    published.  front_aspect_ratio: depth over half the width of the ellipse that the front is a part of, 0 is a
+    straight front.  closing_moment_N_m: residual stress that closes it, as the bending moment that just opens it;
+    negative where it holds the crack open at rest.  any_form: with more flexibility along the front than the depth
+    gives, as a softened length has, in units of that across.
     """
-    if closing_moment_N_m and (breathing in ("cosine", "switching", "none") or opened_by == "weight"):
+    by_moment = breathing in ("gradual", "sudden") and opened_by == "moment"
+    if closing_moment_N_m and not by_moment:
         raise CannotAct("closing_moment_N_m needs a crack that opens and closes by the instantaneous moment")
     if flexibility is None:
         flexibility = "strip_integration" if breathing in ("cosine", "switching") else "elasticity"
@@ -37,14 +42,19 @@ def transverse_crack(
         structure, position_m, depth_ratio, angle_rad, flexibility, breathing == "sudden", front_aspect_ratio
     )
     jumps = breathing in ("sudden", "switching")
-    if breathing in ("gradual", "sudden") and opened_by == "moment":
-        force = hinge.force(closing_moment_N_m)
-        return [Parameter("flexibility_factor", "1", (), typical=1.0, force=force, jumps=jumps)]
-    if breathing in ("cosine", "switching"):
-        entries = hinge.entries_by_angle(breathing == "switching")
-    else:
-        entries = hinge.open_entries() if breathing == "none" else hinge.entries_by_weight()
-    return [Parameter("flexibility_factor", "1", entries, typical=1.0, jumps=jumps)]
+    tables = {
+        "turning": hinge.entries_by_turning,
+        "cosine": hinge.entries_by_angle,
+        "switching": partial(hinge.entries_by_angle, True),
+        "none": hinge.open_entries,
+    }
+    found = []
+    for name, along in (("flexibility_factor", False), ("excess_flexibility_along", True)):
+        force = hinge.force(closing_moment_N_m, along=along) if by_moment else None
+        entries = () if by_moment else tables.get(breathing, hinge.entries_by_weight)(along=along)
+        default = 0.0 if along else None
+        found.append(Parameter(name, "1", entries, typical=1.0, force=force, default=default, jumps=jumps))
+    return found if any_form and breathing != "sudden" else found[:1]
 
 
 def where_it_cracks(structure, sensors):
@@ -83,10 +93,11 @@ def rotorstudy_effect():
         shape={"position_m": (0.0, 1.0, "shaft"), "depth_ratio": (0.02, 0.5), "angle_rad": (-np.pi, np.pi)},
         stated=depth_in_metres,
         alternatives={"breathing": lambda: ("gradual", "sudden", "none")},
-        formulas={"breathing": lambda: ("cosine", "switching")},
+        formulas={"breathing": lambda: ("turning", "cosine", "switching")},
         example={"position_m": 0.2},
-        positive=True,
+        positive=("flexibility_factor",),
         fixed=True,
+        any_form=({"any_form": True}, {"flexibility_factor": (1.0, 0.15), "excess_flexibility_along": (0.0, 0.25)}),
         together=two_cracks,
         checked="two beams joined by a spring to 1e-9; integrated x-y motion to 5e-3 of its effect; 4 to 40 elements",
         confounders=(

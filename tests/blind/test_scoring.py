@@ -65,7 +65,7 @@ def test_one_who_accuses_always_is_found_out(truths):
 
 def test_a_crack_is_judged_by_place_angle_and_flexibility(truths):
     truth = next(one for one in truths if one["kind"] == "form" and one["families"] == "crack_form")
-    plugin = registry().get("depth", "strip_integration")
+    plugin = registry().get("depth", "elasticity")
     across = compliance(plugin, 0.2, diameter_m=0.02, youngs_modulus_Pa=2.1e11)[0]
     truth = truth | {"true": [truth["true"][0] | {"across_rad_per_N_m": 1.1 * across}]}
 

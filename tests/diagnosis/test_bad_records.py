@@ -125,12 +125,15 @@ def test_an_empty_or_truncated_file_is_refused(kind, words, record, tmp_path, ca
     refused(capsys, tmp_path, rig, cut, f"cut.{kind}", *(["empty or incomplete"] if kind == "csv" else []))
 
 
-def test_a_last_row_cut_short_does_no_harm(record, tmp_path):
+def test_a_last_row_cut_short_is_refused_and_can_be_removed(record, tmp_path):
     found, _ = record
     rig, path = write_rig(tmp_path / "rig.yaml"), write("csv", tmp_path, found, name="run")
     whole = measured_spectrum([path], rig)[0]
     text = path.read_text()
     path.write_text(text[: text[:-400].rindex(",")])
+    with pytest.raises(RotorstudyError, match="the file is cut off: remove its last line"):
+        measured_spectrum([path], rig)
+    path.write_text(path.read_text()[: path.read_text().rindex("\n") + 1])
     cut = measured_spectrum([path], rig)[0]
     assert np.abs(cut.amplitude - whole.amplitude).max() < 0.01 * np.abs(whole.amplitude).max()
 

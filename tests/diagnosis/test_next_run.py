@@ -144,7 +144,11 @@ def test_the_page_and_the_summary_of_what_to_do_name_the_run(bow_or_runout):
     verdict = bow_or_runout[0].verdict
     first = verdict.next_runs[0]
     (text, *_) = next_steps(verdict)
-    assert text.startswith(f"Run at {first.speed:.4g} rad/s") and "to 1, decided with a probability of" in text
+    assert (
+        text.startswith("Run at ")
+        and f"({first.speed:.4g} rad/s)" in text
+        and "to 1, decided with a probability of" in text
+    )
     speeds = [run.speed for run in verdict.next_runs]
     assert all(0.25 * SPEEDS[0] <= speed <= 1.3 * SPEEDS[-1] + 1e-9 for speed in speeds)
 

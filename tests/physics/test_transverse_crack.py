@@ -139,7 +139,10 @@ def test_a_hinge_in_an_element_is_the_condensation_of_its_two_parts(x):
     assert np.abs(lost).max() > 1e-2 * rigidity
 
 
-@pytest.mark.parametrize("law", (*LAWS, {"breathing": "cosine"}), ids=[*NAMES, "cosine"])
+OF_ANGLE = [{"breathing": "cosine"}, {"breathing": "turning"}]
+
+
+@pytest.mark.parametrize("law", (*LAWS, *OF_ANGLE), ids=[*NAMES, "cosine", "turning"])
 def test_a_crack_is_internal(law):
     """It exerts neither a force nor a moment on the rotor as a whole, and does not resist its rigid motion."""
     model = rotor(3, crack(**law), gravity_m_per_s2=0.0)
@@ -155,7 +158,7 @@ def test_a_crack_is_internal(law):
     assert np.abs(matrices).max() > 0
 
 
-@pytest.mark.parametrize("law", LAWS, ids=NAMES)
+@pytest.mark.parametrize("law", (*LAWS, OF_ANGLE[1]), ids=[*NAMES, "turning"])
 @pytest.mark.parametrize("heavy", [False, True])
 def test_the_mesh_does_not_matter(law, heavy):
     """4, 8 and 16 elements give what 40 give; what is left is the inertia of the shaft between the nodes."""

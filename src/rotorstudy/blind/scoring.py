@@ -188,7 +188,8 @@ def _crack_judged(truth, causes):
         found["place_error"] = abs(stated["position_m"]["value"] - one["position_m"]) / one["length_m"]
     if "depth_ratio" in stated and "flexibility_factor" in stated:
         depth, factor = stated["depth_ratio"], stated["flexibility_factor"]
-        plugin = registry().get("depth", (cracks[0].get("variant") or {}).get("flexibility") or _usual_flexibility())
+        by_angle = (cracks[0].get("variant") or {}).get("breathing") in ("cosine", "switching")
+        plugin = registry().get("depth", "strip_integration" if by_angle else "elasticity")  # as the effect takes it
         near = depth["value"] * np.array([1, 1 - SLOPE, 1 + SLOPE])
         shaft = {"diameter_m": truth["diameter_m"], "youngs_modulus_Pa": truth["youngs_modulus_Pa"]}
         low, high = plugin.valid
@@ -201,12 +202,6 @@ def _crack_judged(truth, causes):
             "flexibility_held": float(abs(error) <= HALF_INTERVAL * std),
         }
     return found
-
-
-def _usual_flexibility():
-    from inspect import signature
-
-    return signature(registry().get("effect", "transverse_crack").function).parameters["flexibility"].default
 
 
 def score(truths, answers):

@@ -1,6 +1,6 @@
 """The assumptions of a diagnosis: priors, model error and thresholds."""
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from annotated_types import Gt
 from pydantic import Field
@@ -42,6 +42,9 @@ class Settings(Strict):
     most_causes          : largest number of simultaneous causes
     candidates_per_round : candidates fitted in each round of the search
     leave_out            : effects that are not considered
+    form_error           : in the search by form, largest standard deviation of the error of the form of a cause, as a
+                           fraction of what it changes; smaller ones are equally likely by order of magnitude
+    search               : "by_form" fits every cause, one or several, with an error of its form (see `by_form/form.py`)
     """
 
     uncertainty: dict[str, float] = {"default": 0.1}
@@ -62,6 +65,8 @@ class Settings(Strict):
     most_causes: int = Field(default=2, ge=1)
     candidates_per_round: int = Field(default=10, ge=1)
     leave_out: list[str] = []
+    form_error: float = Field(default=0.05, gt=0, lt=0.5)
+    search: Literal["in_stages", "by_form"] = "in_stages"
 
 
 def base_rate(effect, settings):

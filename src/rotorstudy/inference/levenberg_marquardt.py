@@ -79,6 +79,7 @@ def levenberg_marquardt(
     *,
     prior: Prior | None = None,
     clip: float = np.inf,
+    longest: np.ndarray | float = np.inf,
     convergence: Convergence = ESTIMATE,
 ) -> Minimum:
     """Minimise the sum of squares (or Huber's loss) of the whitened residual, plus the squared distance from a prior.
@@ -99,6 +100,8 @@ def levenberg_marquardt(
         Of these parameters; without it the data must identify them.
     clip : float
         Standard deviations beyond which the loss is linear (Huber); data only.
+    longest : ndarray (parameter,) or float
+        Longest step of each parameter; a longer one is shortened in its direction.
     convergence : Convergence
 
     Returns
@@ -161,6 +164,7 @@ def levenberg_marquardt(
         scaled = scaled + damping[trials, None, None] * np.eye(count)
         gradient = (weighted @ residual[trials][..., None])[..., 0] / scale
         step = np.linalg.solve(scaled, gradient[..., None])[..., 0] / scale
+        step = step / np.maximum(1.0, np.max(np.abs(step) / longest, axis=-1, keepdims=True))
         tried = theta[trials] + step
         new_residual, new_jacobian, new_cost, new_weight = attempt(trials, tried)
         better = new_cost <= cost[trials] * (1 + ROUND_OFF)

@@ -18,6 +18,7 @@ from rotorstudy.measurement.single_probe import (
 
 RELATIVE_FLOOR = 1e-13  # of the largest harmonic: round-off, so that exact data have a finite weight
 WHITENERS_KEPT = 16  # of single sensors
+SHARED_FLOOR = 1e-6  # variance of a shared error beside that of the noise, below which it changes nothing
 CORRELATION_FLOOR = 1e-9  # keeps a covariance of fully correlated harmonics (one phase mark for all) invertible
 
 
@@ -44,6 +45,8 @@ class Spectrum:
                  imaginary parts. The noise of different sensors is independent.
     directions : (sensor,) rad from x in the sense of rotation, of the only probe of a node, whose amplitude is that of
                  the motion along it; NaN where the orbit is measured, as by default at all nodes
+    shared_error : (component, error) what each of some independent errors of unit variance, that sensors or speeds have
+                 in common, changes the whitened data by; None by default. A part of the spectrum has none
     """
 
     amplitude: np.ndarray
@@ -52,6 +55,7 @@ class Spectrum:
     sensors: tuple
     covariance: np.ndarray
     directions: np.ndarray | None = None
+    shared_error: np.ndarray | None = None
 
     def __post_init__(self):
         if self.directions is None:
@@ -109,7 +113,7 @@ class Spectrum:
             covariance[:, sensor] = along_probe(covariance[:, sensor], self.harmonics, single[sensor])
         amplitude = along_probes(self.amplitude, self.harmonics, single)
         both = np.where(is_orbit(single), self.directions, single)
-        return replace(self, amplitude=amplitude, covariance=covariance, directions=both)
+        return replace(self, amplitude=amplitude, covariance=covariance, directions=both, shared_error=None)
 
     def with_error(self, variance: ArrayLike) -> "Spectrum":
         """The spectrum with an independent error of each harmonic added to its covariance.
@@ -127,6 +131,36 @@ class Spectrum:
         """
         variance = variance * np.where(is_orbit(self.directions), 1.0, 2.0)
         return replace(self, covariance=self.covariance + independent_covariance(variance))
+
+    def with_shared_error(self, columns: ArrayLike) -> "Spectrum":
+        """The spectrum with errors that its sensors or speeds have in common, instead of those it has had.
+
+        Parameters
+        ----------
+        columns : array (component, unknown)
+            What each of them, of unit variance, changes the whitened data by, in units of their standard deviation.
+
+        Returns
+        -------
+        Spectrum
+        """
+        return replace(self, shared_error=np.asarray(columns))
+
+    @cached_property
+    def _shared(self):
+        """Directions (component, error) of the shared errors, and their variances (error,)."""
+        columns = self.shared_error
+        if columns.shape[1] > len(columns):
+            variance, vectors = np.linalg.eigh(columns @ columns.T)
+            return vectors[:, variance > SHARED_FLOOR], variance[variance > SHARED_FLOOR]
+        variance, vectors = np.linalg.eigh(columns.T @ columns)
+        kept = variance > SHARED_FLOOR
+        return columns @ (vectors[:, kept] / np.sqrt(variance[kept])), variance[kept]
+
+    @property
+    def log_shared(self) -> float:
+        """Logarithm of the factor of the density of data without residual by the shared errors, at most zero."""
+        return 0.0 if self.shared_error is None else float(-0.5 * np.log1p(self._shared[1]).sum())
 
     def full_covariance(self) -> np.ndarray:
         """Covariance of the components of all sensors together.
@@ -207,7 +241,11 @@ class Spectrum:
         if not seen.all():
             found = found[..., seen]
         lead = found.shape[: np.ndim(amplitude) - 3]  # may be of no columns at all
-        return found.reshape(*lead, int(np.prod(found.shape[len(lead) :])))
+        found = found.reshape(*lead, int(np.prod(found.shape[len(lead) :])))
+        if self.shared_error is None or not self.shared_error.size:
+            return found
+        along, variance = self._shared  # the symmetric root, so that a component still belongs to its harmonic
+        return found - (found @ along) * (1 - 1 / np.sqrt(1 + variance)) @ along.T
 
     def by_harmonic(self, whitened: ArrayLike) -> np.ndarray:
         """Rms of the whitened real and imaginary parts of each harmonic.
@@ -248,6 +286,7 @@ class Spectrum:
             amplitude=self.amplitude[..., chosen, :, :],
             speed=self.speed[chosen],
             covariance=self.covariance[chosen],
+            shared_error=None,
         )
 
     def at_harmonics(self, wanted: Iterable[int]) -> "Spectrum":
@@ -266,7 +305,13 @@ class Spectrum:
         place = np.array([list(self.harmonics).index(n) for n in wanted])
         both = np.concatenate([place, place + len(self.harmonics)])
         covariance = self.covariance[..., both, :][..., both]
-        return replace(self, amplitude=self.amplitude[..., place, :], harmonics=np.array(wanted), covariance=covariance)
+        return replace(
+            self,
+            amplitude=self.amplitude[..., place, :],
+            harmonics=np.array(wanted),
+            covariance=covariance,
+            shared_error=None,
+        )
 
     def with_amplitude(self, amplitude: ArrayLike) -> "Spectrum":
         """The same speeds, harmonics, sensors and covariance with other amplitudes.

@@ -9,7 +9,7 @@ from rotorstudy.model.depth import keys_from_depth
 from rotorstudy.model.key_units import aliases_of, without_aliases
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
-from rotorstudy.model.rig import SECTIONS
+from rotorstudy.model.rig import SECTIONS, SMALLEST
 from rotorstudy.model.rig_items import make_term
 from rotorstudy.model.rig_numbers import is_number, rig_with_changes
 from rotorstudy.model.uncertainty import uncertainty_section
@@ -53,6 +53,7 @@ def rig_with_values(rig: dict, model: Model, values: dict[str, float]) -> dict:
     model  : of that rig
     values : name as in `model.names` -> value
     """
+    values = {name: value if abs(value) >= SMALLEST else 0.0 for name, value in values.items()}  # as a rig states it
     result = dict(rig)
     for section in ("cracks", "bearings", "effects"):
         items = [_item(SECTIONS[section], item, model, values) for item in rig.get(section) or []]

@@ -85,6 +85,12 @@ class Hinge:
         shaft = section.outer_diameter_m, section.youngs_modulus_Pa, section.poissons_ratio
         return (*zip(("diameter_m", "youngs_modulus_Pa", "poissons_ratio"), shaft, strict=True), *self.options)
 
+    @property
+    def _along(self):
+        """Flexibility along xi over that along eta."""
+        xi, eta = self._open_compliance
+        return xi / eta
+
     @cached_property
     def _kink(self):
         """s c (direction,), rad: the kink by a moment of magnitude s, that of an imposed rotation of 1 rad."""
@@ -92,24 +98,31 @@ class Hinge:
             return self.section.stiffness * self._open_compliance[0] * np.maximum(np.cos(_pull()), 0) + 0j
         return self.section.stiffness * _partly_open(self.depth.name, float(self.depth_ratio), self._of_shaft)
 
-    def force(self, closing_moment: float = 0.0) -> NonlinearForce:
+    def force(self, closing_moment: float = 0.0, along: bool = False) -> NonlinearForce:
         """The crack opened by the instantaneous moment.
 
         closing_moment : of a residual stress, N m: it acts along xi on the faces of the crack, like a bending moment of
                          that size that closes it
+        along          : as for `_entries`
         returns        : of a flexibility factor of 1: the moment, N m, by which the kink acts along `row`
         """
-        kink, stiffness = self._kink_by_rotation(), self.section.stiffness
+        kink, stiffness, scale = self._kink_by_rotation(), self.section.stiffness, self._along
         own_rotation, closing = self.section.own_moment / stiffness, closing_moment / stiffness
 
         def moment(rotation, velocity, deflection, shaft_angle):
             turned = np.exp(1j * (shaft_angle + self.angle))
-            return -stiffness * kink(-(rotation + own_rotation) / turned - closing) * turned
+            found = kink(-(rotation + own_rotation) / turned - closing)
+            return -stiffness * (1j * found.imag * scale if along else found) * turned
 
         return NonlinearForce(self.row[None], moment, takes_angle=True, takes_velocity=False)
 
-    def entries_by_weight(self) -> tuple[Entry, ...]:
+    def entries_by_weight(self, along: bool = False) -> tuple[Entry, ...]:
         """The crack opened by the static moment, which stretches the lower or the upper side of the shaft.
+
+        Parameters
+        ----------
+        along : bool
+            As for `_entries`.
 
         Returns
         -------
@@ -117,10 +130,16 @@ class Hinge:
             Of a flexibility factor of 1.
         """
         shares = zip(range(-ORDER, ORDER + 1), *self._series_by_weight(), strict=True)
-        return self._entries({-k: (self.side**k * direct, self.side**k * mirrored) for k, direct, mirrored in shares})
+        signed = {-k: (self.side**k * direct, self.side**k * mirrored) for k, direct, mirrored in shares}
+        return self._entries(signed, along)
 
-    def open_entries(self) -> tuple[Entry, ...]:
+    def open_entries(self, along: bool = False) -> tuple[Entry, ...]:
         """The crack that never closes, such as a notch.
+
+        Parameters
+        ----------
+        along : bool
+            As for `_entries`.
 
         Returns
         -------
@@ -128,30 +147,51 @@ class Hinge:
             Of a flexibility factor of 1.
         """
         xi, eta = self.open_shares
-        return self._entries({0: ((xi + eta) / 2, 0.0), 2: (0.0, (xi - eta) / 2)})
+        return self._entries({0: ((xi + eta) / 2, 0.0), 2: (0.0, (xi - eta) / 2)}, along)
 
-    def entries_by_angle(self, switching: bool = False) -> tuple[Entry, ...]:
+    def entries_by_turning(self, along: bool = False) -> tuple[Entry, ...]:
+        """The crack whose flexibility opens as (1 + cos) / 2 by its angle to the side that the weight stretches.
+
+        Parameters
+        ----------
+        along : bool
+            As for `_entries`.
+
+        Returns
+        -------
+        tuple of Entry
+            Of a flexibility factor of 1.
+        """
+        share = (1 + self.side * np.cos(_pull())) / 2
+        softer = self.section.stiffness * np.multiply.outer(self._open_compliance, share)
+        return self._entries(_turning_shares(*softer / (1 + softer)), along)
+
+    def entries_by_angle(self, switching: bool = False, along: bool = False) -> tuple[Entry, ...]:
         """The crack of the formulas of Mayes and Gasch, which opens by its angle to the side that the weight stretches.
 
         A share of what the open crack takes from the stiffness of the element is missing: (1 + cos) / 2, or all of it
         while the cosine is positive. Unlike the other laws, the first one depends on the length of the element.
 
         switching : whether it opens and closes as a whole
+        along     : as for `_entries`
         returns   : of a flexibility factor of 1
         """
         cosine = self.side * np.cos(_pull())
         share = np.where(np.abs(cosine) > ROUND_OFF, cosine > 0, 0.5) if switching else (1 + cosine) / 2
         softer = self.section.stiffness * self._open_compliance * [1, ACROSS]
-        xi, eta = softer / (1 + softer)
-        series = _coefficients(share)
-        kept = [k for k in range(-ORDER, ORDER + 1) if abs(series[k + ORDER]) > ROUND_OFF]
-        shares = {k: [0.0, 0.0] for k in range(min(kept), max(kept) + 3)}
-        for k in kept:  # in the frame of the crack; the conjugate turns by twice its angle
-            shares[k][0], shares[k + 2][1] = series[k + ORDER] * (xi + eta) / 2, series[k + ORDER] * (xi - eta) / 2
-        return self._entries(shares)
+        return self._entries(_turning_shares(*np.multiply.outer(softer / (1 + softer), share)), along)
 
-    def _entries(self, shares):
-        """Entries of a kink, given as {shift: (share of the imposed rotation, share of its conjugate)}."""
+    def _entries(self, shares, along):
+        """Entries of a kink, given as {shift: (share of the imposed rotation, share of its conjugate)}.
+
+        along : whether of what is along the front alone, of a kink g in the frame of the crack (g - conj g) / 2, as
+                large as the flexibility across would make it
+        """
+        if along:
+            none, turned = (0.0, 0.0), {*shares, *(2 - k for k in shares)}
+            both = {k: (shares.get(k, none), shares.get(2 - k, none)) for k in sorted(turned)}
+            half = self._along / 2
+            shares = {k: ((a - d) * half, (b - c) * half) for k, ((a, b), (c, d)) in both.items()}
         pattern, found = self.section.stiffness * np.outer(self.row, self.row), []
         for shift, (direct, mirrored) in shares.items():
             turn = np.exp(1j * int(shift) * self.angle)
@@ -254,6 +294,16 @@ def crack_at(
         raise RotorstudyError(f"front_aspect_ratio = {front_aspect_ratio:g}: '{flexibility}' has only straight fronts")
     options = (("front_aspect_ratio", float(front_aspect_ratio)),) if curved else ()
     return Hinge(section, depth, depth_ratio, angle_rad, sudden, structure.tension_side_at(section), options)
+
+
+def _turning_shares(xi, eta):
+    """Shares for `Hinge._entries` of a kink along xi and eta (direction,), shares of the imposed rotation by angle."""
+    direct, mirrored, found = _coefficients((xi + eta) / 2), _coefficients((xi - eta) / 2), {}
+    for k in range(-ORDER, ORDER + 1):  # in the frame of the crack; the conjugate turns by twice its angle
+        for i, (shift, value) in enumerate(((k, direct[k + ORDER]), (k + 2, mirrored[k + ORDER]))):
+            if abs(value) > ROUND_OFF:
+                found.setdefault(shift, [0.0, 0.0])[i] = value
+    return found
 
 
 def _pull():

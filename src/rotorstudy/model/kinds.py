@@ -144,6 +144,8 @@ class Effect(Plugin):
                 are built anew; its entries are the derivative
     together  : function(structure, one, other) of the options of two of them on a rotor, which raises CannotAct where
                 they cannot be there together
+    any_form  : option -> value, with which the search by form tries it, so that it can have forms near its own, and
+                parameter -> (mean, standard deviation) of its amplitudes then, in typical sizes
     """
 
     acts_on: str = "rotor"
@@ -168,6 +170,7 @@ class Effect(Plugin):
     nuisance: float = 0.0
     changes_bearing: bool = False
     together: Callable | None = field(default=None, compare=False)
+    any_form: tuple[dict, dict] = field(default=({}, {}), compare=False)
 
     def __post_init__(self):
         if self.places is None:

@@ -29,6 +29,7 @@ class Candidate(NamedTuple):
                alike; where there are none, the prior is the upper half of that normal distribution
     fixed    : its amplitude is known where the effect is present; the width of its prior is not varied
     options  : other options, the same for all candidates of the effect
+    any_form : whether it has the freedom of `Effect.any_form`
     shape    : options that enter nonlinearly (a clearance, an angle), at one of the values tried
     variant  : the alternatives of the effect that it has (the breathing function of a crack)
     shape_std : standard deviations of its shape, once that is fitted
@@ -44,6 +45,7 @@ class Candidate(NamedTuple):
     variant: dict = {}
     shape_std: dict = {}
     options: dict = {}
+    any_form: bool = False
 
     @property
     def cause(self):
@@ -81,6 +83,7 @@ def candidate(
     label: str = "cause",
     prior_width: float = 10.0,
     variant: dict | None = None,
+    any_form: bool = False,
 ) -> Candidate:
     """An effect at a place, with the prior of its amplitudes.
 
@@ -89,13 +92,16 @@ def candidate(
     label        : of its term
     prior_width  : standard deviation of its amplitude, in typical sizes
     variant      : options that have alternatives
+    any_form     : whether it has the freedom of `Effect.any_form`
     raises       : CannotAct if the effect cannot act there
     """
     plugin = registry().get("effect", effect, "diagnosis")
-    options = {**plugin.example, **plugin.hypothesis}
+    options = {**plugin.example, **plugin.hypothesis, **(plugin.any_form[0] if any_form else {})}
     item = {"kind": effect, **options, **where, **(shape or {}), **(variant or {}), "label": label}
     term = make_term("effect", item, model.structure, model.sensors, f"candidate {effect}")
-    known = Candidate(effect, where, term, {}, {}, plugin.fixed, dict(shape or {}), dict(variant or {}), {}, options)
+    known = Candidate(
+        effect, where, term, {}, {}, plugin.fixed, dict(shape or {}), dict(variant or {}), {}, options, any_form
+    )
     return _with_prior(model, known, prior_width)
 
 
@@ -104,6 +110,9 @@ def _with_prior(model, cause, width):
     term, plugin = cause.term, registry().get("effect", cause.effect)
     mean, std = (1.0, FIXED) if plugin.fixed else (0.0, width)
     prior = {unknown.name: (mean * unknown.typical, std * unknown.typical) for unknown in term.unknowns}
+    for p in (p for p in term.parameters if cause.any_form and p.name in plugin.any_form[1]):
+        mean, std = plugin.any_form[1][p.name]
+        prior[term.full_name(p)] = mean * p.typical, std * p.typical
     limited = {term.full_name(p) for p in term.parameters if plugin.is_positive(p.name)}
     positive = {unknown.name: _same(unknown, term, model) for unknown in term.unknowns if unknown.name in limited}
     return cause._replace(prior=prior, positive=positive)
@@ -201,9 +210,10 @@ def with_vibration(model: Model, spectrum: Spectrum) -> Model:
     return replace(model, structure=replace(model.structure, vibration=float(np.median(size))))
 
 
-def candidates(model: Model, settings: Settings) -> tuple[list[Candidate], dict[str, str]]:
+def candidates(model: Model, settings: Settings, any_form: bool = False) -> tuple[list[Candidate], dict[str, str]]:
     """Every effect at every place it offers on this rotor, as `settings` allow.
 
+    any_form : with published formulas among the alternatives
     returns : the candidates, and {effect: one line with file and place} of those whose plugin is broken
     """
     found, broken = [], {}
@@ -211,20 +221,22 @@ def candidates(model: Model, settings: Settings) -> tuple[list[Candidate], dict[
         if not plugin.candidate or name in settings.leave_out:
             continue
         try:
-            found += _candidates_of(plugin, model, settings, len(found))
+            found += _candidates_of(plugin, model, settings, len(found), any_form)
         except Exception as error:  # of the plugin; the rest of the library is still searched
             broken[name] = blamed(error) or f"effect '{name}' ({plugin.file}): {type(error).__name__}: {error}"
     return found, broken
 
 
-def _candidates_of(plugin, model, settings, first):
+def _candidates_of(plugin, model, settings, first, any_form):
     """Candidates of one effect; their terms are labelled by number, from `first` on."""
     found = []
+    variants = variants_of(plugin.alternatives) + (formulas_of(plugin.name) if any_form else [])
     for place in plugin.places(model.structure, model.sensors):
-        for variant, shape in product(variants_of(plugin.alternatives), _shapes(plugin, model.structure, place)):
+        for variant, shape in product(variants, _shapes(plugin, model.structure, place)):
             label = f"cause {first + len(found)}"
             try:
-                found.append(candidate(model, plugin.name, place, shape, label, settings.prior_width, variant))
+                where = plugin.name, place, shape, label, settings.prior_width, variant
+                found.append(candidate(model, *where, any_form))
             except CannotAct:  # a place that other options of this rig exclude
                 continue
     return found

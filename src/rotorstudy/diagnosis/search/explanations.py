@@ -46,6 +46,7 @@ class Search:
     cause_error     : standard deviation of the error of a cause, which the spectrum has
     unstable        : (speed,) bool, where a free motion of the rig without causes grows; None during the search
     upheld          : whether the best explanation keeps its odds with the held-out speeds
+    has_form_errors : whether every explanation was fitted with an error of the form of its causes
     """
 
     rig: Model
@@ -66,6 +67,12 @@ class Search:
     cause_error: float = 0.0
     unstable: np.ndarray | None = None
     upheld: bool = True
+    has_form_errors: bool = False
+
+    @property
+    def whole(self):
+        """The model with the nuisance terms, as `shape_fit.Work` calls it."""
+        return self.model
 
     @property
     def broken(self):

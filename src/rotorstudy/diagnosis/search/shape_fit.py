@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -10,11 +11,12 @@ from rotorstudy.diagnosis.search.candidates import Candidate, shape_ranges, with
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import CannotAct, NoConvergenceError, NoSteadyState
 from rotorstudy.inference.levenberg_marquardt import ESTIMATE, HYPOTHESIS, Convergence, Minimum, levenberg_marquardt
-from rotorstudy.inference.prediction import whitened_prediction
+from rotorstudy.inference.prediction import carried_order
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.model.model import Model
 from rotorstudy.model.registry import registry
+from rotorstudy.response.measured import measured_response_and_jacobian
 
 CLOSELY = replace(HYPOTHESIS, steps=ESTIMATE.steps)
 FAILURES = 1  # steps of a fit without a steady state, which take long to find out
@@ -85,10 +87,10 @@ def point_of(work: Work, cause: Candidate) -> np.ndarray:
 
 def check_together(work: Work, causes: Sequence[Candidate]) -> None:
     """Raise CannotAct if two of the causes cannot be on the rotor together."""
-    together = registry().get("effect", causes[0].effect).together
-    for number, one in enumerate(causes if together else ()):
-        for other in causes[:number]:
-            together(work.rig.structure, one.term.options, other.term.options)
+    for one, other in combinations(causes, 2):
+        together = registry().get("effect", one.effect).together
+        if together and one.effect == other.effect:
+            together(work.rig.structure, other.term.options, one.term.options)
 
 
 def fitted_from(
@@ -135,26 +137,44 @@ def fitted_from(
 def predicted_with_shape(
     work: Work, causes: Sequence[Candidate], amplitudes: np.ndarray, points: Sequence
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Whitened prediction (1, component) and its derivatives (1, component, parameter), the shapes last.
+    """Whitened prediction (1, component) and its derivatives (1, component, parameter), the shapes last."""
+    shown, change = response_with_shape(work, causes, amplitudes, points)
+    found = work.spectrum.whitened(np.concatenate([shown[None], change]))
+    return found[:1], found[1:].T[None]
+
+
+def response_with_shape(
+    work: Work, causes: Sequence[Candidate], amplitudes: np.ndarray, points: Sequence
+) -> tuple[np.ndarray, np.ndarray]:
+    """Harmonics shown (speed, harmonic, sensor), m, and their derivatives (parameter, ...), the shapes last.
 
     The derivative by an option follows from the columns of the cause in that shape and in one beside it, of amplitude
     zero, at the same motion.
+
+    points : (option,) of each cause, fractions of the ranges of its shape; none of a cause without one
     """
-    here = [reshaped(work, cause, point) for cause, point in zip(causes, points, strict=True)]
+    here = [reshaped(work, cause, point) if len(point) else cause for cause, point in zip(causes, points, strict=True)]
     check_together(work, here)
     names = [*work.prior.names, *(name for cause in here for name in cause.names)]
     beside, model = [], work.whole.plus(*(cause.term for cause in here))
     for number, (cause, point) in enumerate(zip(causes, points, strict=True)):
-        offs = [ends.step(x) for ends, x in zip(ranges_of(work, cause).values(), point, strict=True)]
+        ranges = ranges_of(work, cause) if len(point) else {}
+        offs = [ends.step(x) for ends, x in zip(ranges.values(), point, strict=True)]
         for i, (at, off) in enumerate(zip(point + np.diag(offs), offs, strict=True)):
             beside.append((number, off, reshaped(work, cause, at, f"beside {number} {i}")))
-    model = model.plus(*(one.term for *_, one in beside))
+    model = model.plus(*(one.term for *_, one in beside)) if beside else model
     more = [name for *_, one in beside for name in one.names]
-    values = np.concatenate([amplitudes, np.zeros(len(more))])
-    shown, slopes = whitened_prediction(model, work.spectrum, [*names, *more], values)
-    at = {name: i for i, name in enumerate([*names, *more])}
-    columns = []
+    theta = model.stated.copy()
+    theta[model.position([*names, *more])] = np.concatenate([amplitudes, np.zeros(len(more))])
+    spectrum = work.spectrum
+    shown, change = measured_response_and_jacobian(
+        model, spectrum.speed, spectrum.harmonics, theta, order=carried_order(spectrum, model)
+    )
+    change = np.moveaxis(change, -1, 0)
+    columns = [change[model.position(names)]]
+    at = {name: i for i, name in enumerate(names)}
     for number, off, one in beside:
-        own, other = ([at[name] for name in cause.names] for cause in (here[number], one))
-        columns.append((slopes[:, other] - slopes[:, own]) @ amplitudes[own] / off)
-    return shown[None], np.column_stack([slopes[:, : len(amplitudes)], *columns])[None]
+        own = [at[name] for name in here[number].names]
+        less = change[model.position(one.names)] - columns[0][own]
+        columns.append(np.tensordot(amplitudes[own], less, 1)[None] / off)
+    return shown, np.concatenate(columns)

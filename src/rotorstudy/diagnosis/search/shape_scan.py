@@ -60,7 +60,7 @@ def acts_on(cause, structure):
     """The coordinate (dof,) that a cause acts on: its node, or a deformation of the shaft."""
     if "node" in cause.where:
         return structure.unit(cause.where["node"])
-    (unknown,) = cause.term.unknowns
+    unknown = cause.term.unknowns[0]  # all act there
     matrix = unknown.force.matrix if unknown.force else np.real(unknown.entries[0].matrix)
     return matrix[np.argmax(np.linalg.norm(matrix, axis=1))]
 

@@ -6,9 +6,10 @@ from rotorstudy.diagnosis.search.candidates import with_shape
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.odds import Explanation, odds_of
 from rotorstudy.diagnosis.search.shape_equations import shape_equations
-from rotorstudy.diagnosis.search.shape_fit import ranges_of
-from rotorstudy.diagnosis.search.shape_scan import can_be_scanned, scan
-from rotorstudy.errors import CannotAct, NoSteadyState
+from rotorstudy.diagnosis.search.shape_fit import fitted_from, ranges_of
+from rotorstudy.diagnosis.search.shape_scan import can_be_scanned, is_sought_everywhere, scan
+from rotorstudy.errors import CannotAct, NoConvergenceError, NoSteadyState
+from rotorstudy.inference.levenberg_marquardt import HYPOTHESIS
 from rotorstudy.inference.linear import invert
 
 RESCANS = 4  # of the shape of a cause, each at its last fit
@@ -28,6 +29,7 @@ def refine(work: Search, explanation: Explanation, name: str | None = None, agai
         if not can_be_scanned(_apart(explanation, name)[1]):
             return _stepped(work, _best_shape(work, explanation, name), name)
         stepped = _stepped(work, explanation, name)  # from the shape that a scan has found
+        stepped = _from_stated_values(work, stepped)
         best = _best_shape(work, stepped, name) if again else stepped
         return best if best is stepped else _stepped(work, best, name)
     except NoSteadyState:
@@ -93,6 +95,23 @@ def _stepped(work, explanation, name):
         if gained < SHAPE_GAIN:
             break
     return max(best, explanation, key=odds_of)
+
+
+def _from_stated_values(work, explanation):
+    """The explanation by one cause, fitted again from the stated values of the rig where it leaves more than noise.
+
+    At the values that were fitted with a wrong shape the rig imitates what that lacks, and no step leads away from it.
+    """
+    (cause, *others), fitted = explanation.causes, explanation.fit
+    if others or not is_sought_everywhere(cause) or not fitted.excess:
+        return explanation
+    values = dict(zip(work.prior.names, work.prior.mean, strict=True))
+    amplitudes = np.array([values.get(name, fitted.values[name]) for name in fitted.names])
+    try:
+        found = fitted_from(work, explanation.causes, amplitudes, HYPOTHESIS)
+    except (CannotAct, NoSteadyState, NoConvergenceError):
+        return explanation
+    return max(explanation, work.explain(found.causes, [found.amplitudes]) or explanation, key=odds_of)
 
 
 def _best_shape(work, explanation, name):

@@ -34,7 +34,11 @@ def with_form_error(work: Search, explanation: Explanation) -> Explanation:
     work        : Search, of the spectrum that the explanation was fitted to
     explanation : returned as it is, where it has a single fault, whose `cause_error` is estimated, or none has a law
     """
-    if len(explanation.faults) < 2 or not any(map(have_a_law, faults_of(explanation.causes).values())):
+    if (
+        work.has_form_errors
+        or len(explanation.faults) < 2
+        or not any(map(have_a_law, faults_of(explanation.causes).values()))
+    ):
         return explanation
     fitted, shaped = explanation.fit, [cause for cause in explanation.causes if cause.shape]
     try:

@@ -3,6 +3,7 @@
 import logging
 from dataclasses import dataclass, replace
 
+from rotorstudy.diagnosis.by_form.search import search_by_form
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.impossible import unstable_rig
 from rotorstudy.diagnosis.search.odds import faults_of
@@ -111,7 +112,9 @@ def investigate(
     weights = found.posterior()
     probability = _probability(weights)
     stated, gain = _stated(weights, best), gain_of(base, best.fit, held, expected)
-    worse = is_worse(base, best.fit, expected, settings, gain, is_several=len(best.faults) > 1)
+    worse = is_worse(
+        base, best.fit, expected, settings, gain, is_several=len(best.faults) > 1 and not found.has_form_errors
+    )
     kind = _kind(found, p_values, p_parameters, probability, is_alone=not stated, is_worse=worse)
     is_tested = not chain and _is_tested_for_one_force(found, fitted, kind)
     places = _places_of_one_force(found, fitted, kind, instead) if is_tested else []
@@ -153,7 +156,8 @@ def investigate(
         measuring_chain=chain,
         findings=worst_first(findings),
     )
-    verdict = with_outside(verdict, is_tested and not places, log_odds_of_one_direction(best))
+    if not found.has_form_errors:
+        verdict = with_outside(verdict, is_tested and not places, log_odds_of_one_direction(best))
     verdict = verdict.model_copy(update={"summary": summary(verdict)})
     alternatives = frozenset(c.cause for _, parts, _ in stated for c in parts)
     return Diagnosis(verdict, fitted, held, found, best.fit, settings, alternatives, labels)
@@ -169,7 +173,8 @@ def _searched(model, measured, fitted, held, settings):
     log.info("testing whether conventions of the records are wrongly stated")
     tested = tested_convention(begun, measured) if model.before is None else None  # shared by both states
     chain = clear_convention(begun, tested) if tested else None
-    found = unsearched(begun) if chain else search(begun)
+    carried_out = search_by_form if settings.search == "by_form" else search
+    found = unsearched(begun) if chain else carried_out(begun)
     found, instead = _with_one_fault(found, fitted)
     expected = None
     if held is not None:
@@ -202,7 +207,8 @@ def _is_tested_for_one_force(found, fitted, kind):
 
 def _are_several(found, fitted):
     """Whether the best explanation has several causes, and one force instead leaves enough data to be tested."""
-    return len(found.best.faults) > 1 and found.rig.before is None and most_forces(fitted) >= 1
+    several = len(found.best.faults) > 1 and not found.has_form_errors  # which one fault of another form has too
+    return several and found.rig.before is None and most_forces(fitted) >= 1
 
 
 def _with_one_fault(found, fitted):
@@ -235,6 +241,8 @@ def _is_rejected(found, p_residual, p_parameters):
     """
     if min(p_residual, p_parameters) < found.settings.significance:
         return True
+    if found.has_form_errors:
+        return False
     faults = found.prior_odds.together(found.best.causes)
     return found.cause_error > 0 and (len(faults) > 1 or found.cause_error >= found.settings.cause_error)
 

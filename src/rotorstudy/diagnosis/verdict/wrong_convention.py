@@ -1,9 +1,10 @@
 """Whether records look as if a measuring convention were stated wrongly, rather than as if the rotor had a fault."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
+from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.odds import Explanation, log_posterior_odds, odds_of
 from rotorstudy.diagnosis.search.one_more import with_one_more
 from rotorstudy.diagnosis.verdict.cause_words import place
@@ -99,8 +100,10 @@ def chain_hypothesis(found, base, tested):
     found : Search;  base : Fit without causes, and without the error of a cause;  tested : Tested
     """
     settings, best = found.settings, found.best
-    as_stated = fit(best.fit.model, found.stated, best.fit.prior, start=best.fit.theta)
-    odds_as_stated = log_posterior_odds(best.causes, as_stated, base, found.prior_odds)
+    as_stated, odds_as_stated = best.fit, best.log_posterior_odds
+    if not found.has_form_errors:
+        as_stated = fit(best.fit.model, found.stated, best.fit.prior, start=best.fit.theta)
+        odds_as_stated = log_posterior_odds(best.causes, as_stated, base, found.prior_odds)
     tried = [Explanation((), tested.fit, 0.0)]
     rejected = all(one.is_rejected(settings.significance) for one in (as_stated, tested.fit))
     if rejected and _gain(tested, base) > LEAST_MARGIN:
@@ -158,20 +161,22 @@ def _place(cause, structure):
 
 def _with_one_cause(found, tested):
     """Explanations of the corrected records by one cause on the rotor."""
-    work = replace(
-        found,
-        model=tested.fit.model,
-        stated=tested.spectrum,
-        spectrum=tested.spectrum,
-        base=tested.fit,
-        candidates=[cause for cause in found.candidates if not cause.term.acts_on_output],
-        screened=[],
-        scanned=[],
-        shapes={},
-        equations={},
-        found={frozenset(): Explanation((), tested.fit, 0.0)},
-        cause_error=0.0,
-    )
+    known = {one.name: getattr(found, one.name) for one in fields(Search)}
+    known |= {
+        "model": tested.fit.model,
+        "stated": tested.spectrum,
+        "spectrum": tested.spectrum,
+        "base": tested.fit,
+        "candidates": [cause for cause in found.candidates if not cause.term.acts_on_output],
+        "screened": [],
+        "scanned": [],
+        "shapes": {},
+        "equations": {},
+        "found": {frozenset(): Explanation((), tested.fit, 0.0)},
+        "cause_error": 0.0,
+        "has_form_errors": False,
+    }
+    work = Search(**known)
     if not work.candidates:
         return []
     work.screened.extend(work.screen(work.base, work.candidates))

@@ -1,0 +1,1 @@
+"""One search, in which every cause has an error of its form."""
