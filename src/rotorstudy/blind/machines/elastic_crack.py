@@ -53,5 +53,8 @@ def arc_form(part, depth_ratio, curvature, kind="gradual", closing=0.0):
         return Form(compliance * [1, 0], "energy", lambda angle: np.cos(angle) > 0, closing)
     share = make_interp_spline(np.linspace(0, np.pi, len(shares)), shares, bc_type="clamped")
     ratio = np.sqrt(sideways / opening)
-    scaled = lambda angle: np.abs(np.arctan2(ratio * np.sin(angle), np.cos(angle)))  # noqa: E731
-    return Form(compliance, "energy", lambda angle: share(scaled(angle)), closing)
+
+    def opened(angle):
+        return share(np.abs(np.arctan2(ratio * np.sin(angle), np.cos(angle))))
+
+    return Form(compliance, "energy", opened, closing)
