@@ -111,7 +111,9 @@ def _from_stated_values(work, explanation):
         found = fitted_from(work, explanation.causes, amplitudes, HYPOTHESIS)
     except (CannotAct, NoSteadyState, NoConvergenceError):
         return explanation
-    return max(explanation, work.explain(found.causes, [found.amplitudes]) or explanation, key=odds_of)
+    known = dict(zip((*work.prior.names, *found.causes[0].names), found.amplitudes.tolist(), strict=True))
+    tried = work.explain(found.causes, [work.start(found.causes, fitted.values | known)])
+    return max(explanation, tried or explanation, key=odds_of)
 
 
 def _best_shape(work, explanation, name):
