@@ -85,6 +85,9 @@ def test_a_step_of_a_crack_onto_a_disc_ends_its_refinement(monkeypatch):
 
     monkeypatch.setattr(shapes, "shape_equations", step_onto_the_disc)
     monkeypatch.setattr(shapes, "SHARES_OF_STEP", (1.0,))
+    better = shapes.refine(work, first, again=False)  # by a fit from the stated values
+    assert better.log_posterior_odds >= first.log_posterior_odds
+    monkeypatch.setattr(shapes, "_from_stated_values", lambda work, explanation: explanation)
     assert shapes.refine(work, first, again=False) is first
 
 

@@ -164,7 +164,7 @@ def levenberg_marquardt(
         scaled = scaled + damping[trials, None, None] * np.eye(count)
         gradient = (weighted @ residual[trials][..., None])[..., 0] / scale
         step = np.linalg.solve(scaled, gradient[..., None])[..., 0] / scale
-        step = step / np.maximum(1.0, np.max(np.abs(step) / longest, axis=-1, keepdims=True))
+        step = step / np.maximum(1.0, np.max(np.abs(step) / longest, axis=-1, keepdims=True, initial=0.0))
         tried = theta[trials] + step
         new_residual, new_jacobian, new_cost, new_weight = attempt(trials, tried)
         better = new_cost <= cost[trials] * (1 + ROUND_OFF)
