@@ -5,7 +5,7 @@
 # make browser  open the charts of the pages in Chromium (Debian: apt install chromium), driven by Playwright
 # make docs   build the pages of docs/ as a site, with a check for dead links
 # make cracks   identify cracks of the independent simulator in millimetres, half an hour on 2 cores; can be interrupted
-# make elasticity  the flexibility of cracks by three-dimensional elasticity anew, in an environment of its own, half an hour
+# make elasticity  the flexibility of cracks by three-dimensional elasticity anew, in an environment of its own
 # make ross     diagnose records of the package ROSS, in an environment of its own, and write the rotors of tests/measured/ross
 # make lock     write environment.txt again: the newest versions that fit together, with hashes
 # make newest   run the tests with the newest versions of everything, on Python 3.11 to 3.14 as far as they are installed

@@ -25,7 +25,7 @@ def plain_journal(
 
     Finite-length Reynolds equation, ruptured film (Reynolds' condition), times bearing_scale. grooves: none, oil fills
     the film wherever it converges; two_axial, the pressure is zero in two grooves of 20 degrees at right angles to the
-    load. Interpolated: to 1 % of the largest coefficient up to an eccentricity ratio of 0.9, 5 % at 0.97. load_N as for
+    load. Interpolated: to 1 % of the largest coefficient up to an eccentricity ratio of 0.9, 8 % beyond. load_N as for
     short_journal, and displacements are measured from the equilibrium position as there.
     """
     ratio = length_m / diameter_m

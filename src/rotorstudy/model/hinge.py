@@ -106,7 +106,8 @@ class Hinge:
         along          : as for `_entries`
         returns        : of a flexibility factor of 1: the moment, N m, by which the kink acts along `row`
         """
-        kink, stiffness, scale = self._kink_by_rotation(), self.section.stiffness, self._along
+        kink, stiffness = self._kink_by_rotation(), self.section.stiffness
+        scale = self._along if along else 1.0
         own_rotation, closing = self.section.own_moment / stiffness, closing_moment / stiffness
 
         def moment(rotation, velocity, deflection, shaft_angle):
