@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from rotorstudy.errors import RotorstudyError
+from rotorstudy.errors import RotorstudyError, unknown_name
 
 MOST_BYTES = 5_000_000
 MOST_VALUES = 200_000  # aliases and merge keys written out
@@ -60,6 +60,34 @@ def read_yaml(path):
         )
         raise RotorstudyError(f"{path}: expected keys and values, {what}")
     return found
+
+
+def read_study(path):
+    """The YAML file of a study; one with `based_on: FILE` states only what differs from that file, relative to it.
+
+    Mappings are changed key by key, lists and values are replaced, and a key that is null is left out.
+    """
+    found = read_yaml(path)
+    return _changed(read_yaml(base), found, path) if (base := base_of(path, found)) else found
+
+
+def base_of(path, found):
+    """The file that a study is based on, taken out of what was found in its file; None for most."""
+    base = found.pop("based_on", None)
+    if not isinstance(base, str | None):
+        raise RotorstudyError(f"{path}, based_on: {base!r} is not the name of a file")
+    return base and Path(path).parent / base
+
+
+def _changed(base, changes, path):
+    both = dict(base)
+    for key, new in changes.items():
+        if new is not None:
+            inside = isinstance(new, dict) and isinstance(base.get(key), dict)
+            both[key] = _changed(base[key], new, path) if inside else new
+        elif both.pop(key, None) is None:
+            raise unknown_name("key to leave out", key, base, str(path))
+    return both
 
 
 def _check_depth(text):

@@ -1,5 +1,7 @@
 """What every error has to be: one line that says what is wrong."""
 
+import copy
+
 import pytest
 
 from rotorstudy.errors import RotorstudyError
@@ -14,3 +16,17 @@ def refused(function, *words):
     for word in words:
         assert word in message, message
     return message
+
+
+def changed(part, path, to):
+    """A copy of nested mappings and lists with the value at a path replaced; None takes the key out."""
+    part = copy.deepcopy(part)
+    *above, last = path
+    inner = part
+    for key in above:
+        inner = inner[key]
+    if to is None:
+        del inner[last]
+    else:
+        inner[last] = to
+    return part

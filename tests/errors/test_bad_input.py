@@ -9,8 +9,6 @@ from one_line_errors import refused
 from rotorstudy import Record, build_model, full_spectrum, load_rig, measured_response, registry
 from rotorstudy.measurement.records import keyphasor_signal, reference_signal
 from rotorstudy.response.series import synthesize
-from rotorstudy.studies.config import load_study
-from thesis.config import load_replay
 
 RIG = {
     "rotor": {"kind": "jeffcott", "mass_kg": 2.0, "stiffness_N_per_m": 7.6e5},
@@ -158,54 +156,6 @@ def test_the_record_itself_is_right():
 )
 def test_a_wrong_record_is_refused(wrong, phase, words):
     refused(lambda: full_spectrum([wrong], H, REGRESSION, phase), *words)
-
-
-STUDY, REPLAY = "workflow/config/chapter_2.yaml", "workflow/config/chapter_3.yaml"
-
-
-@pytest.mark.parametrize(
-    ("load", "source", "old", "new", "words"),
-    [
-        (
-            load_study,
-            STUDY,
-            "unknowns:",
-            "unknown:",
-            ["unknown key 'unknown'", "did you mean 'unknowns'", "study.yaml"],
-        ),
-        (load_study, STUDY, "trials: 1000", "trials: 0", ["monte_carlo.trials = 0", "greater than or equal to 2"]),
-        (load_study, STUDY, "trials: 1000", "trails: 1000", ["trails", "study.yaml"]),
-        (load_study, STUDY, "samples: 65536", "samples: many", ["record.samples = 'many'"]),
-        (load_study, STUDY, "seed: 20261121", "", ["monte_carlo.seed", "missing"]),
-        (load_study, STUDY, '"white in time"]', '"white"]', ["'white'", "white in time"]),
-        (load_study, STUDY, "harmonics: [", "harmonics: [[", ["not valid YAML", "line"]),
-        (load_replay, REPLAY, "slow_roll:", "slow_rol:", ["unknown key 'slow_rol'", "did you mean 'slow_roll'"]),
-        (load_replay, REPLAY, "duration_s: 1.0", "duration_s: -1.0", ["duration_s = -1.0", "greater than 0"]),
-    ],
-)
-def test_a_wrong_configuration_is_refused(request, tmp_path, load, source, old, new, words):
-    text = (request.config.rootpath / source).read_text()
-    assert old in text
-    (tmp_path / "study.yaml").write_text(text.replace(old, new))
-    refused(lambda: load(tmp_path / "study.yaml"), *words)
-
-
-def test_an_unknown_estimator_or_unknown_stops_a_study(request, tmp_path):
-    text = (request.config.rootpath / STUDY).read_text()
-    for old, new, words in (
-        (
-            "estimators: [least_squares]",
-            "estimators: [least_sqares]",
-            ["unknown estimator", "did you mean 'least_squares'"],
-        ),
-        (
-            "unknowns: [internal_damping",
-            "unknowns: [internl_damping",
-            ["unknown parameter", "did you mean 'internal_damping'"],
-        ),
-    ):
-        (tmp_path / "study.yaml").write_text(text.replace(old, new))
-        refused(load_study(tmp_path / "study.yaml").check_rigs, *words)
 
 
 def test_files_that_are_not_there_or_not_yaml_are_named(tmp_path):

@@ -11,7 +11,7 @@ from rotorstudy.response.measured import measured_response
 from rotorstudy.studies.crack_study.config import load_crack_study
 from rotorstudy.studies.crack_study.limits import needed_visibility, smallest
 from rotorstudy.studies.crack_study.sensitivity import SHAPE, Machine, bounds, explained_away, visibility
-from rotorstudy.yaml_file import read_yaml
+from rotorstudy.yaml_file import read_study
 
 CONFIG = Path(__file__).parents[2] / "workflow/config/test/chapter_7.yaml"
 
@@ -85,7 +85,7 @@ def test_a_wrong_configuration_is_refused_in_one_line(key, value, words, tmp_pat
     import yaml
 
     path = tmp_path / "study.yaml"
-    path.write_text(yaml.safe_dump(read_yaml(CONFIG) | {key: value}))
+    path.write_text(yaml.safe_dump(read_study(CONFIG) | {key: value}))
     with pytest.raises(RotorstudyError, match=words) as said:
         load_crack_study(path)
     assert "\n" not in str(said.value)

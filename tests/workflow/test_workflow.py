@@ -87,6 +87,14 @@ def built(snakemake, whole, tmp_path_factory):
     return folder
 
 
+def changed_study(project, old, new):
+    """Text of the tiny study of Chapter 2 with one change, for a file anywhere."""
+    folder = project / "workflow" / "config"
+    text = (folder / "test" / "chapter_2.yaml").read_text()
+    assert old in text
+    return text.replace(old, new).replace("../chapter_2.yaml", str(folder / "chapter_2.yaml"))
+
+
 def planned(said):
     """Jobs of each rule, from what Snakemake says before it runs or plans them."""
     jobs = {rule: int(count) for rule, count in re.findall(r"^(\w+) +(\d+)$", said, re.M)}
@@ -195,9 +203,8 @@ def test_another_seed_gives_other_numbers(built, project, tmp_path):
     from rotorstudy.studies.config import load_study
     from rotorstudy.studies.identify import monte_carlo
 
-    text = (project / "workflow/config/test/chapter_2.yaml").read_text()
-    assert "seed: 20261121" in text
-    (tmp_path / "study.yaml").write_text(text.replace("seed: 20261121", "seed: 1"))
+    text = changed_study(project, "  trials: 20", "  trials: 20\n  seed: 1")
+    (tmp_path / "study.yaml").write_text(text)
     study = load_study(tmp_path / "study.yaml")
     other = monte_carlo(study, rig="physical", case=Path(SOME_TARGETS[0]).stem)
     with xr.open_dataset(built / SOME_TARGETS[0]) as same:
@@ -216,9 +223,8 @@ def test_a_half_written_file_never_has_the_name_of_a_result(built, tmp_path):
 
 
 def test_a_misspelt_configuration_key_stops_before_anything_runs(project, some, tmp_path):
-    text = (project / "workflow/config/test/chapter_2.yaml").read_text()
-    assert "harmonics:" in text
-    (tmp_path / "study.yaml").write_text(text.replace("harmonics:", "harmonic:"))
+    text = changed_study(project, "crack_scales:", "crack_scale:")
+    (tmp_path / "study.yaml").write_text(text)
     found = subprocess.run(
         command(project, tmp_path, "--config", f"studies={{chapter_2: {tmp_path / 'study.yaml'}}}", config=some),
         capture_output=True,
@@ -226,8 +232,8 @@ def test_a_misspelt_configuration_key_stops_before_anything_runs(project, some, 
         env=environment(project),
     )
     assert found.returncode != 0
-    assert "unknown key 'harmonic'" in found.stdout + found.stderr
-    assert "did you mean 'harmonics'" in found.stdout + found.stderr
+    assert "unknown key 'crack_scale'" in found.stdout + found.stderr
+    assert "did you mean 'crack_scales'" in found.stdout + found.stderr
     assert not (tmp_path / "results").exists()
 
 

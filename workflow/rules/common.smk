@@ -32,8 +32,7 @@ try:
     from rotorstudy.studies.workflow import WorkflowConfig, code_digest, plugin_files
     from rotorstudy.model.configuration import check_config
     from rotorstudy.store import write_text
-    from rotorstudy.yaml_file import read_yaml
-    from rotorstudy.yaml_file import read_yaml
+    from rotorstudy.yaml_file import base_of, read_yaml
 except ImportError as error:
     sys.exit(f"error: {error}; activate the environment that `make` made (. .venv/bin/activate), or run `make`")
 
@@ -67,6 +66,10 @@ REFERENCE = str(ROOT / settings.reference)
 PUBLISHED = [f"{REFERENCE}/{name}.csv" for name in ("full_spectrum", "identified_parameters")]
 
 
+STATED = [ROOT / path for path in [*settings.studies.values(), *settings.replays.values(), settings.crack_study] if path]
+BASES = {base for path in STATED if (base := base_of(path, read_yaml(path)))}
+
+
 def published_folder(wildcards, input):
     return str(Path(input.published[0]).parent)
 
@@ -76,11 +79,11 @@ wildcard_constraints:
 
 
 def code(script, *functions):
-    """Digest of the files of rotorstudy that a script, or functions it is given by name, depend on.
+    """Digest of the files of rotorstudy that a script, or functions it is given by name, depend on, and of BASES.
 
     Snakemake does not track them. As a param, not as inputs: it would look up each of a hundred files before each job.
     """
-    return code_digest(ROOT / "workflow" / "scripts" / script, *functions)
+    return code_digest(ROOT / "workflow" / "scripts" / script, *functions, files=sorted(BASES))
 
 
 def study_plugins(study, *kinds):

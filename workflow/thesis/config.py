@@ -10,7 +10,7 @@ from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.rig import build_model
 from rotorstudy.studies.config import named_methods
-from rotorstudy.yaml_file import read_yaml
+from rotorstudy.yaml_file import read_study
 from thesis.scoreboard import published
 
 QUANTITIES = ("amplitude", "phase", "reference phase")
@@ -130,7 +130,7 @@ class ReplayConfig(Strict):
 
 def load_replay(path):
     """A ReplayConfig from a YAML file; unknown and missing keys are one-line errors."""
-    return check_config(ReplayConfig, read_yaml(path), str(path))
+    return check_config(ReplayConfig, read_study(path), str(path))
 
 
 def check_replay(config, folder):

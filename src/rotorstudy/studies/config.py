@@ -13,7 +13,7 @@ from rotorstudy.model.registry import registry
 from rotorstudy.model.rig import build_model
 from rotorstudy.response.coupling import check_harmonics
 from rotorstudy.studies.probes import output_rows
-from rotorstudy.yaml_file import read_yaml
+from rotorstudy.yaml_file import read_study
 
 PositiveNumber = Annotated[float, Field(gt=0)]
 
@@ -285,4 +285,4 @@ def named_methods(spectra, estimators, where):
 
 def load_study(path):
     """A StudyConfig from a YAML file; unknown and missing keys are one-line errors."""
-    return check_config(StudyConfig, read_yaml(path), str(path))
+    return check_config(StudyConfig, read_study(path), str(path))

@@ -183,9 +183,9 @@ def _file_digest(path):
     return sha256(Path(path).read_bytes()).digest()
 
 
-def code_digest(script, *functions):
-    """One text for all that `imported_files` lists, with the same arguments; another if any of it changes."""
-    return sha256(b"".join(map(_file_digest, imported_files(script, *functions)))).hexdigest()
+def code_digest(script, *functions, files=()):
+    """One text for all that `imported_files` lists and for further files; another if any of them changes."""
+    return sha256(b"".join(map(_file_digest, [*imported_files(script, *functions), *files]))).hexdigest()
 
 
 def plugin_files(rigs, plugins=()):

@@ -9,7 +9,7 @@ from rotorstudy.errors import RotorstudyError, unknown_name
 from rotorstudy.model.configuration import Strict, check_config
 from rotorstudy.model.rig import build_model
 from rotorstudy.studies.config import PositiveNumber
-from rotorstudy.yaml_file import read_yaml
+from rotorstudy.yaml_file import read_study
 
 
 class CrackedRotor(Strict):
@@ -135,7 +135,7 @@ class CrackStudy(Strict):
 
 def load_crack_study(path):
     """The CrackStudy of a file, whose rigs can be built and whose reference crack lies on the shaft."""
-    study = check_config(CrackStudy, read_yaml(path), str(path))
+    study = check_config(CrackStudy, read_study(path), str(path))
     if study.usual_noise_percent not in study.noise_percent:
         raise unknown_name("usual_noise_percent", study.usual_noise_percent, study.noise_percent, str(path))
     for rotor in study.rotors.values():
