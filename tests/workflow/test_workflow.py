@@ -193,7 +193,11 @@ def test_a_killed_run_resumes_on_one_core_with_the_bytes_of_two(built, snakemake
     assert log.exists()  # the job had begun
     if target.exists():  # the job may have been quicker than the kill; then the file must be whole
         assert target.read_bytes() == (built / SOME_TARGETS[0]).read_bytes()
-    snakemake(tmp_path, "--nolock", "--rerun-incomplete", "--", *SOME_TARGETS, config=some, cores=1)
+    assert list((tmp_path / ".snakemake" / "locks").iterdir())  # which stops a run by itself; `make` removes it first
+    unlock = [sys.executable, str(project / "workflow" / "unlock.py")]
+    said = subprocess.run(unlock, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=True).stderr
+    assert said.startswith("unlocked")
+    snakemake(tmp_path, "--rerun-incomplete", "--", *SOME_TARGETS, config=some, cores=1)
     for name in SOME_TARGETS:
         assert (tmp_path / name).read_bytes() == (built / name).read_bytes()
 
@@ -248,6 +252,53 @@ def test_a_folder_that_cannot_be_written_to_stops_before_anything_runs(project, 
     assert f"error: {tmp_path / 'missing'}, stated by TMPDIR, is not a folder" in found.stderr
     assert "Traceback" not in found.stdout + found.stderr
     assert not (tmp_path / "results").exists()
+
+
+def test_results_that_are_no_folder_stop_before_anything_runs(project, some, tmp_path):
+    (tmp_path / "results").write_text("a file\n")
+    found = subprocess.run(
+        command(project, tmp_path, config=some), capture_output=True, text=True, env=environment(project)
+    )
+    assert found.returncode != 0 and "Traceback" not in found.stdout + found.stderr
+    assert "error: results, where results are written, is not a folder" in found.stderr
+
+
+def test_a_changed_value_reruns_its_dependents_alone(built, snakemake, project, whole):
+    """Jobs are counted; a file that is only dated anew, as after the clock was set, reruns nothing."""
+    path = project / "workflow" / "config" / "test" / "chapter_7.yaml"
+    before, text = path.stat(), path.read_text()
+    try:
+        os.utime(path, (time.time() + 86400,) * 2)
+        assert "Nothing to be done" in snakemake(built, "--dry-run", config=whole)
+        assert "trials: {count: 2" in text
+        path.write_text(text.replace("trials: {count: 2", "trials: {count: 3"))
+        plan = planned(snakemake(built, "--dry-run", config=whole))
+    finally:
+        path.write_text(text)
+        os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
+    assert plan == {"crack_study": 1, "figures_crack_study": 1, "index": 1, "all": 1}
+
+
+def test_a_damaged_result_is_named_and_made_again_once_it_is_deleted(built, snakemake, project, whole, tmp_path):
+    path = built / "results" / "chapter_7" / "limits.nc"
+    before, content = path.stat(), path.read_bytes()
+    path.write_bytes(content[: len(content) // 2])
+    try:
+        # not in `built`, whose figures a job that fails would delete
+        shutil.copytree(built, tmp_path / "copy")
+        target = "results/chapter_7/figures/smallest_crack.png"
+        call = command(project, tmp_path / "copy", "--", target, config=whole)
+        found = subprocess.run(call, capture_output=True, text=True, env=environment(project))
+        path.unlink()
+        plan = planned(snakemake(built, "--dry-run", config=whole))
+    finally:
+        path.write_bytes(content)
+        os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))
+    said = found.stdout + found.stderr
+    assert (
+        found.returncode != 0 and "limits.nc: not a readable NetCDF file; a result is made again if you delete" in said
+    )
+    assert plan == {"crack_study": 1, "figures_crack_study": 1, "index": 1, "all": 1}
 
 
 def test_editing_a_plugin_reruns_what_used_it(built, snakemake, project, whole):
